@@ -1,0 +1,14 @@
+//! Vectors, frames, transforms, rays and error-bounded offsets. Knows nothing of light.
+//!
+//! Everything here is `f64`. Meshes and boxes are stored in `f32` by the rooms that own them.
+
+mod bounds;
+mod frame;
+mod ray;
+mod transform;
+
+pub use bounds::Bounds;
+pub use frame::Frame;
+pub use glam::DVec3 as Vec3;
+pub use ray::{Ray, SurfacePoint};
+pub use transform::Transform;

@@ -1,0 +1,56 @@
+use super::Vec3;
+
+/// A half line. A hit counts at 0 ≤ t < `t_max`: rays start from origins that are already off
+/// their surface (see [`SurfacePoint::leave`]), so there is no minimum distance.
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    pub origin: Vec3,
+    /// Unit length, so that t is a distance.
+    pub direction: Vec3,
+    pub t_max: f64,
+}
+
+impl Ray {
+    pub fn new(origin: Vec3, direction: Vec3) -> Self {
+        Self { origin, direction, t_max: f64::INFINITY }
+    }
+
+    pub fn at(&self, t: f64) -> Vec3 {
+        self.origin + self.direction * t
+    }
+}
+
+/// A computed point on a surface and how far it may lie from the true surface.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    pub position: Vec3,
+    /// Unit geometric normal; its side is that of the surface's orientation, not of any ray.
+    pub normal: Vec3,
+    /// Bound on the distance between `position` and the surface along the normal, together with
+    /// the error that the same surface's intersection test makes for a ray starting here.
+    pub error: f64,
+}
+
+impl SurfacePoint {
+    /// The origin of a ray that leaves along `direction`: moved off the surface to the side that
+    /// it leaves to, by just as much as the error bounds ask for, so that it neither meets the
+    /// surface it leaves nor misses a neighbour in contact.
+    pub fn leave(&self, direction: Vec3) -> Vec3 {
+        self.position + self.normal * self.error.copysign(direction.dot(self.normal))
+    }
+
+    pub fn ray(&self, direction: Vec3) -> Ray {
+        Ray::new(self.leave(direction), direction)
+    }
+
+    /// The segment from this surface to `target`, ending just before the surface there.
+    /// Directions and lengths are those of the segment between the two offset points, so nothing
+    /// behind either surface is crossed. `None` when the two coincide.
+    pub fn segment_to(&self, target: &SurfacePoint) -> Option<Ray> {
+        let toward = target.position - self.position;
+        let origin = self.leave(toward);
+        let end = target.leave(-toward);
+        let length = (end - origin).length();
+        (length > 0.0).then(|| Ray { origin, direction: (end - origin) / length, t_max: length })
+    }
+}

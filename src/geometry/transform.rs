@@ -1,0 +1,75 @@
+use super::Vec3;
+use glam::{DMat3, DMat4};
+
+/// An invertible affine map together with its inverse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform {
+    matrix: DMat4,
+    inverse: DMat4,
+}
+
+impl Transform {
+    pub const IDENTITY: Self = Self { matrix: DMat4::IDENTITY, inverse: DMat4::IDENTITY };
+
+    /// `None` where the matrix is singular, not affine or not finite.
+    pub fn new(matrix: DMat4) -> Option<Self> {
+        let affine = matrix.row(3) == glam::DVec4::W;
+        let linear = DMat3::from_mat4(matrix);
+        // Relative to the lengths of its columns, so that a uniform scale of 1e-6 is not singular.
+        let volume = linear.x_axis.length() * linear.y_axis.length() * linear.z_axis.length();
+        let regular = linear.determinant().abs() > 1e-12 * volume && volume > 0.0;
+        let inverse = matrix.inverse();
+        (affine && regular && matrix.is_finite() && inverse.is_finite()).then_some(Self { matrix, inverse })
+    }
+
+    pub fn translation(offset: Vec3) -> Self {
+        Self { matrix: DMat4::from_translation(offset), inverse: DMat4::from_translation(-offset) }
+    }
+
+    pub fn scale(factor: f64) -> Self {
+        Self {
+            matrix: DMat4::from_scale(Vec3::splat(factor)),
+            inverse: DMat4::from_scale(Vec3::splat(1.0 / factor)),
+        }
+    }
+
+    /// `self` applied first, then `next`.
+    pub fn then(&self, next: &Self) -> Self {
+        Self { matrix: next.matrix * self.matrix, inverse: self.inverse * next.inverse }
+    }
+
+    pub fn inverse(&self) -> Self {
+        Self { matrix: self.inverse, inverse: self.matrix }
+    }
+
+    pub fn matrix(&self) -> DMat4 {
+        self.matrix
+    }
+
+    pub fn point(&self, point: Vec3) -> Vec3 {
+        self.matrix.transform_point3(point)
+    }
+
+    /// A displacement; its length changes with the map.
+    pub fn vector(&self, vector: Vec3) -> Vec3 {
+        self.matrix.transform_vector3(vector)
+    }
+
+    /// A normal, by the inverse transpose. Not normalised.
+    pub fn normal(&self, normal: Vec3) -> Vec3 {
+        DMat3::from_mat4(self.inverse).transpose() * normal
+    }
+
+    pub fn mirrors(&self) -> bool {
+        DMat3::from_mat4(self.matrix).determinant() < 0.0
+    }
+
+    /// The one scale factor of a map that keeps shapes similar; `None` for any other map.
+    pub fn uniform_scale(&self) -> Option<f64> {
+        let m = DMat3::from_mat4(self.matrix);
+        let scale = m.x_axis.length();
+        let gram = m.transpose() * m;
+        let expected = DMat3::from_diagonal(Vec3::splat(scale * scale));
+        gram.abs_diff_eq(expected, 1e-9 * scale * scale).then_some(scale)
+    }
+}

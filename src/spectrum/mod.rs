@@ -1,0 +1,5 @@
+//! Functions of wavelength, the wavelengths of a path, and colour.
+
+mod sampled;
+
+pub use sampled::Sampled;

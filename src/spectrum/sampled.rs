@@ -1,0 +1,103 @@
+use std::ops::{Add, AddAssign, Div, DivAssign, Index, IndexMut, Mul, MulAssign, Sub};
+
+/// The values of functions of wavelength at the `C` wavelengths of one path; lane 0 is the hero's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampled<const C: usize>(pub [f64; C]);
+
+impl<const C: usize> Sampled<C> {
+    pub const ZERO: Self = Self([0.0; C]);
+    pub const ONE: Self = Self([1.0; C]);
+
+    pub fn splat(value: f64) -> Self {
+        Self([value; C])
+    }
+
+    /// The hero's value and zero for every companion.
+    pub fn hero_alone(value: f64) -> Self {
+        let mut lanes = [0.0; C];
+        lanes[0] = value;
+        Self(lanes)
+    }
+
+    pub fn hero(&self) -> f64 {
+        self.0[0]
+    }
+
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self(self.0.map(f))
+    }
+
+    pub fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    }
+
+    pub fn sum(self) -> f64 {
+        self.0.iter().sum()
+    }
+
+    pub fn max(self) -> f64 {
+        self.0.iter().fold(f64::NEG_INFINITY, |a, &b| if b > a { b } else { a })
+    }
+
+    pub fn is_zero(&self) -> bool {
+        self.0.iter().all(|&value| value == 0.0)
+    }
+}
+
+macro_rules! lane_by_lane {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl<const C: usize> $trait for Sampled<C> {
+            type Output = Self;
+            fn $method(self, other: Self) -> Self {
+                self.zip(other, |a, b| a $op b)
+            }
+        }
+        impl<const C: usize> $trait<f64> for Sampled<C> {
+            type Output = Self;
+            fn $method(self, other: f64) -> Self {
+                self.map(|a| a $op other)
+            }
+        }
+    };
+}
+lane_by_lane!(Add, add, +);
+lane_by_lane!(Sub, sub, -);
+lane_by_lane!(Mul, mul, *);
+lane_by_lane!(Div, div, /);
+
+impl<const C: usize> AddAssign for Sampled<C> {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<const C: usize> MulAssign for Sampled<C> {
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl<const C: usize> MulAssign<f64> for Sampled<C> {
+    fn mul_assign(&mut self, other: f64) {
+        *self = *self * other;
+    }
+}
+
+impl<const C: usize> DivAssign<f64> for Sampled<C> {
+    fn div_assign(&mut self, other: f64) {
+        *self = *self / other;
+    }
+}
+
+impl<const C: usize> Index<usize> for Sampled<C> {
+    type Output = f64;
+    fn index(&self, lane: usize) -> &f64 {
+        &self.0[lane]
+    }
+}
+
+impl<const C: usize> IndexMut<usize> for Sampled<C> {
+    fn index_mut(&mut self, lane: usize) -> &mut f64 {
+        &mut self.0[lane]
+    }
+}

@@ -1,0 +1,42 @@
+//! Physical constants and the units that the program computes in.
+//!
+//! Wavelengths are vacuum wavelengths in nanometres, spectral radiance is in W·m⁻²·sr⁻¹·nm⁻¹,
+//! absorption coefficients are per scene unit of length (a metre unless the scene says otherwise).
+
+/// Planck constant, J·s. Exact in the SI since 2019 (BIPM, SI Brochure, 9th edition).
+pub const PLANCK: f64 = 6.626_070_15e-34;
+
+/// Speed of light in vacuum, m·s⁻¹. Exact in the SI (BIPM, SI Brochure, 9th edition).
+pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
+
+/// Boltzmann constant, J·K⁻¹. Exact in the SI since 2019 (BIPM, SI Brochure, 9th edition).
+pub const BOLTZMANN: f64 = 1.380_649e-23;
+
+/// Fraunhofer F line (hydrogen), nm: one of the three lines that define the Abbe number.
+pub const FRAUNHOFER_F: f64 = 486.1327;
+
+/// Fraunhofer d line (helium), nm: the wavelength at which catalogues state an index.
+pub const FRAUNHOFER_D: f64 = 587.5618;
+
+/// Fraunhofer C line (hydrogen), nm.
+pub const FRAUNHOFER_C: f64 = 656.2725;
+
+/// An interval of vacuum wavelengths, nm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WavelengthRange {
+    pub min: f64,
+    pub max: f64,
+}
+
+impl WavelengthRange {
+    /// 360–830 nm: the domain of the CIE 1931 observer, and Mitsuba's range.
+    pub const VISIBLE: Self = Self { min: 360.0, max: 830.0 };
+
+    pub fn width(self) -> f64 {
+        self.max - self.min
+    }
+
+    pub fn contains(self, nm: f64) -> bool {
+        (self.min..=self.max).contains(&nm)
+    }
+}
