@@ -1,1 +1,4 @@
 //! To come.
+/// To come.
+#[derive(Clone, Debug)]
+pub struct Mesh;

@@ -3,3 +3,6 @@
 mod sampled;
 
 pub use sampled::Sampled;
+/// To come.
+#[derive(Clone, Debug)]
+pub struct DispersionFormula;

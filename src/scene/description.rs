@@ -1,0 +1,336 @@
+//! What a scene file says, as plain data: defaults filled in, references resolved, every value with
+//! the place in the file that it came from. No behaviour, no file access, nothing to trace yet.
+
+use super::source::{Place, Sources};
+use crate::film::FilterKind;
+use crate::geometry::{Transform, Vec3};
+use crate::sampling::SamplerKind;
+use crate::shape::Mesh;
+use crate::spectrum::DispersionFormula;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+#[derive(Clone, Debug)]
+pub struct Description {
+    pub sources: Sources,
+    pub integrator: Integrator,
+    pub sensor: Sensor,
+    pub shapes: Vec<Shape>,
+    /// Lights that are no shape's surface.
+    pub lights: Vec<Light>,
+    /// Words in the file that Mitsuba 3 would refuse, with what they mean.
+    pub extensions: Vec<Note>,
+    /// What was assumed in order to make physics out of what the file says.
+    pub assumptions: Vec<Note>,
+}
+
+/// A remark tied to a place.
+#[derive(Clone, Debug)]
+pub struct Note {
+    pub place: Place,
+    pub text: String,
+}
+
+// ---------------------------------------------------------------------------------- spectra
+
+/// A spectrum as the file gives it.
+#[derive(Clone, Debug)]
+pub struct SpectrumSource {
+    pub place: Place,
+    pub kind: SpectrumKind,
+    /// Factor on all values.
+    pub scale: f64,
+}
+
+#[derive(Clone, Debug)]
+pub enum SpectrumKind {
+    Constant(f64),
+    /// Linear between the nodes (strictly ascending, nm), zero outside, as in Mitsuba 3:
+    /// a `wavelength:value` list, `irregular`, or a `.spd` file.
+    Irregular {
+        nm: Vec<f64>,
+        values: Vec<f64>,
+        file: Option<PathBuf>,
+    },
+    /// Equally spaced values, linear between them, zero outside.
+    Regular {
+        min_nm: f64,
+        max_nm: f64,
+        values: Vec<f64>,
+    },
+    /// Mitsuba's `d65`: the CIE table over 98.9974.
+    D65,
+    /// Planck's law, W·m⁻²·sr⁻¹·nm⁻¹, zero outside the range.
+    Blackbody {
+        kelvin: f64,
+        min_nm: f64,
+        max_nm: f64,
+    },
+    /// One of the measured spectra compiled into the program (an extension).
+    Named(String),
+}
+
+/// A refractive index, real.
+#[derive(Clone, Debug)]
+pub struct IndexSource {
+    pub place: Place,
+    pub kind: IndexKind,
+}
+
+#[derive(Clone, Debug)]
+pub enum IndexKind {
+    Constant(f64),
+    /// A catalogue glass or other material with its dispersion (an extension).
+    Named(String),
+    /// Sellmeier or Cauchy coefficients (an extension).
+    Formula(DispersionFormula),
+    /// Tabulated n(λ), held constant beyond its ends (an extension).
+    Tabulated(SpectrumSource),
+    /// From the reflectance of one polished face at normal incidence, k = 0 (an extension;
+    /// Glassner, *An Introduction to Ray Tracing*, ch. 4, eq. 18).
+    NormalReflectance(SpectrumSource),
+}
+
+// -------------------------------------------------------------------------------- materials
+
+#[derive(Clone, Debug)]
+pub struct Bsdf {
+    pub place: Place,
+    /// The name under which the file defines it, if any.
+    pub id: Option<String>,
+    pub kind: BsdfKind,
+}
+
+#[derive(Clone, Debug)]
+pub enum BsdfKind {
+    Diffuse {
+        reflectance: SpectrumSource,
+    },
+    /// Lambertian on both sides (an extension).
+    DiffuseTransmitter {
+        reflectance: SpectrumSource,
+        transmittance: SpectrumSource,
+    },
+    /// `conductor` without and `roughconductor` with a roughness.
+    Conductor {
+        index: ConductorIndex,
+        specular_reflectance: SpectrumSource,
+        roughness: Option<Roughness>,
+    },
+    /// `dielectric` without and `roughdielectric` with a roughness.
+    Dielectric {
+        interior: IndexSource,
+        /// `None` where the file leaves it out: then it is what surrounds the surface, air outside everything.
+        exterior: Option<IndexSource>,
+        specular_reflectance: SpectrumSource,
+        specular_transmittance: SpectrumSource,
+        roughness: Option<Roughness>,
+    },
+    /// The front BSDF on both sides, or another on the back.
+    TwoSided {
+        front: Arc<Bsdf>,
+        back: Option<Arc<Bsdf>>,
+    },
+}
+
+#[derive(Clone, Debug)]
+pub enum ConductorIndex {
+    /// Mitsuba's `material="none"`: reflects everything.
+    Mirror,
+    Complex {
+        n: SpectrumSource,
+        k: SpectrumSource,
+    },
+    /// A metal of the catalogue, n and k together.
+    Named {
+        place: Place,
+        name: String,
+    },
+    /// From the reflectance at normal incidence (an extension).
+    NormalReflectance {
+        reflectance: SpectrumSource,
+        assumption: MetalAssumption,
+    },
+}
+
+/// A reflectance leaves one unknown of two; this says how it is filled.
+#[derive(Clone, Debug)]
+pub enum MetalAssumption {
+    /// k = 0, the book's.
+    NoAbsorption,
+    /// n = 1, so that k = 2·√(R/(1−R)).
+    UnitIndex,
+    /// n is known, k follows.
+    KnownIndex(SpectrumSource),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roughness {
+    pub distribution: Distribution,
+    /// Roughness along the tangent and the bitangent.
+    pub alpha: [f64; 2],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Distribution {
+    Beckmann,
+    Ggx,
+}
+
+/// `homogeneous` without scattering: what it absorbs per unit of length.
+#[derive(Clone, Debug)]
+pub struct Medium {
+    pub place: Place,
+    pub absorption: SpectrumSource,
+}
+
+// ----------------------------------------------------------------------------------- shapes
+
+#[derive(Clone, Debug)]
+pub struct Shape {
+    pub place: Place,
+    pub id: Option<String>,
+    pub kind: ShapeKind,
+    pub to_world: Transform,
+    pub flip_normals: bool,
+    pub bsdf: Arc<Bsdf>,
+    /// Radiance of an area light on this surface.
+    pub emission: Option<SpectrumSource>,
+    pub interior: Option<Medium>,
+}
+
+#[derive(Clone, Debug)]
+pub enum ShapeKind {
+    Sphere {
+        centre: Vec3,
+        radius: f64,
+    },
+    Rectangle,
+    Disk,
+    Cube,
+    Cylinder {
+        from: Vec3,
+        to: Vec3,
+        radius: f64,
+    },
+    /// `obj` and `ply`: in the file's own coordinates.
+    Mesh {
+        file: PathBuf,
+        mesh: Arc<Mesh>,
+    },
+}
+
+// ----------------------------------------------------------------------------------- lights
+
+#[derive(Clone, Debug)]
+pub struct Light {
+    pub place: Place,
+    pub kind: LightKind,
+}
+
+#[derive(Clone, Debug)]
+pub enum LightKind {
+    /// Radiant intensity, W·sr⁻¹·nm⁻¹.
+    Point { position: Vec3, intensity: SpectrumSource },
+    /// Irradiance on a surface across the light's direction of travel, W·m⁻²·nm⁻¹.
+    Directional { travels: Vec3, irradiance: SpectrumSource },
+    /// The same radiance from everywhere.
+    Constant { radiance: SpectrumSource },
+}
+
+// ----------------------------------------------------------------------------------- camera
+
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    pub place: Place,
+    /// The camera looks along its local +z, its local +x is the image's left, +y is up (Mitsuba 3).
+    pub to_world: Transform,
+    pub field_of_view: FieldOfView,
+    /// Offset of the principal point as fractions of the film's width and height.
+    pub principal_point: [f64; 2],
+    pub near_clip: f64,
+    pub far_clip: f64,
+    /// `thinlens`; `None` is a pinhole.
+    pub lens: Option<Lens>,
+    pub film: Film,
+    pub sampler: Sampler,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FieldOfView {
+    Degrees {
+        angle: f64,
+        axis: FovAxis,
+    },
+    /// Focal length in mm of a lens over a 35 mm film (36 × 24), measured on the diagonal.
+    FocalLength(f64),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FovAxis {
+    X,
+    Y,
+    Diagonal,
+    Smaller,
+    Larger,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lens {
+    pub aperture_radius: f64,
+    pub focus_distance: f64,
+}
+
+#[derive(Clone, Debug)]
+pub struct Film {
+    pub place: Place,
+    pub width: u32,
+    pub height: u32,
+    pub crop: Option<Crop>,
+    pub filter: FilterKind,
+    pub pixel_format: PixelFormat,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    pub x: u32,
+    pub y: u32,
+    pub width: u32,
+    pub height: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelFormat {
+    Rgb,
+    Xyz,
+    Luminance,
+}
+
+#[derive(Clone, Debug)]
+pub struct Sampler {
+    pub place: Place,
+    pub kind: SamplerKind,
+    pub sample_count: u32,
+    pub seed: u64,
+}
+
+// ------------------------------------------------------------------------------- integrator
+
+#[derive(Clone, Debug)]
+pub struct Integrator {
+    pub place: Place,
+    pub kind: IntegratorKind,
+    /// Most segments of a path, camera ray included; `None` is unlimited. 1 shows emission only.
+    pub max_depth: Option<u32>,
+    /// Number of segments from which Russian roulette may end a path.
+    pub rr_depth: u32,
+    pub hide_emitters: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IntegratorKind {
+    /// `path`, `direct` (a path of at most two segments), `volpath`, `volpathmis`.
+    Path,
+    /// Scattering alone finds the lights: the slow oracle (an extension, `walk`).
+    Walk,
+}

@@ -1,0 +1,92 @@
+//! Source texts and places in them, for messages that point at what they speak of.
+
+use codespan_reporting::diagnostic::{Diagnostic, Label};
+use codespan_reporting::files::SimpleFiles;
+use std::ops::Range;
+use std::path::Path;
+
+/// A stretch of one source text, in bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// Index into [`Sources`].
+    pub file: usize,
+    pub span: Range<usize>,
+}
+
+/// The texts that a description was read from.
+#[derive(Clone, Debug)]
+pub struct Sources(SimpleFiles<String, String>);
+
+impl Default for Sources {
+    fn default() -> Self {
+        Self(SimpleFiles::new())
+    }
+}
+
+impl Sources {
+    /// Returns the index that a [`Place`] names the file by.
+    pub fn add(&mut self, path: &Path, text: String) -> usize {
+        self.0.add(path.display().to_string(), text)
+    }
+}
+
+/// One thing that is wrong with a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneError {
+    /// `None` where the file cannot be read at all.
+    pub place: Option<Place>,
+    /// What is wrong, in one sentence.
+    pub problem: String,
+    /// What was expected there, shown beside the place.
+    pub expected: String,
+    /// What would put it right.
+    pub remedy: Option<String>,
+}
+
+impl SceneError {
+    pub fn at(place: &Place, problem: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self { place: Some(place.clone()), problem: problem.into(), expected: expected.into(), remedy: None }
+    }
+
+    pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
+        self.remedy = Some(remedy.into());
+        self
+    }
+
+    fn diagnostic(&self) -> Diagnostic<usize> {
+        let diagnostic = Diagnostic::error().with_message(&self.problem);
+        let diagnostic = match &self.place {
+            Some(place) => diagnostic.with_labels(vec![
+                Label::primary(place.file, place.span.clone()).with_message(&self.expected),
+            ]),
+            None => diagnostic.with_notes(vec![self.expected.clone()]),
+        };
+        match &self.remedy {
+            Some(remedy) => diagnostic.with_notes(vec![format!("help: {remedy}")]),
+            None => diagnostic,
+        }
+    }
+}
+
+/// All that is wrong with a scene, with the texts to show it in. Never empty.
+#[derive(Clone, Debug)]
+pub struct SceneErrors {
+    pub sources: Sources,
+    pub errors: Vec<SceneError>,
+}
+
+impl std::fmt::Display for SceneErrors {
+    /// Each error as a compiler shows it: message, file:line:column, the line with the place marked, help.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let config = codespan_reporting::term::Config::default();
+        for error in &self.errors {
+            let text =
+                codespan_reporting::term::emit_into_string(&config, &self.sources.0, &error.diagnostic())
+                    .map_err(|_| std::fmt::Error)?;
+            f.write_str(&text)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for SceneErrors {}
