@@ -220,7 +220,7 @@ fn directions_follow_their_density() {
     let level = sidak(0.01, cases.len());
     for (name, bsdf, eye) in cases {
         let fit = sphere_chi_square(
-            SphereCells::default(),
+            SphereCells { rows: 12, columns: 24 },
             40_000,
             |u| bsdf.sample(eye, u[0], [u[1], u[2]]).map(|scatter| scatter.toward_light),
             |light| bsdf.evaluate(eye, light).density.hero(),
@@ -358,7 +358,7 @@ fn spectral_estimator_is_unbiased<const C: usize>(bsdf: &Bsdf<C>, eye: Vec3, nam
     let mut together = vec![Moments::default(); C];
     let mut own = vec![Moments::default(); C];
     let mut uniform = Uniform::new(4);
-    for _ in 0..40_000 {
+    for _ in 0..12_000 {
         for hero in 0..C {
             // Lanes rotated so that `hero` comes first.
             let order: [usize; C] = std::array::from_fn(|i| (hero + i) % C);

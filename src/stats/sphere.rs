@@ -95,6 +95,9 @@ impl SphereCells {
 /// How often a cell's sides are halved at most: down to 1/1024 of a cell.
 const MAX_HALVINGS: u32 = 10;
 
+/// Error allowed in a patch's integral, relative to it: far below what any count could tell.
+const RELATIVE: f64 = 3e-6;
+
 /// A rectangle to integrate over.
 #[derive(Clone, Copy)]
 struct Patch {
@@ -117,7 +120,7 @@ impl Patch {
         let parts = quarters.map(|quarter| quarter.gauss(f));
         let sum: f64 = parts.iter().sum();
         let difference = (sum - whole).abs();
-        if most <= 1 || !difference.is_finite() || (least <= 1 && difference <= tolerance) {
+        if most <= 1 || !difference.is_finite() || (least <= 1 && difference <= tolerance + RELATIVE * sum) {
             return sum;
         }
         let refine = |(quarter, part): (Patch, f64)| {
