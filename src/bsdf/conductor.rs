@@ -51,7 +51,11 @@ impl<const C: usize> RoughConductor<C> {
         if toward_eye.z <= 0.0 || toward_light.z <= 0.0 {
             return Evaluation::ZERO;
         }
-        self.at(toward_eye, toward_light, (toward_eye + toward_light).normalize())
+        match (toward_eye + toward_light).try_normalize() {
+            Some(m) => self.at(toward_eye, toward_light, m),
+            // Both graze the surface from opposite sides: no facet can be told.
+            None => Evaluation::ZERO,
+        }
     }
 
     pub(super) fn sample(&self, toward_eye: Vec3, u: [f64; 2]) -> Option<Scatter<C>> {

@@ -55,6 +55,8 @@ impl Microfacets {
         let slope2 = u * u + v * v;
         let z2 = m.z * m.z;
         let density = match self.shape {
+            // Beyond this slope the exponential vanishes; so does z⁴, at worst.
+            Shape::Beckmann if slope2 >= 700.0 * z2 => 0.0,
             Shape::Beckmann => (-slope2 / z2).exp() / (z2 * z2),
             Shape::Ggx => {
                 let root = slope2 + z2;
@@ -178,7 +180,8 @@ fn beckmann_visible_slope(cos: f64, sin: f64, u: f64) -> f64 {
     let cumulative = |x: f64, bell: f64| cos * erfc(-x) + sin * FRAC_1_SQRT_PI * bell;
     let target = u * cumulative(high, (-high * high).exp());
     // Exact at normal incidence (the Gaussian) and at grazing incidence (exp(−x²) on x < 0).
-    let mut x = (cos * gaussian(u) - (1.0 - cos) * (-u.ln()).sqrt()).clamp(low, high);
+    // Short of the upper end, where the density vanishes and a step would have no length.
+    let mut x = (cos * gaussian(u) - (1.0 - cos) * (-u.ln()).sqrt()).clamp(low, high - 0.1);
     for _ in 0..40 {
         let bell = (-x * x).exp();
         let excess = cumulative(x, bell) - target;
@@ -203,4 +206,147 @@ fn beckmann_visible_slope(cos: f64, sin: f64, u: f64) -> f64 {
         x = next;
     }
     x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::{SphereCells, sidak, sphere_chi_square};
+
+    const SHAPES: [Shape; 2] = [Shape::Beckmann, Shape::Ggx];
+
+    fn direction(theta: f64, phi: f64) -> Vec3 {
+        Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+    }
+
+    /// The integral of `f` over the hemisphere of facet normals, by the midpoint rule in the slope's
+    /// azimuth and in t = tan θ/(α + tan θ), which spreads lobes of any width.
+    fn over_normals(scale: f64, f: impl Fn(Vec3) -> f64) -> f64 {
+        let (rings, sectors) = (1500, 360);
+        let mut sum = 0.0;
+        for ring in 0..rings {
+            let t = (f64::from(ring) + 0.5) / f64::from(rings);
+            let tan = scale * t / (1.0 - t);
+            let (cos, dtan) = (1.0 / (1.0 + tan * tan).sqrt(), scale / ((1.0 - t) * (1.0 - t)));
+            for sector in 0..sectors {
+                let phi = TAU * (f64::from(sector) + 0.5) / f64::from(sectors);
+                let m = Vec3::new(tan * cos * phi.cos(), tan * cos * phi.sin(), cos);
+                // sin θ dθ = sin θ cos² θ d(tan θ)
+                sum += f(m) * tan * cos * cos * cos * dtan;
+            }
+        }
+        sum * TAU / f64::from(rings) / f64::from(sectors)
+    }
+
+    /// `∫ D(m) m.z dm = 1`, `∫ visible(v, m) dm = 1`: D has the normalisation that it claims, and Smith's
+    /// masking, in its closed form, is the one that belongs to D.
+    #[test]
+    fn integrals_are_one() {
+        for shape in SHAPES {
+            for (alpha_u, alpha_v) in [(1e-4, 1e-4), (0.1, 0.1), (0.5, 0.2), (1.0, 1.0), (0.3, 1.5)] {
+                let microfacets = Microfacets::new(shape, alpha_u, alpha_v);
+                let scale = f64::sqrt(alpha_u * alpha_v);
+                let area = over_normals(scale, |m| microfacets.d(m) * m.z);
+                assert!((area - 1.0).abs() < 1e-5, "{microfacets:?}: area {area}");
+                for theta in [0.0, 0.4, 1.2, 1.5] {
+                    let v = direction(theta, 0.7);
+                    let visible = over_normals(scale, |m| microfacets.visible(v, m));
+                    assert!((visible - 1.0).abs() < 2e-4, "{microfacets:?}, {theta}: visible {visible}");
+                }
+            }
+        }
+    }
+
+    /// The rational G1 of Beckmann stays within 0.4 % of Smith's function, GGX's is exact.
+    #[test]
+    fn masking_belongs_to_the_projected_area() {
+        let mut worst = 0.0f64;
+        for shape in SHAPES {
+            let microfacets = Microfacets::new(shape, 0.5, 0.5);
+            for step in 1..1570 {
+                let v = direction(f64::from(step) * 1e-3, 0.3);
+                let smith = v.z / microfacets.projected_area(v);
+                let error = (microfacets.g1(v, Vec3::Z) / smith - 1.0).abs();
+                worst = worst.max(error);
+                let allowed = if shape == Shape::Ggx { 1e-14 } else { 0.004 };
+                assert!(error <= allowed, "{shape:?}, {step} mrad: {error}");
+            }
+        }
+        assert!(worst > 0.001, "Beckmann's is an approximation");
+    }
+
+    #[test]
+    fn visible_normals_follow_their_density() {
+        let roughness = [(0.1, 0.1), (0.3, 0.3), (0.6, 0.15), (1.0, 1.0), (1.5, 0.5)];
+        let angles = [0.0, 0.5, 1.1, 1.45, 1.57];
+        let level = sidak(0.01, 2 * roughness.len() * angles.len());
+        for shape in SHAPES {
+            for (alpha_u, alpha_v) in roughness {
+                let microfacets = Microfacets::new(shape, alpha_u, alpha_v);
+                for theta in angles {
+                    let v = direction(theta, 0.9);
+                    let fit = sphere_chi_square(
+                        SphereCells { rows: 20, columns: 20 },
+                        50_000,
+                        |u| Some(microfacets.sample_visible(v, [u[0], u[1]])),
+                        |m| microfacets.visible(v, m),
+                    );
+                    assert!(fit.p_value > level, "{microfacets:?}, {theta}: {fit}");
+                }
+            }
+        }
+    }
+
+    /// Seeds OPT-18: Beckmann's D at m = 0.2 and 0.7 is `exp(−tan² α/m²)/(π m² cos⁴ α)`.
+    #[test]
+    fn beckmann_closed_form() {
+        for m in [0.2, 0.7] {
+            let microfacets = Microfacets::new(Shape::Beckmann, m, m);
+            for angle in [0.0, 0.1, 0.5, 1.0f64] {
+                let expected = (-(angle.tan() / m).powi(2)).exp() / (m * m * angle.cos().powi(4)) * FRAC_1_PI;
+                let d = microfacets.d(direction(angle, 2.0));
+                assert!((d - expected).abs() <= 1e-13 * expected, "{m}, {angle}: {d}, not {expected}");
+            }
+        }
+    }
+
+    /// The inverted slope distribution gives back its argument, into the tails.
+    #[test]
+    fn beckmann_slopes_invert() {
+        for theta in [1e-8, 1e-3, 0.3, 0.8, 1.2, 1.5, 1.57, 1.570_796, std::f64::consts::FRAC_PI_2] {
+            let (sin, cos) = f64::sin_cos(theta);
+            let cumulative = |x: f64| cos * erfc(-x) + sin * FRAC_1_SQRT_PI * (-x * x).exp();
+            let all = cumulative((cos / sin).min(6.3));
+            let tails = [1e-15, 1e-9, 1e-6, 1.0 - 1e-6, 1.0 - 1e-9, 1.0 - 1e-15];
+            for u in tails.into_iter().chain((1..1000).map(|step| f64::from(step) * 1e-3)) {
+                let x = beckmann_visible_slope(cos, sin, u);
+                assert!(x * sin <= cos + 1e-12, "{theta}, {u}: slope {x} is not visible");
+                let error = (cumulative(x) / all - u).abs();
+                // The last part allows for the slope's own rounding and the cut tails.
+                assert!(error <= 1e-11 * u + 3e-15, "{theta}, {u}: off by {error:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn extremes_stay_finite() {
+        for shape in SHAPES {
+            for alpha in [0.0, f64::NAN, 1e-4, 1e-3, 1.0, 5.0] {
+                let microfacets = Microfacets::new(shape, alpha, 0.1);
+                for theta in [0.0, 1e-9, 0.7, 1.5707, 1.570_796_326] {
+                    for u in [0.0, 1e-300, 0.25, 0.5, 1.0 - f64::EPSILON / 2.0] {
+                        for w in [0.0, 0.5, 1.0 - f64::EPSILON / 2.0] {
+                            let v = direction(theta, 0.2);
+                            let m = microfacets.sample_visible(v, [u, w]);
+                            let density = microfacets.visible(v, m);
+                            assert!(
+                                m.is_normalized() && m.z >= 0.0 && density >= 0.0 && density.is_finite(),
+                                "{microfacets:?}, {theta}, {u}, {w}: {m}, {density}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

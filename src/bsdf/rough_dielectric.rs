@@ -48,7 +48,8 @@ impl<const C: usize> RoughDielectric<C> {
             return Evaluation::ZERO;
         }
         if light.z > 0.0 {
-            self.reflection(eye, light, (eye + light).normalize(), eta)
+            // No facet can be told where both graze the surface from opposite sides.
+            (eye + light).try_normalize().map_or(Evaluation::ZERO, |m| self.reflection(eye, light, m, eta))
         } else {
             self.transmission(eye, light, None, eta)
         }
