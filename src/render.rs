@@ -4,7 +4,7 @@ use crate::film::{BadValues, Film, FilterSampler, FixedPoint, ReplicateSum, Spec
 use crate::integrator;
 use crate::sampling::{Dimensions, SamplerKind, Stream};
 use crate::scene::Scene;
-use crate::spectrum::colour::MITSUBA_NORMALISATION;
+use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -230,7 +230,7 @@ impl Exposure<'_> {
             }
         }
         for (channel, value) in xyz.into_iter().enumerate() {
-            sum.add(channel, value / MITSUBA_NORMALISATION, self.scale);
+            sum.add(channel, value / MITSUBA_Y_INTEGRAL, self.scale);
         }
     }
 }

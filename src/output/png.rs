@@ -42,7 +42,7 @@ fn exposure(picture: &Picture) -> f64 {
 /// mixed with grey until no primary is negative or above 1.
 fn displayed(xyz: [f64; 3]) -> [f64; 3] {
     let grey = xyz[1].clamp(0.0, 1.0);
-    let rgb = colour::xyz_to_linear_rec709(xyz);
+    let rgb = colour::xyz_to_rec709(xyz.into());
     let share = rgb.into_iter().fold(1.0f64, |share, value| {
         if value < 0.0 {
             share.min(grey / (grey - value))
@@ -52,5 +52,5 @@ fn displayed(xyz: [f64; 3]) -> [f64; 3] {
             share
         }
     });
-    rgb.map(|value| colour::srgb_encoded((grey + share * (value - grey)).clamp(0.0, 1.0)))
+    rgb.map(|value| colour::srgb_encode((grey + share * (value - grey)).clamp(0.0, 1.0)))
 }

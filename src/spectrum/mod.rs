@@ -6,21 +6,25 @@
 //! either zero or the end value, as [`Extrapolation`] says.
 
 mod blackbody;
+pub mod colour;
+pub mod dispersion;
 mod error;
+pub mod normal_reflectance;
 mod sampled;
 mod table;
+pub mod table_file;
+pub mod text;
 mod wavelengths;
 
 use crate::units::WavelengthRange;
 
 pub use blackbody::{Blackbody, blackbody_radiance};
+pub use dispersion::DispersionFormula;
 pub use error::SpectrumError;
+pub use normal_reflectance::NormalReflectance;
 pub use sampled::Sampled;
 pub use table::{Extrapolation, Irregular, Table, Uniform};
 pub use wavelengths::{WavelengthDensity, Wavelengths};
-/// To come.
-#[derive(Clone, Debug)]
-pub struct DispersionFormula;
 
 /// A function of vacuum wavelength (nm). Its unit belongs to its use.
 #[derive(Clone, Debug, PartialEq)]
