@@ -3,11 +3,11 @@ use super::progress::{Progress, percent};
 use super::scene_options::SceneOptions;
 use abbe::film::{Film, SpectralBins};
 use abbe::output::{self, Colour, Picture};
-use abbe::render::{Schedule, Settings, WavelengthCount, render};
+use abbe::render::{AuxiliaryKind, Schedule, Settings, WavelengthCount, auxiliary, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::description::{Description, PixelFormat};
 use abbe::scene::{CompileOptions, Scene, compile};
-use abbe::spectrum::colour::ObserverKind;
+use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -61,11 +61,11 @@ pub struct Args {
 
     /// Colour matching functions: cie1931, cie1964, cie2015-2 or cie2015-10
     #[arg(long, value_name = "NAME", default_value = "cie1931", value_parser = parse_observer)]
-    observer: ObserverKind,
+    observer: &'static Observer,
 
     /// Also write images of what the camera sees first: albedo, normal, depth
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    aov: Vec<output::auxiliary::Kind>,
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_auxiliary)]
+    aov: Vec<AuxiliaryKind>,
 
     /// Print nothing but errors
     #[arg(short, long)]
@@ -110,7 +110,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         colour: colour(description.sensor.film.pixel_format),
         full_size: scene.film.full_size,
         offset: scene.film.offset,
-        auxiliary: pool.install(|| output::auxiliary::render(&scene, &args.aov, settings.seed)),
+        auxiliary: pool.install(|| auxiliary(&scene, &args.aov, args.range, settings.seed)),
         attributes: attributes(args, &description, &scene, &settings, &film),
     };
     let png = path.with_extension("png");
@@ -296,6 +296,16 @@ fn parse_range(text: &str) -> Result<WavelengthRange, String> {
     }
 }
 
-fn parse_observer(text: &str) -> Result<ObserverKind, String> {
-    ObserverKind::named(text).ok_or_else(|| "expected cie1931, cie1964, cie2015-2 or cie2015-10".to_owned())
+fn parse_observer(text: &str) -> Result<&'static Observer, String> {
+    match text {
+        "cie1931" => Ok(Observer::cie1931()),
+        "cie1964" => Ok(Observer::cie1964()),
+        "cie2015-2" => Ok(Observer::cie2015_2deg()),
+        "cie2015-10" => Ok(Observer::cie2015_10deg()),
+        _ => Err("expected cie1931, cie1964, cie2015-2 or cie2015-10".to_owned()),
+    }
+}
+
+fn parse_auxiliary(text: &str) -> Result<AuxiliaryKind, String> {
+    AuxiliaryKind::named(text).ok_or_else(|| "expected albedo, normal or depth".to_owned())
 }

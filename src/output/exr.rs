@@ -5,8 +5,9 @@
 //! `samples` per pixel; auxiliary images on request. Spectral bins follow Fichet, Pacanowski and Wilkie, "An OpenEXR
 //! Layout for Spectral Images", JCGT 10(3), 2021: `S0.<nm>nm` with a decimal comma.
 
-use super::{Auxiliary, Picture};
+use super::Picture;
 use crate::film::Film;
+use crate::render::Auxiliary;
 use exr::prelude::*;
 use smallvec::SmallVec;
 use std::io::Cursor;

@@ -4,6 +4,7 @@ pub mod exr;
 pub mod png;
 
 use crate::film::Film;
+use crate::render::Auxiliary;
 use crate::spectrum::colour;
 use std::io::Write;
 use std::path::Path;
@@ -20,13 +21,6 @@ pub struct Picture<'a> {
     pub auxiliary: Vec<Auxiliary>,
     /// How it was made: name and text.
     pub attributes: Vec<(String, String)>,
-}
-
-/// An image beside the picture, such as depth.
-#[derive(Clone, Debug)]
-pub struct Auxiliary {
-    pub name: String,
-    pub values: Vec<f32>,
 }
 
 /// What the colour channels of a file are.

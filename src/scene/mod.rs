@@ -1,7 +1,11 @@
 //! Scenes: what a file says ([`Description`]), and what can be traced ([`Scene`]).
 
+mod compile;
 pub mod description;
 pub mod source;
+mod traceable;
 
+pub use compile::{CompileOptions, compile};
 pub use description::Description;
 pub use source::{Place, SceneError, SceneErrors};
+pub use traceable::{FilmPlan, Intersection, Needs, Scene};

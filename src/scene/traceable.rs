@@ -3,12 +3,14 @@
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
-use crate::film::FilterKind;
+use crate::film::{FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Integrator, Limits};
 use crate::light::Lights;
 use crate::material::Material;
 use crate::medium::MediumStack;
+use crate::sampling::{Dimensions, Stream};
+use crate::shape::{Hit, Shape};
 use crate::spectrum::colour::Observer;
 use crate::spectrum::{Sampled, Spectrum, WavelengthDensity, Wavelengths};
 
@@ -17,7 +19,7 @@ use crate::spectrum::{Sampled, Spectrum, WavelengthDensity, Wavelengths};
 pub struct Scene {
     pub camera: Camera,
     pub film: FilmPlan,
-    pub observer: Observer,
+    pub observer: &'static Observer,
     pub integrator: Integrator,
     pub limits: Limits,
     pub wavelengths: WavelengthDensity,
@@ -28,6 +30,7 @@ pub struct Scene {
     pub reference_radiance: f64,
     pub(super) needs: Needs,
     pub(super) accel: Accel,
+    pub(super) shapes: Vec<Shape>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) materials: Vec<Material>,
     pub(super) bodies: Vec<Body>,
@@ -113,6 +116,20 @@ impl Scene {
         self.needs
     }
 
+    /// The ray of a pixel's sample, its weight by the filter, and the sample value that chooses its wavelengths.
+    pub fn camera_ray(&self, filter: &FilterSampler, pixel: [u32; 2], stream: &Stream) -> (Ray, f64, f64) {
+        let [film_x, film_y, wavelength, _time] = stream.draw(Dimensions::Camera);
+        let ([x, y], weight) = filter.sample(pixel, [film_x, film_y]);
+        let lens = if self.camera.has_lens() {
+            let [u, v, ..] = stream.draw(Dimensions::Lens);
+            [u, v]
+        } else {
+            [0.5; 2]
+        };
+        let [left, top] = self.film.offset.map(f64::from);
+        (self.camera.ray([x + left, y + top], lens), weight, wavelength)
+    }
+
     /// Where a ray first meets a surface. Camera rays pass through hidden lights.
     pub fn intersect(&self, ray: &Ray, from_camera: bool) -> Option<Intersection> {
         let mut ray = *ray;
@@ -126,6 +143,25 @@ impl Scene {
             let origin = hit.point.leave(ray.direction);
             ray = Ray { origin, direction: ray.direction, t_max: ray.t_max - hit.t };
         }
+    }
+
+    fn meet(&self, ray: &Ray) -> Option<Intersection> {
+        let hit: Hit = self.accel.closest(ray)?;
+        let surface = self.surfaces[hit.shape as usize];
+        let met = self.shapes[hit.shape as usize].surface(&hit, ray);
+        let from_behind = ray.direction.dot(met.shading_normal) > 0.0;
+        let (material, normal) = match surface.back {
+            Some(back) if from_behind => (back, -met.shading_normal),
+            _ => (surface.front, met.shading_normal),
+        };
+        Some(Intersection {
+            t: hit.t,
+            point: met.point,
+            frame: Frame::with_tangent(normal, met.tangent),
+            light: surface.light,
+            material,
+            body: surface.body,
+        })
     }
 
     /// Whether anything lies on a ray before its end.

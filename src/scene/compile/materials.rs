@@ -153,7 +153,9 @@ impl Materials {
                 "a reflectance from 0 up to, but not, 1 that the given index can have",
             )
         })?;
-        Ok(optics.to_spectra(self.range))
+        super::spectra::complex_index(&optics, self.range).map_err(|error| {
+            SceneError::at(&source.place, error.to_string(), "a reflectance with a finite index")
+        })
     }
 }
 

@@ -35,7 +35,8 @@ const TO_XYZ: Matrix = {
     primaries
 };
 
-const FROM_XYZ: Matrix = inverse(&TO_XYZ);
+/// From XYZ, with Y = 1 for white, to linear BT.709.
+pub const XYZ_TO_REC709: Matrix = inverse(&TO_XYZ);
 
 const fn product(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
     [
@@ -77,7 +78,7 @@ const fn inverse(m: &Matrix) -> Matrix {
 /// The matrix follows from primaries and white with full precision; the rounded one of IEC 61966-2-1 and Mitsuba's
 /// (which has an older white) differ from it by less than 5e-4.
 pub fn xyz_to_rec709(colour: Xyz) -> [f64; 3] {
-    product(&FROM_XYZ, colour.into())
+    product(&XYZ_TO_REC709, colour.into())
 }
 
 /// The colour of linear BT.709 values.
@@ -120,7 +121,7 @@ mod tests {
     #[test]
     fn matrix_is_the_standard_one() {
         let standard = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];
-        for (row, expected) in FROM_XYZ.iter().zip(standard) {
+        for (row, expected) in XYZ_TO_REC709.iter().zip(standard) {
             for (found, expected) in row.iter().zip(expected) {
                 assert!((found - expected).abs() < 3e-4, "{found} {expected}");
             }

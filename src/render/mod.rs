@@ -1,8 +1,12 @@
 //! From a compiled scene to an exposed film: pixels, threads, progress, interruption.
 
+mod auxiliary;
+
+pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
+
 use crate::film::{BadValues, Film, FilterSampler, FixedPoint, ReplicateSum, SpectralBins};
 use crate::integrator;
-use crate::sampling::{Dimensions, SamplerKind, Stream};
+use crate::sampling::{SamplerKind, Stream};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use rayon::prelude::*;
@@ -200,17 +204,8 @@ impl Exposure<'_> {
         bad: &mut BadValues,
     ) {
         let scene = self.scene;
-        let [film_x, film_y, wavelength, _time] = stream.draw(Dimensions::Camera);
-        let ([x, y], filter_weight) = self.filter.sample(pixel, [film_x, film_y]);
-        let lens = if scene.camera.has_lens() {
-            let [u, v, ..] = stream.draw(Dimensions::Lens);
-            [u, v]
-        } else {
-            [0.5; 2]
-        };
-        let [offset_x, offset_y] = scene.film.offset.map(f64::from);
-        let ray = scene.camera.ray([x + offset_x, y + offset_y], lens);
-        let wavelengths = scene.wavelengths.sample::<C>(wavelength);
+        let (ray, filter_weight, wavelength_u) = scene.camera_ray(&self.filter, pixel, stream);
+        let wavelengths = scene.wavelengths.sample::<C>(wavelength_u);
         let radiance = integrator::radiance(scene, ray, &wavelengths, stream);
         let mut xyz = [0.0; 3];
         for lane in 0..C {
