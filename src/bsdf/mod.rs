@@ -80,6 +80,19 @@ impl<const C: usize> Bsdf<C> {
         }
     }
 
+    /// For an interface, the hero's index below over that above.
+    pub fn relative_index(&self) -> Option<f64> {
+        match self {
+            Bsdf::Dielectric(bsdf) => Some(bsdf.eta.hero()),
+            Bsdf::RoughDielectric(bsdf) => Some(bsdf.facet.eta.hero()),
+            Bsdf::Black
+            | Bsdf::Lambert(_)
+            | Bsdf::DiffuseTransmitter(_)
+            | Bsdf::Conductor(_)
+            | Bsdf::RoughConductor(_) => None,
+        }
+    }
+
     /// Whether light can pass from one side to the other.
     pub fn transmits(&self) -> bool {
         match self {

@@ -20,7 +20,7 @@ impl AreaGeometry {
             area: shape.area(),
             centre: bounds.centre(),
             radius: 0.5 * bounds.diameter(),
-            plane: shape.plane_normal(),
+            plane: plane_normal(&shape),
             shape,
         }
     }
@@ -59,5 +59,25 @@ impl AreaGeometry {
             None => 0.25,
         };
         self.area * cos / squared
+    }
+}
+
+/// The normal of a surface all of which lies in one plane and faces one way.
+fn plane_normal(shape: &Shape) -> Option<Vec3> {
+    match shape {
+        Shape::Sphere(_) | Shape::Cylinder(_) => None,
+        Shape::Disk(_) => shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal),
+        Shape::Mesh(mesh) => {
+            let normal = shape.sample([0.5; 2])?.surface.point.normal;
+            let [origin, ..] = mesh.triangle(0);
+            let reach = 1e-6 * shape.bounds().diameter();
+            let flat = (0..mesh.triangle_count() as u32).filter(|&t| !mesh.is_degenerate(t)).all(|triangle| {
+                let [a, b, c] = mesh.triangle(triangle);
+                let off_plane = [a, b, c].iter().any(|&p| normal.dot(p - origin).abs() > reach);
+                let facing = mesh.surface(triangle, [1.0 / 3.0; 2]).point.normal;
+                !off_plane && facing.dot(normal) > 0.0
+            });
+            flat.then_some(normal)
+        }
     }
 }

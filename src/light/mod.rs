@@ -163,6 +163,15 @@ impl Lights {
 }
 
 impl Light {
+    /// Radiance, radiant intensity or irradiance.
+    pub fn spectrum(&self) -> &Spectrum {
+        match self {
+            Self::Area { radiance, .. } => radiance,
+            Self::Point { intensity, .. } => intensity,
+            Self::Directional { irradiance, .. } => irradiance,
+        }
+    }
+
     /// About what the light brings to a place, up to a factor common to all lights: its spectrum there, its size and its
     /// distance. Zero only where it brings nothing.
     fn estimate<const C: usize>(&self, from: &SurfacePoint, wavelengths: &Wavelengths<C>) -> f64 {

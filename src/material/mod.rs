@@ -70,6 +70,15 @@ impl Material {
         }
     }
 
+    /// Whether directions are spread by a roughness.
+    pub fn is_rough(&self) -> bool {
+        match self {
+            Self::Conductor { microfacets, .. } => microfacets.is_some(),
+            Self::Dielectric(dielectric) => dielectric.microfacets.is_some(),
+            Self::Black | Self::Diffuse { .. } | Self::DiffuseTransmitter { .. } => false,
+        }
+    }
+
     /// Whether wavelengths may part at this surface.
     pub fn disperses(&self) -> bool {
         match self {

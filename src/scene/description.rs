@@ -5,7 +5,7 @@ use super::source::{Place, Sources};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
-use crate::shape::Mesh;
+use crate::shape::MeshData;
 use crate::spectrum::DispersionFormula;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -216,7 +216,7 @@ pub enum ShapeKind {
     /// `obj` and `ply`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
-        mesh: Arc<Mesh>,
+        mesh: Arc<MeshData>,
     },
 }
 

@@ -6,6 +6,7 @@
 //! either zero or the end value, as [`Extrapolation`] says.
 
 mod blackbody;
+pub mod catalogue;
 pub mod colour;
 pub mod dispersion;
 mod error;

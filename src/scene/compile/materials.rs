@@ -122,7 +122,7 @@ impl Materials {
             ConductorIndex::Mirror => Ok((Spectrum::ZERO, Spectrum::ONE)),
             ConductorIndex::Complex { n, k } => Ok((spectrum(n)?, spectrum(k)?)),
             ConductorIndex::Named { place, name } => match catalogue::lookup(catalogue::Kind::Metal, name) {
-                Ok(entry) => super::spectra::metal_of(&entry).ok_or_else(|| {
+                Ok(entry) => entry.metal().ok_or_else(|| {
                     SceneError::at(place, format!("`{name}` has no complex index"), "the name of a metal")
                 }),
                 Err(unknown) => Err(SceneError::at(place, unknown.to_string(), "the name of a metal")),

@@ -269,7 +269,11 @@ fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, Shap
         }
         ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube => Shape::Mesh(Mesh::cube(to_world, flip)?),
-        ShapeKind::Mesh { mesh, .. } => Shape::Mesh(Mesh::new(mesh, to_world, flip)?),
+        ShapeKind::Mesh { mesh, .. } => {
+            let mut placed = mesh.transformed(to_world);
+            placed.flip_normals ^= flip;
+            Shape::Mesh(Mesh::new(placed)?)
+        }
     })
 }
 
