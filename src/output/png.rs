@@ -6,36 +6,53 @@ use crate::spectrum::colour;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Share of the pixels that may be brighter than white.
-const BURNT: f64 = 0.01;
+/// Luminance of the picture's mean after exposure, as a share of white.
+const MEAN: f64 = 0.25;
 
-/// Luminance of the brightest pixel that is not burnt, as a share of white.
-const BRIGHT: f64 = 0.9;
+/// Share of the pixels, the brightest, that do not raise the mean further: lamps and glints.
+const LAMPS: f64 = 0.01;
 
 /// Writes the whole file or none of it.
 pub fn write(path: &Path, picture: &Picture) -> std::io::Result<()> {
     let film = picture.film;
-    let exposure = exposure(picture);
+    let tone = Tone::of(picture);
     let preview = image::RgbImage::from_fn(film.width, film.height, |x, y| {
         let xyz = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-            .map(|weights| exposure * film.combined(x, y, weights).mean);
-        image::Rgb(displayed(xyz).map(|value| (255.0 * value + 0.5) as u8))
+            .map(|weights| film.combined(x, y, weights).mean);
+        image::Rgb(displayed(tone.of_colour(xyz)).map(|value| (255.0 * value + 0.5) as u8))
     });
     let mut bytes = Cursor::new(Vec::new());
     preview.write_to(&mut bytes, image::ImageFormat::Png).map_err(std::io::Error::other)?;
     super::write_whole(path, &bytes.into_inner())
 }
 
-/// The factor that takes the brightest pixel that may not burn to [`BRIGHT`].
-fn exposure(picture: &Picture) -> f64 {
-    let film = picture.film;
-    let mut luminance: Vec<f64> = (0..film.height)
-        .flat_map(|y| (0..film.width).map(move |x| film.combined(x, y, [0.0, 1.0, 0.0]).mean))
-        .filter(|&value| value > 0.0)
-        .collect();
-    luminance.sort_by(f64::total_cmp);
-    let index = ((luminance.len() as f64 * (1.0 - BURNT)) as usize).min(luminance.len().saturating_sub(1));
-    luminance.get(index).map_or(1.0, |&bright| BRIGHT / bright)
+/// Exposure and a shoulder that takes the brightest pixel to white instead of burning it
+/// (Reinhard et al., "Photographic Tone Reproduction for Digital Images", SIGGRAPH 2002, eq. 4).
+struct Tone {
+    exposure: f64,
+    /// Luminance after exposure that becomes white.
+    white: f64,
+}
+
+impl Tone {
+    fn of(picture: &Picture) -> Self {
+        let film = picture.film;
+        let mut luminance: Vec<f64> = (0..film.height)
+            .flat_map(|y| (0..film.width).map(move |x| film.combined(x, y, [0.0, 1.0, 0.0]).mean.max(0.0)))
+            .collect();
+        luminance.sort_by(f64::total_cmp);
+        let last = luminance.len() - 1;
+        let lamp = luminance[last - (LAMPS * last as f64) as usize];
+        let mean = luminance.iter().map(|&value| value.min(lamp)).sum::<f64>() / luminance.len() as f64;
+        let exposure = if mean > 0.0 { MEAN / mean } else { 1.0 };
+        Self { exposure, white: (exposure * luminance[last]).max(1.0) }
+    }
+
+    fn of_colour(&self, xyz: [f64; 3]) -> [f64; 3] {
+        let luminance = self.exposure * xyz[1].max(0.0);
+        let shoulder = (1.0 + luminance / (self.white * self.white)) / (1.0 + luminance);
+        xyz.map(|value| value * self.exposure * shoulder)
+    }
 }
 
 /// sRGB code values of a colour. One outside the gamut keeps its luminance, as far as white goes, and its hue: it is
