@@ -125,7 +125,7 @@ def main():
     made = f"computed by validation/colour/make_reference.py with colour-science {colour.__version__}"
     cmfs = colour.MSDS_CMFS[OBSERVER].copy().align(SHAPE, interpolator=colour.LinearInterpolator)
     lights = list(spectra("illuminants", "zero"))
-    surfaces = list(spectra("reflectance", "hold"))
+    surfaces = [*spectra("reflectance", "hold"), *spectra("rgb_upsampling", "hold")]
 
     whites, colours = [], []
     white_reflector = colour.SpectralDistribution(np.ones(len(SHAPE.wavelengths)), SHAPE.wavelengths)
@@ -137,7 +137,7 @@ def main():
         # The many-at-once call is the same computation; the first of each is checked against the single one.
         assert np.allclose(all_xyz[0], tristimulus(surfaces[0][2], cmfs, light), rtol=1e-12)
         for (surface_file, surface_column, _), xyz in zip(surfaces, all_xyz, strict=True):
-            colours.append([file, column, surface_file, surface_column, *(f"{v:.8f}" for v in xyz)])
+            colours.append([file, column, surface_file, surface_column, *(f"{v:.7f}" for v in xyz)])
 
     scale = "units: XYZ for the CIE 1931 2 degree observer, 360 to 830 nm; a perfect white reflector has Y = 1"
     write("illuminant_xyz.csv", [f"source: {made}", scale], ["illuminant_file", "illuminant", "X", "Y", "Z"], whites)
