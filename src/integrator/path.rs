@@ -75,10 +75,9 @@ pub fn radiance<const C: usize>(
         let direction = hit.frame.to_world(scatter.toward_light).normalize();
         path.last = match scatter.density {
             Density::Discrete => LastChoice::Discrete,
-            Density::PerSolidAngle(density) => LastChoice::Scattered {
-                from: hit.point,
-                prior_over_density: path.ratio.sum() / density,
-            },
+            Density::PerSolidAngle(density) => {
+                LastChoice::Scattered { from: hit.point, prior_over_density: path.ratio.sum() / density }
+            }
         };
         path.throughput *= scatter.weight;
         path.ratio *= scatter.ratio;
@@ -138,7 +137,8 @@ impl<const C: usize> Path<C> {
             LastChoice::Discrete => 1.0,
             LastChoice::Scattered { from, prior_over_density } => {
                 let by_scattering = self.ratio.sum();
-                let by_light = prior_over_density * scene.lights.density(light, from, &hit.point, wavelengths);
+                let by_light =
+                    prior_over_density * scene.lights.density(light, from, &hit.point, wavelengths);
                 power_heuristic(by_scattering, by_light)
             }
         };

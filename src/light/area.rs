@@ -71,12 +71,13 @@ fn plane_normal(shape: &Shape) -> Option<Vec3> {
             let normal = shape.sample([0.5; 2])?.surface.point.normal;
             let [origin, ..] = mesh.triangle(0);
             let reach = 1e-6 * shape.bounds().diameter();
-            let flat = (0..mesh.triangle_count() as u32).filter(|&t| !mesh.is_degenerate(t)).all(|triangle| {
-                let [a, b, c] = mesh.triangle(triangle);
-                let off_plane = [a, b, c].iter().any(|&p| normal.dot(p - origin).abs() > reach);
-                let facing = mesh.surface(triangle, [1.0 / 3.0; 2]).point.normal;
-                !off_plane && facing.dot(normal) > 0.0
-            });
+            let flat =
+                (0..mesh.triangle_count() as u32).filter(|&t| !mesh.is_degenerate(t)).all(|triangle| {
+                    let [a, b, c] = mesh.triangle(triangle);
+                    let off_plane = [a, b, c].iter().any(|&p| normal.dot(p - origin).abs() > reach);
+                    let facing = mesh.surface(triangle, [1.0 / 3.0; 2]).point.normal;
+                    !off_plane && facing.dot(normal) > 0.0
+                });
             flat.then_some(normal)
         }
     }

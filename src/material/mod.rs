@@ -63,7 +63,9 @@ impl Material {
                 };
                 match microfacets {
                     None => Bsdf::Conductor(facet),
-                    Some(microfacets) => Bsdf::RoughConductor(RoughConductor { facet, microfacets: *microfacets }),
+                    Some(microfacets) => {
+                        Bsdf::RoughConductor(RoughConductor { facet, microfacets: *microfacets })
+                    }
                 }
             }
             Self::Dielectric(dielectric) => dielectric.bsdf(nm, around),
@@ -83,7 +85,8 @@ impl Material {
     pub fn disperses(&self) -> bool {
         match self {
             Self::Dielectric(d) => {
-                !d.interior.is_constant() || d.exterior.as_ref().is_some_and(|exterior| !exterior.is_constant())
+                !d.interior.is_constant()
+                    || d.exterior.as_ref().is_some_and(|exterior| !exterior.is_constant())
             }
             _ => false,
         }

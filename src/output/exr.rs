@@ -50,8 +50,11 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
     for Auxiliary { name, values } in &picture.auxiliary {
         add(name, values.clone());
     }
-    let encoding =
-        Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
     let mut layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(channels));
     layer.attributes.layer_position = Vec2(picture.offset[0] as i32, picture.offset[1] as i32);
     layer.attributes.other = attributes(picture);
@@ -96,7 +99,8 @@ fn attributes(picture: &Picture) -> std::collections::HashMap<Text, AttributeVal
 /// Puts the header's attributes in the order of their names. The exr crate keeps them in a hash map and writes them in
 /// another order each time; the order has no meaning, but equal pictures must give equal bytes.
 fn sort_attributes(bytes: &mut [u8]) {
-    let text_end = |from: usize, bytes: &[u8]| Some(from + bytes.get(from..)?.iter().position(|&b| b == 0)? + 1);
+    let text_end =
+        |from: usize, bytes: &[u8]| Some(from + bytes.get(from..)?.iter().position(|&b| b == 0)? + 1);
     let start = 8; // magic number and version
     let mut at = start;
     let mut entries: Vec<Vec<u8>> = Vec::new();

@@ -51,10 +51,16 @@ const SAMPLES: u32 = 16;
 const SEQUENCE: u32 = u32::MAX;
 
 /// Renders auxiliary images, on the current rayon thread pool.
-pub fn auxiliary(scene: &Scene, kinds: &[AuxiliaryKind], range: WavelengthRange, seed: u64) -> Vec<Auxiliary> {
+pub fn auxiliary(
+    scene: &Scene,
+    kinds: &[AuxiliaryKind],
+    range: WavelengthRange,
+    seed: u64,
+) -> Vec<Auxiliary> {
     let [width, height] = scene.film.size;
     let filter = FilterSampler::new(scene.film.filter, width, height);
-    let wavelengths = WavelengthDensity::new(range, |nm| scene.observer.at(nm).iter().sum(), &[(&|_| 1.0, vec![])]);
+    let wavelengths =
+        WavelengthDensity::new(range, |nm| scene.observer.at(nm).iter().sum(), &[(&|_| 1.0, vec![])]);
     let mut images = Vec::new();
     for &kind in kinds {
         let pixels: Vec<[f64; 3]> = (0..width * height)

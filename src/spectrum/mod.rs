@@ -8,6 +8,8 @@
 mod blackbody;
 pub mod catalogue;
 pub mod colour;
+mod data;
+pub mod daylight;
 pub mod dispersion;
 mod error;
 pub mod normal_reflectance;

@@ -43,17 +43,19 @@ impl Materials {
                 self.bodies.push(Body { index: dielectric.interior.clone(), absorption });
                 Some(self.bodies.len() as u32 - 1)
             }
-            _ => match &shape.interior {
-                None => None,
-                Some(medium) => {
-                    return Err(SceneError::at(
+            _ => {
+                match &shape.interior {
+                    None => None,
+                    Some(medium) => {
+                        return Err(SceneError::at(
                         &medium.place,
                         "no ray ever gets into this medium",
                         "a medium inside a surface that lets light through",
                     )
                     .with_remedy("give the shape a `dielectric` or `roughdielectric` BSDF, or leave the medium out"));
+                    }
                 }
-            },
+            }
         };
         Ok(Surface { front, back, light: None, body })
     }
@@ -121,12 +123,8 @@ impl Materials {
             // n = 0 reflects everything at every angle.
             ConductorIndex::Mirror => Ok((Spectrum::ZERO, Spectrum::ONE)),
             ConductorIndex::Complex { n, k } => Ok((spectrum(n)?, spectrum(k)?)),
-            ConductorIndex::Named { place, name } => match catalogue::lookup(catalogue::Kind::Metal, name) {
-                Ok(entry) => entry.metal().ok_or_else(|| {
-                    SceneError::at(place, format!("`{name}` has no complex index"), "the name of a metal")
-                }),
-                Err(unknown) => Err(SceneError::at(place, unknown.to_string(), "the name of a metal")),
-            },
+            ConductorIndex::Named { place, name } => catalogue::conductor(name)
+                .map_err(|unknown| SceneError::at(place, unknown.to_string(), "the name of a conductor")),
             ConductorIndex::NormalReflectance { reflectance, assumption } => {
                 self.metal_from_reflectance(reflectance, assumption)
             }
@@ -141,7 +139,9 @@ impl Materials {
         let reflectance = spectrum(source)?;
         let optics = match assumption {
             MetalAssumption::NoAbsorption => NormalReflectance::dielectric(reflectance, self.range),
-            MetalAssumption::UnitIndex => NormalReflectance::conductor(reflectance, Spectrum::ONE, self.range),
+            MetalAssumption::UnitIndex => {
+                NormalReflectance::conductor(reflectance, Spectrum::ONE, self.range)
+            }
             MetalAssumption::KnownIndex(n) => {
                 NormalReflectance::conductor(reflectance, spectrum(n)?, self.range)
             }

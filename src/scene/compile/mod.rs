@@ -57,7 +57,9 @@ impl Compiler<'_> {
         let mut materials = Materials::new(self.options.range);
         let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
         for shape in &description.shapes {
-            let Some(geometry) = self.keep(&shape.place, place(shape, &shape.to_world.then(&shift))) else { continue };
+            let Some(geometry) = self.keep(&shape.place, place(shape, &shape.to_world.then(&shift))) else {
+                continue;
+            };
             let surface = match materials.surface(shape) {
                 Ok(surface) => surface,
                 Err(error) => {
@@ -129,9 +131,11 @@ impl Compiler<'_> {
     /// The middle of all shapes, in the file's coordinates.
     fn centre(&self) -> Vec3 {
         let bounds = self.description.shapes.iter().map(|shape| match &shape.kind {
-            ShapeKind::Mesh { mesh, .. } => {
-                Bounds::of(mesh.positions.iter().map(|p| shape.to_world.point(Vec3::new(p[0].into(), p[1].into(), p[2].into()))))
-            }
+            ShapeKind::Mesh { mesh, .. } => Bounds::of(
+                mesh.positions
+                    .iter()
+                    .map(|p| shape.to_world.point(Vec3::new(p[0].into(), p[1].into(), p[2].into()))),
+            ),
             _ => place(shape, &shape.to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
         });
         let bounds = Bounds::of_all(bounds);
@@ -188,8 +192,10 @@ impl Compiler<'_> {
             .chain(everywhere)
             .map(|(spectrum, power)| (move |nm: f64| power * spectrum.at(nm), spectrum.nodes()))
             .collect();
-        let lights: Vec<(&dyn Fn(f64) -> f64, Vec<f64>)> =
-            weighed.iter().map(|(spectrum, nodes)| (spectrum as &dyn Fn(f64) -> f64, nodes.clone())).collect();
+        let lights: Vec<(&dyn Fn(f64) -> f64, Vec<f64>)> = weighed
+            .iter()
+            .map(|(spectrum, nodes)| (spectrum as &dyn Fn(f64) -> f64, nodes.clone()))
+            .collect();
         let sensor = |nm: f64| self.options.observer.at(nm).iter().sum::<f64>().max(0.0);
         WavelengthDensity::new(self.options.range, sensor, &lights)
     }

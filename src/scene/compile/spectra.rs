@@ -7,7 +7,11 @@ use crate::units::WavelengthRange;
 /// catalogue follow their own rule.
 pub(super) fn spectrum(source: &SpectrumSource) -> Result<Spectrum, SceneError> {
     let wrong = |error: &dyn std::fmt::Display| {
-        SceneError::at(&source.place, error.to_string(), "a spectrum of finite values over ascending wavelengths")
+        SceneError::at(
+            &source.place,
+            error.to_string(),
+            "a spectrum of finite values over ascending wavelengths",
+        )
     };
     let unscaled = match &source.kind {
         SpectrumKind::Constant(value) => Spectrum::Constant(*value),
@@ -17,7 +21,10 @@ pub(super) fn spectrum(source: &SpectrumSource) -> Result<Spectrum, SceneError> 
         SpectrumKind::Regular { min_nm, max_nm, values } => {
             Spectrum::regular(*min_nm, *max_nm, values, Extrapolation::Zero).map_err(|error| wrong(&error))?
         }
-        SpectrumKind::D65 => catalogue::mitsuba_d65(),
+        SpectrumKind::D65 => {
+            let published = named(&source.place, "D65")?;
+            published.scaled(1.0 / MITSUBA_D65_SCALE)
+        }
         SpectrumKind::Blackbody { kelvin, min_nm, max_nm } => {
             thermal(*kelvin, WavelengthRange { min: *min_nm, max: *max_nm }).map_err(|error| wrong(&error))?
         }
@@ -44,11 +51,13 @@ pub(super) fn index(source: &IndexSource, range: WavelengthRange) -> Result<Spec
     };
     match &source.kind {
         IndexKind::Constant(value) => Ok(Spectrum::Constant(*value)),
-        IndexKind::Named(name) => match catalogue::lookup(catalogue::Kind::Glass, name) {
-            Ok(entry) => entry.index(range).map_err(|error| wrong(&error)),
-            Err(unknown) => {
-                Err(SceneError::at(&source.place, unknown.to_string(), "the name of a glass in the catalogue"))
-            }
+        IndexKind::Named(name) => match catalogue::dielectric(name) {
+            Ok(index) => index.to_spectrum(range).map_err(|error| wrong(&error)),
+            Err(unknown) => Err(SceneError::at(
+                &source.place,
+                unknown.to_string(),
+                "the name of a dielectric in the catalogue",
+            )),
         },
         IndexKind::Formula(formula) => formula.to_spectrum(range).map_err(|error| wrong(&error)),
         IndexKind::Tabulated(table) => Ok(spectrum(table)?.with_extrapolation(Extrapolation::Hold)),
@@ -78,7 +87,13 @@ pub(super) fn complex_index(
     Ok((table(&n)?, table(&k)?))
 }
 
+/// What Mitsuba 3 divides the CIE's table of D65 by.
+const MITSUBA_D65_SCALE: f64 = 98.9974;
+
+/// A measured reflectance, illuminant or absorption: no name stands for two of them.
 fn named(place: &Place, name: &str) -> Result<Spectrum, SceneError> {
-    catalogue::spectrum(name)
+    catalogue::reflectance(name)
+        .or_else(|_| catalogue::illuminant(name))
+        .or_else(|_| catalogue::absorption(name))
         .map_err(|unknown| SceneError::at(place, unknown.to_string(), "the name of a measured spectrum"))
 }
