@@ -64,7 +64,7 @@ pub fn conductor(cos_incident: f64, n: f64, k: f64) -> f64 {
     // a + ib = √((n + ik)² − sin² θ)
     let real = squared_g(c, n, k);
     let half_imaginary = n * k;
-    let modulus = real.hypot(2.0 * half_imaginary);
+    let modulus = (real * real + 4.0 * half_imaginary * half_imaginary).sqrt();
     let (a, b) = if real >= 0.0 {
         let a = (0.5 * (modulus + real)).sqrt();
         (a, if a > 0.0 { half_imaginary / a } else { 0.0 })
@@ -142,7 +142,7 @@ mod tests {
         eprintln!("{rows} rows, worst relative error {worst:e}");
     }
 
-    /// Seeds N8 and N10: `F = ½ (g−c)²/(g+c)² {1 + [c(g+c)−1]²/[c(g−c)+1]²}` for glass and n = 2.
+    /// Glassner, "An Introduction to Ray Tracing" (1989), ch. 4, eq. 16 with its sign corrected: `F = ½ (g−c)²/(g+c)² {1 + [c(g+c)−1]²/[c(g−c)+1]²}` for glass and n = 2.
     #[test]
     fn textbook_table() {
         let table = [
@@ -171,7 +171,7 @@ mod tests {
         close(dielectric(cos, 1.5).reflectance, 0.5 * senkrecht * senkrecht, 1e-14, "r_s alone");
     }
 
-    /// Seeds N9: sin θc = 1/n. Reflectance is 1 from there on, and below 1 just inside.
+    /// sin θc = 1/n. Reflectance is 1 from there on, and below 1 just inside.
     #[test]
     fn critical_angle() {
         let eta: f64 = 1.0 / 1.5;
@@ -246,7 +246,7 @@ mod tests {
         }
     }
 
-    /// Seeds N12: a slab between two faces, all orders of internal reflection summed, by the
+    /// A slab between two faces, all orders of internal reflection summed, by the
     /// reflectances of both faces and the transmittance τ inside: `T = (1−R)² τ/(1 − R² τ²)`.
     #[test]
     fn slab() {

@@ -1,4 +1,4 @@
-"""Write Fresnel reflectances computed to 40 digits, the reference of tests/bsdf.rs.
+"""Write Fresnel reflectances with 20 digits, the reference of src/bsdf/fresnel.rs.
 
 Needs mpmath. The textbook forms (Born and Wolf, "Principles of Optics", sections 1.5.2 and 14.2)
 are evaluated with 60 digits, so that no rearrangement against rounding is shared with the program.
