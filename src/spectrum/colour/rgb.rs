@@ -1,0 +1,150 @@
+//! Display values: linear RGB with the primaries of ITU-R BT.709 (those of sRGB), and the sRGB transfer function.
+
+use super::Xyz;
+
+/// Chromaticities of the BT.709 primaries red, green, blue (ITU-R BT.709-6, table 1).
+const PRIMARIES: [(f64, f64); 3] = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)];
+
+/// Chromaticity of the BT.709 and sRGB white, D65 (ITU-R BT.709-6, table 1; IEC 61966-2-1).
+const WHITE: (f64, f64) = (0.3127, 0.3290);
+
+type Matrix = [[f64; 3]; 3];
+
+/// From linear BT.709 to XYZ with Y = 1 for white: the columns are the primaries, scaled so that they add up to white.
+const TO_XYZ: Matrix = {
+    let mut primaries = [[0.0; 3]; 3];
+    let mut i = 0;
+    while i < 3 {
+        let (x, y) = PRIMARIES[i];
+        primaries[0][i] = x / y;
+        primaries[1][i] = 1.0;
+        primaries[2][i] = (1.0 - x - y) / y;
+        i += 1;
+    }
+    let white = [WHITE.0 / WHITE.1, 1.0, (1.0 - WHITE.0 - WHITE.1) / WHITE.1];
+    let scale = product(&inverse(&primaries), white);
+    let mut row = 0;
+    while row < 3 {
+        let mut i = 0;
+        while i < 3 {
+            primaries[row][i] *= scale[i];
+            i += 1;
+        }
+        row += 1;
+    }
+    primaries
+};
+
+const FROM_XYZ: Matrix = inverse(&TO_XYZ);
+
+const fn product(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
+    [
+        m[0][0] * v[0] + m[0][1] * v[1] + m[0][2] * v[2],
+        m[1][0] * v[0] + m[1][1] * v[1] + m[1][2] * v[2],
+        m[2][0] * v[0] + m[2][1] * v[1] + m[2][2] * v[2],
+    ]
+}
+
+/// Inverse by cofactors.
+const fn inverse(m: &Matrix) -> Matrix {
+    let mut cofactors = [[0.0; 3]; 3];
+    let mut row = 0;
+    while row < 3 {
+        let (a, b) = ((row + 1) % 3, (row + 2) % 3);
+        let mut column = 0;
+        while column < 3 {
+            let (c, d) = ((column + 1) % 3, (column + 2) % 3);
+            cofactors[column][row] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
+            column += 1;
+        }
+        row += 1;
+    }
+    let determinant = m[0][0] * cofactors[0][0] + m[0][1] * cofactors[1][0] + m[0][2] * cofactors[2][0];
+    let mut row = 0;
+    while row < 3 {
+        let mut column = 0;
+        while column < 3 {
+            cofactors[row][column] /= determinant;
+            column += 1;
+        }
+        row += 1;
+    }
+    cofactors
+}
+
+/// Linear BT.709 values of a colour; (1, 1, 1) for D65 with Y = 1. Outside [0, 1] for colours out of gamut.
+///
+/// The matrix follows from primaries and white with full precision; the rounded one of IEC 61966-2-1 and Mitsuba's
+/// (which has an older white) differ from it by less than 5e-4.
+pub fn xyz_to_rec709(colour: Xyz) -> [f64; 3] {
+    product(&FROM_XYZ, colour.into())
+}
+
+/// The colour of linear BT.709 values.
+pub fn rec709_to_xyz(rgb: [f64; 3]) -> Xyz {
+    product(&TO_XYZ, rgb).into()
+}
+
+/// The sRGB transfer function: linear to encoded, both 0 to 1 (IEC 61966-2-1). Odd, so that values below 0 survive.
+pub fn srgb_encode(linear: f64) -> f64 {
+    let magnitude = linear.abs();
+    let encoded = match magnitude <= 0.003_130_8 {
+        true => 12.92 * magnitude,
+        false => 1.055 * magnitude.powf(1.0 / 2.4) - 0.055,
+    };
+    encoded.copysign(linear)
+}
+
+/// The inverse of [`srgb_encode`].
+pub fn srgb_decode(encoded: f64) -> f64 {
+    let magnitude = encoded.abs();
+    let linear = match magnitude <= 0.040_45 {
+        true => magnitude / 12.92,
+        false => ((magnitude + 0.055) / 1.055).powf(2.4),
+    };
+    linear.copysign(encoded)
+}
+
+/// A colour as `#rrggbb`, clipped to the gamut; white is D65 with Y = 1.
+pub fn srgb_hex(colour: Xyz) -> String {
+    let [r, g, b] =
+        xyz_to_rec709(colour).map(|linear| (srgb_encode(linear.clamp(0.0, 1.0)) * 255.0).round() as u8);
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The matrix of IEC 61966-2-1, to its four digits, and white to rounding.
+    #[test]
+    fn matrix_is_the_standard_one() {
+        let standard = [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];
+        for (row, expected) in FROM_XYZ.iter().zip(standard) {
+            for (found, expected) in row.iter().zip(expected) {
+                assert!((found - expected).abs() < 3e-4, "{found} {expected}");
+            }
+        }
+        for value in xyz_to_rec709(Xyz::from_chromaticity(0.3127, 0.3290, 1.0)) {
+            assert!((value - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn conversions_have_inverses() {
+        for rgb in [[0.2, 0.5, 0.9], [1.0, 0.0, 0.0], [-0.1, 0.3, 2.0]] {
+            let back = xyz_to_rec709(rec709_to_xyz(rgb));
+            assert!(rgb.iter().zip(back).all(|(a, b)| (a - b).abs() < 1e-14), "{rgb:?} {back:?}");
+        }
+        for step in -300..=300 {
+            let linear = f64::from(step) / 200.0;
+            assert!((srgb_decode(srgb_encode(linear)) - linear).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn known_display_values() {
+        assert_eq!(srgb_hex(rec709_to_xyz([1.0, 0.0, 0.5])), "#ff00bc");
+        assert!((srgb_encode(0.5) - 0.735_356_983_052_449).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,78 @@
+//! What can be wrong with a function of wavelength.
+
+use std::fmt;
+
+/// Why a spectrum could not be made. Wavelengths are in nm; `index` counts from 0.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SpectrumError {
+    /// A table needs two nodes to say anything about what lies between.
+    TooFewNodes { found: usize },
+    /// Every wavelength needs one value.
+    LengthsDiffer { wavelengths: usize, values: usize },
+    /// A wavelength is a positive, finite number of nanometres.
+    BadWavelength { index: usize, nm: f64 },
+    /// Wavelengths increase strictly.
+    NotIncreasing { index: usize, previous_nm: f64, nm: f64 },
+    /// A value is a finite number.
+    BadValue { index: usize, nm: f64, value: f64 },
+    /// A value lies outside what its use allows (`nm` is absent for a constant).
+    OutOfBounds { nm: Option<f64>, value: f64, least: f64, greatest: f64 },
+    /// A temperature is a finite number of kelvin, at least 0.
+    BadTemperature { kelvin: f64 },
+}
+
+impl fmt::Display for SpectrumError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::TooFewNodes { found } => {
+                write!(f, "a tabulated spectrum needs at least 2 wavelengths, found {found}")
+            }
+            Self::LengthsDiffer { wavelengths, values } => {
+                write!(
+                    f,
+                    "expected one value per wavelength, found {wavelengths} wavelengths and {values} values"
+                )
+            }
+            Self::BadWavelength { index, nm } => {
+                write!(f, "expected a positive wavelength in nm, found {nm} at place {}", index + 1)
+            }
+            Self::NotIncreasing { index, previous_nm, nm } => write!(
+                f,
+                "expected strictly increasing wavelengths, found {nm} nm after {previous_nm} nm at place {}",
+                index + 1
+            ),
+            Self::BadValue { index, nm, value } => {
+                write!(f, "expected a finite value, found {value} at {nm} nm (place {})", index + 1)
+            }
+            Self::OutOfBounds { nm, value, least, greatest } => {
+                match (least.is_finite(), greatest.is_finite()) {
+                    (true, true) => write!(f, "expected values from {least} to {greatest}")?,
+                    (true, false) => write!(f, "expected values of at least {least}")?,
+                    _ => write!(f, "expected values of at most {greatest}")?,
+                }
+                write!(f, ", found {value}")?;
+                nm.map_or(Ok(()), |nm| write!(f, " at {nm} nm"))
+            }
+            Self::BadTemperature { kelvin } => {
+                write!(f, "expected a temperature of at least 0 K, found {kelvin}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for SpectrumError {}
+
+#[cfg(test)]
+mod tests {
+    use super::SpectrumError;
+
+    #[test]
+    fn messages_say_what_was_expected_and_where() {
+        let error = SpectrumError::NotIncreasing { index: 3, previous_nm: 500.0, nm: 490.5 };
+        let text = "expected strictly increasing wavelengths, found 490.5 nm after 500 nm at place 4";
+        assert_eq!(error.to_string(), text);
+        let error =
+            SpectrumError::OutOfBounds { nm: Some(450.0), value: -0.1, least: 0.0, greatest: f64::INFINITY };
+        assert_eq!(error.to_string(), "expected values of at least 0, found -0.1 at 450 nm");
+    }
+}

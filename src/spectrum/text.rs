@@ -1,0 +1,230 @@
+//! Spectra written as text: Mitsuba's `.spd` files and `wavelength:value` lists.
+//!
+//! Both give plain pairs of columns; [`Spectrum::irregular`](super::Spectrum::irregular) makes the function.
+//! Every refusal says where in the text it is.
+
+use std::fmt;
+
+/// The two columns of a spectrum as written: wavelengths (nm, strictly increasing) and values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns {
+    pub nodes: Vec<f64>,
+    pub values: Vec<f64>,
+}
+
+/// What is wrong at one place of a text.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TextProblem {
+    /// The text at this place is not a finite number.
+    NotANumber(String),
+    /// A wavelength without a value.
+    NoValue,
+    /// More than a wavelength and a value.
+    Trailing(String),
+    /// No `:` between wavelength and value.
+    NoColon(String),
+    /// A wavelength that is not positive.
+    NotPositive(f64),
+    /// A wavelength that is not above its predecessor.
+    NotIncreasing { previous_nm: f64, nm: f64 },
+    /// Fewer than two wavelengths in all.
+    TooFew(usize),
+}
+
+impl fmt::Display for TextProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotANumber(text) => write!(f, "expected a number, found '{text}'"),
+            Self::NoValue => write!(f, "expected a value after the wavelength"),
+            Self::Trailing(text) => write!(f, "expected only a wavelength and a value, found also '{text}'"),
+            Self::NoColon(text) => write!(f, "expected 'wavelength:value', found '{text}'"),
+            Self::NotPositive(nm) => write!(f, "expected a positive wavelength in nm, found {nm}"),
+            Self::NotIncreasing { previous_nm, nm } => {
+                write!(f, "expected a wavelength above {previous_nm} nm, found {nm} nm")
+            }
+            Self::TooFew(found) => write!(f, "expected at least 2 wavelengths, found {found}"),
+        }
+    }
+}
+
+/// A problem in a file, at a line and a column (both from 1; columns count characters).
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpdError {
+    pub line: usize,
+    pub column: usize,
+    pub problem: TextProblem,
+}
+
+impl fmt::Display for SpdError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}, column {}: {}", self.line, self.column, self.problem)
+    }
+}
+
+impl std::error::Error for SpdError {}
+
+/// A problem in a list, at a byte offset from its start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ListError {
+    pub offset: usize,
+    pub problem: TextProblem,
+}
+
+impl fmt::Display for ListError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "at byte {}: {}", self.offset, self.problem)
+    }
+}
+
+impl std::error::Error for ListError {}
+
+/// Reads an `.spd` file: lines of `wavelength value`, separated by blanks; empty lines and lines that start with
+/// `#` are skipped, and so is what follows a `#` within a line.
+///
+/// # Errors
+/// The first place that is not so, or where wavelengths do not increase.
+pub fn parse_spd(text: &str) -> Result<Columns, SpdError> {
+    let mut columns = Columns { nodes: Vec::new(), values: Vec::new() };
+    let mut lines = 0;
+    for (number, line) in text.lines().enumerate() {
+        lines = number + 1;
+        let body = line.split('#').next().unwrap_or_default();
+        let place = |word: &str| body[..offset_within(body, word)].chars().count() + 1;
+        let refuse = |column, problem| SpdError { line: number + 1, column, problem };
+        let mut words = body.split_whitespace();
+        let Some(first) = words.next() else { continue };
+        let nm = number_of(first).map_err(|problem| refuse(place(first), problem))?;
+        let Some(second) = words.next() else {
+            return Err(refuse(place(first) + first.chars().count(), TextProblem::NoValue));
+        };
+        let value = number_of(second).map_err(|problem| refuse(place(second), problem))?;
+        if let Some(third) = words.next() {
+            return Err(refuse(place(third), TextProblem::Trailing(third.to_owned())));
+        }
+        columns.push(nm, value).map_err(|problem| refuse(place(first), problem))?;
+    }
+    match columns.nodes.len() {
+        found @ (0 | 1) => {
+            Err(SpdError { line: lines.max(1), column: 1, problem: TextProblem::TooFew(found) })
+        }
+        _ => Ok(columns),
+    }
+}
+
+/// Reads a list `wavelength:value, wavelength:value, ...` as Mitsuba's `<spectrum value="...">` writes it;
+/// commas, blanks or both separate the pairs.
+///
+/// # Errors
+/// The first place that is not so, or where wavelengths do not increase.
+pub fn parse_list(text: &str) -> Result<Columns, ListError> {
+    let mut columns = Columns { nodes: Vec::new(), values: Vec::new() };
+    let separates = |c: char| c == ',' || c.is_whitespace();
+    for pair in text.split(separates).filter(|pair| !pair.is_empty()) {
+        let refuse = |part: &str, problem| ListError { offset: offset_within(text, part), problem };
+        let Some((first, second)) = pair.split_once(':') else {
+            return Err(refuse(pair, TextProblem::NoColon(pair.to_owned())));
+        };
+        let nm = number_of(first).map_err(|problem| refuse(first, problem))?;
+        if second.is_empty() {
+            return Err(refuse(second, TextProblem::NoValue));
+        }
+        let value = number_of(second).map_err(|problem| refuse(second, problem))?;
+        columns.push(nm, value).map_err(|problem| refuse(first, problem))?;
+    }
+    match columns.nodes.len() {
+        found @ (0 | 1) => Err(ListError { offset: text.len(), problem: TextProblem::TooFew(found) }),
+        _ => Ok(columns),
+    }
+}
+
+impl Columns {
+    fn push(&mut self, nm: f64, value: f64) -> Result<(), TextProblem> {
+        if nm <= 0.0 {
+            return Err(TextProblem::NotPositive(nm));
+        }
+        if let Some(&previous_nm) = self.nodes.last().filter(|&&previous| previous >= nm) {
+            return Err(TextProblem::NotIncreasing { previous_nm, nm });
+        }
+        self.nodes.push(nm);
+        self.values.push(value);
+        Ok(())
+    }
+}
+
+fn number_of(word: &str) -> Result<f64, TextProblem> {
+    match word.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(TextProblem::NotANumber(word.to_owned())),
+    }
+}
+
+/// Where `part`, a slice of `whole`, begins in it (bytes).
+fn offset_within(whole: &str, part: &str) -> usize {
+    part.as_ptr() as usize - whole.as_ptr() as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn an_spd_file_is_read() {
+        let text = "# a comment\n\n400 0.5\n  500.5\t1e-3  # remark\r\n600 -2\n";
+        let columns = parse_spd(text).unwrap();
+        assert_eq!(columns.nodes, [400.0, 500.5, 600.0]);
+        assert_eq!(columns.values, [0.5, 1e-3, -2.0]);
+    }
+
+    #[test]
+    fn an_spd_error_says_line_and_column() {
+        let error = |text: &str| parse_spd(text).unwrap_err();
+        let at = |line, column, problem| SpdError { line, column, problem };
+        let word = |word: &str| word.to_owned();
+        assert_eq!(error("400 1\n500, 2"), at(2, 1, TextProblem::NotANumber(word("500,"))));
+        assert_eq!(error("400 1\n 500 é"), at(2, 6, TextProblem::NotANumber(word("é"))));
+        assert_eq!(error("400 1\n500 nan"), at(2, 5, TextProblem::NotANumber(word("nan"))));
+        assert_eq!(error("400 1\n\n500"), at(3, 4, TextProblem::NoValue));
+        assert_eq!(error("400 1 7"), at(1, 7, TextProblem::Trailing(word("7"))));
+        assert_eq!(error("-400 1"), at(1, 1, TextProblem::NotPositive(-400.0)));
+        let falling = TextProblem::NotIncreasing { previous_nm: 400.0, nm: 400.0 };
+        assert_eq!(error("400 1\n400 2"), at(2, 1, falling));
+        assert_eq!(error("# nothing\n"), at(1, 1, TextProblem::TooFew(0)));
+        assert_eq!(error("400 1").to_string(), "line 1, column 1: expected at least 2 wavelengths, found 1");
+    }
+
+    #[test]
+    fn a_list_is_read() {
+        for text in ["400:1, 500.5:2e-1,600:3", " 400:1 500.5:0.2\n600:3,", "400:1,500.5:.2,600:3"] {
+            let columns = parse_list(text).unwrap();
+            assert_eq!(columns.nodes, [400.0, 500.5, 600.0], "{text}");
+            assert_eq!(columns.values, [1.0, 0.2, 3.0], "{text}");
+        }
+    }
+
+    #[test]
+    fn a_list_error_says_the_byte() {
+        let error = |text: &str| parse_list(text).unwrap_err();
+        let at = |offset, problem| ListError { offset, problem };
+        assert_eq!(error("400:1, 500"), at(7, TextProblem::NoColon("500".to_owned())));
+        assert_eq!(error("400:1, 500:x"), at(11, TextProblem::NotANumber("x".to_owned())));
+        assert_eq!(error("400:1, 500:2:3"), at(11, TextProblem::NotANumber("2:3".to_owned())));
+        assert_eq!(error("400:1, 500:, 600:1"), at(11, TextProblem::NoValue));
+        assert_eq!(
+            error("400:1, 4e2:2"),
+            at(7, TextProblem::NotIncreasing { previous_nm: 400.0, nm: 400.0 })
+        );
+        assert_eq!(error("400:1"), at(5, TextProblem::TooFew(1)));
+    }
+
+    proptest! {
+        /// Whatever is read, nothing panics, and what is accepted makes a spectrum.
+        #[test]
+        fn no_text_breaks_the_readers(text in "[0-9a-f .,:#é\n-]{0,60}") {
+            for columns in [parse_spd(&text).ok(), parse_list(&text).ok()].into_iter().flatten() {
+                let outside = crate::spectrum::Extrapolation::Zero;
+                prop_assert!(crate::spectrum::Spectrum::irregular(&columns.nodes, &columns.values, outside).is_ok());
+            }
+        }
+    }
+}
