@@ -22,6 +22,8 @@ pub struct Description {
     pub extensions: Vec<Note>,
     /// What was assumed in order to make physics out of what the file says.
     pub assumptions: Vec<Note>,
+    /// What the file says that changes nothing here, such as the name of a sampler that Mitsuba 3 has.
+    pub remarks: Vec<Note>,
 }
 
 /// A remark tied to a place.
