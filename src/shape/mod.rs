@@ -1,4 +1,221 @@
-//! To come.
-/// To come.
+//! Surfaces: intersection, bounds, and sampling for light sources.
+//!
+//! Conventions, for every variant:
+//! - A ray's parameter is a world-space distance; everything is solved in `f64`.
+//! - The geometric normal follows the shape's orientation, never the ray: outward for spheres and
+//!   cylinders, +z of the local frame for disks, counter-clockwise winding for triangles;
+//!   `flip_normals` turns it. Mirrored placements behave as they do in Mitsuba 3.
+//! - uv and ∂p/∂u are those of Mitsuba 3.
+//! - Tangent rays count as misses.
+
+mod cylinder;
+mod disk;
+mod mesh;
+mod placement;
+mod rectangle;
+mod sphere;
+mod triangle;
+
+use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
+pub use cylinder::Cylinder;
+pub use disk::Disk;
+pub use mesh::{Mesh, MeshData, compute_vertex_normals};
+pub use rectangle::Rectangle;
+pub use sphere::Sphere;
+use std::fmt;
+pub use triangle::{RaySpace, TriangleHit};
+
+/// A surface that rays can meet and light can leave.
 #[derive(Clone, Debug)]
-pub struct Mesh;
+pub enum Shape {
+    Sphere(Sphere),
+    Disk(Disk),
+    Cylinder(Cylinder),
+    Mesh(Mesh),
+}
+
+/// Where a ray met a surface: all that is needed to compute the rest with [`Shape::surface`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance from the ray's origin.
+    pub t: f64,
+    /// Index of the shape in the list that the acceleration structure was built from.
+    pub shape: u32,
+    /// Index of the triangle within its mesh; 0 for analytic shapes.
+    pub triangle: u32,
+    /// Barycentric coordinates of the triangle's second and third vertex; [0, 0] for analytic shapes.
+    pub barycentric: [f64; 2],
+}
+
+/// A point on a surface with what shading asks for.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceHit {
+    pub point: SurfacePoint,
+    /// Unit shading normal; equals the geometric normal unless a mesh interpolates vertex normals.
+    pub shading_normal: Vec3,
+    pub uv: [f64; 2],
+    /// ∂p/∂u, not normalised; zero where the parametrisation is singular.
+    pub tangent: Vec3,
+}
+
+/// A point chosen on a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct AreaSample {
+    pub surface: SurfaceHit,
+    /// Per unit of world area.
+    pub density: f64,
+}
+
+/// A point chosen on a surface for what it looks like from a reference point.
+#[derive(Clone, Copy, Debug)]
+pub struct ShapeSample {
+    pub surface: SurfaceHit,
+    /// Per steradian, as seen from the reference point.
+    pub density: f64,
+}
+
+/// Why a shape cannot be made.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ShapeError {
+    /// A radius must be positive and finite.
+    Radius(f64),
+    /// The two ends of a cylinder coincide or are not finite.
+    CylinderEnds,
+    /// The placement makes the shape too thin or too large to compute with.
+    Placement,
+    /// A triangle refers to a vertex that does not exist.
+    VertexIndex { triangle: usize, index: u32, vertices: usize },
+    /// A coordinate of a position, normal or uv is infinite or not a number.
+    NotFinite { attribute: &'static str, vertex: usize },
+    /// There must be as many normals and uvs as positions.
+    AttributeCount { attribute: &'static str, found: usize, vertices: usize },
+    /// More triangles or vertices than 32-bit indices can name.
+    TooLarge,
+}
+
+impl fmt::Display for ShapeError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Radius(radius) => write!(f, "a radius must be positive and finite, not {radius}"),
+            Self::CylinderEnds => write!(f, "the ends of a cylinder must be finite and differ"),
+            Self::Placement => {
+                write!(f, "the transform makes the shape too thin or too large to compute with")
+            }
+            Self::VertexIndex { triangle, index, vertices } => {
+                write!(f, "triangle {triangle} refers to vertex {index}, but there are {vertices} vertices")
+            }
+            Self::NotFinite { attribute, vertex } => {
+                write!(f, "the {attribute} of vertex {vertex} is not finite")
+            }
+            Self::AttributeCount { attribute, found, vertices } => {
+                write!(f, "there are {found} {attribute}s for {vertices} vertices")
+            }
+            Self::TooLarge => write!(f, "a mesh has at most 2^32 - 1 triangles and vertices"),
+        }
+    }
+}
+
+impl std::error::Error for ShapeError {}
+
+impl Shape {
+    /// The nearest hit with 0 ≤ t < `ray.t_max`, with shape index 0.
+    /// Meshes are searched triangle by triangle: this is the oracle for [`crate::accel`].
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let analytic = |t| Hit { t, shape: 0, triangle: 0, barycentric: [0.0; 2] };
+        match self {
+            Self::Sphere(sphere) => sphere.intersect(ray).map(analytic),
+            Self::Disk(disk) => disk.intersect(ray).map(analytic),
+            Self::Cylinder(cylinder) => cylinder.intersect(ray).map(analytic),
+            Self::Mesh(mesh) => mesh.intersect(ray),
+        }
+    }
+
+    /// The surface at a hit that `ray` made with this shape.
+    pub fn surface(&self, hit: &Hit, ray: &Ray) -> SurfaceHit {
+        match self {
+            Self::Sphere(sphere) => sphere.surface(ray.at(hit.t)),
+            Self::Disk(disk) => disk.surface(ray.at(hit.t)),
+            Self::Cylinder(cylinder) => cylinder.surface(ray.at(hit.t)),
+            Self::Mesh(mesh) => mesh.surface(hit.triangle, hit.barycentric),
+        }
+    }
+
+    /// The smallest axis-aligned box in world space, up to rounding.
+    pub fn bounds(&self) -> Bounds {
+        match self {
+            Self::Sphere(sphere) => sphere.bounds(),
+            Self::Disk(disk) => disk.bounds(),
+            Self::Cylinder(cylinder) => cylinder.bounds(),
+            Self::Mesh(mesh) => mesh.bounds(),
+        }
+    }
+
+    /// World-space area of one side.
+    pub fn area(&self) -> f64 {
+        match self {
+            Self::Sphere(sphere) => sphere.area(),
+            Self::Disk(disk) => disk.area(),
+            Self::Cylinder(cylinder) => cylinder.area(),
+            Self::Mesh(mesh) => mesh.area(),
+        }
+    }
+
+    /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on
+    /// ellipsoids and elliptic or sheared cylinders. `None` for a mesh without area.
+    pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere.sample(u)),
+            Self::Disk(disk) => Some(disk.sample(u)),
+            Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
+            Self::Mesh(mesh) => mesh.sample(u),
+        }
+    }
+
+    /// Density per unit area with which [`Shape::sample`] chooses `point` of this shape.
+    pub fn area_density(&self, point: &SurfacePoint) -> f64 {
+        match self {
+            Self::Sphere(sphere) => sphere.area_density(point),
+            Self::Disk(disk) => disk.area_density(),
+            Self::Cylinder(cylinder) => cylinder.area_density(point),
+            Self::Mesh(mesh) => mesh.area_density(),
+        }
+    }
+
+    /// A point for illuminating `reference`: by solid angle for spheres (under a similarity, seen from
+    /// outside) and rectangles, by area otherwise. It may face away from `reference` or be hidden.
+    /// `None` where no density per steradian exists (seen edge-on, or at no distance).
+    pub fn sample_toward(&self, reference: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
+        let by_solid_angle = match self {
+            Self::Sphere(sphere) => sphere.sample_cone(reference, u),
+            Self::Mesh(mesh) => mesh.sample_rectangle(reference, u),
+            Self::Disk(_) | Self::Cylinder(_) => None,
+        };
+        if by_solid_angle.is_some() {
+            return by_solid_angle;
+        }
+        let AreaSample { surface, density } = self.sample(u)?;
+        let density = density * steradians_to_area(reference, &surface.point)?;
+        Some(ShapeSample { surface, density })
+    }
+
+    /// Density per steradian with which [`Shape::sample_toward`] chooses `point` of this shape, which
+    /// is visible from `reference`. Zero where it never would.
+    pub fn density_toward(&self, reference: Vec3, point: &SurfacePoint) -> f64 {
+        let by_solid_angle = match self {
+            Self::Sphere(sphere) => sphere.cone_density(reference),
+            Self::Mesh(mesh) => mesh.rectangle_density(reference),
+            Self::Disk(_) | Self::Cylinder(_) => None,
+        };
+        by_solid_angle.unwrap_or_else(|| {
+            steradians_to_area(reference, point).map_or(0.0, |factor| factor * self.area_density(point))
+        })
+    }
+}
+
+/// Area at `point` that is one steradian at `reference`: r² / |cos θ|. `None` where it is not finite.
+fn steradians_to_area(reference: Vec3, point: &SurfacePoint) -> Option<f64> {
+    let toward = point.position - reference;
+    let squared = toward.length_squared();
+    let factor = squared * squared.sqrt() / toward.dot(point.normal).abs();
+    (factor.is_finite() && factor > 0.0).then_some(factor)
+}

@@ -1,0 +1,122 @@
+//! Cylinders without caps, elliptic or sheared where the placement is not a similarity.
+
+use super::placement::Placement;
+use super::sphere::unit_ball_roots;
+use super::{AreaSample, ShapeError, SurfaceHit};
+use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
+use glam::{DMat4, DVec4};
+use std::f64::consts::TAU;
+
+/// The image of x² + y² = 1, 0 ≤ z ≤ 1.
+#[derive(Clone, Debug)]
+pub struct Cylinder {
+    placement: Placement,
+    inward: bool,
+    area: f64,
+}
+
+impl Cylinder {
+    /// `to_world` applied to the cylinder around the axis from `p0` to `p1`.
+    /// Normals point outward unless `flip_normals`, also where `to_world` mirrors, as in Mitsuba 3.
+    pub fn new(
+        to_world: &Transform,
+        p0: Vec3,
+        p1: Vec3,
+        radius: f64,
+        flip_normals: bool,
+    ) -> Result<Self, ShapeError> {
+        if !(radius > 0.0 && radius.is_finite()) {
+            return Err(ShapeError::Radius(radius));
+        }
+        let length = (p1 - p0).length();
+        if !(length > 0.0 && length.is_finite() && p0.is_finite()) {
+            return Err(ShapeError::CylinderEnds);
+        }
+        let frame = Frame::around((p1 - p0) / length);
+        let column = |axis: Vec3, scale: f64| (axis * scale).extend(0.0);
+        let place = DMat4::from_cols(
+            column(frame.x, radius),
+            column(frame.y, radius),
+            column(frame.z, length),
+            DVec4::new(p0.x, p0.y, p0.z, 1.0),
+        );
+        let place = Transform::new(to_world.matrix() * place).ok_or(ShapeError::Placement)?;
+        let placement = Placement::new(&place)?;
+        const SECTORS: usize = 256;
+        let stretch: f64 = (0..SECTORS)
+            .map(|i| {
+                let (sin, cos) = (TAU * i as f64 / SECTORS as f64).sin_cos();
+                area_stretch(&placement, Vec3::new(cos, sin, 0.0))
+            })
+            .sum();
+        Ok(Self { placement, inward: flip_normals, area: TAU * stretch / SECTORS as f64 })
+    }
+
+    /// Nearest distance with 0 ≤ t < `ray.t_max`. A ray parallel to the axis misses.
+    pub fn intersect(&self, ray: &Ray) -> Option<f64> {
+        let origin = self.placement.local_point(ray.origin);
+        let direction = self.placement.local_vector(ray.direction);
+        let across = direction.with_z(0.0);
+        let speed = across.length();
+        if speed == 0.0 {
+            return None;
+        }
+        let (near, far) = unit_ball_roots(origin.with_z(0.0), across / speed)?;
+        [near / speed, far / speed].into_iter().find(|&t| {
+            let z = origin.z + t * direction.z;
+            t >= 0.0 && t < ray.t_max && (0.0..=1.0).contains(&z)
+        })
+    }
+
+    /// The point of the surface nearest to `position` in local space, at the same local z.
+    pub fn surface(&self, position: Vec3) -> SurfaceHit {
+        let local = self.placement.local_point(position);
+        self.surface_at(local.with_z(0.0).try_normalize().unwrap_or(Vec3::X), local.z.clamp(0.0, 1.0))
+    }
+
+    fn surface_at(&self, outward: Vec3, z: f64) -> SurfaceHit {
+        let position = self.placement.world_point(outward.with_z(z));
+        let world_outward = self.placement.world_normal(outward);
+        let stretch = world_outward.length();
+        let normal = world_outward / if self.inward { -stretch } else { stretch };
+        let azimuth = outward.y.atan2(outward.x);
+        let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
+        SurfaceHit {
+            point: SurfacePoint { position, normal, error: self.placement.error(position, outward, stretch) },
+            shading_normal: normal,
+            uv: [azimuth / TAU, z],
+            tangent: self.placement.world_vector(TAU * Vec3::new(-outward.y, outward.x, 0.0)),
+        }
+    }
+
+    pub fn bounds(&self) -> Bounds {
+        let half = self.placement.half_extents(2);
+        let (bottom, top) = (self.placement.origin, self.placement.world_point(Vec3::Z));
+        Bounds { min: bottom.min(top) - half, max: bottom.max(top) + half }
+    }
+
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Uniform in local azimuth and height.
+    pub fn sample(&self, u: [f64; 2]) -> AreaSample {
+        let (sin, cos) = (TAU * u[1]).sin_cos();
+        let outward = Vec3::new(cos, sin, 0.0);
+        AreaSample { surface: self.surface_at(outward, u[0]), density: self.local_area_density(outward) }
+    }
+
+    pub fn area_density(&self, point: &SurfacePoint) -> f64 {
+        let local = self.placement.local_point(point.position).with_z(0.0);
+        self.local_area_density(local.try_normalize().unwrap_or(Vec3::X))
+    }
+
+    fn local_area_density(&self, outward: Vec3) -> f64 {
+        1.0 / (TAU * area_stretch(&self.placement, outward))
+    }
+}
+
+/// World area per unit of local area: |det L| |L⁻ᵀ n|.
+fn area_stretch(placement: &Placement, outward: Vec3) -> f64 {
+    placement.volume * placement.world_normal(outward).length()
+}

@@ -1,0 +1,93 @@
+//! Flat disks, and flat ellipses.
+
+use super::placement::Placement;
+use super::{AreaSample, ShapeError, SurfaceHit};
+use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use std::f64::consts::{PI, TAU};
+
+/// The image of the disk of radius 1 in z = 0.
+#[derive(Clone, Debug)]
+pub struct Disk {
+    placement: Placement,
+    normal: Vec3,
+    /// Length of the image of the local normal.
+    stretch: f64,
+    area: f64,
+}
+
+impl Disk {
+    /// The normal is the image of +z, or of -z where `flip_normals`.
+    pub fn new(to_world: &Transform, flip_normals: bool) -> Result<Self, ShapeError> {
+        let placement = Placement::new(to_world)?;
+        let image = placement.world_normal(Vec3::Z);
+        let normal = image / if flip_normals { -image.length() } else { image.length() };
+        let area = PI * placement.linear.x_axis.cross(placement.linear.y_axis).length();
+        Ok(Self { stretch: image.length(), placement, normal, area })
+    }
+
+    /// Distance with 0 ≤ t < `ray.t_max`. A ray within the plane misses.
+    pub fn intersect(&self, ray: &Ray) -> Option<f64> {
+        let origin = self.placement.local_point(ray.origin);
+        let direction = self.placement.local_vector(ray.direction);
+        if direction.z == 0.0 {
+            return None;
+        }
+        let t = -origin.z / direction.z;
+        let (x, y) = (origin.x + t * direction.x, origin.y + t * direction.y);
+        (t >= 0.0 && t < ray.t_max && x * x + y * y <= 1.0).then_some(t)
+    }
+
+    /// The point of the disk's plane under `position`, along the local z axis.
+    pub fn surface(&self, position: Vec3) -> SurfaceHit {
+        let local = self.placement.local_point(position);
+        self.surface_at(local.x, local.y)
+    }
+
+    fn surface_at(&self, x: f64, y: f64) -> SurfaceHit {
+        let position = self.placement.world_point(Vec3::new(x, y, 0.0));
+        let r = x.hypot(y);
+        let azimuth = y.atan2(x);
+        let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
+        let outward = if r > 0.0 { Vec3::new(x / r, y / r, 0.0) } else { Vec3::X };
+        let error = self.placement.error(position, Vec3::Z, self.stretch);
+        SurfaceHit {
+            point: SurfacePoint { position, normal: self.normal, error },
+            shading_normal: self.normal,
+            uv: [r, azimuth / TAU],
+            tangent: self.placement.world_vector(outward),
+        }
+    }
+
+    pub fn bounds(&self) -> Bounds {
+        let half = self.placement.half_extents(2);
+        Bounds { min: self.placement.origin - half, max: self.placement.origin + half }
+    }
+
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Uniform in world area: an affine map scales all areas of a plane alike.
+    pub fn sample(&self, u: [f64; 2]) -> AreaSample {
+        let [x, y] = square_to_disk(u);
+        AreaSample { surface: self.surface_at(x, y), density: self.area_density() }
+    }
+
+    pub fn area_density(&self) -> f64 {
+        1.0 / self.area
+    }
+}
+
+/// Area-preserving and continuous: squares become circles
+/// (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", JGT 2(3), 1997).
+fn square_to_disk(u: [f64; 2]) -> [f64; 2] {
+    let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
+    let (r, azimuth) = if a * a > b * b {
+        (a, PI / 4.0 * (b / a))
+    } else if b != 0.0 {
+        (b, PI / 2.0 - PI / 4.0 * (a / b))
+    } else {
+        (0.0, 0.0)
+    };
+    [r * azimuth.cos(), r * azimuth.sin()]
+}

@@ -1,0 +1,185 @@
+//! Triangle meshes: `f32` vertices, everything computed from them in `f64`.
+
+mod build;
+mod normals;
+mod sampling;
+
+use super::rectangle::Rectangle;
+use super::triangle::RaySpace;
+use super::{Hit, ShapeError, SurfaceHit};
+use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
+pub use normals::compute_vertex_normals;
+use sampling::AreaTable;
+
+/// What a mesh is made from. Positions and normals are in world space.
+#[derive(Clone, Debug, Default)]
+pub struct MeshData {
+    pub positions: Vec<[f32; 3]>,
+    /// Three vertices a triangle, counter-clockwise seen from the side that the normal points to.
+    pub indices: Vec<[u32; 3]>,
+    /// Vertex normals of any length; without them the mesh is flat-shaded.
+    pub normals: Option<Vec<[f32; 3]>>,
+    pub uvs: Option<Vec<[f32; 2]>>,
+    /// Turns geometric and shading normals.
+    pub flip_normals: bool,
+}
+
+/// A validated mesh. Degenerate triangles are kept but neither hit nor sampled.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    data: MeshData,
+    bounds: Bounds,
+    /// Error bound of a point on it and of the test against it; see [`Mesh::error_bound`].
+    error: f64,
+    table: AreaTable,
+    /// For a mesh that is one rectangle of two triangles.
+    rectangle: Option<Rectangle>,
+}
+
+impl Mesh {
+    pub fn new(data: MeshData) -> Result<Self, ShapeError> {
+        validate(&data)?;
+        let used = data.indices.iter().flatten().map(|&index| to_f64(data.positions[index as usize]));
+        let bounds = Bounds::of(used);
+        let areas = data.indices.iter().map(|&indices| {
+            let [a, b, c] = indices.map(|index| to_f64(data.positions[index as usize]));
+            0.5 * (b - a).cross(c - a).length()
+        });
+        let table = AreaTable::new(areas);
+        Ok(Self { error: error_bound(bounds), bounds, table, data, rectangle: None })
+    }
+
+    pub fn triangle_count(&self) -> usize {
+        self.data.indices.len()
+    }
+
+    pub fn data(&self) -> &MeshData {
+        &self.data
+    }
+
+    /// The vertices of a triangle as stored.
+    pub fn triangle_f32(&self, triangle: u32) -> [[f32; 3]; 3] {
+        self.data.indices[triangle as usize].map(|index| self.data.positions[index as usize])
+    }
+
+    pub fn triangle(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangle_f32(triangle).map(to_f64)
+    }
+
+    /// Whether a triangle has no area, so that it has no normal and cannot be hit.
+    pub fn is_degenerate(&self, triangle: u32) -> bool {
+        let [a, b, c] = self.triangle(triangle);
+        (b - a).cross(c - a) == Vec3::ZERO
+    }
+
+    /// Nearest hit by a loop over all triangles.
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let space = RaySpace::new(ray);
+        let mut nearest: Option<Hit> = None;
+        for triangle in 0..self.triangle_count() as u32 {
+            let t_max = nearest.map_or(ray.t_max, |hit| hit.t);
+            if self.is_degenerate(triangle) {
+                continue;
+            }
+            if let Some(hit) = space.intersect(self.triangle(triangle), t_max) {
+                nearest = Some(Hit { t: hit.t, shape: 0, triangle, barycentric: hit.barycentric });
+            }
+        }
+        nearest
+    }
+
+    /// The point of a triangle with the given weights of its second and third vertex.
+    pub fn surface(&self, triangle: u32, barycentric: [f64; 2]) -> SurfaceHit {
+        let [a, b, c] = self.triangle(triangle);
+        let [v, w] = barycentric;
+        let (ab, ac) = (b - a, c - a);
+        let position = a + ab * v + ac * w;
+        // Differences of f32 are exact in f64 for all but absurd meshes, so slivers have good normals too.
+        let side = if self.data.flip_normals { -1.0 } else { 1.0 };
+        let normal = ab.cross(ac).try_normalize().unwrap_or(Vec3::Z) * side;
+        let point = SurfacePoint { position, normal, error: self.error };
+        let indices = self.data.indices[triangle as usize].map(|index| index as usize);
+        let shading_normal = self.data.normals.as_ref().and_then(|normals| {
+            let [a, b, c] = indices.map(|index| to_f64(normals[index]));
+            (a * (1.0 - v - w) + b * v + c * w).try_normalize()
+        });
+        let shading_normal = shading_normal.map_or(normal, |shading| shading * side);
+        let Some(uvs) = &self.data.uvs else {
+            return SurfaceHit { point, shading_normal, uv: barycentric, tangent: ab };
+        };
+        let [uv_a, uv_b, uv_c] = indices.map(|index| uvs[index].map(f64::from));
+        let ([u1, v1], [u2, v2]) = (difference(uv_b, uv_a), difference(uv_c, uv_a));
+        let determinant = u1 * v2 - v1 * u2;
+        let tangent =
+            if determinant == 0.0 { Frame::around(normal).x } else { (ab * v2 - ac * v1) / determinant };
+        let uv = [uv_a[0] + u1 * v + u2 * w, uv_a[1] + v1 * v + v2 * w];
+        SurfaceHit { point, shading_normal, uv, tangent }
+    }
+
+    /// The box of all vertices that triangles use; empty for a mesh without triangles.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// The rectangle that this mesh is, where it was made as one.
+    pub fn as_rectangle(&self) -> Option<&Rectangle> {
+        self.rectangle.as_ref()
+    }
+}
+
+/// Bound on the distance from plane to interpolated point, together with what the intersection test may
+/// err for a ray that starts there.
+///
+/// With u = 2⁻⁵³, M the largest coordinate of the mesh and D the diameter of its box: interpolation and the
+/// offset err by 4u(M + D); the test subtracts the origin (u per coordinate), shears (4u) and weighs (6u)
+/// coordinates that are no larger than D, which for a grazing ray displaces the hit along the ray but its
+/// height over the plane by no more than that: 12u√3D. D is that of the mesh, not of the triangle, so that
+/// leaving a sliver beside a large coplanar triangle is safe as well. In all 8u(M + 4D) with some reserve.
+fn error_bound(bounds: Bounds) -> f64 {
+    if bounds.is_empty() {
+        return 0.0;
+    }
+    let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+    4.0 * f64::EPSILON * (reach + 4.0 * bounds.diameter())
+}
+
+fn validate(data: &MeshData) -> Result<(), ShapeError> {
+    let vertices = data.positions.len();
+    if vertices >= u32::MAX as usize || data.indices.len() >= u32::MAX as usize {
+        return Err(ShapeError::TooLarge);
+    }
+    for (triangle, indices) in data.indices.iter().enumerate() {
+        if let Some(&index) = indices.iter().find(|&&index| index as usize >= vertices) {
+            return Err(ShapeError::VertexIndex { triangle, index, vertices });
+        }
+    }
+    finite("position", &data.positions)?;
+    if let Some(normals) = &data.normals {
+        one_each("normal", normals.len(), vertices)?;
+        finite("normal", normals)?;
+    }
+    if let Some(uvs) = &data.uvs {
+        one_each("uv", uvs.len(), vertices)?;
+        finite("uv", uvs)?;
+    }
+    Ok(())
+}
+
+fn one_each(attribute: &'static str, found: usize, vertices: usize) -> Result<(), ShapeError> {
+    if found == vertices { Ok(()) } else { Err(ShapeError::AttributeCount { attribute, found, vertices }) }
+}
+
+fn finite<const N: usize>(attribute: &'static str, values: &[[f32; N]]) -> Result<(), ShapeError> {
+    match values.iter().position(|value| !value.iter().all(|x| x.is_finite())) {
+        Some(vertex) => Err(ShapeError::NotFinite { attribute, vertex }),
+        None => Ok(()),
+    }
+}
+
+fn to_f64(value: [f32; 3]) -> Vec3 {
+    Vec3::from_array(value.map(f64::from))
+}
+
+fn difference(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}

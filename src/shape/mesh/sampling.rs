@@ -1,0 +1,107 @@
+//! Choosing points on meshes.
+
+use super::{Mesh, to_f64};
+use crate::geometry::Vec3;
+use crate::shape::{AreaSample, ShapeSample, SurfaceHit};
+
+/// Running sums of triangle areas.
+#[derive(Clone, Debug)]
+pub(super) struct AreaTable {
+    sums: Vec<f64>,
+}
+
+impl AreaTable {
+    pub fn new(areas: impl Iterator<Item = f64>) -> Self {
+        let mut total = 0.0;
+        let sums = areas.map(|area| {
+            total += area;
+            total
+        });
+        Self { sums: sums.collect() }
+    }
+
+    fn total(&self) -> f64 {
+        self.sums.last().copied().unwrap_or(0.0)
+    }
+
+    /// The triangle in which the fraction `u` of the area ends, and how far into it.
+    fn choose(&self, u: f64) -> (u32, f64) {
+        let target = u * self.total();
+        let index = self.sums.partition_point(|&sum| sum <= target).min(self.sums.len() - 1);
+        let below = if index == 0 { 0.0 } else { self.sums[index - 1] };
+        let fraction = (target - below) / (self.sums[index] - below);
+        (index as u32, fraction.clamp(0.0, 1.0 - f64::EPSILON))
+    }
+}
+
+impl Mesh {
+    /// Total area of all triangles.
+    pub fn area(&self) -> f64 {
+        self.table.total()
+    }
+
+    /// Uniform in area. `None` for a mesh without area.
+    pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
+        let area = self.area();
+        if area.is_nan() || area <= 0.0 {
+            return None;
+        }
+        let (triangle, fraction) = self.table.choose(u[0]);
+        // The square folded along its diagonal, and corrected for the fold (as in
+        // Heitz, "A Low-Distortion Map Between Triangle and Square", 2019): continuous, area-preserving.
+        let barycentric = square_to_triangle([fraction, u[1]]);
+        Some(AreaSample { surface: self.surface(triangle, barycentric), density: 1.0 / area })
+    }
+
+    pub fn area_density(&self) -> f64 {
+        let area = self.area();
+        if area > 0.0 { 1.0 / area } else { 0.0 }
+    }
+
+    /// Uniform in solid angle, where the mesh is a rectangle that appears large enough.
+    pub fn sample_rectangle(&self, reference: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
+        let seen = self.rectangle?.seen_from(reference)?;
+        Some(ShapeSample {
+            surface: self.rectangle_surface(seen.sample(u)),
+            density: 1.0 / seen.solid_angle(),
+        })
+    }
+
+    /// Density of [`Mesh::sample_rectangle`], wherever it is defined.
+    pub fn rectangle_density(&self, reference: Vec3) -> Option<f64> {
+        Some(1.0 / self.rectangle?.seen_from(reference)?.solid_angle())
+    }
+
+    /// The point at fractions of the first rectangle's edges, on the triangle that holds it: rounded
+    /// vertices needn't lie in one plane.
+    fn rectangle_surface(&self, [x, y]: [f64; 2]) -> SurfaceHit {
+        let edge_corner = to_f64(self.data.positions[1]);
+        let holds_x = |triangle: u32| self.triangle(triangle).contains(&edge_corner);
+        // Triangle 0 holds the corner (1, 0), triangle 1 the corner (0, 1).
+        debug_assert!(holds_x(0) && !holds_x(1));
+        let triangle = u32::from(y > x);
+        let fractions = self.data.indices[triangle as usize].map(|index| CORNERS[index as usize]);
+        // Solve for the barycentric coordinates; the triangles are halves of the unit square.
+        let [a, b, c] = fractions;
+        let (ab, ac) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
+        let determinant = ab[0] * ac[1] - ab[1] * ac[0];
+        let (px, py) = (x - a[0], y - a[1]);
+        let v = (px * ac[1] - py * ac[0]) / determinant;
+        let w = (ab[0] * py - ab[1] * px) / determinant;
+        self.surface(triangle, [v, w])
+    }
+}
+
+/// Where the vertices of [`Mesh::rectangle`] lie on the unit square.
+const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+
+/// Weights of the second and third vertex, uniform over the triangle.
+fn square_to_triangle([x, y]: [f64; 2]) -> [f64; 2] {
+    if y > x {
+        let b = 0.5 * x;
+        [b, y - b]
+    } else {
+        let c = 0.5 * y;
+        [x - c, c]
+    }
+}

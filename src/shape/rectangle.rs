@@ -1,0 +1,95 @@
+//! Sampling the solid angle that a rectangle fills
+//! (Ureña, Fajardo and King, "An Area-Preserving Parametrization for Spherical Rectangles", EGSR 2013).
+
+use crate::geometry::Vec3;
+use std::f64::consts::TAU;
+
+/// A parallelogram with perpendicular edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rectangle {
+    corner: Vec3,
+    /// Unit vectors along the edges.
+    axes: [Vec3; 2],
+    lengths: [f64; 2],
+}
+
+/// Below this solid angle (sr) the difference of angles that defines it has lost too many digits;
+/// a rectangle that small is as well sampled by area.
+const SMALLEST_SOLID_ANGLE: f64 = 1e-6;
+
+impl Rectangle {
+    /// `None` where the edges aren't perpendicular (to 1e-5, as vertices may be rounded to `f32`) or vanish.
+    pub fn new(corner: Vec3, edges: [Vec3; 2]) -> Option<Self> {
+        let lengths = edges.map(Vec3::length);
+        let x = edges[0].try_normalize()?;
+        let y = edges[1].try_normalize()?;
+        let skew = x.dot(y);
+        let square = (y - x * skew).try_normalize()?;
+        (skew.abs() < 1e-5).then_some(Self { corner, axes: [x, square], lengths })
+    }
+
+    /// The rectangle as seen from a point; `None` where its solid angle is too small, or too near to the half
+    /// space's 2π, to compute with.
+    pub fn seen_from(&self, reference: Vec3) -> Option<SphericalRectangle> {
+        let offset = self.corner - reference;
+        let [x, y] = self.axes;
+        let normal = x.cross(y);
+        let z = offset.dot(normal);
+        // Seen from the other side nothing changes, so z is always negative.
+        let z0 = -z.abs();
+        let (x0, y0) = (offset.dot(x), offset.dot(y));
+        let (x1, y1) = (x0 + self.lengths[0], y0 + self.lengths[1]);
+        // Normals of the planes through the reference and the edges; z components of the unit normals.
+        let n = [-y0, x1, y1, -x0].map(|side| side / z0.hypot(side));
+        let angle = |a: f64, b: f64| (-a * b).clamp(-1.0, 1.0).acos();
+        let g = [angle(n[0], n[1]), angle(n[1], n[2]), angle(n[2], n[3]), angle(n[3], n[0])];
+        let k = TAU - g[2] - g[3];
+        let solid_angle = g[0] + g[1] - k;
+        let usable =
+            z0 < 0.0 && solid_angle > SMALLEST_SOLID_ANGLE && solid_angle < TAU - SMALLEST_SOLID_ANGLE;
+        usable.then_some(SphericalRectangle {
+            solid_angle,
+            k,
+            b0: n[0],
+            b1: n[2],
+            z0,
+            x: [x0, x1],
+            y: [y0, y1],
+        })
+    }
+}
+
+/// A rectangle in the frame of a reference point, whose z axis is perpendicular to it.
+#[derive(Clone, Copy, Debug)]
+pub struct SphericalRectangle {
+    solid_angle: f64,
+    k: f64,
+    b0: f64,
+    b1: f64,
+    z0: f64,
+    x: [f64; 2],
+    y: [f64; 2],
+}
+
+impl SphericalRectangle {
+    /// Steradians; the density of [`SphericalRectangle::sample`] is one over it.
+    pub fn solid_angle(&self) -> f64 {
+        self.solid_angle
+    }
+
+    /// Where on the rectangle, as fractions of its edges.
+    pub fn sample(&self, u: [f64; 2]) -> [f64; 2] {
+        // The part of the rectangle up to cu along x fills the fraction u[0] of the solid angle.
+        let au = u[0] * self.solid_angle + self.k;
+        let fu = (au.cos() * self.b0 - self.b1) / au.sin();
+        let cu = (1.0 / (fu * fu + self.b0 * self.b0).sqrt()).min(1.0).copysign(fu);
+        let xu = (-cu * self.z0 / (1.0 - cu * cu).max(f64::MIN_POSITIVE).sqrt()).clamp(self.x[0], self.x[1]);
+        // On that vertical line y / distance is uniform.
+        let d = xu.hypot(self.z0);
+        let (h0, h1) = (self.y[0] / d.hypot(self.y[0]), self.y[1] / d.hypot(self.y[1]));
+        let hv = h0 + u[1] * (h1 - h0);
+        let yv = (hv * d / (1.0 - hv * hv).max(f64::MIN_POSITIVE).sqrt()).clamp(self.y[0], self.y[1]);
+        let along = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)).clamp(0.0, 1.0);
+        [along(xu, self.x), along(yv, self.y)]
+    }
+}
