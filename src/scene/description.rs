@@ -219,6 +219,9 @@ pub enum ShapeKind {
     Mesh {
         file: PathBuf,
         mesh: Arc<Mesh>,
+        /// Whether vertex normals are to be computed once the mesh is placed: the file has none, and
+        /// `face_normals` does not ask for flat triangles.
+        compute_normals: bool,
     },
 }
 

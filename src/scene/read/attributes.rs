@@ -51,7 +51,9 @@ impl Defaults {
             let used: Vec<&str> = self.used.iter().map(String::as_str).collect();
             let remedy = match names::nearest(name, &used) {
                 Some(near) => format!("did you mean -D {near}=...?"),
-                None if used.is_empty() => format!("write ${name} where the value belongs, or leave out -D {name}"),
+                None if used.is_empty() => {
+                    format!("write ${name} where the value belongs, or leave out -D {name}")
+                }
                 None => format!("this scene uses: {}", names::listing(&used)),
             };
             SceneError {
@@ -65,8 +67,12 @@ impl Defaults {
 
     fn undefined(&self, name: &str, place: &Place) -> SceneError {
         if name.is_empty() {
-            return SceneError::at(place, "A parameter has no name", "expected a name after $, as in $radius")
-                .with_remedy("write $name without braces, with letters, digits and underscores only");
+            return SceneError::at(
+                place,
+                "A parameter has no name",
+                "expected a name after $, as in $radius",
+            )
+            .with_remedy("write $name without braces, with letters, digits and underscores only");
         }
         let known: Vec<&str> = self.values.keys().map(String::as_str).collect();
         let error = SceneError::at(
@@ -167,7 +173,10 @@ fn unknown(tag: &str, name: &str, place: &Place, known: &[&str]) -> SceneError {
     let error = SceneError::at(
         place,
         format!("<{tag}> has no attribute \"{name}\""),
-        format!("expected {}", if known.is_empty() { "no attribute".to_owned() } else { names::either(known) }),
+        format!(
+            "expected {}",
+            if known.is_empty() { "no attribute".to_owned() } else { names::either(known) }
+        ),
     );
     match names::nearest(name, known) {
         Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),

@@ -78,8 +78,14 @@ fn conductor_index(query: &Query<'_>) -> ConductorIndex {
         for name in ["material", "k"] {
             if let Some(entry) = query.entry(name) {
                 query.error(
-                    SceneError::at(&entry.place, "The index is given twice", "expected normal_reflectance without this")
-                        .with_remedy("beside normal_reflectance only a known n fits, as eta; k follows from both"),
+                    SceneError::at(
+                        &entry.place,
+                        "The index is given twice",
+                        "expected normal_reflectance without this",
+                    )
+                    .with_remedy(
+                        "beside normal_reflectance only a known n fits, as eta; k follows from both",
+                    ),
                 );
             }
         }
@@ -98,7 +104,9 @@ fn conductor_index(query: &Query<'_>) -> ConductorIndex {
             Some(name) => {
                 query.reader.assumption(
                     &entry.value_place,
-                    format!("material \"{name}\": abbe's table, which is not the one that comes with Mitsuba 3"),
+                    format!(
+                        "material \"{name}\": abbe's table, which is not the one that comes with Mitsuba 3"
+                    ),
                 );
                 ConductorIndex::Named { place: entry.value_place.clone(), name: name.to_owned() }
             }
@@ -146,7 +154,9 @@ fn metal(
             MetalAssumption::UnitIndex
         }
         (None, _) => {
-            note("normal_reflectance with k = 0: n = (1 + √R) / (1 − √R), which is wrong for metals off normal incidence");
+            note(
+                "normal_reflectance with k = 0: n = (1 + √R) / (1 − √R), which is wrong for metals off normal incidence",
+            );
             MetalAssumption::NoAbsorption
         }
     }
@@ -203,7 +213,11 @@ fn alpha(query: &Query<'_>, name: &'static str) -> Option<f64> {
         Value::Float(value) | Value::Flat(value) => value,
         Value::Integer(value) => value as f64,
         Value::Object(_) => {
-            query.error(SceneError::at(&entry.place, "A textured roughness is not supported yet", "expected <float>"));
+            query.error(SceneError::at(
+                &entry.place,
+                "A textured roughness is not supported yet",
+                "expected <float>",
+            ));
             return Some(DEFAULT_ALPHA);
         }
         _ => {
@@ -216,8 +230,12 @@ fn alpha(query: &Query<'_>, name: &'static str) -> Option<f64> {
     }
     let smooth = query.object.plugin.trim_start_matches("rough");
     query.error(
-        SceneError::at(&entry.value_place, format!("The roughness \"{name}\" is {value}"), "expected a number above 0")
-            .with_remedy(format!("for a smooth surface use \"{smooth}\"")),
+        SceneError::at(
+            &entry.value_place,
+            format!("The roughness \"{name}\" is {value}"),
+            "expected a number above 0",
+        )
+        .with_remedy(format!("for a smooth surface use \"{smooth}\"")),
     );
     Some(DEFAULT_ALPHA)
 }

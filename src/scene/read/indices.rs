@@ -64,7 +64,11 @@ pub(super) fn read(query: &Query<'_>, name: &'static str) -> Option<IndexSource>
             of_plugin(query, name, *id, &place)
         }
         _ => {
-            query.error(query.wrong_type(entry, name, "<float>, <string> with a material's name, or <spectrum>"));
+            query.error(query.wrong_type(
+                entry,
+                name,
+                "<float>, <string> with a material's name, or <spectrum>",
+            ));
             None
         }
     };
@@ -76,8 +80,12 @@ fn positive(query: &Query<'_>, place: &Place, name: &str, value: f64) -> bool {
         return true;
     }
     query.error(
-        SceneError::at(place, format!("The refractive index \"{name}\" is {value}"), "expected a number above 0")
-            .with_remedy("the index of vacuum is 1, that of glass about 1.5"),
+        SceneError::at(
+            place,
+            format!("The refractive index \"{name}\" is {value}"),
+            "expected a number above 0",
+        )
+        .with_remedy("the index of vacuum is 1, that of glass about 1.5"),
     );
     false
 }
@@ -88,7 +96,8 @@ fn named_number(query: &Query<'_>, place: &Place, name: &str, text: &str) -> Opt
     }
     let known: Vec<&str> = NUMBERS.iter().map(|(known, _)| *known).collect();
     let problem = format!("\"{text}\" is not a material with a known single index");
-    let error = SceneError::at(place, problem, "expected one of the names that Mitsuba 3 has, such as bk7 or water");
+    let error =
+        SceneError::at(place, problem, "expected one of the names that Mitsuba 3 has, such as bk7 or water");
     query.error(if super::attributes::number(text).is_some() {
         error.with_remedy(format!("for a number write <float name=\"{name}\" value=\"{text}\"/>"))
     } else if let Some(near) = names::nearest(text, &known) {
@@ -129,7 +138,11 @@ fn of_plugin(query: &Query<'_>, name: &'static str, id: ObjectId, place: &Place)
         }
         "d65" | "blackbody" => {
             let problem = format!("\"{}\" is the spectrum of a light, not a refractive index", object.plugin);
-            query.error(SceneError::at(&object.plugin_place, problem, "expected a table, measured, sellmeier or cauchy"));
+            query.error(SceneError::at(
+                &object.plugin_place,
+                problem,
+                "expected a table, measured, sellmeier or cauchy",
+            ));
             None
         }
         _ => {
@@ -157,7 +170,11 @@ fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
             }
             (Some(b), Some(c)) => {
                 let problem = format!("\"b\" has {} numbers and \"c\" has {}", b.len(), c.len());
-                query.error(SceneError::at(&query.place("c"), problem, "expected as many of one as of the other, at least 1"));
+                query.error(SceneError::at(
+                    &query.place("c"),
+                    problem,
+                    "expected as many of one as of the other, at least 1",
+                ));
                 None
             }
             _ => None,
@@ -170,8 +187,12 @@ fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
         Ok(formula) => Some(formula),
         Err(error) => {
             query.error(
-                SceneError::at(&query.object.place, "The formula gives no refractive index", error.to_string())
-                    .with_remedy("coefficients are for wavelengths in micrometres"),
+                SceneError::at(
+                    &query.object.place,
+                    "The formula gives no refractive index",
+                    error.to_string(),
+                )
+                .with_remedy("coefficients are for wavelengths in micrometres"),
             );
             None
         }
@@ -184,7 +205,9 @@ fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
 pub(super) fn interior(query: &Query<'_>) -> IndexSource {
     let given = read(query, "int_ior");
     let reflectance = normal_reflectance(query);
-    if given.is_some() && let Some(reflectance) = &reflectance {
+    if given.is_some()
+        && let Some(reflectance) = &reflectance
+    {
         query.error(SceneError::at(
             &reflectance.place,
             "The index is given twice",
@@ -203,7 +226,8 @@ pub(super) fn interior(query: &Query<'_>) -> IndexSource {
         }
         query.reader.assumption(
             &reflectance.place,
-            "normal_reflectance is that of one polished face in vacuum, and k = 0: n = (1 + √R) / (1 − √R)".to_owned(),
+            "normal_reflectance is that of one polished face in vacuum, and k = 0: n = (1 + √R) / (1 − √R)"
+                .to_owned(),
         );
         let place = reflectance.place.clone();
         return IndexSource { place, kind: IndexKind::NormalReflectance(reflectance) };

@@ -18,7 +18,10 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
         "constant" => {
             if query.has("to_world") {
                 query.transform("to_world");
-                reader.remark(&query.place("to_world"), "to_world changes nothing: a constant light looks the same from everywhere".to_owned());
+                reader.remark(
+                    &query.place("to_world"),
+                    "to_world changes nothing: a constant light looks the same from everywhere".to_owned(),
+                );
             }
             LightKind::Constant { radiance: spectra::emission(&query, "radiance") }
         }
@@ -50,8 +53,12 @@ pub(super) fn area(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
             if query.has("to_world") {
                 query.entry("to_world");
                 query.error(
-                    SceneError::at(&query.place("to_world"), "An area light has no place of its own", "expected no to_world here")
-                        .with_remedy("the shape's to_world moves the light as well"),
+                    SceneError::at(
+                        &query.place("to_world"),
+                        "An area light has no place of its own",
+                        "expected no to_world here",
+                    )
+                    .with_remedy("the shape's to_world moves the light as well"),
                 );
             }
             query.finish();

@@ -1,12 +1,12 @@
 //! Media: absorption without scattering.
 
 use super::super::description::Medium;
+use super::super::description::{SpectrumKind, SpectrumSource};
 use super::super::source::SceneError;
+use super::Reader;
 use super::query::Query;
 use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId};
-use super::Reader;
-use super::super::description::{SpectrumKind, SpectrumSource};
 
 /// `None` where the medium is wrong, which is reported.
 pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Medium> {
@@ -24,7 +24,10 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Medium> {
     }
     albedo(&query);
     if query.object(Class::Phase).is_some() {
-        reader.remark(&object.place, "the phase function changes nothing: the medium does not scatter".to_owned());
+        reader.remark(
+            &object.place,
+            "the phase function changes nothing: the medium does not scatter".to_owned(),
+        );
     }
     for name in ["sample_emitters", "has_spectral_extinction"] {
         if query.has(name) {

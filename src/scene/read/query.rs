@@ -146,20 +146,19 @@ impl<'a> Query<'a> {
         let Some(matrix) = matrix else { return Transform::IDENTITY };
         Transform::new(matrix).unwrap_or_else(|| {
             self.error(
-                SceneError::at(&self.place(name), "The transform is singular", "expected a transform that can be undone")
-                    .with_remedy("no scale factor may be 0, and the rows of a matrix must be independent"),
+                SceneError::at(
+                    &self.place(name),
+                    "The transform is singular",
+                    "expected a transform that can be undone",
+                )
+                .with_remedy("no scale factor may be 0, and the rows of a matrix must be independent"),
             );
             Transform::IDENTITY
         })
     }
 
     /// One of some words. `None` where it is absent or none of them.
-    pub fn choice<T: Copy>(
-        &self,
-        name: &'static str,
-        choices: &[(&str, T)],
-        any_case: bool,
-    ) -> Option<T> {
+    pub fn choice<T: Copy>(&self, name: &'static str, choices: &[(&str, T)], any_case: bool) -> Option<T> {
         let text = self.text(name)?;
         let same = |word: &str| word == text || any_case && word.eq_ignore_ascii_case(text);
         if let Some((_, value)) = choices.iter().find(|(word, _)| same(word)) {
@@ -244,7 +243,9 @@ impl<'a> Query<'a> {
         let problem = format!("{} cannot hold a {word}", capital(&self.title()));
         let error = SceneError::at(&entry.place, problem, "this object has no meaning here");
         match child.class {
-            Class::Spectrum => error.with_remedy("a spectrum needs a name here, for instance name=\"reflectance\""),
+            Class::Spectrum => {
+                error.with_remedy("a spectrum needs a name here, for instance name=\"reflectance\"")
+            }
             Class::Film | Class::Sampler => error.with_remedy(format!("a {word} belongs into a <sensor>")),
             Class::Filter => error.with_remedy("an rfilter belongs into a <film>"),
             Class::Medium => error.with_remedy("a medium belongs into a <shape>, with name=\"interior\""),

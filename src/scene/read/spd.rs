@@ -35,11 +35,7 @@ pub(super) fn value(attribute: &Attribute) -> Result<Value, SceneError> {
 }
 
 /// A file of lines `wavelength value`, sought in the scene's folder.
-pub(super) fn file(
-    attribute: &Attribute,
-    folder: &Path,
-    sources: &mut Sources,
-) -> Result<Value, SceneError> {
+pub(super) fn file(attribute: &Attribute, folder: &Path, sources: &mut Sources) -> Result<Value, SceneError> {
     let path = folder.join(&attribute.text);
     let text = read(&path, LARGEST_FILE, &attribute.place)?;
     let text = String::from_utf8(text).map_err(|_| {
@@ -49,17 +45,18 @@ pub(super) fn file(
             "expected a text file with lines of wavelength and value",
         )
     })?;
-    parse_spd(&text).map(|columns| Value::List { nm: columns.nodes, values: columns.values, file: Some(path.clone()) }).map_err(
-        |error| {
+    parse_spd(&text)
+        .map(|columns| Value::List { nm: columns.nodes, values: columns.values, file: Some(path.clone()) })
+        .map_err(|error| {
             let line = text.split_inclusive('\n').nth(error.line - 1).unwrap_or("");
             let line_start: usize = text.split_inclusive('\n').take(error.line - 1).map(str::len).sum();
-            let offset = line.char_indices().nth(error.column - 1).map_or(line.trim_end().len(), |(at, _)| at);
+            let offset =
+                line.char_indices().nth(error.column - 1).map_or(line.trim_end().len(), |(at, _)| at);
             let start = line_start + offset;
             let length = line[offset..].find(char::is_whitespace).unwrap_or(line.len() - offset);
             let place = Place { file: sources.add(&path, text), span: start..start + length };
             wrong(&place, &error.problem)
-        },
-    )
+        })
 }
 
 /// The content of a file that a scene names at `place`, if it is there and not larger than `most` bytes.
@@ -69,7 +66,11 @@ pub(super) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, Sce
             std::io::ErrorKind::NotFound => format!("There is no file {}", path.display()),
             _ => format!("{} cannot be read: {error}", path.display()),
         };
-        let error = SceneError::at(place, problem, "expected the path of a file, relative to the scene file's folder");
+        let error = SceneError::at(
+            place,
+            problem,
+            "expected the path of a file, relative to the scene file's folder",
+        );
         match neighbour(path) {
             Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
             None => error,
@@ -77,7 +78,11 @@ pub(super) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, Sce
     };
     let metadata = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
     if !metadata.is_file() {
-        return Err(SceneError::at(place, format!("{} is not a file", path.display()), "expected the path of a file"));
+        return Err(SceneError::at(
+            place,
+            format!("{} is not a file", path.display()),
+            "expected the path of a file",
+        ));
     }
     if metadata.len() > most {
         let problem = format!("{} is too large ({} bytes)", path.display(), metadata.len());
@@ -100,8 +105,12 @@ fn neighbour(path: &Path) -> Option<String> {
 fn wrong(place: &Place, problem: &TextProblem) -> SceneError {
     let error = SceneError::at(place, "The spectrum cannot be read", problem.to_string());
     match problem {
-        TextProblem::NotIncreasing { .. } => error.with_remedy("sort the pairs by wavelength, each wavelength once"),
-        TextProblem::TooFew(_) => error.with_remedy("for a constant write a single number without wavelength"),
+        TextProblem::NotIncreasing { .. } => {
+            error.with_remedy("sort the pairs by wavelength, each wavelength once")
+        }
+        TextProblem::TooFew(_) => {
+            error.with_remedy("for a constant write a single number without wavelength")
+        }
         TextProblem::NotANumber(word) if word.is_empty() => {
             error.with_remedy("write no blanks around the colon: 400:0.1, 700:0.9")
         }

@@ -72,6 +72,9 @@ impl Use {
     }
 }
 
+/// Spectrum plugins that only make sense as a refractive index.
+pub(super) const FORMULAS: [&str; 2] = ["sellmeier", "cauchy"];
+
 /// A constant that the file leaves to the default.
 pub(super) fn constant(place: &Place, value: f64) -> SpectrumSource {
     SpectrumSource { place: place.clone(), kind: SpectrumKind::Constant(value), scale: 1.0 }
@@ -109,8 +112,7 @@ fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -
         Value::Integer(value) => Some(bare(*value as f64)),
         Value::Flat(value) => Some(constant(&place, *value)),
         Value::List { nm, values, file } => {
-            let kind =
-                SpectrumKind::Irregular { nm: nm.clone(), values: values.clone(), file: file.clone() };
+            let kind = SpectrumKind::Irregular { nm: nm.clone(), values: values.clone(), file: file.clone() };
             Some(SpectrumSource { place, kind, scale: 1.0 })
         }
         Value::Object(id) if query.reader.tree.get(*id).class == Class::Spectrum => {
@@ -196,10 +198,23 @@ pub(super) fn plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     if let Some(known) = reader.spectra.borrow().get(&id) {
         return known.clone();
     }
-    let query = Query::new(reader, id);
-    let kind = kind(&query);
-    let result = kind.map(|(kind, scale)| SpectrumSource { place: query.object.place.clone(), kind, scale });
-    query.finish();
+    let object = reader.tree.get(id);
+    let result = if !names::plugins(Class::Spectrum).contains(&object.plugin.as_str()) {
+        reader.unknown_plugin(object);
+        None
+    } else if FORMULAS.contains(&object.plugin.as_str()) {
+        reader.error(SceneError::at(
+            &object.plugin_place,
+            format!("\"{}\" is a formula of refractive index", object.plugin),
+            "expected a spectrum of other values; this one fits int_ior and ext_ior",
+        ));
+        None
+    } else {
+        let query = Query::new(reader, id);
+        let kind = kind(&query);
+        query.finish();
+        kind.map(|(kind, scale)| SpectrumSource { place: object.place.clone(), kind, scale })
+    };
     reader.spectra.borrow_mut().insert(id, result.clone());
     result
 }
@@ -210,7 +225,10 @@ fn kind(query: &Query<'_>) -> Option<(SpectrumKind, f64)> {
             // Mitsuba 3 reads and ignores the range.
             for name in ["wavelength_min", "wavelength_max"] {
                 if query.float(name).is_some() {
-                    query.reader.remark(&query.place(name), format!("{name} of \"uniform\" changes nothing, as in Mitsuba 3"));
+                    query.reader.remark(
+                        &query.place(name),
+                        format!("{name} of \"uniform\" changes nothing, as in Mitsuba 3"),
+                    );
                 }
             }
             required(query, "value", query.float("value")).map(|value| (SpectrumKind::Constant(value), 1.0))
@@ -243,25 +261,7 @@ fn kind(query: &Query<'_>) -> Option<(SpectrumKind, f64)> {
             let scale = query.float("scale").unwrap_or(1.0);
             name.map(|name| (SpectrumKind::Named(name), scale))
         }
-        "sellmeier" | "cauchy" => {
-            for name in ["b", "c", "coefficients"] {
-                query.entry(name);
-            }
-            query.error(SceneError::at(
-                &query.object.plugin_place,
-                format!("\"{}\" is a formula of refractive index", query.object.plugin),
-                "expected a spectrum of other values; this one fits int_ior and ext_ior",
-            ));
-            None
-        }
-        _ => {
-            query.reader.unknown_plugin(query.object);
-            // Its properties cannot be judged.
-            for entry in &query.object.entries {
-                query.ignore(entry);
-            }
-            None
-        }
+        _ => None,
     }
 }
 
@@ -277,7 +277,11 @@ fn blackbody(query: &Query<'_>) -> Option<SpectrumKind> {
     }
     if min_nm >= max_nm {
         let problem = format!("The range from {min_nm} to {max_nm} nm is empty");
-        query.error(SceneError::at(&query.object.place, problem, "expected wavelength_min below wavelength_max"));
+        query.error(SceneError::at(
+            &query.object.place,
+            problem,
+            "expected wavelength_min below wavelength_max",
+        ));
         return None;
     }
     Some(SpectrumKind::Blackbody { kelvin, min_nm, max_nm })
@@ -297,7 +301,11 @@ pub(super) fn measured(query: &Query<'_>) -> Option<String> {
 pub(super) fn required<T>(query: &Query<'_>, name: &'static str, value: Option<T>) -> Option<T> {
     if value.is_none() && !query.has(name) {
         let problem = format!("{} has no \"{name}\"", super::query::capital(&query.title()));
-        query.error(SceneError::at(&query.object.place, problem, format!("expected a property named \"{name}\" in here")));
+        query.error(SceneError::at(
+            &query.object.place,
+            problem,
+            format!("expected a property named \"{name}\" in here"),
+        ));
     }
     value
 }
@@ -341,9 +349,4 @@ fn lit(query: &Query<'_>, name: &'static str, values: &[f64]) -> bool {
 pub(super) fn all_zero(place: &Place) -> SceneError {
     SceneError::at(place, "The spectrum is 0 everywhere", "expected at least one value other than 0")
         .with_remedy("for a constant 0 write <spectrum ... value=\"0\"/>")
-}
-
-/// What may be written for `type` of a spectrum.
-pub(super) fn known() -> String {
-    names::either(names::plugins(Class::Spectrum))
 }

@@ -52,8 +52,7 @@ impl Context<'_> {
             "rotate" => {
                 let a = self.attributes(node, &["angle"], &["x", "y", "z", "value"])?;
                 let angle = a.get("angle").map(attributes::float)?;
-                attributes::vector(&a, &place, Some(0.0))
-                    .and_then(|axis| self.rotation(axis, angle?, &place))
+                attributes::vector(&a, &place, Some(0.0)).and_then(|axis| self.rotation(axis, angle?, &place))
             }
             "lookat" => {
                 let a = self.attributes(node, &["origin", "target", "up"], &[])?;
@@ -130,15 +129,14 @@ fn look_at(origin: Vec3, target: Vec3, up: Vec3, place: &Place) -> Result<DMat4,
         } else {
             "The up vector is parallel to the direction of view"
         };
-        return Err(SceneError::at(place, problem, "expected origin, target and an up vector across the view"));
+        return Err(SceneError::at(
+            place,
+            problem,
+            "expected origin, target and an up vector across the view",
+        ));
     };
     let up = forward.cross(left);
-    Ok(DMat4::from_cols(
-        left.extend(0.0),
-        up.extend(0.0),
-        forward.extend(0.0),
-        origin.extend(1.0),
-    ))
+    Ok(DMat4::from_cols(left.extend(0.0), up.extend(0.0), forward.extend(0.0), origin.extend(1.0)))
 }
 
 /// 16 numbers row by row, or 9 of a linear map.

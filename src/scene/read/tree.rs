@@ -205,7 +205,11 @@ enum State {
 
 fn dangling<'a>(id: &str, place: &Place, known: impl Iterator<Item = &'a String>) -> SceneError {
     let known: Vec<&str> = known.map(String::as_str).collect();
-    let error = SceneError::at(place, format!("No object has the id \"{id}\""), "expected the id of an object in this scene");
+    let error = SceneError::at(
+        place,
+        format!("No object has the id \"{id}\""),
+        "expected the id of an object in this scene",
+    );
     match super::names::nearest(id, &known) {
         Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
         None if known.is_empty() => error.with_remedy(format!("give an object the attribute id=\"{id}\"")),

@@ -66,8 +66,12 @@ fn malformed(error: &roxmltree::Error, text: &str, file: usize) -> SceneError {
         roxmltree::Error::UnexpectedEndOfStream | roxmltree::Error::UnclosedRootNode => {
             let end = text.trim_end().len();
             let start = text[..end].char_indices().next_back().map_or(0, |(offset, _)| offset);
-            SceneError::at(&Place { file, span: start..end }, "The file ends too early", "expected the end tag of an open element after this")
-                .with_remedy("close every element, and the file with </scene>")
+            SceneError::at(
+                &Place { file, span: start..end },
+                "The file ends too early",
+                "expected the end tag of an open element after this",
+            )
+            .with_remedy("close every element, and the file with </scene>")
         }
         roxmltree::Error::NoRootNode => {
             SceneError::at(&place, "The file has no element", "expected <scene version=\"3.0.0\">")
@@ -77,7 +81,9 @@ fn malformed(error: &roxmltree::Error, text: &str, file: usize) -> SceneError {
             format!("</{found}> closes an element that is not open"),
             format!("expected </{expected}> first"),
         )
-        .with_remedy(format!("close <{expected}> before this place; an element without content ends with />")),
+        .with_remedy(format!(
+            "close <{expected}> before this place; an element without content ends with />"
+        )),
         other => {
             // The crate ends its messages with the position, which is shown anyway.
             let text = other.to_string();
@@ -125,7 +131,8 @@ impl Builder<'_> {
 
     fn version(&mut self, version: &Attribute) {
         let numbers: Option<Vec<u32>> = version.text.split('.').map(|part| part.parse().ok()).collect();
-        let error = |problem: String| SceneError::at(&version.place, problem, "expected a version such as 3.0.0");
+        let error =
+            |problem: String| SceneError::at(&version.place, problem, "expected a version such as 3.0.0");
         match numbers.as_deref() {
             Some([2 | 3, _, _]) => {}
             Some([0 | 1, _, _]) => self.error(
@@ -154,7 +161,11 @@ impl Builder<'_> {
                 && entries.iter().any(|earlier| earlier.name.as_ref() == Some(name))
             {
                 let problem = format!("\"{name}\" is given twice");
-                self.error(SceneError::at(&entry.name_place, problem, "expected each name once in an object"));
+                self.error(SceneError::at(
+                    &entry.name_place,
+                    problem,
+                    "expected each name once in an object",
+                ));
                 continue;
             }
             self.parsed.tree.objects[owner.0].entries.push(entry);
@@ -204,17 +215,25 @@ impl Builder<'_> {
             }
             "include" | "alias" | "path" => {
                 self.error(
-                    SceneError::at(&place, format!("<{tag}> is not supported yet"), "expected the objects themselves")
-                        .with_remedy(match tag {
-                            "include" => "copy the content of the included file to this place",
-                            "alias" => "refer to the object by its own id",
-                            _ => "write file names relative to the scene file's folder",
-                        }),
+                    SceneError::at(
+                        &place,
+                        format!("<{tag}> is not supported yet"),
+                        "expected the objects themselves",
+                    )
+                    .with_remedy(match tag {
+                        "include" => "copy the content of the included file to this place",
+                        "alias" => "refer to the object by its own id",
+                        _ => "write file names relative to the scene file's folder",
+                    }),
                 );
                 None
             }
             "scene" => {
-                self.error(SceneError::at(&place, "A scene within a scene", "expected <scene> outermost only"));
+                self.error(SceneError::at(
+                    &place,
+                    "A scene within a scene",
+                    "expected <scene> outermost only",
+                ));
                 None
             }
             "ref" => {
@@ -273,11 +292,25 @@ impl Builder<'_> {
 
     fn unknown_element(&mut self, tag: &str, place: &Place) {
         const OTHERS: [&str; 12] = [
-            "default", "ref", "boolean", "integer", "float", "string", "point", "vector", "transform", "texture",
-            "rgb", "include",
+            "default",
+            "ref",
+            "boolean",
+            "integer",
+            "float",
+            "string",
+            "point",
+            "vector",
+            "transform",
+            "texture",
+            "rgb",
+            "include",
         ];
         let known: Vec<&str> = Class::ELEMENTS.iter().skip(1).map(|&(word, _)| word).chain(OTHERS).collect();
-        let error = SceneError::at(place, format!("<{tag}> is not a known element"), "expected an object or a property");
+        let error = SceneError::at(
+            place,
+            format!("<{tag}> is not a known element"),
+            "expected an object or a property",
+        );
         self.error(match names::nearest(tag, &known) {
             Some(near) => error.with_remedy(format!("did you mean <{near}>?")),
             None => error.with_remedy("objects are shape, bsdf, emitter, sensor, integrator and others; properties are float, string, spectrum and others"),
@@ -348,7 +381,13 @@ impl Builder<'_> {
         Some(self.entry_of(node, &attributes, place, Value::Object(id)))
     }
 
-    fn entry_of(&self, node: Node<'_, '_>, attributes: &Attributes, value_place: Place, value: Value) -> Entry {
+    fn entry_of(
+        &self,
+        node: Node<'_, '_>,
+        attributes: &Attributes,
+        value_place: Place,
+        value: Value,
+    ) -> Entry {
         let place = start_tag(node, self.file);
         let name = attributes.get("name");
         Entry {
@@ -370,10 +409,10 @@ impl Builder<'_> {
         let place = start_tag(child, self.file);
         let problem = format!("<{}> stands within a property", child.tag_name().name());
         let expected = format!("expected nothing inside <{}>", node.tag_name().name());
-        self.error(
-            SceneError::at(&place, problem, expected)
-                .with_remedy(format!("close the property with />, or </{}>, before this place", node.tag_name().name())),
-        );
+        self.error(SceneError::at(&place, problem, expected).with_remedy(format!(
+            "close the property with />, or </{}>, before this place",
+            node.tag_name().name()
+        )));
     }
 
     fn attributes(&mut self, node: Node<'_, '_>, required: &[&str], optional: &[&str]) -> Option<Attributes> {
