@@ -19,6 +19,8 @@ pub enum SpectrumError {
     OutOfBounds { nm: Option<f64>, value: f64, least: f64, greatest: f64 },
     /// A temperature is a finite number of kelvin, at least 0.
     BadTemperature { kelvin: f64 },
+    /// CIE daylight is defined for correlated colour temperatures from 4000 to 25000 K.
+    NotDaylight { kelvin: f64 },
 }
 
 impl fmt::Display for SpectrumError {
@@ -55,6 +57,9 @@ impl fmt::Display for SpectrumError {
             }
             Self::BadTemperature { kelvin } => {
                 write!(f, "expected a temperature of at least 0 K, found {kelvin}")
+            }
+            Self::NotDaylight { kelvin } => {
+                write!(f, "expected a daylight temperature from 4000 to 25000 K, found {kelvin}")
             }
         }
     }

@@ -6,7 +6,10 @@
 //! either zero or the end value, as [`Extrapolation`] says.
 
 mod blackbody;
+pub mod catalogue;
 pub mod colour;
+mod data;
+pub mod daylight;
 pub mod dispersion;
 mod error;
 pub mod normal_reflectance;

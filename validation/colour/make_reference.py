@@ -8,7 +8,7 @@ Writes ../../tests/data/{reflected_xyz,illuminant_xyz,blackbody_xy,delta_e_2000}
 Everything spectral is done by colour-science with its own colour-matching functions. The published tables in data/ are
 read, put on a grid by its linear interpolator (illuminants are zero outside their table, reflectances keep the end value)
 and integrated by `sd_to_XYZ(method="Integration")`. The grid is 0.1 nm: at 1 nm the rectangle rule itself errs by
-up to a few hundredths of a unit of colour difference for line spectra, which is what is being tested.
+up to 0.16 units of colour difference where a lamp is all lines (low-pressure sodium), which would hide what is being tested.
 """
 
 import csv
@@ -125,19 +125,19 @@ def main():
     made = f"computed by validation/colour/make_reference.py with colour-science {colour.__version__}"
     cmfs = colour.MSDS_CMFS[OBSERVER].copy().align(SHAPE, interpolator=colour.LinearInterpolator)
     lights = list(spectra("illuminants", "zero"))
-    surfaces = list(spectra("reflectance", "hold"))
+    surfaces = [*spectra("reflectance", "hold"), *spectra("rgb_upsampling", "hold")]
 
     whites, colours = [], []
     white_reflector = colour.SpectralDistribution(np.ones(len(SHAPE.wavelengths)), SHAPE.wavelengths)
     stacked = colour.MultiSpectralDistributions(np.transpose([sd.values for _, _, sd in surfaces]), SHAPE.wavelengths)
     for file, column, light in lights:
         white = tristimulus(white_reflector, cmfs, light)
-        whites.append([file, column, *(f"{v:.10f}" for v in white)])
+        whites.append([file, column, *(f"{v:.12g}" for v in white)])
         all_xyz = colour.msds_to_XYZ(stacked, cmfs, light, method="Integration") / 100
         # The many-at-once call is the same computation; the first of each is checked against the single one.
         assert np.allclose(all_xyz[0], tristimulus(surfaces[0][2], cmfs, light), rtol=1e-12)
         for (surface_file, surface_column, _), xyz in zip(surfaces, all_xyz, strict=True):
-            colours.append([file, column, surface_file, surface_column, *(f"{v:.8f}" for v in xyz)])
+            colours.append([file, column, surface_file, surface_column, *(f"{v:.9g}" for v in xyz)])
 
     scale = "units: XYZ for the CIE 1931 2 degree observer, 360 to 830 nm; a perfect white reflector has Y = 1"
     write("illuminant_xyz.csv", [f"source: {made}", scale], ["illuminant_file", "illuminant", "X", "Y", "Z"], whites)

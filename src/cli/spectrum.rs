@@ -1,0 +1,226 @@
+mod plot;
+mod report;
+
+use super::Failure;
+use abbe::spectrum::catalogue::{self, Kind, Quantity};
+use abbe::spectrum::table_file::TableFile;
+use abbe::spectrum::{Extrapolation, Spectrum, text};
+use std::path::{Path, PathBuf};
+
+/// Say what a spectrum is: its source, its values, its colour under illuminants, and for materials index, Abbe number
+/// and reflectance
+#[derive(clap::Args)]
+pub struct Args {
+    /// Name of a built-in spectrum (D65, gold, BK7, colorchecker/red...), an .spd file, or a .csv table
+    #[arg(required_unless_present = "list", value_name = "NAME|FILE")]
+    spectrum: Option<String>,
+
+    /// What the name means, where it means several things
+    #[arg(long, value_parser = parse_kind)]
+    kind: Option<Kind>,
+
+    /// Column of a .csv table with several columns
+    #[arg(long)]
+    column: Option<String>,
+
+    /// Give values at this wavelength (nm) instead of every 20 nm; may be repeated
+    #[arg(long, value_name = "NM")]
+    at: Vec<f64>,
+
+    /// Draw the spectrum as an SVG picture
+    #[arg(long, value_name = "OUT.svg")]
+    plot: Option<PathBuf>,
+
+    /// List the built-in spectra, of one kind with --kind
+    #[arg(long)]
+    list: bool,
+}
+
+fn parse_kind(text: &str) -> Result<Kind, String> {
+    Kind::ALL
+        .into_iter()
+        .find(|kind| kind.name() == text)
+        .ok_or_else(|| format!("expected one of {}", Kind::ALL.map(Kind::name).join(", ")))
+}
+
+/// A spectrum with what is known of it; the kind is not known of a file.
+struct Subject {
+    title: String,
+    kind: Option<Kind>,
+    /// Lines of "what: value".
+    facts: Vec<(&'static str, String)>,
+    quantity: Quantity,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.list {
+        print!("{}", list(args.kind));
+        return Ok(());
+    }
+    let subjects = subjects(args)?;
+    for subject in &subjects {
+        println!("{}", report::report(subject, &args.at));
+    }
+    let Some(path) = &args.plot else { return Ok(()) };
+    let [subject] = subjects.as_slice() else {
+        let kinds: Vec<&str> = subjects.iter().filter_map(|subject| subject.kind).map(Kind::name).collect();
+        return Err(Failure::Input(format!("say which to plot: --kind {}", kinds.join(" or --kind "))));
+    };
+    if path.extension().is_none_or(|extension| extension != "svg") {
+        return Err(Failure::Input(format!(
+            "expected a plot file that ends in .svg, found {}",
+            path.display()
+        )));
+    }
+    std::fs::write(path, plot::svg(subject))
+        .map_err(|error| Failure::Other(format!("cannot write {}: {error}", path.display())))
+}
+
+fn list(kind: Option<Kind>) -> String {
+    let kinds = Kind::ALL.into_iter().filter(|of| kind.is_none_or(|kind| kind == *of));
+    let line = |kind, name| match catalogue::lookup(kind, name) {
+        Ok(entry) if !entry.aliases.is_empty() => format!("  {name}  ({})\n", entry.aliases.join(", ")),
+        _ => format!("  {name}\n"),
+    };
+    let block = |kind| {
+        let lines: String = catalogue::names(kind).into_iter().map(|name| line(kind, name)).collect();
+        format!("{kind}\n{lines}")
+    };
+    kinds.map(block).collect()
+}
+
+fn subjects(args: &Args) -> Result<Vec<Subject>, Failure> {
+    let wanted = args.spectrum.as_deref().unwrap_or_default();
+    let path = Path::new(wanted);
+    let ends_in =
+        |ending: &str| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending));
+    if ends_in("spd") || ends_in("csv") {
+        let content = std::fs::read_to_string(path)
+            .map_err(|error| Failure::Input(format!("cannot read {}: {error}", path.display())))?;
+        let subject = if ends_in("spd") { from_spd(&content) } else { from_table(&content, args) };
+        return match subject {
+            Ok(subject) => Ok(vec![Subject { title: wanted.to_owned(), kind: args.kind, ..subject }]),
+            Err(problem) => Err(Failure::Input(format!("{}: {problem}", path.display()))),
+        };
+    }
+    let kinds = Kind::ALL.into_iter().filter(|of| args.kind.is_none_or(|kind| kind == *of));
+    let (found, unknown): (Vec<_>, Vec<_>) =
+        kinds.map(|kind| catalogue::lookup(kind, wanted)).partition(Result::is_ok);
+    if found.is_empty() {
+        let nearest: Vec<String> = unknown
+            .into_iter()
+            .filter_map(Result::err)
+            .filter_map(|error| error.nearest.map(|nearest| format!("'{nearest}' ({})", error.kind)))
+            .collect();
+        let hint = match nearest.is_empty() {
+            true => "; abbe spectrum --list shows all names".to_owned(),
+            false => format!("; did you mean {}?", nearest.join(" or ")),
+        };
+        return Err(Failure::Input(format!("there is no spectrum named '{wanted}'{hint}")));
+    }
+    let subject = |entry: catalogue::Entry| {
+        let mut facts = vec![("source", entry.source), ("licence", entry.licence), ("units", entry.units)];
+        facts.extend(entry.notes.into_iter().map(|note| ("note", note)));
+        facts.push(("table", format!("data/{}.csv, {}", entry.file, entry.column)));
+        let title = format!("{} ({})", entry.name, entry.kind);
+        Subject { title, kind: Some(entry.kind), facts, quantity: entry.quantity }
+    };
+    Ok(found.into_iter().filter_map(Result::ok).map(subject).collect())
+}
+
+fn from_spd(content: &str) -> Result<Subject, String> {
+    let columns = text::parse_spd(content).map_err(|error| error.to_string())?;
+    let spectrum = Spectrum::irregular(&columns.nodes, &columns.values, Extrapolation::Zero);
+    let quantity = Quantity::Spectrum(spectrum.map_err(|error| error.to_string())?);
+    Ok(Subject { title: String::new(), kind: None, facts: Vec::new(), quantity })
+}
+
+fn from_table(content: &str, args: &Args) -> Result<Subject, String> {
+    let table = TableFile::parse(content).map_err(|error| error.to_string())?;
+    let Some(wavelengths) = table.columns.first().filter(|name| name.as_str() == "wavelength_nm") else {
+        return Err("expected the first column to be 'wavelength_nm'".to_owned());
+    };
+    let nm = table.numbers(wavelengths).map_err(|error| error.to_string())?;
+    let spectrum = |column: &str| {
+        let values = table.numbers(column).map_err(|error| error.to_string())?;
+        Spectrum::irregular(&nm, &values, Extrapolation::Hold).map_err(|error| error.to_string())
+    };
+    let values = &table.columns[1..];
+    let quantity = match (&args.column, values) {
+        (Some(column), _) => Quantity::Spectrum(spectrum(column)?),
+        (None, [only]) => Quantity::Spectrum(spectrum(only)?),
+        (None, [n, k, ..]) if n == "n" && k == "k" => {
+            Quantity::ComplexIndex { n: spectrum("n")?, k: spectrum("k")? }
+        }
+        _ => return Err(format!("say which column with --column: {}", values.join(", "))),
+    };
+    let mut facts = vec![("source", table.source), ("licence", table.licence), ("units", table.units)];
+    facts.extend(table.notes.into_iter().map(|note| ("note", note)));
+    facts.retain(|(_, value)| !value.is_empty());
+    Ok(Subject { title: String::new(), kind: None, facts, quantity })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn args(spectrum: &str) -> Args {
+        Args {
+            spectrum: Some(spectrum.to_owned()),
+            kind: None,
+            column: None,
+            at: Vec::new(),
+            plot: None,
+            list: false,
+        }
+    }
+
+    #[test]
+    fn a_name_may_mean_several_things() {
+        let kinds = |args: &Args| -> Vec<Option<Kind>> {
+            subjects(args).ok().into_iter().flatten().map(|subject| subject.kind).collect()
+        };
+        assert_eq!(kinds(&args("BK7")), [Some(Kind::Dielectric), Some(Kind::Absorption)]);
+        let narrowed = Args { kind: Some(Kind::Dielectric), ..args("BK7") };
+        assert_eq!(kinds(&narrowed), [Some(Kind::Dielectric)]);
+    }
+
+    #[test]
+    fn an_unknown_name_comes_with_suggestions() {
+        let Err(Failure::Input(message)) = subjects(&args("golld")) else { panic!("found golld") };
+        assert!(message.contains("did you mean 'gold' (conductor)"), "{message}");
+    }
+
+    #[test]
+    fn tables_with_several_columns_ask_which() {
+        let table = "wavelength_nm,a,b\n400,1,2\n500,3,4\n";
+        assert_eq!(
+            from_table(table, &args("x.csv")).err().as_deref(),
+            Some("say which column with --column: a, b")
+        );
+        let chosen = Args { column: Some("b".to_owned()), ..args("x.csv") };
+        let Ok(Subject { quantity: Quantity::Spectrum(spectrum), .. }) = from_table(table, &chosen) else {
+            panic!("column b is there")
+        };
+        assert_eq!(spectrum.at(450.0), 3.0);
+    }
+
+    #[test]
+    fn every_built_in_spectrum_can_be_told_and_drawn() {
+        for kind in Kind::ALL {
+            for name in catalogue::names(kind) {
+                let of_kind = Args { kind: Some(kind), ..args(name) };
+                for subject in subjects(&of_kind).ok().expect("a listed name") {
+                    let told = report::report(&subject, &[]);
+                    let bad = |word: &str| ["NaN", "inf", "-inf"].contains(&word);
+                    assert!(told.len() > 200 && !told.split_whitespace().any(bad), "{told}");
+                    let drawn = plot::svg(&subject);
+                    assert!(
+                        drawn.ends_with("</svg>\n") && !drawn.contains("NaN") && !drawn.contains("inf"),
+                        "{name}"
+                    );
+                }
+            }
+        }
+    }
+}
