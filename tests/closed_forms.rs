@@ -10,8 +10,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 const BINS: usize = 10;
 const SAMPLES: u32 = 16_384;
-const RANGES: [WavelengthRange; 2] =
-    [WavelengthRange::VISIBLE, WavelengthRange { min: 380.0, max: 780.0 }];
+const RANGES: [WavelengthRange; 2] = [WavelengthRange::VISIBLE, WavelengthRange { min: 380.0, max: 780.0 }];
 
 /// Standard errors within which all of `tests` results lie with 99 % probability if nothing is wrong. Never less than 3.
 fn bound(tests: usize) -> f64 {

@@ -6,7 +6,15 @@ use std::process::Command;
 fn render(folder: &Path, name: &str, arguments: &[&str]) -> Vec<u8> {
     let output: PathBuf = folder.join(name);
     let run = Command::new(env!("CARGO_BIN_EXE_abbe"))
-        .args(["render", "tests/scenes/agreement/dispersion.xml", "--quiet", "--spp", "16", "--spectral", "10"])
+        .args([
+            "render",
+            "tests/scenes/agreement/dispersion.xml",
+            "--quiet",
+            "--spp",
+            "16",
+            "--spectral",
+            "10",
+        ])
         .args(["--aov", "albedo,normal,depth", "--size", "50x40", "-o"])
         .arg(&output)
         .args(arguments)

@@ -6,7 +6,7 @@ use abbe::output::{self, Colour, Picture};
 use abbe::render::{AuxiliaryKind, Schedule, Settings, WavelengthCount, auxiliary, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::description::{Description, PixelFormat};
-use abbe::scene::{CompileOptions, Scene, compile};
+use abbe::scene::{CompileOptions, Scene, compile, identity};
 use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
 use std::path::{Path, PathBuf};
@@ -214,7 +214,7 @@ fn attributes(
     };
     let text = [
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("sceneHash", format!("{:016x}", description.hash())),
+        ("sceneHash", format!("{:016x}", identity(description))),
         ("seed", settings.seed.to_string()),
         ("sampler", settings.sampler.name().to_owned()),
         ("samplesPerPixel", settings.schedule.samples().to_string()),
@@ -242,7 +242,8 @@ fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f6
     if stopped {
         eprintln!("stopped: {done} of {all} samples were done");
     }
-    let error = film.relative_error().map_or("error not known".to_owned(), |e| format!("error {}", percent(e)));
+    let error =
+        film.relative_error().map_or("error not known".to_owned(), |e| format!("error {}", percent(e)));
     eprintln!(
         "{} and {}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {:.1} s, {:.2} million samples/s",
         path.display(),

@@ -5,7 +5,7 @@ use super::source::{Place, Sources};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
-use crate::shape::MeshData;
+use crate::shape::Mesh;
 use crate::spectrum::DispersionFormula;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -22,6 +22,8 @@ pub struct Description {
     pub extensions: Vec<Note>,
     /// What was assumed in order to make physics out of what the file says.
     pub assumptions: Vec<Note>,
+    /// What the file says that changes nothing here, such as the name of a sampler that Mitsuba 3 has.
+    pub remarks: Vec<Note>,
 }
 
 /// A remark tied to a place.
@@ -216,7 +218,10 @@ pub enum ShapeKind {
     /// `obj` and `ply`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
-        mesh: Arc<MeshData>,
+        mesh: Arc<Mesh>,
+        /// Whether vertex normals are to be computed once the mesh is placed: the file has none, and
+        /// `face_normals` does not ask for flat triangles.
+        compute_normals: bool,
     },
 }
 

@@ -1,7 +1,7 @@
 //! Source texts and places in them, for messages that point at what they speak of.
 
 use codespan_reporting::diagnostic::{Diagnostic, Label};
-use codespan_reporting::files::SimpleFiles;
+use codespan_reporting::files::{Files, SimpleFiles};
 use std::ops::Range;
 use std::path::Path;
 
@@ -27,6 +27,16 @@ impl Sources {
     /// Returns the index that a [`Place`] names the file by.
     pub fn add(&mut self, path: &Path, text: String) -> usize {
         self.0.add(path.display().to_string(), text)
+    }
+
+    /// The number of the line, from 1, on which a place begins; 0 for a place that does not exist.
+    pub fn line(&self, place: &Place) -> usize {
+        self.0.line_index(place.file, place.span.start).map_or(0, |index| index + 1)
+    }
+
+    /// The name of the file of a place.
+    pub fn name(&self, place: &Place) -> &str {
+        self.0.get(place.file).map_or("", |file| file.name().as_str())
     }
 }
 

@@ -22,13 +22,7 @@ pub fn scene(file: &str, defines: &[(&str, &str)], range: WavelengthRange) -> Sc
 }
 
 pub fn settings(samples: u32, wavelengths: WavelengthCount, seed: u64) -> Settings {
-    Settings {
-        schedule: Schedule::new(samples),
-        seed,
-        sampler: SamplerKind::Sobol,
-        wavelengths,
-        bins: None,
-    }
+    Settings { schedule: Schedule::new(samples), seed, sampler: SamplerKind::Sobol, wavelengths, bins: None }
 }
 
 pub fn bins(range: WavelengthRange, count: usize) -> Option<SpectralBins> {

@@ -15,7 +15,7 @@ use crate::camera::{Camera, CameraSettings, ThinLens};
 use crate::geometry::{Bounds, Transform, Vec3};
 use crate::integrator::{Integrator, Limits};
 use crate::light::{AreaGeometry, Light, Lights};
-use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere};
+use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
 use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Observer};
 use crate::spectrum::{Spectrum, WavelengthDensity};
 use crate::units::WavelengthRange;
@@ -132,9 +132,7 @@ impl Compiler<'_> {
     fn centre(&self) -> Vec3 {
         let bounds = self.description.shapes.iter().map(|shape| match &shape.kind {
             ShapeKind::Mesh { mesh, .. } => Bounds::of(
-                mesh.positions
-                    .iter()
-                    .map(|p| shape.to_world.point(Vec3::new(p[0].into(), p[1].into(), p[2].into()))),
+                mesh.data().positions.iter().map(|p| shape.to_world.point(p.map(f64::from).into())),
             ),
             _ => place(shape, &shape.to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
         });
@@ -275,8 +273,11 @@ fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, Shap
         }
         ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube => Shape::Mesh(Mesh::cube(to_world, flip)?),
-        ShapeKind::Mesh { mesh, .. } => {
-            let mut placed = mesh.transformed(to_world);
+        ShapeKind::Mesh { mesh, compute_normals, .. } => {
+            let mut placed = mesh.data().transformed(to_world);
+            if *compute_normals {
+                placed.normals = Some(compute_vertex_normals(&placed.positions, &placed.indices));
+            }
             placed.flip_normals ^= flip;
             Shape::Mesh(Mesh::new(placed)?)
         }

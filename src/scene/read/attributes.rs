@@ -1,0 +1,300 @@
+//! Attributes of an element: `$name` replaced, each with its place, and what values their texts stand for.
+
+use super::super::source::{Place, SceneError};
+use super::names;
+use crate::geometry::Vec3;
+use roxmltree::Node;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Values for `$name`: from the command line, then from `<default>`; the first to set a name wins.
+#[derive(Debug, Default)]
+pub(super) struct Defaults {
+    values: BTreeMap<String, String>,
+    given: BTreeSet<String>,
+    used: BTreeSet<String>,
+}
+
+impl Defaults {
+    pub fn new(defines: &[(String, String)]) -> Self {
+        let mut defaults = Self::default();
+        for (name, value) in defines {
+            defaults.values.entry(name.clone()).or_insert_with(|| value.clone());
+            defaults.given.insert(name.clone());
+        }
+        defaults
+    }
+
+    pub fn set(&mut self, name: &str, value: String) {
+        self.values.entry(name.to_owned()).or_insert(value);
+    }
+
+    /// `text` with every `$name` replaced. `Err` is the first name that has no value.
+    fn replace(&mut self, text: &str) -> Result<String, String> {
+        let mut result = String::new();
+        let mut rest = text;
+        while let Some(dollar) = rest.find('$') {
+            result.push_str(&rest[..dollar]);
+            rest = &rest[dollar + 1..];
+            let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());
+            let (name, after) = rest.split_at(end);
+            result.push_str(self.values.get(name).ok_or_else(|| name.to_owned())?);
+            self.used.insert(name.to_owned());
+            rest = after;
+        }
+        result.push_str(rest);
+        Ok(result)
+    }
+
+    /// Command-line definitions that no `$name` asked for.
+    pub fn unused(&self) -> impl Iterator<Item = SceneError> + '_ {
+        self.given.difference(&self.used).map(|name| {
+            let used: Vec<&str> = self.used.iter().map(String::as_str).collect();
+            let remedy = match names::nearest(name, &used) {
+                Some(near) => format!("did you mean -D {near}=...?"),
+                None if used.is_empty() => {
+                    format!("write ${name} where the value belongs, or leave out -D {name}")
+                }
+                None => format!("this scene uses: {}", names::listing(&used)),
+            };
+            SceneError {
+                place: None,
+                problem: format!("The scene never uses ${name}, which the command line sets"),
+                expected: format!("expected the name of a parameter of this scene after -D, found {name}"),
+                remedy: Some(remedy),
+            }
+        })
+    }
+
+    fn undefined(&self, name: &str, place: &Place) -> SceneError {
+        if name.is_empty() {
+            return SceneError::at(
+                place,
+                "A parameter has no name",
+                "expected a name after $, as in $radius",
+            )
+            .with_remedy("write $name without braces, with letters, digits and underscores only");
+        }
+        let known: Vec<&str> = self.values.keys().map(String::as_str).collect();
+        let error = SceneError::at(
+            place,
+            format!("The parameter ${name} has no value"),
+            "expected a parameter that a <default> before this place or -D defines",
+        );
+        match names::nearest(name, &known) {
+            Some(near) => error.with_remedy(format!("did you mean ${near}?")),
+            None => error.with_remedy(format!(
+                "write <default name=\"{name}\" value=\"...\"/> above, or give -D {name}=... on the command line"
+            )),
+        }
+    }
+}
+
+/// The value of an attribute.
+#[derive(Clone, Debug)]
+pub(super) struct Attribute {
+    pub text: String,
+    pub place: Place,
+    /// Whether the text stands in the file as it is, so that a place within it can be pointed at.
+    literal: bool,
+}
+
+impl Attribute {
+    /// The place of `length` bytes from `offset` on, as far as it can be told.
+    pub fn part(&self, offset: usize, length: usize) -> Place {
+        let start = self.place.span.start + offset;
+        let end = (start + length.max(1)).min(self.place.span.end);
+        if self.literal && start < end {
+            Place { file: self.place.file, span: start..end }
+        } else {
+            self.place.clone()
+        }
+    }
+}
+
+/// The attributes of one element.
+#[derive(Debug)]
+pub(super) struct Attributes(BTreeMap<String, Attribute>);
+
+impl Attributes {
+    /// `None` where something is wrong: an attribute that is missing or unknown, a parameter without value.
+    pub fn read(
+        node: Node<'_, '_>,
+        file: usize,
+        required: &[&str],
+        optional: &[&str],
+        defaults: &mut Defaults,
+        errors: &mut Vec<SceneError>,
+    ) -> Option<Self> {
+        let before = errors.len();
+        let tag = node.tag_name().name();
+        let known: Vec<&str> = required.iter().chain(optional).copied().collect();
+        let mut found = BTreeMap::new();
+        for attribute in node.attributes() {
+            let name_place = Place {
+                file,
+                span: attribute.range().start..attribute.range().start + attribute.range_qname().len(),
+            };
+            if !known.contains(&attribute.name()) {
+                errors.push(unknown(tag, attribute.name(), &name_place, &known));
+                continue;
+            }
+            let place = Place { file, span: attribute.range_value() };
+            match defaults.replace(attribute.value()) {
+                Ok(text) => {
+                    let source = node.document().input_text().get(place.span.clone());
+                    let literal = source == Some(text.as_str());
+                    found.insert(attribute.name().to_owned(), Attribute { text, place, literal });
+                }
+                Err(name) => errors.push(defaults.undefined(&name, &place)),
+            }
+        }
+        for name in required {
+            if !node.has_attribute(*name) {
+                errors.push(SceneError::at(
+                    &start_tag(node, file),
+                    format!("<{tag}> has no attribute \"{name}\""),
+                    format!("expected {name}=\"...\" here"),
+                ));
+            }
+        }
+        (errors.len() == before).then_some(Self(found))
+    }
+
+    pub fn get(&self, name: &str) -> Option<&Attribute> {
+        self.0.get(name)
+    }
+
+    pub fn text(&self, name: &str) -> Option<String> {
+        self.get(name).map(|attribute| attribute.text.clone())
+    }
+}
+
+fn unknown(tag: &str, name: &str, place: &Place, known: &[&str]) -> SceneError {
+    let error = SceneError::at(
+        place,
+        format!("<{tag}> has no attribute \"{name}\""),
+        format!(
+            "expected {}",
+            if known.is_empty() { "no attribute".to_owned() } else { names::either(known) }
+        ),
+    );
+    match names::nearest(name, known) {
+        Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
+        None => error,
+    }
+}
+
+/// The start tag of an element; the whole of it where it has no content.
+pub(super) fn start_tag(node: Node<'_, '_>, file: usize) -> Place {
+    let range = node.range();
+    let end = node.first_child().map_or(range.end, |child| child.range().start);
+    Place { file, span: range.start..end.max(range.start) }
+}
+
+/// A number as Mitsuba 3 writes it, finite.
+pub(super) fn number(text: &str) -> Option<f64> {
+    text.trim().parse::<f64>().ok().filter(|number| number.is_finite())
+}
+
+pub(super) fn float(attribute: &Attribute) -> Result<f64, SceneError> {
+    number(&attribute.text).ok_or_else(|| {
+        SceneError::at(
+            &attribute.place,
+            format!("\"{}\" is not a number", attribute.text),
+            "expected a finite number such as 0.5 or 2e-3",
+        )
+    })
+}
+
+pub(super) fn integer(attribute: &Attribute) -> Result<i64, SceneError> {
+    attribute.text.trim().parse().map_err(|_| {
+        let error = SceneError::at(
+            &attribute.place,
+            format!("\"{}\" is not an integer", attribute.text),
+            "expected a whole number such as 16",
+        );
+        match number(&attribute.text) {
+            Some(_) => error.with_remedy("leave out the decimals; a property of type float is another thing"),
+            None => error,
+        }
+    })
+}
+
+pub(super) fn boolean(attribute: &Attribute) -> Result<bool, SceneError> {
+    match attribute.text.to_lowercase().as_str() {
+        "true" => Ok(true),
+        "false" => Ok(false),
+        _ => Err(SceneError::at(
+            &attribute.place,
+            format!("\"{}\" is not a boolean", attribute.text),
+            "expected true or false",
+        )),
+    }
+}
+
+/// Numbers separated by commas, blanks or both.
+pub(super) fn numbers(attribute: &Attribute) -> Result<Vec<f64>, SceneError> {
+    let separates = |c: char| c == ',' || c.is_whitespace();
+    let words = attribute.text.split(separates).filter(|word| !word.is_empty());
+    words
+        .map(|word| {
+            number(word).ok_or_else(|| {
+                let offset = word.as_ptr() as usize - attribute.text.as_ptr() as usize;
+                SceneError::at(
+                    &attribute.part(offset, word.len()),
+                    format!("\"{word}\" is not a number"),
+                    "expected finite numbers separated by commas or blanks",
+                )
+            })
+        })
+        .collect()
+}
+
+/// Three numbers, or one that stands for all three.
+pub(super) fn triple(attribute: &Attribute, one_for_all: bool) -> Result<Vec3, SceneError> {
+    let found = numbers(attribute)?;
+    match found[..] {
+        [x, y, z] => Ok(Vec3::new(x, y, z)),
+        [all] if one_for_all => Ok(Vec3::splat(all)),
+        _ => Err(SceneError::at(
+            &attribute.place,
+            format!("A vector has 3 components, not {}", found.len()),
+            if one_for_all { "expected 3 numbers, or 1 for all three" } else { "expected 3 numbers" },
+        )),
+    }
+}
+
+/// A vector in either form: `value="1 2 3"`, or `x`, `y`, `z`, each of which is `absent` where it is left
+/// out (and required where `absent` is `None`).
+pub(super) fn vector(
+    attributes: &Attributes,
+    place: &Place,
+    absent: Option<f64>,
+) -> Result<Vec3, SceneError> {
+    let components = ["x", "y", "z"].map(|name| attributes.get(name));
+    if let Some(value) = attributes.get("value") {
+        return match components.into_iter().flatten().next() {
+            None => triple(value, true),
+            Some(extra) => Err(SceneError::at(
+                &extra.place,
+                "A vector is given twice",
+                "expected either value or x, y, z, not both",
+            )),
+        };
+    }
+    let mut result = [0.0; 3];
+    for ((component, name), slot) in components.into_iter().zip(["x", "y", "z"]).zip(&mut result) {
+        *slot = match (component, absent) {
+            (Some(component), _) => float(component)?,
+            (None, Some(absent)) => absent,
+            (None, None) => {
+                return Err(SceneError::at(
+                    place,
+                    format!("The {name} component is missing"),
+                    "expected value=\"1 2 3\" or x=\"1\" y=\"2\" z=\"3\"",
+                ));
+            }
+        };
+    }
+    Ok(Vec3::from_array(result))
+}

@@ -1,0 +1,246 @@
+//! Refractive indices of dielectrics: a number, one of Mitsuba 3's names, or (extensions) a function of wavelength.
+
+use super::super::description::{IndexKind, IndexSource, SpectrumKind, SpectrumSource};
+use super::super::source::{Place, SceneError};
+use super::query::Query;
+use super::spectra::{self, Use};
+use super::tree::{Class, ObjectId, Value};
+use super::{Reader, names};
+use crate::spectrum::DispersionFormula;
+use crate::units::WavelengthRange;
+
+/// The index of Mitsuba 3's default for `int_ior`, `bk7`.
+pub(super) const BK7: f64 = 1.5046;
+
+/// The names that Mitsuba 3 has for single numbers. Source: measured from Mitsuba 3.9.1, with `ext_ior` 1.
+const NUMBERS: [(&str, f64); 23] = [
+    ("vacuum", 1.0),
+    ("helium", 1.000_036),
+    ("hydrogen", 1.000_132),
+    ("air", 1.000_277),
+    ("carbon dioxide", 1.000_45),
+    ("water", 1.333),
+    ("acetone", 1.36),
+    ("ethanol", 1.361),
+    ("carbon tetrachloride", 1.461),
+    ("glycerol", 1.4729),
+    ("benzene", 1.501),
+    ("silicone oil", 1.520_45),
+    ("bromine", 1.661),
+    ("water ice", 1.31),
+    ("fused quartz", 1.458),
+    ("pyrex", 1.47),
+    ("acrylic glass", 1.49),
+    ("polypropylene", 1.49),
+    ("bk7", BK7),
+    ("sodium chloride", 1.544),
+    ("amber", 1.55),
+    ("pet", 1.575),
+    ("diamond", 2.419),
+];
+
+/// The index that the property `name` gives; `None` where it is absent or wrong.
+pub(super) fn read(query: &Query<'_>, name: &'static str) -> Option<IndexSource> {
+    let entry = query.entry(name)?;
+    let place = entry.value_place.clone();
+    let constant = |value: f64| positive(query, &place, name, value).then_some(IndexKind::Constant(value));
+    let kind = match &entry.value {
+        Value::Float(value) => constant(*value),
+        Value::Integer(value) => constant(*value as f64),
+        Value::Text(text) => named_number(query, &place, name, text),
+        Value::Flat(value) => {
+            extend(query, &place, name, "a spectrum of one value");
+            constant(*value)
+        }
+        Value::List { file, .. } => {
+            let what = match file {
+                Some(file) => format!("a table over wavelength from {}", file.display()),
+                None => "a table over wavelength".to_owned(),
+            };
+            extend(query, &place, name, &what);
+            spectra::read(query, name, Use::Index).map(IndexKind::Tabulated)
+        }
+        Value::Object(id) if query.reader.tree.get(*id).class == Class::Spectrum => {
+            of_plugin(query, name, *id, &place)
+        }
+        _ => {
+            query.error(query.wrong_type(
+                entry,
+                name,
+                "<float>, <string> with a material's name, or <spectrum>",
+            ));
+            None
+        }
+    };
+    kind.map(|kind| IndexSource { place, kind })
+}
+
+fn positive(query: &Query<'_>, place: &Place, name: &str, value: f64) -> bool {
+    if value > 0.0 {
+        return true;
+    }
+    query.error(
+        SceneError::at(
+            place,
+            format!("The refractive index \"{name}\" is {value}"),
+            "expected a number above 0",
+        )
+        .with_remedy("the index of vacuum is 1, that of glass about 1.5"),
+    );
+    false
+}
+
+fn named_number(query: &Query<'_>, place: &Place, name: &str, text: &str) -> Option<IndexKind> {
+    if let Some((_, value)) = NUMBERS.iter().find(|(known, _)| known.eq_ignore_ascii_case(text)) {
+        return Some(IndexKind::Constant(*value));
+    }
+    let known: Vec<&str> = NUMBERS.iter().map(|(known, _)| *known).collect();
+    let problem = format!("\"{text}\" is not a material with a known single index");
+    let error =
+        SceneError::at(place, problem, "expected one of the names that Mitsuba 3 has, such as bk7 or water");
+    query.error(if super::attributes::number(text).is_some() {
+        error.with_remedy(format!("for a number write <float name=\"{name}\" value=\"{text}\"/>"))
+    } else if let Some(near) = names::nearest(text, &known) {
+        error.with_remedy(format!("did you mean \"{near}\"?"))
+    } else {
+        error.with_remedy(format!(
+            "a glass with its dispersion is written <spectrum name=\"{name}\" type=\"measured\"><string name=\"name\" value=\"N-SF11\"/></spectrum>"
+        ))
+    });
+    None
+}
+
+fn extend(query: &Query<'_>, place: &Place, name: &str, what: &str) {
+    query.reader.extension(place, format!("{name} is {what}; Mitsuba 3 takes a number or a name only"));
+}
+
+fn of_plugin(query: &Query<'_>, name: &'static str, id: ObjectId, place: &Place) -> Option<IndexKind> {
+    let reader = query.reader;
+    let object = reader.tree.get(id);
+    match object.plugin.as_str() {
+        "measured" => {
+            let inner = Query::new(reader, id);
+            let material = spectra::measured(&inner);
+            inner.finish();
+            material.map(IndexKind::Named)
+        }
+        "sellmeier" | "cauchy" => {
+            extend(query, place, name, &format!("a {} formula", object.plugin));
+            formula(reader, id).map(IndexKind::Formula)
+        }
+        "uniform" | "regular" | "irregular" => {
+            extend(query, place, name, "a function of wavelength");
+            let source = spectra::read(query, name, Use::Index)?;
+            Some(match source.kind {
+                SpectrumKind::Constant(value) => IndexKind::Constant(value * source.scale),
+                _ => IndexKind::Tabulated(source),
+            })
+        }
+        "d65" | "blackbody" => {
+            let problem = format!("\"{}\" is the spectrum of a light, not a refractive index", object.plugin);
+            query.error(SceneError::at(
+                &object.plugin_place,
+                problem,
+                "expected a table, measured, sellmeier or cauchy",
+            ));
+            None
+        }
+        _ => {
+            reader.unknown_plugin(object);
+            None
+        }
+    }
+}
+
+/// `sellmeier`: `b` and `c` (µm²) of n² = 1 + Σ b λ² / (λ² − c). `cauchy`: `coefficients` of
+/// n = A + B / λ² + C / λ⁴ + ..., λ in µm.
+fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
+    let query = Query::new(reader, id);
+    let range = WavelengthRange {
+        min: query.positive("wavelength_min", WavelengthRange::VISIBLE.min),
+        max: query.positive("wavelength_max", WavelengthRange::VISIBLE.max),
+    };
+    let result = if query.object.plugin == "sellmeier" {
+        let b = spectra::required(&query, "b", spectra::numbers(&query, "b"));
+        let c = spectra::required(&query, "c", spectra::numbers(&query, "c"));
+        match (b, c) {
+            (Some(b), Some(c)) if b.len() == c.len() && !b.is_empty() => {
+                let terms: Vec<(f64, f64)> = b.into_iter().zip(c).collect();
+                Some(DispersionFormula::sellmeier(&terms, range))
+            }
+            (Some(b), Some(c)) => {
+                let problem = format!("\"b\" has {} numbers and \"c\" has {}", b.len(), c.len());
+                query.error(SceneError::at(
+                    &query.place("c"),
+                    problem,
+                    "expected as many of one as of the other, at least 1",
+                ));
+                None
+            }
+            _ => None,
+        }
+    } else {
+        let terms = spectra::required(&query, "coefficients", spectra::numbers(&query, "coefficients"));
+        terms.map(|terms| DispersionFormula::cauchy(&terms, range))
+    };
+    let formula = match result? {
+        Ok(formula) => Some(formula),
+        Err(error) => {
+            query.error(
+                SceneError::at(
+                    &query.object.place,
+                    "The formula gives no refractive index",
+                    error.to_string(),
+                )
+                .with_remedy("coefficients are for wavelengths in micrometres"),
+            );
+            None
+        }
+    };
+    query.finish();
+    formula
+}
+
+/// `normal_reflectance` beside or instead of `int_ior`.
+pub(super) fn interior(query: &Query<'_>) -> IndexSource {
+    let given = read(query, "int_ior");
+    let reflectance = normal_reflectance(query);
+    if given.is_some()
+        && let Some(reflectance) = &reflectance
+    {
+        query.error(SceneError::at(
+            &reflectance.place,
+            "The index is given twice",
+            "expected either int_ior or normal_reflectance",
+        ));
+    }
+    if let Some(reflectance) = reflectance {
+        if let Some(assume) = query.text("assume")
+            && assume != "k=0"
+        {
+            query.error(SceneError::at(
+                &query.place("assume"),
+                format!("\"{assume}\" is no assumption about a dielectric"),
+                "expected k=0, which is the default",
+            ));
+        }
+        query.reader.assumption(
+            &reflectance.place,
+            "normal_reflectance is that of one polished face in vacuum, and k = 0: n = (1 + √R) / (1 − √R)"
+                .to_owned(),
+        );
+        let place = reflectance.place.clone();
+        return IndexSource { place, kind: IndexKind::NormalReflectance(reflectance) };
+    }
+    given.unwrap_or_else(|| IndexSource { place: query.object.place.clone(), kind: IndexKind::Constant(BK7) })
+}
+
+/// The reflectance from which an index follows, with the note that it is an extension.
+pub(super) fn normal_reflectance(query: &Query<'_>) -> Option<SpectrumSource> {
+    let reflectance = spectra::read(query, "normal_reflectance", Use::NormalReflectance)?;
+    query.reader.extension(
+        &reflectance.place,
+        "normal_reflectance: the index follows from the reflectance at normal incidence".to_owned(),
+    );
+    Some(reflectance)
+}

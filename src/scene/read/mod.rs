@@ -1,0 +1,309 @@
+//! Reading scene files: Mitsuba 3's XML, with extensions, into a [`Description`].
+//!
+//! `xml` turns the text into a tree of objects with typed properties; one file per class then asks those objects
+//! for what they know, and says what is left over. Errors are collected, so that one run tells of all that are
+//! independent of one another.
+
+mod attributes;
+mod bsdfs;
+mod films;
+mod indices;
+mod integrators;
+mod lights;
+mod media;
+mod names;
+mod obj;
+mod ply;
+mod query;
+mod sensors;
+mod shapes;
+mod spd;
+mod spectra;
+mod transforms;
+mod tree;
+mod xml;
+
+use super::description::{Bsdf, Description, Note, Sensor, SpectrumSource};
+use super::source::{Place, SceneError, SceneErrors, Sources};
+use crate::shape::Mesh;
+use query::Query;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use tree::{Class, Object, ObjectId, Tree};
+
+/// A larger scene file is refused: meshes belong into files of their own.
+const LARGEST_SCENE_FILE: u64 = 256 << 20;
+
+/// What the command line adds to a scene file.
+#[derive(Clone, Debug, Default)]
+pub struct ReadOptions {
+    /// Values for `$name`, which come before the file's `<default>`.
+    pub defines: Vec<(String, String)>,
+}
+
+/// Reads the scene file at `path`. Files that it names are sought relative to its folder.
+///
+/// # Errors
+/// Everything that is wrong with the file or the files that it names, with places.
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Description, SceneErrors> {
+    let unreadable = |problem: String| SceneErrors {
+        sources: Sources::default(),
+        errors: vec![SceneError {
+            place: None,
+            problem,
+            expected: "expected the path of a scene file (Mitsuba 3 XML)".to_owned(),
+            remedy: None,
+        }],
+    };
+    let metadata = std::fs::metadata(path)
+        .map_err(|error| unreadable(format!("{} cannot be read: {error}", path.display())))?;
+    if !metadata.is_file() {
+        return Err(unreadable(format!("{} is not a file", path.display())));
+    }
+    if metadata.len() > LARGEST_SCENE_FILE {
+        return Err(unreadable(format!("{} is too large ({} bytes)", path.display(), metadata.len())));
+    }
+    let bytes = std::fs::read(path)
+        .map_err(|error| unreadable(format!("{} cannot be read: {error}", path.display())))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        unreadable(format!("{} is not UTF-8 text (at byte {at})", path.display()))
+    })?;
+    read_str(text, path, options)
+}
+
+/// Reads a scene from `text`, as if it stood in a file at `path`.
+///
+/// # Errors
+/// Everything that is wrong with the text or the files that it names, with places.
+pub fn read_str(
+    text: impl Into<String>,
+    path: &Path,
+    options: &ReadOptions,
+) -> Result<Description, SceneErrors> {
+    let text = text.into();
+    // Editors on Windows may begin a file with a byte order mark.
+    let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut sources = Sources::default();
+    let file = sources.add(path, text.clone());
+    let parsed = xml::parse(&text, file, &folder, &options.defines, &mut sources);
+    let fatal = parsed.tree.objects.is_empty();
+    let reader = Reader {
+        tree: parsed.tree,
+        folder,
+        errors: RefCell::new(parsed.errors),
+        extensions: RefCell::default(),
+        assumptions: RefCell::new(parsed.assumptions),
+        remarks: RefCell::default(),
+        bsdfs: RefCell::default(),
+        spectra: RefCell::default(),
+        meshes: RefCell::default(),
+    };
+    let description = if fatal { None } else { reader.scene() };
+    let mut errors = reader.errors.into_inner();
+    match description {
+        Some(description) if errors.is_empty() => Ok(Description {
+            sources,
+            extensions: in_order(reader.extensions.into_inner()),
+            assumptions: in_order(reader.assumptions.into_inner()),
+            remarks: in_order(reader.remarks.into_inner()),
+            ..description
+        }),
+        _ => {
+            errors.sort_by_key(|error| error.place.as_ref().map(|place| (place.file, place.span.start)));
+            errors.dedup();
+            Err(SceneErrors { sources, errors })
+        }
+    }
+}
+
+/// Notes as the file's reader meets them, each once.
+fn in_order(mut notes: Vec<Note>) -> Vec<Note> {
+    notes.sort_by(|a, b| {
+        (a.place.file, a.place.span.start, &a.text).cmp(&(b.place.file, b.place.span.start, &b.text))
+    });
+    notes.dedup_by(|a, b| a.place == b.place && a.text == b.text);
+    notes
+}
+
+/// A tree being understood, with what has been said about it so far.
+struct Reader {
+    tree: Tree,
+    folder: PathBuf,
+    errors: RefCell<Vec<SceneError>>,
+    extensions: RefCell<Vec<Note>>,
+    assumptions: RefCell<Vec<Note>>,
+    remarks: RefCell<Vec<Note>>,
+    /// What several objects may refer to is read once.
+    bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
+    spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
+    meshes: RefCell<BTreeMap<(PathBuf, bool, shapes::MeshOptions), Option<Arc<Mesh>>>>,
+}
+
+impl Reader {
+    fn error(&self, error: SceneError) {
+        self.errors.borrow_mut().push(error);
+    }
+
+    fn extension(&self, place: &Place, text: String) {
+        self.extensions.borrow_mut().push(Note { place: place.clone(), text });
+    }
+
+    fn assumption(&self, place: &Place, text: String) {
+        self.assumptions.borrow_mut().push(Note { place: place.clone(), text });
+    }
+
+    fn remark(&self, place: &Place, text: String) {
+        self.remarks.borrow_mut().push(Note { place: place.clone(), text });
+    }
+
+    fn unknown_plugin(&self, object: &Object) {
+        let word = object.class.word();
+        let name = &object.plugin;
+        let known = names::plugins(object.class);
+        let place = &object.plugin_place;
+        if names::mitsuba_plugins(object.class).contains(&name.as_str()) {
+            let problem = format!("{word} \"{name}\" is not supported yet");
+            let expected = format!("expected {}", names::either(known));
+            self.error(SceneError::at(place, query::capital(&problem), expected));
+            return;
+        }
+        let error = SceneError::at(
+            place,
+            format!("There is no {word} \"{name}\""),
+            format!("expected {}", names::either(known)),
+        );
+        let elsewhere = Class::ELEMENTS
+            .iter()
+            .find(|(_, class)| *class != object.class && names::plugins(*class).contains(&name.as_str()));
+        self.error(match (names::nearest(name, known), elsewhere) {
+            (_, Some((other, _))) => error.with_remedy(format!("did you mean <{other} type=\"{name}\">?")),
+            (Some(near), None) => error.with_remedy(format!("did you mean \"{near}\"?")),
+            (None, None) => error,
+        });
+    }
+
+    /// `None` where something without which there is no scene is missing or wrong.
+    fn scene(&self) -> Option<Description> {
+        let query = Query::new(self, Tree::ROOT);
+        let place = query.object.place.clone();
+        let integrator = match query.object(Class::Integrator) {
+            Some((_, id)) => integrators::read(self, id),
+            None => integrators::default(&place),
+        };
+        let sensor = self.sensor(&query);
+        let shapes: Vec<_> =
+            query.objects(Class::Shape).iter().filter_map(|(_, id)| shapes::read(self, *id)).collect();
+        let lights = self.lights(&query);
+        self.definitions(&query);
+        query.finish();
+        self.media_under(&shapes);
+        Some(Description {
+            sources: Sources::default(),
+            integrator,
+            sensor: sensor?,
+            shapes,
+            lights,
+            extensions: Vec::new(),
+            assumptions: Vec::new(),
+            remarks: Vec::new(),
+        })
+    }
+
+    /// The first sensor, which is the one that Mitsuba 3 renders by default. The others are read for their errors.
+    fn sensor(&self, query: &Query<'_>) -> Option<Sensor> {
+        let found = query.objects(Class::Sensor);
+        if found.is_empty()
+            && !query.object.entries.iter().any(|entry| matches!(entry.value, tree::Value::Broken))
+        {
+            self.error(
+                SceneError::at(&query.object.place, "The scene has no sensor", "expected a <sensor> in here")
+                    .with_remedy("add <sensor type=\"perspective\">...</sensor>"),
+            );
+        }
+        let mut sensors = Vec::new();
+        for (index, (entry, id)) in found.into_iter().enumerate() {
+            sensors.push(sensors::read(self, id));
+            if index > 0 {
+                self.remark(&entry.place, "this sensor is not used: the first one is".to_owned());
+            }
+        }
+        sensors.into_iter().next().flatten()
+    }
+
+    fn lights(&self, query: &Query<'_>) -> Vec<super::description::Light> {
+        let mut lights = Vec::new();
+        let mut surroundings = 0;
+        for (entry, id) in query.objects(Class::Emitter) {
+            if self.tree.get(id).plugin == "constant" {
+                surroundings += 1;
+            }
+            if surroundings == 2 {
+                surroundings += 1;
+                self.error(
+                    SceneError::at(
+                        &entry.place,
+                        "The scene has two constant lights",
+                        "expected one at most, as in Mitsuba 3",
+                    )
+                    .with_remedy("add up their radiances"),
+                );
+            }
+            lights.extend(lights::read(self, id));
+        }
+        lights
+    }
+
+    /// Objects that are defined for others to refer to, checked whether or not one does.
+    fn definitions(&self, query: &Query<'_>) {
+        for (_, id) in query.objects(Class::Bsdf) {
+            bsdfs::read(self, id);
+        }
+        for (_, id) in query.objects(Class::Medium) {
+            media::read(self, id);
+        }
+        for class in [Class::Film, Class::Sampler, Class::Filter, Class::Phase] {
+            query.objects(class);
+        }
+        for (entry, id) in query.objects(Class::Spectrum) {
+            if entry.name.is_some() {
+                self.error(
+                    SceneError::at(
+                        &entry.name_place,
+                        "The scene has no spectra of its own",
+                        "expected an id here, not a name",
+                    )
+                    .with_remedy("give it an id and refer to it with <ref id=\"...\" name=\"...\"/>"),
+                );
+            }
+            if !spectra::FORMULAS.contains(&self.tree.get(id).plugin.as_str()) {
+                spectra::plugin(self, id);
+            }
+        }
+    }
+
+    /// Says where a medium means more here than in Mitsuba 3.
+    fn media_under(&self, shapes: &[super::description::Shape]) {
+        use super::description::BsdfKind;
+        let plain = self.tree.objects.iter().find(|object| object.class == Class::Integrator);
+        let ignored = plain.is_none_or(|object| ["path", "direct"].contains(&object.plugin.as_str()));
+        for shape in shapes {
+            let Some(medium) = &shape.interior else { continue };
+            if ignored {
+                self.assumption(
+                    &medium.place,
+                    "the medium absorbs, although Mitsuba 3's path and direct would ignore it".to_owned(),
+                );
+            }
+            if !matches!(shape.bsdf.kind, BsdfKind::Dielectric { .. } | BsdfKind::DiffuseTransmitter { .. }) {
+                self.remark(
+                    &medium.place,
+                    "no light enters this medium: the shape's BSDF lets none through".to_owned(),
+                );
+            }
+        }
+    }
+}

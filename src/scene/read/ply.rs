@@ -1,0 +1,412 @@
+//! PLY: ascii and binary of both byte orders; positions, normals and texture coordinates of vertices, polygons.
+//!
+//! Whatever else the file holds is passed over. Numbers of elements are checked against the length of the file
+//! before anything is allocated for them.
+
+use super::shapes::{MeshError, MeshOptions, MeshResult, Position};
+use crate::shape::MeshData;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Format {
+    Ascii,
+    Little,
+    Big,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    fn named(name: &[u8]) -> Option<Self> {
+        Some(match name {
+            b"char" | b"int8" => Self::I8,
+            b"uchar" | b"uint8" => Self::U8,
+            b"short" | b"int16" => Self::I16,
+            b"ushort" | b"uint16" => Self::U16,
+            b"int" | b"int32" => Self::I32,
+            b"uint" | b"uint32" => Self::U32,
+            b"float" | b"float32" => Self::F32,
+            b"double" | b"float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    /// The value at the beginning of `bytes`, which are long enough.
+    #[inline]
+    fn value(self, bytes: &[u8], big: bool) -> f64 {
+        fn array<const N: usize>(bytes: &[u8], big: bool) -> [u8; N] {
+            let mut array = [0; N];
+            array.copy_from_slice(&bytes[..N]);
+            if big {
+                array.reverse();
+            }
+            array
+        }
+        match self {
+            Self::I8 => f64::from(i8::from_le_bytes(array(bytes, big))),
+            Self::U8 => f64::from(bytes[0]),
+            Self::I16 => f64::from(i16::from_le_bytes(array(bytes, big))),
+            Self::U16 => f64::from(u16::from_le_bytes(array(bytes, big))),
+            Self::I32 => f64::from(i32::from_le_bytes(array(bytes, big))),
+            Self::U32 => f64::from(u32::from_le_bytes(array(bytes, big))),
+            Self::F32 => f64::from(f32::from_le_bytes(array(bytes, big))),
+            Self::F64 => f64::from_le_bytes(array(bytes, big)),
+        }
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Property {
+    name: Vec<u8>,
+    /// The type of the length, for a list.
+    list: Option<Scalar>,
+    scalar: Scalar,
+}
+
+#[derive(Clone, Debug)]
+struct Element {
+    name: Vec<u8>,
+    count: usize,
+    properties: Vec<Property>,
+}
+
+impl Element {
+    /// The fewest bytes that a row takes.
+    fn least_bytes(&self, format: Format) -> usize {
+        let sizes = self.properties.iter().map(|property| match format {
+            // A digit and a separator.
+            Format::Ascii => 2,
+            _ => property.list.unwrap_or(property.scalar).size(),
+        });
+        sizes.sum::<usize>().max(1)
+    }
+
+    fn find(&self, names: &[&[u8]]) -> Option<usize> {
+        self.properties
+            .iter()
+            .position(|property| property.list.is_none() && names.contains(&property.name.as_slice()))
+    }
+
+    fn find_all<const N: usize>(&self, names: [&[&[u8]]; N]) -> Option<[usize; N]> {
+        let mut found = [0; N];
+        for (slot, names) in found.iter_mut().zip(names) {
+            *slot = self.find(names)?;
+        }
+        Some(found)
+    }
+}
+
+pub(super) fn read(bytes: &[u8], options: MeshOptions) -> MeshResult {
+    let (format, elements, mut cursor) = header(bytes)?;
+    let mut mesh = MeshData::default();
+    for element in &elements {
+        let rows_left = (cursor.bytes.len() - cursor.at + 1) / element.least_bytes(format);
+        if element.count > rows_left {
+            return Err(MeshError::new(
+                format!(
+                    "The file says that it has {} of \"{}\", but it is too short for them",
+                    element.count,
+                    String::from_utf8_lossy(&element.name)
+                ),
+                format!("expected at most {rows_left} in a file of {} bytes", bytes.len()),
+            ));
+        }
+        match element.name.as_slice() {
+            b"vertex" => vertices(element, format, &mut cursor, options, &mut mesh)?,
+            b"face" => faces(element, format, &mut cursor, &mut mesh)?,
+            b"tristrips" if element.count > 0 => {
+                return Err(MeshError::new(
+                    "Triangle strips are not supported",
+                    "expected an element \"face\" with a list \"vertex_indices\"",
+                ));
+            }
+            _ => {
+                let mut row = vec![0.0; element.properties.len()];
+                for _ in 0..element.count {
+                    cursor.row(element, format, &mut row, None, &mut Vec::new())?;
+                }
+            }
+        }
+    }
+    let vertices = mesh.positions.len();
+    // Faces may stand before the vertices, so this can only be judged in the end.
+    if let Some(triangle) =
+        mesh.indices.iter().position(|triangle| triangle.iter().any(|&i| i as usize >= vertices))
+    {
+        let index = mesh.indices[triangle].into_iter().max().unwrap_or(0);
+        return Err(MeshError::new(
+            format!(
+                "A face refers to vertex {index}, but the file has {vertices} vertices (triangle {triangle})"
+            ),
+            "expected indices from 0 to one less than the number of vertices",
+        ));
+    }
+    Ok(mesh)
+}
+
+/// A place in the data, with what is needed to say where it is.
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    /// The current line, in an ascii file.
+    line: usize,
+}
+
+impl<'a> Cursor<'a> {
+    /// The next line without its end; `None` at the end of the file.
+    fn next_line(&mut self) -> Option<&'a [u8]> {
+        let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let length = rest.iter().position(|&byte| byte == b'\n').unwrap_or(rest.len());
+        self.at += (length + 1).min(rest.len());
+        self.line += 1;
+        let line = &rest[..length];
+        Some(line.strip_suffix(b"\r").unwrap_or(line))
+    }
+
+    fn ends(&self, format: Format) -> MeshError {
+        let error = MeshError::new("The file ends too early", "expected more data, as the header says");
+        error.on(match format {
+            Format::Ascii => Position::Line(self.line),
+            _ => Position::Byte(self.bytes.len()),
+        })
+    }
+
+    fn take(&mut self, count: usize, format: Format) -> Result<&'a [u8], MeshError> {
+        let taken = self.at.checked_add(count).and_then(|end| self.bytes.get(self.at..end));
+        let taken = taken.ok_or_else(|| self.ends(format))?;
+        self.at += count;
+        Ok(taken)
+    }
+
+    /// One row: its single values into `values`, and the list at `wanted` into `list`.
+    fn row(
+        &mut self,
+        element: &Element,
+        format: Format,
+        values: &mut [f64],
+        wanted: Option<usize>,
+        list: &mut Vec<f64>,
+    ) -> Result<(), MeshError> {
+        if format == Format::Ascii {
+            return self.ascii_row(element, values, wanted, list);
+        }
+        let big = format == Format::Big;
+        for (index, property) in element.properties.iter().enumerate() {
+            let size = property.scalar.size();
+            let Some(count) = property.list else {
+                values[index] = property.scalar.value(self.take(size, format)?, big);
+                continue;
+            };
+            let start = self.at;
+            let count = length(count.value(self.take(count.size(), format)?, big))
+                .map_err(|error| error.on(Position::Byte(start)))?;
+            let data = self.take(count.saturating_mul(size), format)?;
+            if wanted == Some(index) {
+                list.clear();
+                list.extend(data.chunks_exact(size).map(|item| property.scalar.value(item, big)));
+            }
+        }
+        Ok(())
+    }
+
+    fn ascii_row(
+        &mut self,
+        element: &Element,
+        values: &mut [f64],
+        wanted: Option<usize>,
+        list: &mut Vec<f64>,
+    ) -> Result<(), MeshError> {
+        let line = loop {
+            let line = self.next_line().ok_or_else(|| self.ends(Format::Ascii))?;
+            if !line.trim_ascii().is_empty() {
+                break line;
+            }
+        };
+        let position = Position::Line(self.line);
+        let mut words = line.split(|byte| byte.is_ascii_whitespace()).filter(|word| !word.is_empty());
+        let mut next = || number(words.next()).map_err(|error| error.on(position));
+        for (index, property) in element.properties.iter().enumerate() {
+            if property.list.is_none() {
+                values[index] = next()?;
+                continue;
+            }
+            let count = length(next()?).map_err(|error| error.on(position))?;
+            list.clear();
+            for _ in 0..count {
+                let item = next()?;
+                if wanted == Some(index) {
+                    list.push(item);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn number(word: Option<&[u8]>) -> Result<f64, MeshError> {
+    let Some(word) = word else {
+        return Err(MeshError::new(
+            "The line is too short",
+            "expected a number for each property of the element",
+        ));
+    };
+    std::str::from_utf8(word).ok().and_then(|text| text.parse().ok()).ok_or_else(|| {
+        MeshError::new(format!("\"{}\" is not a number", String::from_utf8_lossy(word)), "expected a number")
+    })
+}
+
+fn length(number: f64) -> Result<usize, MeshError> {
+    if number >= 0.0 && number.fract() == 0.0 && number <= f64::from(u32::MAX) {
+        return Ok(number as usize);
+    }
+    Err(MeshError::new(format!("A list has {number} items"), "expected a whole number of at least 0"))
+}
+
+fn vertices(
+    element: &Element,
+    format: Format,
+    cursor: &mut Cursor<'_>,
+    options: MeshOptions,
+    mesh: &mut MeshData,
+) -> Result<(), MeshError> {
+    if !mesh.positions.is_empty() {
+        return Err(MeshError::new("The file has two elements \"vertex\"", "expected one"));
+    }
+    let Some(position) = element.find_all([&[b"x"], &[b"y"], &[b"z"]]) else {
+        return Err(MeshError::new("The vertices have no position", "expected properties x, y and z"));
+    };
+    let normal = element.find_all([&[b"nx"], &[b"ny"], &[b"nz"]]).filter(|_| !options.face_normals);
+    let uv = element
+        .find_all([&[b"u"], &[b"v"]])
+        .or_else(|| element.find_all([&[b"s"], &[b"t"]]))
+        .or_else(|| element.find_all([&[b"texture_u"], &[b"texture_v"]]));
+    let mut row = vec![0.0; element.properties.len()];
+    let mut positions = Vec::with_capacity(element.count);
+    let mut normals = Vec::with_capacity(if normal.is_some() { element.count } else { 0 });
+    let mut uvs = Vec::with_capacity(if uv.is_some() { element.count } else { 0 });
+    for _ in 0..element.count {
+        cursor.row(element, format, &mut row, None, &mut Vec::new())?;
+        let vector = |at: [usize; 3]| at.map(|i| row[i] as f32);
+        positions.push(vector(position));
+        if let Some(normal) = normal {
+            normals.push(vector(normal));
+        }
+        if let Some(uv) = uv {
+            let [u, v] = uv.map(|i| row[i] as f32);
+            uvs.push([u, if options.flip_tex_coords { 1.0 - v } else { v }]);
+        }
+    }
+    mesh.positions = positions;
+    mesh.normals = normal.map(|_| normals);
+    mesh.uvs = uv.map(|_| uvs);
+    Ok(())
+}
+
+fn faces(
+    element: &Element,
+    format: Format,
+    cursor: &mut Cursor<'_>,
+    mesh: &mut MeshData,
+) -> Result<(), MeshError> {
+    let named = |property: &Property| {
+        property.list.is_some() && matches!(property.name.as_slice(), b"vertex_index" | b"vertex_indices")
+    };
+    let Some(corners) = element.properties.iter().position(named) else {
+        return Err(MeshError::new("The faces have no corners", "expected a list property vertex_indices"));
+    };
+    let mut row = vec![0.0; element.properties.len()];
+    let mut polygon = Vec::new();
+    mesh.indices.reserve(element.count);
+    for _ in 0..element.count {
+        let start = cursor.at;
+        cursor.row(element, format, &mut row, Some(corners), &mut polygon)?;
+        let position = match format {
+            Format::Ascii => Position::Line(cursor.line),
+            _ => Position::Byte(start),
+        };
+        if polygon.len() < 3 {
+            let problem = format!("A face with {} corners", polygon.len());
+            return Err(MeshError::new(problem, "expected at least 3 corners").on(position));
+        }
+        if let Some(wrong) = polygon.iter().find(|&&index| !(index >= 0.0 && index < f64::from(u32::MAX))) {
+            let problem = format!("A face refers to vertex {wrong}");
+            return Err(MeshError::new(problem, "expected indices from 0").on(position));
+        }
+        let first = polygon[0] as u32;
+        mesh.indices.extend(polygon[1..].windows(2).map(|pair| [first, pair[0] as u32, pair[1] as u32]));
+    }
+    Ok(())
+}
+
+fn header(bytes: &[u8]) -> Result<(Format, Vec<Element>, Cursor<'_>), MeshError> {
+    let mut cursor = Cursor { bytes, at: 0, line: 0 };
+    if cursor.next_line().map(<[u8]>::trim_ascii) != Some(b"ply") {
+        return Err(MeshError::new("This is not a PLY file", "expected \"ply\" on its first line"));
+    }
+    let mut format = None;
+    let mut elements: Vec<Element> = Vec::new();
+    loop {
+        let Some(line) = cursor.next_line() else {
+            return Err(MeshError::new("The header does not end", "expected a line \"end_header\""));
+        };
+        let position = Position::Line(cursor.line);
+        let wrong = |expected: &str| {
+            let text = String::from_utf8_lossy(&line[..line.len().min(80)]);
+            MeshError::new(format!("The header is wrong: \"{text}\""), expected).on(position)
+        };
+        let words: Vec<&[u8]> =
+            line.split(|byte| byte.is_ascii_whitespace()).filter(|word| !word.is_empty()).collect();
+        match words[..] {
+            [] | [b"comment" | b"obj_info", ..] => {}
+            [b"format", name, ..] => {
+                format = Some(match name {
+                    b"ascii" => Format::Ascii,
+                    b"binary_little_endian" => Format::Little,
+                    b"binary_big_endian" => Format::Big,
+                    _ => return Err(wrong("expected ascii, binary_little_endian or binary_big_endian")),
+                });
+            }
+            [b"element", name, count] => {
+                let count = std::str::from_utf8(count).ok().and_then(|text| text.parse().ok());
+                let count = count.ok_or_else(|| wrong("expected a number of elements"))?;
+                elements.push(Element { name: name.to_vec(), count, properties: Vec::new() });
+            }
+            [b"property", b"list", count, scalar, name] => {
+                let element =
+                    elements.last_mut().ok_or_else(|| wrong("expected an element before a property"))?;
+                let types = Scalar::named(count).zip(Scalar::named(scalar));
+                let (count, scalar) = types.ok_or_else(|| wrong("expected types such as uchar and int"))?;
+                element.properties.push(Property { name: name.to_vec(), list: Some(count), scalar });
+            }
+            [b"property", scalar, name] => {
+                let element =
+                    elements.last_mut().ok_or_else(|| wrong("expected an element before a property"))?;
+                let scalar = Scalar::named(scalar).ok_or_else(|| wrong("expected a type such as float"))?;
+                element.properties.push(Property { name: name.to_vec(), list: None, scalar });
+            }
+            [b"end_header"] => break,
+            _ => return Err(wrong("expected format, element, property, comment or end_header")),
+        }
+    }
+    let format = format
+        .ok_or_else(|| MeshError::new("The header names no format", "expected a line \"format ...\""))?;
+    Ok((format, elements, cursor))
+}

@@ -1,0 +1,122 @@
+//! Spectra written in place (`value="..."`) or in an `.spd` file (`filename="..."`).
+
+use super::super::source::{Place, SceneError, Sources};
+use super::attributes::{Attribute, number};
+use super::tree::Value;
+use crate::spectrum::text::{TextProblem, parse_list, parse_spd};
+use std::path::Path;
+
+/// A larger file is not a table of one spectrum.
+const LARGEST_FILE: u64 = 16 << 20;
+
+/// `0.5`, or `400:0.1, 700:0.9`.
+pub(super) fn value(attribute: &Attribute) -> Result<Value, SceneError> {
+    if let Some(flat) = number(&attribute.text) {
+        return Ok(Value::Flat(flat));
+    }
+    if !attribute.text.contains(':') {
+        return Err(SceneError::at(
+            &attribute.place,
+            format!("\"{}\" is not a spectrum", attribute.text),
+            "expected one finite number, or pairs such as 400:0.1, 700:0.9",
+        ));
+    }
+    match parse_list(&attribute.text) {
+        Ok(columns) => Ok(Value::List { nm: columns.nodes, values: columns.values, file: None }),
+        Err(error) => {
+            let length = attribute.text[error.offset..].find([',', ' ', ':']).unwrap_or(1);
+            let place = match error.problem {
+                TextProblem::TooFew(_) => attribute.place.clone(),
+                _ => attribute.part(error.offset, length),
+            };
+            Err(wrong(&place, &error.problem))
+        }
+    }
+}
+
+/// A file of lines `wavelength value`, sought in the scene's folder.
+pub(super) fn file(attribute: &Attribute, folder: &Path, sources: &mut Sources) -> Result<Value, SceneError> {
+    let path = folder.join(&attribute.text);
+    let text = read(&path, LARGEST_FILE, &attribute.place)?;
+    let text = String::from_utf8(text).map_err(|_| {
+        SceneError::at(
+            &attribute.place,
+            format!("{} is not text", path.display()),
+            "expected a text file with lines of wavelength and value",
+        )
+    })?;
+    parse_spd(&text)
+        .map(|columns| Value::List { nm: columns.nodes, values: columns.values, file: Some(path.clone()) })
+        .map_err(|error| {
+            let line = text.split_inclusive('\n').nth(error.line - 1).unwrap_or("");
+            let line_start: usize = text.split_inclusive('\n').take(error.line - 1).map(str::len).sum();
+            let offset =
+                line.char_indices().nth(error.column - 1).map_or(line.trim_end().len(), |(at, _)| at);
+            let start = line_start + offset;
+            let length = line[offset..].find(char::is_whitespace).unwrap_or(line.len() - offset);
+            let place = Place { file: sources.add(&path, text), span: start..start + length };
+            wrong(&place, &error.problem)
+        })
+}
+
+/// The content of a file that a scene names at `place`, if it is there and not larger than `most` bytes.
+pub(super) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, SceneError> {
+    let unreadable = |error: &std::io::Error| {
+        let problem = match error.kind() {
+            std::io::ErrorKind::NotFound => format!("There is no file {}", path.display()),
+            _ => format!("{} cannot be read: {error}", path.display()),
+        };
+        let error = SceneError::at(
+            place,
+            problem,
+            "expected the path of a file, relative to the scene file's folder",
+        );
+        match neighbour(path) {
+            Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
+            None => error,
+        }
+    };
+    let metadata = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
+    if !metadata.is_file() {
+        return Err(SceneError::at(
+            place,
+            format!("{} is not a file", path.display()),
+            "expected the path of a file",
+        ));
+    }
+    if metadata.len() > most {
+        let problem = format!("{} is too large ({} bytes)", path.display(), metadata.len());
+        return Err(SceneError::at(place, problem, format!("expected at most {most} bytes")));
+    }
+    std::fs::read(path).map_err(|error| unreadable(&error))
+}
+
+/// A file in the same folder whose name is like that of `path`.
+fn neighbour(path: &Path) -> Option<String> {
+    let wanted = path.file_name()?.to_str()?;
+    let entries = std::fs::read_dir(path.parent()?).ok()?;
+    let mut names: Vec<String> =
+        entries.take(10_000).filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
+    names.sort();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    super::names::nearest(wanted, &names).map(str::to_owned)
+}
+
+fn wrong(place: &Place, problem: &TextProblem) -> SceneError {
+    let error = SceneError::at(place, "The spectrum cannot be read", problem.to_string());
+    match problem {
+        TextProblem::NotIncreasing { .. } => {
+            error.with_remedy("sort the pairs by wavelength, each wavelength once")
+        }
+        TextProblem::TooFew(_) => {
+            error.with_remedy("for a constant write a single number without wavelength")
+        }
+        TextProblem::NotANumber(word) if word.is_empty() => {
+            error.with_remedy("write no blanks around the colon: 400:0.1, 700:0.9")
+        }
+        TextProblem::NotANumber(word) if word.contains(',') => {
+            error.with_remedy("in a file, separate wavelength and value by blanks")
+        }
+        _ => error,
+    }
+}

@@ -1,0 +1,352 @@
+//! Spectra of reflectance, emission and absorption, with the checks that each use asks for.
+
+use super::super::description::{SpectrumKind, SpectrumSource};
+use super::super::source::{Place, SceneError};
+use super::query::Query;
+use super::tree::{Class, Entry, ObjectId, Value};
+use super::{Reader, names};
+use crate::spectrum::{Extrapolation, Spectrum};
+use crate::units::WavelengthRange;
+
+/// What a spectrum is for: which values make sense, and what a bare number means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Use {
+    /// From 0 to 1.
+    Reflectance,
+    /// At least 0 and below 1, where an index follows from it.
+    NormalReflectance,
+    /// At least 0; a bare number is that many times D65.
+    Emission,
+    /// At least 0, per unit of length.
+    Absorption,
+    /// At least 0: n and k of a conductor.
+    ConductorIndex,
+    /// Above 0.
+    Index,
+}
+
+impl Use {
+    /// The word for messages.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Reflectance => "reflectance",
+            Self::NormalReflectance => "normal-incidence reflectance",
+            Self::Emission => "emission",
+            Self::Absorption => "absorption",
+            Self::ConductorIndex | Self::Index => "refractive index",
+        }
+    }
+
+    fn expected(self) -> &'static str {
+        match self {
+            Self::Reflectance => "expected values from 0 to 1",
+            Self::NormalReflectance => "expected values of at least 0 and below 1",
+            Self::Emission | Self::Absorption | Self::ConductorIndex => "expected values of at least 0",
+            Self::Index => "expected values above 0",
+        }
+    }
+
+    fn allows(self, value: f64) -> bool {
+        match self {
+            Self::Reflectance => (0.0..=1.0).contains(&value),
+            Self::NormalReflectance => (0.0..1.0).contains(&value),
+            Self::Emission | Self::Absorption | Self::ConductorIndex => value >= 0.0,
+            Self::Index => value > 0.0,
+        }
+    }
+
+    fn remedy(self, value: f64) -> &'static str {
+        match self {
+            Self::Reflectance if value > 1.0 && value <= 100.0 => {
+                "a surface cannot reflect more than it receives; per cent must be divided by 100"
+            }
+            Self::Reflectance if value > 1.0 => "a surface cannot reflect more than it receives",
+            Self::NormalReflectance if value >= 1.0 => "no finite index reflects everything",
+            Self::Emission => "light cannot be taken away",
+            Self::Absorption => "a medium that amplifies cannot be rendered",
+            Self::Index => "the index of vacuum is 1",
+            Self::Reflectance | Self::NormalReflectance | Self::ConductorIndex => {
+                "check the table for a sign that should not be there"
+            }
+        }
+    }
+}
+
+/// Spectrum plugins that only make sense as a refractive index.
+pub(super) const FORMULAS: [&str; 2] = ["sellmeier", "cauchy"];
+
+/// A constant that the file leaves to the default.
+pub(super) fn constant(place: &Place, value: f64) -> SpectrumSource {
+    SpectrumSource { place: place.clone(), kind: SpectrumKind::Constant(value), scale: 1.0 }
+}
+
+/// The spectrum `name`. `None` where it is absent or wrong.
+pub(super) fn read(query: &Query<'_>, name: &'static str, purpose: Use) -> Option<SpectrumSource> {
+    let entry = query.entry(name)?;
+    let Some(source) = written(query, entry, name, purpose) else { return None };
+    check(query.reader, &source, name, purpose).then_some(source)
+}
+
+/// The spectrum `name`, or a constant.
+pub(super) fn read_or(query: &Query<'_>, name: &'static str, purpose: Use, default: f64) -> SpectrumSource {
+    read(query, name, purpose).unwrap_or_else(|| constant(&query.object.place, default))
+}
+
+/// What an emitter sends out: Mitsuba 3's D65 where the file says nothing.
+pub(super) fn emission(query: &Query<'_>, name: &'static str) -> SpectrumSource {
+    read(query, name, Use::Emission).unwrap_or_else(|| SpectrumSource {
+        place: query.object.place.clone(),
+        kind: SpectrumKind::D65,
+        scale: 1.0,
+    })
+}
+
+fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -> Option<SpectrumSource> {
+    let place = entry.value_place.clone();
+    let bare = |value: f64| match purpose {
+        Use::Emission => SpectrumSource { place: place.clone(), kind: SpectrumKind::D65, scale: value },
+        _ => constant(&place, value),
+    };
+    match &entry.value {
+        Value::Float(value) => Some(bare(*value)),
+        Value::Integer(value) => Some(bare(*value as f64)),
+        Value::Flat(value) => Some(constant(&place, *value)),
+        Value::List { nm, values, file } => {
+            let kind = SpectrumKind::Irregular { nm: nm.clone(), values: values.clone(), file: file.clone() };
+            Some(SpectrumSource { place, kind, scale: 1.0 })
+        }
+        Value::Object(id) if query.reader.tree.get(*id).class == Class::Spectrum => {
+            let source = plugin(query.reader, *id)?;
+            // The place where it is used says more than the one where it is defined.
+            Some(SpectrumSource { place, ..source })
+        }
+        Value::Rgb => {
+            query.error(
+                SceneError::at(&entry.place, "<rgb> is not supported yet", "expected a spectrum or a number")
+                    .with_remedy(format!(
+                        "give measured values: <spectrum name=\"{name}\" value=\"400:0.1, 700:0.8\"/>"
+                    )),
+            );
+            None
+        }
+        _ => {
+            query.error(query.wrong_type(entry, name, "<spectrum>, <float> or <integer>"));
+            None
+        }
+    }
+}
+
+/// Refuses values that the use does not allow, and lists without any light.
+fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> bool {
+    if source.scale < 0.0 || !source.scale.is_finite() {
+        let problem = format!("The {} \"{name}\" is scaled by {}", purpose.word(), source.scale);
+        reader.error(SceneError::at(&source.place, problem, "expected a factor of at least 0"));
+        return false;
+    }
+    let Some(values) = extremes(&source.kind) else { return true };
+    for (nm, value) in values {
+        let value = value * source.scale;
+        if purpose.allows(value) {
+            continue;
+        }
+        let at = nm.map_or(String::new(), |nm| format!(" at {nm} nm"));
+        let problem = format!("The {} \"{name}\" is {value}{at}", purpose.word());
+        reader.error(
+            SceneError::at(&source.place, problem, purpose.expected()).with_remedy(purpose.remedy(value)),
+        );
+        return false;
+    }
+    true
+}
+
+/// Least and greatest value with their wavelengths, where they have any.
+fn extremes(kind: &SpectrumKind) -> Option<Vec<(Option<f64>, f64)>> {
+    /// Greatest value of CIE D65 (117.812 at 460 nm) over 98.9974.
+    const BRIGHTEST_D65: f64 = 117.812 / 98.9974;
+    let nodes = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
+        let mut bounds: Option<[(f64, f64); 2]> = None;
+        for (nm, value) in pairs {
+            let [least, greatest] = bounds.unwrap_or([(nm, value); 2]);
+            bounds = Some([
+                if value < least.1 { (nm, value) } else { least },
+                if value > greatest.1 { (nm, value) } else { greatest },
+            ]);
+        }
+        bounds.map(|bounds| bounds.map(|(nm, value)| (Some(nm), value)).to_vec())
+    };
+    match kind {
+        SpectrumKind::Constant(value) => Some(vec![(None, *value)]),
+        SpectrumKind::Irregular { nm, values, .. } => {
+            nodes(&mut nm.iter().copied().zip(values.iter().copied()))
+        }
+        SpectrumKind::Regular { min_nm, max_nm, values } => {
+            let step = (max_nm - min_nm) / (values.len().max(2) - 1) as f64;
+            nodes(&mut values.iter().enumerate().map(|(i, &value)| (min_nm + step * i as f64, value)))
+        }
+        SpectrumKind::D65 => Some(vec![(Some(460.0), BRIGHTEST_D65)]),
+        SpectrumKind::Blackbody { kelvin, min_nm, max_nm } => {
+            let (least, greatest) =
+                Spectrum::blackbody(*kelvin).ok()?.bounds(WavelengthRange { min: *min_nm, max: *max_nm });
+            Some(vec![(None, least), (None, greatest)])
+        }
+        SpectrumKind::Named(_) => None,
+    }
+}
+
+/// A `<spectrum type="...">` or `<texture type="...">` as such, whatever it is used for.
+pub(super) fn plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
+    if let Some(known) = reader.spectra.borrow().get(&id) {
+        return known.clone();
+    }
+    let object = reader.tree.get(id);
+    let result = if !names::plugins(Class::Spectrum).contains(&object.plugin.as_str()) {
+        reader.unknown_plugin(object);
+        None
+    } else if FORMULAS.contains(&object.plugin.as_str()) {
+        reader.error(SceneError::at(
+            &object.plugin_place,
+            format!("\"{}\" is a formula of refractive index", object.plugin),
+            "expected a spectrum of other values; this one fits int_ior and ext_ior",
+        ));
+        None
+    } else {
+        let query = Query::new(reader, id);
+        let kind = kind(&query);
+        query.finish();
+        kind.map(|(kind, scale)| SpectrumSource { place: object.place.clone(), kind, scale })
+    };
+    reader.spectra.borrow_mut().insert(id, result.clone());
+    result
+}
+
+fn kind(query: &Query<'_>) -> Option<(SpectrumKind, f64)> {
+    match query.object.plugin.as_str() {
+        "uniform" => {
+            // Mitsuba 3 reads and ignores the range.
+            for name in ["wavelength_min", "wavelength_max"] {
+                if query.float(name).is_some() {
+                    query.reader.remark(
+                        &query.place(name),
+                        format!("{name} of \"uniform\" changes nothing, as in Mitsuba 3"),
+                    );
+                }
+            }
+            required(query, "value", query.float("value")).map(|value| (SpectrumKind::Constant(value), 1.0))
+        }
+        "regular" => {
+            let min = required(query, "wavelength_min", query.float("wavelength_min"));
+            let max = required(query, "wavelength_max", query.float("wavelength_max"));
+            let values = required(query, "values", numbers(query, "values"))?;
+            let (min_nm, max_nm) = (min?, max?);
+            match Spectrum::regular(min_nm, max_nm, &values, Extrapolation::Zero) {
+                Ok(_) => lit(query, "values", &values)
+                    .then_some((SpectrumKind::Regular { min_nm, max_nm, values }, 1.0)),
+                Err(error) => refuse_table(query, "values", &error.to_string()),
+            }
+        }
+        "irregular" => {
+            let nm = required(query, "wavelengths", numbers(query, "wavelengths"));
+            let values = required(query, "values", numbers(query, "values"));
+            let (nm, values) = (nm?, values?);
+            match Spectrum::irregular(&nm, &values, Extrapolation::Zero) {
+                Ok(_) => lit(query, "values", &values)
+                    .then_some((SpectrumKind::Irregular { nm, values, file: None }, 1.0)),
+                Err(error) => refuse_table(query, "wavelengths", &error.to_string()),
+            }
+        }
+        "d65" => Some((SpectrumKind::D65, query.float("scale").unwrap_or(1.0))),
+        "blackbody" => blackbody(query).map(|kind| (kind, 1.0)),
+        "measured" => {
+            let name = measured(query);
+            let scale = query.float("scale").unwrap_or(1.0);
+            name.map(|name| (SpectrumKind::Named(name), scale))
+        }
+        _ => None,
+    }
+}
+
+fn blackbody(query: &Query<'_>) -> Option<SpectrumKind> {
+    let range = WavelengthRange::VISIBLE;
+    let min_nm = query.positive("wavelength_min", range.min);
+    let max_nm = query.positive("wavelength_max", range.max);
+    let kelvin = required(query, "temperature", query.float("temperature"))?;
+    if kelvin <= 0.0 {
+        let problem = format!("A black body at {kelvin} K");
+        query.error(SceneError::at(&query.place("temperature"), problem, "expected a temperature above 0 K"));
+        return None;
+    }
+    if min_nm >= max_nm {
+        let problem = format!("The range from {min_nm} to {max_nm} nm is empty");
+        query.error(SceneError::at(
+            &query.object.place,
+            problem,
+            "expected wavelength_min below wavelength_max",
+        ));
+        return None;
+    }
+    Some(SpectrumKind::Blackbody { kelvin, min_nm, max_nm })
+}
+
+/// The name of a measured spectrum or material, with the note that it is an extension.
+pub(super) fn measured(query: &Query<'_>) -> Option<String> {
+    let name = required(query, "name", query.text("name"))?;
+    query.reader.extension(
+        &query.object.place,
+        format!("type=\"measured\": \"{name}\", one of the measured spectra that come with abbe"),
+    );
+    Some(name.to_owned())
+}
+
+/// Reports a property that has to be there and is not.
+pub(super) fn required<T>(query: &Query<'_>, name: &'static str, value: Option<T>) -> Option<T> {
+    if value.is_none() && !query.has(name) {
+        let problem = format!("{} has no \"{name}\"", super::query::capital(&query.title()));
+        query.error(SceneError::at(
+            &query.object.place,
+            problem,
+            format!("expected a property named \"{name}\" in here"),
+        ));
+    }
+    value
+}
+
+/// Numbers in a string, separated by commas or blanks.
+pub(super) fn numbers(query: &Query<'_>, name: &'static str) -> Option<Vec<f64>> {
+    let text = query.text(name)?;
+    let separates = |c: char| c == ',' || c.is_whitespace();
+    let mut numbers = Vec::new();
+    for word in text.split(separates).filter(|word| !word.is_empty()) {
+        match super::attributes::number(word) {
+            Some(number) => numbers.push(number),
+            None => {
+                let problem = format!("\"{word}\" is not a number");
+                query.error(SceneError::at(
+                    &query.place(name),
+                    problem,
+                    "expected finite numbers separated by commas or blanks",
+                ));
+                return None;
+            }
+        }
+    }
+    Some(numbers)
+}
+
+fn refuse_table<T>(query: &Query<'_>, name: &'static str, expected: &str) -> Option<T> {
+    query.error(SceneError::at(&query.place(name), "The table of the spectrum is wrong", expected));
+    None
+}
+
+/// Refuses a table of zeros, as Mitsuba 3 does.
+fn lit(query: &Query<'_>, name: &'static str, values: &[f64]) -> bool {
+    let dark = values.iter().all(|&value| value == 0.0);
+    if dark {
+        query.error(all_zero(&query.place(name)));
+    }
+    !dark
+}
+
+pub(super) fn all_zero(place: &Place) -> SceneError {
+    SceneError::at(place, "The spectrum is 0 everywhere", "expected at least one value other than 0")
+        .with_remedy("for a constant 0 write <spectrum ... value=\"0\"/>")
+}

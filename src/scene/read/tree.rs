@@ -1,0 +1,218 @@
+//! A scene file as a tree of objects with typed properties, before anyone asks what the plugins mean.
+
+use super::super::source::{Place, SceneError};
+use crate::geometry::Vec3;
+use glam::DMat4;
+use std::collections::BTreeMap;
+
+/// The kinds of object that the grammar knows, one for each element name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Class {
+    Scene,
+    Integrator,
+    Sensor,
+    Film,
+    Sampler,
+    Filter,
+    Shape,
+    Bsdf,
+    Emitter,
+    Medium,
+    Phase,
+    /// `spectrum` and `texture`: one class in Mitsuba 3, and either word may be used.
+    Spectrum,
+    Volume,
+}
+
+impl Class {
+    pub const ELEMENTS: [(&'static str, Self); 13] = [
+        ("scene", Self::Scene),
+        ("integrator", Self::Integrator),
+        ("sensor", Self::Sensor),
+        ("film", Self::Film),
+        ("sampler", Self::Sampler),
+        ("rfilter", Self::Filter),
+        ("shape", Self::Shape),
+        ("bsdf", Self::Bsdf),
+        ("emitter", Self::Emitter),
+        ("medium", Self::Medium),
+        ("phase", Self::Phase),
+        ("spectrum", Self::Spectrum),
+        ("volume", Self::Volume),
+    ];
+
+    pub fn of_element(element: &str) -> Option<Self> {
+        let element = if element == "texture" { "spectrum" } else { element };
+        Self::ELEMENTS.iter().find(|(word, _)| *word == element).map(|&(_, class)| class)
+    }
+
+    /// The element that writes it.
+    pub fn word(self) -> &'static str {
+        Self::ELEMENTS.iter().find(|(_, class)| *class == self).map_or("object", |&(word, _)| word)
+    }
+}
+
+/// Index into [`Tree::objects`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct ObjectId(pub usize);
+
+/// An element with a `type`.
+#[derive(Clone, Debug)]
+pub(super) struct Object {
+    pub class: Class,
+    /// The value of `type`.
+    pub plugin: String,
+    pub plugin_place: Place,
+    pub id: Option<String>,
+    /// The start tag.
+    pub place: Place,
+    pub entries: Vec<Entry>,
+}
+
+/// A property of an object, or an object within it.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    /// `None` for an object that needs no name.
+    pub name: Option<String>,
+    pub name_place: Place,
+    /// The whole element.
+    pub place: Place,
+    /// The attribute that gives the value, or the whole element.
+    pub value_place: Place,
+    pub value: Value,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Value {
+    Boolean(bool),
+    Integer(i64),
+    Float(f64),
+    Text(String),
+    /// `point` and `vector`, which Mitsuba 3 takes for each other.
+    Vector(Vec3),
+    Transform(DMat4),
+    Rgb,
+    /// `<spectrum value="0.5">`.
+    Flat(f64),
+    /// `<spectrum value="400:1, 700:2">` and `<spectrum filename="...">`.
+    List {
+        nm: Vec<f64>,
+        values: Vec<f64>,
+        file: Option<std::path::PathBuf>,
+    },
+    Object(ObjectId),
+    /// A `<ref>` that [`Tree::resolve`] has not replaced yet.
+    Reference(String),
+    /// Reported already: asking for it gives a default without another message.
+    Broken,
+}
+
+impl Value {
+    /// What a message calls it.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Boolean(_) => "a boolean",
+            Self::Integer(_) => "an integer",
+            Self::Float(_) => "a float",
+            Self::Text(_) => "a string",
+            Self::Vector(_) => "a vector",
+            Self::Transform(_) => "a transform",
+            Self::Rgb => "an rgb colour",
+            Self::Flat(_) | Self::List { .. } => "a spectrum",
+            Self::Object(_) | Self::Reference(_) | Self::Broken => "an object",
+        }
+    }
+}
+
+/// All objects of a scene file; the first is the scene itself.
+#[derive(Debug, Default)]
+pub(super) struct Tree {
+    pub objects: Vec<Object>,
+    pub ids: BTreeMap<String, ObjectId>,
+}
+
+impl Tree {
+    pub const ROOT: ObjectId = ObjectId(0);
+
+    pub fn get(&self, id: ObjectId) -> &Object {
+        &self.objects[id.0]
+    }
+
+    /// Puts objects in the place of references. Those that lead nowhere or in a circle are reported and
+    /// become [`Value::Broken`].
+    pub fn resolve(&mut self, errors: &mut Vec<SceneError>) {
+        for object in &mut self.objects {
+            for entry in &mut object.entries {
+                let Value::Reference(id) = &entry.value else { continue };
+                entry.value = match self.ids.get(id) {
+                    Some(&target) => Value::Object(target),
+                    None => {
+                        errors.push(dangling(id, &entry.value_place, self.ids.keys()));
+                        Value::Broken
+                    }
+                };
+            }
+        }
+        let mut states = vec![State::New; self.objects.len()];
+        for start in 0..self.objects.len() {
+            self.cut_circles(ObjectId(start), &mut states, errors);
+        }
+    }
+
+    /// Walks depth first without recursion: a chain of references can be as long as the file.
+    fn cut_circles(&mut self, start: ObjectId, states: &mut [State], errors: &mut Vec<SceneError>) {
+        let mut path = vec![(start, 0)];
+        while let Some((id, next)) = path.pop() {
+            if next == 0 {
+                if states[id.0] == State::Done {
+                    continue;
+                }
+                states[id.0] = State::Open;
+            }
+            let Some(entry) = self.objects[id.0].entries.get_mut(next) else {
+                states[id.0] = State::Done;
+                continue;
+            };
+            path.push((id, next + 1));
+            let Value::Object(target) = entry.value else { continue };
+            match states[target.0] {
+                State::New => path.push((target, 0)),
+                State::Done => {}
+                State::Open => {
+                    entry.value = Value::Broken;
+                    let place = entry.value_place.clone();
+                    let name = self.objects[target.0].id.clone().unwrap_or_default();
+                    errors.push(
+                        SceneError::at(
+                            &place,
+                            format!("The object \"{name}\" contains itself"),
+                            "this reference leads back to an object that it stands in",
+                        )
+                        .with_remedy("refer to an object defined outside, or copy what is meant"),
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    New,
+    Open,
+    Done,
+}
+
+fn dangling<'a>(id: &str, place: &Place, known: impl Iterator<Item = &'a String>) -> SceneError {
+    let known: Vec<&str> = known.map(String::as_str).collect();
+    let error = SceneError::at(
+        place,
+        format!("No object has the id \"{id}\""),
+        "expected the id of an object in this scene",
+    );
+    match super::names::nearest(id, &known) {
+        Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
+        None if known.is_empty() => error.with_remedy(format!("give an object the attribute id=\"{id}\"")),
+        None => error.with_remedy(format!("ids in this scene: {}", super::names::listing(&known))),
+    }
+}

@@ -1,0 +1,432 @@
+//! From the text of a scene file to a [`Tree`]: elements, attributes, `$name`, numbers, transforms.
+
+use super::super::description::Note;
+use super::super::source::{Place, SceneError, Sources};
+use super::attributes::{self, Attribute, Attributes, Defaults, start_tag};
+use super::names;
+use super::tree::{Class, Entry, Object, ObjectId, Tree, Value};
+use super::{spd, transforms};
+use roxmltree::{Document, Node};
+use std::path::Path;
+
+/// Elements deeper than this are refused: no scene needs them, and they could exhaust the stack.
+const DEEPEST: usize = 64;
+
+/// What reading the grammar gives, and what it had to say.
+#[derive(Debug, Default)]
+pub(super) struct Parsed {
+    pub tree: Tree,
+    pub errors: Vec<SceneError>,
+    pub assumptions: Vec<Note>,
+}
+
+/// Reads the text of `file`. Files that it names are sought in `folder`.
+pub(super) fn parse(
+    text: &str,
+    file: usize,
+    folder: &Path,
+    defines: &[(String, String)],
+    sources: &mut Sources,
+) -> Parsed {
+    let mut parsed = Parsed::default();
+    let document = match Document::parse(text) {
+        Ok(document) => document,
+        Err(error) => {
+            parsed.errors.push(malformed(&error, text, file));
+            return parsed;
+        }
+    };
+    let mut builder =
+        Builder { file, folder, defaults: Defaults::new(defines), sources, parsed: &mut parsed };
+    builder.root(document.root_element());
+    let Builder { defaults, .. } = builder;
+    if parsed.errors.is_empty() {
+        parsed.errors.extend(defaults.unused());
+    }
+    parsed.tree.resolve(&mut parsed.errors);
+    parsed
+}
+
+fn malformed(error: &roxmltree::Error, text: &str, file: usize) -> SceneError {
+    let position = error.pos();
+    let line = text.split_inclusive('\n').nth(position.row.saturating_sub(1) as usize).unwrap_or("");
+    let line_start = line.as_ptr() as usize - text.as_ptr() as usize;
+    let line_start = if line.is_empty() { text.len() } else { line_start };
+    let column = line.char_indices().nth(position.col.saturating_sub(1) as usize);
+    let start = (line_start + column.map_or(line.trim_end().len(), |(offset, _)| offset)).min(text.len());
+    let end = text[start..].chars().next().map_or(start, |c| start + c.len_utf8());
+    let place = Place { file, span: start..end };
+    match error {
+        roxmltree::Error::DtdDetected => {
+            let start = text.find("<!DOCTYPE").unwrap_or(0);
+            let place = Place { file, span: start..(start + 9).min(text.len()) };
+            SceneError::at(&place, "The file has a document type definition", "expected none")
+                .with_remedy("remove <!DOCTYPE ...>: scenes do not need it")
+        }
+        roxmltree::Error::UnexpectedEndOfStream | roxmltree::Error::UnclosedRootNode => {
+            let end = text.trim_end().len();
+            let start = text[..end].char_indices().next_back().map_or(0, |(offset, _)| offset);
+            SceneError::at(
+                &Place { file, span: start..end },
+                "The file ends too early",
+                "expected the end tag of an open element after this",
+            )
+            .with_remedy("close every element, and the file with </scene>")
+        }
+        roxmltree::Error::NoRootNode => {
+            SceneError::at(&place, "The file has no element", "expected <scene version=\"3.0.0\">")
+        }
+        roxmltree::Error::UnexpectedCloseTag(expected, found, _) => SceneError::at(
+            &place,
+            format!("</{found}> closes an element that is not open"),
+            format!("expected </{expected}> first"),
+        )
+        .with_remedy(format!(
+            "close <{expected}> before this place; an element without content ends with />"
+        )),
+        other => {
+            // The crate ends its messages with the position, which is shown anyway.
+            let text = other.to_string();
+            let text = text.rsplit_once(" at ").map_or(text.as_str(), |(what, _)| what);
+            SceneError::at(&place, "The file is not well-formed XML", text)
+        }
+    }
+}
+
+struct Builder<'a> {
+    file: usize,
+    folder: &'a Path,
+    defaults: Defaults,
+    sources: &'a mut Sources,
+    parsed: &'a mut Parsed,
+}
+
+impl Builder<'_> {
+    fn root(&mut self, node: Node<'_, '_>) {
+        let place = start_tag(node, self.file);
+        if node.tag_name().name() != "scene" {
+            self.error(SceneError::at(
+                &place,
+                format!("The file describes <{}>, not a scene", node.tag_name().name()),
+                "expected <scene version=\"3.0.0\"> as the outermost element",
+            ));
+            return;
+        }
+        let root = Object {
+            class: Class::Scene,
+            plugin: "scene".to_owned(),
+            plugin_place: place.clone(),
+            id: None,
+            place,
+            entries: Vec::new(),
+        };
+        self.parsed.tree.objects.push(root);
+        if let Some(attributes) = self.attributes(node, &["version"], &[])
+            && let Some(version) = attributes.get("version")
+        {
+            self.version(version);
+        }
+        self.entries(node, Tree::ROOT, 1);
+    }
+
+    fn version(&mut self, version: &Attribute) {
+        let numbers: Option<Vec<u32>> = version.text.split('.').map(|part| part.parse().ok()).collect();
+        let error =
+            |problem: String| SceneError::at(&version.place, problem, "expected a version such as 3.0.0");
+        match numbers.as_deref() {
+            Some([2 | 3, _, _]) => {}
+            Some([0 | 1, _, _]) => self.error(
+                error(format!("Scenes of version {} are not supported yet", version.text))
+                    .with_remedy("write names with underscores (to_world, int_ior) and version=\"3.0.0\""),
+            ),
+            Some([_, _, _]) => self.error(
+                error(format!("Version {} is not known", version.text))
+                    .with_remedy("Mitsuba 3 writes version=\"3.0.0\""),
+            ),
+            _ => self.error(error(format!("\"{}\" is not a version", version.text))),
+        }
+    }
+
+    fn entries(&mut self, node: Node<'_, '_>, owner: ObjectId, depth: usize) {
+        for child in node.children() {
+            if child.is_text() {
+                self.refuse_text(child);
+            }
+            if !child.is_element() {
+                continue;
+            }
+            let Some(entry) = self.entry(child, depth) else { continue };
+            let entries = &self.parsed.tree.get(owner).entries;
+            if let Some(name) = &entry.name
+                && entries.iter().any(|earlier| earlier.name.as_ref() == Some(name))
+            {
+                let problem = format!("\"{name}\" is given twice");
+                self.error(SceneError::at(
+                    &entry.name_place,
+                    problem,
+                    "expected each name once in an object",
+                ));
+                continue;
+            }
+            self.parsed.tree.objects[owner.0].entries.push(entry);
+        }
+    }
+
+    fn refuse_text(&mut self, node: Node<'_, '_>) {
+        let range = node.range();
+        let text = self.source(node, range.clone());
+        let trimmed = text.trim();
+        if trimmed.is_empty() {
+            return;
+        }
+        let start = range.start + (text.len() - text.trim_start().len());
+        let line = trimmed.lines().next().map_or(0, |line| line.trim_end().len());
+        let place = Place { file: self.file, span: start..start + line };
+        self.error(
+            SceneError::at(&place, "Text between elements means nothing", "expected elements only")
+                .with_remedy("put remarks into <!-- ... -->"),
+        );
+    }
+
+    fn source<'d>(&self, node: Node<'d, '_>, range: std::ops::Range<usize>) -> &'d str {
+        node.document().input_text().get(range).unwrap_or("")
+    }
+
+    /// `None` for an element that is no entry of its parent, or that is wrong in a way that has been said.
+    fn entry(&mut self, node: Node<'_, '_>, depth: usize) -> Option<Entry> {
+        let place = start_tag(node, self.file);
+        if depth > DEEPEST {
+            self.error(SceneError::at(
+                &place,
+                format!("Elements are nested more than {DEEPEST} deep"),
+                "expected a flatter scene",
+            ));
+            return None;
+        }
+        let tag = node.tag_name().name();
+        match tag {
+            "default" => {
+                if let Some(attributes) = self.attributes(node, &["name", "value"], &[]) {
+                    self.no_children(node);
+                    let name = attributes.text("name").unwrap_or_default();
+                    self.defaults.set(&name, attributes.text("value").unwrap_or_default());
+                }
+                None
+            }
+            "include" | "alias" | "path" => {
+                self.error(
+                    SceneError::at(
+                        &place,
+                        format!("<{tag}> is not supported yet"),
+                        "expected the objects themselves",
+                    )
+                    .with_remedy(match tag {
+                        "include" => "copy the content of the included file to this place",
+                        "alias" => "refer to the object by its own id",
+                        _ => "write file names relative to the scene file's folder",
+                    }),
+                );
+                None
+            }
+            "scene" => {
+                self.error(SceneError::at(
+                    &place,
+                    "A scene within a scene",
+                    "expected <scene> outermost only",
+                ));
+                None
+            }
+            "ref" => {
+                let attributes = self.attributes(node, &["id"], &["name"])?;
+                self.no_children(node);
+                let id = attributes.get("id")?;
+                Some(self.entry_of(node, &attributes, id.place.clone(), Value::Reference(id.text.clone())))
+            }
+            "boolean" | "integer" | "float" | "string" => {
+                let attributes = self.attributes(node, &["name", "value"], &[])?;
+                self.no_children(node);
+                let value = attributes.get("value")?;
+                let read = match tag {
+                    "boolean" => attributes::boolean(value).map(Value::Boolean),
+                    "integer" => attributes::integer(value).map(Value::Integer),
+                    "float" => attributes::float(value).map(Value::Float),
+                    _ => Ok(Value::Text(value.text.clone())),
+                };
+                let read = self.or_broken(read);
+                Some(self.entry_of(node, &attributes, value.place.clone(), read))
+            }
+            "point" | "vector" => {
+                let attributes = self.attributes(node, &["name"], &["x", "y", "z", "value"])?;
+                self.no_children(node);
+                let read = attributes::vector(&attributes, &place, None).map(Value::Vector);
+                let value_place = attributes.get("value").map_or(place, |value| value.place.clone());
+                let read = self.or_broken(read);
+                Some(self.entry_of(node, &attributes, value_place, read))
+            }
+            "rgb" => {
+                let attributes = self.attributes(node, &["name", "value"], &[])?;
+                self.no_children(node);
+                Some(self.entry_of(node, &attributes, place, Value::Rgb))
+            }
+            "transform" => {
+                let attributes = self.attributes(node, &["name"], &[])?;
+                let mut context = transforms::Context {
+                    file: self.file,
+                    defaults: &mut self.defaults,
+                    errors: &mut self.parsed.errors,
+                    assumptions: &mut self.parsed.assumptions,
+                };
+                let value = context.read(node).map_or(Value::Broken, Value::Transform);
+                Some(self.entry_of(node, &attributes, place, value))
+            }
+            "spectrum" if !node.has_attribute("type") => self.spectrum(node),
+            _ => match Class::of_element(tag) {
+                Some(class) => self.object(node, class, depth),
+                None => {
+                    self.unknown_element(tag, &place);
+                    None
+                }
+            },
+        }
+    }
+
+    fn unknown_element(&mut self, tag: &str, place: &Place) {
+        const OTHERS: [&str; 12] = [
+            "default",
+            "ref",
+            "boolean",
+            "integer",
+            "float",
+            "string",
+            "point",
+            "vector",
+            "transform",
+            "texture",
+            "rgb",
+            "include",
+        ];
+        let known: Vec<&str> = Class::ELEMENTS.iter().skip(1).map(|&(word, _)| word).chain(OTHERS).collect();
+        let error = SceneError::at(
+            place,
+            format!("<{tag}> is not a known element"),
+            "expected an object or a property",
+        );
+        self.error(match names::nearest(tag, &known) {
+            Some(near) => error.with_remedy(format!("did you mean <{near}>?")),
+            None => error.with_remedy("objects are shape, bsdf, emitter, sensor, integrator and others; properties are float, string, spectrum and others"),
+        });
+    }
+
+    fn spectrum(&mut self, node: Node<'_, '_>) -> Option<Entry> {
+        let attributes = self.attributes(node, &["name"], &["value", "filename"])?;
+        self.no_children(node);
+        let place = start_tag(node, self.file);
+        let (value_place, read) = match (attributes.get("value"), attributes.get("filename")) {
+            (Some(value), None) => (value.place.clone(), spd::value(value)),
+            (None, Some(filename)) => {
+                (filename.place.clone(), spd::file(filename, self.folder, self.sources))
+            }
+            _ => {
+                let error = SceneError::at(
+                    &place,
+                    "A spectrum needs its values once",
+                    "expected either value=\"...\" or filename=\"...\"",
+                )
+                .with_remedy("a plugin is named by type: <spectrum type=\"d65\" .../>");
+                (place, Err(error))
+            }
+        };
+        let read = self.or_broken(read);
+        Some(self.entry_of(node, &attributes, value_place, read))
+    }
+
+    fn object(&mut self, node: Node<'_, '_>, class: Class, depth: usize) -> Option<Entry> {
+        let place = start_tag(node, self.file);
+        let Some(attributes) = self.attributes(node, &["type"], &["id", "name"]) else {
+            // What surrounds it need not complain about its absence as well.
+            return Some(Entry {
+                name: node.attribute("name").map(str::to_owned),
+                name_place: place.clone(),
+                value_place: place.clone(),
+                place,
+                value: Value::Broken,
+            });
+        };
+        let plugin = attributes.get("type")?;
+        let id = ObjectId(self.parsed.tree.objects.len());
+        self.parsed.tree.objects.push(Object {
+            class,
+            plugin: plugin.text.clone(),
+            plugin_place: plugin.place.clone(),
+            id: attributes.text("id"),
+            place: place.clone(),
+            entries: Vec::new(),
+        });
+        if let Some(name) = attributes.get("id") {
+            match self.parsed.tree.ids.get(&name.text) {
+                None => {
+                    self.parsed.tree.ids.insert(name.text.clone(), id);
+                }
+                Some(&earlier) => {
+                    let line = self.sources.line(&self.parsed.tree.get(earlier).place);
+                    self.error(SceneError::at(
+                        &name.place,
+                        format!("The id \"{}\" is given twice", name.text),
+                        format!("expected an id of its own; line {line} has this one already"),
+                    ));
+                }
+            }
+        }
+        self.entries(node, id, depth + 1);
+        Some(self.entry_of(node, &attributes, place, Value::Object(id)))
+    }
+
+    fn entry_of(
+        &self,
+        node: Node<'_, '_>,
+        attributes: &Attributes,
+        value_place: Place,
+        value: Value,
+    ) -> Entry {
+        let place = start_tag(node, self.file);
+        let name = attributes.get("name");
+        Entry {
+            name: name.map(|name| name.text.clone()),
+            name_place: name.map_or_else(|| place.clone(), |name| name.place.clone()),
+            place,
+            value_place,
+            value,
+        }
+    }
+
+    fn no_children(&mut self, node: Node<'_, '_>) {
+        let Some(child) = node.children().find(Node::is_element) else {
+            for child in node.children().filter(Node::is_text) {
+                self.refuse_text(child);
+            }
+            return;
+        };
+        let place = start_tag(child, self.file);
+        let problem = format!("<{}> stands within a property", child.tag_name().name());
+        let expected = format!("expected nothing inside <{}>", node.tag_name().name());
+        self.error(SceneError::at(&place, problem, expected).with_remedy(format!(
+            "close the property with />, or </{}>, before this place",
+            node.tag_name().name()
+        )));
+    }
+
+    fn attributes(&mut self, node: Node<'_, '_>, required: &[&str], optional: &[&str]) -> Option<Attributes> {
+        Attributes::read(node, self.file, required, optional, &mut self.defaults, &mut self.parsed.errors)
+    }
+
+    fn or_broken(&mut self, value: Result<Value, SceneError>) -> Value {
+        value.unwrap_or_else(|error| {
+            self.error(error);
+            Value::Broken
+        })
+    }
+
+    fn error(&mut self, error: SceneError) {
+        self.parsed.errors.push(error);
+    }
+}
