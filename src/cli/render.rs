@@ -75,7 +75,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut description = args.scene.read()?;
     args.apply_to(&mut description);
-    let options = CompileOptions { range: args.range, observer: args.observer };
+    let options =
+        CompileOptions { range: args.range, observer: args.observer, spectral: args.spectral.is_some() };
     let scene = compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
     let path = args.output_path()?;
     let sampler = &description.sensor.sampler;

@@ -27,11 +27,13 @@ use std::f64::consts::PI;
 pub struct CompileOptions {
     pub range: WavelengthRange,
     pub observer: &'static Observer,
+    /// Whether spectral bins are measured too: then wavelengths that the observer hardly sees count as well.
+    pub spectral: bool,
 }
 
 impl Default for CompileOptions {
     fn default() -> Self {
-        Self { range: WavelengthRange::VISIBLE, observer: Observer::cie1931() }
+        Self { range: WavelengthRange::VISIBLE, observer: Observer::cie1931(), spectral: false }
     }
 }
 
@@ -194,7 +196,15 @@ impl Compiler<'_> {
             .iter()
             .map(|(spectrum, nodes)| (spectrum as &dyn Fn(f64) -> f64, nodes.clone()))
             .collect();
-        let sensor = |nm: f64| self.options.observer.at(nm).iter().sum::<f64>().max(0.0);
+        let observer = self.options.observer;
+        // Half for the observer and half for the bins.
+        let flat = if self.options.spectral {
+            observer.spectra().iter().map(|curve| curve.integral(self.options.range)).sum::<f64>()
+                / self.options.range.width()
+        } else {
+            0.0
+        };
+        let sensor = |nm: f64| flat + observer.at(nm).iter().sum::<f64>().max(0.0);
         WavelengthDensity::new(self.options.range, sensor, &lights)
     }
 
