@@ -12,8 +12,106 @@
 //!   it would have gone the same way, so that the path can weigh all of them by the balance heuristic
 //!   (Wilkie et al., "Hero Wavelength Spectral Sampling", EGSR 2014).
 
+mod conductor;
+mod dielectric;
+pub mod fresnel;
+mod lambert;
+pub mod microfacet;
+mod rough_dielectric;
+
+pub use conductor::{Conductor, RoughConductor};
+pub use dielectric::Dielectric;
+pub use lambert::{DiffuseTransmitter, Lambert};
+pub use microfacet::Microfacets;
+pub use rough_dielectric::RoughDielectric;
+
 use crate::geometry::Vec3;
 use crate::spectrum::Sampled;
+
+/// How a surface scatters at one point, at the wavelengths of one path.
+#[derive(Clone, Copy, Debug)]
+pub enum Bsdf<const C: usize> {
+    /// Absorbs everything.
+    Black,
+    Lambert(Lambert<C>),
+    DiffuseTransmitter(DiffuseTransmitter<C>),
+    Conductor(Conductor<C>),
+    RoughConductor(RoughConductor<C>),
+    Dielectric(Dielectric<C>),
+    RoughDielectric(RoughDielectric<C>),
+}
+
+impl<const C: usize> Bsdf<C> {
+    /// The value for a pair of directions, and the density of sampling the second from the first.
+    /// Zero where the variant's lobes are all discrete.
+    pub fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        match self {
+            Bsdf::Black | Bsdf::Conductor(_) | Bsdf::Dielectric(_) => Evaluation::ZERO,
+            Bsdf::Lambert(bsdf) => bsdf.evaluate(toward_eye, toward_light),
+            Bsdf::DiffuseTransmitter(bsdf) => bsdf.evaluate(toward_eye, toward_light),
+            Bsdf::RoughConductor(bsdf) => bsdf.evaluate(toward_eye, toward_light),
+            Bsdf::RoughDielectric(bsdf) => bsdf.evaluate(toward_eye, toward_light),
+        }
+    }
+
+    /// A direction toward the light, from uniform numbers in [0, 1): `lobe` chooses between
+    /// reflection and transmission, `u` the direction.
+    /// `None` where nothing is scattered: seen from a black side, absorbed, or lost between facets.
+    pub fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
+        match self {
+            Bsdf::Black => None,
+            Bsdf::Lambert(bsdf) => bsdf.sample(toward_eye, u),
+            Bsdf::DiffuseTransmitter(bsdf) => bsdf.sample(toward_eye, lobe, u),
+            Bsdf::Conductor(bsdf) => bsdf.sample(toward_eye),
+            Bsdf::RoughConductor(bsdf) => bsdf.sample(toward_eye, u),
+            Bsdf::Dielectric(bsdf) => bsdf.sample(toward_eye, lobe),
+            Bsdf::RoughDielectric(bsdf) => bsdf.sample(toward_eye, lobe, u),
+        }
+    }
+
+    /// Whether `evaluate` is zero everywhere, so that light can only be found by sampling the BSDF.
+    pub fn is_discrete(&self) -> bool {
+        match self {
+            Bsdf::Black | Bsdf::Conductor(_) | Bsdf::Dielectric(_) => true,
+            Bsdf::Lambert(_)
+            | Bsdf::DiffuseTransmitter(_)
+            | Bsdf::RoughConductor(_)
+            | Bsdf::RoughDielectric(_) => false,
+        }
+    }
+
+    /// For an interface, the hero's index below over that above.
+    pub fn relative_index(&self) -> Option<f64> {
+        match self {
+            Bsdf::Dielectric(bsdf) => Some(bsdf.eta.hero()),
+            Bsdf::RoughDielectric(bsdf) => Some(bsdf.facet.eta.hero()),
+            Bsdf::Black
+            | Bsdf::Lambert(_)
+            | Bsdf::DiffuseTransmitter(_)
+            | Bsdf::Conductor(_)
+            | Bsdf::RoughConductor(_) => None,
+        }
+    }
+
+    /// Whether light can pass from one side to the other.
+    pub fn transmits(&self) -> bool {
+        match self {
+            Bsdf::Black | Bsdf::Lambert(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => false,
+            Bsdf::DiffuseTransmitter(_) | Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_) => true,
+        }
+    }
+}
+
+/// The direction seen from the other side of the surface. A two-sided material calls the BSDF of the
+/// side it is seen from with flipped directions, and flips what was sampled.
+pub fn flipped(direction: Vec3) -> Vec3 {
+    Vec3::new(direction.x, direction.y, -direction.z)
+}
+
+/// Mirror direction of `v` about `m`.
+fn reflected(v: Vec3, m: Vec3) -> Vec3 {
+    m * (2.0 * v.dot(m)) - v
+}
 
 /// A density always comes with its measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +132,10 @@ pub struct Evaluation<const C: usize> {
     pub density: Sampled<C>,
 }
 
+impl<const C: usize> Evaluation<C> {
+    pub const ZERO: Self = Self { f_cos: Sampled::ZERO, density: Sampled::ZERO };
+}
+
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Scatter<const C: usize> {
@@ -49,4 +151,11 @@ pub struct Scatter<const C: usize> {
     pub ratio: Sampled<C>,
     /// Whether the ray goes through the surface rather than back from it.
     pub transmitted: bool,
+}
+
+impl<const C: usize> Scatter<C> {
+    /// What was sampled, told from the other side of the surface (see [`flipped`]).
+    pub fn flipped(self) -> Self {
+        Self { toward_light: flipped(self.toward_light), ..self }
+    }
 }

@@ -22,6 +22,16 @@ impl Bounds {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// The smallest box around several.
+    pub fn of_all(boxes: impl IntoIterator<Item = Self>) -> Self {
+        boxes.into_iter().fold(Self::EMPTY, Self::union)
+    }
+
+    /// Whether two boxes share a point.
+    pub fn overlaps(self, other: Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
     pub fn is_empty(self) -> bool {
         self.min.cmpgt(self.max).any()
     }

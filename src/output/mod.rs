@@ -1,1 +1,83 @@
-//! To come.
+//! What is kept of a render: the EXR with everything, and a PNG to look at.
+
+pub mod exr;
+pub mod png;
+
+use crate::film::Film;
+use crate::render::Auxiliary;
+use crate::spectrum::colour;
+use std::io::Write;
+use std::path::Path;
+
+/// A developed film: what goes into a file.
+#[derive(Clone, Debug)]
+pub struct Picture<'a> {
+    pub film: &'a Film,
+    pub colour: Colour,
+    /// Size of the whole film of which this is a crop, and where the crop begins.
+    pub full_size: [u32; 2],
+    pub offset: [u32; 2],
+    /// Further images, each with as many values as the film has pixels.
+    pub auxiliary: Vec<Auxiliary>,
+    /// How it was made: name and text.
+    pub attributes: Vec<(String, String)>,
+}
+
+/// What the colour channels of a file are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Colour {
+    /// Linear, with the primaries and the white point of Rec. ITU-R BT.709.
+    Rec709,
+    Xyz,
+    Luminance,
+}
+
+impl Colour {
+    /// Name and weights of X, Y, Z for each channel.
+    pub fn channels(self) -> &'static [(&'static str, [f64; 3])] {
+        const RGB: [(&str, [f64; 3]); 3] = [
+            ("R", colour::XYZ_TO_REC709[0]),
+            ("G", colour::XYZ_TO_REC709[1]),
+            ("B", colour::XYZ_TO_REC709[2]),
+        ];
+        const XYZ: [(&str, [f64; 3]); 3] =
+            [("X", [1.0, 0.0, 0.0]), ("Y", [0.0, 1.0, 0.0]), ("Z", [0.0, 0.0, 1.0])];
+        match self {
+            Self::Rec709 => &RGB,
+            Self::Xyz => &XYZ,
+            Self::Luminance => &XYZ[1..2],
+        }
+    }
+
+    /// xy chromaticities of red, green, blue and white.
+    fn primaries(self) -> [[f32; 2]; 4] {
+        match self {
+            Self::Rec709 => [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]],
+            Self::Xyz | Self::Luminance => [[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0, 1.0 / 3.0]],
+        }
+    }
+}
+
+impl Picture<'_> {
+    /// Whether every pixel has the two replicates that a standard error needs.
+    pub fn has_errors(&self) -> bool {
+        let film = self.film;
+        (0..film.height).all(|y| (0..film.width).all(|x| film.replicates(x, y) >= 2))
+    }
+}
+
+/// Writes a file beside its place and moves it there when it is whole.
+fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let name = path.file_name().ok_or_else(|| std::io::Error::other("the path names no file"))?;
+    let mut unfinished = name.to_os_string();
+    unfinished.push(".unfinished");
+    let unfinished = path.with_file_name(unfinished);
+    let written = std::fs::File::create(&unfinished)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .and_then(|()| std::fs::rename(&unfinished, path));
+    if written.is_err() {
+        // The first error is the one to report; that nothing could be tidied up either says no more.
+        let _ = std::fs::remove_file(&unfinished);
+    }
+    written
+}

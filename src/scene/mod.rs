@@ -1,9 +1,15 @@
 //! Scenes: what a file says ([`Description`]), and what can be traced ([`Scene`]).
 
+mod compile;
 pub mod description;
+mod info;
 mod read;
 pub mod source;
+mod traceable;
 
+pub use compile::{CompileOptions, compile};
 pub use description::Description;
+pub use info::outline;
 pub use read::{ReadOptions, read, read_str};
 pub use source::{Place, SceneError, SceneErrors};
+pub use traceable::{FilmPlan, Intersection, Needs, Scene};

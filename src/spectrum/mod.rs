@@ -17,6 +17,7 @@ mod sampled;
 mod table;
 pub mod table_file;
 pub mod text;
+mod wavelengths;
 
 use crate::units::WavelengthRange;
 
@@ -26,6 +27,7 @@ pub use error::SpectrumError;
 pub use normal_reflectance::NormalReflectance;
 pub use sampled::Sampled;
 pub use table::{Extrapolation, Irregular, Table, Uniform};
+pub use wavelengths::{WavelengthDensity, Wavelengths};
 
 /// A function of vacuum wavelength (nm). Its unit belongs to its use.
 #[derive(Clone, Debug, PartialEq)]

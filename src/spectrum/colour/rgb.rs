@@ -35,7 +35,8 @@ const TO_XYZ: Matrix = {
     primaries
 };
 
-const FROM_XYZ: Matrix = inverse(&TO_XYZ);
+/// From XYZ, with Y = 1 for white, to linear BT.709.
+pub const XYZ_TO_REC709: Matrix = inverse(&TO_XYZ);
 
 const fn product(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
     [
@@ -77,7 +78,7 @@ const fn inverse(m: &Matrix) -> Matrix {
 /// The matrix follows from primaries and white with full precision; the rounded one of IEC 61966-2-1 and Mitsuba's
 /// (which has an older white) differ from it by less than 5e-4.
 pub fn xyz_to_rec709(colour: Xyz) -> [f64; 3] {
-    product(&FROM_XYZ, colour.into())
+    product(&XYZ_TO_REC709, colour.into())
 }
 
 /// The colour of linear BT.709 values.
@@ -124,7 +125,7 @@ mod tests {
             [-0.969_243_64, 1.875_967_50, 0.041_555_06],
             [0.055_630_08, -0.203_976_96, 1.056_971_51],
         ];
-        for (row, expected) in FROM_XYZ.iter().zip(standard) {
+        for (row, expected) in XYZ_TO_REC709.iter().zip(standard) {
             for (found, expected) in row.iter().zip(expected) {
                 assert!((found - expected).abs() < 1e-8, "{found} {expected}");
             }

@@ -1,0 +1,90 @@
+//! Opaque metal, smooth and rough.
+
+use super::microfacet::Microfacets;
+use super::{Density, Evaluation, Scatter, flipped, fresnel};
+use crate::geometry::Vec3;
+use crate::spectrum::Sampled;
+
+/// A smooth metal: a mirror with the Fresnel reflectance of a complex index. Black from below.
+/// Mitsuba's `conductor`.
+#[derive(Clone, Copy, Debug)]
+pub struct Conductor<const C: usize> {
+    /// Real part of the index, relative to the medium outside.
+    pub eta: Sampled<C>,
+    /// Imaginary part of the index (extinction coefficient), relative to the medium outside.
+    pub k: Sampled<C>,
+    /// Multiplies the reflectance; 1 in nature.
+    pub specular_reflectance: Sampled<C>,
+}
+
+impl<const C: usize> Conductor<C> {
+    /// The Fresnel reflectance times `specular_reflectance`.
+    fn reflectance(&self, cos_incident: f64) -> Sampled<C> {
+        let lane =
+            |i| self.specular_reflectance[i] * fresnel::conductor(cos_incident, self.eta[i], self.k[i]);
+        Sampled(std::array::from_fn(lane))
+    }
+
+    pub(super) fn sample(&self, toward_eye: Vec3) -> Option<Scatter<C>> {
+        (toward_eye.z > 0.0).then(|| Scatter {
+            toward_light: -flipped(toward_eye),
+            weight: self.reflectance(toward_eye.z.min(1.0)),
+            density: Density::Discrete,
+            ratio: Sampled::ONE,
+            transmitted: false,
+        })
+    }
+}
+
+/// A metal whose surface is made of small mirrors: `f = F D G / (4 cos θ_eye cos θ_light)`
+/// (Cook and Torrance 1982, normalised as by Walter et al. 2007). Black from below.
+/// Mitsuba's `roughconductor`.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughConductor<const C: usize> {
+    /// What each facet is made of.
+    pub facet: Conductor<C>,
+    pub microfacets: Microfacets,
+}
+
+impl<const C: usize> RoughConductor<C> {
+    pub(super) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        if toward_eye.z <= 0.0 || toward_light.z <= 0.0 {
+            return Evaluation::ZERO;
+        }
+        match (toward_eye + toward_light).try_normalize() {
+            Some(m) => self.at(toward_eye, toward_light, m),
+            // Both graze the surface from opposite sides: no facet can be told.
+            None => Evaluation::ZERO,
+        }
+    }
+
+    pub(super) fn sample(&self, toward_eye: Vec3, u: [f64; 2]) -> Option<Scatter<C>> {
+        if toward_eye.z <= 0.0 {
+            return None;
+        }
+        let m = self.microfacets.sample_visible(toward_eye, u);
+        let toward_light = super::reflected(toward_eye, m);
+        if toward_light.z <= 0.0 {
+            return None;
+        }
+        let Evaluation { f_cos, density } = self.at(toward_eye, toward_light, m);
+        let density = density.hero();
+        (density > 0.0).then(|| Scatter {
+            toward_light,
+            weight: f_cos / density,
+            density: Density::PerSolidAngle(density),
+            ratio: Sampled::ONE,
+            transmitted: false,
+        })
+    }
+
+    /// Value and density of going from one direction to the other by way of the facet `m`.
+    fn at(&self, toward_eye: Vec3, toward_light: Vec3, m: Vec3) -> Evaluation<C> {
+        let cos = toward_eye.dot(m).clamp(0.0, 1.0);
+        let fresnel = self.facet.reflectance(cos);
+        let facets = self.microfacets.d(m) * self.microfacets.g(toward_eye, toward_light, m);
+        // Reflection about m turns its steradians into 4 (v·m) of the reflected ray's.
+        let density = if cos > 0.0 { self.microfacets.visible(toward_eye, m) / (4.0 * cos) } else { 0.0 };
+        Evaluation { f_cos: fresnel * (facets / (4.0 * toward_eye.z)), density: Sampled::splat(density) }
+    }
+}

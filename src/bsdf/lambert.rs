@@ -1,0 +1,91 @@
+//! A matt surface, and a matt sheet that light also passes.
+
+use super::{Density, Evaluation, Scatter};
+use crate::geometry::Vec3;
+use crate::spectrum::Sampled;
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+/// A matt opaque surface: `f = ρ/π` above, black from below. Mitsuba's `diffuse`.
+#[derive(Clone, Copy, Debug)]
+pub struct Lambert<const C: usize> {
+    /// ρ, 0–1.
+    pub reflectance: Sampled<C>,
+}
+
+impl<const C: usize> Lambert<C> {
+    pub(super) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        if toward_eye.z <= 0.0 || toward_light.z <= 0.0 {
+            return Evaluation::ZERO;
+        }
+        let density = toward_light.z * FRAC_1_PI;
+        Evaluation { f_cos: self.reflectance * density, density: Sampled::splat(density) }
+    }
+
+    pub(super) fn sample(&self, toward_eye: Vec3, u: [f64; 2]) -> Option<Scatter<C>> {
+        let toward_light = cosine_hemisphere(u);
+        if toward_eye.z <= 0.0 || toward_light.z <= 0.0 {
+            return None;
+        }
+        Some(Scatter {
+            toward_light,
+            weight: self.reflectance,
+            density: Density::PerSolidAngle(toward_light.z * FRAC_1_PI),
+            ratio: Sampled::ONE,
+            transmitted: false,
+        })
+    }
+}
+
+/// A thin matt sheet, the same from both sides: light leaves evenly, the share `reflectance` back to
+/// its own side and the share `transmittance` through to the other.
+#[derive(Clone, Copy, Debug)]
+pub struct DiffuseTransmitter<const C: usize> {
+    pub reflectance: Sampled<C>,
+    /// With the reflectance at most 1.
+    pub transmittance: Sampled<C>,
+}
+
+impl<const C: usize> DiffuseTransmitter<C> {
+    pub(super) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        let side = toward_eye.z * toward_light.z;
+        if side == 0.0 {
+            return Evaluation::ZERO;
+        }
+        let share = if side > 0.0 { self.reflectance } else { self.transmittance };
+        let cosine = toward_light.z.abs() * FRAC_1_PI;
+        Evaluation { f_cos: share * cosine, density: self.probability(share) * cosine }
+    }
+
+    pub(super) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
+        let up = cosine_hemisphere(u);
+        let transmitted = lobe >= self.probability(self.reflectance).hero();
+        let share = if transmitted { self.transmittance } else { self.reflectance };
+        let probability = self.probability(share);
+        if toward_eye.z == 0.0 || up.z <= 0.0 || probability.hero() <= 0.0 {
+            return None;
+        }
+        let above = (toward_eye.z > 0.0) != transmitted;
+        Some(Scatter {
+            toward_light: if above { up } else { super::flipped(up) },
+            weight: share / probability.hero(),
+            density: Density::PerSolidAngle(probability.hero() * up.z * FRAC_1_PI),
+            ratio: probability / probability.hero(),
+            transmitted,
+        })
+    }
+
+    /// Each lane's probability of choosing the lobe with this `share`.
+    fn probability(&self, share: Sampled<C>) -> Sampled<C> {
+        share.zip(
+            self.reflectance + self.transmittance,
+            |share, both| if both > 0.0 { share / both } else { 0.0 },
+        )
+    }
+}
+
+/// A direction with density cos θ/π over the hemisphere z ≥ 0: a uniform point of the disk, lifted.
+fn cosine_hemisphere(u: [f64; 2]) -> Vec3 {
+    let radius = u[0].sqrt();
+    let (sin, cos) = (TAU * u[1]).sin_cos();
+    Vec3::new(radius * cos, radius * sin, (1.0 - u[0]).max(0.0).sqrt())
+}

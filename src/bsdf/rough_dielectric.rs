@@ -1,0 +1,196 @@
+//! A rough interface between two transparent media.
+
+use super::dielectric::{Dielectric, interfaces};
+use super::fresnel;
+use super::microfacet::Microfacets;
+use super::{Density, Evaluation, Scatter, flipped, reflected};
+use crate::geometry::Vec3;
+use crate::spectrum::Sampled;
+
+/// Indices closer to 1 than this bend and reflect nothing that can be computed: the facet that would
+/// join two directions is lost in rounding. The ray goes straight on, as through a smooth interface.
+const MATCHED: f64 = 1e-6;
+
+/// An interface whose surface is made of small smooth interfaces (Walter et al., "Microfacet Models
+/// for Refraction through Rough Surfaces", EGSR 2007). Mitsuba's `roughdielectric`, with an index for
+/// each wavelength.
+///
+/// Two directions on opposite sides are joined by a different facet at each index, so that the lanes
+/// of a dispersive interface have different densities for the same pair; none of them is zero.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughDielectric<const C: usize> {
+    /// What each facet is made of.
+    pub facet: Dielectric<C>,
+    pub microfacets: Microfacets,
+}
+
+/// `f · |cos θ_light|` and density of one way to scatter, in one lane.
+#[derive(Clone, Copy)]
+struct Lane {
+    f_cos: f64,
+    density: f64,
+}
+
+impl Lane {
+    const ZERO: Self = Self { f_cos: 0.0, density: 0.0 };
+}
+
+impl<const C: usize> RoughDielectric<C> {
+    pub(super) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        let eta = self.facet.eta_toward(toward_eye.z > 0.0);
+        // Seen from the eye's side, which is then above. The distribution is the same for both sides.
+        let (eye, light) = if toward_eye.z < 0.0 {
+            (flipped(toward_eye), flipped(toward_light))
+        } else {
+            (toward_eye, toward_light)
+        };
+        if eye.z == 0.0 || light.z == 0.0 {
+            return Evaluation::ZERO;
+        }
+        if light.z > 0.0 {
+            // No facet can be told where both graze the surface from opposite sides.
+            (eye + light).try_normalize().map_or(Evaluation::ZERO, |m| self.reflection(eye, light, m, eta))
+        } else {
+            self.transmission(eye, light, None, eta)
+        }
+    }
+
+    pub(super) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
+        if toward_eye.z == 0.0 {
+            return None;
+        }
+        let eta = self.facet.eta_toward(toward_eye.z > 0.0);
+        if is_matched(eta.hero()) {
+            return self.straight(toward_eye, eta);
+        }
+        let eye = if toward_eye.z < 0.0 { flipped(toward_eye) } else { toward_eye };
+        let m = self.microfacets.sample_visible(eye, u);
+        let cos = eye.dot(m).clamp(0.0, 1.0);
+        let hero = fresnel::dielectric(cos, eta.hero());
+        let transmitted = lobe >= self.facet.choice(0, hero.reflectance).reflection;
+        let light = if transmitted {
+            m * (cos / eta.hero() - hero.cos_refracted) - eye / eta.hero()
+        } else {
+            reflected(eye, m)
+        };
+        if light.z == 0.0 || (light.z < 0.0) != transmitted {
+            return None;
+        }
+        let Evaluation { f_cos, density } = if transmitted {
+            self.transmission(eye, light, Some(m), eta)
+        } else {
+            self.reflection(eye, light, m, eta)
+        };
+        (density.hero() > 0.0).then(|| Scatter {
+            toward_light: if toward_eye.z < 0.0 { flipped(light) } else { light },
+            weight: f_cos / density.hero(),
+            density: Density::PerSolidAngle(density.hero()),
+            ratio: density / density.hero(),
+            transmitted,
+        })
+    }
+
+    /// Reflection of `light` to `eye`, both above, by facets `m`, which is the same for all lanes.
+    fn reflection(&self, eye: Vec3, light: Vec3, m: Vec3, eta: Sampled<C>) -> Evaluation<C> {
+        let cos = eye.dot(m).min(1.0);
+        if cos <= 0.0 {
+            return Evaluation::ZERO;
+        }
+        let facets = self.microfacets.d(m) * self.microfacets.g(eye, light, m) / (4.0 * eye.z);
+        let visible = self.microfacets.visible(eye, m) / (4.0 * cos);
+        let interfaces = interfaces(cos, eta);
+        lanes(|lane| {
+            if is_matched(eta[lane]) {
+                return Lane::ZERO;
+            }
+            let reflectance = interfaces[lane].reflectance;
+            Lane {
+                f_cos: self.facet.specular_reflectance[lane] * reflectance * facets,
+                density: self.facet.choice(lane, reflectance).reflection * visible,
+            }
+        })
+    }
+
+    /// Transmission from `light`, below, to `eye`, above. `hero_facet` is the hero's facet where it
+    /// is known already.
+    fn transmission(
+        &self,
+        eye: Vec3,
+        light: Vec3,
+        hero_facet: Option<Vec3>,
+        eta: Sampled<C>,
+    ) -> Evaluation<C> {
+        let hero_facet = hero_facet.or_else(|| joining_facet(eye, light, eta.hero()));
+        let hero = self.transmission_lane(0, eye, light, hero_facet, eta.hero());
+        lanes(|lane| {
+            let same_facet = eta[lane] == eta.hero();
+            let same_factors = self.facet.specular_transmittance[lane]
+                == self.facet.specular_transmittance.hero()
+                && self.facet.specular_reflectance[lane] == self.facet.specular_reflectance.hero();
+            if same_facet && same_factors {
+                return hero;
+            }
+            let facet = if same_facet { hero_facet } else { joining_facet(eye, light, eta[lane]) };
+            self.transmission_lane(lane, eye, light, facet, eta[lane])
+        })
+    }
+
+    fn transmission_lane(&self, lane: usize, eye: Vec3, light: Vec3, facet: Option<Vec3>, eta: f64) -> Lane {
+        let Some(m) = facet else { return Lane::ZERO };
+        let (cos_eye, cos_light) = (eye.dot(m).min(1.0), -light.dot(m));
+        if cos_eye <= 0.0 || cos_light <= 0.0 {
+            return Lane::ZERO;
+        }
+        let reflectance = fresnel::dielectric(cos_eye, eta).reflectance;
+        let root = cos_eye - eta * cos_light;
+        // Per steradian of facets, over the refracted ray's steradians (Walter et al., eq. 17). The
+        // factor η² in it is the inverse of the compression of radiance, so the value has neither.
+        let jacobian = cos_light / (root * root);
+        // The facets hide light below just as they hide its mirror image above.
+        let shadowing = self.microfacets.g(eye, -light, m);
+        let power = self.facet.specular_transmittance[lane] * (1.0 - reflectance);
+        Lane {
+            f_cos: power * self.microfacets.d(m) * shadowing * jacobian * cos_eye / eye.z,
+            density: self.facet.choice(lane, reflectance).transmission
+                * self.microfacets.visible(eye, m)
+                * jacobian
+                * eta
+                * eta,
+        }
+    }
+
+    /// The way through an interface that the hero doesn't notice.
+    fn straight(&self, toward_eye: Vec3, eta: Sampled<C>) -> Option<Scatter<C>> {
+        let together = eta.map(|eta| if is_matched(eta) { 1.0 } else { 0.0 });
+        Some(Scatter {
+            toward_light: -toward_eye,
+            weight: together * self.facet.specular_transmittance,
+            density: Density::Discrete,
+            ratio: together,
+            transmitted: true,
+        })
+    }
+}
+
+fn lanes<const C: usize>(lane: impl Fn(usize) -> Lane) -> Evaluation<C> {
+    let mut evaluation = Evaluation::ZERO;
+    for i in 0..C {
+        let Lane { f_cos, density } = lane(i);
+        evaluation.f_cos[i] = f_cos;
+        evaluation.density[i] = density;
+    }
+    evaluation
+}
+
+/// The facet, facing up, that refracts `light` from below to `eye` above at the relative index `eta`.
+fn joining_facet(eye: Vec3, light: Vec3, eta: f64) -> Option<Vec3> {
+    if is_matched(eta) {
+        return None;
+    }
+    let half = (eye + light * eta).try_normalize()?;
+    Some(if half.z < 0.0 { -half } else { half })
+}
+
+fn is_matched(eta: f64) -> bool {
+    (eta - 1.0).abs() < MATCHED
+}

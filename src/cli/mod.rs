@@ -1,0 +1,52 @@
+//! The command line.
+
+mod info;
+mod progress;
+mod render;
+mod scene_options;
+mod spectrum;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// A spectral, physically based Monte Carlo renderer.
+///
+/// abbe renders Mitsuba 3 scene files wavelength by wavelength and writes pictures that carry their own
+/// error bars.
+#[derive(Parser)]
+#[command(version, propagate_version = true)]
+#[command(after_help = "Exit codes: 0 done, 2 wrong input, 1 anything else.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Render(render::Args),
+    Info(info::Args),
+    Spectrum(spectrum::Args),
+}
+
+/// Why a command did not do what it was asked.
+pub enum Failure {
+    /// The input is wrong: the user can put it right.
+    Input(String),
+    /// Anything else, such as a full disk.
+    Other(String),
+}
+
+pub fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Render(args) => render::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Spectrum(args) => spectrum::run(&args),
+    };
+    let (message, code) = match outcome {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Input(message)) => (message, 2),
+        Err(Failure::Other(message)) => (message, 1),
+    };
+    eprintln!("{}", message.trim_end());
+    ExitCode::from(code)
+}

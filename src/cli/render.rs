@@ -1,0 +1,311 @@
+use super::Failure;
+use super::progress::{Progress, percent};
+use super::scene_options::SceneOptions;
+use abbe::film::{Film, SpectralBins};
+use abbe::output::{self, Colour, Picture};
+use abbe::render::{AuxiliaryKind, Schedule, Settings, WavelengthCount, auxiliary, render};
+use abbe::sampling::SamplerKind;
+use abbe::scene::description::{Description, PixelFormat};
+use abbe::scene::{CompileOptions, Scene, compile};
+use abbe::spectrum::colour::Observer;
+use abbe::units::WavelengthRange;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Render a scene to an EXR with error bars, and a PNG to look at
+///
+/// Without -o the files land in the current folder under the name of the scene's folder. The picture depends on
+/// the scene, the seed and the number of samples alone: threads change only how long it takes. Ctrl-C ends the
+/// render and writes what is done; pressed again it ends the program at once.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneOptions,
+
+    /// Where to write the picture; a PNG of the same name lands beside it
+    #[arg(short, long, value_name = "OUT.exr")]
+    output: Option<PathBuf>,
+
+    /// Samples per pixel [default: what the scene says]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    spp: Option<u32>,
+
+    /// Seed of the sample values [default: what the scene says]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+
+    /// Threads to render with [default: as many as there are cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    threads: Option<u32>,
+
+    /// Sampler: sobol (Owen-scrambled) or independent [default: what the scene says]
+    #[arg(long, value_name = "S", value_parser = parse_sampler)]
+    sampler: Option<SamplerKind>,
+
+    /// Wavelengths that a path carries: 1, 4 or 8. The expectation is the same, noise and time are not
+    #[arg(long, value_name = "C", default_value = "4", value_parser = parse_wavelengths)]
+    wavelengths: WavelengthCount,
+
+    /// Size of the picture in pixels [default: what the scene says]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+
+    /// Also write N spectral bins over the range of wavelengths, each with its standard error
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "47", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    spectral: Option<u32>,
+
+    /// Wavelengths that are simulated, in nm
+    #[arg(long, value_name = "MIN:MAX", default_value = "360:830", value_parser = parse_range)]
+    range: WavelengthRange,
+
+    /// Colour matching functions: cie1931, cie1964, cie2015-2 or cie2015-10
+    #[arg(long, value_name = "NAME", default_value = "cie1931", value_parser = parse_observer)]
+    observer: &'static Observer,
+
+    /// Also write images of what the camera sees first: albedo, normal, depth
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_auxiliary)]
+    aov: Vec<AuxiliaryKind>,
+
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut description = args.scene.read()?;
+    args.apply_to(&mut description);
+    let options = CompileOptions { range: args.range, observer: args.observer };
+    let scene = compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
+    let path = args.output_path()?;
+    let sampler = &description.sensor.sampler;
+    let settings = Settings {
+        schedule: Schedule::new(sampler.sample_count),
+        seed: sampler.seed,
+        sampler: sampler.kind,
+        wavelengths: args.wavelengths,
+        bins: args.spectral.map(|count| SpectralBins { range: args.range, count: count as usize }),
+    };
+    if !args.quiet {
+        for note in &description.assumptions {
+            eprintln!("assumed: {}", note.text);
+        }
+        if settings.schedule.samples() != u64::from(sampler.sample_count) {
+            eprintln!(
+                "{} samples per pixel cannot be dealt into replicates of equal length: taking {}",
+                sampler.sample_count,
+                settings.schedule.samples()
+            );
+        }
+    }
+    let pool = thread_pool(args.threads)?;
+    let stop = stop_on_interrupt()?;
+    let pixels = u64::from(scene.film.size[0]) * u64::from(scene.film.size[1]);
+    let progress = Progress::new(pixels, settings.schedule, args.quiet, stop.clone());
+    let film = pool.install(|| render(&scene, &settings, &progress));
+    let seconds = progress.elapsed().as_secs_f64();
+    progress.finish();
+    let picture = Picture {
+        film: &film,
+        colour: colour(description.sensor.film.pixel_format),
+        full_size: scene.film.full_size,
+        offset: scene.film.offset,
+        auxiliary: pool.install(|| auxiliary(&scene, &args.aov, args.range, settings.seed)),
+        attributes: attributes(args, &description, &scene, &settings, &film),
+    };
+    let png = path.with_extension("png");
+    output::exr::write(&path, &picture).map_err(|error| cannot_write(&path, &error))?;
+    output::png::write(&png, &picture).map_err(|error| cannot_write(&png, &error))?;
+    if !args.quiet {
+        report(&path, &png, &film, &settings, seconds, stop.load(Ordering::Relaxed));
+    }
+    Ok(())
+}
+
+impl Args {
+    /// What the command line says goes over what the file says.
+    fn apply_to(&self, description: &mut Description) {
+        let sensor = &mut description.sensor;
+        sensor.sampler.sample_count = self.spp.unwrap_or(sensor.sampler.sample_count);
+        sensor.sampler.seed = self.seed.unwrap_or(sensor.sampler.seed);
+        sensor.sampler.kind = self.sampler.unwrap_or(sensor.sampler.kind);
+        if let Some([width, height]) = self.size {
+            // A crop is in pixels of the size that the file gives: another size is of the whole picture.
+            (sensor.film.width, sensor.film.height, sensor.film.crop) = (width, height, None);
+        }
+    }
+
+    /// Where the EXR goes. Refused before the render rather than after it.
+    fn output_path(&self) -> Result<PathBuf, Failure> {
+        let path = match &self.output {
+            Some(path) if path.extension().is_some_and(|extension| extension == "exr") => path.clone(),
+            Some(path) => {
+                return Err(Failure::Input(format!(
+                    "error: {}: the output is an EXR file: name it *.exr",
+                    path.display()
+                )));
+            }
+            None => PathBuf::from(format!("{}.exr", scene_name(&self.scene.scene))),
+        };
+        let folder = match path.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        if folder.is_dir() {
+            Ok(path)
+        } else {
+            Err(Failure::Input(format!("error: {}: there is no folder {}", path.display(), folder.display())))
+        }
+    }
+}
+
+/// The name of a scene: its folder's if the file is called `scene`, else the file's own.
+fn scene_name(scene: &Path) -> String {
+    let stem = scene.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
+    if stem != "scene" {
+        return stem;
+    }
+    let folder = scene.canonicalize().ok().and_then(|path| Some(path.parent()?.file_name()?.to_owned()));
+    folder.map_or(stem, |folder| folder.to_string_lossy().into_owned())
+}
+
+fn colour(format: PixelFormat) -> Colour {
+    match format {
+        PixelFormat::Rgb => Colour::Rec709,
+        PixelFormat::Xyz => Colour::Xyz,
+        PixelFormat::Luminance => Colour::Luminance,
+    }
+}
+
+fn thread_pool(threads: Option<u32>) -> Result<rayon::ThreadPool, Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.unwrap_or(0) as usize)
+        .build()
+        .map_err(|error| Failure::Other(format!("error: cannot start threads: {error}")))
+}
+
+/// A flag that the first Ctrl-C raises; the second ends the program.
+fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let raised = stop.clone();
+    ctrlc::set_handler(move || {
+        if raised.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })
+    .map_err(|error| Failure::Other(format!("error: cannot watch for Ctrl-C: {error}")))?;
+    Ok(stop)
+}
+
+fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::Other(format!("error: cannot write {}: {error}", path.display()))
+}
+
+/// How the picture was made. Nothing that differs between equal renders: no time, no threads.
+fn attributes(
+    args: &Args,
+    description: &Description,
+    scene: &Scene,
+    settings: &Settings,
+    film: &Film,
+) -> Vec<(String, String)> {
+    let lines = |notes: &[abbe::scene::description::Note]| {
+        notes.iter().map(|note| note.text.as_str()).collect::<Vec<_>>().join("\n")
+    };
+    let text = [
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("sceneHash", format!("{:016x}", description.hash())),
+        ("seed", settings.seed.to_string()),
+        ("sampler", settings.sampler.name().to_owned()),
+        ("samplesPerPixel", settings.schedule.samples().to_string()),
+        ("samples", film.total_samples().to_string()),
+        ("replicates", settings.schedule.replicates.to_string()),
+        ("wavelengthsPerPath", settings.wavelengths.get().to_string()),
+        ("wavelengthRange", format!("{} nm to {} nm", args.range.min, args.range.max)),
+        ("observer", args.observer.name().to_owned()),
+        ("whitePoint", "D65, x = 0.3127, y = 0.3290 (linear Rec. 709)".to_owned()),
+        ("badValues", film.bad.total().to_string()),
+        ("assumptions", lines(&description.assumptions)),
+        ("extensions", lines(&description.extensions)),
+        ("needs", scene.needs().to_string()),
+    ];
+    text.into_iter()
+        .filter(|(_, value)| !value.is_empty())
+        .map(|(name, value)| (format!("abbe.{name}"), value))
+        .collect()
+}
+
+fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f64, stopped: bool) {
+    let done = film.total_samples();
+    let pixels = u64::from(film.width) * u64::from(film.height);
+    let all = pixels * settings.schedule.samples();
+    if stopped {
+        eprintln!("stopped: {done} of {all} samples were done");
+    }
+    let error = film.relative_error().map_or("error not known".to_owned(), |e| format!("error {}", percent(e)));
+    eprintln!(
+        "{} and {}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {:.1} s, {:.2} million samples/s",
+        path.display(),
+        png.display(),
+        film.width,
+        film.height,
+        done as f64 / pixels as f64,
+        settings.schedule.replicates,
+        seconds,
+        done as f64 / seconds.max(1e-9) / 1e6,
+    );
+    let bad = film.bad;
+    if bad.total() > 0 {
+        eprintln!(
+            "warning: left out {} values: {} not a number, {} infinite, {} negative, {} too large",
+            bad.total(),
+            bad.not_a_number,
+            bad.infinite,
+            bad.negative,
+            bad.overflow
+        );
+    }
+}
+
+fn parse_sampler(text: &str) -> Result<SamplerKind, String> {
+    SamplerKind::named(text).ok_or_else(|| "expected sobol or independent".to_owned())
+}
+
+fn parse_wavelengths(text: &str) -> Result<WavelengthCount, String> {
+    match text {
+        "1" => Ok(WavelengthCount::One),
+        "4" => Ok(WavelengthCount::Four),
+        "8" => Ok(WavelengthCount::Eight),
+        _ => Err("expected 1, 4 or 8".to_owned()),
+    }
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let size = text.split_once(['x', '×']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match size {
+        Some(size) if size.iter().all(|&edge| (1..=65_536).contains(&edge)) => Ok(size),
+        _ => Err("expected WIDTHxHEIGHT in pixels, each 1 to 65536, for example 640x360".to_owned()),
+    }
+}
+
+fn parse_range(text: &str) -> Result<WavelengthRange, String> {
+    let ends = text.split_once(':').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    match ends {
+        Some((min, max)) if 1.0 <= min && min < max && max <= 1e6 => Ok(WavelengthRange { min, max }),
+        _ => Err("expected MIN:MAX in nm with MIN below MAX, for example 380:780".to_owned()),
+    }
+}
+
+fn parse_observer(text: &str) -> Result<&'static Observer, String> {
+    match text {
+        "cie1931" => Ok(Observer::cie1931()),
+        "cie1964" => Ok(Observer::cie1964()),
+        "cie2015-2" => Ok(Observer::cie2015_2deg()),
+        "cie2015-10" => Ok(Observer::cie2015_10deg()),
+        _ => Err("expected cie1931, cie1964, cie2015-2 or cie2015-10".to_owned()),
+    }
+}
+
+fn parse_auxiliary(text: &str) -> Result<AuxiliaryKind, String> {
+    AuxiliaryKind::named(text).ok_or_else(|| "expected albedo, normal or depth".to_owned())
+}

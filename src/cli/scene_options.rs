@@ -1,0 +1,28 @@
+use super::Failure;
+use abbe::scene::{self, Description, ReadOptions};
+use std::path::PathBuf;
+
+/// Which scene, and what its file leaves open.
+#[derive(clap::Args)]
+pub struct SceneOptions {
+    /// Scene file in Mitsuba 3's XML
+    pub scene: PathBuf,
+
+    /// Give a value to a parameter that the scene declares with <default>; may be repeated
+    #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = parse_define)]
+    pub defines: Vec<(String, String)>,
+}
+
+impl SceneOptions {
+    pub fn read(&self) -> Result<Description, Failure> {
+        scene::read(&self.scene, &ReadOptions { defines: self.defines.clone() })
+            .map_err(|errors| Failure::Input(errors.to_string()))
+    }
+}
+
+fn parse_define(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.is_empty() => Ok((name.to_owned(), value.to_owned())),
+        _ => Err("expected NAME=VALUE, for example spp=64".to_owned()),
+    }
+}

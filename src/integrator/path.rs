@@ -1,0 +1,241 @@
+//! Path tracing with next-event estimation.
+//!
+//! Estimated is, for each wavelength λ of the path, the radiance along the camera ray,
+//!
+//! L(λ) = Σₙ ∫ Le(xₙ, λ) · Πᵢ fᵢ(λ) |cos θᵢ| exp(−αᵢ(λ) sᵢ) dω₁…dωₙ₋₁.
+//!
+//! The same path X could have been made by any of the C wavelengths as the hero, with density pⱼ(X), by scattering
+//! alone (technique u) or with its last direction chosen toward a light (technique l). A contribution is weighed
+//! over all of them:
+//!
+//! ⟨L(λᵢ)⟩ = Le · fᵢ(X) / Σⱼ pⱼ(X) of its own technique · w,   w = P² / (Pᵤ² + Pₗ²),   P = Σⱼ pⱼ(X),
+//!
+//! the balance heuristic over wavelengths and the power heuristic over the two techniques. A path keeps fᵢ and pⱼ relative
+//! to the hero's density, so with one wavelength nothing of this remains.
+
+use crate::bsdf::Density;
+use crate::geometry::{Ray, SurfacePoint, Vec3};
+use crate::medium::MediumStack;
+use crate::sampling::{Dimensions, Stream};
+use crate::scene::{Intersection, Scene};
+use crate::spectrum::{Sampled, Wavelengths};
+
+/// What has become of a path so far.
+struct Path<const C: usize> {
+    /// fᵢ(X) / p₀(X): what each wavelength carries over the hero's density.
+    throughput: Sampled<C>,
+    /// pⱼ(X) / p₀(X). The hero's is 1; a companion's is 0 once it has gone another way.
+    ratio: Sampled<C>,
+    /// How the last ray was chosen: the weight of light found by it asks for that.
+    last: LastChoice,
+    media: MediumStack,
+    /// Product of the factors by which refraction compressed radiance: no loss, so no reason to end a path.
+    compression: f64,
+}
+
+/// How a ray came to be.
+enum LastChoice {
+    /// By the camera or a discrete lobe: no light sample could have found it.
+    Discrete,
+    /// With a density, from a surface where lights were sampled too.
+    Scattered {
+        from: SurfacePoint,
+        /// Σⱼ pⱼ / p₀ before the scattering, over the hero's density of the direction, sr.
+        prior_over_density: f64,
+    },
+}
+
+/// See [`super::radiance`].
+pub fn radiance<const C: usize>(
+    scene: &Scene,
+    mut ray: Ray,
+    wavelengths: &Wavelengths<C>,
+    stream: &Stream,
+) -> Sampled<C> {
+    let mut path = Path::<C>::from_camera();
+    let mut arriving = Sampled::ZERO;
+    for vertex in 0.. {
+        let Some(hit) = scene.intersect(&ray, vertex == 0) else {
+            path.cross(scene, f64::INFINITY, wavelengths);
+            arriving += path.escaped(scene, vertex == 0, wavelengths);
+            break;
+        };
+        path.cross(scene, hit.t, wavelengths);
+        arriving += path.emitted(scene, &ray, &hit, wavelengths);
+        if vertex + 1 >= scene.limits.max_depth {
+            break;
+        }
+        let bsdf = scene.bsdf(&hit, &path.media, wavelengths);
+        let toward_eye = hit.frame.to_local(-ray.direction);
+        if !bsdf.is_discrete() {
+            arriving += path.direct_light(scene, &hit, &bsdf, toward_eye, wavelengths, stream, vertex);
+        }
+        let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
+        let Some(scatter) = bsdf.sample(toward_eye, lobe, [u, v]) else { break };
+        let direction = hit.frame.to_world(scatter.toward_light).normalize();
+        path.last = match scatter.density {
+            Density::Discrete => LastChoice::Discrete,
+            Density::PerSolidAngle(density) => {
+                LastChoice::Scattered { from: hit.point, prior_over_density: path.ratio.sum() / density }
+            }
+        };
+        path.throughput *= scatter.weight;
+        path.ratio *= scatter.ratio;
+        if scatter.transmitted {
+            path.pass_through(scene, &hit, direction, &bsdf, toward_eye);
+        }
+        if !path.survives(scene, vertex, survival) {
+            break;
+        }
+        ray = hit.point.ray(direction);
+    }
+    arriving
+}
+
+impl<const C: usize> Path<C> {
+    fn from_camera() -> Self {
+        Self {
+            throughput: Sampled::ONE,
+            ratio: Sampled::ONE,
+            last: LastChoice::Discrete,
+            media: MediumStack::default(),
+            compression: 1.0,
+        }
+    }
+
+    /// Attenuates along a stretch of the medium that the path is in (Beer and Lambert).
+    fn cross(&mut self, scene: &Scene, distance: f64, wavelengths: &Wavelengths<C>) {
+        if let Some(transmittance) = scene.transmittance(&self.media, distance, wavelengths) {
+            self.throughput *= transmittance;
+        }
+    }
+
+    /// Light from beyond the scene. It is found by scattering alone: the same from everywhere, it is what
+    /// scattering samples best.
+    fn escaped(&self, scene: &Scene, seen_directly: bool, wavelengths: &Wavelengths<C>) -> Sampled<C> {
+        match &scene.environment {
+            Some(radiance) if !(seen_directly && scene.limits.hide_emitters) => {
+                self.throughput * radiance.sample(&wavelengths.nm) / self.ratio.sum()
+            }
+            _ => Sampled::ZERO,
+        }
+    }
+
+    /// Light that the surface just met emits toward the path, weighed against having been sampled.
+    fn emitted(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let Some(light) = hit.light else { return Sampled::ZERO };
+        if ray.direction.dot(hit.point.normal) >= 0.0 {
+            return Sampled::ZERO;
+        }
+        let weight = match &self.last {
+            LastChoice::Discrete => 1.0,
+            LastChoice::Scattered { from, prior_over_density } => {
+                let by_scattering = self.ratio.sum();
+                let by_light =
+                    prior_over_density * scene.lights.density(light, from, &hit.point, wavelengths);
+                power_heuristic(by_scattering, by_light)
+            }
+        };
+        if weight == 0.0 {
+            return Sampled::ZERO;
+        }
+        self.throughput * scene.lights.radiance(light, &wavelengths.nm) * (weight / self.ratio.sum())
+    }
+
+    /// Light that reaches the surface straight from one light, chosen and sampled for this place.
+    #[allow(clippy::too_many_arguments)]
+    fn direct_light(
+        &self,
+        scene: &Scene,
+        hit: &Intersection,
+        bsdf: &crate::bsdf::Bsdf<C>,
+        toward_eye: Vec3,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+        vertex: u32,
+    ) -> Sampled<C> {
+        if scene.lights.is_empty() {
+            return Sampled::ZERO;
+        }
+        let [u, v, choice, _] = stream.draw(Dimensions::Light(vertex));
+        let Some(sample) = scene.lights.sample(&hit.point, wavelengths, choice, [u, v]) else {
+            return Sampled::ZERO;
+        };
+        let toward_light = hit.frame.to_local(sample.shadow_ray.direction);
+        let value = bsdf.evaluate(toward_eye, toward_light);
+        if value.f_cos.is_zero() {
+            return Sampled::ZERO;
+        }
+        let weight = match sample.density {
+            Density::Discrete => 1.0 / self.ratio.sum(),
+            Density::PerSolidAngle(density) => {
+                let by_light = self.ratio.sum() * density;
+                let by_scattering = (self.ratio * value.density).sum();
+                power_heuristic(by_light, by_scattering) / by_light
+            }
+        };
+        if weight == 0.0 || scene.occluded(&sample.shadow_ray) {
+            return Sampled::ZERO;
+        }
+        let carried = self.throughput * value.f_cos * sample.radiance * weight;
+        match scene.transmittance(&self.media, sample.shadow_ray.t_max, wavelengths) {
+            Some(transmittance) => carried * transmittance,
+            None => carried,
+        }
+    }
+
+    /// Keeps account of what the path is inside of after refraction.
+    fn pass_through(
+        &mut self,
+        scene: &Scene,
+        hit: &Intersection,
+        direction: Vec3,
+        bsdf: &crate::bsdf::Bsdf<C>,
+        toward_eye: Vec3,
+    ) {
+        if let Some(eta) = bsdf.relative_index() {
+            let far_over_near = if toward_eye.z > 0.0 { eta } else { 1.0 / eta };
+            self.compression /= far_over_near * far_over_near;
+        }
+        scene.pass_through(hit, direction, &mut self.media);
+    }
+
+    /// Russian roulette on what the path can still bring. The measure is the same whichever wavelength is the hero, so all of
+    /// the path's densities change by one factor and their ratios stay.
+    fn survives(&mut self, scene: &Scene, vertex: u32, u: f64) -> bool {
+        if self.throughput.is_zero() {
+            return false;
+        }
+        if vertex + 1 < scene.limits.rr_depth {
+            return true;
+        }
+        let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
+        let strength = alive * self.throughput.max() / self.ratio.sum() / self.compression;
+        // Between perfect mirrors nothing is ever lost: late in a path survival is never certain.
+        let survival = strength.min(if vertex < LATE { 1.0 } else { 0.95 });
+        if u >= survival {
+            return false;
+        }
+        self.throughput /= survival;
+        true
+    }
+}
+
+/// Vertices after which a path without loss may end too.
+const LATE: u32 = 16;
+
+/// Weight of a technique of density `own` beside one of density `other`, with exponent 2 (Veach, *Robust Monte Carlo
+/// Methods for Light Transport Simulation*, 1997, sec. 9.2.2).
+fn power_heuristic(own: f64, other: f64) -> f64 {
+    if own == 0.0 {
+        return 0.0;
+    }
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}

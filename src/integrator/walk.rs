@@ -1,0 +1,58 @@
+//! The slow, obvious estimate that the clever one must agree with: a random walk of one wavelength that finds lights by
+//! running into them. No light sampling, no weights between techniques, no companions.
+
+use crate::geometry::Ray;
+use crate::medium::MediumStack;
+use crate::sampling::{Dimensions, Stream};
+use crate::scene::Scene;
+use crate::spectrum::{Sampled, Wavelengths};
+
+/// Spectral radiance that arrives along a camera ray, for the hero alone. Point and directional lights are never found.
+pub fn radiance<const C: usize>(
+    scene: &Scene,
+    mut ray: Ray,
+    wavelengths: &Wavelengths<C>,
+    stream: &Stream,
+) -> Sampled<C> {
+    let hero = Wavelengths::<1> { nm: [wavelengths.nm[0]], density: Sampled([wavelengths.density[0]]) };
+    let mut media = MediumStack::default();
+    let (mut arriving, mut throughput) = (0.0, 1.0);
+    for vertex in 0.. {
+        let shown = vertex > 0 || !scene.limits.hide_emitters;
+        let hit = scene.intersect(&ray, vertex == 0);
+        let distance = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
+        if let Some(transmittance) = scene.transmittance(&media, distance, &hero) {
+            throughput *= transmittance.hero();
+        }
+        let Some(hit) = hit else {
+            if let Some(environment) = scene.environment.as_ref().filter(|_| shown) {
+                arriving += throughput * environment.sample(&hero.nm).hero();
+            }
+            break;
+        };
+        if let Some(light) = hit.light
+            && ray.direction.dot(hit.point.normal) < 0.0
+        {
+            arriving += throughput * scene.lights.radiance(light, &hero.nm).hero();
+        }
+        if vertex + 1 >= scene.limits.max_depth {
+            break;
+        }
+        let bsdf = scene.bsdf(&hit, &media, &hero);
+        let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
+        let toward_eye = hit.frame.to_local(-ray.direction);
+        let Some(scatter) = bsdf.sample(toward_eye, lobe, [u, v]) else { break };
+        let direction = hit.frame.to_world(scatter.toward_light).normalize();
+        if scatter.transmitted {
+            scene.pass_through(&hit, direction, &mut media);
+        }
+        throughput *= scatter.weight.hero();
+        let chance = throughput.min(0.95);
+        if survival >= chance {
+            break;
+        }
+        throughput /= chance;
+        ray = hit.point.ray(direction);
+    }
+    Sampled::hero_alone(arriving)
+}

@@ -1,0 +1,160 @@
+//! The EXR file: the picture, its standard errors, its spectral bins and how it was made. The only file that names
+//! the exr crate.
+//!
+//! Channels are 32-bit floats. `R G B` (linear Rec. 709) or `X Y Z` or `Y`, `error.*` with one standard error of each,
+//! `samples` per pixel; auxiliary images on request. Spectral bins follow Fichet, Pacanowski and Wilkie, "An OpenEXR
+//! Layout for Spectral Images", JCGT 10(3), 2021: `S0.<nm>nm` with a decimal comma.
+
+use super::Picture;
+use crate::film::Film;
+use crate::render::Auxiliary;
+use exr::prelude::*;
+use smallvec::SmallVec;
+use std::io::Cursor;
+use std::path::Path;
+
+/// Writes the whole file or, where that fails, none of it: it is made beside its place and moved there.
+///
+/// Equal pictures give equal bytes.
+pub fn write(path: &Path, picture: &Picture) -> std::io::Result<()> {
+    let bytes = encode(picture).map_err(std::io::Error::other)?;
+    super::write_whole(path, &bytes)
+}
+
+fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> {
+    let film = picture.film;
+    let size = Vec2(film.width as usize, film.height as usize);
+    let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
+    let mut add = |name: &str, values: Vec<f32>| {
+        channels.push(AnyChannel::new(name, FlatSamples::F32(values)));
+    };
+    for (name, weights) in picture.colour.channels() {
+        let measured = |f: &dyn Fn(crate::film::Measured) -> f64| {
+            pixels(film, |x, y| f(film.combined(x, y, *weights)) as f32)
+        };
+        add(name, measured(&|m| m.mean));
+        if picture.has_errors() {
+            add(&format!("error.{name}"), measured(&|m| m.error));
+        }
+    }
+    add("samples", pixels(film, |x, y| film.samples(x, y) as f32));
+    if let Some(bins) = film.bins {
+        for bin in 0..bins.count {
+            let name = spectral_channel(bins.centre(bin));
+            add(&name, pixels(film, |x, y| film.bin(x, y, bin).mean as f32));
+            if picture.has_errors() {
+                add(&format!("error.{name}"), pixels(film, |x, y| film.bin(x, y, bin).error as f32));
+            }
+        }
+    }
+    for Auxiliary { name, values } in &picture.auxiliary {
+        add(name, values.clone());
+    }
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let mut layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(channels));
+    layer.attributes.layer_position = Vec2(picture.offset[0] as i32, picture.offset[1] as i32);
+    layer.attributes.other = attributes(picture);
+    let mut image = Image::from_layer(layer);
+    let full = Vec2(picture.full_size[0] as usize, picture.full_size[1] as usize);
+    image.attributes.display_window = IntegerBounds::new((0, 0), full);
+    image.attributes.chromaticities = Some(picture.colour.chromaticities());
+    let mut bytes = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut bytes)?;
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+fn pixels(film: &Film, value: impl Fn(u32, u32) -> f32) -> Vec<f32> {
+    (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y))).map(|(x, y)| value(x, y)).collect()
+}
+
+/// `S0.550,000000nm`: unpolarised radiance, a decimal comma, six decimals (Fichet et al. 2021).
+fn spectral_channel(nm: f64) -> String {
+    format!("S0.{nm:.6}nm").replacen('.', "\u{1}", 1).replace('.', ",").replace('\u{1}', ".")
+}
+
+fn attributes(picture: &Picture) -> std::collections::HashMap<Text, AttributeValue> {
+    let mut attributes: std::collections::HashMap<Text, AttributeValue> = picture
+        .attributes
+        .iter()
+        .filter_map(|(name, value)| {
+            Some((Text::new_or_none(name)?, AttributeValue::Text(Text::new_or_none(value)?)))
+        })
+        .collect();
+    let text = |value: &str| AttributeValue::Text(Text::from(value));
+    if picture.film.bins.is_some() {
+        attributes.insert(Text::from("spectralLayoutVersion"), text("1.0"));
+        // The layout's reader knows this string alone; what is stored is a density per nanometre.
+        attributes.insert(Text::from("emissiveUnits"), text("W.m^-2.sr^-1"));
+        attributes.insert(Text::from("abbe.emissiveUnits"), text("W.m^-2.sr^-1.nm^-1"));
+    }
+    attributes
+}
+
+/// Puts the header's attributes in the order of their names. The exr crate keeps them in a hash map and writes them in
+/// another order each time; the order has no meaning, but equal pictures must give equal bytes.
+fn sort_attributes(bytes: &mut [u8]) {
+    let text_end =
+        |from: usize, bytes: &[u8]| Some(from + bytes.get(from..)?.iter().position(|&b| b == 0)? + 1);
+    let start = 8; // magic number and version
+    let mut at = start;
+    let mut entries: Vec<Vec<u8>> = Vec::new();
+    while bytes.get(at).is_some_and(|&b| b != 0) {
+        let Some((value_at, size)) = (|| {
+            let kind = text_end(at, bytes)?;
+            let size_at = text_end(kind, bytes)?;
+            let size = i32::from_le_bytes(bytes.get(size_at..size_at + 4)?.try_into().ok()?);
+            Some((size_at + 4, usize::try_from(size).ok()?))
+        })() else {
+            return;
+        };
+        let end = value_at + size;
+        let Some(entry) = bytes.get(at..end) else { return };
+        entries.push(entry.to_vec());
+        at = end;
+    }
+    entries.sort();
+    let sorted: Vec<u8> = entries.concat();
+    bytes[start..start + sorted.len()].copy_from_slice(&sorted);
+}
+
+impl super::Colour {
+    fn chromaticities(self) -> exr::meta::attribute::Chromaticities {
+        let [red, green, blue, white] = self.primaries().map(|[x, y]| Vec2(x, y));
+        exr::meta::attribute::Chromaticities { red, green, blue, white }
+    }
+}
+
+/// Every channel of a file as 32-bit floats, with its name, in the file's order; width and height.
+///
+/// For tests and comparisons; any one-part file with flat channels will do.
+pub fn read(path: &Path) -> std::io::Result<(Vec<(String, Vec<f32>)>, [usize; 2])> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(std::io::Error::other)?;
+    let size = image.layer_data.size;
+    let channels = image.layer_data.channel_data.list;
+    let named = channels.into_iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()));
+    Ok((named.collect(), [size.0, size.1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spectral_channels_are_named_as_the_layout_says() {
+        assert_eq!(spectral_channel(550.0), "S0.550,000000nm");
+        assert_eq!(spectral_channel(362.5), "S0.362,500000nm");
+    }
+}

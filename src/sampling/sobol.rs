@@ -1,0 +1,154 @@
+//! Owen-scrambled Sobol points in sets of four dimensions.
+//!
+//! Sets are padded: each takes the same four Sobol dimensions with its own scrambling and its own
+//! shuffling of the index (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020). Every aligned
+//! run of 2ᵏ indices is therefore perfectly stratified in each dimension and in the pair (0, 1), for up
+//! to 2³² points.
+
+/// Primitive polynomials and initial direction numbers of dimensions 2 to 4 as (degree, inner coefficients,
+/// m₁ …): Joe and Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM
+/// J. Sci. Comput. 30, 2008 (file new-joe-kuo-6.21201). Dimension 1 is the van der Corput sequence.
+const POLYNOMIALS: [(usize, u32, [u32; 3]); 3] = [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
+
+/// The direction numbers of the four dimensions, most significant bit first.
+const fn directions() -> [[u32; 4]; 32] {
+    let mut v = [[0u32; 4]; 32];
+    let mut bit = 0;
+    while bit < 32 {
+        v[bit][0] = 1 << (31 - bit);
+        bit += 1;
+    }
+    let mut dimension = 1;
+    while dimension < 4 {
+        let (degree, coefficients, initial) = POLYNOMIALS[dimension - 1];
+        let mut i = 0;
+        while i < 32 {
+            if i < degree {
+                v[i][dimension] = initial[i] << (31 - i);
+            } else {
+                let mut next = v[i - degree][dimension] ^ (v[i - degree][dimension] >> degree);
+                let mut k = 1;
+                while k < degree {
+                    if coefficients >> (degree - 1 - k) & 1 == 1 {
+                        next ^= v[i - k][dimension];
+                    }
+                    k += 1;
+                }
+                v[i][dimension] = next;
+            }
+            i += 1;
+        }
+        dimension += 1;
+    }
+    v
+}
+
+/// For each byte of the index, the four dimensions' sum of direction numbers over its set bits.
+static BY_BYTE: [[[u32; 4]; 256]; 4] = {
+    let v = directions();
+    let mut table = [[[0u32; 4]; 256]; 4];
+    let mut byte = 0;
+    while byte < 4 {
+        let mut value = 0;
+        while value < 256 {
+            let mut bit = 0;
+            while bit < 8 {
+                if value >> bit & 1 == 1 {
+                    let mut dimension = 0;
+                    while dimension < 4 {
+                        table[byte][value][dimension] ^= v[8 * byte + bit][dimension];
+                        dimension += 1;
+                    }
+                }
+                bit += 1;
+            }
+            value += 1;
+        }
+        byte += 1;
+    }
+    table
+};
+
+/// The `index`-th Sobol point as binary fractions, unscrambled.
+fn point(index: u32) -> [u32; 4] {
+    let bytes = index.to_le_bytes();
+    std::array::from_fn(|dimension| {
+        (0..4).fold(0, |bits, byte| bits ^ BY_BYTE[byte][bytes[byte] as usize][dimension])
+    })
+}
+
+/// Owen scrambling by a hash in which each bit depends on the bits above it alone (after Laine and Karras;
+/// this form and its constants by Vegdahl, "Building a Better LK Hash", 2021). Flips each bit of a
+/// binary fraction depending on the more significant ones, so strata stay strata.
+fn owen(fraction: u32, seed: u32) -> u32 {
+    let mut x = fraction.reverse_bits();
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^= x.wrapping_mul(0x53a2_2864);
+    x.reverse_bits()
+}
+
+/// The `index`-th point of the set that `key` stands for.
+pub(super) fn scrambled(index: u32, key: u64) -> [u32; 4] {
+    let shuffled = owen(index, key as u32);
+    let bits = point(shuffled);
+    let seeds = [super::mix(key ^ 1), super::mix(key ^ 2)];
+    let seeds = [seeds[0] as u32, (seeds[0] >> 32) as u32, seeds[1] as u32, (seeds[1] >> 32) as u32];
+    std::array::from_fn(|dimension| owen(bits[dimension], seeds[dimension]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dimensions_begin_as_published() {
+        // The first eight points of the Sobol sequence in eighths (Joe and Kuo's own example program).
+        let eighths = |dimension: usize| (0..8).map(move |i| point(i)[dimension] >> 29).collect::<Vec<_>>();
+        let sorted = |mut v: Vec<u32>| {
+            v.sort();
+            v
+        };
+        assert_eq!(eighths(0), [0, 4, 2, 6, 1, 5, 3, 7]);
+        assert_eq!(eighths(1), [0, 4, 6, 2, 5, 1, 3, 7]);
+        for dimension in 2..4 {
+            assert_eq!(sorted(eighths(dimension)), [0, 1, 2, 3, 4, 5, 6, 7]);
+        }
+    }
+
+    #[test]
+    fn every_aligned_run_is_stratified_in_each_dimension_and_in_the_first_pair() {
+        for key in 0..20u64 {
+            for start in [0u32, 256, 1 << 20] {
+                let points: Vec<_> =
+                    (start..start + 256).map(|i| scrambled(i, super::super::mix(key))).collect();
+                for dimension in 0..4 {
+                    let mut seen = [false; 256];
+                    points.iter().for_each(|p| seen[(p[dimension] >> 24) as usize] = true);
+                    assert!(seen.iter().all(|&s| s), "dimension {dimension}");
+                }
+                for rows in 0..=8 {
+                    let mut seen = [false; 256];
+                    for p in &points {
+                        let row = (u64::from(p[0]) >> (32 - rows)) as usize;
+                        let column = (u64::from(p[1]) >> (24 + rows)) as usize;
+                        seen[row << (8 - rows) | column] = true;
+                    }
+                    assert!(seen.iter().all(|&s| s), "{rows} bits of the first dimension");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn works_past_two_to_the_sixteen() {
+        // The mean of a smooth function over 2^17 points is closer than independent points could make it.
+        let n = 1u32 << 17;
+        let mean: f64 = (0..n).map(|i| f64::from(scrambled(i, 77)[1]).powi(2)).sum::<f64>()
+            / f64::from(n)
+            / 4_294_967_296f64.powi(2);
+        assert!((mean - 1.0 / 3.0).abs() < 1e-7, "{mean}");
+    }
+}

@@ -1,0 +1,350 @@
+//! From what a file says to what can be traced. Whatever can be wrong with a scene that reading it did not show is
+//! found here, before the first ray.
+//!
+//! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single precision: how
+//! far a scene lies from the origin of its file makes no difference.
+
+mod materials;
+mod spectra;
+
+use super::description::{self, Description, FieldOfView, FovAxis, IntegratorKind, LightKind, ShapeKind};
+use super::source::{Place, SceneError, SceneErrors};
+use super::traceable::{FilmPlan, Needs, Scene, Surface};
+use crate::accel::Accel;
+use crate::camera::{Camera, CameraSettings, ThinLens};
+use crate::geometry::{Bounds, Transform, Vec3};
+use crate::integrator::{Integrator, Limits};
+use crate::light::{AreaGeometry, Light, Lights};
+use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere};
+use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Observer};
+use crate::spectrum::{Spectrum, WavelengthDensity};
+use crate::units::WavelengthRange;
+use materials::Materials;
+use std::f64::consts::PI;
+
+/// What a scene is compiled for.
+#[derive(Clone, Copy, Debug)]
+pub struct CompileOptions {
+    pub range: WavelengthRange,
+    pub observer: &'static Observer,
+}
+
+impl Default for CompileOptions {
+    fn default() -> Self {
+        Self { range: WavelengthRange::VISIBLE, observer: Observer::cie1931() }
+    }
+}
+
+/// Makes a description traceable.
+///
+/// # Errors
+/// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no physics over
+/// the range of wavelengths, a walk in a scene whose lights it can't find.
+pub fn compile(description: &Description, options: &CompileOptions) -> Result<Scene, SceneErrors> {
+    Compiler { description, options, errors: Vec::new() }.run()
+}
+
+struct Compiler<'a> {
+    description: &'a Description,
+    options: &'a CompileOptions,
+    errors: Vec<SceneError>,
+}
+
+impl Compiler<'_> {
+    fn run(mut self) -> Result<Scene, SceneErrors> {
+        let description = self.description;
+        let shift = Transform::translation(-self.centre());
+        let mut materials = Materials::new(self.options.range);
+        let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
+        for shape in &description.shapes {
+            let Some(geometry) = self.keep(&shape.place, place(shape, &shape.to_world.then(&shift))) else {
+                continue;
+            };
+            let surface = match materials.surface(shape) {
+                Ok(surface) => surface,
+                Err(error) => {
+                    self.errors.push(error);
+                    continue;
+                }
+            };
+            let light = match &shape.emission {
+                None => None,
+                Some(source) => {
+                    let radiance = self.spectrum(source);
+                    lights.push(Light::Area { geometry: AreaGeometry::new(geometry.clone()), radiance });
+                    Some(lights.len() as u32 - 1)
+                }
+            };
+            shapes.push(geometry);
+            surfaces.push(Surface { light, ..surface });
+        }
+        let environment = self.other_lights(&mut lights, &shift);
+        if description.integrator.kind == IntegratorKind::Walk {
+            self.refuse_lights_that_a_walk_misses();
+        }
+        if !self.errors.is_empty() {
+            return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
+        }
+        let Materials { materials, bodies, .. } = materials;
+        let accel = Accel::build(&shapes);
+        let scene_radius = 0.5 * Bounds::of_all(shapes.iter().map(Shape::bounds)).diameter();
+        let bodies_may_nest = may_nest(&shapes, &surfaces);
+        let absorption = bodies.iter().any(|body| body.absorption.is_some());
+        let powers: Vec<f64> = lights.iter().map(|light| power(light, scene_radius)).collect();
+        let needs = Needs {
+            dispersion: materials.iter().any(|material| material.disperses()),
+            absorption,
+            medium_stack: absorption || bodies_may_nest,
+            lens: description.sensor.lens.is_some(),
+            light_samples: !lights.is_empty(),
+            rough_surfaces: materials.iter().any(|material| material.is_rough()),
+        };
+        let lights = Lights::new(lights, |light| {
+            mean_over(light.spectrum(), self.options.range) * power(light, scene_radius)
+        });
+        Ok(Scene {
+            camera: self.camera(&shift),
+            film: self.film(),
+            observer: self.options.observer,
+            integrator: match description.integrator.kind {
+                IntegratorKind::Path => Integrator::Path,
+                IntegratorKind::Walk => Integrator::Walk,
+            },
+            limits: Limits {
+                max_depth: description.integrator.max_depth.unwrap_or(u32::MAX),
+                rr_depth: description.integrator.rr_depth,
+                hide_emitters: description.integrator.hide_emitters,
+            },
+            wavelengths: self.wavelengths(&lights, &powers, environment.as_ref(), scene_radius),
+            reference_radiance: self.reference(&lights, environment.as_ref(), scene_radius),
+            lights,
+            environment,
+            needs,
+            accel,
+            shapes,
+            surfaces,
+            materials,
+            bodies,
+        })
+    }
+
+    /// The middle of all shapes, in the file's coordinates.
+    fn centre(&self) -> Vec3 {
+        let bounds = self.description.shapes.iter().map(|shape| match &shape.kind {
+            ShapeKind::Mesh { mesh, .. } => Bounds::of(
+                mesh.positions
+                    .iter()
+                    .map(|p| shape.to_world.point(Vec3::new(p[0].into(), p[1].into(), p[2].into()))),
+            ),
+            _ => place(shape, &shape.to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
+        });
+        let bounds = Bounds::of_all(bounds);
+        if bounds.is_empty() || !bounds.centre().is_finite() { Vec3::ZERO } else { bounds.centre() }
+    }
+
+    /// Point, directional and constant lights; returns the radiance of the last.
+    fn other_lights(&mut self, lights: &mut Vec<Light>, shift: &Transform) -> Option<Spectrum> {
+        let mut environment = None;
+        for light in &self.description.lights {
+            match &light.kind {
+                LightKind::Point { position, intensity } => {
+                    let intensity = self.spectrum(intensity);
+                    lights.push(Light::Point { position: shift.point(*position), intensity });
+                }
+                LightKind::Directional { travels, irradiance } => {
+                    let irradiance = self.spectrum(irradiance);
+                    lights.push(Light::Directional { travels: travels.normalize(), irradiance });
+                }
+                LightKind::Constant { radiance } => environment = Some(self.spectrum(radiance)),
+            }
+        }
+        environment
+    }
+
+    fn refuse_lights_that_a_walk_misses(&mut self) {
+        for light in &self.description.lights {
+            if !matches!(light.kind, LightKind::Constant { .. }) {
+                self.errors.push(
+                    SceneError::at(
+                        &light.place,
+                        "the integrator `walk` cannot find a light without extent",
+                        "no ray ever meets this light",
+                    )
+                    .with_remedy("use the integrator `path`, or an area light"),
+                );
+            }
+        }
+    }
+
+    /// What sensor and lights make of the wavelengths.
+    fn wavelengths(
+        &self,
+        lights: &Lights,
+        powers: &[f64],
+        environment: Option<&Spectrum>,
+        scene_radius: f64,
+    ) -> WavelengthDensity {
+        let everywhere = environment.map(|spectrum| (spectrum, PI * 4.0 * PI * scene_radius * scene_radius));
+        let weighed: Vec<_> = lights
+            .iter()
+            .zip(powers)
+            .map(|(light, &power)| (light.spectrum(), power))
+            .chain(everywhere)
+            .map(|(spectrum, power)| (move |nm: f64| power * spectrum.at(nm), spectrum.nodes()))
+            .collect();
+        let lights: Vec<(&dyn Fn(f64) -> f64, Vec<f64>)> = weighed
+            .iter()
+            .map(|(spectrum, nodes)| (spectrum as &dyn Fn(f64) -> f64, nodes.clone()))
+            .collect();
+        let sensor = |nm: f64| self.options.observer.at(nm).iter().sum::<f64>().max(0.0);
+        WavelengthDensity::new(self.options.range, sensor, &lights)
+    }
+
+    /// Of the order of the largest luminance that the camera can see.
+    fn reference(&self, lights: &Lights, environment: Option<&Spectrum>, scene_radius: f64) -> f64 {
+        let luminance = |spectrum: &Spectrum| {
+            self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL
+        };
+        let area = 4.0 * PI * (scene_radius * scene_radius).max(f64::MIN_POSITIVE);
+        let seen = lights.iter().map(|light| match light {
+            Light::Area { radiance, .. } => luminance(radiance),
+            Light::Point { intensity, .. } => luminance(intensity) / area,
+            Light::Directional { irradiance, .. } => luminance(irradiance) / PI,
+        });
+        seen.chain(environment.map(luminance)).fold(0.0, f64::max)
+    }
+
+    fn film(&self) -> FilmPlan {
+        let film = &self.description.sensor.film;
+        let full_size = [film.width, film.height];
+        let (size, offset) = match film.crop {
+            Some(crop) => ([crop.width, crop.height], [crop.x, crop.y]),
+            None => (full_size, [0, 0]),
+        };
+        FilmPlan { size, offset, full_size, filter: film.filter }
+    }
+
+    fn camera(&self, shift: &Transform) -> Camera {
+        let sensor = &self.description.sensor;
+        let film = [sensor.film.width, sensor.film.height];
+        Camera::new(CameraSettings {
+            to_world: sensor.to_world.then(shift),
+            film,
+            tan_half_width: tan_half_width(sensor.field_of_view, film.map(f64::from)),
+            principal_point: sensor.principal_point,
+            near_clip: sensor.near_clip,
+            far_clip: sensor.far_clip,
+            lens: sensor.lens.map(|lens| ThinLens {
+                aperture_radius: lens.aperture_radius,
+                focus_distance: lens.focus_distance,
+            }),
+        })
+    }
+
+    fn spectrum(&mut self, source: &description::SpectrumSource) -> Spectrum {
+        match spectra::spectrum(source) {
+            Ok(spectrum) => spectrum,
+            Err(error) => {
+                self.errors.push(error);
+                Spectrum::ZERO
+            }
+        }
+    }
+
+    fn keep(&mut self, place: &Place, shape: Result<Shape, ShapeError>) -> Option<Shape> {
+        shape
+            .map_err(|error| {
+                self.errors.push(SceneError::at(
+                    place,
+                    format!("this shape cannot be made: {error}"),
+                    "a shape of finite size that is not flattened by its transform",
+                ));
+            })
+            .ok()
+    }
+}
+
+/// A shape where its transform puts it.
+fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, ShapeError> {
+    let flip = shape.flip_normals;
+    Ok(match &shape.kind {
+        ShapeKind::Sphere { centre, radius } => Shape::Sphere(Sphere::new(to_world, *centre, *radius, flip)?),
+        ShapeKind::Disk => Shape::Disk(Disk::new(to_world, flip)?),
+        ShapeKind::Cylinder { from, to, radius } => {
+            Shape::Cylinder(Cylinder::new(to_world, *from, *to, *radius, flip)?)
+        }
+        ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),
+        ShapeKind::Cube => Shape::Mesh(Mesh::cube(to_world, flip)?),
+        ShapeKind::Mesh { mesh, .. } => {
+            let mut placed = mesh.transformed(to_world);
+            placed.flip_normals ^= flip;
+            Shape::Mesh(Mesh::new(placed)?)
+        }
+    })
+}
+
+/// Whether a ray may be within two bodies at once, going by their boxes.
+fn may_nest(shapes: &[Shape], surfaces: &[Surface]) -> bool {
+    let boxes: Vec<Bounds> = shapes
+        .iter()
+        .zip(surfaces)
+        .filter(|(_, surface)| surface.body.is_some())
+        .map(|(shape, _)| shape.bounds())
+        .collect();
+    boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| a.overlaps(*b)))
+}
+
+/// Of the order of the power that a light sends into the scene, over its spectrum's values.
+fn power(light: &Light, scene_radius: f64) -> f64 {
+    match light {
+        Light::Area { geometry, .. } => PI * geometry.area(),
+        Light::Point { .. } => 4.0 * PI,
+        Light::Directional { .. } => PI * scene_radius * scene_radius,
+    }
+}
+
+fn mean_over(spectrum: &Spectrum, range: WavelengthRange) -> f64 {
+    spectrum.integral(range) / range.width()
+}
+
+/// Tangent of half the horizontal field of view, for a film of this width and height.
+fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64 {
+    let diagonal = width.hypot(height);
+    match fov {
+        // Half of the diagonal of 36 mm × 24 mm over the focal length, along the film's own diagonal (Mitsuba 3).
+        FieldOfView::FocalLength(mm) => 0.5 * 36f64.hypot(24.0) / mm * width / diagonal,
+        FieldOfView::Degrees { angle, axis } => {
+            let edge = match axis {
+                FovAxis::X => width,
+                FovAxis::Y => height,
+                FovAxis::Diagonal => diagonal,
+                FovAxis::Smaller => width.min(height),
+                FovAxis::Larger => width.max(height),
+            };
+            (0.5 * angle).to_radians().tan() * width / edge
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Horizontal field of view in degrees.
+    fn x_fov(fov: FieldOfView, film: [f64; 2]) -> f64 {
+        2.0 * tan_half_width(fov, film).atan().to_degrees()
+    }
+
+    #[test]
+    fn fields_of_view_are_mitsubas() {
+        // Seen in Mitsuba 3.9.1 (validation/mitsuba/FACTS.md, 4 to 6).
+        assert!((x_fov(FieldOfView::FocalLength(50.0), [768.0, 576.0]) - 38.1848).abs() < 1e-4);
+        assert!((x_fov(FieldOfView::FocalLength(35.0), [200.0, 100.0]) - 57.8712).abs() < 1e-4);
+        let degrees = |axis| x_fov(FieldOfView::Degrees { angle: 30.0, axis }, [200.0, 100.0]);
+        assert!((degrees(FovAxis::X) - 30.0).abs() < 1e-12);
+        assert!((degrees(FovAxis::Y) - 56.3736).abs() < 1e-4);
+        assert!((degrees(FovAxis::Smaller) - 56.3736).abs() < 1e-4);
+        assert!((degrees(FovAxis::Larger) - 30.0).abs() < 1e-12);
+        assert!((degrees(FovAxis::Diagonal) - 26.9547).abs() < 1e-4);
+    }
+}

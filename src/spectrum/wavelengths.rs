@@ -1,0 +1,170 @@
+//! The wavelengths of a path and how they are chosen.
+//!
+//! A path is decided by its hero's wavelength. Its companions lie at equal steps of the cumulated density around
+//! the hero, so any of them could have been the hero of the same set: their contributions are weighed by
+//! the balance heuristic over the whole path's densities (Wilkie et al., "Hero Wavelength Spectral
+//! Sampling", EGSR 2014). What a scene does not emit is not sampled.
+
+use super::Sampled;
+use crate::sampling::PiecewiseConstant;
+use crate::units::WavelengthRange;
+
+/// The wavelengths that one path carries; the hero first.
+#[derive(Clone, Copy, Debug)]
+pub struct Wavelengths<const C: usize> {
+    pub nm: [f64; C],
+    /// Density, per nm, with which each could have been chosen as the hero.
+    pub density: Sampled<C>,
+}
+
+/// The density over wavelength that the paths of a render share.
+#[derive(Clone, Debug)]
+pub struct WavelengthDensity {
+    table: PiecewiseConstant,
+}
+
+/// Step of the density's table where no emission spectrum asks for a finer one, nm.
+const STEP: f64 = 1.0;
+
+/// Share of the density that follows the emission alone, whatever the sensor sees of it: it bounds the weight
+/// of a wavelength that the sensor hardly sees but a spectral output asks for.
+const DEFENSIVE: f64 = 0.1;
+
+impl WavelengthDensity {
+    /// Proportional to `sensor` × the emission of the lights, each light weighing half by its share of the whole and half
+    /// as much as any other, so that a weak light of another colour than the rest is still seen. Zero only
+    /// where no light emits.
+    ///
+    /// `lights` gives for each light its spectrum up to a factor and the wavelengths at which that
+    /// spectrum's slope may break. Without any emission within the range all wavelengths are alike.
+    pub fn new(
+        range: WavelengthRange,
+        sensor: impl Fn(f64) -> f64,
+        lights: &[(&dyn Fn(f64) -> f64, Vec<f64>)],
+    ) -> Self {
+        let edges = edges(range, lights.iter().flat_map(|(_, nodes)| nodes.iter().copied()));
+        // The trapezoid rule on the halves of each bin: no node lies within a bin.
+        let integrate = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let part = |a: f64, b: f64| {
+                let inside = 1e-9 * (b - a);
+                (f(a + inside) + 2.0 * f(0.5 * (a + b)) + f(b - inside)) * 0.25 * (b - a)
+            };
+            edges.windows(2).map(|edge| part(edge[0], edge[1])).collect()
+        };
+        let mut seen = vec![0.0; edges.len() - 1];
+        let mut emitted = seen.clone();
+        let spectra: Vec<_> = lights.iter().map(|(light, _)| integrate(light)).collect();
+        let total: f64 = spectra.iter().flatten().sum();
+        for spectrum in &spectra {
+            let power: f64 = spectrum.iter().sum();
+            if power > 0.0 {
+                let factor = 0.5 / total + 0.5 / (power * spectra.len() as f64);
+                for (sum, value) in emitted.iter_mut().zip(spectrum) {
+                    *sum += factor * value;
+                }
+            }
+        }
+        if total <= 0.0 {
+            emitted = edges.windows(2).map(|edge| edge[1] - edge[0]).collect();
+        }
+        for (bin, edge) in edges.windows(2).enumerate() {
+            seen[bin] = emitted[bin] * sensor(0.5 * (edge[0] + edge[1]));
+        }
+        let normalise = |values: &[f64]| -> f64 {
+            let sum: f64 = values.iter().sum();
+            if sum > 0.0 { 1.0 / sum } else { 0.0 }
+        };
+        let (by_sensor, by_light) = (normalise(&seen), normalise(&emitted));
+        let integrals: Vec<f64> = seen
+            .iter()
+            .zip(&emitted)
+            .map(|(s, e)| (1.0 - DEFENSIVE) * s * by_sensor + DEFENSIVE * e * by_light)
+            .collect();
+        let table = PiecewiseConstant::new(edges, &integrals)
+            .expect("a positive sum of finite, non-negative values between ascending edges is a density");
+        Self { table }
+    }
+
+    /// The hero at the share `u` of the density and its companions at equal steps from it.
+    pub fn sample<const C: usize>(&self, u: f64) -> Wavelengths<C> {
+        let (mut nm, mut density) = ([0.0; C], Sampled::ZERO);
+        for lane in 0..C {
+            let turned = (u + lane as f64 / C as f64).fract();
+            (nm[lane], density[lane]) = self.table.sample(turned);
+        }
+        Wavelengths { nm, density }
+    }
+
+    /// Per nm.
+    pub fn density(&self, nm: f64) -> f64 {
+        self.table.density(nm)
+    }
+}
+
+/// Every [`STEP`] over the range, and every node that lies inside it.
+fn edges(range: WavelengthRange, nodes: impl Iterator<Item = f64>) -> Vec<f64> {
+    let steps = (range.width() / STEP).ceil().max(1.0) as usize;
+    let mut edges: Vec<f64> =
+        (0..=steps).map(|i| range.min + range.width() * i as f64 / steps as f64).collect();
+    edges.extend(nodes.filter(|&nm| nm > range.min && nm < range.max));
+    edges.sort_by(f64::total_cmp);
+    edges.dedup_by(|b, a| *b - *a < 1e-6);
+    edges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RANGE: WavelengthRange = WavelengthRange::VISIBLE;
+
+    fn line(nm: f64) -> f64 {
+        if (588.9..=589.1).contains(&nm) { 5.0 } else { 0.0 }
+    }
+
+    #[test]
+    fn what_is_not_emitted_is_not_sampled() {
+        let density = WavelengthDensity::new(RANGE, |_| 1.0, &[(&line, vec![588.9, 589.1])]);
+        for i in 0..1000 {
+            let path = density.sample::<8>((f64::from(i) + 0.5) / 1000.0);
+            for (nm, p) in path.nm.into_iter().zip(path.density.0) {
+                assert!((588.9..=589.1).contains(&nm), "{nm}");
+                assert!((p - 5.0).abs() < 1e-3 * p, "{p}");
+            }
+        }
+        assert_eq!(density.density(560.0), 0.0);
+    }
+
+    #[test]
+    fn the_density_integrates_to_one_and_estimates_are_unbiased() {
+        let daylight = |nm: f64| 1.0 + 0.3 * (nm / 50.0).sin();
+        let sensor = |nm: f64| (-((nm - 550.0) / 60.0).powi(2)).exp();
+        let density =
+            WavelengthDensity::new(RANGE, sensor, &[(&daylight, vec![]), (&line, vec![588.9, 589.1])]);
+        let n = 100_000;
+        let mut estimate = 0.0;
+        for i in 0..n {
+            let path = density.sample::<4>((f64::from(i) + 0.5) / f64::from(n));
+            estimate +=
+                path.nm.map(daylight).iter().zip(path.density.0).map(|(f, p)| f / p).sum::<f64>() / 4.0;
+        }
+        let step = 0.01;
+        let exact: f64 = (0..47_000).map(|i| daylight(360.0 + step * (f64::from(i) + 0.5)) * step).sum();
+        assert!((estimate / f64::from(n) / exact - 1.0).abs() < 1e-4, "{} {exact}", estimate / f64::from(n));
+    }
+
+    #[test]
+    fn companions_are_heroes_of_the_same_set() {
+        let density = WavelengthDensity::new(RANGE, |nm| nm, &[(&|_| 1.0, vec![])]);
+        let one = density.sample::<4>(0.1);
+        let other = density.sample::<4>(0.35);
+        assert!((one.nm[1] - other.nm[0]).abs() < 1e-9);
+        assert!((one.nm[0] - other.nm[3]).abs() < 1e-9);
+    }
+
+    #[test]
+    fn darkness_has_a_density_too() {
+        let density = WavelengthDensity::new(RANGE, |_| 1.0, &[(&|_| 0.0, vec![])]);
+        assert!((density.density(500.0) - 1.0 / 470.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,11 @@
+//! Statistics by which random results are judged: never by a guessed tolerance.
+
+mod goodness;
+mod moments;
+mod sphere;
+mod welch;
+
+pub use goodness::{ChiSquare, Uniformity, chi_square, sidak, uniformity};
+pub use moments::{Estimate, Moments};
+pub use sphere::{SphereCells, sphere_chi_square};
+pub use welch::{Welch, welch};

@@ -1,0 +1,131 @@
+//! The same picture in expectation, whatever the number of wavelengths a path carries, and for the random walk that knows
+//! of no light sampling, no weights and no companions: Welch's t-test per pixel, channel by channel.
+
+mod common;
+
+use abbe::film::{Film, Measured};
+use abbe::render::WavelengthCount;
+use abbe::scene::Scene;
+use abbe::stats::{Estimate, sidak, welch};
+use abbe::units::WavelengthRange;
+use common::{ALL_COUNTS, expose, mean_over_pixels, scene, settings};
+
+const XYZ: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+struct Case {
+    name: &'static str,
+    samples: u32,
+    /// The walk needs more, because it finds lights by chance. 0 where it cannot find them at all.
+    walk_samples: u32,
+}
+
+const CASES: [Case; 7] = [
+    Case { name: "diffuse", samples: 1024, walk_samples: 16_384 },
+    Case { name: "metals", samples: 1024, walk_samples: 4096 },
+    Case { name: "dispersion", samples: 2048, walk_samples: 8192 },
+    Case { name: "frosted", samples: 2048, walk_samples: 4096 },
+    Case { name: "absorption", samples: 1024, walk_samples: 4096 },
+    Case { name: "lines", samples: 2048, walk_samples: 16_384 },
+    Case { name: "extentless", samples: 1024, walk_samples: 0 },
+];
+
+fn load(case: &Case, integrator: &str) -> Scene {
+    let file = format!("tests/scenes/agreement/{}.xml", case.name);
+    scene(&file, &[("integrator", integrator)], WavelengthRange::VISIBLE)
+}
+
+/// The smallest p-value over pixels and channels after Šidák's correction, and the difference of the mean luminances in
+/// standard errors.
+fn compare(a: &Film, b: &Film) -> (f64, f64) {
+    let estimate = |film: &Film, x, y, m: Measured| Estimate {
+        mean: m.mean,
+        variance: m.error * m.error,
+        degrees: f64::from(film.replicates(x, y)) - 1.0,
+    };
+    let mut tests = 0;
+    let mut smallest = 1.0f64;
+    for y in 0..a.height {
+        for x in 0..a.width {
+            for weights in XYZ {
+                let (p, q) = (a.combined(x, y, weights), b.combined(x, y, weights));
+                // Two pixels without noise are equal up to rounding, or they differ.
+                if p.error.max(q.error) <= 1e-7 * p.mean.abs() {
+                    assert!((p.mean - q.mean).abs() <= 1e-6 * p.mean.abs(), "{p:?} {q:?}");
+                    continue;
+                }
+                tests += 1;
+                smallest = smallest.min(welch(&estimate(a, x, y, p), &estimate(b, x, y, q)).p_value);
+            }
+        }
+    }
+    let luminance = |film: &Film| mean_over_pixels(film, |x, y| film.combined(x, y, XYZ[1]));
+    let ((mean_a, error_a), (mean_b, error_b)) = (luminance(a), luminance(b));
+    let corrected = 1.0 - (1.0 - smallest).powi(tests.max(1));
+    (corrected, (mean_a - mean_b) / error_a.hypot(error_b))
+}
+
+/// Both parts of the verdict, at 1 % over all comparisons of this file.
+fn assert_same(what: &str, a: &Film, b: &Film) {
+    let level = sidak(0.01, 2 * CASES.len() * 3);
+    let (p, z) = compare(a, b);
+    println!("{what}: smallest p {p:.3}, means differ by {z:.2} standard errors");
+    assert!(p > level, "{what}: a pixel differs, p = {p:e}");
+    assert!(z.abs() < 4.0, "{what}: the means differ by {z} standard errors");
+}
+
+fn agrees(name: &str) {
+    let case = CASES.iter().find(|case| case.name == name).unwrap();
+    let path = load(case, "path");
+    let films = ALL_COUNTS.map(|count| expose(&path, &settings(case.samples, count, 1 + count.get() as u64)));
+    assert_same(&format!("{name}, 4 and 1"), &films[1], &films[0]);
+    assert_same(&format!("{name}, 4 and 8"), &films[1], &films[2]);
+    if case.walk_samples > 0 {
+        let walk = expose(&load(case, "walk"), &settings(case.walk_samples, WavelengthCount::One, 9));
+        assert_same(&format!("{name}, path and walk"), &films[1], &walk);
+    }
+}
+
+#[test]
+fn diffuse() {
+    agrees("diffuse");
+}
+
+#[test]
+fn metals() {
+    agrees("metals");
+}
+
+#[test]
+fn dispersion() {
+    agrees("dispersion");
+}
+
+#[test]
+fn frosted() {
+    agrees("frosted");
+}
+
+#[test]
+fn absorption() {
+    agrees("absorption");
+}
+
+#[test]
+fn lines() {
+    agrees("lines");
+}
+
+#[test]
+fn extentless() {
+    agrees("extentless");
+}
+
+/// The test of the test: one per cent more light is seen.
+#[test]
+fn a_brighter_lamp_is_noticed() {
+    let file = "tests/scenes/agreement/brighter.xml";
+    let at = |radiance: &str| scene(file, &[("radiance", radiance)], WavelengthRange::VISIBLE);
+    let films = ["1", "1.01"].map(|radiance| expose(&at(radiance), &settings(1024, WavelengthCount::Four, 3)));
+    let (_, z) = compare(&films[0], &films[1]);
+    assert!(z.abs() > 4.0, "{z}");
+}

@@ -1,0 +1,118 @@
+//! Whole renders against closed forms, wavelength by wavelength: furnaces, and the energy that gets through dispersive glass.
+
+mod common;
+
+use abbe::film::Film;
+use abbe::stats::sidak;
+use abbe::units::WavelengthRange;
+use common::{ALL_COUNTS, bins, expose, mean_over_pixels, scene, settings};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+const BINS: usize = 10;
+const SAMPLES: u32 = 16_384;
+const RANGES: [WavelengthRange; 2] =
+    [WavelengthRange::VISIBLE, WavelengthRange { min: 380.0, max: 780.0 }];
+
+/// Standard errors within which all of `tests` results lie with 99 % probability if nothing is wrong. Never less than 3.
+fn bound(tests: usize) -> f64 {
+    let tail = sidak(0.01, tests) / 2.0;
+    Normal::standard().inverse_cdf(1.0 - tail).max(3.0)
+}
+
+/// The mean radiance of each bin with its standard error, for every number of wavelengths per path.
+fn measure(file: &str, defines: &[(&str, &str)], range: WavelengthRange) -> Vec<Vec<(f64, f64)>> {
+    let scene = scene(file, defines, range);
+    ALL_COUNTS
+        .map(|count| {
+            let mut settings = settings(SAMPLES, count, 11 + count.get() as u64);
+            settings.bins = bins(range, BINS);
+            by_bin(&expose(&scene, &settings))
+        })
+        .to_vec()
+}
+
+fn by_bin(film: &Film) -> Vec<(f64, f64)> {
+    (0..BINS).map(|bin| mean_over_pixels(film, |x, y| film.bin(x, y, bin))).collect()
+}
+
+const FURNACE: &str = "tests/scenes/closed/furnace.xml";
+
+#[test]
+fn what_absorbs_nothing_vanishes_in_a_furnace() {
+    let materials =
+        ["white", "twosided", "transmitter", "mirror", "glass", "matched", "flint", "reflectance"];
+    let bound = bound(materials.len() * RANGES.len() * ALL_COUNTS.len() * BINS);
+    let mut worst = 0.0f64;
+    for material in materials {
+        for range in RANGES {
+            for counts in measure(FURNACE, &[("bsdf", material)], range) {
+                for (mean, error) in counts {
+                    assert!(error < 1e-3, "{material}: standard error {error}");
+                    let deviation = (mean - 1.0).abs();
+                    worst = worst.max(deviation / error.max(1e-12));
+                    assert!(deviation <= bound * error + 1e-9, "{material}: {mean} ± {error}");
+                }
+            }
+        }
+    }
+    println!("largest deviation {worst:.2} standard errors of {bound:.2} allowed");
+}
+
+/// SCHOTT SF11 by its Sellmeier coefficients (`data/dielectrics/dispersion_formulas.csv`), λ in nm.
+fn sf11(nm: f64) -> f64 {
+    let squared = (nm * 1e-3).powi(2);
+    let terms = [(1.73848403, 0.0136068604), (0.311168974, 0.0615960463), (1.17490871, 121.922711)];
+    (1.0 + terms.iter().map(|(b, c)| b * squared / (squared - c)).sum::<f64>()).sqrt()
+}
+
+/// Unpolarised reflectance from Fresnel's two equations.
+fn fresnel(n1: f64, n2: f64, sin_incident: f64) -> f64 {
+    let (cos_i, sin_t) = ((1.0 - sin_incident * sin_incident).sqrt(), n1 / n2 * sin_incident);
+    let cos_t = (1.0 - sin_t * sin_t).sqrt();
+    let s = (n1 * cos_i - n2 * cos_t) / (n1 * cos_i + n2 * cos_t);
+    let p = (n2 * cos_i - n1 * cos_t) / (n2 * cos_i + n1 * cos_t);
+    0.5 * (s * s + p * p)
+}
+
+/// The mean of a function of wavelength over each bin.
+fn over_bins(range: WavelengthRange, f: impl Fn(f64) -> f64) -> Vec<f64> {
+    let (width, steps) = (range.width() / BINS as f64, 1000);
+    let mean = |bin: usize| {
+        let nm = |i: usize| range.min + width * (bin as f64 + (i as f64 + 0.5) / steps as f64);
+        (0..steps).map(|i| f(nm(i))).sum::<f64>() / steps as f64
+    };
+    (0..BINS).map(mean).collect()
+}
+
+/// Every bin of every number of wavelengths against what it should be.
+fn assert_bins(file: &str, expected: impl Fn(f64) -> f64) {
+    let range = WavelengthRange::VISIBLE;
+    let expected = over_bins(range, expected);
+    let bound = bound(ALL_COUNTS.len() * BINS);
+    for (count, found) in ALL_COUNTS.iter().zip(measure(file, &[], range)) {
+        for (bin, ((mean, error), expected)) in found.into_iter().zip(&expected).enumerate() {
+            let z = (mean - expected) / error;
+            println!("{count:?}, bin {bin}: {mean:.6} ± {error:.1e}, expected {expected:.6}, {z:+.2}");
+            assert!(error < 2e-3 * expected, "{count:?}, bin {bin}: the error is {error}");
+            assert!(z.abs() < bound, "{file}, {count:?}, bin {bin}: {mean} ± {error} is not {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_dispersive_slab_transmits_2n_over_n_squared_plus_1_in_every_bin() {
+    assert_bins("tests/scenes/closed/slab.xml", |nm| {
+        let n = sf11(nm);
+        2.0 * n / (n * n + 1.0)
+    });
+}
+
+#[test]
+fn a_dispersive_prism_transmits_what_fresnel_says_in_every_bin() {
+    assert_bins("tests/scenes/closed/prism.xml", |nm| {
+        let (n, apex, incident) = (sf11(nm), 60f64.to_radians(), 60f64.to_radians());
+        let inside = (incident.sin() / n).asin();
+        let at_exit = (apex - inside).sin();
+        (1.0 - fresnel(1.0, n, incident.sin())) * (1.0 - fresnel(n, 1.0, at_exit))
+    });
+}

@@ -1,0 +1,42 @@
+//! The same scene and seed give the same file, bit for bit, whatever the number of threads.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn render(folder: &Path, name: &str, arguments: &[&str]) -> Vec<u8> {
+    let output: PathBuf = folder.join(name);
+    let run = Command::new(env!("CARGO_BIN_EXE_abbe"))
+        .args([
+            "render",
+            "tests/scenes/agreement/dispersion.xml",
+            "--quiet",
+            "--spp",
+            "16",
+            "--spectral",
+            "10",
+        ])
+        .args(["--aov", "albedo,normal,depth", "--size", "50x40", "-o"])
+        .arg(&output)
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("the program starts");
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    std::fs::read(output).expect("the program wrote its file")
+}
+
+#[test]
+fn threads_leave_no_trace_in_the_file() {
+    let folder = std::env::temp_dir().join(format!("abbe-determinism-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder for temporary files");
+    let one = render(&folder, "one.exr", &["--threads", "1"]);
+    for threads in ["2", "7"] {
+        let other = render(&folder, &format!("{threads}.exr"), &["--threads", threads]);
+        assert!(one == other, "{threads} threads give another file than one");
+    }
+    let again = render(&folder, "again.exr", &["--threads", "1"]);
+    assert!(one == again, "a second run gives another file");
+    let reseeded = render(&folder, "seed.exr", &["--seed", "5"]);
+    assert!(one != reseeded, "another seed gives the same file: the comparison cannot fail");
+    std::fs::remove_dir_all(&folder).expect("the temporary files can be removed");
+}
