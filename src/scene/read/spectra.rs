@@ -27,15 +27,16 @@ pub(super) enum Use {
 }
 
 impl Use {
-    /// The word for messages.
-    fn word(self) -> &'static str {
-        match self {
+    /// What messages call the property `name`.
+    fn title(self, name: &str) -> String {
+        let word = match self {
             Self::Reflectance => "reflectance",
             Self::NormalReflectance => "normal-incidence reflectance",
             Self::Emission => "emission",
             Self::Absorption => "absorption",
             Self::ConductorIndex | Self::Index => "refractive index",
-        }
+        };
+        if word == name { format!("The {word}") } else { format!("The {word} \"{name}\"") }
     }
 
     /// The kind of measured spectrum that fits.
@@ -70,7 +71,7 @@ impl Use {
 
     fn remedy(self, value: f64) -> &'static str {
         match self {
-            Self::Reflectance if value > 1.0 && value <= 100.0 => {
+            Self::Reflectance if (2.0..=100.0).contains(&value) => {
                 "a surface cannot reflect more than it receives; per cent must be divided by 100"
             }
             Self::Reflectance if value > 1.0 => "a surface cannot reflect more than it receives",
@@ -124,6 +125,10 @@ fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -
         Value::Float(value) => Some(bare(*value)),
         Value::Integer(value) => Some(bare(*value as f64)),
         Value::Flat(value) => Some(constant(&place, *value)),
+        Value::List { values, .. } if values.iter().all(|&value| value == 0.0) => {
+            query.error(all_zero(&place));
+            None
+        }
         Value::List { nm, values, file } => {
             let kind = SpectrumKind::Irregular { nm: nm.clone(), values: values.clone(), file: file.clone() };
             Some(SpectrumSource { place, kind, scale: 1.0 })
@@ -152,7 +157,7 @@ fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -
 /// Refuses values that the use does not allow, and lists without any light.
 fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> bool {
     if source.scale < 0.0 || !source.scale.is_finite() {
-        let problem = format!("The {} \"{name}\" is scaled by {}", purpose.word(), source.scale);
+        let problem = format!("{} is scaled by {}", purpose.title(name), source.scale);
         reader.error(SceneError::at(&source.place, problem, "expected a factor of at least 0"));
         return false;
     }
@@ -163,7 +168,7 @@ fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> 
             continue;
         }
         let at = nm.map_or(String::new(), |nm| format!(" at {nm} nm"));
-        let problem = format!("The {} \"{name}\" is {value}{at}", purpose.word());
+        let problem = format!("{} is {value}{at}", purpose.title(name));
         reader.error(
             SceneError::at(&source.place, problem, purpose.expected()).with_remedy(purpose.remedy(value)),
         );
@@ -401,7 +406,7 @@ fn lit(query: &Query<'_>, name: &'static str, values: &[f64]) -> bool {
     !dark
 }
 
-pub(super) fn all_zero(place: &Place) -> SceneError {
+fn all_zero(place: &Place) -> SceneError {
     SceneError::at(place, "The spectrum is 0 everywhere", "expected at least one value other than 0")
         .with_remedy("for a constant 0 write <spectrum ... value=\"0\"/>")
 }
