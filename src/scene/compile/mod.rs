@@ -133,9 +133,9 @@ impl Compiler<'_> {
     /// The middle of all shapes, in the file's coordinates.
     fn centre(&self) -> Vec3 {
         let bounds = self.description.shapes.iter().map(|shape| match &shape.kind {
-            ShapeKind::Mesh { mesh, .. } => Bounds::of(
-                mesh.data().positions.iter().map(|p| shape.to_world.point(p.map(f64::from).into())),
-            ),
+            ShapeKind::Mesh { mesh, .. } => {
+                Bounds::of(mesh.positions.iter().map(|p| shape.to_world.point(p.map(f64::from).into())))
+            }
             _ => place(shape, &shape.to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
         });
         let bounds = Bounds::of_all(bounds);
@@ -284,7 +284,7 @@ fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, Shap
         ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube => Shape::Mesh(Mesh::cube(to_world, flip)?),
         ShapeKind::Mesh { mesh, compute_normals, .. } => {
-            let mut placed = mesh.data().transformed(to_world);
+            let mut placed = mesh.transformed(to_world);
             if *compute_normals {
                 placed.normals = Some(compute_vertex_normals(&placed.positions, &placed.indices));
             }

@@ -6,6 +6,7 @@ use super::query::Query;
 use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId, Value};
 use super::{Reader, indices};
+use crate::spectrum::catalogue::Kind;
 use std::sync::Arc;
 
 /// Mitsuba 3's default for `alpha`.
@@ -102,6 +103,7 @@ fn conductor_index(query: &Query<'_>) -> ConductorIndex {
         return match query.text("material") {
             None | Some("none") => ConductorIndex::Mirror,
             Some(name) => {
+                spectra::lookup(query.reader, &entry.value_place, Kind::Conductor, name);
                 query.reader.assumption(
                     &entry.value_place,
                     format!(

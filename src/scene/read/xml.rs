@@ -155,7 +155,7 @@ impl Builder<'_> {
             if !child.is_element() {
                 continue;
             }
-            let Some(entry) = self.entry(child, depth) else { continue };
+            let Some(entry) = self.entry(child, depth).or_else(|| self.broken(child)) else { continue };
             let entries = &self.parsed.tree.get(owner).entries;
             if let Some(name) = &entry.name
                 && entries.iter().any(|earlier| earlier.name.as_ref() == Some(name))
@@ -170,6 +170,18 @@ impl Builder<'_> {
             }
             self.parsed.tree.objects[owner.0].entries.push(entry);
         }
+    }
+
+    /// What stands for an entry that could not be read, so that nobody complains about its absence as well.
+    fn broken(&self, node: Node<'_, '_>) -> Option<Entry> {
+        let place = start_tag(node, self.file);
+        (node.tag_name().name() != "default").then(|| Entry {
+            name: node.attribute("name").map(str::to_owned),
+            name_place: place.clone(),
+            value_place: place.clone(),
+            place,
+            value: Value::Broken,
+        })
     }
 
     fn refuse_text(&mut self, node: Node<'_, '_>) {
@@ -342,16 +354,7 @@ impl Builder<'_> {
 
     fn object(&mut self, node: Node<'_, '_>, class: Class, depth: usize) -> Option<Entry> {
         let place = start_tag(node, self.file);
-        let Some(attributes) = self.attributes(node, &["type"], &["id", "name"]) else {
-            // What surrounds it need not complain about its absence as well.
-            return Some(Entry {
-                name: node.attribute("name").map(str::to_owned),
-                name_place: place.clone(),
-                value_place: place.clone(),
-                place,
-                value: Value::Broken,
-            });
-        };
+        let attributes = self.attributes(node, &["type"], &["id", "name"])?;
         let plugin = attributes.get("type")?;
         let id = ObjectId(self.parsed.tree.objects.len());
         self.parsed.tree.objects.push(Object {
