@@ -23,14 +23,14 @@ LLVM_NAMES = ("libLLVM.so.19.1", "libLLVM-19.so.1", "libLLVM-19.so")
 LLVM_FOLDERS = ("/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib/llvm-19/lib", "/usr/lib64", "/usr/lib")
 
 
-def load_mitsuba():
-    """Mitsuba in its fastest spectral variant: with LLVM 19 if it is there (14 is refused, 15 aborts), else scalar."""
+def load_mitsuba(variant):
+    """Mitsuba in the named variant, or in its fastest spectral one: with LLVM 19 if it is there (14 is refused, 15 aborts), else scalar."""
     found = [Path(f, n) for f in LLVM_FOLDERS for n in LLVM_NAMES if Path(f, n).exists()]
     if found:
         os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(found[0]))
     import mitsuba
 
-    mitsuba.set_variant("llvm_ad_spectral" if "DRJIT_LIBLLVM_PATH" in os.environ else "scalar_spectral")
+    mitsuba.set_variant(variant or ("llvm_ad_spectral" if "DRJIT_LIBLLVM_PATH" in os.environ else "scalar_spectral"))
     mitsuba.set_log_level(mitsuba.LogLevel.Error)
     return mitsuba
 
@@ -40,8 +40,8 @@ class Mitsuba:
 
     name = "Mitsuba"
 
-    def __init__(self, work):
-        self.mitsuba, self.work = load_mitsuba(), work
+    def __init__(self, work, variant):
+        self.mitsuba, self.work = load_mitsuba(variant), work
 
     def stack(self, scene, spp, seeds, **defines):
         digest = hashlib.sha256(scene.read_bytes())
@@ -122,11 +122,15 @@ def row(result, seconds):
     ).replace("%", "")
 
 
+def replicates(options):
+    return options.replicates // (2 if options.quick else 1)
+
+
 def pair(name, settings, ours, reference, options, work, ours_defines={}, seed=1, repeats=1):
     """One scene through both programs: the result, and the CPU seconds of each."""
     scene = HERE / "scenes" / f"{name}.xml"
     spp = settings["spp"] // (4 if options.quick else 1)
-    count = (options.replicates // (2 if options.quick else 1)) * repeats
+    count = replicates(options) * repeats
     # Every scene has its own seeds: with common ones all scenes share their film positions and wavelengths, and one unlucky draw
     # shows in all of them at once. The programs have different ones because in the controls both are the same program.
     seed += zlib.crc32(name.encode()) % 1000 * 1_000_000
@@ -203,6 +207,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="half the replicates of a quarter of the samples; the 0.3 %% bounds are then not judged")
     parser.add_argument("--replicates", type=int, default=16, help="renders of each program (default 16)")
     parser.add_argument("--seed", type=int, default=1, help="first seed")
+    parser.add_argument("--variant", help="Mitsuba's variant (default: llvm_ad_spectral if LLVM 19 is found, else scalar_spectral)")
     parser.add_argument("--controls", action="store_true", help="Mitsuba against Mitsuba on one scene: equal, brighter, a bounce less")
     parser.add_argument("--calibrate", action="store_true", help="Mitsuba with a quarter of the samples against Mitsuba, every scene: must pass")
     options = parser.parse_args()
@@ -213,20 +218,25 @@ def main():
         parser.error(f"no such scene: {', '.join(sorted(unknown))}; there are {', '.join(settings)}")
     work = ROOT / "target/validation/mitsuba"
     work.mkdir(parents=True, exist_ok=True)
-    reference = Mitsuba(work)
+    reference = Mitsuba(work, options.variant)
     if options.controls:
         return controls(reference, settings, options, work)
     ours = Louder(reference) if options.calibrate else Abbe(options.abbe, work)
-    print(f"{ours.name} against Mitsuba {reference.mitsuba.__version__} ({reference.mitsuba.variant()}), {options.replicates} replicates\n\n{HEADER}")
+    print(f"{ours.name} against Mitsuba {reference.mitsuba.__version__} ({reference.mitsuba.variant()}), {replicates(options)} replicates\n\n{HEADER}")
+    names = options.names or list(settings)
+    if reference.mitsuba.variant().startswith("scalar"):
+        for name in [n for n in names if settings[n].get("exact_filter")]:
+            print(f"    {name}: left out, the scalar variants do not evaluate its filter exactly; LLVM 19 is needed", file=sys.stderr)
+            names.remove(name)
     failed = []
-    for name in options.names or settings:
+    for name in names:
         try:
             result, seconds = judged(name, settings[name], ours, reference, options, work)
         except RuntimeError as error:
             result, seconds = welch.Result(name, failures=[("ran", "")], notes=[str(error)]), (0, 0)
         show(result, seconds, result.passed)
         failed += [] if result.passed else [name]
-    print(f"\n{len(options.names or settings) - len(failed)} of {len(options.names or settings)} pairs agree" + (f"; failed: {', '.join(failed)}" if failed else ""))
+    print(f"\n{len(names) - len(failed)} of {len(names)} pairs agree" + (f"; failed: {', '.join(failed)}" if failed else ""))
     return len(failed)
 
 
