@@ -137,7 +137,7 @@ def pair(name, settings, ours, reference, options, work, ours_defines={}, seed=1
     a, errors, seconds_a = ours.stack(scene, spp, range(seed, seed + count), **ours_defines)
     b, _, seconds_b = reference.stack(scene, spp, range(seed + 500_000, seed + 500_000 + count))
     result = welch.compare(name, a, b, settings.get("correlated", False))
-    if options.quick or options.calibrate:
+    if options.quick or options.calibrate or options.controls:
         result.failures = [f for f in result.failures if f[0] not in ("noisy", "0.3 %")]
     if errors is not None:
         ratio, spread = welch.error_channel(a, errors)
@@ -180,7 +180,7 @@ def controls(reference, settings, options, work):
     print(HEADER)
     wrong = 0
     for what, defines, should_pass in cases:
-        result, seconds = judged("cornell", settings["cornell"], reference, reference, options, work, defines)
+        result, seconds = judged("cornell", {"spp": settings["cornell"]["spp"] // 4}, reference, reference, options, work, defines)
         result.name = f"cornell, {what}"
         show(result, seconds, True)
         wrong += result.passed != should_pass
