@@ -125,7 +125,8 @@ fn extentless() {
 fn a_brighter_lamp_is_noticed() {
     let file = "tests/scenes/agreement/brighter.xml";
     let at = |radiance: &str| scene(file, &[("radiance", radiance)], WavelengthRange::VISIBLE);
-    let films = ["1", "1.01"].map(|radiance| expose(&at(radiance), &settings(1024, WavelengthCount::Four, 3)));
+    let films =
+        ["1", "1.01"].map(|radiance| expose(&at(radiance), &settings(1024, WavelengthCount::Four, 3)));
     let (_, z) = compare(&films[0], &films[1]);
     assert!(z.abs() > 4.0, "{z}");
 }

@@ -5,13 +5,11 @@ mod common;
 use abbe::film::Film;
 use abbe::stats::sidak;
 use abbe::units::WavelengthRange;
-use common::{ALL_COUNTS, bins, expose, mean_over_pixels, scene, settings};
+use common::{ALL_COUNTS, bins, expose, mean_over_pixels, settings, spectral_scene};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 const BINS: usize = 10;
-const SAMPLES: u32 = 16_384;
-const RANGES: [WavelengthRange; 2] =
-    [WavelengthRange::VISIBLE, WavelengthRange { min: 380.0, max: 780.0 }];
+const RANGES: [WavelengthRange; 2] = [WavelengthRange::VISIBLE, WavelengthRange { min: 380.0, max: 780.0 }];
 
 /// Standard errors within which all of `tests` results lie with 99 % probability if nothing is wrong. Never less than 3.
 fn bound(tests: usize) -> f64 {
@@ -20,11 +18,16 @@ fn bound(tests: usize) -> f64 {
 }
 
 /// The mean radiance of each bin with its standard error, for every number of wavelengths per path.
-fn measure(file: &str, defines: &[(&str, &str)], range: WavelengthRange) -> Vec<Vec<(f64, f64)>> {
-    let scene = scene(file, defines, range);
+fn measure(
+    file: &str,
+    defines: &[(&str, &str)],
+    range: WavelengthRange,
+    samples: u32,
+) -> Vec<Vec<(f64, f64)>> {
+    let scene = spectral_scene(file, defines, range);
     ALL_COUNTS
         .map(|count| {
-            let mut settings = settings(SAMPLES, count, 11 + count.get() as u64);
+            let mut settings = settings(samples, count, 11 + count.get() as u64);
             settings.bins = bins(range, BINS);
             by_bin(&expose(&scene, &settings))
         })
@@ -39,13 +42,22 @@ const FURNACE: &str = "tests/scenes/closed/furnace.xml";
 
 #[test]
 fn what_absorbs_nothing_vanishes_in_a_furnace() {
-    let materials =
-        ["white", "twosided", "transmitter", "mirror", "glass", "matched", "flint", "reflectance"];
+    // Where reflected and transmitted shares change with wavelength, companions weigh differently each time.
+    let materials = [
+        ("white", 16_384),
+        ("twosided", 16_384),
+        ("transmitter", 131_072),
+        ("mirror", 16_384),
+        ("glass", 16_384),
+        ("matched", 16_384),
+        ("flint", 131_072),
+        ("reflectance", 131_072),
+    ];
     let bound = bound(materials.len() * RANGES.len() * ALL_COUNTS.len() * BINS);
     let mut worst = 0.0f64;
-    for material in materials {
+    for (material, samples) in materials {
         for range in RANGES {
-            for counts in measure(FURNACE, &[("bsdf", material)], range) {
+            for counts in measure(FURNACE, &[("bsdf", material)], range, samples) {
                 for (mean, error) in counts {
                     assert!(error < 1e-3, "{material}: standard error {error}");
                     let deviation = (mean - 1.0).abs();
@@ -68,6 +80,9 @@ fn sf11(nm: f64) -> f64 {
 /// Unpolarised reflectance from Fresnel's two equations.
 fn fresnel(n1: f64, n2: f64, sin_incident: f64) -> f64 {
     let (cos_i, sin_t) = ((1.0 - sin_incident * sin_incident).sqrt(), n1 / n2 * sin_incident);
+    if sin_t >= 1.0 {
+        return 1.0;
+    }
     let cos_t = (1.0 - sin_t * sin_t).sqrt();
     let s = (n1 * cos_i - n2 * cos_t) / (n1 * cos_i + n2 * cos_t);
     let p = (n2 * cos_i - n1 * cos_t) / (n2 * cos_i + n1 * cos_t);
@@ -89,11 +104,11 @@ fn assert_bins(file: &str, expected: impl Fn(f64) -> f64) {
     let range = WavelengthRange::VISIBLE;
     let expected = over_bins(range, expected);
     let bound = bound(ALL_COUNTS.len() * BINS);
-    for (count, found) in ALL_COUNTS.iter().zip(measure(file, &[], range)) {
+    for (count, found) in ALL_COUNTS.iter().zip(measure(file, &[], range, 131_072)) {
         for (bin, ((mean, error), expected)) in found.into_iter().zip(&expected).enumerate() {
             let z = (mean - expected) / error;
             println!("{count:?}, bin {bin}: {mean:.6} ± {error:.1e}, expected {expected:.6}, {z:+.2}");
-            assert!(error < 2e-3 * expected, "{count:?}, bin {bin}: the error is {error}");
+            assert!(error < 2e-3, "{count:?}, bin {bin}: the error is {error}");
             assert!(z.abs() < bound, "{file}, {count:?}, bin {bin}: {mean} ± {error} is not {expected}");
         }
     }
@@ -113,6 +128,6 @@ fn a_dispersive_prism_transmits_what_fresnel_says_in_every_bin() {
         let (n, apex, incident) = (sf11(nm), 60f64.to_radians(), 60f64.to_radians());
         let inside = (incident.sin() / n).asin();
         let at_exit = (apex - inside).sin();
-        (1.0 - fresnel(1.0, n, incident.sin())) * (1.0 - fresnel(n, 1.0, at_exit))
+        (1.0 - fresnel(1.0, n, incident.sin())) * (1.0 - fresnel(n, 1.0, at_exit)) // 0 where violet is reflected totally
     });
 }

@@ -15,6 +15,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = compile(&description, &CompileOptions::default())
         .map_err(|errors| Failure::Input(errors.to_string()))?;
     print!("{}", outline(&description));
-    println!("\nneeds\n{}", scene.needs());
+    println!("renderer: {}", scene.needs());
     Ok(())
 }

@@ -75,7 +75,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut description = args.scene.read()?;
     args.apply_to(&mut description);
-    let options = CompileOptions { range: args.range, observer: args.observer };
+    let options =
+        CompileOptions { range: args.range, observer: args.observer, spectral: args.spectral.is_some() };
     let scene = compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
     let path = args.output_path()?;
     let sampler = &description.sensor.sampler;
@@ -242,7 +243,8 @@ fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f6
     if stopped {
         eprintln!("stopped: {done} of {all} samples were done");
     }
-    let error = film.relative_error().map_or("error not known".to_owned(), |e| format!("error {}", percent(e)));
+    let error =
+        film.relative_error().map_or("error not known".to_owned(), |e| format!("error {}", percent(e)));
     eprintln!(
         "{} and {}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {:.1} s, {:.2} million samples/s",
         path.display(),

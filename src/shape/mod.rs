@@ -14,6 +14,8 @@ mod mesh;
 mod placement;
 mod rectangle;
 mod sphere;
+#[cfg(test)]
+mod tests;
 mod triangle;
 
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};

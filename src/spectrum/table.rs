@@ -229,11 +229,13 @@ impl Irregular {
         let width = known.width() / cells as f64;
         let last_segment = source.nodes.len() - 2;
         let before = |nm: f64| source.nodes.partition_point(|&node| node <= nm).saturating_sub(1);
-        // A cell's edge is widened by rounding on both sides: a look-up may land in the neighbouring cell.
+        // A look-up may round into the neighbouring cell: its lower bound starts a little earlier, and its upper bound
+        // is the next cell's (see `at`).
         let slack = 1e-9 * width;
-        let guide = (0..=cells)
+        let mut guide: Box<[u32]> = (0..=cells)
             .map(|cell| before(known.min + cell as f64 * width - slack).min(last_segment) as u32)
             .collect();
+        guide[cells] = last_segment as u32;
         let gaps = source.nodes.windows(2).map(|pair| pair[1] - pair[0]);
         let rises = source.values.windows(2).map(|pair| pair[1] - pair[0]);
         let slopes = rises.zip(gaps).map(|(rise, gap)| rise / gap).collect();
@@ -251,12 +253,9 @@ impl Irregular {
         }
         let nm = nm.clamp(nodes[0], nodes[last]);
         let cell = (((nm - nodes[0]) * self.per_cell) as usize).min(self.guide.len() - 2);
-        let (low, high) = (self.guide[cell] as usize, self.guide[cell + 1] as usize);
-        let mut segment = low + nodes[low + 1..=high].partition_point(|&node| node <= nm);
-        // Rounding may have put a wavelength at a cell's right edge one node too early.
-        while segment + 2 < nodes.len() && nodes[segment + 1] < nm {
-            segment += 1;
-        }
+        let low = self.guide[cell] as usize;
+        let high = self.guide[(cell + 2).min(self.guide.len() - 1)] as usize;
+        let segment = low + nodes[low + 1..=high].partition_point(|&node| node <= nm);
         self.source.values[segment] + (nm - nodes[segment]) * self.slopes[segment]
     }
 
@@ -272,5 +271,43 @@ impl Irregular {
 
     pub(super) fn with_extrapolation(&self, outside: Extrapolation) -> Self {
         Self { source: Table { outside, ..self.source.clone() }, ..self.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// At, just before and just after every node and every edge of the guide's cells, however the nodes crowd.
+        #[test]
+        fn guided_lookups_find_the_segment(
+            gaps in prop::collection::vec((0.0..1.0_f64, -9..3_i32), 1..40),
+            heights in prop::collection::vec(-5.0..5.0_f64, 41),
+        ) {
+            let mut nodes = vec![360.0];
+            for (fraction, power) in gaps {
+                let last = nodes[nodes.len() - 1];
+                nodes.push(last + (0.1 + fraction) * 10f64.powi(power));
+            }
+            let table = Table::new(&nodes, &heights[..nodes.len()], Extrapolation::Hold).unwrap();
+            let guided = Irregular::from_table(table.clone());
+            let cells = 2 * nodes.len();
+            let edges = (0..=cells).map(|i| 360.0 + table.domain().width() * i as f64 / cells as f64);
+            for place in nodes.iter().copied().chain(edges) {
+                for nm in [place.next_down(), place, place.next_up()] {
+                    // Rounding of the wavelength within its segment, times a slope of up to 10 / gap.
+                    let tolerance = 1e-12 + 8.0 * f64::EPSILON * nm * steepest(&table);
+                    let (found, expected) = (guided.at(nm), table.at(nm));
+                    prop_assert!((found - expected).abs() <= tolerance, "{} nm: {} {}", nm, found, expected);
+                }
+            }
+        }
+    }
+
+    fn steepest(table: &Table) -> f64 {
+        let pairs = table.nodes.windows(2).zip(table.values.windows(2));
+        pairs.map(|(nm, v)| ((v[1] - v[0]) / (nm[1] - nm[0])).abs()).fold(0.0, f64::max)
     }
 }

@@ -14,11 +14,19 @@ pub const ALL_COUNTS: [WavelengthCount; 3] =
 
 /// Compiles a scene file with values for its `<default>`s.
 pub fn scene(file: &str, defines: &[(&str, &str)], range: WavelengthRange) -> Scene {
+    compiled(file, defines, CompileOptions { range, ..CompileOptions::default() })
+}
+
+/// The same for measuring spectral bins.
+pub fn spectral_scene(file: &str, defines: &[(&str, &str)], range: WavelengthRange) -> Scene {
+    compiled(file, defines, CompileOptions { range, spectral: true, ..CompileOptions::default() })
+}
+
+fn compiled(file: &str, defines: &[(&str, &str)], options: CompileOptions) -> Scene {
     let defines = defines.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     let description = read(&path, &ReadOptions { defines }).unwrap_or_else(|errors| panic!("{errors}"));
-    compile(&description, &CompileOptions { range, ..CompileOptions::default() })
-        .unwrap_or_else(|errors| panic!("{errors}"))
+    compile(&description, &options).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 pub fn settings(samples: u32, wavelengths: WavelengthCount, seed: u64) -> Settings {

@@ -67,7 +67,7 @@ pub(super) fn svg(subject: &Subject) -> String {
         let (left, right) = (x(f64::from(nm)), x(f64::from(nm + 2)));
         let _ = writeln!(
             out,
-            "<rect x=\"{left:.2}\" y=\"{BOTTOM}\" width=\"{:.2}\" height=\"{BAND}\" fill=\"{}\"/>",
+            "<rect x=\"{left:.2}\" y=\"{BOTTOM}\" width=\"{:.2}\" height=\"{BAND}\" fill=\"{}\" shape-rendering=\"crispEdges\"/>",
             right - left + 0.3,
             band_colour(f64::from(nm + 1))
         );
@@ -126,9 +126,9 @@ fn curves(subject: &Subject) -> Vec<Curve> {
     }
 }
 
-/// About six round numbers from at or below `from` to at or above `to`.
+/// About seven round numbers from at or below `from` to at or above `to`.
 fn ticks(from: f64, to: f64) -> Vec<f64> {
-    let rough = (to - from) / 5.0;
+    let rough = (to - from) / 6.0;
     let power = 10f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 2.5, 5.0, 10.0].into_iter().map(|m| m * power).find(|step| *step >= rough);
     let step = step.unwrap_or(10.0 * power);
@@ -146,17 +146,13 @@ fn number(value: f64, step: f64) -> String {
     format!("{value:.*}", decimals.unwrap_or(9) as usize)
 }
 
-/// A displayable colour for one wavelength: its own colour brought into gamut by adding white, darker at the ends of
-/// the visible range.
+/// A displayable colour for one wavelength: its own colour clipped to the gamut, darker at the ends of the visible range.
 fn band_colour(nm: f64) -> String {
     let [x, y, z] = Observer::cie1931().at(nm);
-    let linear = xyz_to_rec709([x, y, z].into());
-    let lift = linear.iter().copied().fold(0.0, f64::min);
-    let lifted = linear.map(|value| value - lift);
-    let top = lifted.iter().copied().fold(1e-9, f64::max);
+    let linear = xyz_to_rec709([x, y, z].into()).map(|value| value.max(0.0));
+    let top = linear.iter().copied().fold(1e-9, f64::max);
     let strength = (x + y + z).min(0.25) / 0.25;
-    let byte = |value: f64| (srgb_encode(value / top * strength) * 255.0).round() as u8;
-    let [r, g, b] = lifted.map(byte);
+    let [r, g, b] = linear.map(|value| (srgb_encode(value / top * strength) * 255.0).round() as u8);
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
@@ -172,7 +168,7 @@ mod tests {
     fn ticks_are_round_and_enclose() {
         assert_eq!(ticks(0.0, 1.0), [0.0, 0.2, 0.4, 0.6000000000000001, 0.8, 1.0]);
         let wide = ticks(3.7, 118.0);
-        assert!(wide[0] <= 3.7 && *wide.last().unwrap() >= 118.0 && wide.len() < 9, "{wide:?}");
+        assert!(wide[0] <= 3.7 && *wide.last().unwrap() >= 118.0 && wide.len() < 10, "{wide:?}");
         assert_eq!(number(0.6000000000000001, 0.2), "0.6");
         assert_eq!(number(1.525, 0.0025), "1.5250");
         assert_eq!(number(2e7, 5e6), "2.00e7");

@@ -15,7 +15,7 @@ use crate::camera::{Camera, CameraSettings, ThinLens};
 use crate::geometry::{Bounds, Transform, Vec3};
 use crate::integrator::{Integrator, Limits};
 use crate::light::{AreaGeometry, Light, Lights};
-use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere};
+use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
 use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Observer};
 use crate::spectrum::{Spectrum, WavelengthDensity};
 use crate::units::WavelengthRange;
@@ -27,11 +27,13 @@ use std::f64::consts::PI;
 pub struct CompileOptions {
     pub range: WavelengthRange,
     pub observer: &'static Observer,
+    /// Whether spectral bins are measured too: then wavelengths that the observer hardly sees count as well.
+    pub spectral: bool,
 }
 
 impl Default for CompileOptions {
     fn default() -> Self {
-        Self { range: WavelengthRange::VISIBLE, observer: Observer::cie1931() }
+        Self { range: WavelengthRange::VISIBLE, observer: Observer::cie1931(), spectral: false }
     }
 }
 
@@ -131,11 +133,9 @@ impl Compiler<'_> {
     /// The middle of all shapes, in the file's coordinates.
     fn centre(&self) -> Vec3 {
         let bounds = self.description.shapes.iter().map(|shape| match &shape.kind {
-            ShapeKind::Mesh { mesh, .. } => Bounds::of(
-                mesh.positions
-                    .iter()
-                    .map(|p| shape.to_world.point(Vec3::new(p[0].into(), p[1].into(), p[2].into()))),
-            ),
+            ShapeKind::Mesh { mesh, .. } => {
+                Bounds::of(mesh.positions.iter().map(|p| shape.to_world.point(p.map(f64::from).into())))
+            }
             _ => place(shape, &shape.to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
         });
         let bounds = Bounds::of_all(bounds);
@@ -196,7 +196,15 @@ impl Compiler<'_> {
             .iter()
             .map(|(spectrum, nodes)| (spectrum as &dyn Fn(f64) -> f64, nodes.clone()))
             .collect();
-        let sensor = |nm: f64| self.options.observer.at(nm).iter().sum::<f64>().max(0.0);
+        let observer = self.options.observer;
+        // Half for the observer and half for the bins.
+        let flat = if self.options.spectral {
+            observer.spectra().iter().map(|curve| curve.integral(self.options.range)).sum::<f64>()
+                / self.options.range.width()
+        } else {
+            0.0
+        };
+        let sensor = |nm: f64| flat + observer.at(nm).iter().sum::<f64>().max(0.0);
         WavelengthDensity::new(self.options.range, sensor, &lights)
     }
 
@@ -275,8 +283,11 @@ fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, Shap
         }
         ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube => Shape::Mesh(Mesh::cube(to_world, flip)?),
-        ShapeKind::Mesh { mesh, .. } => {
+        ShapeKind::Mesh { mesh, compute_normals, .. } => {
             let mut placed = mesh.transformed(to_world);
+            if *compute_normals {
+                placed.normals = Some(compute_vertex_normals(&placed.positions, &placed.indices));
+            }
             placed.flip_normals ^= flip;
             Shape::Mesh(Mesh::new(placed)?)
         }

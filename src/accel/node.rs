@@ -1,0 +1,217 @@
+//! Nodes of eight boxes, and the one-sided error of testing a ray against them in `f32`.
+
+use crate::geometry::{Bounds, Ray, Vec3};
+use std::ops::Range;
+use wide::f32x8;
+
+/// Half a unit in the last place of 1 in `f32`.
+const U32: f64 = 1.0 / (1u32 << 24) as f64;
+
+/// The coordinates of nodes: those of the world moved and scaled (by a power of two), so that the scene
+/// just fits into [-1, 1]³. Then one bound on rounding errors holds for all scenes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NodeSpace {
+    centre: Vec3,
+    scale: f64,
+    /// In node space.
+    bounds: Bounds,
+}
+
+impl NodeSpace {
+    pub fn new(scene: Bounds) -> Self {
+        let centre = scene.centre();
+        let half = (0.5 * (scene.max - scene.min)).max_element();
+        // Also finite where all surfaces lie in one point.
+        let scale = if half > 1e-300 { 0.5f64.powi(half.log2().ceil() as i32) } else { 1.0 };
+        let mut space = Self { centre, scale, bounds: scene };
+        space.bounds = space.of(scene);
+        space
+    }
+
+    pub fn of(&self, world: Bounds) -> Bounds {
+        Bounds { min: (world.min - self.centre) * self.scale, max: (world.max - self.centre) * self.scale }
+    }
+}
+
+/// A ray in node space, with all that the box test can precompute.
+///
+/// The slab test finds where the ray meets the planes x = b: t = b·i - o·i with i = 1/d. In `f32`, with
+/// u = 2⁻²⁴, coordinates at most 1 and the origin within the scene's box:
+/// - rounding o, o·i and b·i (where no fused multiply-add is at hand) moves the plane by at most 4u;
+/// - rounding d and i scales t by at most 1 ± 2u, on every axis by another factor.
+///
+/// Entries are computed from an origin moved forward by 8u and exits from one moved back by as much and
+/// scaled by 1 + 32u: whenever the true ray meets a box, the computed entry does not exceed the computed exit.
+pub(super) struct NodeRay {
+    /// Which of a slab's two planes is entered first, for each axis.
+    sign: [usize; 3],
+    enter: [(f32x8, f32x8); 3],
+    leave: [(f32x8, f32x8); 3],
+    t_max: f32,
+    t_max_lanes: f32x8,
+    /// How far (in node space) the ray was advanced before it was rounded.
+    advance: f64,
+}
+
+impl NodeRay {
+    /// `None` for rays that miss the scene's box, and for those that are not numbers.
+    pub fn new(space: &NodeSpace, ray: &Ray) -> Option<Self> {
+        // Directions have unit length; this stops what isn't even near it before it can make NaN.
+        if ray.direction.length_squared().is_nan() || ray.direction.length_squared() > 4.0 {
+            return None;
+        }
+        let origin = (ray.origin - space.centre) * space.scale;
+        let size = origin.abs().max_element();
+        // Far away even f64 rounds noticeably: the boxes are then enlarged in proportion.
+        let slack = 8.0 * U32 + 8.0 * f64::EPSILON * size;
+        let mut advance = 0.0;
+        let mut start = origin;
+        if size > 1.0 {
+            let (enter, leave) = slab(space.bounds, slack, origin, ray.direction);
+            if !(enter <= leave && enter <= ray.t_max * space.scale) {
+                return None;
+            }
+            advance = enter;
+            start = origin + ray.direction * advance;
+        } else if !(size <= 1.0 && ray.t_max > 0.0) {
+            return None;
+        }
+        let mut sign = [0; 3];
+        let mut enter = [(f32x8::ZERO, f32x8::ZERO); 3];
+        let mut leave = enter;
+        for axis in 0..3 {
+            let d = ray.direction[axis];
+            // Along such a component a ray within the scene moves by far less than the slack.
+            let d = if d.abs() < 1e-18 { 1e-18f64.copysign(d) } else { d };
+            let inverse = 1.0 / d as f32;
+            let slack = slack.copysign(d);
+            sign[axis] = usize::from(d < 0.0);
+            enter[axis] = lanes(inverse, start[axis] + slack);
+            leave[axis] = lanes(inverse * (1.0 + 32.0 * U32 as f32), start[axis] - slack);
+        }
+        let mut node_ray = Self { sign, enter, leave, t_max: 0.0, t_max_lanes: f32x8::ZERO, advance };
+        node_ray.shorten(space, ray.t_max);
+        Some(node_ray)
+    }
+
+    /// Ends the ray at the world distance `t`.
+    pub fn shorten(&mut self, space: &NodeSpace, t: f64) {
+        self.t_max = (t * space.scale - self.advance) as f32 * (1.0 + 32.0 * U32 as f32);
+        self.t_max_lanes = f32x8::splat(self.t_max);
+    }
+
+    /// In node space, measured from where the ray enters the scene's box.
+    pub fn t_max(&self) -> f32 {
+        self.t_max
+    }
+}
+
+/// 1/d and -o/d.
+fn lanes(inverse: f32, origin: f64) -> (f32x8, f32x8) {
+    (f32x8::splat(inverse), f32x8::splat(-(origin as f32) * inverse))
+}
+
+/// Where a ray is within an enlarged box: entry (not before 0) and exit.
+fn slab(bounds: Bounds, slack: f64, origin: Vec3, direction: Vec3) -> (f64, f64) {
+    let (mut enter, mut leave) = (0.0f64, f64::INFINITY);
+    for axis in 0..3 {
+        let (low, high) = (bounds.min[axis] - slack - origin[axis], bounds.max[axis] + slack - origin[axis]);
+        if direction[axis] == 0.0 {
+            if low > 0.0 || high < 0.0 {
+                return (f64::INFINITY, 0.0);
+            }
+            continue;
+        }
+        let (a, b) = (low / direction[axis], high / direction[axis]);
+        enter = enter.max(a.min(b));
+        leave = leave.min(a.max(b));
+    }
+    (enter, leave)
+}
+
+/// What a node's slot holds: a node, some packets of triangles, or some analytic shapes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Child(u32);
+
+impl Child {
+    const LEAF: u32 = 1 << 31;
+    const ANALYTIC: u32 = 1 << 30;
+    const COUNT_SHIFT: u32 = 27;
+    const INDEX: u32 = (1 << Self::COUNT_SHIFT) - 1;
+    /// What unused slots hold. Their boxes are empty, so it is never visited.
+    pub const EMPTY: Self = Self(u32::MAX);
+
+    pub fn of_node(index: usize) -> Self {
+        Self(index as u32)
+    }
+
+    /// `first + count` must stay below 2²⁷ and 1 ≤ `count` ≤ 8.
+    pub fn leaf(first: usize, count: usize, analytic: bool) -> Self {
+        let kind = if analytic { Self::LEAF | Self::ANALYTIC } else { Self::LEAF };
+        Self(kind | ((count as u32 - 1) << Self::COUNT_SHIFT) | first as u32)
+    }
+
+    pub fn node(self) -> Option<usize> {
+        (self.0 & Self::LEAF == 0).then_some(self.0 as usize)
+    }
+
+    pub fn is_analytic(self) -> bool {
+        self.0 & Self::ANALYTIC != 0
+    }
+
+    pub fn items(self) -> Range<usize> {
+        let first = (self.0 & Self::INDEX) as usize;
+        first..first + ((self.0 >> Self::COUNT_SHIFT) & 7) as usize + 1
+    }
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Node {
+    /// Per axis the lower and the upper planes of the eight boxes.
+    planes: [[f32x8; 2]; 3],
+    children: [Child; 8],
+}
+
+impl Node {
+    /// `boxes` are in node space and at most eight. The children are still to be set.
+    pub fn new(boxes: &[Bounds]) -> Self {
+        let plane = |axis: usize, side: usize| {
+            f32x8::new(std::array::from_fn(|lane| match boxes.get(lane) {
+                Some(bounds) if side == 0 => (bounds.min[axis] as f32).next_down(),
+                Some(bounds) => (bounds.max[axis] as f32).next_up(),
+                None => {
+                    if side == 0 {
+                        f32::INFINITY
+                    } else {
+                        f32::NEG_INFINITY
+                    }
+                }
+            }))
+        };
+        Self {
+            planes: std::array::from_fn(|axis| [plane(axis, 0), plane(axis, 1)]),
+            children: [Child::EMPTY; 8],
+        }
+    }
+
+    pub fn set_child(&mut self, lane: usize, child: Child) {
+        self.children[lane] = child;
+    }
+
+    pub fn child(&self, lane: usize) -> Child {
+        self.children[lane & 7]
+    }
+
+    /// A bit for every box that the ray may meet, and where it enters them.
+    #[inline(always)]
+    pub fn entered(&self, ray: &NodeRay) -> (u32, [f32; 8]) {
+        let near =
+            |axis: usize| self.planes[axis][ray.sign[axis] & 1].mul_add(ray.enter[axis].0, ray.enter[axis].1);
+        let far = |axis: usize| {
+            self.planes[axis][(ray.sign[axis] & 1) ^ 1].mul_add(ray.leave[axis].0, ray.leave[axis].1)
+        };
+        let enter = near(0).fast_max(near(1)).fast_max(near(2).fast_max(f32x8::ZERO));
+        let leave = far(0).fast_min(far(1)).fast_min(far(2).fast_min(ray.t_max_lanes));
+        (enter.simd_le(leave).to_bitmask(), enter.to_array())
+    }
+}
