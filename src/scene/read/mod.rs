@@ -19,6 +19,8 @@ mod sensors;
 mod shapes;
 mod spd;
 mod spectra;
+#[cfg(test)]
+mod tests;
 mod transforms;
 mod tree;
 mod xml;
