@@ -10,6 +10,7 @@ use crate::film::Film;
 use crate::render::Auxiliary;
 use exr::prelude::*;
 use smallvec::SmallVec;
+use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -78,15 +79,11 @@ fn spectral_channel(nm: f64) -> String {
     format!("S0.{nm:.6}nm").replacen('.', "\u{1}", 1).replace('.', ",").replace('\u{1}', ".")
 }
 
-fn attributes(picture: &Picture) -> std::collections::HashMap<Text, AttributeValue> {
-    let mut attributes: std::collections::HashMap<Text, AttributeValue> = picture
-        .attributes
-        .iter()
-        .filter_map(|(name, value)| {
-            Some((Text::new_or_none(name)?, AttributeValue::Text(Text::new_or_none(value)?)))
-        })
-        .collect();
-    let text = |value: &str| AttributeValue::Text(Text::from(value));
+fn attributes(picture: &Picture) -> HashMap<Text, AttributeValue> {
+    // Strings in EXR files are UTF-8. The crate's own conversion takes Latin-1 only, and writes bytes as they are.
+    let text = |value: &str| AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
+    let mut attributes: HashMap<Text, AttributeValue> =
+        picture.attributes.iter().map(|(name, value)| (Text::from(name.as_str()), text(value))).collect();
     if picture.film.bins.is_some() {
         attributes.insert(Text::from("spectralLayoutVersion"), text("1.0"));
         // The layout's reader knows this string alone; what is stored is a density per nanometre.
