@@ -142,7 +142,7 @@ struct Reader {
     /// What several objects may refer to is read once.
     bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
-    meshes: RefCell<BTreeMap<(PathBuf, bool, shapes::MeshOptions), Option<Arc<MeshData>>>>,
+    meshes: RefCell<BTreeMap<shapes::MeshKey, Option<Arc<MeshData>>>>,
 }
 
 impl Reader {

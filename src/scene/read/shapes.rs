@@ -102,6 +102,14 @@ pub(super) struct MeshOptions {
     pub flip_tex_coords: bool,
 }
 
+/// What makes two mesh shapes share one mesh.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct MeshKey {
+    path: PathBuf,
+    is_obj: bool,
+    options: MeshOptions,
+}
+
 fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
     let is_obj = query.object.plugin == "obj";
     let filename = required(query, "filename", query.text("filename"));
@@ -110,7 +118,7 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
         flip_tex_coords: query.boolean("flip_tex_coords", is_obj),
     };
     let path = query.reader.folder.join(filename?);
-    let key = (path.clone(), is_obj, options);
+    let key = MeshKey { path: path.clone(), is_obj, options };
     let known = query.reader.meshes.borrow().get(&key).cloned();
     let mesh = known.unwrap_or_else(|| {
         let mesh = load(query, &path, is_obj, options).map(Arc::new);
@@ -121,7 +129,7 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
     Some(ShapeKind::Mesh { file: path, mesh, compute_normals })
 }
 
-fn load(query: &Query<'_>, path: &PathBuf, is_obj: bool, options: MeshOptions) -> Option<MeshData> {
+fn load(query: &Query<'_>, path: &Path, is_obj: bool, options: MeshOptions) -> Option<MeshData> {
     let place = query.place("filename");
     let bytes = match spd::read(path, LARGEST_MESH_FILE, &place) {
         Ok(bytes) => bytes,

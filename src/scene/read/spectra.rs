@@ -97,7 +97,7 @@ pub(super) fn constant(place: &Place, value: f64) -> SpectrumSource {
 /// The spectrum `name`. `None` where it is absent or wrong.
 pub(super) fn read(query: &Query<'_>, name: &'static str, purpose: Use) -> Option<SpectrumSource> {
     let entry = query.entry(name)?;
-    let Some(source) = written(query, entry, name, purpose) else { return None };
+    let source = written(query, entry, name, purpose)?;
     check(query.reader, &source, name, purpose).then_some(source)
 }
 
