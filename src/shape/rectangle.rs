@@ -17,6 +17,10 @@ pub struct Rectangle {
 /// a rectangle that small is as well sampled by area.
 const SMALLEST_SOLID_ANGLE: f64 = 1e-6;
 
+/// From farther than this many diagonals away a rectangle is as well sampled by area: cos θ / r² hardly changes over
+/// it, and the angles cost more than the little noise that they save.
+const FAR: f64 = 2.0;
+
 impl Rectangle {
     /// `None` where the edges aren't perpendicular (to 1e-5, as vertices may be rounded to `f32`) or vanish.
     pub fn new(corner: Vec3, edges: [Vec3; 2]) -> Option<Self> {
@@ -28,11 +32,16 @@ impl Rectangle {
         (skew.abs() < 1e-5).then_some(Self { corner, axes: [x, square], lengths })
     }
 
-    /// The rectangle as seen from a point; `None` where its solid angle is too small, or too near to the half
-    /// space's 2π, to compute with.
+    /// The rectangle as seen from a point; `None` where it is far away, or its solid angle too small or too near to the
+    /// half space's 2π to compute with.
     pub fn seen_from(&self, reference: Vec3) -> Option<SphericalRectangle> {
         let offset = self.corner - reference;
         let [x, y] = self.axes;
+        let [width, height] = self.lengths;
+        let centre = offset + x * (0.5 * width) + y * (0.5 * height);
+        if centre.length_squared() > FAR * FAR * (width * width + height * height) {
+            return None;
+        }
         let normal = x.cross(y);
         let z = offset.dot(normal);
         // Seen from the other side nothing changes, so z is always negative.
