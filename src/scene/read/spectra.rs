@@ -154,6 +154,31 @@ fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -
     }
 }
 
+/// A reflectance as a function; `None` for what is no reflectance or is reported elsewhere.
+fn function(source: &SpectrumSource) -> Option<Spectrum> {
+    let spectrum = match &source.kind {
+        SpectrumKind::Constant(value) => Spectrum::Constant(*value),
+        SpectrumKind::Irregular { nm, values, .. } => {
+            Spectrum::irregular(nm, values, Extrapolation::Zero).ok()?
+        }
+        SpectrumKind::Regular { min_nm, max_nm, values } => {
+            Spectrum::regular(*min_nm, *max_nm, values, Extrapolation::Zero).ok()?
+        }
+        SpectrumKind::Named(name) => catalogue::reflectance(name).ok()?,
+        SpectrumKind::D65 | SpectrumKind::Blackbody { .. } => return None,
+    };
+    Some(spectrum.scaled(source.scale))
+}
+
+/// The wavelength (nm) and value where two reflectances sum up to most: at a node of one of them, since both are
+/// linear between.
+pub(super) fn greatest_sum(a: &SpectrumSource, b: &SpectrumSource) -> Option<(f64, f64)> {
+    let (a, b) = (function(a)?, function(b)?);
+    let range = WavelengthRange::VISIBLE;
+    let nodes = a.nodes().into_iter().chain(b.nodes()).chain([range.min, range.max]);
+    nodes.map(|nm| (nm, a.at(nm) + b.at(nm))).max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 /// Refuses values that the use does not allow, and lists without any light.
 fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> bool {
     if source.scale < 0.0 || !source.scale.is_finite() {

@@ -259,4 +259,7 @@ fn both_sides() {
     let leaf = bsdf(r#"<bsdf type="diffusetransmitter"/>"#).kind;
     assert!(matches!(leaf, BsdfKind::DiffuseTransmitter { reflectance, transmittance }
         if is_constant(&reflectance, 0.25) && is_constant(&transmittance, 0.25)));
+    bsdf(
+        r#"<bsdf type="diffusetransmitter"><float name="reflectance" value="0.7"/><float name="transmittance" value="0.3"/></bsdf>"#,
+    );
 }
