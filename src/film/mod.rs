@@ -204,8 +204,8 @@ impl Film {
         let pixel = &mut self.pixels[index];
         pixel.replicates += 1;
         let xyz: [i128; 3] = std::array::from_fn(|channel| bounded(replicate.channels[channel]));
-        for channel in 0..3 {
-            pixel.sums[channel] += xyz[channel];
+        for (sum, value) in pixel.sums.iter_mut().zip(xyz) {
+            *sum += value;
         }
         for (slot, (a, b)) in PAIRS.into_iter().enumerate() {
             pixel.products[slot] = pixel.products[slot].saturating_add(product(xyz[a], xyz[b]));

@@ -127,10 +127,17 @@ impl super::Colour {
     }
 }
 
-/// Every channel of a file as 32-bit floats, with its name, in the file's order; width and height.
-///
-/// For tests and comparisons; any one-part file with flat channels will do.
-pub fn read(path: &Path) -> std::io::Result<(Vec<(String, Vec<f32>)>, [usize; 2])> {
+/// What [`read`] finds in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channels {
+    pub width: usize,
+    pub height: usize,
+    /// Name and values, row by row from the top, in the order of the names.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
+/// Every channel of a file with one part and flat channels, as 32-bit floats: for tests and comparisons.
+pub fn read(path: &Path) -> std::io::Result<Channels> {
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -142,7 +149,7 @@ pub fn read(path: &Path) -> std::io::Result<(Vec<(String, Vec<f32>)>, [usize; 2]
     let size = image.layer_data.size;
     let channels = image.layer_data.channel_data.list;
     let named = channels.into_iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()));
-    Ok((named.collect(), [size.0, size.1]))
+    Ok(Channels { width: size.0, height: size.1, channels: named.collect() })
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use crate::integrator::{Integrator, Limits};
 use crate::light::{AreaGeometry, Light, Lights};
 use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
 use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Observer};
-use crate::spectrum::{Spectrum, WavelengthDensity};
+use crate::spectrum::{Emission, Spectrum, WavelengthDensity};
 use crate::units::WavelengthRange;
 use materials::Materials;
 use std::f64::consts::PI;
@@ -73,7 +73,10 @@ impl Compiler<'_> {
                 None => None,
                 Some(source) => {
                     let radiance = self.spectrum(source);
-                    lights.push(Light::Area { geometry: AreaGeometry::new(geometry.clone()), radiance });
+                    lights.push(Light::Area {
+                        geometry: Box::new(AreaGeometry::new(geometry.clone())),
+                        radiance,
+                    });
                     Some(lights.len() as u32 - 1)
                 }
             };
@@ -185,16 +188,11 @@ impl Compiler<'_> {
         scene_radius: f64,
     ) -> WavelengthDensity {
         let everywhere = environment.map(|spectrum| (spectrum, PI * 4.0 * PI * scene_radius * scene_radius));
-        let weighed: Vec<_> = lights
-            .iter()
-            .zip(powers)
+        let own = lights.iter().zip(powers);
+        let emissions: Vec<Emission> = own
             .map(|(light, &power)| (light.spectrum(), power))
             .chain(everywhere)
-            .map(|(spectrum, power)| (move |nm: f64| power * spectrum.at(nm), spectrum.nodes()))
-            .collect();
-        let lights: Vec<(&dyn Fn(f64) -> f64, Vec<f64>)> = weighed
-            .iter()
-            .map(|(spectrum, nodes)| (spectrum as &dyn Fn(f64) -> f64, nodes.clone()))
+            .map(|(spectrum, weight)| Emission { spectrum, weight })
             .collect();
         let observer = self.options.observer;
         // Half for the observer and half for the bins.
@@ -205,7 +203,7 @@ impl Compiler<'_> {
             0.0
         };
         let sensor = |nm: f64| flat + observer.at(nm).iter().sum::<f64>().max(0.0);
-        WavelengthDensity::new(self.options.range, sensor, &lights)
+        WavelengthDensity::new(self.options.range, sensor, &emissions)
     }
 
     /// Of the order of the largest luminance that the camera can see.
