@@ -127,7 +127,7 @@ impl super::Colour {
     }
 }
 
-/// What [`read`] finds in a file.
+/// What [`read()`] finds in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channels {
     pub width: usize,
