@@ -45,6 +45,11 @@ impl Microfacets {
         Self { shape, alpha_u: alpha_u.max(Self::MIN_ALPHA), alpha_v: alpha_v.max(Self::MIN_ALPHA) }
     }
 
+    /// Whether the two roughnesses differ.
+    pub fn is_anisotropic(&self) -> bool {
+        self.alpha_u != self.alpha_v
+    }
+
     /// D(m): area of facets per area of surface and steradian of normals, so that
     /// `∫ D(m) m.z dm = 1`.
     pub fn d(&self, m: Vec3) -> f64 {

@@ -81,6 +81,16 @@ impl Material {
         }
     }
 
+    /// Whether it matters which way the surface's coordinates run.
+    pub fn is_anisotropic(&self) -> bool {
+        let microfacets = match self {
+            Self::Conductor { microfacets, .. } => microfacets,
+            Self::Dielectric(dielectric) => &dielectric.microfacets,
+            Self::Black | Self::Diffuse { .. } | Self::DiffuseTransmitter { .. } => &None,
+        };
+        microfacets.is_some_and(|microfacets| microfacets.is_anisotropic())
+    }
+
     /// Whether wavelengths may part at this surface.
     pub fn disperses(&self) -> bool {
         match self {

@@ -55,6 +55,8 @@ pub(super) struct Surface {
     pub light: Option<u32>,
     /// What the surface encloses, if it is that of a transparent body.
     pub body: Option<u32>,
+    /// Whether a material asks which way the surface's coordinates run.
+    pub anisotropic: bool,
 }
 
 /// A transparent body.
@@ -154,10 +156,16 @@ impl Scene {
             Some(back) if from_behind => (back, -met.shading_normal),
             _ => (surface.front, met.shading_normal),
         };
+        let frame = if surface.anisotropic {
+            let parametrisation = self.shapes[hit.shape as usize].parametrisation(&hit, met.point.position);
+            Frame::with_tangent(normal, parametrisation.tangent)
+        } else {
+            Frame::around(normal)
+        };
         Some(Intersection {
             t: hit.t,
             point: met.point,
-            frame: Frame::with_tangent(normal, met.tangent),
+            frame,
             light: surface.light,
             material,
             body: surface.body,

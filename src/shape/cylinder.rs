@@ -2,7 +2,7 @@
 
 use super::placement::Placement;
 use super::sphere::unit_ball_roots;
-use super::{AreaSample, ShapeError, SurfaceHit};
+use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DVec4};
 use std::f64::consts::TAU;
@@ -79,13 +79,20 @@ impl Cylinder {
         let world_outward = self.placement.world_normal(outward);
         let stretch = world_outward.length();
         let normal = world_outward / if self.inward { -stretch } else { stretch };
-        let azimuth = outward.y.atan2(outward.x);
-        let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
         SurfaceHit {
             point: SurfacePoint { position, normal, error: self.placement.error(position, outward, stretch) },
             shading_normal: normal,
-            uv: [azimuth / TAU, z],
-            tangent: self.placement.world_vector(TAU * Vec3::new(-outward.y, outward.x, 0.0)),
+        }
+    }
+
+    /// u around the axis, v along it.
+    pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
+        let local = self.placement.local_point(position);
+        let azimuth = local.y.atan2(local.x);
+        let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
+        Parametrisation {
+            uv: [azimuth / TAU, local.z],
+            tangent: self.placement.world_vector(TAU * Vec3::new(-local.y, local.x, 0.0)),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Flat disks, and flat ellipses.
 
 use super::placement::Placement;
-use super::{AreaSample, ShapeError, SurfaceHit};
+use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use crate::sampling::warp;
 use std::f64::consts::{PI, TAU};
@@ -46,17 +46,21 @@ impl Disk {
 
     fn surface_at(&self, x: f64, y: f64) -> SurfaceHit {
         let position = self.placement.world_point(Vec3::new(x, y, 0.0));
-        let r = x.hypot(y);
-        let azimuth = y.atan2(x);
-        let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
-        let outward = if r > 0.0 { Vec3::new(x / r, y / r, 0.0) } else { Vec3::X };
         let error = self.placement.error(position, Vec3::Z, self.stretch);
         SurfaceHit {
             point: SurfacePoint { position, normal: self.normal, error },
             shading_normal: self.normal,
-            uv: [r, azimuth / TAU],
-            tangent: self.placement.world_vector(outward),
         }
+    }
+
+    /// u along the radius, v around the centre.
+    pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
+        let Vec3 { x, y, .. } = self.placement.local_point(position);
+        let r = x.hypot(y);
+        let azimuth = y.atan2(x);
+        let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
+        let outward = if r > 0.0 { Vec3::new(x / r, y / r, 0.0) } else { Vec3::X };
+        Parametrisation { uv: [r, azimuth / TAU], tangent: self.placement.world_vector(outward) }
     }
 
     pub fn bounds(&self) -> Bounds {

@@ -49,12 +49,17 @@ pub struct Hit {
     pub barycentric: [f64; 2],
 }
 
-/// A point on a surface with what shading asks for.
+/// A point on a surface with what shading always asks for.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceHit {
     pub point: SurfacePoint,
     /// Unit shading normal; equals the geometric normal unless a mesh interpolates vertex normals.
     pub shading_normal: Vec3,
+}
+
+/// The coordinates of a point on a surface: what only some materials ask for.
+#[derive(Clone, Copy, Debug)]
+pub struct Parametrisation {
     pub uv: [f64; 2],
     /// ∂p/∂u, not normalised; zero where the parametrisation is singular.
     pub tangent: Vec3,
@@ -139,6 +144,16 @@ impl Shape {
             Self::Disk(disk) => disk.surface(ray.at(hit.t)),
             Self::Cylinder(cylinder) => cylinder.surface(ray.at(hit.t)),
             Self::Mesh(mesh) => mesh.surface(hit.triangle, hit.barycentric),
+        }
+    }
+
+    /// The coordinates of the point `position` of the surface that `hit` gave.
+    pub fn parametrisation(&self, hit: &Hit, position: Vec3) -> Parametrisation {
+        match self {
+            Self::Sphere(sphere) => sphere.parametrisation(position),
+            Self::Disk(disk) => disk.parametrisation(position),
+            Self::Cylinder(cylinder) => cylinder.parametrisation(position),
+            Self::Mesh(mesh) => mesh.parametrisation(hit.triangle, hit.barycentric),
         }
     }
 

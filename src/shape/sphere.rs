@@ -1,7 +1,7 @@
 //! Spheres, and ellipsoids where the placement is not a similarity.
 
 use super::placement::Placement;
-use super::{AreaSample, ShapeError, ShapeSample, SurfaceHit};
+use super::{AreaSample, Parametrisation, ShapeError, ShapeSample, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -56,12 +56,19 @@ impl Sphere {
         let outward = self.placement.world_normal(local);
         let stretch = outward.length();
         let normal = outward / if self.inward { -stretch } else { stretch };
-        let azimuth = local.y.atan2(local.x);
-        let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
-        let polar = local.x.hypot(local.y).atan2(local.z);
         SurfaceHit {
             point: SurfacePoint { position, normal, error: self.placement.error(position, local, stretch) },
             shading_normal: normal,
+        }
+    }
+
+    /// u along the azimuth, v from the pole at local +z to the other.
+    pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
+        let local = self.placement.local_point(position);
+        let azimuth = local.y.atan2(local.x);
+        let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
+        let polar = local.x.hypot(local.y).atan2(local.z);
+        Parametrisation {
             uv: [azimuth / TAU, polar / PI],
             tangent: self.placement.world_vector(TAU * Vec3::new(-local.y, local.x, 0.0)),
         }

@@ -57,7 +57,9 @@ impl Materials {
                 }
             }
         };
-        Ok(Surface { front, back, light: None, body })
+        let anisotropic =
+            [Some(front), back].into_iter().flatten().any(|id| self.materials[id as usize].is_anisotropic());
+        Ok(Surface { front, back, light: None, body, anisotropic })
     }
 
     fn material(&mut self, bsdf: &Arc<Bsdf>) -> Result<u32, SceneError> {

@@ -6,7 +6,7 @@ mod sampling;
 
 use super::rectangle::Rectangle;
 use super::triangle::RaySpace;
-use super::{Hit, ShapeError, SurfaceHit};
+use super::{Hit, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
 pub use normals::compute_vertex_normals;
 use sampling::AreaTable;
@@ -109,17 +109,27 @@ impl Mesh {
             (a * (1.0 - v - w) + b * v + c * w).try_normalize()
         });
         let shading_normal = shading_normal.map_or(normal, |shading| shading * side);
+        SurfaceHit { point, shading_normal }
+    }
+
+    /// uv and its tangent, by the vertices' coordinates; without them the barycentric ones.
+    pub fn parametrisation(&self, triangle: u32, barycentric: [f64; 2]) -> Parametrisation {
+        let [a, b, c] = self.triangle(triangle);
+        let [v, w] = barycentric;
+        let (ab, ac) = (b - a, c - a);
         let Some(uvs) = &self.data.uvs else {
-            return SurfaceHit { point, shading_normal, uv: barycentric, tangent: ab };
+            return Parametrisation { uv: barycentric, tangent: ab };
         };
-        let at = |index: usize| [f64::from(uvs[index][0]), f64::from(uvs[index][1])];
-        let [uv_a, uv_b, uv_c] = [at(ia), at(ib), at(ic)];
+        let [uv_a, uv_b, uv_c] =
+            self.data.indices[triangle as usize].map(|index| uvs[index as usize].map(f64::from));
         let ([u1, v1], [u2, v2]) = (difference(uv_b, uv_a), difference(uv_c, uv_a));
         let determinant = u1 * v2 - v1 * u2;
-        let tangent =
-            if determinant == 0.0 { Frame::around(normal).x } else { (ab * v2 - ac * v1) / determinant };
-        let uv = [uv_a[0] + u1 * v + u2 * w, uv_a[1] + v1 * v + v2 * w];
-        SurfaceHit { point, shading_normal, uv, tangent }
+        let tangent = if determinant == 0.0 {
+            Frame::around(ab.cross(ac).try_normalize().unwrap_or(Vec3::Z)).x
+        } else {
+            (ab * v2 - ac * v1) / determinant
+        };
+        Parametrisation { uv: [uv_a[0] + u1 * v + u2 * w, uv_a[1] + v1 * v + v2 * w], tangent }
     }
 
     /// The box of all vertices that triangles use; empty for a mesh without triangles.
