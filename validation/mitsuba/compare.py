@@ -143,7 +143,7 @@ def pair(name, settings, ours, reference, options, work, ours_defines={}, seed=1
         ratio, spread = welch.error_channel(a, errors)
         text = " / ".join(f"{r:.3f} ± {s:.3f}" for r, s in zip(ratio, spread))
         result.notes.append(f"variance between renders over stated error squared: {text}")
-        result.failures += [("error", c) for c, r, s in zip("XYZ", ratio, spread) if not abs(r - 1) <= welch.STANDARD_ERRORS * s]
+        result.failures += [("error", c) for c, r, s in zip("XYZ", ratio, spread) if not abs(r - 1) <= max(welch.STANDARD_ERRORS * s, welch.ERROR_RATIO)]
     if a.shape == b.shape:
         result.notes.append(f"picture: {draw(reference.mitsuba, work, name, a, b)}")
     return result, (seconds_a, seconds_b)

@@ -16,6 +16,8 @@ ALARM = 0.01
 STANDARD_ERRORS = 3.0
 RELATIVE = 0.003
 TILE = 8
+# How well `error_channel` can tell the ratio of variances.
+ERROR_RATIO = 0.03
 
 
 def sidak(tests, family=ALARM):
@@ -147,15 +149,18 @@ def compare(name, ours, reference, correlated=False):
 
 def error_channel(stack, errors):
     """Ratio of the variance between renders to the mean square of the standard error that each render states, and that ratio's own
-    standard error (jackknife over tiles). It is 1 in expectation if the stated error is honest."""
+    standard error. It is 1 in expectation if the stated error is honest.
+
+    It is the geometric mean over tiles: one bright rare sample would else decide for the whole picture, and hide how uncertain that makes the ratio.
+    The price is a bias of the order of one over the tile's effective degrees of freedom, 1 to 2 % low where samples are rare and bright.
+    """
     stack, errors = stack.astype(np.float64), errors.astype(np.float64)
-    # Relative variances, so that a few bright pixels do not decide alone; black pixels say nothing.
+    # Relative variances, so that a tile's bright pixels do not decide alone; black pixels say nothing.
     level = stack.mean(0) ** 2
     level[level == 0] = np.inf
     between = tiles((stack.var(0, ddof=1) / level)[None])[0].reshape(-1, 3)
     stated = tiles(((errors**2).mean(0) / level)[None])[0].reshape(-1, 3)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = between.sum(0) / stated.sum(0)
-        left_out = (between.sum(0) - between) / (stated.sum(0) - stated)
-    n = len(between)
-    return ratio, np.sqrt((n - 1) / n * ((left_out - left_out.mean(0)) ** 2).sum(0))
+    told = ((between > 0) & (stated > 0)).all(1)
+    ratios = np.log(between[told] / stated[told])
+    ratio = np.exp(ratios.mean(0))
+    return ratio, ratio * ratios.std(0, ddof=1) / np.sqrt(len(ratios))
