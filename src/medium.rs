@@ -22,8 +22,8 @@ impl MediumStack {
     /// What surrounds the ray apart from `body`: on the other side of its surface.
     pub fn around(&self, body: u32) -> Option<u32> {
         let skip = self.inside().iter().rposition(|&entered| entered == body);
-        let rest = self.inside().iter().enumerate().filter(|&(i, _)| Some(i) != skip);
-        rest.last().map(|(_, &entered)| entered)
+        let mut rest = self.inside().iter().enumerate().rev().filter(|&(i, _)| Some(i) != skip);
+        rest.next().map(|(_, &entered)| entered)
     }
 
     pub fn enter(&mut self, body: u32) {

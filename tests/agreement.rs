@@ -37,10 +37,10 @@ fn load(case: &Case, integrator: &str) -> Scene {
 /// The smallest p-value over pixels and channels after Šidák's correction, and the difference of the mean luminances in
 /// standard errors.
 fn compare(a: &Film, b: &Film) -> (f64, f64) {
-    let estimate = |film: &Film, x, y, m: Measured| Estimate {
+    let estimate = |film: &Film, m: Measured| Estimate {
         mean: m.mean,
         variance: m.error * m.error,
-        degrees: f64::from(film.replicates(x, y)) - 1.0,
+        degrees: f64::from(film.replicates) - 1.0,
     };
     let mut tests = 0;
     let mut smallest = 1.0f64;
@@ -54,7 +54,7 @@ fn compare(a: &Film, b: &Film) -> (f64, f64) {
                     continue;
                 }
                 tests += 1;
-                smallest = smallest.min(welch(&estimate(a, x, y, p), &estimate(b, x, y, q)).p_value);
+                smallest = smallest.min(welch(&estimate(a, p), &estimate(b, q)).p_value);
             }
         }
     }

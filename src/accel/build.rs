@@ -53,7 +53,8 @@ pub(super) fn build(shapes: &[Shape]) -> Accel {
     if primitives.is_empty() {
         return accel;
     }
-    let parameters = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::medium_build() };
+    // Builds in about half the time of the next slower preset. Four triangles are one packet.
+    let parameters = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::fast_build() };
     let tree = build_bvh2(&boxes, parameters, &mut Duration::default());
     let order = tree.primitive_indices;
     let mut builder =

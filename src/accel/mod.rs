@@ -13,7 +13,7 @@ mod tests;
 use crate::geometry::Ray;
 use crate::shape::{Hit, RaySpace, Shape};
 use node::{Child, Node, NodeRay, NodeSpace};
-use packet::Packet;
+use packet::{Packet, PacketRay};
 
 /// All shapes of a scene, ready for ray queries.
 #[derive(Clone, Debug)]
@@ -61,7 +61,8 @@ impl Accel {
         const NONE: Waiting = Waiting { entry: 0.0, child: Child::EMPTY };
         match self.stack_size {
             0 => R::default(),
-            1..=64 => query(&mut [NONE; 64]),
+            1..=16 => query(&mut [NONE; 16]),
+            17..=64 => query(&mut [NONE; 64]),
             65..=256 => query(&mut [NONE; 256]),
             size => query(&mut vec![NONE; size]),
         }
@@ -69,7 +70,7 @@ impl Accel {
 
     fn closest_with(&self, ray: &Ray, stack: &mut [Waiting]) -> Option<Hit> {
         let mut node_ray = NodeRay::new(&self.space, ray)?;
-        let space = RaySpace::new(ray);
+        let packet_ray = PacketRay::new(&RaySpace::new(ray));
         let mut nearest: Option<Hit> = None;
         let mut child = Child::of_node(0);
         let mut waiting = 0;
@@ -99,7 +100,7 @@ impl Accel {
                     continue;
                 }
             } else {
-                let found = self.test_leaf(child, ray, &space, &mut nearest);
+                let found = self.test_leaf(child, ray, &packet_ray, &mut nearest);
                 if let (true, Some(hit)) = (found, &nearest) {
                     node_ray.shorten(&self.space, hit.t);
                 }
@@ -118,7 +119,7 @@ impl Accel {
     }
 
     /// Whether the leaf has a nearer hit, which it then puts into `nearest`.
-    fn test_leaf(&self, leaf: Child, ray: &Ray, space: &RaySpace, nearest: &mut Option<Hit>) -> bool {
+    fn test_leaf(&self, leaf: Child, ray: &Ray, packet_ray: &PacketRay, nearest: &mut Option<Hit>) -> bool {
         let mut found = false;
         let range = leaf.items();
         if leaf.is_analytic() {
@@ -129,7 +130,8 @@ impl Accel {
             }
         } else {
             for packet in &self.packets[range] {
-                packet.intersect(space, ray.t_max, |hit| found |= take_nearer(nearest, hit));
+                let t_last = nearest.map_or(ray.t_max.next_down(), |hit| hit.t);
+                packet.intersect(packet_ray, t_last, |hit| found |= take_nearer(nearest, hit));
             }
         }
         found
@@ -137,7 +139,8 @@ impl Accel {
 
     fn occluded_with(&self, ray: &Ray, stack: &mut [Waiting]) -> bool {
         let Some(node_ray) = NodeRay::new(&self.space, ray) else { return false };
-        let space = RaySpace::new(ray);
+        let packet_ray = PacketRay::new(&RaySpace::new(ray));
+        let t_last = ray.t_max.next_down();
         let mut child = Child::of_node(0);
         let mut waiting = 0;
         loop {
@@ -154,7 +157,7 @@ impl Accel {
                 if self.analytic[child.items()].iter().any(|(_, shape)| shape.intersect(ray).is_some()) {
                     return true;
                 }
-            } else if self.packets[child.items()].iter().any(|packet| packet.occludes(&space, ray.t_max)) {
+            } else if self.packets[child.items()].iter().any(|packet| packet.occludes(&packet_ray, t_last)) {
                 return true;
             }
             if waiting == 0 {

@@ -14,11 +14,35 @@ pub(super) struct Packet {
     triangle: [u32; WIDTH],
 }
 
-struct Distances {
+/// [`RaySpace`] for four lanes.
+pub(super) struct PacketRay {
+    axes: [usize; 3],
+    origin: [f64x4; 3],
+    shear: [f64x4; 3],
+}
+
+impl PacketRay {
+    pub fn new(space: &RaySpace) -> Self {
+        let [x, y, z] = space.axes;
+        Self {
+            axes: space.axes,
+            origin: [
+                f64x4::splat(space.origin[x]),
+                f64x4::splat(space.origin[y]),
+                f64x4::splat(space.origin[z]),
+            ],
+            shear: [f64x4::splat(space.shear[0]), f64x4::splat(space.shear[1]), f64x4::splat(space.shear[2])],
+        }
+    }
+}
+
+/// Edge functions and distances of four triangles, and a bit for every one that is hit.
+struct Test {
     hit: u32,
     t: f64x4,
     v: f64x4,
     w: f64x4,
+    determinant: f64x4,
 }
 
 impl Packet {
@@ -32,58 +56,57 @@ impl Packet {
         self.triangle[lane] = triangle;
     }
 
-    /// Reports every triangle hit with 0 ≤ t < `t_max`.
+    /// Reports every triangle hit with 0 ≤ t ≤ `t_last`.
     #[inline(always)]
-    pub fn intersect(&self, space: &RaySpace, t_max: f64, mut report: impl FnMut(Hit)) {
-        let Some(distances) = self.distances(space, t_max) else { return };
-        let (t, v, w) = (distances.t.to_array(), distances.v.to_array(), distances.w.to_array());
-        let mut mask = distances.hit;
+    pub fn intersect(&self, ray: &PacketRay, t_last: f64, mut report: impl FnMut(Hit)) {
+        let test = self.test(ray, t_last);
+        let mut mask = test.hit;
         while mask != 0 {
             let lane = mask.trailing_zeros() as usize & 3;
             mask &= mask - 1;
+            let determinant = test.determinant.as_array()[lane];
             report(Hit {
-                t: t[lane],
+                t: test.t.as_array()[lane],
                 shape: self.shape[lane],
                 triangle: self.triangle[lane],
-                barycentric: [v[lane], w[lane]],
+                barycentric: [test.v.as_array()[lane] / determinant, test.w.as_array()[lane] / determinant],
             });
         }
     }
 
     #[inline(always)]
-    pub fn occludes(&self, space: &RaySpace, t_max: f64) -> bool {
-        self.distances(space, t_max).is_some()
+    pub fn occludes(&self, ray: &PacketRay, t_last: f64) -> bool {
+        self.test(ray, t_last).hit != 0
     }
 
     /// The scalar test's operations in the scalar test's order, so that the bits agree. No fused
     /// multiply-add: it would round the two products of an edge function differently.
     #[inline(always)]
-    fn distances(&self, space: &RaySpace, t_max: f64) -> Option<Distances> {
-        let [a, b, c] = [0, 1, 2].map(|vertex| self.sheared(vertex, space));
+    fn test(&self, ray: &PacketRay, t_last: f64) -> Test {
+        let (a, b, c) = (self.sheared(0, ray), self.sheared(1, ray), self.sheared(2, ray));
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];
         let zero = f64x4::ZERO;
-        let negative = u.simd_lt(zero) | v.simd_lt(zero) | w.simd_lt(zero);
-        let positive = u.simd_gt(zero) | v.simd_gt(zero) | w.simd_gt(zero);
-        let outside = (negative & positive).to_bitmask();
-        if outside == 0b1111 {
-            return None;
-        }
         let determinant = u + v + w;
+        let lowest = u.fast_min(v).fast_min(w);
+        let highest = u.fast_max(v).fast_max(w);
+        let inside = (lowest.simd_ge(zero) | highest.simd_le(zero)) & determinant.simd_ne(zero);
+        if inside.to_bitmask() == 0 {
+            return Test { hit: 0, t: zero, v, w, determinant };
+        }
         let t = (u * a[2] + v * b[2] + w * c[2]) / determinant;
-        let range = t.simd_ge(zero) & t.simd_lt(f64x4::splat(t_max)) & determinant.simd_ne(zero);
-        let hit = range.to_bitmask() & !outside;
-        (hit != 0).then(|| Distances { hit, t, v: v / determinant, w: w / determinant })
+        let range = t.simd_ge(zero) & t.simd_le(f64x4::splat(t_last));
+        Test { hit: (inside & range).to_bitmask(), t, v, w, determinant }
     }
 
     #[inline(always)]
-    fn sheared(&self, vertex: usize, space: &RaySpace) -> [f64x4; 3] {
-        let [x, y, z] = space.axes.map(|axis| {
-            let lanes = self.vertices[vertex][axis % 3];
-            f64x4::new(lanes.map(f64::from)) - f64x4::splat(space.origin[axis])
-        });
-        let shear = space.shear.map(f64x4::splat);
-        [x - shear[0] * z, y - shear[1] * z, shear[2] * z]
+    fn sheared(&self, vertex: usize, ray: &PacketRay) -> [f64x4; 3] {
+        let relative = |i: usize| {
+            let [a, b, c, d] = self.vertices[vertex][ray.axes[i] % 3];
+            f64x4::new([f64::from(a), f64::from(b), f64::from(c), f64::from(d)]) - ray.origin[i]
+        };
+        let (x, y, z) = (relative(0), relative(1), relative(2));
+        [x - ray.shear[0] * z, y - ray.shear[1] * z, ray.shear[2] * z]
     }
 }

@@ -2,8 +2,9 @@
 
 use super::{Density, Evaluation, Scatter};
 use crate::geometry::Vec3;
+use crate::sampling::warp;
 use crate::spectrum::Sampled;
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::FRAC_1_PI;
 
 /// A matt opaque surface: `f = ρ/π` above, black from below. Mitsuba's `diffuse`.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +23,7 @@ impl<const C: usize> Lambert<C> {
     }
 
     pub(super) fn sample(&self, toward_eye: Vec3, u: [f64; 2]) -> Option<Scatter<C>> {
-        let toward_light = cosine_hemisphere(u);
+        let toward_light = warp::cosine_hemisphere(u);
         if toward_eye.z <= 0.0 || toward_light.z <= 0.0 {
             return None;
         }
@@ -57,7 +58,7 @@ impl<const C: usize> DiffuseTransmitter<C> {
     }
 
     pub(super) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
-        let up = cosine_hemisphere(u);
+        let up = warp::cosine_hemisphere(u);
         let transmitted = lobe >= self.probability(self.reflectance).hero();
         let share = if transmitted { self.transmittance } else { self.reflectance };
         let probability = self.probability(share);
@@ -81,11 +82,4 @@ impl<const C: usize> DiffuseTransmitter<C> {
             |share, both| if both > 0.0 { share / both } else { 0.0 },
         )
     }
-}
-
-/// A direction with density cos θ/π over the hemisphere z ≥ 0: a uniform point of the disk, lifted.
-fn cosine_hemisphere(u: [f64; 2]) -> Vec3 {
-    let radius = u[0].sqrt();
-    let (sin, cos) = (TAU * u[1]).sin_cos();
-    Vec3::new(radius * cos, radius * sin, (1.0 - u[0]).max(0.0).sqrt())
 }

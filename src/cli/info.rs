@@ -1,6 +1,6 @@
 use super::Failure;
 use super::scene_options::SceneOptions;
-use abbe::scene::{CompileOptions, compile};
+use abbe::scene::{CompileOptions, compile, outline};
 
 /// Say what a scene is: everything that its file means with the defaults filled in, the extensions and assumptions
 /// that it makes, and what the renderer will skip because the scene has no need of it
@@ -14,7 +14,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let description = args.scene.read()?;
     let scene = compile(&description, &CompileOptions::default())
         .map_err(|errors| Failure::Input(errors.to_string()))?;
-    println!("{description:#?}");
-    println!("\nneeds\n{}", scene.needs());
+    print!("{}", outline(&description));
+    println!("renderer: {}", scene.needs());
     Ok(())
 }

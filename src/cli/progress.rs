@@ -59,7 +59,7 @@ impl Watch for Progress {
         self.bar.inc(samples);
     }
 
-    fn replicate_done(&self, film: &Film) {
+    fn pass_done(&self, film: &Film) {
         let error = match film.relative_error() {
             Some(error) => format!("error {}", percent(error)),
             None => "error not known yet".to_owned(),

@@ -6,7 +6,7 @@ use abbe::output::{self, Colour, Picture};
 use abbe::render::{AuxiliaryKind, Schedule, Settings, WavelengthCount, auxiliary, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::description::{Description, PixelFormat};
-use abbe::scene::{CompileOptions, Scene, compile, identity};
+use abbe::scene::{CompileOptions, Scene, compile};
 use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
 use std::path::{Path, PathBuf};
@@ -215,7 +215,7 @@ fn attributes(
     };
     let text = [
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("sceneHash", format!("{:016x}", identity(description))),
+        ("sceneHash", format!("{:016x}", description.hash())),
         ("seed", settings.seed.to_string()),
         ("sampler", settings.sampler.name().to_owned()),
         ("samplesPerPixel", settings.schedule.samples().to_string()),

@@ -40,3 +40,36 @@ impl Frame {
         self.x * local.x + self.y * local.y + self.z * local.z
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn is_orthonormal(frame: &Frame) -> bool {
+        let Frame { x, y, z } = *frame;
+        let unit = [x, y, z].iter().all(|v| (v.length() - 1.0).abs() < 1e-14);
+        unit && (x.cross(y) - z).length() < 1e-14
+    }
+
+    #[test]
+    fn frames_are_right_handed_around_any_normal() {
+        for normal in [
+            Vec3::Z,
+            -Vec3::Z,
+            Vec3::new(0.0, -0.0, -0.0) - Vec3::Z,
+            Vec3::new(1e-9, -1e-9, -1.0).normalize(),
+            Vec3::new(0.36, 0.48, -0.8),
+            Vec3::Y,
+        ] {
+            let frame = Frame::around(normal);
+            assert!(is_orthonormal(&frame) && frame.z == normal, "{frame:?}");
+            let world = Vec3::new(0.3, -2.0, 0.7);
+            assert!((frame.to_world(frame.to_local(world)) - world).length() < 1e-14);
+            for tangent in [Vec3::X, normal, Vec3::ZERO, Vec3::new(3.0, -1e-3, 7.0)] {
+                assert!(is_orthonormal(&Frame::with_tangent(normal, tangent)), "{normal} {tangent}");
+            }
+        }
+        let frame = Frame::with_tangent(Vec3::Z, Vec3::new(2.0, 0.0, 5.0));
+        assert_eq!((frame.x, frame.y), (Vec3::X, Vec3::Y));
+    }
+}

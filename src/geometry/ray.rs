@@ -49,8 +49,39 @@ impl SurfacePoint {
     pub fn segment_to(&self, target: &SurfacePoint) -> Option<Ray> {
         let toward = target.position - self.position;
         let origin = self.leave(toward);
-        let end = target.leave(-toward);
+        // A target's error bound is for rays that start on it. Seen from afar, the direction, the
+        // differences and products of the intersection test and t round in proportion to the distance.
+        let error = target.error + 16.0 * f64::EPSILON * toward.length();
+        let end = SurfacePoint { error, ..*target }.leave(-toward);
         let length = (end - origin).length();
         (length > 0.0).then(|| Ray { origin, direction: (end - origin) / length, t_max: length })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(x: f64, normal: Vec3) -> SurfacePoint {
+        SurfacePoint { position: Vec3::X * x, normal, error: 1e-3 }
+    }
+
+    #[test]
+    fn rays_leave_on_their_own_side() {
+        let point = point(0.0, Vec3::Z);
+        assert_eq!(point.leave(Vec3::new(0.6, 0.0, 0.8)), Vec3::Z * 1e-3);
+        assert_eq!(point.leave(Vec3::new(0.6, 0.0, -0.8)), Vec3::Z * -1e-3);
+    }
+
+    #[test]
+    fn segments_end_before_both_surfaces() {
+        let (from, to) = (point(0.0, Vec3::X), point(2.0, Vec3::X));
+        let segment = from.segment_to(&to).unwrap();
+        assert_eq!(segment.origin.x, 1e-3);
+        assert!((segment.at(segment.t_max).x - (2.0 - 1e-3)).abs() < 1e-14);
+        assert!(from.segment_to(&SurfacePoint { error: 0.0, ..from }).is_some());
+        assert!(
+            SurfacePoint { error: 0.0, ..from }.segment_to(&SurfacePoint { error: 0.0, ..from }).is_none()
+        );
     }
 }

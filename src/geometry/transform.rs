@@ -73,3 +73,39 @@ impl Transform {
         gram.abs_diff_eq(expected, 1e-9 * scale * scale).then_some(scale)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_stay_perpendicular_and_inverses_undo() {
+        let shear = DMat4::from_cols_array(&[
+            1.0, 0.2, 0.0, 0.0, -0.5, 2.0, 0.1, 0.0, 0.0, 0.3, 0.7, 0.0, 4.0, -1.0, 9.0, 1.0,
+        ]);
+        let map = Transform::new(shear).unwrap();
+        let (a, b) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(-2.0, 1.0, 0.5));
+        assert!(map.normal(a.cross(b)).dot(map.vector(a)).abs() < 1e-14);
+        assert!(map.normal(a.cross(b)).dot(map.vector(b)).abs() < 1e-14);
+        assert!((map.then(&map.inverse()).point(a) - a).length() < 1e-13);
+        assert!(!map.mirrors() && map.uniform_scale().is_none());
+    }
+
+    #[test]
+    fn similarities_and_mirrors_are_known() {
+        let turn = Transform::new(DMat4::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 2.0)).unwrap();
+        let small = turn.then(&Transform::scale(1e-6)).then(&Transform::translation(Vec3::ONE));
+        assert!((small.uniform_scale().unwrap() / 1e-6 - 1.0).abs() < 1e-12);
+        let mirror = Transform::new(DMat4::from_scale(Vec3::new(-1e-6, 1e-6, 1e-6))).unwrap();
+        assert!(mirror.mirrors() && mirror.uniform_scale().is_some());
+    }
+
+    #[test]
+    fn singular_maps_are_refused() {
+        assert_eq!(Transform::new(DMat4::from_scale(Vec3::new(1.0, 0.0, 1.0))), None);
+        assert_eq!(Transform::new(DMat4::NAN), None);
+        let mut projective = DMat4::IDENTITY;
+        projective.z_axis.w = 0.1;
+        assert_eq!(Transform::new(projective), None);
+    }
+}

@@ -17,7 +17,7 @@ use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 #[derive(Clone, Debug)]
 pub enum Light {
     /// Radiance of a surface's front, W·m⁻²·sr⁻¹·nm⁻¹.
-    Area { geometry: AreaGeometry, radiance: Spectrum },
+    Area { geometry: Box<AreaGeometry>, radiance: Spectrum },
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
     Point { position: Vec3, intensity: Spectrum },
     /// Irradiance across the direction of travel, W·m⁻²·nm⁻¹.

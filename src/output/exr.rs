@@ -10,6 +10,7 @@ use crate::film::Film;
 use crate::render::Auxiliary;
 use exr::prelude::*;
 use smallvec::SmallVec;
+use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -78,15 +79,11 @@ fn spectral_channel(nm: f64) -> String {
     format!("S0.{nm:.6}nm").replacen('.', "\u{1}", 1).replace('.', ",").replace('\u{1}', ".")
 }
 
-fn attributes(picture: &Picture) -> std::collections::HashMap<Text, AttributeValue> {
-    let mut attributes: std::collections::HashMap<Text, AttributeValue> = picture
-        .attributes
-        .iter()
-        .filter_map(|(name, value)| {
-            Some((Text::new_or_none(name)?, AttributeValue::Text(Text::new_or_none(value)?)))
-        })
-        .collect();
-    let text = |value: &str| AttributeValue::Text(Text::from(value));
+fn attributes(picture: &Picture) -> HashMap<Text, AttributeValue> {
+    // Strings in EXR files are UTF-8. The crate's own conversion takes Latin-1 only, and writes bytes as they are.
+    let text = |value: &str| AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
+    let mut attributes: HashMap<Text, AttributeValue> =
+        picture.attributes.iter().map(|(name, value)| (Text::from(name.as_str()), text(value))).collect();
     if picture.film.bins.is_some() {
         attributes.insert(Text::from("spectralLayoutVersion"), text("1.0"));
         // The layout's reader knows this string alone; what is stored is a density per nanometre.
@@ -130,10 +127,17 @@ impl super::Colour {
     }
 }
 
-/// Every channel of a file as 32-bit floats, with its name, in the file's order; width and height.
-///
-/// For tests and comparisons; any one-part file with flat channels will do.
-pub fn read(path: &Path) -> std::io::Result<(Vec<(String, Vec<f32>)>, [usize; 2])> {
+/// What [`read()`] finds in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channels {
+    pub width: usize,
+    pub height: usize,
+    /// Name and values, row by row from the top, in the order of the names.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
+/// Every channel of a file with one part and flat channels, as 32-bit floats: for tests and comparisons.
+pub fn read(path: &Path) -> std::io::Result<Channels> {
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -145,7 +149,7 @@ pub fn read(path: &Path) -> std::io::Result<(Vec<(String, Vec<f32>)>, [usize; 2]
     let size = image.layer_data.size;
     let channels = image.layer_data.channel_data.list;
     let named = channels.into_iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()));
-    Ok((named.collect(), [size.0, size.1]))
+    Ok(Channels { width: size.0, height: size.1, channels: named.collect() })
 }
 
 #[cfg(test)]

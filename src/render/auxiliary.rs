@@ -59,8 +59,7 @@ pub fn auxiliary(
 ) -> Vec<Auxiliary> {
     let [width, height] = scene.film.size;
     let filter = FilterSampler::new(scene.film.filter, width, height);
-    let wavelengths =
-        WavelengthDensity::new(range, |nm| scene.observer.at(nm).iter().sum(), &[(&|_| 1.0, vec![])]);
+    let wavelengths = WavelengthDensity::new(range, |nm| scene.observer.at(nm).iter().sum(), &[]);
     let mut images = Vec::new();
     for &kind in kinds {
         let pixels: Vec<[f64; 3]> = (0..width * height)

@@ -4,12 +4,13 @@ mod auxiliary;
 
 pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
 
-use crate::film::{BadValues, Film, FilterSampler, FixedPoint, ReplicateSum, SpectralBins};
+use crate::film::{BadValues, Film, FilterSampler, FixedPoint, PixelSums, SpectralBins};
 use crate::integrator;
 use crate::sampling::{SamplerKind, Stream};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -78,11 +79,11 @@ impl Schedule {
 
 /// Whoever watches a render: told of progress, and able to end it.
 pub trait Watch: Sync {
-    /// Called after each tile of each replicate with the number of samples done so far.
+    /// Called after each piece of work with the number of its samples.
     fn advanced(&self, samples: u64);
 
-    /// Called when every pixel has one replicate more.
-    fn replicate_done(&self, film: &Film);
+    /// Called when every pixel has the same number of samples again.
+    fn pass_done(&self, film: &Film);
 
     /// Once true, the tiles under way are finished and no others begun.
     fn stop(&self) -> &AtomicBool;
@@ -106,7 +107,7 @@ impl Default for Unwatched {
 impl Watch for Unwatched {
     fn advanced(&self, _: u64) {}
 
-    fn replicate_done(&self, _: &Film) {}
+    fn pass_done(&self, _: &Film) {}
 
     fn stop(&self) -> &AtomicBool {
         &self.0
@@ -116,8 +117,21 @@ impl Watch for Unwatched {
 /// Edge of a tile, pixels.
 const TILE: u32 = 16;
 
+/// Most samples of each replicate that a tile takes at once: bounds how long an interruption has to wait.
+const LONGEST_PASS: u32 = 256;
+
+/// The indices of each pass over the picture. Passes double what is there, as far as [`LONGEST_PASS`] allows: what a Sobol
+/// sequence has after any of them is well spread, and there is a picture with error bars after the first.
+fn passes(samples_per_replicate: u32) -> impl Iterator<Item = Range<u32>> {
+    let after = move |done: u32| {
+        let step = done.clamp(1, LONGEST_PASS).min(samples_per_replicate - done);
+        (step > 0).then_some(done..done + step)
+    };
+    std::iter::successors(after(0), move |pass| after(pass.end))
+}
+
 /// Exposes a film to the scene, on the current rayon thread pool. The result depends on scene and settings alone, unless
-/// it is stopped: then each pixel has the replicates that were finished.
+/// it is stopped: then each pixel has the samples that were finished.
 pub fn render(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
     match settings.wavelengths {
         WavelengthCount::One => expose::<1>(scene, settings, watch),
@@ -131,7 +145,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
     let film = Film::new(
         width,
         height,
-        settings.schedule.samples_per_replicate,
+        settings.schedule.replicates,
         settings.bins,
         FixedPoint::for_reference(scene.reference_radiance),
     );
@@ -139,14 +153,14 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         scene,
         settings,
         filter: FilterSampler::new(scene.film.filter, width, height),
-        channels: film.channels(),
         scale: film.scale(),
+        empty: film.pixel_sums(),
     };
     let tiles: Vec<[u32; 2]> = (0..height.div_ceil(TILE))
         .flat_map(|y| (0..width.div_ceil(TILE)).map(move |x| [x * TILE, y * TILE]))
         .collect();
     let film = Mutex::new(film);
-    for replicate in 0..settings.schedule.replicates {
+    for pass in passes(settings.schedule.samples_per_replicate) {
         tiles.par_iter().for_each(|&[left, top]| {
             if watch.stop().load(Ordering::Relaxed) {
                 return;
@@ -155,19 +169,20 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
                 .flat_map(|y| (left..(left + TILE).min(width)).map(move |x| [x, y]));
             let mut bad = BadValues::default();
             let exposed: Vec<_> =
-                pixels.map(|pixel| (pixel, exposure.pixel::<C>(pixel, replicate, &mut bad))).collect();
+                pixels.map(|pixel| (pixel, exposure.pixel::<C>(pixel, pass.clone(), &mut bad))).collect();
             let mut film = lock(&film);
-            for ([x, y], sum) in &exposed {
-                film.add(*x, *y, sum);
+            for ([x, y], sums) in &exposed {
+                film.add(*x, *y, sums);
             }
             film.bad.add(bad);
             drop(film);
-            watch.advanced(exposed.len() as u64 * u64::from(settings.schedule.samples_per_replicate));
+            let samples = u64::from(settings.schedule.replicates) * pass.len() as u64;
+            watch.advanced(exposed.len() as u64 * samples);
         });
         if watch.stop().load(Ordering::Relaxed) {
             break;
         }
-        watch.replicate_done(&lock(&film));
+        watch.pass_done(&lock(&film));
     }
     film.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
@@ -181,26 +196,30 @@ struct Exposure<'a> {
     scene: &'a Scene,
     settings: &'a Settings,
     filter: FilterSampler,
-    channels: usize,
     scale: FixedPoint,
+    empty: PixelSums,
 }
 
 impl Exposure<'_> {
-    /// One replicate of one pixel.
-    fn pixel<const C: usize>(&self, pixel: [u32; 2], replicate: u32, bad: &mut BadValues) -> ReplicateSum {
-        let mut sum = ReplicateSum::new(self.channels);
-        for index in 0..self.settings.schedule.samples_per_replicate {
-            let stream = Stream::new(self.settings.sampler, self.settings.seed, pixel, replicate, index);
-            self.sample::<C>(pixel, &stream, &mut sum, bad);
+    /// Some samples of every replicate of one pixel.
+    fn pixel<const C: usize>(&self, pixel: [u32; 2], indices: Range<u32>, bad: &mut BadValues) -> PixelSums {
+        let mut sums = self.empty.clone();
+        for replicate in 0..self.settings.schedule.replicates {
+            for index in indices.clone() {
+                let stream = Stream::new(self.settings.sampler, self.settings.seed, pixel, replicate, index);
+                self.sample::<C>(pixel, replicate, &stream, &mut sums, bad);
+            }
         }
-        sum
+        sums.count(indices.len() as u32);
+        sums
     }
 
     fn sample<const C: usize>(
         &self,
         pixel: [u32; 2],
+        replicate: u32,
         stream: &Stream,
-        sum: &mut ReplicateSum,
+        sums: &mut PixelSums,
         bad: &mut BadValues,
     ) {
         let scene = self.scene;
@@ -221,11 +240,11 @@ impl Exposure<'_> {
             if let Some(bins) = &self.settings.bins
                 && let Some(bin) = bins.of(nm)
             {
-                sum.add(3 + bin, weight / bins.width(), self.scale);
+                sums.add(replicate, 3 + bin, weight / bins.width(), self.scale, bad);
             }
         }
         for (channel, value) in xyz.into_iter().enumerate() {
-            sum.add(channel, value / MITSUBA_Y_INTEGRAL, self.scale);
+            sums.add(replicate, channel, value / MITSUBA_Y_INTEGRAL, self.scale, bad);
         }
     }
 }
@@ -233,6 +252,15 @@ impl Exposure<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn passes_double_and_cover_every_index_once() {
+        let ends = |samples| passes(samples).map(|pass| pass.end).collect::<Vec<_>>();
+        assert_eq!(ends(1), [1]);
+        assert_eq!(ends(10), [1, 2, 4, 8, 10]);
+        assert_eq!(ends(800), [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 768, 800]);
+        assert!(ends(0).is_empty());
+    }
 
     #[test]
     fn samples_are_dealt_into_replicates_of_equal_length() {

@@ -81,7 +81,7 @@ impl Stream {
             SamplerKind::Sobol => sobol::scrambled(self.index, mix(self.key ^ (u64::from(set) << 32))),
             SamplerKind::Independent => independent::draw(mix(self.key ^ u64::from(self.index)), set),
         };
-        bits.map(unit)
+        [unit(bits[0]), unit(bits[1]), unit(bits[2]), unit(bits[3])]
     }
 }
 

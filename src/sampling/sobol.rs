@@ -71,10 +71,14 @@ static BY_BYTE: [[[u32; 4]; 256]; 4] = {
 
 /// The `index`-th Sobol point as binary fractions, unscrambled.
 fn point(index: u32) -> [u32; 4] {
-    let bytes = index.to_le_bytes();
-    std::array::from_fn(|dimension| {
-        (0..4).fold(0, |bits, byte| bits ^ BY_BYTE[byte][bytes[byte] as usize][dimension])
-    })
+    let [a, b, c, d] = index.to_le_bytes();
+    let rows =
+        [&BY_BYTE[0][a as usize], &BY_BYTE[1][b as usize], &BY_BYTE[2][c as usize], &BY_BYTE[3][d as usize]];
+    let mut bits = [0; 4];
+    for (dimension, bits) in bits.iter_mut().enumerate() {
+        *bits = rows[0][dimension] ^ rows[1][dimension] ^ rows[2][dimension] ^ rows[3][dimension];
+    }
+    bits
 }
 
 /// Owen scrambling by a hash in which each bit depends on the bits above it alone (after Laine and Karras;
@@ -93,10 +97,13 @@ fn owen(fraction: u32, seed: u32) -> u32 {
 /// The `index`-th point of the set that `key` stands for.
 pub(super) fn scrambled(index: u32, key: u64) -> [u32; 4] {
     let shuffled = owen(index, key as u32);
-    let bits = point(shuffled);
+    let mut bits = point(shuffled);
     let seeds = [super::mix(key ^ 1), super::mix(key ^ 2)];
     let seeds = [seeds[0] as u32, (seeds[0] >> 32) as u32, seeds[1] as u32, (seeds[1] >> 32) as u32];
-    std::array::from_fn(|dimension| owen(bits[dimension], seeds[dimension]))
+    for (bits, seed) in bits.iter_mut().zip(seeds) {
+        *bits = owen(*bits, seed);
+    }
+    bits
 }
 
 #[cfg(test)]

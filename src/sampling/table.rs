@@ -16,7 +16,8 @@ impl PiecewiseConstant {
         let ascending = edges.windows(2).all(|pair| pair[0] < pair[1]);
         let valid = integrals.iter().all(|&value| value >= 0.0 && value.is_finite());
         let total: f64 = integrals.iter().sum();
-        if edges.len() != integrals.len() + 1 || !ascending || !valid || !(total > 0.0 && total.is_finite()) {
+        let positive = total > 0.0 && total.is_finite();
+        if !(edges.len() == integrals.len() + 1 && ascending && valid && positive) {
             return None;
         }
         let mut sum = 0.0;

@@ -5,7 +5,7 @@ use super::source::{Place, Sources};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
-use crate::shape::Mesh;
+use crate::shape::MeshData;
 use crate::spectrum::DispersionFormula;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -218,7 +218,7 @@ pub enum ShapeKind {
     /// `obj` and `ply`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
-        mesh: Arc<Mesh>,
+        mesh: Arc<MeshData>,
         /// Whether vertex normals are to be computed once the mesh is placed: the file has none, and
         /// `face_normals` does not ask for flat triangles.
         compute_normals: bool,

@@ -2,14 +2,14 @@
 
 mod compile;
 pub mod description;
-mod identity;
+mod info;
 mod read;
 pub mod source;
 mod traceable;
 
 pub use compile::{CompileOptions, compile};
 pub use description::Description;
-pub use identity::identity;
+pub use info::outline;
 pub use read::{ReadOptions, read, read_str};
 pub use source::{Place, SceneError, SceneErrors};
 pub use traceable::{FilmPlan, Intersection, Needs, Scene};

@@ -13,6 +13,12 @@ pub struct Place {
     pub span: Range<usize>,
 }
 
+/// Longer lines (bytes) are not shown: a caret far beyond the edge of a terminal helps nobody.
+const LONGEST_LINE: usize = 1000;
+
+/// More errors are counted, not shown.
+const MOST_SHOWN: usize = 50;
+
 /// The texts that a description was read from.
 #[derive(Clone, Debug)]
 pub struct Sources(SimpleFiles<String, String>);
@@ -32,6 +38,12 @@ impl Sources {
     /// The number of the line, from 1, on which a place begins; 0 for a place that does not exist.
     pub fn line(&self, place: &Place) -> usize {
         self.0.line_index(place.file, place.span.start).map_or(0, |index| index + 1)
+    }
+
+    /// Length in bytes of the line on which a place begins.
+    fn line_length(&self, place: &Place) -> usize {
+        let index = self.0.line_index(place.file, place.span.start).unwrap_or(0);
+        self.0.line_range(place.file, index).map_or(0, |range| range.len())
     }
 
     /// The name of the file of a place.
@@ -63,9 +75,13 @@ impl SceneError {
         self
     }
 
-    fn diagnostic(&self) -> Diagnostic<usize> {
+    fn diagnostic(&self, sources: &Sources) -> Diagnostic<usize> {
         let diagnostic = Diagnostic::error().with_message(&self.problem);
         let diagnostic = match &self.place {
+            Some(place) if sources.line_length(place) > LONGEST_LINE => {
+                let (line, name) = (sources.line(place), sources.name(place));
+                diagnostic.with_notes(vec![format!("{name}:{line}: {}", self.expected)])
+            }
             Some(place) => diagnostic.with_labels(vec![
                 Label::primary(place.file, place.span.clone()).with_message(&self.expected),
             ]),
@@ -89,13 +105,16 @@ impl std::fmt::Display for SceneErrors {
     /// Each error as a compiler shows it: message, file:line:column, the line with the place marked, help.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let config = codespan_reporting::term::Config::default();
-        for error in &self.errors {
-            let text =
-                codespan_reporting::term::emit_into_string(&config, &self.sources.0, &error.diagnostic())
-                    .map_err(|_| std::fmt::Error)?;
+        for error in self.errors.iter().take(MOST_SHOWN) {
+            let diagnostic = error.diagnostic(&self.sources);
+            let text = codespan_reporting::term::emit_into_string(&config, &self.sources.0, &diagnostic)
+                .map_err(|_| std::fmt::Error)?;
             f.write_str(&text)?;
         }
-        Ok(())
+        match self.errors.len().saturating_sub(MOST_SHOWN) {
+            0 => Ok(()),
+            more => writeln!(f, "and {more} more errors"),
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use super::placement::Placement;
 use super::{AreaSample, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use crate::sampling::warp;
 use std::f64::consts::{PI, TAU};
 
 /// The image of the disk of radius 1 in z = 0.
@@ -69,25 +70,11 @@ impl Disk {
 
     /// Uniform in world area: an affine map scales all areas of a plane alike.
     pub fn sample(&self, u: [f64; 2]) -> AreaSample {
-        let [x, y] = square_to_disk(u);
+        let [x, y] = warp::disk(u);
         AreaSample { surface: self.surface_at(x, y), density: self.area_density() }
     }
 
     pub fn area_density(&self) -> f64 {
         1.0 / self.area
     }
-}
-
-/// Area-preserving and continuous: squares become circles
-/// (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", JGT 2(3), 1997).
-fn square_to_disk(u: [f64; 2]) -> [f64; 2] {
-    let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    let (r, azimuth) = if a * a > b * b {
-        (a, PI / 4.0 * (b / a))
-    } else if b != 0.0 {
-        (b, PI / 2.0 - PI / 4.0 * (a / b))
-    } else {
-        (0.0, 0.0)
-    };
-    [r * azimuth.cos(), r * azimuth.sin()]
 }

@@ -17,6 +17,10 @@ pub struct Rectangle {
 /// a rectangle that small is as well sampled by area.
 const SMALLEST_SOLID_ANGLE: f64 = 1e-6;
 
+/// From farther than this many diagonals away a rectangle is as well sampled by area: cos θ / r² hardly changes over
+/// it, and the angles cost more than the little noise that they save.
+const FAR: f64 = 2.0;
+
 impl Rectangle {
     /// `None` where the edges aren't perpendicular (to 1e-5, as vertices may be rounded to `f32`) or vanish.
     pub fn new(corner: Vec3, edges: [Vec3; 2]) -> Option<Self> {
@@ -28,11 +32,16 @@ impl Rectangle {
         (skew.abs() < 1e-5).then_some(Self { corner, axes: [x, square], lengths })
     }
 
-    /// The rectangle as seen from a point; `None` where its solid angle is too small, or too near to the half
-    /// space's 2π, to compute with.
+    /// The rectangle as seen from a point; `None` where it is far away, or its solid angle too small or too near to the
+    /// half space's 2π to compute with.
     pub fn seen_from(&self, reference: Vec3) -> Option<SphericalRectangle> {
         let offset = self.corner - reference;
         let [x, y] = self.axes;
+        let [width, height] = self.lengths;
+        let centre = offset + x * (0.5 * width) + y * (0.5 * height);
+        if centre.length_squared() > FAR * FAR * (width * width + height * height) {
+            return None;
+        }
         let normal = x.cross(y);
         let z = offset.dot(normal);
         // Seen from the other side nothing changes, so z is always negative.
@@ -40,11 +49,11 @@ impl Rectangle {
         let (x0, y0) = (offset.dot(x), offset.dot(y));
         let (x1, y1) = (x0 + self.lengths[0], y0 + self.lengths[1]);
         // Normals of the planes through the reference and the edges; z components of the unit normals.
-        let n = [-y0, x1, y1, -x0].map(|side| side / z0.hypot(side));
-        let angle = |a: f64, b: f64| (-a * b).clamp(-1.0, 1.0).acos();
-        let g = [angle(n[0], n[1]), angle(n[1], n[2]), angle(n[2], n[3]), angle(n[3], n[0])];
-        let k = TAU - g[2] - g[3];
-        let solid_angle = g[0] + g[1] - k;
+        let unit = |side: f64| side / length(side, z0);
+        let n = [unit(-y0), unit(x1), unit(y1), unit(-x0)];
+        // The inner angles are acos(−n₀n₁), acos(−n₁n₂) and so on; two of them are summed with one inverse function.
+        let k = TAU - sum_of_arc_cosines(-n[2] * n[3], -n[3] * n[0]);
+        let solid_angle = sum_of_arc_cosines(-n[0] * n[1], -n[1] * n[2]) - k;
         let usable =
             z0 < 0.0 && solid_angle > SMALLEST_SOLID_ANGLE && solid_angle < TAU - SMALLEST_SOLID_ANGLE;
         usable.then_some(SphericalRectangle {
@@ -57,6 +66,18 @@ impl Rectangle {
             y: [y0, y1],
         })
     }
+}
+
+/// Like `hypot`, which guards against overflow that no scene comes near and costs as much as a ray query.
+fn length(a: f64, b: f64) -> f64 {
+    (a * a + b * b).sqrt()
+}
+
+/// acos(a) + acos(b), from 0 to 2π.
+fn sum_of_arc_cosines(a: f64, b: f64) -> f64 {
+    let (sin_a, sin_b) = ((1.0 - a * a).max(0.0).sqrt(), (1.0 - b * b).max(0.0).sqrt());
+    let angle = (sin_a * b + a * sin_b).atan2(a * b - sin_a * sin_b);
+    if angle < 0.0 { angle + TAU } else { angle }
 }
 
 /// A rectangle in the frame of a reference point, whose z axis is perpendicular to it.
@@ -81,12 +102,13 @@ impl SphericalRectangle {
     pub fn sample(&self, u: [f64; 2]) -> [f64; 2] {
         // The part of the rectangle up to cu along x fills the fraction u[0] of the solid angle.
         let au = u[0] * self.solid_angle + self.k;
-        let fu = (au.cos() * self.b0 - self.b1) / au.sin();
+        let (sin, cos) = au.sin_cos();
+        let fu = (cos * self.b0 - self.b1) / sin;
         let cu = (1.0 / (fu * fu + self.b0 * self.b0).sqrt()).min(1.0).copysign(fu);
         let xu = (-cu * self.z0 / (1.0 - cu * cu).max(f64::MIN_POSITIVE).sqrt()).clamp(self.x[0], self.x[1]);
         // On that vertical line y / distance is uniform.
-        let d = xu.hypot(self.z0);
-        let (h0, h1) = (self.y[0] / d.hypot(self.y[0]), self.y[1] / d.hypot(self.y[1]));
+        let d = length(xu, self.z0);
+        let (h0, h1) = (self.y[0] / length(d, self.y[0]), self.y[1] / length(d, self.y[1]));
         let hv = h0 + u[1] * (h1 - h0);
         let yv = (hv * d / (1.0 - hv * hv).max(f64::MIN_POSITIVE).sqrt()).clamp(self.y[0], self.y[1]);
         let along = |value: f64, [low, high]: [f64; 2]| ((value - low) / (high - low)).clamp(0.0, 1.0);

@@ -245,26 +245,21 @@ fn bounds_are_tight_and_hold() {
     }
 }
 
-/// E[1 / density] = area, exactly the second of two independent ways to it.
+/// The mean of 1 / density over the unit square is the area, which has been computed in another way.
 #[test]
 fn area_densities_integrate_to_one() {
-    let mut random = Random::seed_from_u64(4);
+    const GRID: usize = 400;
     for (name, shape) in all_shapes() {
-        let (mut sum, mut squares, n) = (0.0, 0.0, 50_000);
-        for _ in 0..n {
-            let sample = shape.sample([random.random(), random.random()]).unwrap();
+        let mut mean = 0.0;
+        for i in 0..GRID * GRID {
+            let u = [i % GRID, i / GRID].map(|k| (k as f64 + 0.5) / GRID as f64);
+            let sample = shape.sample(u).unwrap();
             let reported = shape.area_density(&sample.surface.point);
             assert!(close(reported / sample.density, 1.0, 1e-9), "{name}: {reported} {}", sample.density);
-            sum += 1.0 / sample.density;
-            squares += sample.density.powi(-2);
+            mean += 1.0 / (sample.density * (GRID * GRID) as f64);
         }
-        let mean = sum / f64::from(n);
-        let variance = (squares / f64::from(n) - mean * mean).max(0.0) / f64::from(n);
-        assert!(
-            close(mean, shape.area(), 4.0 * variance.sqrt() + 1e-9 * mean),
-            "{name}: {mean} {}",
-            shape.area()
-        );
+        // The midpoint rule is good to about 1 / GRID².
+        assert!(close(mean / shape.area(), 1.0, 1e-4), "{name}: {mean} {}", shape.area());
     }
 }
 
@@ -404,14 +399,14 @@ fn sphere_sampling_is_robust() {
     }
 }
 
-/// Samples of a rectangle are visible from the reference: nothing but the light itself is in the way.
+/// Samples are visible from near and far references: the light itself is not in the way.
 #[test]
 fn samples_are_not_hidden_by_their_own_surface() {
     let mut random = Random::seed_from_u64(8);
     for (name, shape) in all_shapes() {
         let convex = !matches!(name, "uneven mesh") && !name.contains("cylinder");
         for _ in 0..5_000 {
-            let reference = direction(&mut random) * random.random_range(2.0..20.0);
+            let reference = direction(&mut random) * 10f64.powf(random.random_range(0.5..6.0));
             let Some(sample) = shape.sample_toward(reference, [random.random(), random.random()]) else {
                 continue;
             };

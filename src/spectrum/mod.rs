@@ -27,7 +27,7 @@ pub use error::SpectrumError;
 pub use normal_reflectance::NormalReflectance;
 pub use sampled::Sampled;
 pub use table::{Extrapolation, Irregular, Table, Uniform};
-pub use wavelengths::{WavelengthDensity, Wavelengths};
+pub use wavelengths::{Emission, WavelengthDensity, Wavelengths};
 
 /// A function of vacuum wavelength (nm). Its unit belongs to its use.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,12 +97,12 @@ impl Spectrum {
     /// The values at the wavelengths (nm) of one path.
     #[inline]
     pub fn sample<const C: usize>(&self, nm: &[f64; C]) -> Sampled<C> {
-        Sampled(match self {
-            Self::Constant(value) => [*value; C],
-            Self::Uniform(table) => nm.map(|nm| table.at(nm)),
-            Self::Irregular(table) => nm.map(|nm| table.at(nm)),
-            Self::Blackbody(body) => nm.map(|nm| body.at(nm)),
-        })
+        match self {
+            Self::Constant(value) => Sampled::splat(*value),
+            Self::Uniform(table) => Sampled::from_fn(|lane| table.at(nm[lane])),
+            Self::Irregular(table) => Sampled::from_fn(|lane| table.at(nm[lane])),
+            Self::Blackbody(body) => Sampled::from_fn(|lane| body.at(nm[lane])),
+        }
     }
 
     /// The same function times `factor`.

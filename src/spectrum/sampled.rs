@@ -23,12 +23,24 @@ impl<const C: usize> Sampled<C> {
         self.0[0]
     }
 
-    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self(self.0.map(f))
+    /// Lane by lane. A loop and not `array::from_fn` or `array::map`, which are not always inlined.
+    #[inline]
+    pub fn from_fn(f: impl Fn(usize) -> f64) -> Self {
+        let mut lanes = [0.0; C];
+        for (lane, value) in lanes.iter_mut().enumerate() {
+            *value = f(lane);
+        }
+        Self(lanes)
     }
 
+    #[inline]
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self::from_fn(|lane| f(self.0[lane]))
+    }
+
+    #[inline]
     pub fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+        Self::from_fn(|lane| f(self.0[lane], other.0[lane]))
     }
 
     pub fn sum(self) -> f64 {
@@ -48,12 +60,14 @@ macro_rules! lane_by_lane {
     ($trait:ident, $method:ident, $op:tt) => {
         impl<const C: usize> $trait for Sampled<C> {
             type Output = Self;
+            #[inline]
             fn $method(self, other: Self) -> Self {
                 self.zip(other, |a, b| a $op b)
             }
         }
         impl<const C: usize> $trait<f64> for Sampled<C> {
             type Output = Self;
+            #[inline]
             fn $method(self, other: f64) -> Self {
                 self.map(|a| a $op other)
             }
@@ -66,24 +80,28 @@ lane_by_lane!(Mul, mul, *);
 lane_by_lane!(Div, div, /);
 
 impl<const C: usize> AddAssign for Sampled<C> {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
 impl<const C: usize> MulAssign for Sampled<C> {
+    #[inline]
     fn mul_assign(&mut self, other: Self) {
         *self = *self * other;
     }
 }
 
 impl<const C: usize> MulAssign<f64> for Sampled<C> {
+    #[inline]
     fn mul_assign(&mut self, other: f64) {
         *self = *self * other;
     }
 }
 
 impl<const C: usize> DivAssign<f64> for Sampled<C> {
+    #[inline]
     fn div_assign(&mut self, other: f64) {
         *self = *self / other;
     }
@@ -91,12 +109,14 @@ impl<const C: usize> DivAssign<f64> for Sampled<C> {
 
 impl<const C: usize> Index<usize> for Sampled<C> {
     type Output = f64;
+    #[inline]
     fn index(&self, lane: usize) -> &f64 {
         &self.0[lane]
     }
 }
 
 impl<const C: usize> IndexMut<usize> for Sampled<C> {
+    #[inline]
     fn index_mut(&mut self, lane: usize) -> &mut f64 {
         &mut self.0[lane]
     }

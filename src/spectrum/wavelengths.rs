@@ -5,7 +5,7 @@
 //! the balance heuristic over the whole path's densities (Wilkie et al., "Hero Wavelength Spectral
 //! Sampling", EGSR 2014). What a scene does not emit is not sampled.
 
-use super::Sampled;
+use super::{Sampled, Spectrum};
 use crate::sampling::PiecewiseConstant;
 use crate::units::WavelengthRange;
 
@@ -15,6 +15,14 @@ pub struct Wavelengths<const C: usize> {
     pub nm: [f64; C],
     /// Density, per nm, with which each could have been chosen as the hero.
     pub density: Sampled<C>,
+}
+
+/// A light's part in the density over wavelength.
+#[derive(Clone, Copy, Debug)]
+pub struct Emission<'a> {
+    pub spectrum: &'a Spectrum,
+    /// What the light weighs against others, beside its spectrum.
+    pub weight: f64,
 }
 
 /// The density over wavelength that the paths of a render share.
@@ -35,25 +43,23 @@ impl WavelengthDensity {
     /// as much as any other, so that a weak light of another colour than the rest is still seen. Zero only
     /// where no light emits.
     ///
-    /// `lights` gives for each light its spectrum up to a factor and the wavelengths at which that
-    /// spectrum's slope may break. Without any emission within the range all wavelengths are alike.
-    pub fn new(
-        range: WavelengthRange,
-        sensor: impl Fn(f64) -> f64,
-        lights: &[(&dyn Fn(f64) -> f64, Vec<f64>)],
-    ) -> Self {
-        let edges = edges(range, lights.iter().flat_map(|(_, nodes)| nodes.iter().copied()));
+    /// Without any emission within the range all wavelengths are alike.
+    pub fn new(range: WavelengthRange, sensor: impl Fn(f64) -> f64, lights: &[Emission]) -> Self {
+        let edges = edges(range, lights.iter().flat_map(|light| light.spectrum.nodes()));
         // The trapezoid rule on the halves of each bin: no node lies within a bin.
-        let integrate = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        let integrate = |light: &Emission| -> Vec<f64> {
             let part = |a: f64, b: f64| {
+                // A table may jump at a node, so never look at one itself.
                 let inside = 1e-9 * (b - a);
-                (f(a + inside) + 2.0 * f(0.5 * (a + b)) + f(b - inside)) * 0.25 * (b - a)
+                let [low, middle, high] =
+                    [a + inside, 0.5 * (a + b), b - inside].map(|nm| light.spectrum.at(nm));
+                light.weight * (low + 2.0 * middle + high) * 0.25 * (b - a)
             };
             edges.windows(2).map(|edge| part(edge[0], edge[1])).collect()
         };
         let mut seen = vec![0.0; edges.len() - 1];
         let mut emitted = seen.clone();
-        let spectra: Vec<_> = lights.iter().map(|(light, _)| integrate(light)).collect();
+        let spectra: Vec<_> = lights.iter().map(integrate).collect();
         let total: f64 = spectra.iter().flatten().sum();
         for spectrum in &spectra {
             let power: f64 = spectrum.iter().sum();
@@ -115,16 +121,21 @@ fn edges(range: WavelengthRange, nodes: impl Iterator<Item = f64>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::spectrum::Extrapolation;
 
     const RANGE: WavelengthRange = WavelengthRange::VISIBLE;
 
-    fn line(nm: f64) -> f64 {
-        if (588.9..=589.1).contains(&nm) { 5.0 } else { 0.0 }
+    fn line() -> Spectrum {
+        Spectrum::irregular(&[588.9, 589.1], &[5.0, 5.0], Extrapolation::Zero).unwrap()
+    }
+
+    fn one(spectrum: &Spectrum) -> Emission<'_> {
+        Emission { spectrum, weight: 1.0 }
     }
 
     #[test]
     fn what_is_not_emitted_is_not_sampled() {
-        let density = WavelengthDensity::new(RANGE, |_| 1.0, &[(&line, vec![588.9, 589.1])]);
+        let density = WavelengthDensity::new(RANGE, |_| 1.0, &[one(&line())]);
         for i in 0..1000 {
             let path = density.sample::<8>((f64::from(i) + 0.5) / 1000.0);
             for (nm, p) in path.nm.into_iter().zip(path.density.0) {
@@ -137,25 +148,25 @@ mod tests {
 
     #[test]
     fn the_density_integrates_to_one_and_estimates_are_unbiased() {
-        let daylight = |nm: f64| 1.0 + 0.3 * (nm / 50.0).sin();
+        let tungsten = Spectrum::blackbody(2856.0).unwrap();
         let sensor = |nm: f64| (-((nm - 550.0) / 60.0).powi(2)).exp();
-        let density =
-            WavelengthDensity::new(RANGE, sensor, &[(&daylight, vec![]), (&line, vec![588.9, 589.1])]);
+        let density = WavelengthDensity::new(RANGE, sensor, &[one(&tungsten), one(&line())]);
         let n = 100_000;
         let mut estimate = 0.0;
         for i in 0..n {
             let path = density.sample::<4>((f64::from(i) + 0.5) / f64::from(n));
             estimate +=
-                path.nm.map(daylight).iter().zip(path.density.0).map(|(f, p)| f / p).sum::<f64>() / 4.0;
+                path.nm.map(|nm| tungsten.at(nm)).iter().zip(path.density.0).map(|(f, p)| f / p).sum::<f64>()
+                    / 4.0;
         }
         let step = 0.01;
-        let exact: f64 = (0..47_000).map(|i| daylight(360.0 + step * (f64::from(i) + 0.5)) * step).sum();
+        let exact: f64 = (0..47_000).map(|i| tungsten.at(360.0 + step * (f64::from(i) + 0.5)) * step).sum();
         assert!((estimate / f64::from(n) / exact - 1.0).abs() < 1e-4, "{} {exact}", estimate / f64::from(n));
     }
 
     #[test]
     fn companions_are_heroes_of_the_same_set() {
-        let density = WavelengthDensity::new(RANGE, |nm| nm, &[(&|_| 1.0, vec![])]);
+        let density = WavelengthDensity::new(RANGE, |nm| nm, &[one(&Spectrum::ONE)]);
         let one = density.sample::<4>(0.1);
         let other = density.sample::<4>(0.35);
         assert!((one.nm[1] - other.nm[0]).abs() < 1e-9);
@@ -164,7 +175,7 @@ mod tests {
 
     #[test]
     fn darkness_has_a_density_too() {
-        let density = WavelengthDensity::new(RANGE, |_| 1.0, &[(&|_| 0.0, vec![])]);
+        let density = WavelengthDensity::new(RANGE, |_| 1.0, &[one(&Spectrum::ZERO)]);
         assert!((density.density(500.0) - 1.0 / 470.0).abs() < 1e-12);
     }
 }

@@ -17,7 +17,7 @@ use crate::integrator::{Integrator, Limits};
 use crate::light::{AreaGeometry, Light, Lights};
 use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
 use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Observer};
-use crate::spectrum::{Spectrum, WavelengthDensity};
+use crate::spectrum::{Emission, Spectrum, WavelengthDensity};
 use crate::units::WavelengthRange;
 use materials::Materials;
 use std::f64::consts::PI;
@@ -73,7 +73,10 @@ impl Compiler<'_> {
                 None => None,
                 Some(source) => {
                     let radiance = self.spectrum(source);
-                    lights.push(Light::Area { geometry: AreaGeometry::new(geometry.clone()), radiance });
+                    lights.push(Light::Area {
+                        geometry: Box::new(AreaGeometry::new(geometry.clone())),
+                        radiance,
+                    });
                     Some(lights.len() as u32 - 1)
                 }
             };
@@ -133,9 +136,9 @@ impl Compiler<'_> {
     /// The middle of all shapes, in the file's coordinates.
     fn centre(&self) -> Vec3 {
         let bounds = self.description.shapes.iter().map(|shape| match &shape.kind {
-            ShapeKind::Mesh { mesh, .. } => Bounds::of(
-                mesh.data().positions.iter().map(|p| shape.to_world.point(p.map(f64::from).into())),
-            ),
+            ShapeKind::Mesh { mesh, .. } => {
+                Bounds::of(mesh.positions.iter().map(|p| shape.to_world.point(p.map(f64::from).into())))
+            }
             _ => place(shape, &shape.to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
         });
         let bounds = Bounds::of_all(bounds);
@@ -185,16 +188,11 @@ impl Compiler<'_> {
         scene_radius: f64,
     ) -> WavelengthDensity {
         let everywhere = environment.map(|spectrum| (spectrum, PI * 4.0 * PI * scene_radius * scene_radius));
-        let weighed: Vec<_> = lights
-            .iter()
-            .zip(powers)
+        let own = lights.iter().zip(powers);
+        let emissions: Vec<Emission> = own
             .map(|(light, &power)| (light.spectrum(), power))
             .chain(everywhere)
-            .map(|(spectrum, power)| (move |nm: f64| power * spectrum.at(nm), spectrum.nodes()))
-            .collect();
-        let lights: Vec<(&dyn Fn(f64) -> f64, Vec<f64>)> = weighed
-            .iter()
-            .map(|(spectrum, nodes)| (spectrum as &dyn Fn(f64) -> f64, nodes.clone()))
+            .map(|(spectrum, weight)| Emission { spectrum, weight })
             .collect();
         let observer = self.options.observer;
         // Half for the observer and half for the bins.
@@ -205,7 +203,7 @@ impl Compiler<'_> {
             0.0
         };
         let sensor = |nm: f64| flat + observer.at(nm).iter().sum::<f64>().max(0.0);
-        WavelengthDensity::new(self.options.range, sensor, &lights)
+        WavelengthDensity::new(self.options.range, sensor, &emissions)
     }
 
     /// Of the order of the largest luminance that the camera can see.
@@ -284,7 +282,7 @@ fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, Shap
         ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube => Shape::Mesh(Mesh::cube(to_world, flip)?),
         ShapeKind::Mesh { mesh, compute_normals, .. } => {
-            let mut placed = mesh.data().transformed(to_world);
+            let mut placed = mesh.transformed(to_world);
             if *compute_normals {
                 placed.normals = Some(compute_vertex_normals(&placed.positions, &placed.indices));
             }

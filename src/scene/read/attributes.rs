@@ -28,8 +28,8 @@ impl Defaults {
         self.values.entry(name.to_owned()).or_insert(value);
     }
 
-    /// `text` with every `$name` replaced. `Err` is the first name that has no value.
-    fn replace(&mut self, text: &str) -> Result<String, String> {
+    /// `text` with every `$name` replaced.
+    fn replace(&mut self, text: &str) -> Result<String, Unreplaced> {
         let mut result = String::new();
         let mut rest = text;
         while let Some(dollar) = rest.find('$') {
@@ -37,7 +37,11 @@ impl Defaults {
             rest = &rest[dollar + 1..];
             let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());
             let (name, after) = rest.split_at(end);
-            result.push_str(self.values.get(name).ok_or_else(|| name.to_owned())?);
+            result.push_str(self.values.get(name).ok_or_else(|| Unreplaced::Undefined(name.to_owned()))?);
+            // Parameters made of parameters can double and double again.
+            if result.len() > LONGEST_REPLACED {
+                return Err(Unreplaced::TooLong);
+            }
             self.used.insert(name.to_owned());
             rest = after;
         }
@@ -88,6 +92,16 @@ impl Defaults {
         }
     }
 }
+
+/// Why a text could not be completed.
+enum Unreplaced {
+    /// The first name that has no value.
+    Undefined(String),
+    TooLong,
+}
+
+/// Most bytes of a text with parameters in it.
+const LONGEST_REPLACED: usize = 1 << 20;
 
 /// The value of an attribute.
 #[derive(Clone, Debug)]
@@ -145,7 +159,12 @@ impl Attributes {
                     let literal = source == Some(text.as_str());
                     found.insert(attribute.name().to_owned(), Attribute { text, place, literal });
                 }
-                Err(name) => errors.push(defaults.undefined(&name, &place)),
+                Err(Unreplaced::Undefined(name)) => errors.push(defaults.undefined(&name, &place)),
+                Err(Unreplaced::TooLong) => errors.push(SceneError::at(
+                    &place,
+                    "The text becomes too long when its parameters are replaced",
+                    format!("expected at most {LONGEST_REPLACED} bytes"),
+                )),
             }
         }
         for name in required {

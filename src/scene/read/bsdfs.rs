@@ -6,6 +6,7 @@ use super::query::Query;
 use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId, Value};
 use super::{Reader, indices};
+use crate::spectrum::catalogue::Kind;
 use std::sync::Arc;
 
 /// Mitsuba 3's default for `alpha`.
@@ -55,10 +56,23 @@ fn diffuse_transmitter(query: &Query<'_>) -> BsdfKind {
         &query.object.plugin_place,
         "bsdf \"diffusetransmitter\": Lambertian reflection and transmission".to_owned(),
     );
-    BsdfKind::DiffuseTransmitter {
-        reflectance: spectra::read_or(query, "reflectance", Use::Reflectance, 0.25),
-        transmittance: spectra::read_or(query, "transmittance", Use::Reflectance, 0.25),
+    let reflectance = spectra::read_or(query, "reflectance", Use::Reflectance, 0.25);
+    let transmittance = spectra::read_or(query, "transmittance", Use::Reflectance, 0.25);
+    // Room for the rounding of values such as 0.7 + 0.3.
+    if let Some((nm, sum)) =
+        spectra::greatest_sum(&reflectance, &transmittance).filter(|(_, sum)| *sum > 1.0 + 1e-9)
+    {
+        let name = if query.has("transmittance") { "transmittance" } else { "reflectance" };
+        query.error(
+            SceneError::at(
+                &query.place(name),
+                format!("Reflectance and transmittance sum up to {sum:.6} at {nm} nm"),
+                "expected a sum of at most 1 at every wavelength",
+            )
+            .with_remedy("each is 0.25 where it is not given"),
+        );
     }
+    BsdfKind::DiffuseTransmitter { reflectance, transmittance }
 }
 
 fn conductor(query: &Query<'_>, roughness: Option<Roughness>) -> BsdfKind {
@@ -102,6 +116,7 @@ fn conductor_index(query: &Query<'_>) -> ConductorIndex {
         return match query.text("material") {
             None | Some("none") => ConductorIndex::Mirror,
             Some(name) => {
+                spectra::lookup(query.reader, &entry.value_place, Kind::Conductor, name);
                 query.reader.assumption(
                     &entry.value_place,
                     format!(

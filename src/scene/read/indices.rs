@@ -7,6 +7,7 @@ use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId, Value};
 use super::{Reader, names};
 use crate::spectrum::DispersionFormula;
+use crate::spectrum::catalogue::Kind;
 use crate::units::WavelengthRange;
 
 /// The index of Mitsuba 3's default for `int_ior`, `bk7`.
@@ -122,7 +123,9 @@ fn of_plugin(query: &Query<'_>, name: &'static str, id: ObjectId, place: &Place)
             let inner = Query::new(reader, id);
             let material = spectra::measured(&inner);
             inner.finish();
-            material.map(IndexKind::Named)
+            let material = material?;
+            spectra::lookup(reader, place, Kind::Dielectric, &material)?;
+            Some(IndexKind::Named(material))
         }
         "sellmeier" | "cauchy" => {
             extend(query, place, name, &format!("a {} formula", object.plugin));

@@ -82,8 +82,12 @@ fn shading_samples(query: &Query<'_>) {
         }
         if count == 0 {
             query.error(
-                SceneError::at(&place, format!("{name} 0 would leave light out"), "expected at least 1")
-                    .with_remedy("without one kind of sample, point lights or mirrors would be black"),
+                SceneError::at(
+                    &place,
+                    format!("With {name} 0, light would be left out"),
+                    "expected at least 1",
+                )
+                .with_remedy("without one kind of sample, point lights or mirrors would be black"),
             );
         }
     }

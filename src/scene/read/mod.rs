@@ -19,13 +19,15 @@ mod sensors;
 mod shapes;
 mod spd;
 mod spectra;
+#[cfg(test)]
+mod tests;
 mod transforms;
 mod tree;
 mod xml;
 
 use super::description::{Bsdf, Description, Note, Sensor, SpectrumSource};
 use super::source::{Place, SceneError, SceneErrors, Sources};
-use crate::shape::Mesh;
+use crate::shape::MeshData;
 use query::Query;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -140,7 +142,7 @@ struct Reader {
     /// What several objects may refer to is read once.
     bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
-    meshes: RefCell<BTreeMap<(PathBuf, bool, shapes::MeshOptions), Option<Arc<Mesh>>>>,
+    meshes: RefCell<BTreeMap<shapes::MeshKey, Option<Arc<MeshData>>>>,
 }
 
 impl Reader {
@@ -287,23 +289,15 @@ impl Reader {
 
     /// Says where a medium means more here than in Mitsuba 3.
     fn media_under(&self, shapes: &[super::description::Shape]) {
-        use super::description::BsdfKind;
-        let plain = self.tree.objects.iter().find(|object| object.class == Class::Integrator);
-        let ignored = plain.is_none_or(|object| ["path", "direct"].contains(&object.plugin.as_str()));
-        for shape in shapes {
-            let Some(medium) = &shape.interior else { continue };
-            if ignored {
-                self.assumption(
-                    &medium.place,
-                    "the medium absorbs, although Mitsuba 3's path and direct would ignore it".to_owned(),
-                );
-            }
-            if !matches!(shape.bsdf.kind, BsdfKind::Dielectric { .. } | BsdfKind::DiffuseTransmitter { .. }) {
-                self.remark(
-                    &medium.place,
-                    "no light enters this medium: the shape's BSDF lets none through".to_owned(),
-                );
-            }
+        let integrator = self.tree.objects.iter().find(|object| object.class == Class::Integrator);
+        if integrator.is_some_and(|object| !["path", "direct"].contains(&object.plugin.as_str())) {
+            return;
+        }
+        for medium in shapes.iter().filter_map(|shape| shape.interior.as_ref()) {
+            self.assumption(
+                &medium.place,
+                "the medium absorbs, although Mitsuba 3's path and direct would ignore it".to_owned(),
+            );
         }
     }
 }

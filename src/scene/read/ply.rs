@@ -304,6 +304,16 @@ fn vertices(
     let mut uvs = Vec::with_capacity(if uv.is_some() { element.count } else { 0 });
     for _ in 0..element.count {
         cursor.row(element, format, &mut row, None, &mut Vec::new())?;
+        let used = position.iter().chain(normal.iter().flatten()).chain(uv.iter().flatten());
+        if used.into_iter().any(|&i| !(row[i] as f32).is_finite()) {
+            let problem = format!("Vertex {} has a number that is not finite", positions.len());
+            return Err(MeshError::new(problem, "expected finite numbers of single precision").on(
+                match format {
+                    Format::Ascii => Position::Line(cursor.line),
+                    _ => Position::Byte(cursor.at),
+                },
+            ));
+        }
         let vector = |at: [usize; 3]| at.map(|i| row[i] as f32);
         positions.push(vector(position));
         if let Some(normal) = normal {

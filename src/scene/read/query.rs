@@ -108,7 +108,8 @@ impl<'a> Query<'a> {
         }
         let problem = format!("\"{name}\" of {} is {number}", self.title());
         let expected = match most {
-            i64::MAX => format!("expected at least {least}"),
+            // Limits of the program's own types would say nothing to anybody.
+            _ if most >= i64::from(u32::MAX) => format!("expected an integer of at least {least}"),
             _ => format!("expected an integer from {least} to {most}"),
         };
         self.error(SceneError::at(&self.place(name), problem, expected));
@@ -165,7 +166,7 @@ impl<'a> Query<'a> {
             return Some(*value);
         }
         let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
-        let problem = format!("\"{text}\" is no {name} of {}", self.title());
+        let problem = format!("\"{text}\" is not a value of \"{name}\"");
         let error = SceneError::at(&self.place(name), problem, format!("expected {}", names::either(&words)));
         self.error(match names::nearest(text, &words) {
             Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
@@ -259,8 +260,11 @@ impl<'a> Query<'a> {
     }
 }
 
-/// With a capital first letter, to begin a sentence.
+/// With a capital first letter, to begin a sentence; an abbreviation is all capitals.
 pub(super) fn capital(text: &str) -> String {
+    if let Some(rest) = text.strip_prefix("bsdf ") {
+        return format!("BSDF {rest}");
+    }
     let mut chars = text.chars();
     chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
 }

@@ -2,12 +2,12 @@
 
 use super::super::description::{Shape, ShapeKind};
 use super::super::source::SceneError;
-use super::query::{Query, capital};
+use super::query::Query;
 use super::spectra::required;
 use super::tree::{Class, ObjectId};
 use super::{Reader, bsdfs, lights, media, obj, ply, spd};
 use crate::geometry::Vec3;
-use crate::shape::{Mesh, MeshData};
+use crate::shape::MeshData;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -102,6 +102,14 @@ pub(super) struct MeshOptions {
     pub flip_tex_coords: bool,
 }
 
+/// What makes two mesh shapes share one mesh.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct MeshKey {
+    path: PathBuf,
+    is_obj: bool,
+    options: MeshOptions,
+}
+
 fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
     let is_obj = query.object.plugin == "obj";
     let filename = required(query, "filename", query.text("filename"));
@@ -110,18 +118,18 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
         flip_tex_coords: query.boolean("flip_tex_coords", is_obj),
     };
     let path = query.reader.folder.join(filename?);
-    let key = (path.clone(), is_obj, options);
+    let key = MeshKey { path: path.clone(), is_obj, options };
     let known = query.reader.meshes.borrow().get(&key).cloned();
     let mesh = known.unwrap_or_else(|| {
         let mesh = load(query, &path, is_obj, options).map(Arc::new);
         query.reader.meshes.borrow_mut().insert(key, mesh.clone());
         mesh
     })?;
-    let compute_normals = mesh.data().normals.is_none() && !options.face_normals;
+    let compute_normals = mesh.normals.is_none() && !options.face_normals;
     Some(ShapeKind::Mesh { file: path, mesh, compute_normals })
 }
 
-fn load(query: &Query<'_>, path: &PathBuf, is_obj: bool, options: MeshOptions) -> Option<Mesh> {
+fn load(query: &Query<'_>, path: &Path, is_obj: bool, options: MeshOptions) -> Option<MeshData> {
     let place = query.place("filename");
     let bytes = match spd::read(path, LARGEST_MESH_FILE, &place) {
         Ok(bytes) => bytes,
@@ -131,11 +139,9 @@ fn load(query: &Query<'_>, path: &PathBuf, is_obj: bool, options: MeshOptions) -
         }
     };
     let read = if is_obj { obj::read(&bytes, options) } else { ply::read(&bytes, options) };
-    let made = read.and_then(|data| {
-        if data.indices.is_empty() {
-            return Err(MeshError::new("The mesh has no triangles", "expected at least one face"));
-        }
-        Mesh::new(data).map_err(|error| MeshError::new(capital(&error.to_string()), "expected a valid mesh"))
+    let made = read.and_then(|data| match data.indices.len() {
+        0 => Err(MeshError::new("The mesh has no triangles", "expected at least one face")),
+        _ => Ok(data),
     });
     match made {
         Ok(mesh) => Some(mesh),

@@ -24,12 +24,17 @@ pub(super) fn value(attribute: &Attribute) -> Result<Value, SceneError> {
     match parse_list(&attribute.text) {
         Ok(columns) => Ok(Value::List { nm: columns.nodes, values: columns.values, file: None }),
         Err(error) => {
-            let length = attribute.text[error.offset..].find([',', ' ', ':']).unwrap_or(1);
+            let rest = &attribute.text[error.offset..];
+            let length = rest.find([',', ' ', ':']).unwrap_or(rest.len());
             let place = match error.problem {
                 TextProblem::TooFew(_) => attribute.place.clone(),
                 _ => attribute.part(error.offset, length),
             };
-            Err(wrong(&place, &error.problem))
+            Err(wrong(
+                &place,
+                &error.problem,
+                "write pairs without blanks around the colon: 400:0.1, 700:0.9",
+            ))
         }
     }
 }
@@ -55,7 +60,7 @@ pub(super) fn file(attribute: &Attribute, folder: &Path, sources: &mut Sources) 
             let start = line_start + offset;
             let length = line[offset..].find(char::is_whitespace).unwrap_or(line.len() - offset);
             let place = Place { file: sources.add(&path, text), span: start..start + length };
-            wrong(&place, &error.problem)
+            wrong(&place, &error.problem, "write a wavelength and a value on each line, separated by blanks")
         })
 }
 
@@ -102,7 +107,8 @@ fn neighbour(path: &Path) -> Option<String> {
     super::names::nearest(wanted, &names).map(str::to_owned)
 }
 
-fn wrong(place: &Place, problem: &TextProblem) -> SceneError {
+/// `grammar` says how pairs are written.
+fn wrong(place: &Place, problem: &TextProblem, grammar: &str) -> SceneError {
     let error = SceneError::at(place, "The spectrum cannot be read", problem.to_string());
     match problem {
         TextProblem::NotIncreasing { .. } => {
@@ -111,12 +117,7 @@ fn wrong(place: &Place, problem: &TextProblem) -> SceneError {
         TextProblem::TooFew(_) => {
             error.with_remedy("for a constant write a single number without wavelength")
         }
-        TextProblem::NotANumber(word) if word.is_empty() => {
-            error.with_remedy("write no blanks around the colon: 400:0.1, 700:0.9")
-        }
-        TextProblem::NotANumber(word) if word.contains(',') => {
-            error.with_remedy("in a file, separate wavelength and value by blanks")
-        }
-        _ => error,
+        TextProblem::NotPositive(_) => error.with_remedy("wavelengths are in nanometres"),
+        _ => error.with_remedy(grammar),
     }
 }

@@ -5,6 +5,7 @@ use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::tree::{Class, Entry, ObjectId, Value};
 use super::{Reader, names};
+use crate::spectrum::catalogue::{self, Kind, Quantity};
 use crate::spectrum::{Extrapolation, Spectrum};
 use crate::units::WavelengthRange;
 
@@ -26,14 +27,27 @@ pub(super) enum Use {
 }
 
 impl Use {
-    /// The word for messages.
-    fn word(self) -> &'static str {
-        match self {
+    /// What messages call the property `name`.
+    fn title(self, name: &str) -> String {
+        let word = match self {
             Self::Reflectance => "reflectance",
             Self::NormalReflectance => "normal-incidence reflectance",
             Self::Emission => "emission",
             Self::Absorption => "absorption",
             Self::ConductorIndex | Self::Index => "refractive index",
+        };
+        if word == name { format!("The {word}") } else { format!("The {word} \"{name}\"") }
+    }
+
+    /// The kind of measured spectrum that fits.
+    fn kind(self) -> Option<Kind> {
+        match self {
+            Self::Reflectance | Self::NormalReflectance => Some(Kind::Reflectance),
+            Self::Emission => Some(Kind::Illuminant),
+            Self::Absorption => Some(Kind::Absorption),
+            Self::Index => Some(Kind::Dielectric),
+            // A metal has n and k together.
+            Self::ConductorIndex => None,
         }
     }
 
@@ -57,7 +71,7 @@ impl Use {
 
     fn remedy(self, value: f64) -> &'static str {
         match self {
-            Self::Reflectance if value > 1.0 && value <= 100.0 => {
+            Self::Reflectance if (2.0..=100.0).contains(&value) => {
                 "a surface cannot reflect more than it receives; per cent must be divided by 100"
             }
             Self::Reflectance if value > 1.0 => "a surface cannot reflect more than it receives",
@@ -83,7 +97,7 @@ pub(super) fn constant(place: &Place, value: f64) -> SpectrumSource {
 /// The spectrum `name`. `None` where it is absent or wrong.
 pub(super) fn read(query: &Query<'_>, name: &'static str, purpose: Use) -> Option<SpectrumSource> {
     let entry = query.entry(name)?;
-    let Some(source) = written(query, entry, name, purpose) else { return None };
+    let source = written(query, entry, name, purpose)?;
     check(query.reader, &source, name, purpose).then_some(source)
 }
 
@@ -111,6 +125,10 @@ fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -
         Value::Float(value) => Some(bare(*value)),
         Value::Integer(value) => Some(bare(*value as f64)),
         Value::Flat(value) => Some(constant(&place, *value)),
+        Value::List { values, .. } if values.iter().all(|&value| value == 0.0) => {
+            query.error(all_zero(&place));
+            None
+        }
         Value::List { nm, values, file } => {
             let kind = SpectrumKind::Irregular { nm: nm.clone(), values: values.clone(), file: file.clone() };
             Some(SpectrumSource { place, kind, scale: 1.0 })
@@ -136,21 +154,46 @@ fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -
     }
 }
 
+/// A reflectance as a function; `None` for what is no reflectance or is reported elsewhere.
+fn function(source: &SpectrumSource) -> Option<Spectrum> {
+    let spectrum = match &source.kind {
+        SpectrumKind::Constant(value) => Spectrum::Constant(*value),
+        SpectrumKind::Irregular { nm, values, .. } => {
+            Spectrum::irregular(nm, values, Extrapolation::Zero).ok()?
+        }
+        SpectrumKind::Regular { min_nm, max_nm, values } => {
+            Spectrum::regular(*min_nm, *max_nm, values, Extrapolation::Zero).ok()?
+        }
+        SpectrumKind::Named(name) => catalogue::reflectance(name).ok()?,
+        SpectrumKind::D65 | SpectrumKind::Blackbody { .. } => return None,
+    };
+    Some(spectrum.scaled(source.scale))
+}
+
+/// The wavelength (nm) and value where two reflectances sum up to most: at a node of one of them, since both are
+/// linear between.
+pub(super) fn greatest_sum(a: &SpectrumSource, b: &SpectrumSource) -> Option<(f64, f64)> {
+    let (a, b) = (function(a)?, function(b)?);
+    let range = WavelengthRange::VISIBLE;
+    let nodes = a.nodes().into_iter().chain(b.nodes()).chain([range.min, range.max]);
+    nodes.map(|nm| (nm, a.at(nm) + b.at(nm))).max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 /// Refuses values that the use does not allow, and lists without any light.
 fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> bool {
     if source.scale < 0.0 || !source.scale.is_finite() {
-        let problem = format!("The {} \"{name}\" is scaled by {}", purpose.word(), source.scale);
+        let problem = format!("{} is scaled by {}", purpose.title(name), source.scale);
         reader.error(SceneError::at(&source.place, problem, "expected a factor of at least 0"));
         return false;
     }
-    let Some(values) = extremes(&source.kind) else { return true };
+    let Some(values) = extremes(reader, source, name, purpose) else { return false };
     for (nm, value) in values {
         let value = value * source.scale;
         if purpose.allows(value) {
             continue;
         }
         let at = nm.map_or(String::new(), |nm| format!(" at {nm} nm"));
-        let problem = format!("The {} \"{name}\" is {value}{at}", purpose.word());
+        let problem = format!("{} is {value}{at}", purpose.title(name));
         reader.error(
             SceneError::at(&source.place, problem, purpose.expected()).with_remedy(purpose.remedy(value)),
         );
@@ -159,8 +202,14 @@ fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> 
     true
 }
 
-/// Least and greatest value with their wavelengths, where they have any.
-fn extremes(kind: &SpectrumKind) -> Option<Vec<(Option<f64>, f64)>> {
+/// Least and greatest value with their wavelengths, where they have any. `None` where a name is unknown, which is
+/// reported.
+fn extremes(
+    reader: &Reader,
+    source: &SpectrumSource,
+    name: &str,
+    purpose: Use,
+) -> Option<Vec<(Option<f64>, f64)>> {
     /// Greatest value of CIE D65 (117.812 at 460 nm) over 98.9974.
     const BRIGHTEST_D65: f64 = 117.812 / 98.9974;
     let nodes = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
@@ -174,7 +223,7 @@ fn extremes(kind: &SpectrumKind) -> Option<Vec<(Option<f64>, f64)>> {
         }
         bounds.map(|bounds| bounds.map(|(nm, value)| (Some(nm), value)).to_vec())
     };
-    match kind {
+    match &source.kind {
         SpectrumKind::Constant(value) => Some(vec![(None, *value)]),
         SpectrumKind::Irregular { nm, values, .. } => {
             nodes(&mut nm.iter().copied().zip(values.iter().copied()))
@@ -189,7 +238,43 @@ fn extremes(kind: &SpectrumKind) -> Option<Vec<(Option<f64>, f64)>> {
                 Spectrum::blackbody(*kelvin).ok()?.bounds(WavelengthRange { min: *min_nm, max: *max_nm });
             Some(vec![(None, least), (None, greatest)])
         }
-        SpectrumKind::Named(_) => None,
+        SpectrumKind::Named(measured) => {
+            let Some(kind) = purpose.kind() else {
+                reader.error(
+                    SceneError::at(
+                        &source.place,
+                        format!("\"{name}\" cannot be measured by itself"),
+                        "expected a table of numbers",
+                    )
+                    .with_remedy("a metal has n and k together: <string name=\"material\" value=\"Au\"/>"),
+                );
+                return None;
+            };
+            let entry = lookup(reader, &source.place, kind, measured)?;
+            let Quantity::Spectrum(spectrum) = entry.quantity else { return Some(Vec::new()) };
+            let (least, greatest) = spectrum.bounds(WavelengthRange::VISIBLE);
+            Some(vec![(None, least), (None, greatest)])
+        }
+    }
+}
+
+/// The entry of the catalogue, or a message with the nearest name.
+pub(super) fn lookup(reader: &Reader, place: &Place, kind: Kind, name: &str) -> Option<catalogue::Entry> {
+    match catalogue::lookup(kind, name) {
+        Ok(entry) => Some(entry),
+        Err(unknown) => {
+            let expected = format!("expected the name of a measured {kind}");
+            let error = SceneError::at(place, format!("There is no measured {kind} \"{name}\""), expected);
+            let other = Kind::ALL.into_iter().find(|&other| catalogue::lookup(other, name).is_ok());
+            reader.error(match (other, unknown.nearest) {
+                (Some(other), _) => error.with_remedy(format!("\"{name}\" is a measured {other}")),
+                (None, Some(near)) => error.with_remedy(format!("did you mean \"{near}\"?")),
+                (None, None) => {
+                    error.with_remedy(format!("there are {}", names::listing(&catalogue::names(kind))))
+                }
+            });
+            None
+        }
     }
 }
 
@@ -346,7 +431,7 @@ fn lit(query: &Query<'_>, name: &'static str, values: &[f64]) -> bool {
     !dark
 }
 
-pub(super) fn all_zero(place: &Place) -> SceneError {
+fn all_zero(place: &Place) -> SceneError {
     SceneError::at(place, "The spectrum is 0 everywhere", "expected at least one value other than 0")
         .with_remedy("for a constant 0 write <spectrum ... value=\"0\"/>")
 }

@@ -52,6 +52,9 @@ impl Class {
     }
 }
 
+/// Elements and objects deeper than this are refused: no scene needs them, and they could exhaust the stack.
+pub(super) const DEEPEST: usize = 64;
+
 /// Index into [`Tree::objects`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct ObjectId(pub usize);
@@ -138,7 +141,7 @@ impl Tree {
         &self.objects[id.0]
     }
 
-    /// Puts objects in the place of references. Those that lead nowhere or in a circle are reported and
+    /// Puts objects in the place of references. Those that lead nowhere, in a circle or too deep are reported and
     /// become [`Value::Broken`].
     pub fn resolve(&mut self, errors: &mut Vec<SceneError>) {
         for object in &mut self.objects {
@@ -155,44 +158,64 @@ impl Tree {
         }
         let mut states = vec![State::New; self.objects.len()];
         for start in 0..self.objects.len() {
-            self.cut_circles(ObjectId(start), &mut states, errors);
+            self.check_nesting(ObjectId(start), &mut states, errors);
         }
     }
 
-    /// Walks depth first without recursion: a chain of references can be as long as the file.
-    fn cut_circles(&mut self, start: ObjectId, states: &mut [State], errors: &mut Vec<SceneError>) {
+    /// Cuts entries that lead back to an object that they stand in, or to more than [`DEEPEST`] objects within one
+    /// another. Walks depth first without recursion: a chain of references can be as long as the file.
+    fn check_nesting(&mut self, start: ObjectId, states: &mut [State], errors: &mut Vec<SceneError>) {
         let mut path = vec![(start, 0)];
         while let Some((id, next)) = path.pop() {
             if next == 0 {
-                if states[id.0] == State::Done {
+                if matches!(states[id.0], State::Done { .. }) {
                     continue;
                 }
                 states[id.0] = State::Open;
             }
-            let Some(entry) = self.objects[id.0].entries.get_mut(next) else {
-                states[id.0] = State::Done;
+            let Some(entry) = self.objects[id.0].entries.get(next) else {
+                states[id.0] = State::Done { height: self.height(id, states, errors) };
                 continue;
             };
             path.push((id, next + 1));
             let Value::Object(target) = entry.value else { continue };
             match states[target.0] {
                 State::New => path.push((target, 0)),
-                State::Done => {}
+                State::Done { .. } => {}
                 State::Open => {
-                    entry.value = Value::Broken;
-                    let place = entry.value_place.clone();
                     let name = self.objects[target.0].id.clone().unwrap_or_default();
                     errors.push(
                         SceneError::at(
-                            &place,
+                            &entry.value_place,
                             format!("The object \"{name}\" contains itself"),
                             "this reference leads back to an object that it stands in",
                         )
                         .with_remedy("refer to an object defined outside, or copy what is meant"),
                     );
+                    self.objects[id.0].entries[next].value = Value::Broken;
                 }
             }
         }
+    }
+
+    /// How many objects stand within one another below and with `id`, whose children are done.
+    fn height(&mut self, id: ObjectId, states: &[State], errors: &mut Vec<SceneError>) -> usize {
+        let mut height = 1;
+        for entry in &mut self.objects[id.0].entries {
+            let Value::Object(child) = entry.value else { continue };
+            let State::Done { height: below } = states[child.0] else { continue };
+            if below < DEEPEST {
+                height = height.max(below + 1);
+                continue;
+            }
+            errors.push(SceneError::at(
+                &entry.value_place,
+                format!("Objects are nested more than {DEEPEST} deep"),
+                "expected fewer references from object to object",
+            ));
+            entry.value = Value::Broken;
+        }
+        height
     }
 }
 
@@ -200,7 +223,10 @@ impl Tree {
 enum State {
     New,
     Open,
-    Done,
+    /// `height` objects stand within one another below and with it.
+    Done {
+        height: usize,
+    },
 }
 
 fn dangling<'a>(id: &str, place: &Place, known: impl Iterator<Item = &'a String>) -> SceneError {

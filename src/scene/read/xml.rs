@@ -4,13 +4,10 @@ use super::super::description::Note;
 use super::super::source::{Place, SceneError, Sources};
 use super::attributes::{self, Attribute, Attributes, Defaults, start_tag};
 use super::names;
-use super::tree::{Class, Entry, Object, ObjectId, Tree, Value};
+use super::tree::{Class, DEEPEST, Entry, Object, ObjectId, Tree, Value};
 use super::{spd, transforms};
 use roxmltree::{Document, Node};
 use std::path::Path;
-
-/// Elements deeper than this are refused: no scene needs them, and they could exhaust the stack.
-const DEEPEST: usize = 64;
 
 /// What reading the grammar gives, and what it had to say.
 #[derive(Debug, Default)]
@@ -49,11 +46,11 @@ pub(super) fn parse(
 
 fn malformed(error: &roxmltree::Error, text: &str, file: usize) -> SceneError {
     let position = error.pos();
-    let line = text.split_inclusive('\n').nth(position.row.saturating_sub(1) as usize).unwrap_or("");
-    let line_start = line.as_ptr() as usize - text.as_ptr() as usize;
-    let line_start = if line.is_empty() { text.len() } else { line_start };
+    let lines_before = position.row.saturating_sub(1) as usize;
+    let line_start: usize = text.split_inclusive('\n').take(lines_before).map(str::len).sum();
+    let line = text[line_start..].split('\n').next().unwrap_or("");
     let column = line.char_indices().nth(position.col.saturating_sub(1) as usize);
-    let start = (line_start + column.map_or(line.trim_end().len(), |(offset, _)| offset)).min(text.len());
+    let start = line_start + column.map_or(line.trim_end().len(), |(offset, _)| offset);
     let end = text[start..].chars().next().map_or(start, |c| start + c.len_utf8());
     let place = Place { file, span: start..end };
     match error {
@@ -155,7 +152,7 @@ impl Builder<'_> {
             if !child.is_element() {
                 continue;
             }
-            let Some(entry) = self.entry(child, depth) else { continue };
+            let Some(entry) = self.entry(child, depth).or_else(|| self.broken(child)) else { continue };
             let entries = &self.parsed.tree.get(owner).entries;
             if let Some(name) = &entry.name
                 && entries.iter().any(|earlier| earlier.name.as_ref() == Some(name))
@@ -170,6 +167,18 @@ impl Builder<'_> {
             }
             self.parsed.tree.objects[owner.0].entries.push(entry);
         }
+    }
+
+    /// What stands for an entry that could not be read, so that nobody complains about its absence as well.
+    fn broken(&self, node: Node<'_, '_>) -> Option<Entry> {
+        let place = start_tag(node, self.file);
+        (node.tag_name().name() != "default").then(|| Entry {
+            name: node.attribute("name").map(str::to_owned),
+            name_place: place.clone(),
+            value_place: place.clone(),
+            place,
+            value: Value::Broken,
+        })
     }
 
     fn refuse_text(&mut self, node: Node<'_, '_>) {
@@ -342,16 +351,7 @@ impl Builder<'_> {
 
     fn object(&mut self, node: Node<'_, '_>, class: Class, depth: usize) -> Option<Entry> {
         let place = start_tag(node, self.file);
-        let Some(attributes) = self.attributes(node, &["type"], &["id", "name"]) else {
-            // What surrounds it need not complain about its absence as well.
-            return Some(Entry {
-                name: node.attribute("name").map(str::to_owned),
-                name_place: place.clone(),
-                value_place: place.clone(),
-                place,
-                value: Value::Broken,
-            });
-        };
+        let attributes = self.attributes(node, &["type"], &["id", "name"])?;
         let plugin = attributes.get("type")?;
         let id = ObjectId(self.parsed.tree.objects.len());
         self.parsed.tree.objects.push(Object {

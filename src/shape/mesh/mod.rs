@@ -59,11 +59,14 @@ impl Mesh {
 
     /// The vertices of a triangle as stored.
     pub fn triangle_f32(&self, triangle: u32) -> [[f32; 3]; 3] {
-        self.data.indices[triangle as usize].map(|index| self.data.positions[index as usize])
+        let [a, b, c] = self.data.indices[triangle as usize];
+        let at = |index: u32| self.data.positions[index as usize];
+        [at(a), at(b), at(c)]
     }
 
     pub fn triangle(&self, triangle: u32) -> [Vec3; 3] {
-        self.triangle_f32(triangle).map(to_f64)
+        let [a, b, c] = self.triangle_f32(triangle);
+        [to_f64(a), to_f64(b), to_f64(c)]
     }
 
     /// Whether a triangle has no area, so that it has no normal and cannot be hit.
@@ -98,16 +101,19 @@ impl Mesh {
         let side = if self.data.flip_normals { -1.0 } else { 1.0 };
         let normal = ab.cross(ac).try_normalize().unwrap_or(Vec3::Z) * side;
         let point = SurfacePoint { position, normal, error: self.error };
-        let indices = self.data.indices[triangle as usize].map(|index| index as usize);
+        // Written out: `array::map` is not always inlined.
+        let [ia, ib, ic] = self.data.indices[triangle as usize];
+        let (ia, ib, ic) = (ia as usize, ib as usize, ic as usize);
         let shading_normal = self.data.normals.as_ref().and_then(|normals| {
-            let [a, b, c] = indices.map(|index| to_f64(normals[index]));
+            let [a, b, c] = [to_f64(normals[ia]), to_f64(normals[ib]), to_f64(normals[ic])];
             (a * (1.0 - v - w) + b * v + c * w).try_normalize()
         });
         let shading_normal = shading_normal.map_or(normal, |shading| shading * side);
         let Some(uvs) = &self.data.uvs else {
             return SurfaceHit { point, shading_normal, uv: barycentric, tangent: ab };
         };
-        let [uv_a, uv_b, uv_c] = indices.map(|index| uvs[index].map(f64::from));
+        let at = |index: usize| [f64::from(uvs[index][0]), f64::from(uvs[index][1])];
+        let [uv_a, uv_b, uv_c] = [at(ia), at(ib), at(ic)];
         let ([u1, v1], [u2, v2]) = (difference(uv_b, uv_a), difference(uv_c, uv_a));
         let determinant = u1 * v2 - v1 * u2;
         let tangent =

@@ -1,6 +1,6 @@
 //! Choosing points on meshes.
 
-use super::{Mesh, to_f64};
+use super::Mesh;
 use crate::geometry::Vec3;
 use crate::shape::{AreaSample, ShapeSample, SurfaceHit};
 
@@ -75,13 +75,9 @@ impl Mesh {
     /// The point at fractions of the first rectangle's edges, on the triangle that holds it: rounded
     /// vertices needn't lie in one plane.
     fn rectangle_surface(&self, [x, y]: [f64; 2]) -> SurfaceHit {
-        let edge_corner = to_f64(self.data.positions[1]);
-        let holds_x = |triangle: u32| self.triangle(triangle).contains(&edge_corner);
         // Triangle 0 holds the corner (1, 0), triangle 1 the corner (0, 1).
-        debug_assert!(holds_x(0) && !holds_x(1));
         let triangle = u32::from(y > x);
         let fractions = self.data.indices[triangle as usize].map(|index| CORNERS[index as usize]);
-        // Solve for the barycentric coordinates; the triangles are halves of the unit square.
         let [a, b, c] = fractions;
         let (ab, ac) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
         let determinant = ab[0] * ac[1] - ab[1] * ac[0];

@@ -80,7 +80,8 @@ impl Observer {
         let cell = (place as usize).min(self.values.len() - 2);
         let fraction = place - cell as f64;
         let (a, b) = (self.values[cell], self.values[cell + 1]);
-        std::array::from_fn(|i| a[i] * (1.0 - fraction) + b[i] * fraction)
+        let lerp = |i: usize| a[i] * (1.0 - fraction) + b[i] * fraction;
+        [lerp(0), lerp(1), lerp(2)]
     }
 
     /// x̄, ȳ, z̄ at the wavelengths (nm) of one path.

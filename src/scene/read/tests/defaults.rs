@@ -1,0 +1,265 @@
+//! Each default, as `print` shows it in Mitsuba 3.9.1 (validation/mitsuba/FACTS.md).
+
+use super::{errors, read, scene, shape};
+use crate::film::FilterKind;
+use crate::geometry::{Transform, Vec3};
+use crate::sampling::SamplerKind;
+use crate::scene::description::{
+    Bsdf, BsdfKind, ConductorIndex, Distribution, FieldOfView, FovAxis, IndexKind, IntegratorKind, LightKind,
+    MetalAssumption, PixelFormat, ShapeKind, SpectrumKind, SpectrumSource,
+};
+
+fn bsdf(content: &str) -> Bsdf {
+    (*shape(&format!(r#"<shape type="sphere">{content}</shape>"#)).bsdf).clone()
+}
+
+fn is_constant(source: &SpectrumSource, value: f64) -> bool {
+    matches!(source.kind, SpectrumKind::Constant(found) if found * source.scale == value)
+}
+
+#[test]
+fn a_bare_scene_is_seen_as_in_mitsuba() {
+    let scene = scene("");
+    assert_eq!(scene.integrator.kind, IntegratorKind::Path);
+    assert_eq!((scene.integrator.max_depth, scene.integrator.rr_depth), (None, 5));
+    assert!(!scene.integrator.hide_emitters);
+    let sensor = &scene.sensor;
+    assert_eq!((sensor.near_clip, sensor.far_clip), (0.01, 10_000.0));
+    assert_eq!(sensor.field_of_view, FieldOfView::FocalLength(50.0));
+    assert_eq!(sensor.to_world, Transform::IDENTITY);
+    assert!(sensor.lens.is_none() && sensor.principal_point == [0.0; 2]);
+    assert_eq!((sensor.film.width, sensor.film.height, sensor.film.crop), (768, 576, None));
+    assert_eq!(sensor.film.filter, FilterKind::Gaussian { stddev: 0.5 });
+    assert_eq!(sensor.film.pixel_format, PixelFormat::Rgb);
+    assert_eq!((sensor.sampler.kind, sensor.sampler.sample_count), (SamplerKind::Independent, 4));
+    assert_eq!(sensor.sampler.seed, 0);
+}
+
+#[test]
+fn sensors() {
+    let sensor = |kind: &str, content: &str| {
+        read(&format!(r#"<scene version="3.0.0"><sensor type="{kind}">{content}</sensor></scene>"#))
+            .map(|s| s.sensor)
+    };
+    let lens = sensor("thinlens", r#"<float name="aperture_radius" value="0.5"/>"#).unwrap().lens.unwrap();
+    assert_eq!((lens.aperture_radius, lens.focus_distance), (0.5, 10_000.0));
+    let far = r#"<float name="aperture_radius" value="0.5"/><integer name="far_clip" value="70"/>"#;
+    assert_eq!(sensor("thinlens", far).unwrap().lens.unwrap().focus_distance, 70.0);
+    assert!(sensor("thinlens", r#"<float name="principal_point_offset_x" value="0.5"/>"#).is_err());
+    let fov = sensor("perspective", r#"<integer name="fov" value="40"/>"#).unwrap().field_of_view;
+    assert_eq!(fov, FieldOfView::Degrees { angle: 40.0, axis: FovAxis::X });
+    for text in ["35", "35mm", "35 mm"] {
+        let content = format!(r#"<string name="focal_length" value="{text}"/>"#);
+        assert_eq!(sensor("perspective", &content).unwrap().field_of_view, FieldOfView::FocalLength(35.0));
+    }
+    for bad in [
+        r#"<float name="focal_length" value="35"/>"#,
+        r#"<string name="focal_length" value="5cm"/>"#,
+        r#"<string name="fov_axis" value="y"/>"#,
+        r#"<float name="fov" value="40"/><string name="fov_axis" value="X"/>"#,
+        r#"<transform name="to_world"><scale value="1.01"/></transform>"#,
+    ] {
+        assert!(sensor("perspective", bad).is_err(), "{bad}");
+    }
+    sensor("perspective", r#"<transform name="to_world"><scale x="-1"/></transform>"#).unwrap();
+}
+
+#[test]
+fn films_filters_and_samplers() {
+    let sensor = |content: &str| {
+        read(&format!(r#"<scene version="3.0.0"><sensor type="perspective">{content}</sensor></scene>"#))
+            .unwrap_or_else(|errors| panic!("{errors}"))
+    };
+    let filter =
+        |content: &str| sensor(&format!(r#"<film type="hdrfilm">{content}</film>"#)).sensor.film.filter;
+    assert_eq!(filter(r#"<rfilter type="box"/>"#), FilterKind::Box);
+    assert_eq!(filter(r#"<rfilter type="tent"/>"#), FilterKind::Tent { radius: 1.0 });
+    assert_eq!(filter(r#"<rfilter type="mitchell"/>"#), FilterKind::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 });
+    assert_eq!(filter(r#"<rfilter type="catmullrom"/>"#), FilterKind::CatmullRom);
+    assert_eq!(filter(r#"<rfilter type="lanczos"/>"#), FilterKind::Lanczos { lobes: 3 });
+    let film = sensor(
+        r#"<film type="hdrfilm"><integer name="width" value="100"/><integer name="crop_offset_x" value="10"/>
+           <integer name="crop_width" value="20"/><string name="pixel_format" value="XYZ"/>
+           <string name="component_format" value="float32"/></film>"#,
+    );
+    let crop = film.sensor.film.crop.unwrap();
+    assert_eq!((crop.x, crop.y, crop.width, crop.height), (10, 0, 20, 576));
+    assert_eq!(film.sensor.film.pixel_format, PixelFormat::Xyz);
+    assert!(film.remarks.is_empty());
+    for (name, kind, remarks) in [
+        ("independent", SamplerKind::Independent, 0),
+        ("stratified", SamplerKind::Sobol, 1),
+        ("multijitter", SamplerKind::Sobol, 1),
+        ("orthogonal", SamplerKind::Sobol, 1),
+        ("ldsampler", SamplerKind::Sobol, 1),
+        ("sobol", SamplerKind::Sobol, 0),
+    ] {
+        let scene = sensor(&format!(r#"<sampler type="{name}"/>"#));
+        assert_eq!((scene.sensor.sampler.kind, scene.remarks.len()), (kind, remarks), "{name}");
+    }
+}
+
+#[test]
+fn integrators() {
+    let integrator = |text: &str| scene(text).integrator;
+    let path =
+        integrator(r#"<integrator type="volpath"><integer name="max_depth" value="-1"/></integrator>"#);
+    assert_eq!((path.kind, path.max_depth, path.rr_depth), (IntegratorKind::Path, None, 5));
+    let black = integrator(r#"<integrator type="path"><integer name="max_depth" value="0"/></integrator>"#);
+    assert_eq!(black.max_depth, Some(0));
+    assert_eq!(integrator(r#"<integrator type="direct"/>"#).max_depth, Some(2));
+    assert_eq!(integrator(r#"<integrator type="walk"/>"#).kind, IntegratorKind::Walk);
+    errors(r#"<integrator type="direct"><integer name="max_depth" value="3"/></integrator>"#);
+    errors(r#"<integrator type="path"><boolean name="strict_normals" value="true"/></integrator>"#);
+}
+
+#[test]
+fn shapes() {
+    let sphere = shape(r#"<shape type="sphere"/>"#);
+    assert!(matches!(sphere.kind, ShapeKind::Sphere { centre: Vec3::ZERO, radius: 1.0 }));
+    assert!(!sphere.flip_normals && sphere.interior.is_none() && sphere.emission.is_none());
+    assert!(matches!(&sphere.bsdf.kind, BsdfKind::Diffuse { reflectance } if is_constant(reflectance, 0.5)));
+    let light = shape(r#"<shape type="sphere"><emitter type="area"/></shape>"#);
+    assert!(matches!(&light.bsdf.kind, BsdfKind::Diffuse { reflectance } if is_constant(reflectance, 0.0)));
+    let emission = light.emission.unwrap();
+    assert!(matches!(emission.kind, SpectrumKind::D65) && emission.scale == 1.0);
+    let cylinder = shape(r#"<shape type="cylinder"/>"#);
+    assert!(matches!(cylinder.kind, ShapeKind::Cylinder { from: Vec3::ZERO, to: Vec3::Z, radius: 1.0 }));
+    let vector = shape(r#"<shape type="sphere"><vector name="center" value="2"/></shape>"#);
+    assert!(matches!(vector.kind, ShapeKind::Sphere { centre, .. } if centre == Vec3::splat(2.0)));
+    errors(r#"<shape type="disk"><float name="radius" value="2"/></shape>"#);
+}
+
+#[test]
+fn a_bare_number_in_an_emitter_is_d65_and_a_spectrum_is_flat() {
+    let radiance = |spectrum: &str| {
+        let scene = scene(&format!(r#"<emitter type="constant">{spectrum}</emitter>"#));
+        match &scene.lights[0].kind {
+            LightKind::Constant { radiance } => radiance.clone(),
+            _ => panic!("not constant"),
+        }
+    };
+    for number in [r#"<float name="radiance" value="3"/>"#, r#"<integer name="radiance" value="3"/>"#] {
+        let radiance = radiance(number);
+        assert!(matches!(radiance.kind, SpectrumKind::D65) && radiance.scale == 3.0, "{number}");
+    }
+    assert!(is_constant(&radiance(r#"<spectrum name="radiance" value="3"/>"#), 3.0));
+    let d65 = r#"<spectrum name="radiance" type="d65"><float name="scale" value="2"/></spectrum>"#;
+    assert!(matches!(radiance(d65), SpectrumSource { kind: SpectrumKind::D65, scale: 2.0, .. }));
+    let hot = radiance(
+        r#"<spectrum name="radiance" type="blackbody"><integer name="temperature" value="3000"/></spectrum>"#,
+    );
+    assert!(matches!(hot.kind, SpectrumKind::Blackbody { kelvin: 3000.0, min_nm: 360.0, max_nm: 830.0 }));
+}
+
+#[test]
+fn lights() {
+    let light = |text: &str| scene(text).lights.remove(0).kind;
+    assert!(matches!(light(r#"<emitter type="point"/>"#), LightKind::Point { position: Vec3::ZERO, .. }));
+    let moved =
+        r#"<emitter type="point"><transform name="to_world"><translate y="3"/></transform></emitter>"#;
+    assert!(matches!(light(moved), LightKind::Point { position, .. } if position == Vec3::Y * 3.0));
+    assert!(matches!(
+        light(r#"<emitter type="directional"/>"#),
+        LightKind::Directional { travels: Vec3::Z, .. }
+    ));
+    let down = r#"<emitter type="directional"><vector name="direction" value="0 -7 0"/></emitter>"#;
+    assert!(matches!(light(down), LightKind::Directional { travels: Vec3::NEG_Y, .. }));
+}
+
+#[test]
+fn conductors() {
+    let index = |content: &str| match bsdf(&format!(r#"<bsdf type="conductor">{content}</bsdf>"#)).kind {
+        BsdfKind::Conductor { index, specular_reflectance, roughness: None } => {
+            assert!(is_constant(&specular_reflectance, 1.0));
+            index
+        }
+        other => panic!("{other:?}"),
+    };
+    assert!(matches!(index(""), ConductorIndex::Mirror));
+    assert!(matches!(index(r#"<string name="material" value="none"/>"#), ConductorIndex::Mirror));
+    assert!(matches!(index(r#"<string name="material" value="Au"/>"#), ConductorIndex::Named { .. }));
+    let eta = index(r#"<float name="eta" value="2"/>"#);
+    assert!(matches!(eta, ConductorIndex::Complex { n, k } if is_constant(&n, 2.0) && is_constant(&k, 1.0)));
+    let k = index(r#"<spectrum name="k" value="3"/>"#);
+    assert!(matches!(k, ConductorIndex::Complex { n, k } if is_constant(&n, 0.0) && is_constant(&k, 3.0)));
+    let assumption =
+        |content: &str| match index(&format!(r#"<float name="normal_reflectance" value="0.8"/>{content}"#)) {
+            ConductorIndex::NormalReflectance { assumption, .. } => assumption,
+            other => panic!("{other:?}"),
+        };
+    assert!(matches!(assumption(""), MetalAssumption::NoAbsorption));
+    assert!(matches!(assumption(r#"<string name="assume" value="k=0"/>"#), MetalAssumption::NoAbsorption));
+    assert!(matches!(assumption(r#"<string name="assume" value="n=1"/>"#), MetalAssumption::UnitIndex));
+    assert!(matches!(assumption(r#"<float name="eta" value="0.2"/>"#), MetalAssumption::KnownIndex(_)));
+}
+
+#[test]
+fn dielectrics() {
+    let indices = |content: &str| match bsdf(&format!(r#"<bsdf type="dielectric">{content}</bsdf>"#)).kind {
+        BsdfKind::Dielectric { interior, exterior, .. } => (interior.kind, exterior.map(|index| index.kind)),
+        other => panic!("{other:?}"),
+    };
+    assert!(matches!(indices(""), (IndexKind::Constant(1.5046), None)));
+    let both = r#"<string name="int_ior" value="Water"/><float name="ext_ior" value="1.1"/>"#;
+    assert!(matches!(indices(both), (IndexKind::Constant(1.333), Some(IndexKind::Constant(1.1)))));
+    let sellmeier = r#"<spectrum name="int_ior" type="sellmeier"><string name="b" value="1.03961212, 0.231792344, 1.01046945"/>
+        <string name="c" value="0.00600069867, 0.0200179144, 103.560653"/></spectrum>"#;
+    let (IndexKind::Formula(formula), None) = indices(sellmeier) else { panic!("no formula") };
+    // The catalogue's n_d of BK7.
+    assert!((formula.index(587.5618) - 1.5168).abs() < 1e-5);
+    let cauchy = r#"<spectrum name="ext_ior" type="cauchy"><string name="coefficients" value="1.5, 0.004"/></spectrum>"#;
+    let (_, Some(IndexKind::Formula(formula))) = indices(cauchy) else { panic!("no formula") };
+    assert!((formula.index(500.0) - 1.516).abs() < 1e-12);
+    let table = r#"<spectrum name="int_ior" value="400:1.53, 700:1.51"/>"#;
+    assert!(matches!(indices(table), (IndexKind::Tabulated(_), None)));
+    let named = r#"<spectrum name="int_ior" type="measured"><string name="name" value="N-SF11"/></spectrum>"#;
+    assert!(matches!(indices(named), (IndexKind::Named(name), None) if name == "N-SF11"));
+    let normal = r#"<float name="normal_reflectance" value="0.04"/>"#;
+    assert!(matches!(indices(normal), (IndexKind::NormalReflectance(_), None)));
+}
+
+#[test]
+fn roughness() {
+    let rough = |content: &str| match bsdf(&format!(r#"<bsdf type="roughdielectric">{content}</bsdf>"#)).kind
+    {
+        BsdfKind::Dielectric { roughness: Some(roughness), .. } => roughness,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!((rough("").distribution, rough("").alpha), (Distribution::Beckmann, [0.1; 2]));
+    let both = rough(
+        r#"<float name="alpha_u" value="0.2"/><float name="alpha_v" value="0.3"/><string name="distribution" value="GGX"/>"#,
+    );
+    assert_eq!((both.distribution, both.alpha), (Distribution::Ggx, [0.2, 0.3]));
+}
+
+#[test]
+fn media_absorb() {
+    let medium = |content: &str| {
+        shape(&format!(
+            r#"<shape type="sphere"><bsdf type="dielectric"/><medium type="homogeneous" name="interior">
+               <float name="albedo" value="0"/>{content}</medium></shape>"#
+        ))
+        .interior
+        .unwrap()
+    };
+    assert!(is_constant(&medium("").absorption, 1.0));
+    let scaled = medium(r#"<spectrum name="sigma_t" value="2"/><float name="scale" value="3"/>"#);
+    assert!(is_constant(&scaled.absorption, 6.0));
+}
+
+#[test]
+fn both_sides() {
+    let sides = |content: &str| match bsdf(&format!(r#"<bsdf type="twosided">{content}</bsdf>"#)).kind {
+        BsdfKind::TwoSided { back, .. } => back.is_some(),
+        other => panic!("{other:?}"),
+    };
+    assert!(!sides(r#"<bsdf type="diffuse"/>"#));
+    assert!(sides(r#"<bsdf type="diffuse"/><bsdf type="conductor"/>"#));
+    let leaf = bsdf(r#"<bsdf type="diffusetransmitter"/>"#).kind;
+    assert!(matches!(leaf, BsdfKind::DiffuseTransmitter { reflectance, transmittance }
+        if is_constant(&reflectance, 0.25) && is_constant(&transmittance, 0.25)));
+    bsdf(
+        r#"<bsdf type="diffusetransmitter"><float name="reflectance" value="0.7"/><float name="transmittance" value="0.3"/></bsdf>"#,
+    );
+}

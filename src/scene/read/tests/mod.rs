@@ -1,0 +1,28 @@
+//! The reader against what Mitsuba 3.9.1 was seen to do, and against files that mean harm.
+
+mod defaults;
+mod grammar;
+mod harm;
+
+use super::{ReadOptions, read_str};
+use crate::scene::description::{Description, Shape};
+use std::path::Path;
+
+fn read(text: &str) -> Result<Description, String> {
+    read_str(text, Path::new("scene.xml"), &ReadOptions::default()).map_err(|errors| errors.to_string())
+}
+
+/// A scene with a sensor and `content`.
+fn scene(content: &str) -> Description {
+    let text = format!("<scene version=\"3.0.0\"><sensor type=\"perspective\"/>{content}</scene>");
+    read(&text).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+fn shape(content: &str) -> Shape {
+    scene(content).shapes.remove(0)
+}
+
+/// What is wrong with a scene that has a sensor and `content`.
+fn errors(content: &str) -> String {
+    read(&format!("<scene version=\"3.0.0\"><sensor type=\"perspective\"/>{content}</scene>")).unwrap_err()
+}

@@ -1,0 +1,161 @@
+"""Tests of whether two stacks of independent renders have the same expectation.
+
+A stack is an array (replicates, height, width, 3): each entry a render with its own seed. Nothing is assumed of the
+variance of either program; it is measured from the spread of its own replicates.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import stats
+
+CHANNELS = "XYZ"
+# Probability of a false alarm in one scene of each corrected test (all channels and pixels or tiles of it together).
+ALARM = 0.01
+# The bounds for the mean of the whole picture.
+STANDARD_ERRORS = 3.0
+RELATIVE = 0.003
+TILE = 8
+
+
+def sidak(tests, family=ALARM):
+    """Level of a single test so that `tests` independent ones raise a false alarm with probability `family`."""
+    return -np.expm1(np.log1p(-family) / tests)
+
+
+@dataclass
+class Welch:
+    """Welch's t-test, element by element, of the means of two stacks."""
+
+    difference: np.ndarray  # mean of the first minus mean of the second
+    error: np.ndarray  # standard error of that difference
+    t: np.ndarray  # nan where neither stack varies and the means agree
+    freedom: np.ndarray  # Welch's and Satterthwaite's degrees of freedom
+    p: np.ndarray  # two-sided; nan where nothing can be tested
+
+    @classmethod
+    def of(cls, a, b):
+        mean_a, mean_b = a.mean(0), b.mean(0)
+        # Variances of the means.
+        va, vb = a.var(0, ddof=1) / len(a), b.var(0, ddof=1) / len(b)
+        difference, error = mean_a - mean_b, np.sqrt(va + vb)
+        # Float32 pixels: a mean is not known better than its own rounding.
+        rounding = 2.0**-23 * np.maximum(np.abs(mean_a), np.abs(mean_b))
+        same = np.abs(difference) <= rounding
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = np.where(error > 0, difference / error, np.where(same, np.nan, np.inf * np.sign(difference)))
+            freedom = (va + vb) ** 2 / (va**2 / (len(a) - 1) + vb**2 / (len(b) - 1))
+        freedom = np.where(error > 0, freedom, min(len(a), len(b)) - 1)
+        return cls(difference, error, t, freedom, 2 * stats.t.sf(np.abs(t), freedom))
+
+
+def tiles(stack, size=TILE):
+    """Means over size×size tiles (smaller ones at the right and bottom edges)."""
+    rows = [slice(y, y + size) for y in range(0, stack.shape[1], size)]
+    columns = [slice(x, x + size) for x in range(0, stack.shape[2], size)]
+    return np.stack([np.stack([stack[:, r, c].mean((1, 2)) for c in columns], 1) for r in rows], 1)
+
+
+@dataclass
+class Result:
+    """What the tests found in one scene. `failures` holds (test, channel) pairs."""
+
+    name: str
+    mean: np.ndarray = None  # of the reference, per channel
+    bias: np.ndarray = None  # relative difference of the means
+    sigma: np.ndarray = None  # the same in standard errors
+    detectable: np.ndarray = None  # 3 standard errors over the mean
+    tile_detectable: np.ndarray = None  # the same for the median tile
+    pixel_t: np.ndarray = None  # largest |t| of a pixel
+    tile_t: np.ndarray = None
+    uniform_p: np.ndarray = None  # Kolmogorov-Smirnov on the p-values of all pixels
+    noise: np.ndarray = None  # ratio of the variances (first / second)
+    failures: list = field(default_factory=list)
+    notes: list = field(default_factory=list)
+
+    @property
+    def passed(self):
+        return not self.failures
+
+
+def worst(test, level, where, channel):
+    """Sentence for the elements that fail: how many, and the worst of them."""
+    bad = np.argwhere(test.p[..., channel] < level)
+    y, x = min(bad, key=lambda i: test.p[i[0], i[1], channel])
+    return (
+        f"{CHANNELS[channel]}: {len(bad)} {where}; worst (x {x}, y {y}): difference {test.difference[y, x, channel]:+.4g}"
+        f" ± {test.error[y, x, channel]:.2g}, t {test.t[y, x, channel]:+.1f}"
+    )
+
+
+def compare(name, ours, reference, correlated=False):
+    """All tests of one scene: `ours` against `reference`."""
+    result = Result(name)
+    ours, reference = ours.astype(np.float64), reference.astype(np.float64)
+    if ours.shape[1:] != reference.shape[1:]:
+        result.failures.append(("shape", ""))
+        result.notes.append(f"sizes differ: {ours.shape[2]}×{ours.shape[1]} and {reference.shape[2]}×{reference.shape[1]}")
+        return result
+    for stack, who in ((ours, "first"), (reference, "second")):
+        if not np.isfinite(stack).all():
+            result.failures.append(("finite", ""))
+            result.notes.append(f"{(~np.isfinite(stack)).sum()} values of the {who} program are not finite")
+            return result
+
+    # Mean of the picture: replicate means are independent whatever pixels share.
+    whole = Welch.of(ours.mean((1, 2)), reference.mean((1, 2)))
+    result.mean = reference.mean((0, 1, 2))
+    result.bias = whole.difference / result.mean
+    result.sigma = whole.difference / whole.error
+    result.detectable = STANDARD_ERRORS * whole.error / result.mean
+
+    pixel = Welch.of(ours, reference)
+    tile = Welch.of(tiles(ours), tiles(reference))
+    result.pixel_t, result.tile_t = np.nanmax(np.abs(pixel.t), (0, 1)), np.nanmax(np.abs(tile.t), (0, 1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        result.tile_detectable = np.nanmedian(STANDARD_ERRORS * tile.error / tiles(reference).mean(0), (0, 1))
+    result.noise = (ours.var(0, ddof=1).mean((0, 1)) / reference.var(0, ddof=1).mean((0, 1)))
+
+    step = 5 if correlated else 1
+    # The signed value of Student's distribution function is uniform on [0, 1] if the expectations agree: the two-sided p-value would not
+    # notice that all pixels lean the same way.
+    signed = stats.t.cdf(pixel.t, pixel.freedom)[::step, ::step]
+    result.uniform_p = np.ones(3)
+    for c in range(3):
+        if abs(result.sigma[c]) > STANDARD_ERRORS:
+            result.failures.append(("mean", CHANNELS[c]))
+        if abs(result.bias[c]) > RELATIVE:
+            result.failures.append(("0.3 %", CHANNELS[c]))
+        if result.detectable[c] > RELATIVE:
+            result.failures.append(("noisy", CHANNELS[c]))
+            result.notes.append(f"{CHANNELS[c]}: only {result.detectable[c]:.2%} could be detected: more samples are needed")
+        for test, which in ((pixel, "pixel"), (tile, "tile")):
+            level = sidak(np.isfinite(test.p).sum())
+            if (test.p[..., c] < level).any():
+                result.failures.append((which, CHANNELS[c]))
+                result.notes.append(worst(test, level, which + "s differ", c))
+        values = signed[..., c][np.isfinite(signed[..., c])]
+        if len(values) >= 50:
+            result.uniform_p[c] = stats.kstest(values, "uniform").pvalue
+            if result.uniform_p[c] < sidak(3):
+                result.failures.append(("uniform", CHANNELS[c]))
+                result.notes.append(
+                    f"{CHANNELS[c]}: p-values are not uniform (p {result.uniform_p[c]:.1e}; mean of the signed ones {values.mean():.3f}, should be 0.5)"
+                )
+    return result
+
+
+def error_channel(stack, errors):
+    """Ratio of the variance between renders to the mean square of the standard error that each render states, and that ratio's own
+    standard error (jackknife over tiles). It is 1 in expectation if the stated error is honest."""
+    stack, errors = stack.astype(np.float64), errors.astype(np.float64)
+    # Relative variances, so that a few bright pixels do not decide alone; black pixels say nothing.
+    level = stack.mean(0) ** 2
+    level[level == 0] = np.inf
+    between = tiles((stack.var(0, ddof=1) / level)[None])[0].reshape(-1, 3)
+    stated = tiles(((errors**2).mean(0) / level)[None])[0].reshape(-1, 3)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = between.sum(0) / stated.sum(0)
+        left_out = (between.sum(0) - between) / (stated.sum(0) - stated)
+    n = len(between)
+    return ratio, np.sqrt((n - 1) / n * ((left_out - left_out.mean(0)) ** 2).sum(0))
