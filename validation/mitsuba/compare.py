@@ -6,6 +6,7 @@ Run it through ./run, which prepares both programs. See ../README.md for what th
 import argparse
 import hashlib
 import os
+import shlex
 import subprocess
 import sys
 import time
@@ -63,8 +64,8 @@ class Abbe:
 
     name = "abbe"
 
-    def __init__(self, binary, work):
-        self.binary, self.work = binary, work
+    def __init__(self, binary, work, extra):
+        self.binary, self.work, self.extra = binary, work, extra
 
     def stack(self, scene, spp, seeds, **defines):
         import OpenEXR
@@ -73,7 +74,7 @@ class Abbe:
         output = self.work / f"{scene.stem}.exr"
         before = os.times()
         for seed in seeds:
-            command = [self.binary, "render", scene, "-o", output, "--spp", str(spp), "--seed", str(seed)]
+            command = [self.binary, "render", scene, "-o", output, "--spp", str(spp), "--seed", str(seed), *self.extra]
             command += [word for k, v in defines.items() for word in ("-D", f"{k}={v}")]
             done = subprocess.run(command, capture_output=True, text=True)
             if done.returncode:
@@ -204,6 +205,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help="scenes to compare (default: all)")
     parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary to test")
+    parser.add_argument("--abbe-options", default="", metavar="WORDS", help="further words for abbe render, such as '--wavelengths 1' or '--sampler sobol'")
     parser.add_argument("--quick", action="store_true", help="half the replicates of a quarter of the samples; the 0.3 %% bounds are then not judged")
     parser.add_argument("--replicates", type=int, default=16, help="renders of each program (default 16)")
     parser.add_argument("--seed", type=int, default=1, help="first seed")
@@ -221,7 +223,7 @@ def main():
     reference = Mitsuba(work, options.variant)
     if options.controls:
         return controls(reference, settings, options, work)
-    ours = Louder(reference) if options.calibrate else Abbe(options.abbe, work)
+    ours = Louder(reference) if options.calibrate else Abbe(options.abbe, work, shlex.split(options.abbe_options))
     print(f"{ours.name} against Mitsuba {reference.mitsuba.__version__} ({reference.mitsuba.variant()}), {replicates(options)} replicates\n\n{HEADER}")
     names = options.names or list(settings)
     if reference.mitsuba.variant().startswith("scalar"):
