@@ -59,7 +59,7 @@ pub struct Args {
     #[arg(long, value_name = "MIN:MAX", default_value = "360:830", value_parser = parse_range)]
     range: WavelengthRange,
 
-    /// Colour matching functions: cie1931, cie1964, cie2015-2 or cie2015-10
+    /// Colour matching functions: cie1931, cie1931-5nm (as Mitsuba tabulates it), cie1964, cie2015-2 or cie2015-10
     #[arg(long, value_name = "NAME", default_value = "cie1931", value_parser = parse_observer)]
     observer: &'static Observer,
 
@@ -301,10 +301,11 @@ fn parse_range(text: &str) -> Result<WavelengthRange, String> {
 fn parse_observer(text: &str) -> Result<&'static Observer, String> {
     match text {
         "cie1931" => Ok(Observer::cie1931()),
+        "cie1931-5nm" => Ok(Observer::cie1931_5nm()),
         "cie1964" => Ok(Observer::cie1964()),
         "cie2015-2" => Ok(Observer::cie2015_2deg()),
         "cie2015-10" => Ok(Observer::cie2015_10deg()),
-        _ => Err("expected cie1931, cie1964, cie2015-2 or cie2015-10".to_owned()),
+        _ => Err("expected cie1931, cie1931-5nm, cie1964, cie2015-2 or cie2015-10".to_owned()),
     }
 }
 

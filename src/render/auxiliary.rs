@@ -5,7 +5,7 @@ use crate::medium::MediumStack;
 use crate::sampling::{Dimensions, SamplerKind, Stream};
 use crate::scene::Scene;
 use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Xyz, xyz_to_rec709};
-use crate::spectrum::{Sampled, WavelengthDensity};
+use crate::spectrum::{Response, Sampled, WavelengthDensity};
 use crate::units::WavelengthRange;
 use rayon::prelude::*;
 
@@ -59,7 +59,11 @@ pub fn auxiliary(
 ) -> Vec<Auxiliary> {
     let [width, height] = scene.film.size;
     let filter = FilterSampler::new(scene.film.filter, width, height);
-    let wavelengths = WavelengthDensity::new(range, |nm| scene.observer.at(nm).iter().sum(), &[]);
+    let wavelengths = WavelengthDensity::new(
+        range,
+        &scene.observer.spectra().each_ref().map(|spectrum| Response { spectrum, weight: 1.0 }),
+        &[],
+    );
     let mut images = Vec::new();
     for &kind in kinds {
         let pixels: Vec<[f64; 3]> = (0..width * height)

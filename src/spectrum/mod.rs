@@ -27,7 +27,7 @@ pub use error::SpectrumError;
 pub use normal_reflectance::NormalReflectance;
 pub use sampled::Sampled;
 pub use table::{Extrapolation, Irregular, Table, Uniform};
-pub use wavelengths::{Emission, WavelengthDensity, Wavelengths};
+pub use wavelengths::{Emission, Response, WavelengthDensity, Wavelengths};
 
 /// A function of vacuum wavelength (nm). Its unit belongs to its use.
 #[derive(Clone, Debug, PartialEq)]

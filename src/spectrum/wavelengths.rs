@@ -25,6 +25,14 @@ pub struct Emission<'a> {
     pub weight: f64,
 }
 
+/// A channel of the sensor in the density over wavelength.
+#[derive(Clone, Copy, Debug)]
+pub struct Response<'a> {
+    pub spectrum: &'a Spectrum,
+    /// The channel's share, up to a factor.
+    pub weight: f64,
+}
+
 /// The density over wavelength that the paths of a render share.
 #[derive(Clone, Debug)]
 pub struct WavelengthDensity {
@@ -39,12 +47,13 @@ const STEP: f64 = 1.0;
 const DEFENSIVE: f64 = 0.1;
 
 impl WavelengthDensity {
-    /// Proportional to `sensor` × the emission of the lights, each light weighing half by its share of the whole and half
-    /// as much as any other, so that a weak light of another colour than the rest is still seen. Zero only
-    /// where no light emits.
+    /// Each channel of the sensor has its share of the density, which follows its response × the emission of the lights:
+    /// what little blue a candle has matters for the blue it is seen with. Of the emission, each light weighs
+    /// half by its share of the whole and half as much as any other, so that a weak light of another colour than the
+    /// rest is still seen. Zero only where no light emits.
     ///
     /// Without any emission within the range all wavelengths are alike.
-    pub fn new(range: WavelengthRange, sensor: impl Fn(f64) -> f64, lights: &[Emission]) -> Self {
+    pub fn new(range: WavelengthRange, sensor: &[Response], lights: &[Emission]) -> Self {
         let edges = edges(range, lights.iter().flat_map(|light| light.spectrum.nodes()));
         // The trapezoid rule on the halves of each bin: no node lies within a bin.
         let integrate = |light: &Emission| -> Vec<f64> {
@@ -57,8 +66,7 @@ impl WavelengthDensity {
             };
             edges.windows(2).map(|edge| part(edge[0], edge[1])).collect()
         };
-        let mut seen = vec![0.0; edges.len() - 1];
-        let mut emitted = seen.clone();
+        let mut emitted = vec![0.0; edges.len() - 1];
         let spectra: Vec<_> = lights.iter().map(integrate).collect();
         let total: f64 = spectra.iter().flatten().sum();
         for spectrum in &spectra {
@@ -73,19 +81,19 @@ impl WavelengthDensity {
         if total <= 0.0 {
             emitted = edges.windows(2).map(|edge| edge[1] - edge[0]).collect();
         }
-        for (bin, edge) in edges.windows(2).enumerate() {
-            seen[bin] = emitted[bin] * sensor(0.5 * (edge[0] + edge[1]));
+        let middles: Vec<f64> = edges.windows(2).map(|edge| 0.5 * (edge[0] + edge[1])).collect();
+        let whole: f64 = sensor.iter().map(|channel| channel.weight).sum();
+        let defence = DEFENSIVE / (1.0 - DEFENSIVE) * if whole > 0.0 { whole } else { 1.0 };
+        let defence = Response { spectrum: &Spectrum::ONE, weight: defence };
+        let mut integrals = vec![0.0; emitted.len()];
+        for Response { spectrum, weight } in sensor.iter().copied().chain([defence]) {
+            let seen: Vec<f64> =
+                middles.iter().zip(&emitted).map(|(&nm, e)| e * spectrum.at(nm).max(0.0)).collect();
+            let sum: f64 = seen.iter().sum();
+            if sum > 0.0 {
+                integrals.iter_mut().zip(&seen).for_each(|(integral, seen)| *integral += weight * seen / sum);
+            }
         }
-        let normalise = |values: &[f64]| -> f64 {
-            let sum: f64 = values.iter().sum();
-            if sum > 0.0 { 1.0 / sum } else { 0.0 }
-        };
-        let (by_sensor, by_light) = (normalise(&seen), normalise(&emitted));
-        let integrals: Vec<f64> = seen
-            .iter()
-            .zip(&emitted)
-            .map(|(s, e)| (1.0 - DEFENSIVE) * s * by_sensor + DEFENSIVE * e * by_light)
-            .collect();
         let table = PiecewiseConstant::new(edges, &integrals)
             .expect("a positive sum of finite, non-negative values between ascending edges is a density");
         Self { table }
@@ -125,6 +133,8 @@ mod tests {
 
     const RANGE: WavelengthRange = WavelengthRange::VISIBLE;
 
+    const FLAT: Response = Response { spectrum: &Spectrum::ONE, weight: 1.0 };
+
     fn line() -> Spectrum {
         Spectrum::irregular(&[588.9, 589.1], &[5.0, 5.0], Extrapolation::Zero).unwrap()
     }
@@ -135,7 +145,7 @@ mod tests {
 
     #[test]
     fn what_is_not_emitted_is_not_sampled() {
-        let density = WavelengthDensity::new(RANGE, |_| 1.0, &[one(&line())]);
+        let density = WavelengthDensity::new(RANGE, &[FLAT], &[one(&line())]);
         for i in 0..1000 {
             let path = density.sample::<8>((f64::from(i) + 0.5) / 1000.0);
             for (nm, p) in path.nm.into_iter().zip(path.density.0) {
@@ -149,8 +159,13 @@ mod tests {
     #[test]
     fn the_density_integrates_to_one_and_estimates_are_unbiased() {
         let tungsten = Spectrum::blackbody(2856.0).unwrap();
-        let sensor = |nm: f64| (-((nm - 550.0) / 60.0).powi(2)).exp();
-        let density = WavelengthDensity::new(RANGE, sensor, &[one(&tungsten), one(&line())]);
+        let sensor =
+            Spectrum::irregular(&[450.0, 550.0, 700.0], &[0.0, 1.0, 0.0], Extrapolation::Zero).unwrap();
+        let density = WavelengthDensity::new(
+            RANGE,
+            &[Response { spectrum: &sensor, weight: 1.0 }],
+            &[one(&tungsten), one(&line())],
+        );
         let n = 100_000;
         let mut estimate = 0.0;
         for i in 0..n {
@@ -166,7 +181,7 @@ mod tests {
 
     #[test]
     fn companions_are_heroes_of_the_same_set() {
-        let density = WavelengthDensity::new(RANGE, |nm| nm, &[one(&Spectrum::ONE)]);
+        let density = WavelengthDensity::new(RANGE, &[FLAT], &[one(&Spectrum::blackbody(4000.0).unwrap())]);
         let one = density.sample::<4>(0.1);
         let other = density.sample::<4>(0.35);
         assert!((one.nm[1] - other.nm[0]).abs() < 1e-9);
@@ -175,7 +190,7 @@ mod tests {
 
     #[test]
     fn darkness_has_a_density_too() {
-        let density = WavelengthDensity::new(RANGE, |_| 1.0, &[one(&Spectrum::ZERO)]);
+        let density = WavelengthDensity::new(RANGE, &[FLAT], &[one(&Spectrum::ZERO)]);
         assert!((density.density(500.0) - 1.0 / 470.0).abs() < 1e-12);
     }
 }

@@ -17,7 +17,7 @@ use crate::integrator::{Integrator, Limits};
 use crate::light::{AreaGeometry, Light, Lights};
 use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
 use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Observer};
-use crate::spectrum::{Emission, Spectrum, WavelengthDensity};
+use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
 use crate::units::WavelengthRange;
 use materials::Materials;
 use std::f64::consts::PI;
@@ -194,16 +194,12 @@ impl Compiler<'_> {
             .chain(everywhere)
             .map(|(spectrum, weight)| Emission { spectrum, weight })
             .collect();
-        let observer = self.options.observer;
-        // Half for the observer and half for the bins.
-        let flat = if self.options.spectral {
-            observer.spectra().iter().map(|curve| curve.integral(self.options.range)).sum::<f64>()
-                / self.options.range.width()
-        } else {
-            0.0
-        };
-        let sensor = |nm: f64| flat + observer.at(nm).iter().sum::<f64>().max(0.0);
-        WavelengthDensity::new(self.options.range, sensor, &emissions)
+        let [x, y, z] = self.options.observer.spectra();
+        // Luminance counts double, and spectral bins, where they are measured, as much as all colours together.
+        let bins = if self.options.spectral { 4.0 } else { 0.0 };
+        let sensor = [(&x, 1.0), (&y, 2.0), (&z, 1.0), (&Spectrum::ONE, bins)]
+            .map(|(spectrum, weight)| Response { spectrum, weight });
+        WavelengthDensity::new(self.options.range, &sensor, &emissions)
     }
 
     /// Of the order of the largest luminance that the camera can see.
