@@ -46,12 +46,12 @@ fn what_absorbs_nothing_vanishes_in_a_furnace() {
     let materials = [
         ("white", 16_384),
         ("twosided", 16_384),
-        ("transmitter", 131_072),
+        ("transmitter", 262_144),
         ("mirror", 16_384),
         ("glass", 16_384),
         ("matched", 16_384),
-        ("flint", 131_072),
-        ("reflectance", 131_072),
+        ("flint", 262_144),
+        ("reflectance", 262_144),
     ];
     let bound = bound(materials.len() * RANGES.len() * ALL_COUNTS.len() * BINS);
     let mut worst = 0.0f64;
@@ -73,10 +73,10 @@ fn what_absorbs_nothing_vanishes_in_a_furnace() {
 /// What a ball of rough material returns of a furnace's radiance, stated in the README: single scattering loses the rest.
 const STATED: [(&str, &str, f64); 6] = [
     ("roughmirror_ggx", "0.1", 0.978),
-    ("roughmirror_ggx", "0.3", 0.856),
+    ("roughmirror_ggx", "0.3", 0.857),
     ("roughmirror_beckmann", "0.3", 0.967),
     ("roughflint_ggx", "0.1", 0.937),
-    ("roughflint_ggx", "0.3", 0.700),
+    ("roughflint_ggx", "0.3", 0.701),
     ("roughflint_beckmann", "0.3", 0.900),
 ];
 

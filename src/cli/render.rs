@@ -5,7 +5,7 @@ use abbe::film::{Film, SpectralBins};
 use abbe::output::{self, Colour, Picture};
 use abbe::render::{AuxiliaryKind, Schedule, Settings, WavelengthCount, auxiliary, render};
 use abbe::sampling::SamplerKind;
-use abbe::scene::description::{Description, PixelFormat};
+use abbe::scene::description::{Description, Note, PixelFormat};
 use abbe::scene::{CompileOptions, Scene, compile};
 use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
@@ -88,8 +88,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         bins: args.spectral.map(|count| SpectralBins { range: args.range, count: count as usize }),
     };
     if !args.quiet {
-        for note in &description.assumptions {
-            eprintln!("assumed: {}", note.text);
+        for assumption in distinct(&description.assumptions) {
+            eprintln!("assumed: {assumption}");
         }
         if settings.schedule.samples() != u64::from(sampler.sample_count) {
             eprintln!(
@@ -210,9 +210,7 @@ fn attributes(
     settings: &Settings,
     film: &Film,
 ) -> Vec<(String, String)> {
-    let lines = |notes: &[abbe::scene::description::Note]| {
-        notes.iter().map(|note| note.text.as_str()).collect::<Vec<_>>().join("\n")
-    };
+    let lines = |notes: &[Note]| distinct(notes).join("\n");
     let text = [
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
         ("sceneHash", format!("{:016x}", description.hash())),
@@ -234,6 +232,20 @@ fn attributes(
         .filter(|(_, value)| !value.is_empty())
         .map(|(name, value)| (format!("abbe.{name}"), value))
         .collect()
+}
+
+/// What notes say, each once and with the number of places that it is said of.
+fn distinct(notes: &[Note]) -> Vec<String> {
+    let mut texts: Vec<(&str, usize)> = Vec::new();
+    for note in notes {
+        match texts.iter_mut().find(|(text, _)| *text == note.text) {
+            Some((_, times)) => *times += 1,
+            None => texts.push((&note.text, 1)),
+        }
+    }
+    let told =
+        |(text, times)| if times == 1 { String::from(text) } else { format!("{text} ({times} places)") };
+    texts.into_iter().map(told).collect()
 }
 
 fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f64, stopped: bool) {

@@ -205,7 +205,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", help="scenes to compare (default: all)")
     parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary to test")
-    parser.add_argument("--abbe-options", default="", metavar="WORDS", help="further words for abbe render, such as '--wavelengths 1' or '--sampler sobol'")
+    parser.add_argument("--abbe-options", default="--observer cie1931-5nm", metavar="WORDS", help="words for abbe render, such as '--wavelengths 1' or '--sampler sobol'")
     parser.add_argument("--quick", action="store_true", help="half the replicates of a quarter of the samples; the 0.3 %% bounds are then not judged")
     parser.add_argument("--replicates", type=int, default=16, help="renders of each program (default 16)")
     parser.add_argument("--seed", type=int, default=1, help="first seed")
