@@ -39,7 +39,7 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
 
-    /// Sampler: sobol (Owen-scrambled) or independent [default: what the scene says]
+    /// Sampler: sobol (Owen-scrambled) or independent [default: what the scene says, else sobol]
     #[arg(long, value_name = "S", value_parser = parse_sampler)]
     sampler: Option<SamplerKind>,
 

@@ -13,7 +13,7 @@
 //! the balance heuristic over wavelengths and the power heuristic over the two techniques. A path keeps fᵢ and pⱼ relative
 //! to the hero's density, so with one wavelength nothing of this remains.
 
-use crate::bsdf::Density;
+use crate::bsdf::{Bsdf, Density};
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::medium::MediumStack;
 use crate::sampling::{Dimensions, Stream};
@@ -45,6 +45,14 @@ enum LastChoice {
     },
 }
 
+/// A place where a path meets a surface.
+struct Vertex<'a, const C: usize> {
+    hit: &'a Intersection,
+    bsdf: Bsdf<C>,
+    /// In the frame of the hit.
+    toward_eye: Vec3,
+}
+
 /// See [`super::radiance`].
 pub fn radiance<const C: usize>(
     scene: &Scene,
@@ -54,24 +62,27 @@ pub fn radiance<const C: usize>(
 ) -> Sampled<C> {
     let mut path = Path::<C>::from_camera();
     let mut arriving = Sampled::ZERO;
-    for vertex in 0.. {
-        let Some(hit) = scene.intersect(&ray, vertex == 0) else {
+    for depth in 0.. {
+        let Some(hit) = scene.intersect(&ray, depth == 0) else {
             path.cross(scene, f64::INFINITY, wavelengths);
-            arriving += path.escaped(scene, vertex == 0, wavelengths);
+            arriving += path.escaped(scene, depth == 0, wavelengths);
             break;
         };
         path.cross(scene, hit.t, wavelengths);
         arriving += path.emitted(scene, &ray, &hit, wavelengths);
-        if vertex + 1 >= scene.limits.max_depth {
+        if depth + 1 >= scene.limits.max_depth {
             break;
         }
-        let bsdf = scene.bsdf(&hit, &path.media, wavelengths);
-        let toward_eye = hit.frame.to_local(-ray.direction);
-        if !bsdf.is_discrete() {
-            arriving += path.direct_light(scene, &hit, &bsdf, toward_eye, wavelengths, stream, vertex);
+        let vertex = Vertex {
+            hit: &hit,
+            bsdf: scene.bsdf(&hit, &path.media, wavelengths),
+            toward_eye: hit.frame.to_local(-ray.direction),
+        };
+        if !vertex.bsdf.is_discrete() && !scene.lights.is_empty() {
+            arriving += path.direct_light(scene, &vertex, wavelengths, stream.draw(Dimensions::Light(depth)));
         }
-        let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
-        let Some(scatter) = bsdf.sample(toward_eye, lobe, [u, v]) else { break };
+        let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(depth));
+        let Some(scatter) = vertex.bsdf.sample(vertex.toward_eye, lobe, [u, v]) else { break };
         let direction = hit.frame.to_world(scatter.toward_light).normalize();
         path.last = match scatter.density {
             Density::Discrete => LastChoice::Discrete,
@@ -82,9 +93,9 @@ pub fn radiance<const C: usize>(
         path.throughput *= scatter.weight;
         path.ratio *= scatter.ratio;
         if scatter.transmitted {
-            path.pass_through(scene, &hit, direction, &bsdf, toward_eye);
+            path.pass_through(scene, &vertex, direction);
         }
-        if !path.survives(scene, vertex, survival) {
+        if !path.survives(scene, depth, survival) {
             break;
         }
         ray = hit.point.ray(direction);
@@ -149,26 +160,19 @@ impl<const C: usize> Path<C> {
     }
 
     /// Light that reaches the surface straight from one light, chosen and sampled for this place.
-    #[allow(clippy::too_many_arguments)]
     fn direct_light(
         &self,
         scene: &Scene,
-        hit: &Intersection,
-        bsdf: &crate::bsdf::Bsdf<C>,
-        toward_eye: Vec3,
+        vertex: &Vertex<C>,
         wavelengths: &Wavelengths<C>,
-        stream: &Stream,
-        vertex: u32,
+        [u, v, choice, _]: [f64; 4],
     ) -> Sampled<C> {
-        if scene.lights.is_empty() {
-            return Sampled::ZERO;
-        }
-        let [u, v, choice, _] = stream.draw(Dimensions::Light(vertex));
+        let hit = vertex.hit;
         let Some(sample) = scene.lights.sample(&hit.point, wavelengths, choice, [u, v]) else {
             return Sampled::ZERO;
         };
         let toward_light = hit.frame.to_local(sample.shadow_ray.direction);
-        let value = bsdf.evaluate(toward_eye, toward_light);
+        let value = vertex.bsdf.evaluate(vertex.toward_eye, toward_light);
         if value.f_cos.is_zero() {
             return Sampled::ZERO;
         }
@@ -191,34 +195,27 @@ impl<const C: usize> Path<C> {
     }
 
     /// Keeps account of what the path is inside of after refraction.
-    fn pass_through(
-        &mut self,
-        scene: &Scene,
-        hit: &Intersection,
-        direction: Vec3,
-        bsdf: &crate::bsdf::Bsdf<C>,
-        toward_eye: Vec3,
-    ) {
-        if let Some(eta) = bsdf.relative_index() {
-            let far_over_near = if toward_eye.z > 0.0 { eta } else { 1.0 / eta };
+    fn pass_through(&mut self, scene: &Scene, vertex: &Vertex<C>, direction: Vec3) {
+        if let Some(eta) = vertex.bsdf.relative_index() {
+            let far_over_near = if vertex.toward_eye.z > 0.0 { eta } else { 1.0 / eta };
             self.compression /= far_over_near * far_over_near;
         }
-        scene.pass_through(hit, direction, &mut self.media);
+        scene.pass_through(vertex.hit, direction, &mut self.media);
     }
 
     /// Russian roulette on what the path can still bring. The measure is the same whichever wavelength is the hero, so all of
     /// the path's densities change by one factor and their ratios stay.
-    fn survives(&mut self, scene: &Scene, vertex: u32, u: f64) -> bool {
+    fn survives(&mut self, scene: &Scene, depth: u32, u: f64) -> bool {
         if self.throughput.is_zero() {
             return false;
         }
-        if vertex + 1 < scene.limits.rr_depth {
+        if depth + 1 < scene.limits.rr_depth {
             return true;
         }
         let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
         let strength = alive * self.throughput.max() / self.ratio.sum() / self.compression;
         // Between perfect mirrors nothing is ever lost: late in a path survival is never certain.
-        let survival = strength.min(if vertex < LATE { 1.0 } else { 0.95 });
+        let survival = strength.min(if depth < LATE { 1.0 } else { 0.95 });
         if u >= survival {
             return false;
         }

@@ -31,7 +31,7 @@ fn a_bare_scene_is_seen_as_in_mitsuba() {
     assert_eq!((sensor.film.width, sensor.film.height, sensor.film.crop), (768, 576, None));
     assert_eq!(sensor.film.filter, FilterKind::Gaussian { stddev: 0.5 });
     assert_eq!(sensor.film.pixel_format, PixelFormat::Rgb);
-    assert_eq!((sensor.sampler.kind, sensor.sampler.sample_count), (SamplerKind::Independent, 4));
+    assert_eq!((sensor.sampler.kind, sensor.sampler.sample_count), (SamplerKind::Sobol, 4));
     assert_eq!(sensor.sampler.seed, 0);
 }
 
