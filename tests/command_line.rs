@@ -107,6 +107,7 @@ fn wrong_input_is_2_and_leaves_nothing_behind() {
         (vec!["render", good, "--spp", "0"], "--spp"),
         (vec!["render", good, "--size", "12"], "WIDTHxHEIGHT"),
         (vec!["render", good, "--wavelengths", "3"], "1, 4 or 8"),
+        (vec!["render", good, "--size", "65536x65536", "--spectral"], "GiB"),
         (vec!["render", good, "-D", "sp=3"], "sp"),
         (vec!["spectrum", "N-SF111"], "N-SF11"),
         (vec!["draw"], "draw"),

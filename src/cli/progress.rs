@@ -2,7 +2,8 @@
 
 use abbe::film::Film;
 use abbe::render::{Schedule, Watch};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::Write;
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -29,9 +30,13 @@ impl Progress {
             ProgressDrawTarget::stderr_with_hz(5)
         });
         if let Ok(style) = ProgressStyle::with_template(
-            "{bar:32} {percent:>3} %  {human_pos} of {human_len} samples  {per_sec}  {eta} left  {msg}",
+            "{bar:32} {percent:>3} %  {human_pos} of {human_len} samples  {rate}  {eta} left  {msg}",
         ) {
-            bar.set_style(style);
+            let rate = |state: &ProgressState, out: &mut dyn Write| {
+                // Where the bar cannot be drawn nothing is lost.
+                let _ = write!(out, "{:.2} million/s", state.per_sec() / 1e6);
+            };
+            bar.set_style(style.with_key("rate", rate));
         }
         bar.enable_steady_tick(Duration::from_millis(250));
         Self {

@@ -27,7 +27,7 @@ pub struct Args {
     #[arg(short, long, value_name = "OUT.exr")]
     output: Option<PathBuf>,
 
-    /// Samples per pixel [default: what the scene says]
+    /// Samples per pixel, dealt into 4 to 16 replicates whose spread gives the error [default: what the scene says]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     spp: Option<u32>,
 
@@ -51,7 +51,7 @@ pub struct Args {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
 
-    /// Also write N spectral bins over the range of wavelengths, each with its standard error
+    /// Also write N spectral bins (47 without N) over the range of wavelengths, each with its standard error
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "47", value_parser = clap::value_parser!(u32).range(1..=4096))]
     spectral: Option<u32>,
 
@@ -99,6 +99,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             );
         }
     }
+    refuse_what_no_memory_holds(scene.film.size, &settings)?;
     let pool = thread_pool(args.threads)?;
     let stop = stop_on_interrupt()?;
     let pixels = u64::from(scene.film.size[0]) * u64::from(scene.film.size[1]);
@@ -176,6 +177,23 @@ fn colour(format: PixelFormat) -> Colour {
         PixelFormat::Xyz => Colour::Xyz,
         PixelFormat::Luminance => Colour::Luminance,
     }
+}
+
+/// Largest film that is begun, bytes.
+const LARGEST_FILM: u128 = 32 << 30;
+
+fn refuse_what_no_memory_holds([width, height]: [u32; 2], settings: &Settings) -> Result<(), Failure> {
+    let replicates = settings.schedule.replicates;
+    let bins = settings.bins.map_or(0, |bins| bins.count);
+    let bytes = Film::bytes(width, height, replicates, bins);
+    if bytes <= LARGEST_FILM {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "error: {width}×{height} pixels, {replicates} replicates and {bins} spectral bins take {} GiB of memory\n\
+         help: render parts of it by the crop of its film, or fewer bins",
+        bytes >> 30
+    )))
 }
 
 fn thread_pool(threads: Option<u32>) -> Result<rayon::ThreadPool, Failure> {

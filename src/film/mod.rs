@@ -172,6 +172,12 @@ impl Film {
         }
     }
 
+    /// Memory that a film takes, bytes.
+    pub fn bytes(width: u32, height: u32, replicates: u32, bins: usize) -> u128 {
+        let pixel = u128::from(replicates) * (3 + bins as u128) * size_of::<i64>() as u128;
+        u128::from(width) * u128::from(height) * (pixel + size_of::<u32>() as u128)
+    }
+
     pub fn scale(&self) -> FixedPoint {
         self.scale
     }
