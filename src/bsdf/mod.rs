@@ -102,9 +102,8 @@ impl<const C: usize> Bsdf<C> {
     }
 }
 
-/// The direction seen from the other side of the surface. A two-sided material calls the BSDF of the
-/// side it is seen from with flipped directions, and flips what was sampled.
-pub fn flipped(direction: Vec3) -> Vec3 {
+/// The direction seen from the other side of the surface.
+fn flipped(direction: Vec3) -> Vec3 {
     Vec3::new(direction.x, direction.y, -direction.z)
 }
 
@@ -151,11 +150,4 @@ pub struct Scatter<const C: usize> {
     pub ratio: Sampled<C>,
     /// Whether the ray goes through the surface rather than back from it.
     pub transmitted: bool,
-}
-
-impl<const C: usize> Scatter<C> {
-    /// What was sampled, told from the other side of the surface (see [`flipped`]).
-    pub fn flipped(self) -> Self {
-        Self { toward_light: flipped(self.toward_light), ..self }
-    }
 }

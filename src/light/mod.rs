@@ -47,11 +47,11 @@ pub struct Lights {
 const ESTIMATED: usize = 32;
 
 impl Lights {
-    /// `power` gives each light's share of the whole, for scenes with many.
-    pub fn new(lights: Vec<Light>, power: impl Fn(&Light) -> f64) -> Self {
+    /// `powers` are the lights' shares of the whole, up to a factor.
+    pub fn new(lights: Vec<Light>, powers: &[f64]) -> Self {
         let by_power = if lights.len() > ESTIMATED {
             let edges = (0..=lights.len()).map(|i| i as f64).collect();
-            PiecewiseConstant::new(edges, &lights.iter().map(power).collect::<Vec<_>>())
+            PiecewiseConstant::new(edges, powers)
         } else {
             None
         };

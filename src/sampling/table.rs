@@ -58,10 +58,6 @@ impl PiecewiseConstant {
         let above = self.edges.partition_point(|&edge| edge <= x);
         if above == 0 || above > self.density.len() { 0.0 } else { self.density[above - 1] }
     }
-
-    pub fn edges(&self) -> &[f64] {
-        &self.edges
-    }
 }
 
 #[cfg(test)]

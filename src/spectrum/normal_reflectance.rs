@@ -160,11 +160,6 @@ impl NormalReflectance {
         Self { reflectance, index: None, slab: true }.checked(range)
     }
 
-    /// Whether k = 0 was assumed (no index was given).
-    pub fn assumes_no_extinction(&self) -> bool {
-        self.index.is_none()
-    }
-
     /// n and k at one wavelength (nm).
     pub fn at(&self, nm: f64) -> (f64, f64) {
         let reflectance = self.front_face(self.reflectance.at(nm));

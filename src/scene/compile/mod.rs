@@ -104,9 +104,9 @@ impl Compiler<'_> {
             light_samples: !lights.is_empty(),
             rough_surfaces: materials.iter().any(|material| material.is_rough()),
         };
-        let lights = Lights::new(lights, |light| {
-            mean_over(light.spectrum(), self.options.range) * power(light, scene_radius)
-        });
+        let total = |(light, power): (&Light, &f64)| mean_over(light.spectrum(), self.options.range) * power;
+        let shares: Vec<f64> = lights.iter().zip(&powers).map(total).collect();
+        let lights = Lights::new(lights, &shares);
         Ok(Scene {
             camera: self.camera(&shift),
             film: self.film(),

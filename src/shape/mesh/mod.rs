@@ -136,11 +136,6 @@ impl Mesh {
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
-
-    /// The rectangle that this mesh is, where it was made as one.
-    pub fn as_rectangle(&self) -> Option<&Rectangle> {
-        self.rectangle.as_ref()
-    }
 }
 
 /// Bound on the distance from plane to interpolated point, together with what the intersection test may
