@@ -6,6 +6,7 @@
 
 pub mod geometry;
 pub mod stats;
+pub mod texture;
 pub mod units;
 
 pub mod sampling;

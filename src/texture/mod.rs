@@ -1,0 +1,57 @@
+//! Textures: functions of wavelength that may vary over a surface.
+
+use crate::geometry::Vec3;
+use crate::shape::Mesh;
+use crate::spectrum::{Sampled, Spectrum};
+
+/// A quantity over wavelength and surface.
+#[derive(Clone, Debug)]
+pub enum Texture {
+    /// The same everywhere.
+    Uniform(Spectrum),
+}
+
+/// Where on a surface a texture is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct TexturePoint<'a> {
+    pub uv: [f64; 2],
+    /// In the coordinates of the compiled scene.
+    pub position: Vec3,
+    /// The place on a mesh, for what its vertices and faces carry.
+    pub mesh: Option<MeshPoint<'a>>,
+}
+
+/// A place on a mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshPoint<'a> {
+    pub mesh: &'a Mesh,
+    pub triangle: u32,
+    /// Weights of the triangle's second and third vertex.
+    pub barycentric: [f64; 2],
+}
+
+impl Texture {
+    /// The values at the wavelengths of a path.
+    pub fn sample<const C: usize>(&self, _at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
+        match self {
+            Self::Uniform(spectrum) => spectrum.sample(nm),
+        }
+    }
+
+    /// The value of a texture without wavelength, such as a roughness, an opacity or a weight.
+    pub fn value(&self, _at: &TexturePoint) -> f64 {
+        match self {
+            Self::Uniform(spectrum) => spectrum.at(SCALAR_NM),
+        }
+    }
+
+    /// The spectrum of a texture that is the same everywhere.
+    pub fn uniform(&self) -> Option<&Spectrum> {
+        match self {
+            Self::Uniform(spectrum) => Some(spectrum),
+        }
+    }
+}
+
+/// Where a constant that stands for no function of wavelength is looked up.
+const SCALAR_NM: f64 = 550.0;
