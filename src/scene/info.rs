@@ -123,6 +123,7 @@ impl Outline<'_> {
     fn integrator(&mut self, integrator: &Integrator) {
         let kind = match integrator.kind {
             IntegratorKind::Path => "path tracing",
+            IntegratorKind::VolPath => "path tracing through volumes",
             IntegratorKind::Walk => "random walk",
         };
         self.object(&format!("integrator: {kind}"), None, &integrator.place);
@@ -157,6 +158,9 @@ impl Outline<'_> {
             }
             o.line(&format!("sees depths from {} to {}", sensor.near_clip, sensor.far_clip));
             o.transform(&sensor.to_world);
+            if let Some(medium) = &sensor.medium {
+                o.spectrum("absorption around it", &medium.absorption);
+            }
             let film = &sensor.film;
             let format = match film.pixel_format {
                 PixelFormat::Rgb => "linear Rec. 709",
@@ -225,6 +229,9 @@ impl Outline<'_> {
             }
             if let Some(medium) = &shape.interior {
                 o.spectrum("interior absorption", &medium.absorption);
+            }
+            if let Some(medium) = &shape.exterior {
+                o.spectrum("exterior absorption", &medium.absorption);
             }
         });
     }
@@ -297,6 +304,38 @@ impl Outline<'_> {
                     o.factor("specular_reflectance", specular_reflectance);
                     o.factor("specular_transmittance", specular_transmittance);
                     o.roughness(roughness);
+                });
+            }
+            BsdfKind::Null => self.object(&format!("{role}: null"), id, &bsdf.place),
+            BsdfKind::Mask { opacity, nested } => {
+                self.object(&format!("{role}: mask"), id, &bsdf.place);
+                self.within(|o| {
+                    o.spectrum("opacity", opacity);
+                    o.bsdf("covered by", nested);
+                });
+            }
+            BsdfKind::Blend { weight, nested: [first, second] } => {
+                self.object(&format!("{role}: blend"), id, &bsdf.place);
+                self.within(|o| {
+                    o.spectrum("weight of the second", weight);
+                    o.bsdf("first", first);
+                    o.bsdf("second", second);
+                });
+            }
+            BsdfKind::BumpMap { height, scale, shading, nested } => {
+                self.object(&format!("{role}: bump map"), id, &bsdf.place);
+                self.within(|o| {
+                    o.spectrum(&format!("height × {scale}"), height);
+                    o.line(&format!("{shading:?}"));
+                    o.bsdf("on", nested);
+                });
+            }
+            BsdfKind::NormalMap { normals, shading, nested } => {
+                self.object(&format!("{role}: normal map"), id, &bsdf.place);
+                self.within(|o| {
+                    o.spectrum("normals", normals);
+                    o.line(&format!("{shading:?}"));
+                    o.bsdf("on", nested);
                 });
             }
             BsdfKind::TwoSided { front, back } => {

@@ -293,7 +293,7 @@ impl Reader {
         if integrator.is_some_and(|object| !["path", "direct"].contains(&object.plugin.as_str())) {
             return;
         }
-        for medium in shapes.iter().filter_map(|shape| shape.interior.as_ref()) {
+        for medium in shapes.iter().flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
             self.assumption(
                 &medium.place,
                 "the medium absorbs, although Mitsuba 3's path and direct would ignore it".to_owned(),
