@@ -21,7 +21,7 @@ mod triangle;
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use mesh::{Mesh, MeshData, compute_vertex_normals};
+pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use rectangle::Rectangle;
 pub use sphere::Sphere;
 use std::fmt;
@@ -103,6 +103,8 @@ pub enum ShapeError {
     NotFinite { attribute: &'static str, vertex: usize },
     /// There must be as many normals and uvs as positions.
     AttributeCount { attribute: &'static str, found: usize, vertices: usize },
+    /// An attribute must have one or three numbers for each vertex or triangle.
+    AttributeValues { found: usize, expected: usize },
     /// More triangles or vertices than 32-bit indices can name.
     TooLarge,
 }
@@ -123,6 +125,9 @@ impl fmt::Display for ShapeError {
             }
             Self::AttributeCount { attribute, found, vertices } => {
                 write!(f, "there are {found} {attribute}s for {vertices} vertices")
+            }
+            Self::AttributeValues { found, expected } => {
+                write!(f, "an attribute has {found} numbers instead of {expected}")
             }
             Self::TooLarge => write!(f, "a mesh has at most 2^32 - 1 triangles and vertices"),
         }

@@ -20,8 +20,23 @@ pub struct MeshData {
     /// Vertex normals of any length; without them the mesh is flat-shaded.
     pub normals: Option<Vec<[f32; 3]>>,
     pub uvs: Option<Vec<[f32; 2]>>,
+    /// Further values that textures can ask for by name.
+    pub attributes: Vec<MeshAttribute>,
     /// Turns geometric and shading normals.
     pub flip_normals: bool,
+}
+
+/// Values of the vertices or the triangles of a mesh, as its file names them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshAttribute {
+    /// With Mitsuba 3's prefix: `vertex_color`, `face_density`.
+    pub name: String,
+    /// Whether there is a value for each triangle; otherwise for each vertex, interpolated between them.
+    pub per_face: bool,
+    /// Numbers to a value: 1 or 3.
+    pub channels: usize,
+    /// `channels` numbers for each vertex or triangle, in their order.
+    pub values: Vec<f32>,
 }
 
 /// A validated mesh. Degenerate triangles are kept but neither hit nor sampled.
@@ -134,6 +149,27 @@ impl Mesh {
         Parametrisation { uv, tangent, bitangent }
     }
 
+    /// The place of an attribute in [`MeshData::attributes`].
+    pub fn attribute(&self, name: &str) -> Option<usize> {
+        self.data.attributes.iter().position(|attribute| attribute.name == name)
+    }
+
+    /// An attribute's value at a point of a triangle; one of a single channel is repeated.
+    pub fn attribute_at(&self, attribute: usize, triangle: u32, barycentric: [f64; 2]) -> [f64; 3] {
+        let MeshAttribute { per_face, channels, values, .. } = &self.data.attributes[attribute];
+        let value = |index: u32, channel: usize| {
+            f64::from(values[index as usize * channels + channel.min(channels - 1)])
+        };
+        if *per_face {
+            return std::array::from_fn(|channel| value(triangle, channel));
+        }
+        let [a, b, c] = self.data.indices[triangle as usize];
+        let [v, w] = barycentric;
+        std::array::from_fn(|channel| {
+            value(a, channel) * (1.0 - v - w) + value(b, channel) * v + value(c, channel) * w
+        })
+    }
+
     /// The box of all vertices that triangles use; empty for a mesh without triangles.
     pub fn bounds(&self) -> Bounds {
         self.bounds
@@ -174,6 +210,15 @@ fn validate(data: &MeshData) -> Result<(), ShapeError> {
     if let Some(uvs) = &data.uvs {
         one_each("uv", uvs.len(), vertices)?;
         finite("uv", uvs)?;
+    }
+    for MeshAttribute { per_face, channels, values, .. } in &data.attributes {
+        let expected = channels * if *per_face { data.indices.len() } else { vertices };
+        if !matches!(channels, 1 | 3) || values.len() != expected {
+            return Err(ShapeError::AttributeValues { found: values.len(), expected });
+        }
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            return Err(ShapeError::NotFinite { attribute: "attribute", vertex: at / channels });
+        }
     }
     Ok(())
 }
