@@ -147,7 +147,7 @@ fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -
             // The place where it is used says more than the one where it is defined.
             Some(SpectrumSource { place, ..source })
         }
-        Value::Rgb => {
+        Value::Rgb(_) => {
             query.error(
                 SceneError::at(&entry.place, "<rgb> is not supported yet", "expected a spectrum or a number")
                     .with_remedy(format!(
