@@ -124,7 +124,13 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
         mesh
     })?;
     let compute_normals = mesh.normals.is_none() && !options.face_normals;
-    Some(ShapeKind::Mesh { file: path, mesh, compute_normals })
+    Some(ShapeKind::Mesh {
+        file: path,
+        plugin: if is_obj { "obj" } else { "ply" },
+        flip_tex_coords: options.flip_tex_coords,
+        mesh,
+        compute_normals,
+    })
 }
 
 fn load(query: &Query<'_>, path: &Path, is_obj: bool, options: MeshOptions) -> Option<MeshData> {
