@@ -63,6 +63,13 @@ pub struct Parametrisation {
     pub uv: [f64; 2],
     /// ∂p/∂u, not normalised; zero where the parametrisation is singular.
     pub tangent: Vec3,
+    /// ∂p/∂v, likewise.
+    pub bitangent: Vec3,
+}
+
+impl Parametrisation {
+    /// Of a surface that nothing asks for its coordinates.
+    pub const NONE: Self = Self { uv: [0.0; 2], tangent: Vec3::ZERO, bitangent: Vec3::ZERO };
 }
 
 /// A point chosen on a surface.

@@ -283,6 +283,25 @@ pub(super) fn triple(attribute: &Attribute, one_for_all: bool) -> Result<Vec3, S
     }
 }
 
+/// A colour: three numbers, or one for grey.
+pub(super) fn rgb(attribute: &Attribute) -> Result<[f64; 3], SceneError> {
+    let found = numbers(attribute).map_err(|error| match attribute.text.trim().starts_with('#') {
+        true => {
+            error.with_remedy("Mitsuba 3 knows no hexadecimal colours: write three linear values from 0 to 1")
+        }
+        false => error,
+    })?;
+    match found[..] {
+        [r, g, b] => Ok([r, g, b]),
+        [grey] => Ok([grey; 3]),
+        _ => Err(SceneError::at(
+            &attribute.place,
+            format!("A colour has 3 components, not {}", found.len()),
+            "expected 3 numbers for red, green and blue, or 1 for grey",
+        )),
+    }
+}
+
 /// A vector in either form: `value="1 2 3"`, or `x`, `y`, `z`, each of which is `absent` where it is left
 /// out (and required where `absent` is `None`).
 pub(super) fn vector(

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 /// The kinds of object that the grammar knows, one for each element name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Class {
+pub(in crate::scene) enum Class {
     Scene,
     Integrator,
     Sensor,
@@ -94,7 +94,8 @@ pub(super) enum Value {
     /// `point` and `vector`, which Mitsuba 3 takes for each other.
     Vector(Vec3),
     Transform(DMat4),
-    Rgb,
+    /// Linear values for the primaries of sRGB.
+    Rgb([f64; 3]),
     /// `<spectrum value="0.5">`.
     Flat(f64),
     /// `<spectrum value="400:1, 700:2">` and `<spectrum filename="...">`.
@@ -120,7 +121,7 @@ impl Value {
             Self::Text(_) => "a string",
             Self::Vector(_) => "a vector",
             Self::Transform(_) => "a transform",
-            Self::Rgb => "an rgb colour",
+            Self::Rgb(_) => "an rgb colour",
             Self::Flat(_) | Self::List { .. } => "a spectrum",
             Self::Object(_) | Self::Reference(_) | Self::Broken => "an object",
         }

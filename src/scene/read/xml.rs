@@ -275,7 +275,10 @@ impl Builder<'_> {
             "rgb" => {
                 let attributes = self.attributes(node, &["name", "value"], &[])?;
                 self.no_children(node);
-                Some(self.entry_of(node, &attributes, place, Value::Rgb))
+                let value = attributes.get("value")?;
+                let read = attributes::rgb(value).map(Value::Rgb);
+                let read = self.or_broken(read);
+                Some(self.entry_of(node, &attributes, value.place.clone(), read))
             }
             "transform" => {
                 let attributes = self.attributes(node, &["name"], &[])?;

@@ -136,18 +136,20 @@ impl Mesh {
         let [v, w] = barycentric;
         let (ab, ac) = (b - a, c - a);
         let Some(uvs) = &self.data.uvs else {
-            return Parametrisation { uv: barycentric, tangent: ab };
+            return Parametrisation { uv: barycentric, tangent: ab, bitangent: ac };
         };
         let [uv_a, uv_b, uv_c] =
             self.data.indices[triangle as usize].map(|index| uvs[index as usize].map(f64::from));
         let ([u1, v1], [u2, v2]) = (difference(uv_b, uv_a), difference(uv_c, uv_a));
         let determinant = u1 * v2 - v1 * u2;
-        let tangent = if determinant == 0.0 {
-            Frame::around(ab.cross(ac).try_normalize().unwrap_or(Vec3::Z)).x
+        let (tangent, bitangent) = if determinant == 0.0 {
+            let frame = Frame::around(ab.cross(ac).try_normalize().unwrap_or(Vec3::Z));
+            (frame.x, frame.y)
         } else {
-            (ab * v2 - ac * v1) / determinant
+            ((ab * v2 - ac * v1) / determinant, (ac * u1 - ab * u2) / determinant)
         };
-        Parametrisation { uv: [uv_a[0] + u1 * v + u2 * w, uv_a[1] + v1 * v + v2 * w], tangent }
+        let uv = [uv_a[0] + u1 * v + u2 * w, uv_a[1] + v1 * v + v2 * w];
+        Parametrisation { uv, tangent, bitangent }
     }
 
     /// The place of an attribute in [`MeshData::attributes`].
