@@ -33,6 +33,8 @@ use crate::spectrum::Sampled;
 pub enum Bsdf<const C: usize> {
     /// Absorbs everything.
     Black,
+    /// No surface at all.
+    Null,
     Lambert(Lambert<C>),
     DiffuseTransmitter(DiffuseTransmitter<C>),
     Conductor(Conductor<C>),
@@ -46,7 +48,7 @@ impl<const C: usize> Bsdf<C> {
     /// Zero where the variant's lobes are all discrete.
     pub fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
         match self {
-            Bsdf::Black | Bsdf::Conductor(_) | Bsdf::Dielectric(_) => Evaluation::ZERO,
+            Bsdf::Black | Bsdf::Null | Bsdf::Conductor(_) | Bsdf::Dielectric(_) => Evaluation::ZERO,
             Bsdf::Lambert(bsdf) => bsdf.evaluate(toward_eye, toward_light),
             Bsdf::DiffuseTransmitter(bsdf) => bsdf.evaluate(toward_eye, toward_light),
             Bsdf::RoughConductor(bsdf) => bsdf.evaluate(toward_eye, toward_light),
@@ -60,6 +62,7 @@ impl<const C: usize> Bsdf<C> {
     pub fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
         match self {
             Bsdf::Black => None,
+            Bsdf::Null => Some(Scatter::straight_on(toward_eye)),
             Bsdf::Lambert(bsdf) => bsdf.sample(toward_eye, u),
             Bsdf::DiffuseTransmitter(bsdf) => bsdf.sample(toward_eye, lobe, u),
             Bsdf::Conductor(bsdf) => bsdf.sample(toward_eye),
@@ -72,7 +75,7 @@ impl<const C: usize> Bsdf<C> {
     /// Whether `evaluate` is zero everywhere, so that light can only be found by sampling the BSDF.
     pub fn is_discrete(&self) -> bool {
         match self {
-            Bsdf::Black | Bsdf::Conductor(_) | Bsdf::Dielectric(_) => true,
+            Bsdf::Black | Bsdf::Null | Bsdf::Conductor(_) | Bsdf::Dielectric(_) => true,
             Bsdf::Lambert(_)
             | Bsdf::DiffuseTransmitter(_)
             | Bsdf::RoughConductor(_)
@@ -86,6 +89,7 @@ impl<const C: usize> Bsdf<C> {
             Bsdf::Dielectric(bsdf) => Some(bsdf.eta.hero()),
             Bsdf::RoughDielectric(bsdf) => Some(bsdf.facet.eta.hero()),
             Bsdf::Black
+            | Bsdf::Null
             | Bsdf::Lambert(_)
             | Bsdf::DiffuseTransmitter(_)
             | Bsdf::Conductor(_)
@@ -97,7 +101,20 @@ impl<const C: usize> Bsdf<C> {
     pub fn transmits(&self) -> bool {
         match self {
             Bsdf::Black | Bsdf::Lambert(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => false,
-            Bsdf::DiffuseTransmitter(_) | Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_) => true,
+            Bsdf::Null | Bsdf::DiffuseTransmitter(_) | Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_) => true,
+        }
+    }
+
+    /// Whether what is transmitted goes straight on, as if there were no surface.
+    pub fn passes_straight(&self) -> bool {
+        matches!(self, Bsdf::Null)
+    }
+
+    /// The share that goes straight on, as if there were no surface.
+    pub fn passing(&self, _toward_eye: Vec3) -> Sampled<C> {
+        match self {
+            Bsdf::Null => Sampled::ONE,
+            _ => Sampled::ZERO,
         }
     }
 }
@@ -150,4 +167,17 @@ pub struct Scatter<const C: usize> {
     pub ratio: Sampled<C>,
     /// Whether the ray goes through the surface rather than back from it.
     pub transmitted: bool,
+}
+
+impl<const C: usize> Scatter<C> {
+    /// As if there were no surface.
+    fn straight_on(toward_eye: Vec3) -> Self {
+        Self {
+            toward_light: -toward_eye,
+            weight: Sampled::ONE,
+            density: Density::Discrete,
+            ratio: Sampled::ONE,
+            transmitted: true,
+        }
+    }
 }

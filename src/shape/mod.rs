@@ -21,7 +21,7 @@ mod triangle;
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use mesh::{Mesh, MeshData, compute_vertex_normals};
+pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use rectangle::Rectangle;
 pub use sphere::Sphere;
 use std::fmt;
@@ -63,6 +63,13 @@ pub struct Parametrisation {
     pub uv: [f64; 2],
     /// ∂p/∂u, not normalised; zero where the parametrisation is singular.
     pub tangent: Vec3,
+    /// ∂p/∂v, likewise.
+    pub bitangent: Vec3,
+}
+
+impl Parametrisation {
+    /// Of a surface that nothing asks for its coordinates.
+    pub const NONE: Self = Self { uv: [0.0; 2], tangent: Vec3::ZERO, bitangent: Vec3::ZERO };
 }
 
 /// A point chosen on a surface.
@@ -96,6 +103,8 @@ pub enum ShapeError {
     NotFinite { attribute: &'static str, vertex: usize },
     /// There must be as many normals and uvs as positions.
     AttributeCount { attribute: &'static str, found: usize, vertices: usize },
+    /// An attribute must have one or three numbers for each vertex or triangle.
+    AttributeValues { found: usize, expected: usize },
     /// More triangles or vertices than 32-bit indices can name.
     TooLarge,
 }
@@ -116,6 +125,9 @@ impl fmt::Display for ShapeError {
             }
             Self::AttributeCount { attribute, found, vertices } => {
                 write!(f, "there are {found} {attribute}s for {vertices} vertices")
+            }
+            Self::AttributeValues { found, expected } => {
+                write!(f, "an attribute has {found} numbers instead of {expected}")
             }
             Self::TooLarge => write!(f, "a mesh has at most 2^32 - 1 triangles and vertices"),
         }

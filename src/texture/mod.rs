@@ -3,6 +3,7 @@
 use crate::geometry::Vec3;
 use crate::shape::Mesh;
 use crate::spectrum::{Sampled, Spectrum};
+use crate::units::WavelengthRange;
 
 /// A quantity over wavelength and surface.
 #[derive(Clone, Debug)]
@@ -42,6 +43,32 @@ impl Texture {
     pub fn value(&self, _at: &TexturePoint) -> f64 {
         match self {
             Self::Uniform(spectrum) => spectrum.at(SCALAR_NM),
+        }
+    }
+
+    /// The three channels of an image as they are, for what is no colour.
+    pub fn rgb(&self, at: &TexturePoint) -> [f64; 3] {
+        [self.value(at); 3]
+    }
+
+    /// ∂/∂u and ∂/∂v of [`Self::value`].
+    pub fn gradient(&self, _at: &TexturePoint) -> [f64; 2] {
+        match self {
+            Self::Uniform(_) => [0.0; 2],
+        }
+    }
+
+    /// Whether the values depend on where they are asked for.
+    pub fn varies(&self) -> bool {
+        match self {
+            Self::Uniform(_) => false,
+        }
+    }
+
+    /// Whether it is zero everywhere at all wavelengths of a range.
+    pub fn is_zero(&self, range: WavelengthRange) -> bool {
+        match self {
+            Self::Uniform(spectrum) => spectrum.is_zero(range),
         }
     }
 

@@ -70,6 +70,7 @@ fn glass<const C: usize>(eta: f64, step: f64) -> Dielectric<C> {
 fn table<const C: usize>() -> Vec<(String, Bsdf<C>)> {
     let mut table = vec![
         ("black".into(), Bsdf::Black),
+        ("null".into(), Bsdf::Null),
         ("lambert".into(), Bsdf::Lambert(Lambert { reflectance: ramp(0.8, -0.1) })),
         (
             "diffuse transmitter".into(),
@@ -132,6 +133,7 @@ fn alone<const C: usize>(bsdf: &Bsdf<C>, lane: usize) -> Bsdf<1> {
     };
     match *bsdf {
         Bsdf::Black => Bsdf::Black,
+        Bsdf::Null => Bsdf::Null,
         Bsdf::Lambert(b) => Bsdf::Lambert(Lambert { reflectance: one(b.reflectance) }),
         Bsdf::DiffuseTransmitter(b) => Bsdf::DiffuseTransmitter(DiffuseTransmitter {
             reflectance: one(b.reflectance),

@@ -33,7 +33,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use tree::{Class, Object, ObjectId, Tree};
+pub(super) use tree::Class;
+use tree::{Object, ObjectId, Tree};
 
 /// A larger scene file is refused: meshes belong into files of their own.
 const LARGEST_SCENE_FILE: u64 = 256 << 20;
@@ -293,7 +294,7 @@ impl Reader {
         if integrator.is_some_and(|object| !["path", "direct"].contains(&object.plugin.as_str())) {
             return;
         }
-        for medium in shapes.iter().filter_map(|shape| shape.interior.as_ref()) {
+        for medium in shapes.iter().flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
             self.assumption(
                 &medium.place,
                 "the medium absorbs, although Mitsuba 3's path and direct would ignore it".to_owned(),

@@ -149,7 +149,7 @@ impl File {
                 .then(|| corners().map(|corner| self.normals[corner.normal as usize]).collect()),
             uvs: with_uv.then(|| corners().map(|corner| uv(corner.uv)).collect()),
             indices: self.indices,
-            flip_normals: false,
+            ..MeshData::default()
         }
     }
 }

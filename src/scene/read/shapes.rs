@@ -1,6 +1,6 @@
 //! Shapes.
 
-use super::super::description::{Shape, ShapeKind};
+use super::super::description::{Medium, Shape, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
 use super::spectra::required;
@@ -41,7 +41,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         Some((_, id)) => bsdfs::read(reader, id),
         None => bsdfs::default(&object.place, emitter.is_some()),
     };
-    let interior = interior(&query);
+    let [interior, exterior] = media(&query);
     query.finish();
     Some(Shape {
         place: object.place.clone(),
@@ -52,6 +52,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         bsdf,
         emission,
         interior,
+        exterior,
     })
 }
 
@@ -68,29 +69,26 @@ fn cylinder(query: &Query<'_>) -> ShapeKind {
     ShapeKind::Cylinder { from, to, radius: query.positive("radius", 1.0) }
 }
 
-fn interior(query: &Query<'_>) -> Option<super::super::description::Medium> {
-    let mut interior = None;
+/// The media inside and outside.
+fn media(query: &Query<'_>) -> [Option<Medium>; 2] {
+    let mut sides = [None, None];
     for (entry, id) in query.objects(Class::Medium) {
-        match entry.name.as_deref() {
-            Some("interior") => interior = media::read(query.reader, id),
-            Some("exterior") => query.error(
-                SceneError::at(
-                    &entry.place,
-                    "A medium outside a shape is not supported yet",
-                    "expected name=\"interior\"",
-                )
-                .with_remedy("put the scene into a shape whose interior has the medium"),
-            ),
+        let side = match entry.name.as_deref() {
+            Some("interior") => 0,
+            Some("exterior") => 1,
             name => {
                 let problem = match name {
                     Some(name) => format!("The medium is named \"{name}\", which Mitsuba 3 would ignore"),
                     None => "The medium has no name, so that Mitsuba 3 would ignore it".to_owned(),
                 };
-                query.error(SceneError::at(&entry.place, problem, "expected name=\"interior\""));
+                let expected = "expected name=\"interior\" or name=\"exterior\"";
+                query.error(SceneError::at(&entry.place, problem, expected));
+                continue;
             }
-        }
+        };
+        sides[side] = media::read(query.reader, id);
     }
-    interior
+    sides
 }
 
 /// How a mesh file is to be understood.
@@ -126,7 +124,13 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
         mesh
     })?;
     let compute_normals = mesh.normals.is_none() && !options.face_normals;
-    Some(ShapeKind::Mesh { file: path, mesh, compute_normals })
+    Some(ShapeKind::Mesh {
+        file: path,
+        plugin: if is_obj { "obj" } else { "ply" },
+        flip_tex_coords: options.flip_tex_coords,
+        mesh,
+        compute_normals,
+    })
 }
 
 fn load(query: &Query<'_>, path: &Path, is_obj: bool, options: MeshOptions) -> Option<MeshData> {

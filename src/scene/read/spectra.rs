@@ -24,6 +24,10 @@ pub(super) enum Use {
     ConductorIndex,
     /// Above 0.
     Index,
+    /// A weight or an opacity: clamped to 0 and 1 where it is used, as in Mitsuba 3.
+    Share,
+    /// Heights and components of normals: any number.
+    Raw,
 }
 
 impl Use {
@@ -35,6 +39,8 @@ impl Use {
             Self::Emission => "emission",
             Self::Absorption => "absorption",
             Self::ConductorIndex | Self::Index => "refractive index",
+            Self::Share => "share",
+            Self::Raw => "value",
         };
         if word == name { format!("The {word}") } else { format!("The {word} \"{name}\"") }
     }
@@ -47,7 +53,7 @@ impl Use {
             Self::Absorption => Some(Kind::Absorption),
             Self::Index => Some(Kind::Dielectric),
             // A metal has n and k together.
-            Self::ConductorIndex => None,
+            Self::ConductorIndex | Self::Share | Self::Raw => None,
         }
     }
 
@@ -57,6 +63,7 @@ impl Use {
             Self::NormalReflectance => "expected values of at least 0 and below 1",
             Self::Emission | Self::Absorption | Self::ConductorIndex => "expected values of at least 0",
             Self::Index => "expected values above 0",
+            Self::Share | Self::Raw => "expected finite values",
         }
     }
 
@@ -66,6 +73,7 @@ impl Use {
             Self::NormalReflectance => (0.0..1.0).contains(&value),
             Self::Emission | Self::Absorption | Self::ConductorIndex => value >= 0.0,
             Self::Index => value > 0.0,
+            Self::Share | Self::Raw => value.is_finite(),
         }
     }
 
@@ -79,6 +87,7 @@ impl Use {
             Self::Emission => "light cannot be taken away",
             Self::Absorption => "a medium that amplifies cannot be rendered",
             Self::Index => "the index of vacuum is 1",
+            Self::Share | Self::Raw => "check the table for what is no number",
             Self::Reflectance | Self::NormalReflectance | Self::ConductorIndex => {
                 "check the table for a sign that should not be there"
             }

@@ -1,11 +1,13 @@
 //! BSDFs.
 
-use super::super::description::{Bsdf, BsdfKind, ConductorIndex, Distribution, MetalAssumption, Roughness};
-use super::super::source::{Place, SceneError};
+mod nesting;
+
 use super::query::Query;
 use super::spectra::{self, Use};
-use super::tree::{Class, ObjectId, Value};
+use super::tree::{ObjectId, Value};
 use super::{Reader, indices};
+use crate::scene::description::{Bsdf, BsdfKind, ConductorIndex, Distribution, MetalAssumption, Roughness};
+use crate::scene::source::{Place, SceneError};
 use crate::spectrum::catalogue::Kind;
 use std::sync::Arc;
 
@@ -34,7 +36,12 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Arc<Bsdf> {
         "roughconductor" => Some(conductor(&query, Some(roughness(&query)))),
         "dielectric" => Some(dielectric(&query, None)),
         "roughdielectric" => Some(dielectric(&query, Some(roughness(&query)))),
-        "twosided" => two_sided(&query),
+        "twosided" => nesting::two_sided(&query),
+        "null" => Some(BsdfKind::Null),
+        "mask" => nesting::mask(&query),
+        "blendbsdf" => nesting::blend(&query),
+        "bumpmap" => nesting::bump_map(&query),
+        "normalmap" => nesting::normal_map(&query),
         _ => {
             reader.unknown_plugin(object);
             None
@@ -147,7 +154,7 @@ fn assumption(query: &Query<'_>, allowed: bool) -> Option<bool> {
 fn metal(
     query: &Query<'_>,
     unit_index: Option<bool>,
-    n: Option<super::super::description::SpectrumSource>,
+    n: Option<crate::scene::description::SpectrumSource>,
 ) -> MetalAssumption {
     let place = query.place("normal_reflectance");
     let note = |text: &str| query.reader.assumption(&place, text.to_owned());
@@ -253,39 +260,4 @@ fn alpha(query: &Query<'_>, name: &'static str) -> Option<f64> {
         .with_remedy(format!("for a smooth surface use \"{smooth}\"")),
     );
     Some(DEFAULT_ALPHA)
-}
-
-fn two_sided(query: &Query<'_>) -> Option<BsdfKind> {
-    let nested = query.objects(Class::Bsdf);
-    if nested.is_empty() && query.object.entries.iter().any(|entry| matches!(entry.value, Value::Broken)) {
-        return None;
-    }
-    if !(1..=2).contains(&nested.len()) {
-        query.error(SceneError::at(
-            &query.object.place,
-            format!("\"twosided\" holds {} BSDFs", nested.len()),
-            "expected one for both sides, or two: front, back",
-        ));
-        return None;
-    }
-    let mut sides = nested.into_iter().map(|(entry, id)| {
-        let bsdf = read(query.reader, id);
-        let plugin = &query.reader.tree.get(id).plugin;
-        let problem = match bsdf.kind {
-            BsdfKind::Dielectric { .. } | BsdfKind::DiffuseTransmitter { .. } => {
-                Some(format!("\"twosided\" cannot hold \"{plugin}\", which lets light through"))
-            }
-            BsdfKind::TwoSided { .. } => Some("\"twosided\" cannot hold another \"twosided\"".to_owned()),
-            BsdfKind::Diffuse { .. } | BsdfKind::Conductor { .. } => None,
-        };
-        if let Some(problem) = problem {
-            query.error(
-                SceneError::at(&entry.place, problem, "expected a BSDF that only reflects")
-                    .with_remedy("use the nested BSDF by itself"),
-            );
-        }
-        bsdf
-    });
-    let front = sides.next()?;
-    Some(BsdfKind::TwoSided { front, back: sides.next() })
 }
