@@ -160,8 +160,7 @@ impl Scene {
                 return Some(Intersection { t: hit.t + passed, ..hit });
             }
             passed += hit.t;
-            let origin = hit.point.leave(ray.direction);
-            ray = Ray { origin, direction: ray.direction, t_max: ray.t_max - hit.t };
+            ray = hit.point.rest_of(&ray);
         }
     }
 
@@ -259,8 +258,7 @@ impl Scene {
             }
             share = within(share, &media, hit.t);
             self.pass_through(&hit, ray.direction, &mut media);
-            let origin = hit.point.leave(ray.direction);
-            ray = Ray { origin, direction: ray.direction, t_max: ray.t_max - hit.t };
+            ray = hit.point.rest_of(&ray);
         }
         within(share, &media, ray.t_max)
     }
