@@ -252,6 +252,10 @@ pub enum ShapeKind {
     /// `obj` and `ply`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
+        /// `obj` or `ply`.
+        plugin: &'static str,
+        /// Whether v was read as 1 − v.
+        flip_tex_coords: bool,
         mesh: Arc<MeshData>,
         /// Whether vertex normals are to be computed once the mesh is placed: the file has none, and
         /// `face_normals` does not ask for flat triangles.
@@ -272,6 +276,7 @@ pub enum LightKind {
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
     Point { position: Vec3, intensity: SpectrumSource },
     /// Irradiance on a surface across the light's direction of travel, W·m⁻²·nm⁻¹.
+    /// `travels` has any length.
     Directional { travels: Vec3, irradiance: SpectrumSource },
     /// The same radiance from everywhere.
     Constant { radiance: SpectrumSource },

@@ -22,7 +22,7 @@ mod wavelengths;
 use crate::units::WavelengthRange;
 
 pub use blackbody::{Blackbody, blackbody_radiance};
-pub use dispersion::DispersionFormula;
+pub use dispersion::{DispersionFormula, FormulaKind};
 pub use error::SpectrumError;
 pub use normal_reflectance::NormalReflectance;
 pub use sampled::Sampled;

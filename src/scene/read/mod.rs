@@ -33,7 +33,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use tree::{Class, Object, ObjectId, Tree};
+pub(super) use tree::Class;
+use tree::{Object, ObjectId, Tree};
 
 /// A larger scene file is refused: meshes belong into files of their own.
 const LARGEST_SCENE_FILE: u64 = 256 << 20;

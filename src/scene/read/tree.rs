@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 /// The kinds of object that the grammar knows, one for each element name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Class {
+pub(in crate::scene) enum Class {
     Scene,
     Integrator,
     Sensor,

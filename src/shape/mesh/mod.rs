@@ -27,6 +27,9 @@ pub struct MeshData {
 }
 
 /// Values of the vertices or the triangles of a mesh, as its file names them.
+///
+/// In Mitsuba 3 three channels are a colour (linear sRGB, upsampled where they stand, the coefficients
+/// interpolated) if the name contains "color", and three plain numbers otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshAttribute {
     /// With Mitsuba 3's prefix: `vertex_color`, `face_density`.

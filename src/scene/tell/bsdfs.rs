@@ -1,0 +1,121 @@
+use super::super::description::{
+    Bsdf, BsdfKind, ConductorIndex, Distribution, IndexKind, IndexSource, MetalAssumption, ReliefShading,
+    Roughness,
+};
+use super::super::read::Class;
+use super::spectra;
+use super::{Teller, Told, Value};
+use std::rc::Rc;
+use std::sync::Arc;
+
+pub(super) fn tell(teller: &mut Teller, bsdf: &Arc<Bsdf>) -> Rc<Told> {
+    let key = Arc::as_ptr(bsdf);
+    if let Some(known) = teller.bsdfs.get(&key) {
+        return Rc::clone(known);
+    }
+    let told = Rc::new(kind(teller, bsdf));
+    teller.bsdfs.insert(key, Rc::clone(&told));
+    told
+}
+
+fn kind(teller: &mut Teller, bsdf: &Bsdf) -> Told {
+    let told = |plugin| Told::new(Class::Bsdf, plugin, &bsdf.place).id(&bsdf.id);
+    match &bsdf.kind {
+        BsdfKind::Diffuse { reflectance } => told("diffuse").spectrum("reflectance", reflectance),
+        BsdfKind::DiffuseTransmitter { reflectance, transmittance } => told("diffusetransmitter")
+            .spectrum("reflectance", reflectance)
+            .spectrum("transmittance", transmittance),
+        BsdfKind::Conductor { index, specular_reflectance, roughness } => {
+            let plugin = if roughness.is_some() { "roughconductor" } else { "conductor" };
+            let told = conductor_index(told(plugin), index);
+            rough(told.spectrum("specular_reflectance", specular_reflectance), roughness)
+        }
+        BsdfKind::Dielectric {
+            interior,
+            exterior,
+            specular_reflectance,
+            specular_transmittance,
+            roughness,
+        } => {
+            let plugin = if roughness.is_some() { "roughdielectric" } else { "dielectric" };
+            let told = index(told(plugin), "int_ior", interior);
+            let told = match exterior {
+                Some(exterior) => index(told, "ext_ior", exterior),
+                None => told.remark("outside is whatever surrounds it, air outside everything"),
+            };
+            let told = told
+                .spectrum("specular_reflectance", specular_reflectance)
+                .spectrum("specular_transmittance", specular_transmittance);
+            rough(told, roughness)
+        }
+        BsdfKind::Null => told("null"),
+        BsdfKind::Mask { opacity, nested } => {
+            told("mask").spectrum("opacity", opacity).child(tell(teller, nested))
+        }
+        BsdfKind::Blend { weight, nested: [first, second] } => told("blendbsdf")
+            .spectrum("weight", weight)
+            .child(tell(teller, first))
+            .child(tell(teller, second))
+            .remark("the weight is that of the second"),
+        BsdfKind::BumpMap { height, scale, shading, nested } => relief(told("bumpmap"), *shading)
+            .spectrum("texture", height)
+            .float("scale", *scale)
+            .child(tell(teller, nested)),
+        BsdfKind::NormalMap { normals, shading, nested } => {
+            relief(told("normalmap"), *shading).spectrum("normalmap", normals).child(tell(teller, nested))
+        }
+        BsdfKind::TwoSided { front, back } => {
+            let told = told("twosided").child(tell(teller, front));
+            match back {
+                None => told.remark("the same on both sides"),
+                Some(back) => {
+                    told.child(tell(teller, back)).remark("the first is in front, the second behind")
+                }
+            }
+        }
+    }
+}
+
+fn relief(told: Told, shading: ReliefShading) -> Told {
+    told.boolean("flip_invalid_normals", shading.flip_invalid_normals)
+        .boolean("use_shadowing_function", shading.use_shadowing_function)
+}
+
+fn conductor_index(told: Told, index: &ConductorIndex) -> Told {
+    match index {
+        ConductorIndex::Mirror => told.text("material", "none").remark("a perfect mirror"),
+        ConductorIndex::Complex { n, k } => told.spectrum("eta", n).spectrum("k", k),
+        ConductorIndex::Named { name, .. } => told.text("material", name),
+        ConductorIndex::NormalReflectance { reflectance, assumption } => {
+            let told = told.spectrum("normal_reflectance", reflectance);
+            match assumption {
+                MetalAssumption::NoAbsorption => told.text("assume", "k=0"),
+                MetalAssumption::UnitIndex => told.text("assume", "n=1"),
+                MetalAssumption::KnownIndex(n) => told.spectrum("eta", n),
+            }
+        }
+    }
+}
+
+fn index(told: Told, name: &'static str, index: &IndexSource) -> Told {
+    let value = match &index.kind {
+        IndexKind::Constant(value) => Value::Float(*value),
+        IndexKind::Named(material) => spectra::measured(&index.place, material, 1.0),
+        IndexKind::Formula(formula) => spectra::formula(&index.place, formula),
+        IndexKind::Tabulated(table) => spectra::tell(table),
+        IndexKind::NormalReflectance(reflectance) => return told.spectrum("normal_reflectance", reflectance),
+    };
+    told.property(Some(name), value, Some(index.place.clone()))
+}
+
+fn rough(told: Told, roughness: &Option<Roughness>) -> Told {
+    let Some(Roughness { distribution, alpha: [u, v] }) = roughness else { return told };
+    let told = told.text(
+        "distribution",
+        match distribution {
+            Distribution::Beckmann => "beckmann",
+            Distribution::Ggx => "ggx",
+        },
+    );
+    if u == v { told.float("alpha", *u) } else { told.float("alpha_u", *u).float("alpha_v", *v) }
+}
