@@ -193,6 +193,25 @@ impl Outline<'_> {
                     o.spectrum("intensity", intensity);
                 });
             }
+            LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture } => {
+                self.object("emitter: spot", None, &light.place);
+                self.within(|o| {
+                    o.transform(to_world);
+                    o.line(&format!("falls off from {beam_width}° to {cutoff_angle}° off its axis"));
+                    o.spectrum("intensity", intensity);
+                    if let Some(texture) = texture {
+                        o.spectrum("texture", texture);
+                    }
+                });
+            }
+            LightKind::Projector { to_world, irradiance, scale, field_of_view: _ } => {
+                self.object("emitter: projector", None, &light.place);
+                self.within(|o| {
+                    o.transform(to_world);
+                    o.spectrum("irradiance", irradiance);
+                    o.line(&format!("scale {scale}"));
+                });
+            }
             LightKind::Directional { travels, irradiance } => {
                 self.object("emitter: directional", None, &light.place);
                 self.within(|o| {
