@@ -4,6 +4,7 @@
 use super::source::{Place, Sources};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
+use crate::integrator::Techniques;
 use crate::sampling::SamplerKind;
 use crate::shape::MeshData;
 use crate::spectrum::DispersionFormula;
@@ -452,6 +453,8 @@ pub struct Integrator {
     /// Number of segments from which Russian roulette may end a path.
     pub rr_depth: u32,
     pub hide_emitters: bool,
+    /// `direct` may leave one out.
+    pub techniques: Techniques,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

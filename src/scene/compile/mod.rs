@@ -124,6 +124,7 @@ impl Compiler<'_> {
                 rr_depth: description.integrator.rr_depth,
                 hide_emitters: description.integrator.hide_emitters,
                 passing_counts: !volumetric,
+                techniques: description.integrator.techniques,
             },
             wavelengths: self.wavelengths(&lights, scene_radius),
             reference_radiance: self.reference(&lights, scene_radius),
