@@ -1,11 +1,11 @@
 //! Sensors: where the camera stands, what it sees, and with which film and sampler.
 
-use super::super::description::{FieldOfView, Film, FovAxis, Lens, Sampler, Sensor};
+use super::super::description::{FieldOfView, Film, FovAxis, Lens, Medium, Sampler, Sensor};
 use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::spectra::required;
 use super::tree::{Class, ObjectId};
-use super::{Reader, films};
+use super::{Reader, films, media};
 use crate::geometry::Transform;
 use crate::sampling::SamplerKind;
 use glam::DMat3;
@@ -48,6 +48,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Sensor> {
         near_clip,
         far_clip,
         lens: if thin_lens { lens(&query, far_clip) } else { None },
+        medium: medium(&query),
         film: film(&query),
         sampler: sampler(&query),
     };
@@ -157,6 +158,12 @@ fn shutter(query: &Query<'_>) {
             query.reader.remark(&query.place(name), format!("{name} changes nothing: nothing moves"));
         }
     }
+}
+
+/// What the camera is in. Mitsuba 3 takes it under any name.
+fn medium(query: &Query<'_>) -> Option<Medium> {
+    let (_, id) = query.object(Class::Medium)?;
+    media::read(query.reader, id)
 }
 
 fn film(query: &Query<'_>) -> Film {
