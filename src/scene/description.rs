@@ -72,6 +72,16 @@ pub enum SpectrumKind {
     Named(String),
 }
 
+impl SpectrumSource {
+    /// The one value that it has at all wavelengths, if it is given like that.
+    pub fn constant(&self) -> Option<f64> {
+        match self.kind {
+            SpectrumKind::Constant(value) => Some(value * self.scale),
+            _ => None,
+        }
+    }
+}
+
 /// A refractive index, real.
 #[derive(Clone, Debug)]
 pub struct IndexSource {
@@ -127,6 +137,38 @@ pub enum BsdfKind {
         specular_reflectance: SpectrumSource,
         specular_transmittance: SpectrumSource,
         roughness: Option<Roughness>,
+    },
+    /// `thindielectric`: a sheet of glass, in air where the file doesn't say otherwise.
+    ThinDielectric {
+        interior: IndexSource,
+        exterior: Option<IndexSource>,
+        specular_reflectance: SpectrumSource,
+        specular_transmittance: SpectrumSource,
+    },
+    /// `plastic` without and `roughplastic` with a roughness: a coat on a matt base, in air where the file doesn't
+    /// say otherwise.
+    Plastic {
+        interior: IndexSource,
+        exterior: Option<IndexSource>,
+        diffuse_reflectance: SpectrumSource,
+        specular_reflectance: SpectrumSource,
+        /// Whether light that is reflected inside is coloured each time.
+        nonlinear: bool,
+        coat: Option<CoatRoughness>,
+    },
+    Principled {
+        base: PrincipledBase,
+        metallic: SpectrumSource,
+        clearcoat: SpectrumSource,
+        clearcoat_gloss: SpectrumSource,
+        /// The index below over that above.
+        eta: f64,
+    },
+    PrincipledThin {
+        base: PrincipledBase,
+        /// 0–2.
+        diff_trans: SpectrumSource,
+        eta: SpectrumSource,
     },
     /// Lets everything pass, as if there were no surface.
     Null,
@@ -198,11 +240,37 @@ pub enum MetalAssumption {
     KnownIndex(SpectrumSource),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Roughness {
     pub distribution: Distribution,
-    /// Roughness along the tangent and the bitangent.
-    pub alpha: [f64; 2],
+    pub alpha: Alpha,
+}
+
+#[derive(Clone, Debug)]
+pub enum Alpha {
+    Isotropic(SpectrumSource),
+    /// Along the tangent and the bitangent.
+    Anisotropic([SpectrumSource; 2]),
+}
+
+/// The roughness of a coat, the same everywhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoatRoughness {
+    pub distribution: Distribution,
+    pub alpha: f64,
+}
+
+/// What `principled` and `principledthin` have in common, by Mitsuba's names.
+#[derive(Clone, Debug)]
+pub struct PrincipledBase {
+    pub base_color: SpectrumSource,
+    pub roughness: SpectrumSource,
+    pub anisotropic: SpectrumSource,
+    pub spec_trans: SpectrumSource,
+    pub spec_tint: SpectrumSource,
+    pub sheen: SpectrumSource,
+    pub sheen_tint: SpectrumSource,
+    pub flatness: SpectrumSource,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
