@@ -69,6 +69,8 @@ pub(super) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, Sce
             "expected the path of a file, relative to the scene file's folder",
         );
         match neighbour(path) {
+            _ if path.to_string_lossy().contains(char::is_control) => error
+                .with_remedy("the name has a control character: JSON writes a backslash as \\\\, or use /"),
             Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
             None => error,
         }
