@@ -29,6 +29,11 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Integrator {
     let (kind, max_depth, rr_depth) = match object.plugin.as_str() {
         plugin @ ("path" | "volpath" | "volpathmis") => {
             let (max_depth, rr_depth) = depths(&query);
+            if plugin == "volpathmis" && query.has("use_spectral_mis") {
+                query.boolean("use_spectral_mis", true);
+                reader
+                    .remark(&query.place("use_spectral_mis"), "use_spectral_mis changes nothing".to_owned());
+            }
             let kind = if plugin == "path" { IntegratorKind::Path } else { IntegratorKind::VolPath };
             (kind, max_depth, rr_depth)
         }

@@ -154,29 +154,7 @@ impl Reader {
     }
 
     fn unknown_plugin(&self, object: &Object) {
-        let word = object.class.word();
-        let name = &object.plugin;
-        let known = names::plugins(object.class);
-        let place = &object.plugin_place;
-        if names::mitsuba_plugins(object.class).contains(&name.as_str()) {
-            let problem = format!("{word} \"{name}\" is not supported yet");
-            let expected = format!("expected {}", names::either(known));
-            self.error(SceneError::at(place, query::capital(&problem), expected));
-            return;
-        }
-        let error = SceneError::at(
-            place,
-            format!("There is no {word} \"{name}\""),
-            format!("expected {}", names::either(known)),
-        );
-        let elsewhere = Class::ELEMENTS
-            .iter()
-            .find(|(_, class)| *class != object.class && names::plugins(*class).contains(&name.as_str()));
-        self.error(match (names::nearest(name, known), elsewhere) {
-            (_, Some((other, _))) => error.with_remedy(format!("did you mean <{other} type=\"{name}\">?")),
-            (Some(near), None) => error.with_remedy(format!("did you mean \"{near}\"?")),
-            (None, None) => error,
-        });
+        self.error(names::unknown_plugin(object.class, &object.plugin, &object.plugin_place));
     }
 
     /// `None` where something without which there is no scene is missing or wrong.
