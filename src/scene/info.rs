@@ -1,9 +1,10 @@
 //! A description told as an indented text, and its hash.
 
 use super::description::{
-    Bsdf, BsdfKind, ConductorIndex, Crop, Description, Distribution, FieldOfView, FovAxis, IndexKind,
-    IndexSource, Integrator, IntegratorKind, Light, LightKind, MetalAssumption, Note, PixelFormat, Roughness,
-    Sensor, Shape, ShapeKind, SpectrumKind, SpectrumSource,
+    Bsdf, BsdfKind, ConductorIndex, Crop, Description, DistantTarget, Distribution, FieldOfView, Film,
+    FilmContent, FovAxis, IndexKind, IndexSource, Integrator, IntegratorKind, Lens, Light, LightKind,
+    MetalAssumption, Note, PixelFormat, Roughness, Sensor, SensorKind, Shape, ShapeKind, SpectrumKind,
+    SpectrumSource,
 };
 use super::source::Place;
 use crate::film::FilterKind;
@@ -136,40 +137,22 @@ impl Outline<'_> {
     }
 
     fn sensor(&mut self, sensor: &Sensor) {
-        let kind = if sensor.lens.is_some() { "thin lens" } else { "pinhole" };
+        let kind = match &sensor.kind {
+            SensorKind::Perspective { lens: Some(_), .. } => "thin lens",
+            SensorKind::Perspective { lens: None, .. } => "pinhole",
+            SensorKind::Orthographic { .. } => "orthographic",
+            SensorKind::RadianceMeter { .. } => "radiance meter",
+            SensorKind::IrradianceMeter { .. } => "irradiance meter",
+            SensorKind::Distant { .. } => "distant",
+            SensorKind::Batch(_) => "several side by side",
+        };
         self.object(&format!("sensor: {kind}"), None, &sensor.place);
         self.within(|o| {
-            o.line(&match sensor.field_of_view {
-                FieldOfView::Degrees { angle, axis } => {
-                    format!("field of view {angle}° along {}", axis_name(axis))
-                }
-                FieldOfView::FocalLength(mm) => format!("focal length {mm} mm over a film of 36 × 24 mm"),
-            });
-            if let Some(lens) = sensor.lens {
-                o.line(&format!(
-                    "aperture radius {}, focus distance {}",
-                    lens.aperture_radius, lens.focus_distance
-                ));
+            o.rays(&sensor.kind);
+            if let Some(response) = &sensor.response {
+                o.spectrum("response", response);
             }
-            if sensor.principal_point != [0.0; 2] {
-                let [x, y] = sensor.principal_point;
-                o.line(&format!("principal point moved by {x}, {y} of the film"));
-            }
-            o.line(&format!("sees depths from {} to {}", sensor.near_clip, sensor.far_clip));
-            o.transform(&sensor.to_world);
-            let film = &sensor.film;
-            let format = match film.pixel_format {
-                PixelFormat::Rgb => "linear Rec. 709",
-                PixelFormat::Xyz => "CIE XYZ",
-                PixelFormat::Luminance => "luminance",
-            };
-            o.object(&format!("film: {} × {} pixels, {format}", film.width, film.height), None, &film.place);
-            o.within(|o| {
-                o.line(&format!("filter {}", filter_name(film.filter)));
-                if let Some(Crop { x, y, width, height }) = film.crop {
-                    o.line(&format!("crop window of {width} × {height} pixels at {x}, {y}"));
-                }
-            });
+            o.film(&sensor.film);
             let sampler = &sensor.sampler;
             let kind = match sampler.kind {
                 SamplerKind::Sobol => "Owen-scrambled Sobol",
@@ -177,6 +160,77 @@ impl Outline<'_> {
             };
             o.object(&format!("sampler: {kind}"), None, &sampler.place);
             o.within(|o| o.line(&format!("{} samples a pixel, seed {}", sampler.sample_count, sampler.seed)));
+        });
+    }
+
+    fn rays(&mut self, kind: &SensorKind) {
+        match kind {
+            SensorKind::Perspective {
+                to_world,
+                field_of_view,
+                principal_point,
+                near_clip,
+                far_clip,
+                lens,
+            } => {
+                self.line(&match field_of_view {
+                    FieldOfView::Degrees { angle, axis } => {
+                        format!("field of view {angle}° along {}", axis_name(*axis))
+                    }
+                    FieldOfView::FocalLength(mm) => format!("focal length {mm} mm over a film of 36 × 24 mm"),
+                });
+                if let Some(Lens { aperture_radius, focus_distance }) = lens {
+                    self.line(&format!("aperture radius {aperture_radius}, focus distance {focus_distance}"));
+                }
+                if *principal_point != [0.0; 2] {
+                    let [x, y] = principal_point;
+                    self.line(&format!("principal point moved by {x}, {y} of the film"));
+                }
+                self.line(&format!("sees depths from {near_clip} to {far_clip}"));
+                self.transform(to_world);
+            }
+            SensorKind::Orthographic { to_world, near_clip, far_clip } => {
+                self.line(&format!("sees depths from {near_clip} to {far_clip}"));
+                self.transform(to_world);
+            }
+            SensorKind::RadianceMeter { origin, direction } => {
+                self.line(&format!("looks from {} along {}", vector(*origin), vector(*direction)));
+            }
+            SensorKind::IrradianceMeter { surface } => self.shape(surface),
+            SensorKind::Distant { direction, target } => {
+                self.line(&format!("looks along {}", vector(*direction)));
+                match target {
+                    DistantTarget::Scene => self.line("at all of the scene"),
+                    DistantTarget::Point(point) => self.line(&format!("at {}", vector(*point))),
+                    DistantTarget::Surface(surface) => self.shape(surface),
+                }
+            }
+            SensorKind::Batch(sensors) => sensors.iter().for_each(|sensor| self.sensor(sensor)),
+        }
+    }
+
+    fn film(&mut self, film: &Film) {
+        let content = match &film.content {
+            FilmContent::Colour { format: PixelFormat::Rgb, .. } => "linear Rec. 709",
+            FilmContent::Colour { format: PixelFormat::Xyz, .. } => "CIE XYZ",
+            FilmContent::Colour { format: PixelFormat::Luminance, .. } => "luminance",
+            FilmContent::Responses(_) => "spectral responses",
+        };
+        self.object(&format!("film: {} × {} pixels, {content}", film.width, film.height), None, &film.place);
+        self.within(|o| {
+            if let FilmContent::Colour { alpha: true, .. } = film.content {
+                o.line("with alpha");
+            }
+            if let FilmContent::Responses(channels) = &film.content {
+                channels.iter().for_each(|channel| o.spectrum(&channel.name, &channel.response));
+            }
+            o.line(&format!("filter {}", filter_name(film.filter)));
+            if film.sample_border {
+                o.line("samples beyond the border");
+            }
+            if let Some(Crop { x, y, width, height }) = film.crop {
+                o.line(&format!("crop window of {width} × {height} pixels at {x}, {y}"));
+            }
         });
     }
 

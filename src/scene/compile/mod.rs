@@ -5,13 +5,13 @@
 //! far a scene lies from the origin of its file makes no difference.
 
 mod materials;
+mod sensors;
 mod spectra;
 
-use super::description::{self, Description, FieldOfView, FovAxis, IntegratorKind, LightKind, ShapeKind};
+use super::description::{self, Description, IntegratorKind, LightKind, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{FilmPlan, Needs, Scene, Surface};
 use crate::accel::Accel;
-use crate::camera::{Camera, CameraSettings, ThinLens};
 use crate::geometry::{Bounds, Transform, Vec3};
 use crate::integrator::{Integrator, Limits};
 use crate::light::{AreaGeometry, Light, Lights};
@@ -87,9 +87,11 @@ impl Compiler<'_> {
         if description.integrator.kind == IntegratorKind::Walk {
             self.refuse_lights_that_a_walk_misses();
         }
-        if !self.errors.is_empty() {
+        let film = self.film();
+        let camera = self.camera(&shift, Bounds::of_all(shapes.iter().map(Shape::bounds)));
+        let Some(camera) = camera.filter(|_| self.errors.is_empty()) else {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
-        }
+        };
         let Materials { materials, bodies, .. } = materials;
         let accel = Accel::build(&shapes);
         let scene_radius = 0.5 * Bounds::of_all(shapes.iter().map(Shape::bounds)).diameter();
@@ -100,7 +102,7 @@ impl Compiler<'_> {
             dispersion: materials.iter().any(|material| material.disperses()),
             absorption,
             medium_stack: absorption || bodies_may_nest,
-            lens: description.sensor.lens.is_some(),
+            lens: camera.uses_lens(),
             light_samples: !lights.is_empty(),
             rough_surfaces: materials.iter().any(|material| material.is_rough()),
         };
@@ -108,8 +110,6 @@ impl Compiler<'_> {
         let shares: Vec<f64> = lights.iter().zip(&powers).map(total).collect();
         let lights = Lights::new(lights, &shares);
         Ok(Scene {
-            camera: self.camera(&shift),
-            film: self.film(),
             observer: self.options.observer,
             integrator: match description.integrator.kind {
                 IntegratorKind::Path => Integrator::Path,
@@ -120,8 +120,16 @@ impl Compiler<'_> {
                 rr_depth: description.integrator.rr_depth,
                 hide_emitters: description.integrator.hide_emitters,
             },
-            wavelengths: self.wavelengths(&lights, &powers, environment.as_ref(), scene_radius),
-            reference_radiance: self.reference(&lights, environment.as_ref(), scene_radius),
+            wavelengths: self.wavelengths(
+                &self.responses(&camera, &film),
+                &lights,
+                &powers,
+                environment.as_ref(),
+                scene_radius,
+            ),
+            reference_radiance: self.reference(&film, &lights, environment.as_ref(), scene_radius),
+            camera,
+            film,
             lights,
             environment,
             needs,
@@ -182,6 +190,7 @@ impl Compiler<'_> {
     /// What sensor and lights make of the wavelengths.
     fn wavelengths(
         &self,
+        responses: &[(Spectrum, f64)],
         lights: &Lights,
         powers: &[f64],
         environment: Option<&Spectrum>,
@@ -194,18 +203,25 @@ impl Compiler<'_> {
             .chain(everywhere)
             .map(|(spectrum, weight)| Emission { spectrum, weight })
             .collect();
-        let [x, y, z] = self.options.observer.spectra();
-        // Luminance counts double, and spectral bins, where they are measured, as much as all colours together.
-        let bins = if self.options.spectral { 4.0 } else { 0.0 };
-        let sensor = [(&x, 1.0), (&y, 2.0), (&z, 1.0), (&Spectrum::ONE, bins)]
-            .map(|(spectrum, weight)| Response { spectrum, weight });
+        let sensor: Vec<Response> =
+            responses.iter().map(|(spectrum, weight)| Response { spectrum, weight: *weight }).collect();
         WavelengthDensity::new(self.options.range, &sensor, &emissions)
     }
 
-    /// Of the order of the largest luminance that the camera can see.
-    fn reference(&self, lights: &Lights, environment: Option<&Spectrum>, scene_radius: f64) -> f64 {
+    /// Of the order of the largest value that the camera can see: of luminance, or of the mean over a response.
+    fn reference(
+        &self,
+        film: &FilmPlan,
+        lights: &Lights,
+        environment: Option<&Spectrum>,
+        scene_radius: f64,
+    ) -> f64 {
         let luminance = |spectrum: &Spectrum| {
-            self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL
+            let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
+            let responses = film.channels.iter().map(|channel| {
+                self.product(spectrum, &channel.response).integral(self.options.range) / channel.integral
+            });
+            responses.fold(y, f64::max)
         };
         let area = 4.0 * PI * (scene_radius * scene_radius).max(f64::MIN_POSITIVE);
         let seen = lights.iter().map(|light| match light {
@@ -214,33 +230,6 @@ impl Compiler<'_> {
             Light::Directional { irradiance, .. } => luminance(irradiance) / PI,
         });
         seen.chain(environment.map(luminance)).fold(0.0, f64::max)
-    }
-
-    fn film(&self) -> FilmPlan {
-        let film = &self.description.sensor.film;
-        let full_size = [film.width, film.height];
-        let (size, offset) = match film.crop {
-            Some(crop) => ([crop.width, crop.height], [crop.x, crop.y]),
-            None => (full_size, [0, 0]),
-        };
-        FilmPlan { size, offset, full_size, filter: film.filter }
-    }
-
-    fn camera(&self, shift: &Transform) -> Camera {
-        let sensor = &self.description.sensor;
-        let film = [sensor.film.width, sensor.film.height];
-        Camera::new(CameraSettings {
-            to_world: sensor.to_world.then(shift),
-            film,
-            tan_half_width: tan_half_width(sensor.field_of_view, film.map(f64::from)),
-            principal_point: sensor.principal_point,
-            near_clip: sensor.near_clip,
-            far_clip: sensor.far_clip,
-            lens: sensor.lens.map(|lens| ThinLens {
-                aperture_radius: lens.aperture_radius,
-                focus_distance: lens.focus_distance,
-            }),
-        })
     }
 
     fn spectrum(&mut self, source: &description::SpectrumSource) -> Spectrum {
@@ -310,46 +299,4 @@ fn power(light: &Light, scene_radius: f64) -> f64 {
 
 fn mean_over(spectrum: &Spectrum, range: WavelengthRange) -> f64 {
     spectrum.integral(range) / range.width()
-}
-
-/// Tangent of half the horizontal field of view, for a film of this width and height.
-fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64 {
-    let diagonal = width.hypot(height);
-    match fov {
-        // Half of the diagonal of 36 mm × 24 mm over the focal length, along the film's own diagonal (Mitsuba 3).
-        FieldOfView::FocalLength(mm) => 0.5 * 36f64.hypot(24.0) / mm * width / diagonal,
-        FieldOfView::Degrees { angle, axis } => {
-            let edge = match axis {
-                FovAxis::X => width,
-                FovAxis::Y => height,
-                FovAxis::Diagonal => diagonal,
-                FovAxis::Smaller => width.min(height),
-                FovAxis::Larger => width.max(height),
-            };
-            (0.5 * angle).to_radians().tan() * width / edge
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Horizontal field of view in degrees.
-    fn x_fov(fov: FieldOfView, film: [f64; 2]) -> f64 {
-        2.0 * tan_half_width(fov, film).atan().to_degrees()
-    }
-
-    #[test]
-    fn fields_of_view_are_mitsubas() {
-        // Seen in Mitsuba 3.9.1 (validation/mitsuba/FACTS.md, 4 to 6).
-        assert!((x_fov(FieldOfView::FocalLength(50.0), [768.0, 576.0]) - 38.1848).abs() < 1e-4);
-        assert!((x_fov(FieldOfView::FocalLength(35.0), [200.0, 100.0]) - 57.8712).abs() < 1e-4);
-        let degrees = |axis| x_fov(FieldOfView::Degrees { angle: 30.0, axis }, [200.0, 100.0]);
-        assert!((degrees(FovAxis::X) - 30.0).abs() < 1e-12);
-        assert!((degrees(FovAxis::Y) - 56.3736).abs() < 1e-4);
-        assert!((degrees(FovAxis::Smaller) - 56.3736).abs() < 1e-4);
-        assert!((degrees(FovAxis::Larger) - 30.0).abs() < 1e-12);
-        assert!((degrees(FovAxis::Diagonal) - 26.9547).abs() < 1e-4);
-    }
 }

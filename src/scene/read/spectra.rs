@@ -24,6 +24,8 @@ pub(super) enum Use {
     ConductorIndex,
     /// Above 0.
     Index,
+    /// At least 0: how strongly a sensor responds.
+    Response,
 }
 
 impl Use {
@@ -35,6 +37,7 @@ impl Use {
             Self::Emission => "emission",
             Self::Absorption => "absorption",
             Self::ConductorIndex | Self::Index => "refractive index",
+            Self::Response => "sensor response",
         };
         if word == name { format!("The {word}") } else { format!("The {word} \"{name}\"") }
     }
@@ -48,6 +51,7 @@ impl Use {
             Self::Index => Some(Kind::Dielectric),
             // A metal has n and k together.
             Self::ConductorIndex => None,
+            Self::Response => None,
         }
     }
 
@@ -55,7 +59,9 @@ impl Use {
         match self {
             Self::Reflectance => "expected values from 0 to 1",
             Self::NormalReflectance => "expected values of at least 0 and below 1",
-            Self::Emission | Self::Absorption | Self::ConductorIndex => "expected values of at least 0",
+            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Response => {
+                "expected values of at least 0"
+            }
             Self::Index => "expected values above 0",
         }
     }
@@ -64,7 +70,7 @@ impl Use {
         match self {
             Self::Reflectance => (0.0..=1.0).contains(&value),
             Self::NormalReflectance => (0.0..1.0).contains(&value),
-            Self::Emission | Self::Absorption | Self::ConductorIndex => value >= 0.0,
+            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Response => value >= 0.0,
             Self::Index => value > 0.0,
         }
     }
@@ -79,7 +85,7 @@ impl Use {
             Self::Emission => "light cannot be taken away",
             Self::Absorption => "a medium that amplifies cannot be rendered",
             Self::Index => "the index of vacuum is 1",
-            Self::Reflectance | Self::NormalReflectance | Self::ConductorIndex => {
+            Self::Reflectance | Self::NormalReflectance | Self::ConductorIndex | Self::Response => {
                 "check the table for a sign that should not be there"
             }
         }
@@ -101,6 +107,12 @@ pub(super) fn read(query: &Query<'_>, name: &'static str, purpose: Use) -> Optio
     check(query.reader, &source, name, purpose).then_some(source)
 }
 
+/// The spectrum in an entry that the query found by other means than its name. `None` where it is wrong.
+pub(super) fn entry(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option<SpectrumSource> {
+    let source = written(query, entry, name, purpose)?;
+    check(query.reader, &source, name, purpose).then_some(source)
+}
+
 /// The spectrum `name`, or a constant.
 pub(super) fn read_or(query: &Query<'_>, name: &'static str, purpose: Use, default: f64) -> SpectrumSource {
     read(query, name, purpose).unwrap_or_else(|| constant(&query.object.place, default))
@@ -115,7 +127,7 @@ pub(super) fn emission(query: &Query<'_>, name: &'static str) -> SpectrumSource 
     })
 }
 
-fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -> Option<SpectrumSource> {
+fn written(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option<SpectrumSource> {
     let place = entry.value_place.clone();
     let bare = |value: f64| match purpose {
         Use::Emission => SpectrumSource { place: place.clone(), kind: SpectrumKind::D65, scale: value },
@@ -240,14 +252,14 @@ fn extremes(
         }
         SpectrumKind::Named(measured) => {
             let Some(kind) = purpose.kind() else {
-                reader.error(
-                    SceneError::at(
-                        &source.place,
-                        format!("\"{name}\" cannot be measured by itself"),
-                        "expected a table of numbers",
-                    )
-                    .with_remedy("a metal has n and k together: <string name=\"material\" value=\"Au\"/>"),
-                );
+                let problem = format!("\"{name}\" cannot be measured by itself");
+                let error = SceneError::at(&source.place, problem, "expected a table of numbers");
+                reader.error(match purpose {
+                    Use::ConductorIndex => error.with_remedy(
+                        "a metal has n and k together: <string name=\"material\" value=\"Au\"/>",
+                    ),
+                    _ => error,
+                });
                 return None;
             };
             let entry = lookup(reader, &source.place, kind, measured)?;

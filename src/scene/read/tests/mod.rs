@@ -3,6 +3,7 @@
 mod defaults;
 mod grammar;
 mod harm;
+mod sensors;
 
 use super::{ReadOptions, read_str};
 use crate::scene::description::{Description, Shape};
