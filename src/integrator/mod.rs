@@ -26,6 +26,9 @@ pub struct Limits {
     pub rr_depth: u32,
     /// Whether lights are invisible to camera rays.
     pub hide_emitters: bool,
+    /// Whether passing a surface as if there were none makes a segment of its own; then such a surface is in the way of
+    /// light samples, too.
+    pub passing_counts: bool,
 }
 
 /// Spectral radiance that arrives along a camera ray, W·m⁻²·sr⁻¹·nm⁻¹, one estimate for each wavelength of the path. They

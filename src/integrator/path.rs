@@ -13,8 +13,9 @@
 //! the balance heuristic over wavelengths and the power heuristic over the two techniques. A path keeps fᵢ and pⱼ relative
 //! to the hero's density, so with one wavelength nothing of this remains.
 
-use crate::bsdf::{Bsdf, Density};
-use crate::geometry::{Ray, SurfacePoint, Vec3};
+use crate::bsdf::Density;
+use crate::geometry::{Ray, SurfacePoint};
+use crate::material::Shading;
 use crate::medium::MediumStack;
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Scene};
@@ -42,15 +43,10 @@ enum LastChoice {
         from: SurfacePoint,
         /// Σⱼ pⱼ / p₀ before the scattering, over the hero's density of the direction, sr.
         prior_over_density: f64,
+        /// Σⱼ pⱼ / p₀ after it. Surfaces that are passed as if there were none don't count here: the light sample that
+        /// is weighed against doesn't choose at them either.
+        by_scattering: f64,
     },
-}
-
-/// A place where a path meets a surface.
-struct Vertex<'a, const C: usize> {
-    hit: &'a Intersection,
-    bsdf: Bsdf<C>,
-    /// In the frame of the hit.
-    toward_eye: Vec3,
 }
 
 /// See [`super::radiance`].
@@ -60,12 +56,16 @@ pub fn radiance<const C: usize>(
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
 ) -> Sampled<C> {
-    let mut path = Path::<C>::from_camera();
+    let mut path = Path::<C>::from_camera(scene);
     let mut arriving = Sampled::ZERO;
-    for depth in 0.. {
+    // Segments behind this vertex. A surface that a ray passes as if there were none may leave it as it is.
+    let mut depth = 0;
+    // Whether nothing but such surfaces has been met.
+    let mut straight = true;
+    for vertex in 0.. {
         let Some(hit) = scene.intersect(&ray, depth == 0) else {
             path.cross(scene, f64::INFINITY, wavelengths);
-            arriving += path.escaped(scene, depth == 0, wavelengths);
+            arriving += path.escaped(scene, straight, wavelengths);
             break;
         };
         path.cross(scene, hit.t, wavelengths);
@@ -73,27 +73,35 @@ pub fn radiance<const C: usize>(
         if depth + 1 >= scene.limits.max_depth {
             break;
         }
-        let vertex = Vertex {
-            hit: &hit,
-            bsdf: scene.bsdf(&hit, &path.media, wavelengths),
-            toward_eye: hit.frame.to_local(-ray.direction),
-        };
-        if !vertex.bsdf.is_discrete() && !scene.lights.is_empty() {
-            arriving += path.direct_light(scene, &vertex, wavelengths, stream.draw(Dimensions::Light(depth)));
+        let light_values = Dimensions::Light(vertex);
+        let choice = if scene.needs().choices { stream.draw(light_values)[3] } else { 0.0 };
+        let shading = scene.shade(&hit, -ray.direction, &path.media, wavelengths, choice);
+        if !shading.bsdf.is_discrete() && !scene.lights.is_empty() {
+            arriving +=
+                path.direct_light(scene, &ray, &hit, &shading, wavelengths, stream.draw(light_values));
         }
-        let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(depth));
-        let Some(scatter) = vertex.bsdf.sample(vertex.toward_eye, lobe, [u, v]) else { break };
-        let direction = hit.frame.to_world(scatter.toward_light).normalize();
-        path.last = match scatter.density {
-            Density::Discrete => LastChoice::Discrete,
-            Density::PerSolidAngle(density) => {
-                LastChoice::Scattered { from: hit.point, prior_over_density: path.ratio.sum() / density }
-            }
-        };
+        let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
+        let Some(scatter) = shading.sample(lobe, [u, v]) else { break };
+        let direction = scatter.toward_light;
+        let passes = scatter.transmitted && shading.bsdf.passes_straight();
+        let prior = path.ratio.sum();
         path.throughput *= scatter.weight;
         path.ratio *= scatter.ratio;
+        straight &= passes;
+        if !passes || scene.limits.passing_counts {
+            path.last = match scatter.density {
+                Density::Discrete => LastChoice::Discrete,
+                Density::PerSolidAngle(density) => {
+                    let by_scattering = path.ratio.sum();
+                    let prior_over_density = prior / density;
+                    LastChoice::Scattered { from: hit.point, prior_over_density, by_scattering }
+                }
+            };
+            depth += 1;
+        }
         if scatter.transmitted {
-            path.pass_through(scene, &vertex, direction);
+            path.refract(&shading);
+            scene.pass_through(&hit, direction, &mut path.media);
         }
         if !path.survives(scene, depth, survival) {
             break;
@@ -104,12 +112,12 @@ pub fn radiance<const C: usize>(
 }
 
 impl<const C: usize> Path<C> {
-    fn from_camera() -> Self {
+    fn from_camera(scene: &Scene) -> Self {
         Self {
             throughput: Sampled::ONE,
             ratio: Sampled::ONE,
             last: LastChoice::Discrete,
-            media: MediumStack::default(),
+            media: scene.media_at_camera(),
             compression: 1.0,
         }
     }
@@ -146,11 +154,10 @@ impl<const C: usize> Path<C> {
         }
         let weight = match &self.last {
             LastChoice::Discrete => 1.0,
-            LastChoice::Scattered { from, prior_over_density } => {
-                let by_scattering = self.ratio.sum();
+            LastChoice::Scattered { from, prior_over_density, by_scattering } => {
                 let by_light =
                     prior_over_density * scene.lights.density(light, from, &hit.point, wavelengths);
-                power_heuristic(by_scattering, by_light)
+                power_heuristic(*by_scattering, by_light)
             }
         };
         if weight == 0.0 {
@@ -163,16 +170,17 @@ impl<const C: usize> Path<C> {
     fn direct_light(
         &self,
         scene: &Scene,
-        vertex: &Vertex<C>,
+        ray: &Ray,
+        hit: &Intersection,
+        shading: &Shading<C>,
         wavelengths: &Wavelengths<C>,
         [u, v, choice, _]: [f64; 4],
     ) -> Sampled<C> {
-        let hit = vertex.hit;
         let Some(sample) = scene.lights.sample(&hit.point, wavelengths, choice, [u, v]) else {
             return Sampled::ZERO;
         };
-        let toward_light = hit.frame.to_local(sample.shadow_ray.direction);
-        let value = vertex.bsdf.evaluate(vertex.toward_eye, toward_light);
+        let toward_light = sample.shadow_ray.direction;
+        let value = shading.evaluate(toward_light);
         if value.f_cos.is_zero() {
             return Sampled::ZERO;
         }
@@ -184,23 +192,23 @@ impl<const C: usize> Path<C> {
                 power_heuristic(by_light, by_scattering) / by_light
             }
         };
-        if weight == 0.0 || scene.occluded(&sample.shadow_ray) {
+        if weight == 0.0 {
             return Sampled::ZERO;
         }
-        let carried = self.throughput * value.f_cos * sample.radiance * weight;
-        match scene.transmittance(&self.media, sample.shadow_ray.t_max, wavelengths) {
-            Some(transmittance) => carried * transmittance,
-            None => carried,
+        let mut media = self.media;
+        let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
+        if beyond {
+            scene.pass_through(hit, toward_light, &mut media);
         }
+        let visibility = scene.visibility(&sample.shadow_ray, &media, wavelengths);
+        self.throughput * value.f_cos * sample.radiance * weight * visibility
     }
 
-    /// Keeps account of what the path is inside of after refraction.
-    fn pass_through(&mut self, scene: &Scene, vertex: &Vertex<C>, direction: Vec3) {
-        if let Some(eta) = vertex.bsdf.relative_index() {
-            let far_over_near = if vertex.toward_eye.z > 0.0 { eta } else { 1.0 / eta };
+    /// Refraction compresses radiance.
+    fn refract(&mut self, shading: &Shading<C>) {
+        if let Some(far_over_near) = shading.index_beyond() {
             self.compression /= far_over_near * far_over_near;
         }
-        scene.pass_through(vertex.hit, direction, &mut self.media);
     }
 
     /// Russian roulette on what the path can still bring. The measure is the same whichever wavelength is the hero, so all of
@@ -209,13 +217,13 @@ impl<const C: usize> Path<C> {
         if self.throughput.is_zero() {
             return false;
         }
-        if depth + 1 < scene.limits.rr_depth {
+        if depth < scene.limits.rr_depth {
             return true;
         }
         let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
         let strength = alive * self.throughput.max() / self.ratio.sum() / self.compression;
         // Between perfect mirrors nothing is ever lost: late in a path survival is never certain.
-        let survival = strength.min(if depth < LATE { 1.0 } else { 0.95 });
+        let survival = strength.min(if depth <= LATE { 1.0 } else { 0.95 });
         if u >= survival {
             return false;
         }

@@ -2,7 +2,6 @@
 //! running into them. No light sampling, no weights between techniques, no companions.
 
 use crate::geometry::Ray;
-use crate::medium::MediumStack;
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::Scene;
 use crate::spectrum::{Sampled, Wavelengths};
@@ -15,7 +14,7 @@ pub fn radiance<const C: usize>(
     stream: &Stream,
 ) -> Sampled<C> {
     let hero = Wavelengths::<1> { nm: [wavelengths.nm[0]], density: Sampled([wavelengths.density[0]]) };
-    let mut media = MediumStack::default();
+    let mut media = scene.media_at_camera();
     let (mut arriving, mut throughput) = (0.0, 1.0);
     for vertex in 0.. {
         let shown = vertex > 0 || !scene.limits.hide_emitters;
@@ -38,11 +37,11 @@ pub fn radiance<const C: usize>(
         if vertex + 1 >= scene.limits.max_depth {
             break;
         }
-        let bsdf = scene.bsdf(&hit, &media, &hero);
+        let choice = if scene.needs().choices { stream.draw(Dimensions::Light(vertex))[3] } else { 0.0 };
+        let shading = scene.shade(&hit, -ray.direction, &media, &hero, choice);
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
-        let toward_eye = hit.frame.to_local(-ray.direction);
-        let Some(scatter) = bsdf.sample(toward_eye, lobe, [u, v]) else { break };
-        let direction = hit.frame.to_world(scatter.toward_light).normalize();
+        let Some(scatter) = shading.sample(lobe, [u, v]) else { break };
+        let direction = scatter.toward_light;
         if scatter.transmitted {
             scene.pass_through(&hit, direction, &mut media);
         }

@@ -1,30 +1,76 @@
-//! Materials: functions of wavelength that become a [`Bsdf`] of numbers at the wavelengths of a path.
+//! Materials: textures that become a [`Bsdf`] of numbers at one point and the wavelengths of one path.
+//!
+//! Materials nest: one may choose between others (a mask, a blend), turn the surface (a bump or normal map) or see which
+//! side is looked at. At a point all of that is gone through once, which leaves one BSDF in one frame: [`Shading`].
+//! Between nested materials one is chosen at random, with the probability that is its weight.
+
+mod facets;
+mod layered;
+mod relief;
+mod shading;
+
+pub use facets::Facets;
+pub use layered::{
+    PlasticMaterial, PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial, ThinDielectricMaterial,
+};
+pub use relief::{Relief, ReliefMap};
+pub use shading::{Shading, ShadingPoint};
 
 use crate::bsdf::{
-    Bsdf, Conductor, Dielectric, DiffuseTransmitter, Lambert, Microfacets, RoughConductor, RoughDielectric,
+    Bsdf, Conductor, Dielectric, DiffuseTransmitter, Lambert, RoughConductor, RoughDielectric,
 };
 use crate::spectrum::{Sampled, Spectrum};
+use crate::texture::{Texture, TexturePoint};
 
-/// What a surface is made of, seen from its front.
+/// Index into [`Materials`].
+pub type MaterialId = u32;
+
+/// What a surface is made of.
 #[derive(Clone, Debug)]
 pub enum Material {
     /// Absorbs everything.
     Black,
+    /// Nothing: light passes as if there were no surface.
+    Null,
     Diffuse {
-        reflectance: Spectrum,
+        reflectance: Texture,
     },
     DiffuseTransmitter {
-        reflectance: Spectrum,
-        transmittance: Spectrum,
+        reflectance: Texture,
+        transmittance: Texture,
     },
     /// A metal: complex index n + i·k against vacuum.
     Conductor {
         n: Spectrum,
         k: Spectrum,
-        specular_reflectance: Spectrum,
-        microfacets: Option<Microfacets>,
+        specular_reflectance: Texture,
+        facets: Option<Facets>,
     },
     Dielectric(DielectricMaterial),
+    ThinDielectric(ThinDielectricMaterial),
+    Plastic(PlasticMaterial),
+    Principled(Box<PrincipledMaterial>),
+    PrincipledThin(Box<PrincipledThinMaterial>),
+    /// One material in front, another or the same behind; each sees the surface from its own front.
+    TwoSided {
+        front: MaterialId,
+        back: MaterialId,
+    },
+    /// Covers a share of the surface; light passes through the rest.
+    Mask {
+        opacity: Texture,
+        nested: MaterialId,
+    },
+    /// The second material with a probability, the first otherwise.
+    Blend {
+        weight: Texture,
+        nested: [MaterialId; 2],
+    },
+    /// A material on a surface whose shading normal varies.
+    Relief {
+        relief: Relief,
+        nested: MaterialId,
+    },
 }
 
 /// A transparent body's surface.
@@ -34,61 +80,107 @@ pub struct DielectricMaterial {
     pub interior: Spectrum,
     /// Index on the outside; `None` where it is that of whatever surrounds the body.
     pub exterior: Option<Spectrum>,
-    pub specular_reflectance: Spectrum,
-    pub specular_transmittance: Spectrum,
-    pub microfacets: Option<Microfacets>,
+    pub specular_reflectance: Texture,
+    pub specular_transmittance: Texture,
+    pub facets: Option<Facets>,
 }
 
 /// Index of air at standard conditions as Mitsuba 3 has it: what surrounds a body in nothing else.
 pub const AIR_INDEX: f64 = 1.000_277;
 
+/// The materials of a scene. What nests comes after what it holds.
+#[derive(Clone, Debug, Default)]
+pub struct Materials(Vec<Material>);
+
+impl Materials {
+    pub fn add(&mut self, material: Material) -> MaterialId {
+        self.0.push(material);
+        self.0.len() as MaterialId - 1
+    }
+
+    pub fn get(&self, id: MaterialId) -> &Material {
+        &self.0[id as usize]
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &Material> {
+        self.0.iter()
+    }
+
+    /// Whether a material or one within it has a property.
+    pub fn any(&self, id: MaterialId, has: &impl Fn(&Material) -> bool) -> bool {
+        let material = self.get(id);
+        has(material) || material.nested().into_iter().flatten().any(|nested| self.any(nested, has))
+    }
+
+    /// The index on the inside of the first dielectric within a material.
+    pub fn interior_index(&self, id: MaterialId) -> Option<&Spectrum> {
+        match self.get(id) {
+            Material::Dielectric(dielectric) => Some(&dielectric.interior),
+            other => other.nested().into_iter().flatten().find_map(|nested| self.interior_index(nested)),
+        }
+    }
+}
+
 impl Material {
-    /// The numbers at the wavelengths of a path. `around` is the index of what surrounds the surface, for bodies
-    /// that leave it open.
-    pub fn bsdf<const C: usize>(&self, nm: &[f64; C], around: Option<&Spectrum>) -> Bsdf<C> {
+    fn nested(&self) -> [Option<MaterialId>; 2] {
         match self {
-            Self::Black => Bsdf::Black,
-            Self::Diffuse { reflectance } => Bsdf::Lambert(Lambert { reflectance: reflectance.sample(nm) }),
-            Self::DiffuseTransmitter { reflectance, transmittance } => {
-                Bsdf::DiffuseTransmitter(DiffuseTransmitter {
-                    reflectance: reflectance.sample(nm),
-                    transmittance: transmittance.sample(nm),
-                })
-            }
-            Self::Conductor { n, k, specular_reflectance, microfacets } => {
-                let facet = Conductor {
-                    eta: n.sample(nm),
-                    k: k.sample(nm),
-                    specular_reflectance: specular_reflectance.sample(nm),
-                };
-                match microfacets {
-                    None => Bsdf::Conductor(facet),
-                    Some(microfacets) => {
-                        Bsdf::RoughConductor(RoughConductor { facet, microfacets: *microfacets })
-                    }
-                }
-            }
-            Self::Dielectric(dielectric) => dielectric.bsdf(nm, around),
+            Self::TwoSided { front, back } => [Some(*front), Some(*back)],
+            Self::Blend { nested: [first, second], .. } => [Some(*first), Some(*second)],
+            Self::Mask { nested, .. } | Self::Relief { nested, .. } => [Some(*nested), None],
+            Self::Black
+            | Self::Null
+            | Self::Diffuse { .. }
+            | Self::DiffuseTransmitter { .. }
+            | Self::Conductor { .. }
+            | Self::Dielectric(_)
+            | Self::ThinDielectric(_)
+            | Self::Plastic(_)
+            | Self::Principled(_)
+            | Self::PrincipledThin(_) => [None, None],
+        }
+    }
+
+    /// Whether one of several BSDFs is chosen at random.
+    pub fn chooses(&self) -> bool {
+        matches!(self, Self::Mask { .. } | Self::Blend { .. })
+    }
+
+    /// Whether light may pass straight through as if there were no surface.
+    pub fn may_pass(&self) -> bool {
+        matches!(self, Self::Null | Self::Mask { .. } | Self::ThinDielectric(_))
+    }
+
+    /// Whether light may get to the other side.
+    pub fn transmits(&self) -> bool {
+        match self {
+            Self::Null
+            | Self::Mask { .. }
+            | Self::Dielectric(_)
+            | Self::DiffuseTransmitter { .. }
+            | Self::ThinDielectric(_)
+            | Self::PrincipledThin(_) => true,
+            Self::Principled(principled) => principled.glass,
+            _ => false,
         }
     }
 
     /// Whether directions are spread by a roughness.
     pub fn is_rough(&self) -> bool {
         match self {
-            Self::Conductor { microfacets, .. } => microfacets.is_some(),
-            Self::Dielectric(dielectric) => dielectric.microfacets.is_some(),
-            Self::Black | Self::Diffuse { .. } | Self::DiffuseTransmitter { .. } => false,
+            Self::Plastic(plastic) => plastic.coat.is_some(),
+            Self::Principled(_) | Self::PrincipledThin(_) => true,
+            _ => self.facets().is_some(),
         }
     }
 
-    /// Whether it matters which way the surface's coordinates run.
-    pub fn is_anisotropic(&self) -> bool {
-        let microfacets = match self {
-            Self::Conductor { microfacets, .. } => microfacets,
-            Self::Dielectric(dielectric) => &dielectric.microfacets,
-            Self::Black | Self::Diffuse { .. } | Self::DiffuseTransmitter { .. } => &None,
+    /// Whether it asks for the surface's coordinates.
+    pub fn is_parametrised(&self) -> bool {
+        let anisotropic = match self {
+            Self::Principled(principled) => principled.textures.is_anisotropic(),
+            Self::PrincipledThin(thin) => thin.textures.is_anisotropic(),
+            _ => self.facets().is_some_and(Facets::is_anisotropic),
         };
-        microfacets.is_some_and(|microfacets| microfacets.is_anisotropic())
+        anisotropic || matches!(self, Self::Relief { .. }) || self.textures().iter().any(|t| t.varies())
     }
 
     /// Whether wavelengths may part at this surface.
@@ -101,22 +193,93 @@ impl Material {
             _ => false,
         }
     }
+
+    fn facets(&self) -> Option<&Facets> {
+        match self {
+            Self::Conductor { facets, .. } => facets.as_ref(),
+            Self::Dielectric(dielectric) => dielectric.facets.as_ref(),
+            _ => None,
+        }
+    }
+
+    /// All textures but those of a relief.
+    fn textures(&self) -> Vec<&Texture> {
+        match self {
+            Self::Diffuse { reflectance } => vec![reflectance],
+            Self::DiffuseTransmitter { reflectance, transmittance } => vec![reflectance, transmittance],
+            Self::Conductor { specular_reflectance, facets, .. } => {
+                facets.iter().flat_map(Facets::textures).chain([specular_reflectance]).collect()
+            }
+            Self::Dielectric(dielectric) => {
+                let factors = [&dielectric.specular_reflectance, &dielectric.specular_transmittance];
+                dielectric.facets.iter().flat_map(Facets::textures).chain(factors).collect()
+            }
+            Self::ThinDielectric(pane) => vec![&pane.specular_reflectance, &pane.specular_transmittance],
+            Self::Plastic(plastic) => vec![&plastic.diffuse_reflectance, &plastic.specular_reflectance],
+            Self::Principled(principled) => principled.all_textures(),
+            Self::PrincipledThin(thin) => thin.all_textures(),
+            Self::Mask { opacity: texture, .. } | Self::Blend { weight: texture, .. } => vec![texture],
+            Self::Black | Self::Null | Self::TwoSided { .. } | Self::Relief { .. } => Vec::new(),
+        }
+    }
+
+    /// The numbers at a point and the wavelengths of a path. `around` is the index of what surrounds the surface, for
+    /// bodies that leave it open. A material that nests is [`Bsdf::Black`]: it is gone through before.
+    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Option<&Spectrum>) -> Bsdf<C> {
+        match self {
+            Self::Black
+            | Self::TwoSided { .. }
+            | Self::Mask { .. }
+            | Self::Blend { .. }
+            | Self::Relief { .. } => Bsdf::Black,
+            Self::Null => Bsdf::Null,
+            Self::Diffuse { reflectance } => {
+                Bsdf::Lambert(Lambert { reflectance: reflectance.sample(at, nm) })
+            }
+            Self::DiffuseTransmitter { reflectance, transmittance } => {
+                Bsdf::DiffuseTransmitter(DiffuseTransmitter {
+                    reflectance: reflectance.sample(at, nm),
+                    transmittance: transmittance.sample(at, nm),
+                })
+            }
+            Self::Conductor { n, k, specular_reflectance, facets } => {
+                let facet = Conductor {
+                    eta: n.sample(nm),
+                    k: k.sample(nm),
+                    specular_reflectance: specular_reflectance.sample(at, nm),
+                };
+                match facets {
+                    None => Bsdf::Conductor(facet),
+                    Some(facets) => {
+                        Bsdf::RoughConductor(RoughConductor { facet, microfacets: facets.microfacets(at) })
+                    }
+                }
+            }
+            Self::Dielectric(dielectric) => dielectric.bsdf(at, nm, around),
+            Self::ThinDielectric(pane) => pane.bsdf(at, nm),
+            Self::Plastic(plastic) => plastic.bsdf(at, nm),
+            Self::Principled(principled) => principled.bsdf(at, nm),
+            Self::PrincipledThin(thin) => thin.bsdf(at, nm),
+        }
+    }
 }
 
 impl DielectricMaterial {
-    fn bsdf<const C: usize>(&self, nm: &[f64; C], around: Option<&Spectrum>) -> Bsdf<C> {
+    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Option<&Spectrum>) -> Bsdf<C> {
         let outside = match self.exterior.as_ref().or(around) {
             Some(index) => index.sample(nm),
             None => Sampled::splat(AIR_INDEX),
         };
         let facet = Dielectric {
             eta: self.interior.sample(nm) / outside,
-            specular_reflectance: self.specular_reflectance.sample(nm),
-            specular_transmittance: self.specular_transmittance.sample(nm),
+            specular_reflectance: self.specular_reflectance.sample(at, nm),
+            specular_transmittance: self.specular_transmittance.sample(at, nm),
         };
-        match self.microfacets {
+        match &self.facets {
             None => Bsdf::Dielectric(facet),
-            Some(microfacets) => Bsdf::RoughDielectric(RoughDielectric { facet, microfacets }),
+            Some(facets) => {
+                Bsdf::RoughDielectric(RoughDielectric { facet, microfacets: facets.microfacets(at) })
+            }
         }
     }
 }

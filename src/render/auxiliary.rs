@@ -1,7 +1,6 @@
 //! Images of what the camera sees first, beside the picture: for denoisers and for understanding a scene.
 
 use crate::film::FilterSampler;
-use crate::medium::MediumStack;
 use crate::sampling::{Dimensions, SamplerKind, Stream};
 use crate::scene::Scene;
 use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Xyz, xyz_to_rec709};
@@ -95,11 +94,17 @@ fn pixel(
         let value = match (kind, hit) {
             (AuxiliaryKind::Depth, hit) => [hit.map_or(f64::INFINITY, |hit| hit.t), 0.0, 0.0],
             (_, None) => [0.0; 3],
-            (AuxiliaryKind::Normal, Some(hit)) => hit.frame.z.into(),
+            (AuxiliaryKind::Normal, Some(hit)) => {
+                let [.., choice] = stream.draw(Dimensions::Light(0));
+                let media = scene.media_at_camera();
+                scene.shade(&hit, -ray.direction, &media, &path, choice).frame.z.into()
+            }
             (AuxiliaryKind::Albedo, Some(hit)) => {
-                let bsdf = scene.bsdf(&hit, &MediumStack::default(), &path);
+                let [.., choice] = stream.draw(Dimensions::Light(0));
+                let media = scene.media_at_camera();
+                let shading = scene.shade(&hit, -ray.direction, &media, &path, choice);
                 let [u, v, lobe, _] = stream.draw(Dimensions::Scattering(0));
-                let scattered = bsdf.sample(hit.frame.to_local(-ray.direction), lobe, [u, v]);
+                let scattered = shading.sample(lobe, [u, v]);
                 let albedo = scattered.map_or(Sampled::ZERO, |s| s.weight / s.ratio.sum());
                 let mut xyz = [0.0; 3];
                 for lane in 0..8 {

@@ -72,6 +72,16 @@ pub enum SpectrumKind {
     Named(String),
 }
 
+impl SpectrumSource {
+    /// The one value that it has at all wavelengths, if it is given like that.
+    pub fn constant(&self) -> Option<f64> {
+        match self.kind {
+            SpectrumKind::Constant(value) => Some(value * self.scale),
+            _ => None,
+        }
+    }
+}
+
 /// A refractive index, real.
 #[derive(Clone, Debug)]
 pub struct IndexSource {
@@ -128,11 +138,75 @@ pub enum BsdfKind {
         specular_transmittance: SpectrumSource,
         roughness: Option<Roughness>,
     },
+    /// `thindielectric`: a sheet of glass, in air where the file doesn't say otherwise.
+    ThinDielectric {
+        interior: IndexSource,
+        exterior: Option<IndexSource>,
+        specular_reflectance: SpectrumSource,
+        specular_transmittance: SpectrumSource,
+    },
+    /// `plastic` without and `roughplastic` with a roughness: a coat on a matt base, in air where the file doesn't
+    /// say otherwise.
+    Plastic {
+        interior: IndexSource,
+        exterior: Option<IndexSource>,
+        diffuse_reflectance: SpectrumSource,
+        specular_reflectance: SpectrumSource,
+        /// Whether light that is reflected inside is coloured each time.
+        nonlinear: bool,
+        coat: Option<CoatRoughness>,
+    },
+    Principled {
+        base: PrincipledBase,
+        metallic: SpectrumSource,
+        clearcoat: SpectrumSource,
+        clearcoat_gloss: SpectrumSource,
+        /// The index below over that above.
+        eta: f64,
+    },
+    PrincipledThin {
+        base: PrincipledBase,
+        /// 0–2.
+        diff_trans: SpectrumSource,
+        eta: SpectrumSource,
+    },
+    /// Lets everything pass, as if there were no surface.
+    Null,
+    /// A surface with holes: light passes through the share 1 − `opacity`.
+    Mask {
+        opacity: SpectrumSource,
+        nested: Arc<Bsdf>,
+    },
+    /// The second BSDF by a share of `weight`, the first by the rest.
+    Blend {
+        weight: SpectrumSource,
+        nested: [Arc<Bsdf>; 2],
+    },
+    /// `bumpmap`: shaded as if raised by a height.
+    BumpMap {
+        height: SpectrumSource,
+        scale: f64,
+        shading: ReliefShading,
+        nested: Arc<Bsdf>,
+    },
+    /// `normalmap`: shaded with the normals of an image.
+    NormalMap {
+        normals: SpectrumSource,
+        shading: ReliefShading,
+        nested: Arc<Bsdf>,
+    },
     /// The front BSDF on both sides, or another on the back.
     TwoSided {
         front: Arc<Bsdf>,
         back: Option<Arc<Bsdf>>,
     },
+}
+
+/// How bump and normal maps deal with normals that are no surface's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReliefShading {
+    pub flip_invalid_normals: bool,
+    pub use_shadowing_function: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -166,11 +240,37 @@ pub enum MetalAssumption {
     KnownIndex(SpectrumSource),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Roughness {
     pub distribution: Distribution,
-    /// Roughness along the tangent and the bitangent.
-    pub alpha: [f64; 2],
+    pub alpha: Alpha,
+}
+
+#[derive(Clone, Debug)]
+pub enum Alpha {
+    Isotropic(SpectrumSource),
+    /// Along the tangent and the bitangent.
+    Anisotropic([SpectrumSource; 2]),
+}
+
+/// The roughness of a coat, the same everywhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoatRoughness {
+    pub distribution: Distribution,
+    pub alpha: f64,
+}
+
+/// What `principled` and `principledthin` have in common, by Mitsuba's names.
+#[derive(Clone, Debug)]
+pub struct PrincipledBase {
+    pub base_color: SpectrumSource,
+    pub roughness: SpectrumSource,
+    pub anisotropic: SpectrumSource,
+    pub spec_trans: SpectrumSource,
+    pub spec_tint: SpectrumSource,
+    pub sheen: SpectrumSource,
+    pub sheen_tint: SpectrumSource,
+    pub flatness: SpectrumSource,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -183,6 +283,7 @@ pub enum Distribution {
 #[derive(Clone, Debug)]
 pub struct Medium {
     pub place: Place,
+    pub id: Option<String>,
     pub absorption: SpectrumSource,
 }
 
@@ -199,6 +300,7 @@ pub struct Shape {
     /// Radiance of an area light on this surface.
     pub emission: Option<SpectrumSource>,
     pub interior: Option<Medium>,
+    pub exterior: Option<Medium>,
 }
 
 #[derive(Clone, Debug)]
@@ -218,6 +320,10 @@ pub enum ShapeKind {
     /// `obj` and `ply`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
+        /// `obj` or `ply`.
+        plugin: &'static str,
+        /// Whether v was read as 1 − v.
+        flip_tex_coords: bool,
         mesh: Arc<MeshData>,
         /// Whether vertex normals are to be computed once the mesh is placed: the file has none, and
         /// `face_normals` does not ask for flat triangles.
@@ -238,6 +344,7 @@ pub enum LightKind {
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
     Point { position: Vec3, intensity: SpectrumSource },
     /// Irradiance on a surface across the light's direction of travel, W·m⁻²·nm⁻¹.
+    /// `travels` has any length.
     Directional { travels: Vec3, irradiance: SpectrumSource },
     /// The same radiance from everywhere.
     Constant { radiance: SpectrumSource },
@@ -394,8 +501,11 @@ pub struct Integrator {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorKind {
-    /// `path`, `direct` (a path of at most two segments), `volpath`, `volpathmis`.
+    /// `path`, `direct` (a path of at most two segments). To pass through a surface that is not there (a mask, `null`)
+    /// is a segment of its own, and light samples are stopped there.
     Path,
+    /// `volpath`, `volpathmis`: paths and light samples go through such a surface as if there were none.
+    VolPath,
     /// Scattering alone finds the lights: the slow oracle (an extension, `walk`).
     Walk,
 }

@@ -1,18 +1,18 @@
 //! A compiled scene: immutable, with only what is needed to trace it.
 
 use crate::accel::Accel;
-use crate::bsdf::Bsdf;
 use crate::camera::{Camera, SensorRay};
 use crate::film::{FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Integrator, Limits};
 use crate::light::Lights;
-use crate::material::Material;
-use crate::medium::MediumStack;
+use crate::material::{MaterialId, Materials, Shading, ShadingPoint};
+use crate::medium::{Body, MediumStack};
 use crate::sampling::{Dimensions, Stream};
-use crate::shape::{Hit, Shape};
+use crate::shape::{Hit, Parametrisation, Shape};
 use crate::spectrum::colour::Observer;
 use crate::spectrum::{Sampled, Spectrum, WavelengthDensity, Wavelengths};
+use crate::texture::{MeshPoint, TexturePoint};
 
 /// Everything that rendering reads.
 #[derive(Debug)]
@@ -32,8 +32,12 @@ pub struct Scene {
     pub(super) accel: Accel,
     pub(super) shapes: Vec<Shape>,
     pub(super) surfaces: Vec<Surface>,
-    pub(super) materials: Vec<Material>,
+    pub(super) materials: Materials,
     pub(super) bodies: Vec<Body>,
+    /// Absorption of each medium, per unit of length; `None` where it is zero everywhere.
+    pub(super) media: Vec<Option<Spectrum>>,
+    /// What absorbs around the camera.
+    pub(super) camera_medium: Option<u32>,
 }
 
 /// The part of the film that is rendered.
@@ -72,22 +76,14 @@ pub struct CameraSample<'a> {
 /// What one shape's surface is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surface {
-    pub front: u32,
-    /// The material seen from behind, for two-sided surfaces.
-    pub back: Option<u32>,
+    pub material: MaterialId,
     pub light: Option<u32>,
     /// What the surface encloses, if it is that of a transparent body.
     pub body: Option<u32>,
-    /// Whether a material asks which way the surface's coordinates run.
-    pub anisotropic: bool,
-}
-
-/// A transparent body.
-#[derive(Clone, Debug)]
-pub(super) struct Body {
-    pub index: Spectrum,
-    /// Per unit of length.
-    pub absorption: Option<Spectrum>,
+    /// Whether material or light ask for the surface's coordinates.
+    pub parametrised: bool,
+    /// Whether light may pass straight through as if there were no surface.
+    pub may_pass: bool,
 }
 
 /// What the scene asks of the renderer. What it does not ask for is not done.
@@ -103,23 +99,44 @@ pub struct Needs {
     /// Lights that are sampled at each vertex.
     pub light_samples: bool,
     pub rough_surfaces: bool,
+    /// Some surface chooses between materials at random.
+    pub choices: bool,
+    /// Shadow rays go on through some surfaces.
+    pub clear_shadows: bool,
+    /// Some surface asks for its coordinates.
+    pub textures: bool,
 }
 
-impl std::fmt::Display for Needs {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let all = [
+impl Needs {
+    fn all(&self) -> [(&'static str, bool); 9] {
+        [
             ("dispersion", self.dispersion),
             ("absorption", self.absorption),
             ("medium stack", self.medium_stack),
             ("lens", self.lens),
             ("light samples", self.light_samples),
             ("rough surfaces", self.rough_surfaces),
-        ];
-        let list = |needed: bool| {
-            let names: Vec<_> = all.iter().filter(|(_, n)| *n == needed).map(|(name, _)| *name).collect();
-            if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
-        };
-        write!(f, "used: {}; skipped: {}", list(true), list(false))
+            ("mixed materials", self.choices),
+            ("transparent shadows", self.clear_shadows),
+            ("surface coordinates", self.textures),
+        ]
+    }
+
+    /// What the renderer does for this scene beyond the least.
+    pub fn used(&self) -> Vec<&'static str> {
+        self.all().into_iter().filter(|(_, needed)| *needed).map(|(name, _)| name).collect()
+    }
+
+    /// What the renderer leaves out, because the scene has no need of it.
+    pub fn skipped(&self) -> Vec<&'static str> {
+        self.all().into_iter().filter(|(_, needed)| !*needed).map(|(name, _)| name).collect()
+    }
+}
+
+impl std::fmt::Display for Needs {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let list = |names: Vec<&str>| if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
+        write!(f, "used: {}; skipped: {}", list(self.used()), list(self.skipped()))
     }
 }
 
@@ -128,12 +145,13 @@ impl std::fmt::Display for Needs {
 pub struct Intersection {
     pub t: f64,
     pub point: SurfacePoint,
-    /// Around the shading normal, which for the back of a two-sided surface is turned toward the viewer.
+    /// Around the shading normal of the front.
     pub frame: Frame,
     /// The light that the surface is, if it is one.
     pub light: Option<u32>,
-    material: u32,
-    body: Option<u32>,
+    hit: Hit,
+    /// All zero where nothing asks for it.
+    parametrisation: Parametrisation,
 }
 
 impl Scene {
@@ -176,65 +194,53 @@ impl Scene {
                 return Some(Intersection { t: hit.t + passed, ..hit });
             }
             passed += hit.t;
-            let origin = hit.point.leave(ray.direction);
-            ray = Ray { origin, direction: ray.direction, t_max: ray.t_max - hit.t };
+            ray = hit.point.rest_of(&ray);
         }
     }
 
     fn meet(&self, ray: &Ray) -> Option<Intersection> {
         let hit: Hit = self.accel.closest(ray)?;
-        let surface = self.surfaces[hit.shape as usize];
-        let met = self.shapes[hit.shape as usize].surface(&hit, ray);
-        let from_behind = ray.direction.dot(met.shading_normal) > 0.0;
-        let (material, normal) = match surface.back {
-            Some(back) if from_behind => (back, -met.shading_normal),
-            _ => (surface.front, met.shading_normal),
-        };
-        let frame = if surface.anisotropic {
-            let parametrisation = self.shapes[hit.shape as usize].parametrisation(&hit, met.point.position);
-            Frame::with_tangent(normal, parametrisation.tangent)
+        let surface = &self.surfaces[hit.shape as usize];
+        let shape = &self.shapes[hit.shape as usize];
+        let met = shape.surface(&hit, ray);
+        let (parametrisation, frame) = if surface.parametrised {
+            let parametrisation = shape.parametrisation(&hit, met.point.position);
+            (parametrisation, Frame::with_tangent(met.shading_normal, parametrisation.tangent))
         } else {
-            Frame::around(normal)
+            (Parametrisation::NONE, Frame::around(met.shading_normal))
         };
-        Some(Intersection {
-            t: hit.t,
-            point: met.point,
-            frame,
-            light: surface.light,
-            material,
-            body: surface.body,
-        })
+        Some(Intersection { t: hit.t, point: met.point, frame, light: surface.light, hit, parametrisation })
     }
 
-    /// Whether anything lies on a ray before its end.
-    pub fn occluded(&self, ray: &Ray) -> bool {
-        self.accel.occluded(ray)
-    }
-
-    /// The numbers of the surface's material at a path's wavelengths.
-    pub fn bsdf<const C: usize>(
+    /// How the surface scatters at a path's wavelengths. `choice` in [0, 1) chooses between the materials of a surface
+    /// that has several.
+    pub fn shade<const C: usize>(
         &self,
         hit: &Intersection,
+        toward_eye: Vec3,
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
-    ) -> Bsdf<C> {
-        let around = match hit.body {
-            Some(body) if self.needs.medium_stack => {
-                media.around(body).map(|outer| &self.bodies[outer as usize].index)
-            }
-            _ => None,
-        };
-        self.materials[hit.material as usize].bsdf(&wavelengths.nm, around)
+        choice: f64,
+    ) -> Shading<C> {
+        let surface = self.surface(hit);
+        let around = self.index_around(surface, media);
+        let at = self.shading_point(hit);
+        self.materials.shade(surface.material, &at, toward_eye, &wavelengths.nm, around, choice)
     }
 
     /// Keeps account of the body that a ray enters or leaves by passing through a surface.
     pub fn pass_through(&self, hit: &Intersection, direction: Vec3, media: &mut MediumStack) {
-        let Some(body) = hit.body.filter(|_| self.needs.medium_stack) else { return };
+        let Some(body) = self.surface(hit).body.filter(|_| self.needs.medium_stack) else { return };
         if direction.dot(hit.point.normal) < 0.0 {
             media.enter(body);
         } else {
-            media.leave(body);
+            media.leave(body, &self.bodies);
         }
+    }
+
+    /// What surrounds the camera.
+    pub fn media_at_camera(&self) -> MediumStack {
+        MediumStack::outside(self.camera_medium)
     }
 
     /// The share that a stretch of what surrounds the ray lets through; `None` where nothing absorbs.
@@ -247,9 +253,76 @@ impl Scene {
         if !self.needs.absorption {
             return None;
         }
-        let absorption = self.bodies[media.innermost()? as usize].absorption.as_ref()?;
+        let absorption = self.media[media.medium(&self.bodies)? as usize].as_ref()?;
         // What absorbs nothing lets everything through, over any distance.
         let share = |alpha: f64| if alpha > 0.0 { (-alpha * distance).exp() } else { 1.0 };
         Some(absorption.sample(&wavelengths.nm).map(share))
+    }
+
+    /// The share of light that gets along a ray that begins in `media`: through absorbing media, and through surfaces
+    /// that let light pass straight where the scene has shadow rays go on through them. Zero where anything is in the way.
+    pub fn visibility<const C: usize>(
+        &self,
+        ray: &Ray,
+        media: &MediumStack,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let within = |share: Sampled<C>, media: &MediumStack, distance: f64| {
+            self.transmittance(media, distance, wavelengths).map_or(share, |part| share * part)
+        };
+        if !self.needs.clear_shadows {
+            return if self.accel.occluded(ray) {
+                Sampled::ZERO
+            } else {
+                within(Sampled::ONE, media, ray.t_max)
+            };
+        }
+        let (mut ray, mut media, mut share) = (*ray, *media, Sampled::ONE);
+        while let Some(hit) = self.meet(&ray) {
+            let surface = self.surface(&hit);
+            if !surface.may_pass {
+                return Sampled::ZERO;
+            }
+            let around = self.index_around(surface, &media);
+            let at = self.shading_point(&hit);
+            let toward_eye = -ray.direction;
+            share *= self.materials.passing(surface.material, &at, toward_eye, &wavelengths.nm, around);
+            if share.is_zero() {
+                return share;
+            }
+            share = within(share, &media, hit.t);
+            self.pass_through(&hit, ray.direction, &mut media);
+            ray = hit.point.rest_of(&ray);
+        }
+        within(share, &media, ray.t_max)
+    }
+
+    fn surface(&self, hit: &Intersection) -> &Surface {
+        &self.surfaces[hit.hit.shape as usize]
+    }
+
+    fn index_around(&self, surface: &Surface, media: &MediumStack) -> Option<&Spectrum> {
+        let body = surface.body.filter(|_| self.needs.medium_stack)?;
+        media.index_around(body, &self.bodies)
+    }
+
+    fn shading_point(&self, hit: &Intersection) -> ShadingPoint<'_> {
+        ShadingPoint {
+            frame: hit.frame,
+            geometric_normal: hit.point.normal,
+            tangents: [hit.parametrisation.tangent, hit.parametrisation.bitangent],
+            texture: self.texture_point(hit),
+        }
+    }
+
+    /// Where a texture of the surface is looked up.
+    pub fn texture_point(&self, hit: &Intersection) -> TexturePoint<'_> {
+        let mesh = match &self.shapes[hit.hit.shape as usize] {
+            Shape::Mesh(mesh) => {
+                Some(MeshPoint { mesh, triangle: hit.hit.triangle, barycentric: hit.hit.barycentric })
+            }
+            _ => None,
+        };
+        TexturePoint { uv: hit.parametrisation.uv, position: hit.point.position, mesh }
     }
 }

@@ -93,6 +93,7 @@ impl Cylinder {
         Parametrisation {
             uv: [azimuth / TAU, local.z],
             tangent: self.placement.world_vector(TAU * Vec3::new(-local.y, local.x, 0.0)),
+            bitangent: self.placement.world_vector(Vec3::Z),
         }
     }
 

@@ -60,7 +60,11 @@ impl Disk {
         let azimuth = y.atan2(x);
         let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
         let outward = if r > 0.0 { Vec3::new(x / r, y / r, 0.0) } else { Vec3::X };
-        Parametrisation { uv: [r, azimuth / TAU], tangent: self.placement.world_vector(outward) }
+        Parametrisation {
+            uv: [r, azimuth / TAU],
+            tangent: self.placement.world_vector(outward),
+            bitangent: self.placement.world_vector(TAU * Vec3::new(-y, x, 0.0)),
+        }
     }
 
     pub fn bounds(&self) -> Bounds {

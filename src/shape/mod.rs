@@ -21,7 +21,8 @@ mod triangle;
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use mesh::{Mesh, MeshData, compute_vertex_normals};
+pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
+pub(crate) use placement::Placement;
 pub use rectangle::Rectangle;
 pub use sphere::Sphere;
 use std::fmt;
@@ -45,9 +46,14 @@ pub struct Hit {
     pub shape: u32,
     /// Index of the triangle within its mesh; 0 for analytic shapes.
     pub triangle: u32,
+    /// Index of the instance by which the shape was met; [`NO_INSTANCE`] where it stands for itself.
+    pub instance: u32,
     /// Barycentric coordinates of the triangle's second and third vertex; [0, 0] for analytic shapes.
     pub barycentric: [f64; 2],
 }
+
+/// See [`Hit::instance`].
+pub const NO_INSTANCE: u32 = u32::MAX;
 
 /// A point on a surface with what shading always asks for.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +69,13 @@ pub struct Parametrisation {
     pub uv: [f64; 2],
     /// ∂p/∂u, not normalised; zero where the parametrisation is singular.
     pub tangent: Vec3,
+    /// ∂p/∂v, likewise.
+    pub bitangent: Vec3,
+}
+
+impl Parametrisation {
+    /// Of a surface that nothing asks for its coordinates.
+    pub const NONE: Self = Self { uv: [0.0; 2], tangent: Vec3::ZERO, bitangent: Vec3::ZERO };
 }
 
 /// A point chosen on a surface.
@@ -96,6 +109,8 @@ pub enum ShapeError {
     NotFinite { attribute: &'static str, vertex: usize },
     /// There must be as many normals and uvs as positions.
     AttributeCount { attribute: &'static str, found: usize, vertices: usize },
+    /// An attribute must have one or three numbers for each vertex or triangle.
+    AttributeValues { found: usize, expected: usize },
     /// More triangles or vertices than 32-bit indices can name.
     TooLarge,
 }
@@ -117,6 +132,9 @@ impl fmt::Display for ShapeError {
             Self::AttributeCount { attribute, found, vertices } => {
                 write!(f, "there are {found} {attribute}s for {vertices} vertices")
             }
+            Self::AttributeValues { found, expected } => {
+                write!(f, "an attribute has {found} numbers instead of {expected}")
+            }
             Self::TooLarge => write!(f, "a mesh has at most 2^32 - 1 triangles and vertices"),
         }
     }
@@ -128,7 +146,7 @@ impl Shape {
     /// The nearest hit with 0 ≤ t < `ray.t_max`, with shape index 0.
     /// Meshes are searched triangle by triangle: this is the oracle for [`crate::accel`].
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let analytic = |t| Hit { t, shape: 0, triangle: 0, barycentric: [0.0; 2] };
+        let analytic = |t| Hit { t, shape: 0, triangle: 0, instance: NO_INSTANCE, barycentric: [0.0; 2] };
         match self {
             Self::Sphere(sphere) => sphere.intersect(ray).map(analytic),
             Self::Disk(disk) => disk.intersect(ray).map(analytic),

@@ -67,10 +67,13 @@ impl Sphere {
         let local = self.placement.local_point(position);
         let azimuth = local.y.atan2(local.x);
         let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
-        let polar = local.x.hypot(local.y).atan2(local.z);
+        let from_axis = local.x.hypot(local.y);
+        let polar = from_axis.atan2(local.z);
+        let outward = if from_axis > 0.0 { Vec3::new(local.x, local.y, 0.0) / from_axis } else { Vec3::X };
         Parametrisation {
             uv: [azimuth / TAU, polar / PI],
             tangent: self.placement.world_vector(TAU * Vec3::new(-local.y, local.x, 0.0)),
+            bitangent: self.placement.world_vector(PI * (outward * local.z - Vec3::Z * from_axis)),
         }
     }
 

@@ -1,82 +1,118 @@
-use super::spectra::{index, spectrum};
-use crate::bsdf::{Microfacets, microfacet};
-use crate::material::{DielectricMaterial, Material};
+use super::layered;
+use super::spectra::{index, spectrum, texture};
+use crate::bsdf::microfacet;
+use crate::material::{DielectricMaterial, Facets, Material, MaterialId, Materials, Relief, ReliefMap};
+use crate::medium::{Body, Filling};
 use crate::scene::description::{
-    Bsdf, BsdfKind, ConductorIndex, Distribution, MetalAssumption, Roughness, Shape, SpectrumSource,
+    Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, Medium, MetalAssumption, ReliefShading, Roughness,
+    Shape, SpectrumSource,
 };
 use crate::scene::source::SceneError;
-use crate::scene::traceable::{Body, Surface};
+use crate::scene::traceable::Surface;
 use crate::spectrum::{NormalReflectance, Spectrum, catalogue};
 use crate::units::WavelengthRange;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The materials of a scene, each compiled once however many shapes have it.
-pub(super) struct Materials {
+/// The materials of a scene, each compiled once however many shapes have it, and what they enclose.
+pub(super) struct MaterialCompiler {
     range: WavelengthRange,
-    pub materials: Vec<Material>,
+    pub materials: Materials,
     pub bodies: Vec<Body>,
+    pub media: Vec<Option<Spectrum>>,
     /// By the address of the description, which outlives this.
-    known: BTreeMap<*const Bsdf, u32>,
+    known: BTreeMap<*const Bsdf, MaterialId>,
+    /// By place: a medium that several shapes refer to is one.
+    known_media: BTreeMap<(usize, usize), u32>,
 }
 
-impl Materials {
+impl MaterialCompiler {
     pub fn new(range: WavelengthRange) -> Self {
-        Self { range, materials: Vec::new(), bodies: Vec::new(), known: BTreeMap::new() }
+        Self {
+            range,
+            materials: Materials::default(),
+            bodies: Vec::new(),
+            media: Vec::new(),
+            known: BTreeMap::new(),
+            known_media: BTreeMap::new(),
+        }
     }
 
     /// What a shape's surface is, without the light that it may be.
     pub fn surface(&mut self, shape: &Shape) -> Result<Surface, SceneError> {
-        let (front, back) = match &shape.bsdf.kind {
-            BsdfKind::TwoSided { front, back } => {
-                let front = self.material(front)?;
-                let back = back.as_ref().map(|back| self.material(back)).transpose()?;
-                (front, Some(back.unwrap_or(front)))
-            }
-            _ => (self.material(&shape.bsdf)?, None),
-        };
-        let body = match &self.materials[front as usize] {
-            Material::Dielectric(dielectric) => {
-                let absorption =
-                    shape.interior.as_ref().map(|medium| spectrum(&medium.absorption)).transpose()?;
-                let absorption = absorption.filter(|spectrum| !spectrum.is_zero(self.range));
-                self.bodies.push(Body { index: dielectric.interior.clone(), absorption });
-                Some(self.bodies.len() as u32 - 1)
-            }
-            _ => {
-                match &shape.interior {
-                    None => None,
-                    Some(medium) => {
-                        return Err(SceneError::at(
-                        &medium.place,
-                        "no ray ever gets into this medium",
-                        "a medium inside a surface that lets light through",
-                    )
-                    .with_remedy("give the shape a `dielectric` or `roughdielectric` BSDF, or leave the medium out"));
-                    }
-                }
-            }
-        };
-        let anisotropic =
-            [Some(front), back].into_iter().flatten().any(|id| self.materials[id as usize].is_anisotropic());
-        Ok(Surface { front, back, light: None, body, anisotropic })
+        let material = self.material(&shape.bsdf)?;
+        let body = self.body(shape, material)?;
+        let any = |has: &dyn Fn(&Material) -> bool| self.materials.any(material, &has);
+        Ok(Surface {
+            material,
+            light: None,
+            body,
+            parametrised: any(&Material::is_parametrised),
+            may_pass: any(&Material::may_pass),
+        })
     }
 
-    fn material(&mut self, bsdf: &Arc<Bsdf>) -> Result<u32, SceneError> {
+    /// What the surface encloses: an index where it refracts, and what the file says is on either side.
+    fn body(&mut self, shape: &Shape, material: MaterialId) -> Result<Option<u32>, SceneError> {
+        if !self.materials.any(material, &Material::transmits) {
+            return match &shape.interior {
+                None => Ok(None),
+                Some(medium) => Err(SceneError::at(
+                    &medium.place,
+                    "no ray ever gets into this medium",
+                    "a medium inside a surface that lets light through",
+                )
+                .with_remedy(
+                    "give the shape a BSDF that lets light through, such as `dielectric` or `null`, or leave the medium out",
+                )),
+            };
+        }
+        let index = self.materials.interior_index(material).cloned();
+        let (interior, exterior) = (self.filling(&shape.interior)?, self.filling(&shape.exterior)?);
+        let (interior, exterior) = match (interior, exterior) {
+            (None, None) => (Filling::Unsaid, Filling::Unsaid),
+            // A surface that parts media has one on either side, even if it is nothing.
+            (None, Some(outside)) => (Filling::Vacuum, outside),
+            (Some(inside), outside) => (inside, outside.unwrap_or(Filling::Unsaid)),
+        };
+        if index.is_none() && interior == Filling::Unsaid {
+            return Ok(None);
+        }
+        self.bodies.push(Body { index, interior, exterior });
+        Ok(Some(self.bodies.len() as u32 - 1))
+    }
+
+    fn filling(&mut self, medium: &Option<Medium>) -> Result<Option<Filling>, SceneError> {
+        medium.as_ref().map(|medium| self.medium(medium).map(Filling::Medium)).transpose()
+    }
+
+    /// The number of a medium.
+    pub fn medium(&mut self, medium: &Medium) -> Result<u32, SceneError> {
+        let key = (medium.place.file, medium.place.span.start);
+        if let Some(&known) = self.known_media.get(&key) {
+            return Ok(known);
+        }
+        let absorption = spectrum(&medium.absorption)?;
+        self.media.push(Some(absorption).filter(|spectrum| !spectrum.is_zero(self.range)));
+        let id = self.media.len() as u32 - 1;
+        self.known_media.insert(key, id);
+        Ok(id)
+    }
+
+    fn material(&mut self, bsdf: &Arc<Bsdf>) -> Result<MaterialId, SceneError> {
         if let Some(&known) = self.known.get(&Arc::as_ptr(bsdf)) {
             return Ok(known);
         }
         let material = self.compiled(bsdf)?;
-        self.materials.push(material);
-        let id = self.materials.len() as u32 - 1;
+        let id = self.materials.add(material);
         self.known.insert(Arc::as_ptr(bsdf), id);
         Ok(id)
     }
 
-    fn compiled(&self, bsdf: &Bsdf) -> Result<Material, SceneError> {
+    fn compiled(&mut self, bsdf: &Bsdf) -> Result<Material, SceneError> {
         Ok(match &bsdf.kind {
             BsdfKind::Diffuse { reflectance } => {
-                let reflectance = spectrum(reflectance)?;
+                let reflectance = texture(reflectance)?;
                 if reflectance.is_zero(self.range) {
                     Material::Black
                 } else {
@@ -84,16 +120,16 @@ impl Materials {
                 }
             }
             BsdfKind::DiffuseTransmitter { reflectance, transmittance } => Material::DiffuseTransmitter {
-                reflectance: spectrum(reflectance)?,
-                transmittance: spectrum(transmittance)?,
+                reflectance: texture(reflectance)?,
+                transmittance: texture(transmittance)?,
             },
             BsdfKind::Conductor { index, specular_reflectance, roughness } => {
                 let (n, k) = self.metal(index)?;
                 Material::Conductor {
                     n,
                     k,
-                    specular_reflectance: spectrum(specular_reflectance)?,
-                    microfacets: roughness.map(microfacets),
+                    specular_reflectance: texture(specular_reflectance)?,
+                    facets: roughness.as_ref().map(facets).transpose()?,
                 }
             }
             BsdfKind::Dielectric {
@@ -105,16 +141,34 @@ impl Materials {
             } => Material::Dielectric(DielectricMaterial {
                 interior: index(interior, self.range)?,
                 exterior: exterior.as_ref().map(|source| index(source, self.range)).transpose()?,
-                specular_reflectance: spectrum(specular_reflectance)?,
-                specular_transmittance: spectrum(specular_transmittance)?,
-                microfacets: roughness.map(microfacets),
+                specular_reflectance: texture(specular_reflectance)?,
+                specular_transmittance: texture(specular_transmittance)?,
+                facets: roughness.as_ref().map(facets).transpose()?,
             }),
-            BsdfKind::TwoSided { .. } => {
-                return Err(SceneError::at(
-                    &bsdf.place,
-                    "a `twosided` inside a `twosided`",
-                    "a BSDF that scatters on one side",
-                ));
+            BsdfKind::ThinDielectric { .. }
+            | BsdfKind::Plastic { .. }
+            | BsdfKind::Principled { .. }
+            | BsdfKind::PrincipledThin { .. } => layered::compiled(&bsdf.kind, self.range)?,
+            BsdfKind::Null => Material::Null,
+            BsdfKind::Mask { opacity, nested } => {
+                Material::Mask { opacity: texture(opacity)?, nested: self.material(nested)? }
+            }
+            BsdfKind::Blend { weight, nested: [first, second] } => Material::Blend {
+                weight: texture(weight)?,
+                nested: [self.material(first)?, self.material(second)?],
+            },
+            BsdfKind::BumpMap { height, scale, shading, nested } => Material::Relief {
+                relief: relief(ReliefMap::Height { height: texture(height)?, scale: *scale }, *shading),
+                nested: self.material(nested)?,
+            },
+            BsdfKind::NormalMap { normals, shading, nested } => Material::Relief {
+                relief: relief(ReliefMap::Normals(texture(normals)?), *shading),
+                nested: self.material(nested)?,
+            },
+            BsdfKind::TwoSided { front, back } => {
+                let front = self.material(front)?;
+                let back = back.as_ref().map(|back| self.material(back)).transpose()?;
+                Material::TwoSided { front, back: back.unwrap_or(front) }
             }
         })
     }
@@ -161,10 +215,26 @@ impl Materials {
     }
 }
 
-fn microfacets(roughness: Roughness) -> Microfacets {
-    let shape = match roughness.distribution {
+fn relief(map: ReliefMap, shading: ReliefShading) -> Relief {
+    Relief {
+        map,
+        flip_invalid_normals: shading.flip_invalid_normals,
+        shadowing: shading.use_shadowing_function,
+    }
+}
+
+fn facets(roughness: &Roughness) -> Result<Facets, SceneError> {
+    let alpha = match &roughness.alpha {
+        Alpha::Isotropic(alpha) => [texture(alpha)?, texture(alpha)?],
+        Alpha::Anisotropic([u, v]) => [texture(u)?, texture(v)?],
+    };
+    let isotropic = matches!(roughness.alpha, Alpha::Isotropic(_));
+    Ok(Facets { shape: shape(roughness.distribution), alpha, isotropic })
+}
+
+pub(super) fn shape(distribution: Distribution) -> microfacet::Shape {
+    match distribution {
         Distribution::Beckmann => microfacet::Shape::Beckmann,
         Distribution::Ggx => microfacet::Shape::Ggx,
-    };
-    Microfacets::new(shape, roughness.alpha[0], roughness.alpha[1])
+    }
 }

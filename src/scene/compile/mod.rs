@@ -4,6 +4,7 @@
 //! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single precision: how
 //! far a scene lies from the origin of its file makes no difference.
 
+mod layered;
 mod materials;
 mod sensors;
 mod spectra;
@@ -15,11 +16,12 @@ use crate::accel::Accel;
 use crate::geometry::{Bounds, Transform, Vec3};
 use crate::integrator::{Integrator, Limits};
 use crate::light::{AreaGeometry, Light, Lights};
+use crate::material::Material;
 use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
 use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Observer};
 use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
 use crate::units::WavelengthRange;
-use materials::Materials;
+use materials::MaterialCompiler;
 use std::f64::consts::PI;
 
 /// What a scene is compiled for.
@@ -56,7 +58,7 @@ impl Compiler<'_> {
     fn run(mut self) -> Result<Scene, SceneErrors> {
         let description = self.description;
         let shift = Transform::translation(-self.centre());
-        let mut materials = Materials::new(self.options.range);
+        let mut materials = MaterialCompiler::new(self.options.range);
         let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
         for shape in &description.shapes {
             let Some(geometry) = self.keep(&shape.place, place(shape, &shape.to_world.then(&shift))) else {
@@ -84,6 +86,11 @@ impl Compiler<'_> {
             surfaces.push(Surface { light, ..surface });
         }
         let environment = self.other_lights(&mut lights, &shift);
+        let camera_medium = description
+            .sensor
+            .medium
+            .as_ref()
+            .and_then(|medium| materials.medium(medium).map_err(|error| self.errors.push(error)).ok());
         if description.integrator.kind == IntegratorKind::Walk {
             self.refuse_lights_that_a_walk_misses();
         }
@@ -92,19 +99,23 @@ impl Compiler<'_> {
         let Some(camera) = camera.filter(|_| self.errors.is_empty()) else {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         };
-        let Materials { materials, bodies, .. } = materials;
+        let MaterialCompiler { materials, bodies, media, .. } = materials;
         let accel = Accel::build(&shapes);
         let scene_radius = 0.5 * Bounds::of_all(shapes.iter().map(Shape::bounds)).diameter();
         let bodies_may_nest = may_nest(&shapes, &surfaces);
-        let absorption = bodies.iter().any(|body| body.absorption.is_some());
+        let absorption = media.iter().any(Option::is_some);
+        let volumetric = description.integrator.kind == IntegratorKind::VolPath;
         let powers: Vec<f64> = lights.iter().map(|light| power(light, scene_radius)).collect();
         let needs = Needs {
-            dispersion: materials.iter().any(|material| material.disperses()),
+            dispersion: materials.iter().any(Material::disperses),
             absorption,
             medium_stack: absorption || bodies_may_nest,
             lens: camera.uses_lens(),
             light_samples: !lights.is_empty(),
-            rough_surfaces: materials.iter().any(|material| material.is_rough()),
+            rough_surfaces: materials.iter().any(Material::is_rough),
+            choices: materials.iter().any(Material::chooses),
+            clear_shadows: volumetric && surfaces.iter().any(|surface| surface.may_pass),
+            textures: surfaces.iter().any(|surface| surface.parametrised),
         };
         let total = |(light, power): (&Light, &f64)| mean_over(light.spectrum(), self.options.range) * power;
         let shares: Vec<f64> = lights.iter().zip(&powers).map(total).collect();
@@ -112,13 +123,14 @@ impl Compiler<'_> {
         Ok(Scene {
             observer: self.options.observer,
             integrator: match description.integrator.kind {
-                IntegratorKind::Path => Integrator::Path,
+                IntegratorKind::Path | IntegratorKind::VolPath => Integrator::Path,
                 IntegratorKind::Walk => Integrator::Walk,
             },
             limits: Limits {
                 max_depth: description.integrator.max_depth.unwrap_or(u32::MAX),
                 rr_depth: description.integrator.rr_depth,
                 hide_emitters: description.integrator.hide_emitters,
+                passing_counts: !volumetric,
             },
             wavelengths: self.wavelengths(
                 &self.responses(&camera, &film),
@@ -138,6 +150,8 @@ impl Compiler<'_> {
             surfaces,
             materials,
             bodies,
+            media,
+            camera_medium,
         })
     }
 

@@ -1,6 +1,7 @@
 use crate::scene::description::{IndexKind, IndexSource, SpectrumKind, SpectrumSource};
 use crate::scene::source::{Place, SceneError};
 use crate::spectrum::{Extrapolation, NormalReflectance, Spectrum, SpectrumError, catalogue};
+use crate::texture::Texture;
 use crate::units::WavelengthRange;
 
 /// A spectrum that can be looked up. Tables of a file are zero beyond their ends, as in Mitsuba 3; measured ones of the
@@ -31,6 +32,11 @@ pub(super) fn spectrum(source: &SpectrumSource) -> Result<Spectrum, SceneError> 
         SpectrumKind::Named(name) => named(&source.place, name)?,
     };
     Ok(if source.scale == 1.0 { unscaled } else { unscaled.scaled(source.scale) })
+}
+
+/// A quantity that may vary over a surface.
+pub(super) fn texture(source: &SpectrumSource) -> Result<Texture, SceneError> {
+    spectrum(source).map(Texture::Uniform)
 }
 
 /// Planck's law, cut off at the ends of a range unless that holds all that can be seen.

@@ -113,6 +113,11 @@ pub(super) struct Attribute {
 }
 
 impl Attribute {
+    /// A text whose parts are not told apart.
+    pub fn new(text: String, place: Place) -> Self {
+        Self { text, place, literal: false }
+    }
+
     /// The place of `length` bytes from `offset` on, as far as it can be told.
     pub fn part(&self, offset: usize, length: usize) -> Place {
         let start = self.place.span.start + offset;
@@ -279,6 +284,25 @@ pub(super) fn triple(attribute: &Attribute, one_for_all: bool) -> Result<Vec3, S
             &attribute.place,
             format!("A vector has 3 components, not {}", found.len()),
             if one_for_all { "expected 3 numbers, or 1 for all three" } else { "expected 3 numbers" },
+        )),
+    }
+}
+
+/// A colour: three numbers, or one for grey.
+pub(super) fn rgb(attribute: &Attribute) -> Result<[f64; 3], SceneError> {
+    let found = numbers(attribute).map_err(|error| match attribute.text.trim().starts_with('#') {
+        true => {
+            error.with_remedy("Mitsuba 3 knows no hexadecimal colours: write three linear values from 0 to 1")
+        }
+        false => error,
+    })?;
+    match found[..] {
+        [r, g, b] => Ok([r, g, b]),
+        [grey] => Ok([grey; 3]),
+        _ => Err(SceneError::at(
+            &attribute.place,
+            format!("A colour has 3 components, not {}", found.len()),
+            "expected 3 numbers for red, green and blue, or 1 for grey",
         )),
     }
 }

@@ -24,9 +24,10 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Integrator {
     let query = Query::new(reader, id);
     let object = query.object;
     let (kind, max_depth, rr_depth) = match object.plugin.as_str() {
-        "path" | "volpath" | "volpathmis" => {
+        plugin @ ("path" | "volpath" | "volpathmis") => {
             let (max_depth, rr_depth) = depths(&query);
-            (IntegratorKind::Path, max_depth, rr_depth)
+            let kind = if plugin == "path" { IntegratorKind::Path } else { IntegratorKind::VolPath };
+            (kind, max_depth, rr_depth)
         }
         "walk" => {
             reader.extension(

@@ -118,13 +118,14 @@ fn directional(query: &Query<'_>) -> Option<LightKind> {
             "expected either direction or to_world",
         ));
     }
-    let Some(travels) = direction.unwrap_or_else(|| to_world.vector(Vec3::Z)).try_normalize() else {
+    let travels = direction.unwrap_or_else(|| to_world.vector(Vec3::Z));
+    if travels.try_normalize().is_none() {
         query.error(SceneError::at(
             &query.place("direction"),
             "The light travels nowhere: its direction has no length",
             "expected a direction such as 0 0 -1",
         ));
         return None;
-    };
+    }
     Some(LightKind::Directional { travels, irradiance })
 }

@@ -37,7 +37,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Medium> {
     }
     query.finish();
     let absorption = SpectrumSource { scale: extinction.scale * scale, ..extinction };
-    Some(Medium { place: object.place.clone(), absorption })
+    Some(Medium { place: object.place.clone(), id: object.id.clone(), absorption })
 }
 
 fn albedo(query: &Query<'_>) {

@@ -1,11 +1,11 @@
 //! Shapes.
 
-use super::super::description::{Shape, ShapeKind};
+use super::super::description::{Medium, Shape, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
 use super::spectra::required;
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, lights, media, obj, ply, spd};
+use super::{Reader, bsdfs, files, lights, media, obj, ply};
 use crate::geometry::Vec3;
 use crate::shape::MeshData;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         Some((_, id)) => bsdfs::read(reader, id),
         None => bsdfs::default(&object.place, emitter.is_some()),
     };
-    let interior = interior(&query);
+    let [interior, exterior] = media(&query);
     // It is read with the scene's other sensors.
     query.object(Class::Sensor);
     query.finish();
@@ -54,6 +54,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         bsdf,
         emission,
         interior,
+        exterior,
     })
 }
 
@@ -70,29 +71,26 @@ fn cylinder(query: &Query<'_>) -> ShapeKind {
     ShapeKind::Cylinder { from, to, radius: query.positive("radius", 1.0) }
 }
 
-fn interior(query: &Query<'_>) -> Option<super::super::description::Medium> {
-    let mut interior = None;
+/// The media inside and outside.
+fn media(query: &Query<'_>) -> [Option<Medium>; 2] {
+    let mut sides = [None, None];
     for (entry, id) in query.objects(Class::Medium) {
-        match entry.name.as_deref() {
-            Some("interior") => interior = media::read(query.reader, id),
-            Some("exterior") => query.error(
-                SceneError::at(
-                    &entry.place,
-                    "A medium outside a shape is not supported yet",
-                    "expected name=\"interior\"",
-                )
-                .with_remedy("put the scene into a shape whose interior has the medium"),
-            ),
+        let side = match entry.name.as_deref() {
+            Some("interior") => 0,
+            Some("exterior") => 1,
             name => {
                 let problem = match name {
                     Some(name) => format!("The medium is named \"{name}\", which Mitsuba 3 would ignore"),
                     None => "The medium has no name, so that Mitsuba 3 would ignore it".to_owned(),
                 };
-                query.error(SceneError::at(&entry.place, problem, "expected name=\"interior\""));
+                let expected = "expected name=\"interior\" or name=\"exterior\"";
+                query.error(SceneError::at(&entry.place, problem, expected));
+                continue;
             }
-        }
+        };
+        sides[side] = media::read(query.reader, id);
     }
-    interior
+    sides
 }
 
 /// How a mesh file is to be understood.
@@ -119,7 +117,7 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
         face_normals: query.boolean("face_normals", false),
         flip_tex_coords: query.boolean("flip_tex_coords", is_obj),
     };
-    let path = query.reader.folder.join(filename?);
+    let path = query.reader.search.find(filename?);
     let key = MeshKey { path: path.clone(), is_obj, options };
     let known = query.reader.meshes.borrow().get(&key).cloned();
     let mesh = known.unwrap_or_else(|| {
@@ -128,12 +126,18 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
         mesh
     })?;
     let compute_normals = mesh.normals.is_none() && !options.face_normals;
-    Some(ShapeKind::Mesh { file: path, mesh, compute_normals })
+    Some(ShapeKind::Mesh {
+        file: path,
+        plugin: if is_obj { "obj" } else { "ply" },
+        flip_tex_coords: options.flip_tex_coords,
+        mesh,
+        compute_normals,
+    })
 }
 
 fn load(query: &Query<'_>, path: &Path, is_obj: bool, options: MeshOptions) -> Option<MeshData> {
     let place = query.place("filename");
-    let bytes = match spd::read(path, LARGEST_MESH_FILE, &place) {
+    let bytes = match files::read(path, LARGEST_MESH_FILE, &place) {
         Ok(bytes) => bytes,
         Err(error) => {
             query.error(error);
@@ -141,12 +145,17 @@ fn load(query: &Query<'_>, path: &Path, is_obj: bool, options: MeshOptions) -> O
         }
     };
     let read = if is_obj { obj::read(&bytes, options) } else { ply::read(&bytes, options) };
-    let made = read.and_then(|data| match data.indices.len() {
+    let made = read.and_then(|file| match file.mesh.indices.len() {
         0 => Err(MeshError::new("The mesh has no triangles", "expected at least one face")),
-        _ => Ok(data),
+        _ => Ok(file),
     });
     match made {
-        Ok(mesh) => Some(mesh),
+        Ok(MeshFile { mesh, extension }) => {
+            if let Some(extension) = extension {
+                query.reader.extension(&place, extension.to_owned());
+            }
+            Some(mesh)
+        }
         Err(error) => {
             query.error(error.at(path, &place));
             None
@@ -193,5 +202,13 @@ impl MeshError {
     }
 }
 
-/// What both mesh readers return.
-pub(super) type MeshResult = Result<MeshData, MeshError>;
+/// What a mesh file holds.
+#[derive(Debug)]
+pub(super) struct MeshFile {
+    pub mesh: MeshData,
+    /// What of it Mitsuba 3 would refuse.
+    pub extension: Option<&'static str>,
+}
+
+/// What the mesh readers return.
+pub(super) type MeshResult = Result<MeshFile, MeshError>;

@@ -24,8 +24,14 @@ pub(super) enum Use {
     ConductorIndex,
     /// Above 0.
     Index,
-    /// At least 0: how strongly a sensor responds.
-    Response,
+    /// A weight or an opacity: clamped to 0 and 1 where it is used, as in Mitsuba 3.
+    Share,
+    /// A parameter of a model, from 0 to 1.
+    Fraction,
+    /// A strength or a roughness, at least 0.
+    Amount,
+    /// Heights and components of normals: any number.
+    Raw,
 }
 
 impl Use {
@@ -37,7 +43,8 @@ impl Use {
             Self::Emission => "emission",
             Self::Absorption => "absorption",
             Self::ConductorIndex | Self::Index => "refractive index",
-            Self::Response => "sensor response",
+            Self::Share => "share",
+            Self::Fraction | Self::Amount | Self::Raw => "value",
         };
         if word == name { format!("The {word}") } else { format!("The {word} \"{name}\"") }
     }
@@ -50,28 +57,29 @@ impl Use {
             Self::Absorption => Some(Kind::Absorption),
             Self::Index => Some(Kind::Dielectric),
             // A metal has n and k together.
-            Self::ConductorIndex => None,
-            Self::Response => None,
+            Self::ConductorIndex | Self::Share | Self::Fraction | Self::Amount | Self::Raw => None,
         }
     }
 
     fn expected(self) -> &'static str {
         match self {
-            Self::Reflectance => "expected values from 0 to 1",
+            Self::Reflectance | Self::Fraction => "expected values from 0 to 1",
             Self::NormalReflectance => "expected values of at least 0 and below 1",
-            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Response => {
+            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount => {
                 "expected values of at least 0"
             }
             Self::Index => "expected values above 0",
+            Self::Share | Self::Raw => "expected finite values",
         }
     }
 
     fn allows(self, value: f64) -> bool {
         match self {
-            Self::Reflectance => (0.0..=1.0).contains(&value),
+            Self::Reflectance | Self::Fraction => (0.0..=1.0).contains(&value),
             Self::NormalReflectance => (0.0..1.0).contains(&value),
-            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Response => value >= 0.0,
+            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount => value >= 0.0,
             Self::Index => value > 0.0,
+            Self::Share | Self::Raw => value.is_finite(),
         }
     }
 
@@ -85,7 +93,10 @@ impl Use {
             Self::Emission => "light cannot be taken away",
             Self::Absorption => "a medium that amplifies cannot be rendered",
             Self::Index => "the index of vacuum is 1",
-            Self::Reflectance | Self::NormalReflectance | Self::ConductorIndex | Self::Response => {
+            Self::Fraction => "it is a share of the whole",
+            Self::Amount => "0 leaves it out",
+            Self::Share | Self::Raw => "check the table for what is no number",
+            Self::Reflectance | Self::NormalReflectance | Self::ConductorIndex => {
                 "check the table for a sign that should not be there"
             }
         }
@@ -150,7 +161,7 @@ fn written(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option
             // The place where it is used says more than the one where it is defined.
             Some(SpectrumSource { place, ..source })
         }
-        Value::Rgb => {
+        Value::Rgb(_) => {
             query.error(
                 SceneError::at(&entry.place, "<rgb> is not supported yet", "expected a spectrum or a number")
                     .with_remedy(format!(

@@ -1,13 +1,13 @@
 //! A scene file as a tree of objects with typed properties, before anyone asks what the plugins mean.
 
-use super::super::source::{Place, SceneError};
+use super::super::source::{Place, SceneError, Sources};
 use crate::geometry::Vec3;
 use glam::DMat4;
 use std::collections::BTreeMap;
 
 /// The kinds of object that the grammar knows, one for each element name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Class {
+pub(in crate::scene) enum Class {
     Scene,
     Integrator,
     Sensor,
@@ -94,7 +94,8 @@ pub(super) enum Value {
     /// `point` and `vector`, which Mitsuba 3 takes for each other.
     Vector(Vec3),
     Transform(DMat4),
-    Rgb,
+    /// Linear values for the primaries of sRGB.
+    Rgb([f64; 3]),
     /// `<spectrum value="0.5">`.
     Flat(f64),
     /// `<spectrum value="400:1, 700:2">` and `<spectrum filename="...">`.
@@ -120,7 +121,7 @@ impl Value {
             Self::Text(_) => "a string",
             Self::Vector(_) => "a vector",
             Self::Transform(_) => "a transform",
-            Self::Rgb => "an rgb colour",
+            Self::Rgb(_) => "an rgb colour",
             Self::Flat(_) | Self::List { .. } => "a spectrum",
             Self::Object(_) | Self::Reference(_) | Self::Broken => "an object",
         }
@@ -139,6 +140,27 @@ impl Tree {
 
     pub fn get(&self, id: ObjectId) -> &Object {
         &self.objects[id.0]
+    }
+
+    /// Gives an object a name by which others refer to it; refused where another has it.
+    pub fn name(
+        &mut self,
+        name: &str,
+        place: &Place,
+        object: ObjectId,
+        sources: &Sources,
+    ) -> Result<(), SceneError> {
+        let Some(&earlier) = self.ids.get(name) else {
+            self.ids.insert(name.to_owned(), object);
+            return Ok(());
+        };
+        let earlier = &self.get(earlier).place;
+        let mut at = format!("line {}", sources.line(earlier));
+        if earlier.file != place.file {
+            at.push_str(&format!(" of {}", sources.name(earlier)));
+        }
+        let problem = format!("The id \"{name}\" is given twice");
+        Err(SceneError::at(place, problem, format!("expected an id of its own; {at} has this one already")))
     }
 
     /// Puts objects in the place of references. Those that lead nowhere, in a circle or too deep are reported and
@@ -229,7 +251,7 @@ enum State {
     },
 }
 
-fn dangling<'a>(id: &str, place: &Place, known: impl Iterator<Item = &'a String>) -> SceneError {
+pub(super) fn dangling<'a>(id: &str, place: &Place, known: impl Iterator<Item = &'a String>) -> SceneError {
     let known: Vec<&str> = known.map(String::as_str).collect();
     let error = SceneError::at(
         place,

@@ -37,6 +37,7 @@ impl Mesh {
             normals: Some(vec![[0.0, 0.0, 1.0]; 4]),
             uvs: Some(vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]),
             flip_normals,
+            ..MeshData::default()
         };
         let mut data = data.transformed(to_world);
         // Flat: the geometric normals are exact for the rounded vertices, the vertex normals are not.

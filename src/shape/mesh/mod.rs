@@ -5,8 +5,8 @@ mod normals;
 mod sampling;
 
 use super::rectangle::Rectangle;
-use super::triangle::RaySpace;
-use super::{Hit, Parametrisation, ShapeError, SurfaceHit};
+use super::triangle::{RaySpace, TriangleHit};
+use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
 pub use normals::compute_vertex_normals;
 use sampling::AreaTable;
@@ -20,8 +20,26 @@ pub struct MeshData {
     /// Vertex normals of any length; without them the mesh is flat-shaded.
     pub normals: Option<Vec<[f32; 3]>>,
     pub uvs: Option<Vec<[f32; 2]>>,
+    /// Further values that textures can ask for by name.
+    pub attributes: Vec<MeshAttribute>,
     /// Turns geometric and shading normals.
     pub flip_normals: bool,
+}
+
+/// Values of the vertices or the triangles of a mesh, as its file names them.
+///
+/// In Mitsuba 3 three channels are a colour (linear sRGB, upsampled where they stand, the coefficients
+/// interpolated) if the name contains "color", and three plain numbers otherwise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshAttribute {
+    /// With Mitsuba 3's prefix: `vertex_color`, `face_density`.
+    pub name: String,
+    /// Whether there is a value for each triangle; otherwise for each vertex, interpolated between them.
+    pub per_face: bool,
+    /// Numbers to a value: 1 or 3.
+    pub channels: usize,
+    /// `channels` numbers for each vertex or triangle, in their order.
+    pub values: Vec<f32>,
 }
 
 /// A validated mesh. Degenerate triangles are kept but neither hit nor sampled.
@@ -85,7 +103,8 @@ impl Mesh {
                 continue;
             }
             if let Some(hit) = space.intersect(self.triangle(triangle), t_max) {
-                nearest = Some(Hit { t: hit.t, shape: 0, triangle, barycentric: hit.barycentric });
+                let TriangleHit { t, barycentric } = hit;
+                nearest = Some(Hit { t, shape: 0, triangle, instance: NO_INSTANCE, barycentric });
             }
         }
         nearest
@@ -118,18 +137,41 @@ impl Mesh {
         let [v, w] = barycentric;
         let (ab, ac) = (b - a, c - a);
         let Some(uvs) = &self.data.uvs else {
-            return Parametrisation { uv: barycentric, tangent: ab };
+            return Parametrisation { uv: barycentric, tangent: ab, bitangent: ac };
         };
         let [uv_a, uv_b, uv_c] =
             self.data.indices[triangle as usize].map(|index| uvs[index as usize].map(f64::from));
         let ([u1, v1], [u2, v2]) = (difference(uv_b, uv_a), difference(uv_c, uv_a));
         let determinant = u1 * v2 - v1 * u2;
-        let tangent = if determinant == 0.0 {
-            Frame::around(ab.cross(ac).try_normalize().unwrap_or(Vec3::Z)).x
+        let (tangent, bitangent) = if determinant == 0.0 {
+            let frame = Frame::around(ab.cross(ac).try_normalize().unwrap_or(Vec3::Z));
+            (frame.x, frame.y)
         } else {
-            (ab * v2 - ac * v1) / determinant
+            ((ab * v2 - ac * v1) / determinant, (ac * u1 - ab * u2) / determinant)
         };
-        Parametrisation { uv: [uv_a[0] + u1 * v + u2 * w, uv_a[1] + v1 * v + v2 * w], tangent }
+        let uv = [uv_a[0] + u1 * v + u2 * w, uv_a[1] + v1 * v + v2 * w];
+        Parametrisation { uv, tangent, bitangent }
+    }
+
+    /// The place of an attribute in [`MeshData::attributes`].
+    pub fn attribute(&self, name: &str) -> Option<usize> {
+        self.data.attributes.iter().position(|attribute| attribute.name == name)
+    }
+
+    /// An attribute's value at a point of a triangle; one of a single channel is repeated.
+    pub fn attribute_at(&self, attribute: usize, triangle: u32, barycentric: [f64; 2]) -> [f64; 3] {
+        let MeshAttribute { per_face, channels, values, .. } = &self.data.attributes[attribute];
+        let value = |index: u32, channel: usize| {
+            f64::from(values[index as usize * channels + channel.min(channels - 1)])
+        };
+        if *per_face {
+            return std::array::from_fn(|channel| value(triangle, channel));
+        }
+        let [a, b, c] = self.data.indices[triangle as usize];
+        let [v, w] = barycentric;
+        std::array::from_fn(|channel| {
+            value(a, channel) * (1.0 - v - w) + value(b, channel) * v + value(c, channel) * w
+        })
     }
 
     /// The box of all vertices that triangles use; empty for a mesh without triangles.
@@ -172,6 +214,15 @@ fn validate(data: &MeshData) -> Result<(), ShapeError> {
     if let Some(uvs) = &data.uvs {
         one_each("uv", uvs.len(), vertices)?;
         finite("uv", uvs)?;
+    }
+    for MeshAttribute { per_face, channels, values, .. } in &data.attributes {
+        let expected = channels * if *per_face { data.indices.len() } else { vertices };
+        if !matches!(channels, 1 | 3) || values.len() != expected {
+            return Err(ShapeError::AttributeValues { found: values.len(), expected });
+        }
+        if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+            return Err(ShapeError::NotFinite { attribute: "attribute", vertex: at / channels });
+        }
     }
     Ok(())
 }

@@ -1,0 +1,141 @@
+//! How a surface scatters at one point, in world space.
+
+use super::relief::Guard;
+use super::{Material, MaterialId, Materials};
+use crate::bsdf::{Bsdf, Evaluation, Scatter};
+use crate::geometry::{Frame, Vec3};
+use crate::spectrum::{Sampled, Spectrum};
+use crate::texture::TexturePoint;
+use smallvec::SmallVec;
+
+/// A point of a surface, as far as materials ask.
+#[derive(Clone, Copy, Debug)]
+pub struct ShadingPoint<'a> {
+    /// Around the shading normal of the surface's front.
+    pub frame: Frame,
+    pub geometric_normal: Vec3,
+    /// ∂p/∂u and ∂p/∂v.
+    pub tangents: [Vec3; 2],
+    pub texture: TexturePoint<'a>,
+}
+
+/// How a surface scatters at one point seen from one direction, at the wavelengths of one path. Directions are in world
+/// space, point away from the surface and have unit length.
+#[derive(Clone, Debug)]
+pub struct Shading<const C: usize> {
+    pub bsdf: Bsdf<C>,
+    /// The frame that the BSDF is in. Left-handed on the back of a two-sided surface, whose z axis alone is turned.
+    pub frame: Frame,
+    /// In that frame.
+    toward_eye: Vec3,
+    guards: SmallVec<[Guard; 1]>,
+}
+
+impl Materials {
+    /// Goes through what nests to the BSDF at a point. `choice` in [0, 1) chooses between alternatives; `around` is the
+    /// index of what surrounds the surface.
+    pub fn shade<const C: usize>(
+        &self,
+        mut id: MaterialId,
+        at: &ShadingPoint,
+        toward_eye: Vec3,
+        nm: &[f64; C],
+        around: Option<&Spectrum>,
+        mut choice: f64,
+    ) -> Shading<C> {
+        let mut frame = at.frame;
+        let mut guards = SmallVec::new();
+        let bsdf = loop {
+            match self.get(id) {
+                Material::TwoSided { front, back } => {
+                    id = if frame.z.dot(toward_eye) < 0.0 {
+                        frame.z = -frame.z;
+                        *back
+                    } else {
+                        *front
+                    };
+                }
+                Material::Mask { opacity, nested } => {
+                    if !decide(&mut choice, opacity.value(&at.texture)) {
+                        break Bsdf::Null;
+                    }
+                    id = *nested;
+                }
+                Material::Blend { weight, nested } => {
+                    id = nested[usize::from(decide(&mut choice, weight.value(&at.texture)))];
+                }
+                Material::Relief { relief, nested } => {
+                    let (turned, guard) = relief.turn(&frame, at, toward_eye);
+                    frame = turned;
+                    guards.push(guard);
+                    id = *nested;
+                }
+                leaf => break leaf.bsdf(&at.texture, nm, around),
+            }
+        };
+        Shading { bsdf, frame, toward_eye: frame.to_local(toward_eye), guards }
+    }
+
+    /// The share of light that goes straight on as if there were no surface.
+    pub fn passing<const C: usize>(
+        &self,
+        id: MaterialId,
+        at: &ShadingPoint,
+        toward_eye: Vec3,
+        nm: &[f64; C],
+        around: Option<&Spectrum>,
+    ) -> Sampled<C> {
+        let of = |id: MaterialId| self.passing(id, at, toward_eye, nm, around);
+        match self.get(id) {
+            Material::TwoSided { .. } => Sampled::ZERO,
+            Material::Mask { opacity, nested } => {
+                let opacity = opacity.value(&at.texture).clamp(0.0, 1.0);
+                of(*nested) * opacity + Sampled::splat(1.0 - opacity)
+            }
+            Material::Blend { weight, nested: [first, second] } => {
+                let weight = weight.value(&at.texture).clamp(0.0, 1.0);
+                of(*first) * (1.0 - weight) + of(*second) * weight
+            }
+            Material::Relief { nested, .. } => of(*nested),
+            leaf => leaf.bsdf(&at.texture, nm, around).passing(at.frame.to_local(toward_eye)),
+        }
+    }
+}
+
+/// Whether an event of some probability happens; what is left of the choice is as good as new.
+fn decide(choice: &mut f64, probability: f64) -> bool {
+    let happens = *choice < probability;
+    *choice = if happens { *choice / probability } else { (*choice - probability) / (1.0 - probability) };
+    *choice = choice.clamp(0.0, 1f64.next_down());
+    happens
+}
+
+impl<const C: usize> Shading<C> {
+    /// The value for light from a direction, and the density of sampling it.
+    pub fn evaluate(&self, toward_light: Vec3) -> Evaluation<C> {
+        let share = self.share(toward_light);
+        if share == 0.0 {
+            return Evaluation::ZERO;
+        }
+        let evaluation = self.bsdf.evaluate(self.toward_eye, self.frame.to_local(toward_light));
+        Evaluation { f_cos: evaluation.f_cos * share, ..evaluation }
+    }
+
+    /// A direction toward the light, in world space; see [`Bsdf::sample`].
+    pub fn sample(&self, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
+        let scatter = self.bsdf.sample(self.toward_eye, lobe, u)?;
+        let toward_light = self.frame.to_world(scatter.toward_light).normalize();
+        let share = self.share(toward_light);
+        (share > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * share, ..scatter })
+    }
+
+    /// For light that goes to the other side, the hero's index there over that on the viewer's side.
+    pub fn index_beyond(&self) -> Option<f64> {
+        let eta = self.bsdf.relative_index()?;
+        Some(if self.toward_eye.z > 0.0 { eta } else { 1.0 / eta })
+    }
+
+    fn share(&self, toward_light: Vec3) -> f64 {
+        self.guards.iter().map(|guard| guard.share(toward_light)).product()
+    }
+}

@@ -1,0 +1,141 @@
+use super::super::description::{
+    Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, PixelFormat, Sampler, Sensor, SensorKind,
+    Shape,
+};
+use super::super::read::Class;
+use super::{Teller, Told, shapes};
+use crate::film::FilterKind;
+use crate::sampling::SamplerKind;
+
+/// The sensor as such. One that measures on a surface is to be put into the shape that [`surface`] gives.
+pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
+    let told = |plugin| Told::new(Class::Sensor, plugin, &sensor.place);
+    let told = match &sensor.kind {
+        SensorKind::Perspective { to_world, field_of_view, principal_point, near_clip, far_clip, lens } => {
+            let told = told(if lens.is_some() { "thinlens" } else { "perspective" });
+            let told = told.transform("to_world", to_world);
+            let told = match field_of_view {
+                FieldOfView::Degrees { angle, axis } => {
+                    told.float("fov", *angle).text("fov_axis", axis_name(*axis))
+                }
+                FieldOfView::FocalLength(mm) => told.text("focal_length", format!("{mm}mm")),
+            };
+            let told = match lens {
+                Some(lens) => told
+                    .float("aperture_radius", lens.aperture_radius)
+                    .float("focus_distance", lens.focus_distance),
+                None => told
+                    .float("principal_point_offset_x", principal_point[0])
+                    .float("principal_point_offset_y", principal_point[1]),
+            };
+            told.float("near_clip", *near_clip).float("far_clip", *far_clip)
+        }
+        SensorKind::Orthographic { to_world, near_clip, far_clip } => told("orthographic")
+            .transform("to_world", to_world)
+            .float("near_clip", *near_clip)
+            .float("far_clip", *far_clip),
+        SensorKind::RadianceMeter { origin, direction } => {
+            told("radiancemeter").vector("origin", *origin).vector("direction", *direction)
+        }
+        SensorKind::IrradianceMeter { .. } => told("irradiancemeter"),
+        SensorKind::Distant { direction, target } => {
+            let told = told("distant").vector("direction", *direction);
+            match target {
+                DistantTarget::Scene => told.remark("looks at all of the scene"),
+                DistantTarget::Point(point) => told.vector("target", *point),
+                DistantTarget::Surface(surface) => told.named("target", shapes::tell(teller, surface)),
+            }
+        }
+        SensorKind::Batch(sensors) => sensors.iter().fold(told("batch"), |told, sensor| {
+            let child = tell(teller, sensor);
+            told.child(match surface(sensor) {
+                Some(surface) => shapes::tell(teller, surface).child(child),
+                None => child,
+            })
+        }),
+    };
+    let told = match &sensor.response {
+        Some(response) => told.spectrum("srf", response),
+        None => told,
+    };
+    let told = match &sensor.medium {
+        Some(medium) => told.child(shapes::medium(medium)),
+        None => told,
+    };
+    told.child(film(&sensor.film)).child(sampler(&sensor.sampler))
+}
+
+/// What a sensor measures on.
+pub(super) fn surface(sensor: &Sensor) -> Option<&Shape> {
+    match &sensor.kind {
+        SensorKind::IrradianceMeter { surface } => Some(surface),
+        _ => None,
+    }
+}
+
+fn axis_name(axis: FovAxis) -> &'static str {
+    match axis {
+        FovAxis::X => "x",
+        FovAxis::Y => "y",
+        FovAxis::Diagonal => "diagonal",
+        FovAxis::Smaller => "smaller",
+        FovAxis::Larger => "larger",
+    }
+}
+
+fn film(film: &Film) -> Told {
+    let plugin = match film.content {
+        FilmContent::Colour { .. } => "hdrfilm",
+        FilmContent::Responses(_) => "specfilm",
+    };
+    let told = Told::new(Class::Film, plugin, &film.place)
+        .integer("width", film.width)
+        .integer("height", film.height);
+    let told = match film.crop {
+        Some(Crop { x, y, width, height }) => told
+            .integer("crop_offset_x", x)
+            .integer("crop_offset_y", y)
+            .integer("crop_width", width)
+            .integer("crop_height", height),
+        None => told,
+    };
+    let told = match &film.content {
+        FilmContent::Colour { format, alpha } => told.text(
+            "pixel_format",
+            match (format, alpha) {
+                (PixelFormat::Rgb, false) => "rgb",
+                (PixelFormat::Rgb, true) => "rgba",
+                (PixelFormat::Xyz, false) => "xyz",
+                (PixelFormat::Xyz, true) => "xyza",
+                (PixelFormat::Luminance, false) => "luminance",
+                (PixelFormat::Luminance, true) => "luminance_alpha",
+            },
+        ),
+        FilmContent::Responses(channels) => {
+            channels.iter().fold(told, |told, channel| told.spectrum(channel.name.clone(), &channel.response))
+        }
+    };
+    told.text("component_format", "float32").boolean("sample_border", film.sample_border).child(filter(film))
+}
+
+fn filter(film: &Film) -> Told {
+    let told = |plugin| Told::new(Class::Filter, plugin, &film.place);
+    match film.filter {
+        FilterKind::Box => told("box"),
+        FilterKind::Tent { radius } => told("tent").float("radius", radius),
+        FilterKind::Gaussian { stddev } => told("gaussian").float("stddev", stddev),
+        FilterKind::Mitchell { b, c } => told("mitchell").float("B", b).float("C", c),
+        FilterKind::CatmullRom => told("catmullrom"),
+        FilterKind::Lanczos { lobes } => told("lanczos").integer("lobes", lobes),
+    }
+}
+
+fn sampler(sampler: &Sampler) -> Told {
+    let plugin = match sampler.kind {
+        SamplerKind::Sobol => "sobol",
+        SamplerKind::Independent => "independent",
+    };
+    Told::new(Class::Sampler, plugin, &sampler.place)
+        .integer("sample_count", sampler.sample_count)
+        .integer("seed", sampler.seed.min(i64::MAX as u64) as i64)
+}
