@@ -65,7 +65,7 @@ pub fn radiance<const C: usize>(
     for vertex in 0.. {
         let Some(hit) = scene.intersect(&ray, depth == 0) else {
             path.cross(scene, f64::INFINITY, wavelengths);
-            arriving += path.escaped(scene, straight, wavelengths);
+            arriving += path.escaped(scene, &ray, straight, wavelengths);
             break;
         };
         path.cross(scene, hit.t, wavelengths);
@@ -129,14 +129,32 @@ impl<const C: usize> Path<C> {
         }
     }
 
-    /// Light from beyond the scene. It is found by scattering alone: the same from everywhere, it is what
-    /// scattering samples best.
-    fn escaped(&self, scene: &Scene, seen_directly: bool, wavelengths: &Wavelengths<C>) -> Sampled<C> {
-        match &scene.environment {
-            Some(radiance) if !(seen_directly && scene.limits.hide_emitters) => {
-                self.throughput * radiance.sample(&wavelengths.nm) / self.ratio.sum()
+    /// Light from beyond the scene, weighed against having been sampled.
+    fn escaped(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        seen_directly: bool,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let hidden = seen_directly && scene.limits.hide_emitters;
+        let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return Sampled::ZERO };
+        let weight = self
+            .weight_beside_lights(|from| scene.lights.environment_density(from, ray.direction, wavelengths));
+        if weight == 0.0 {
+            return Sampled::ZERO;
+        }
+        self.throughput * environment.radiance(ray.direction, &wavelengths.nm) * (weight / self.ratio.sum())
+    }
+
+    /// The weight of light that scattering found, if light samples from the last vertex found it with a density, per
+    /// steradian.
+    fn weight_beside_lights(&self, density: impl Fn(&SurfacePoint) -> f64) -> f64 {
+        match &self.last {
+            LastChoice::Discrete => 1.0,
+            LastChoice::Scattered { from, prior_over_density, by_scattering } => {
+                power_heuristic(*by_scattering, prior_over_density * density(from))
             }
-            _ => Sampled::ZERO,
         }
     }
 
@@ -152,18 +170,13 @@ impl<const C: usize> Path<C> {
         if ray.direction.dot(hit.point.normal) >= 0.0 {
             return Sampled::ZERO;
         }
-        let weight = match &self.last {
-            LastChoice::Discrete => 1.0,
-            LastChoice::Scattered { from, prior_over_density, by_scattering } => {
-                let by_light =
-                    prior_over_density * scene.lights.density(light, from, &hit.point, wavelengths);
-                power_heuristic(*by_scattering, by_light)
-            }
-        };
+        let weight =
+            self.weight_beside_lights(|from| scene.lights.density(light, from, &hit.point, wavelengths));
         if weight == 0.0 {
             return Sampled::ZERO;
         }
-        self.throughput * scene.lights.radiance(light, &wavelengths.nm) * (weight / self.ratio.sum())
+        let radiance = scene.lights.radiance(light, &scene.texture_point(hit), &wavelengths.nm);
+        self.throughput * radiance * (weight / self.ratio.sum())
     }
 
     /// Light that reaches the surface straight from one light, chosen and sampled for this place.

@@ -343,6 +343,19 @@ pub struct Light {
 pub enum LightKind {
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
     Point { position: Vec3, intensity: SpectrumSource },
+    /// A point that shines along its local +z. The angles, in degrees, are those between the axis and where the light ends,
+    /// and where it begins to fall off.
+    Spot {
+        to_world: Transform,
+        /// On the axis.
+        intensity: SpectrumSource,
+        cutoff_angle: f64,
+        beam_width: f64,
+        /// Between the light and what it lights.
+        texture: Option<SpectrumSource>,
+    },
+    /// A picture thrown along the local +z.
+    Projector { to_world: Transform, irradiance: SpectrumSource, scale: f64, field_of_view: FieldOfView },
     /// Irradiance on a surface across the light's direction of travel, W·m⁻²·nm⁻¹.
     /// `travels` has any length.
     Directional { travels: Vec3, irradiance: SpectrumSource },

@@ -163,6 +163,15 @@ impl Texture {
         }
     }
 
+    /// Columns and rows of a picture; 1 × 1 for what is none.
+    pub fn resolution(&self) -> [u32; 2] {
+        match self {
+            Self::Bitmap(bitmap) => bitmap.resolution(),
+            Self::Filtered { texture, .. } => texture.resolution(),
+            Self::Uniform(_) | Self::Checkerboard(_) | Self::Attribute(_) | Self::Volume(_) => [1, 1],
+        }
+    }
+
     /// The spectrum of a texture that is the same everywhere.
     pub fn uniform(&self) -> Option<&Spectrum> {
         match self {

@@ -229,7 +229,7 @@ impl Compiler<'_> {
 }
 
 /// Tangent of half the horizontal field of view, for a film of this width and height.
-fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64 {
+pub(super) fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64 {
     let diagonal = width.hypot(height);
     match fov {
         // Half of the diagonal of 36 mm × 24 mm over the focal length, along the film's own diagonal (Mitsuba 3).

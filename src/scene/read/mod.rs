@@ -247,7 +247,7 @@ impl Reader {
         let mut lights = Vec::new();
         let mut surroundings = 0;
         for (entry, id) in query.objects(Class::Emitter) {
-            if self.tree.get(id).plugin == "constant" {
+            if ["constant", "envmap", "sunsky"].contains(&self.tree.get(id).plugin.as_str()) {
                 surroundings += 1;
             }
             if surroundings == 2 {
@@ -255,10 +255,10 @@ impl Reader {
                 self.error(
                     SceneError::at(
                         &entry.place,
-                        "The scene has two constant lights",
+                        "The scene has two lights from all around",
                         "expected one at most, as in Mitsuba 3",
                     )
-                    .with_remedy("add up their radiances"),
+                    .with_remedy("leave one out, or add them up in one picture"),
                 );
             }
             lights.extend(lights::read(self, id));

@@ -66,7 +66,9 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "null",
             "diffusetransmitter",
         ],
-        Class::Emitter => &["area", "point", "directional", "constant"],
+        Class::Emitter => {
+            &["area", "constant", "directional", "directionalarea", "point", "projector", "spot"]
+        }
         Class::Medium => &["homogeneous"],
         Class::Spectrum => {
             &["uniform", "regular", "irregular", "d65", "blackbody", "measured", "sellmeier", "cauchy"]
@@ -141,9 +143,7 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "roughplastic",
             "thindielectric",
         ],
-        Class::Emitter => {
-            &["directionalarea", "envmap", "projector", "sky", "spot", "sun", "sunsky", "timed_sunsky"]
-        }
+        Class::Emitter => &["envmap", "sunsky", "timed_sunsky"],
         Class::Medium => &["heterogeneous"],
         Class::Phase => &["blendphase", "rayleigh", "sggx", "tabphase"],
         Class::Spectrum => &[

@@ -14,12 +14,7 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
         SensorKind::Perspective { to_world, field_of_view, principal_point, near_clip, far_clip, lens } => {
             let told = told(if lens.is_some() { "thinlens" } else { "perspective" });
             let told = told.transform("to_world", to_world);
-            let told = match field_of_view {
-                FieldOfView::Degrees { angle, axis } => {
-                    told.float("fov", *angle).text("fov_axis", axis_name(*axis))
-                }
-                FieldOfView::FocalLength(mm) => told.text("focal_length", format!("{mm}mm")),
-            };
+            let told = self::field_of_view(told, *field_of_view);
             let told = match lens {
                 Some(lens) => told
                     .float("aperture_radius", lens.aperture_radius)
@@ -70,6 +65,13 @@ pub(super) fn surface(sensor: &Sensor) -> Option<&Shape> {
     match &sensor.kind {
         SensorKind::IrradianceMeter { surface } => Some(surface),
         _ => None,
+    }
+}
+
+pub(super) fn field_of_view(told: Told, field_of_view: FieldOfView) -> Told {
+    match field_of_view {
+        FieldOfView::Degrees { angle, axis } => told.float("fov", angle).text("fov_axis", axis_name(axis)),
+        FieldOfView::FocalLength(mm) => told.text("focal_length", format!("{mm}mm")),
     }
 }
 
