@@ -4,8 +4,8 @@ mod auxiliary;
 
 pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
 
-use crate::film::{BadValues, Extras, Film, FilterSampler, FixedPoint, PixelSums, SpectralBins};
-use crate::integrator;
+use crate::film::{ALPHA, BadValues, Extras, Film, FilterSampler, FixedPoint, PixelSums, SpectralBins};
+use crate::integrator::{self, Seen};
 use crate::sampling::{SamplerKind, Stream};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
@@ -238,7 +238,10 @@ impl Exposure<'_> {
         let scene = self.scene;
         let Some(sample) = scene.camera_ray(&self.filter, pixel, stream) else { return };
         let wavelengths = scene.wavelengths.sample::<C>(sample.wavelength);
-        let mut radiance = integrator::radiance(scene, sample.sensor.ray, &wavelengths, stream);
+        let Seen { mut radiance, met } = integrator::radiance(scene, sample.sensor.ray, &wavelengths, stream);
+        if met && self.extras.alpha {
+            sums.add(replicate, ALPHA, sample.filter_weight, FixedPoint::SHARE, bad);
+        }
         if let Some(response) = sample.sensor.response {
             radiance *= response.sample(&wavelengths.nm);
         }

@@ -514,9 +514,11 @@ pub struct Integrator {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorKind {
-    /// `path`, `direct` (a path of at most two segments). To pass through a surface that is not there (a mask, `null`)
-    /// is a segment of its own, and light samples are stopped there.
+    /// To pass through a surface that is not there (a mask, `null`) is a segment of its own, and light samples are stopped
+    /// there.
     Path,
+    /// A path of at most two segments.
+    Direct,
     /// `volpath`, `volpathmis`: paths and light samples go through such a surface as if there were none.
     VolPath,
     /// Scattering alone finds the lights: the slow oracle (an extension, `walk`).

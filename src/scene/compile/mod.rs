@@ -15,7 +15,7 @@ use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{Needs, Scene, Surface};
 use crate::accel::Accel;
 use crate::geometry::{Bounds, Transform, Vec3};
-use crate::integrator::{Integrator, Limits};
+use crate::integrator::{Coverage, Integrator, Limits};
 use crate::material::Material;
 use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
 use crate::spectrum::Spectrum;
@@ -116,7 +116,7 @@ impl Compiler<'_> {
         Ok(Scene {
             observer: self.options.observer,
             integrator: match description.integrator.kind {
-                IntegratorKind::Path | IntegratorKind::VolPath => Integrator::Path,
+                IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::VolPath => Integrator::Path,
                 IntegratorKind::Walk => Integrator::Walk,
             },
             limits: Limits {
@@ -124,6 +124,10 @@ impl Compiler<'_> {
                 rr_depth: description.integrator.rr_depth,
                 hide_emitters: description.integrator.hide_emitters,
                 passing_counts: !volumetric,
+                coverage: match description.integrator.kind {
+                    IntegratorKind::Direct => Coverage::Surface,
+                    _ => Coverage::Obstacle,
+                },
             },
             wavelengths: self.wavelengths(&self.responses(&camera, &film), &lights, scene_radius),
             reference_radiance: self.reference(&film, &lights, scene_radius),

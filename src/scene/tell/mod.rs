@@ -169,10 +169,15 @@ pub(super) fn scene(description: &Description) -> Told {
 fn integrator(integrator: &Integrator) -> Told {
     let plugin = match integrator.kind {
         IntegratorKind::Path => "path",
+        IntegratorKind::Direct => "direct",
         IntegratorKind::VolPath => "volpath",
         IntegratorKind::Walk => "walk",
     };
-    let told = Told::new(Class::Integrator, plugin, &integrator.place)
+    let told = Told::new(Class::Integrator, plugin, &integrator.place);
+    if integrator.kind == IntegratorKind::Direct {
+        return told.boolean("hide_emitters", integrator.hide_emitters);
+    }
+    let told = told
         .integer("max_depth", integrator.max_depth.map_or(-1, i64::from))
         .integer("rr_depth", integrator.rr_depth)
         .boolean("hide_emitters", integrator.hide_emitters);
