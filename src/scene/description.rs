@@ -369,19 +369,60 @@ pub enum LightKind {
 #[derive(Clone, Debug)]
 pub struct Sensor {
     pub place: Place,
-    /// The camera looks along its local +z, its local +x is the image's left, +y is up (Mitsuba 3).
-    pub to_world: Transform,
-    pub field_of_view: FieldOfView,
-    /// Offset of the principal point as fractions of the film's width and height.
-    pub principal_point: [f64; 2],
-    pub near_clip: f64,
-    pub far_clip: f64,
-    /// `thinlens`; `None` is a pinhole.
-    pub lens: Option<Lens>,
-    /// What the camera is in.
+    pub kind: SensorKind,
+    /// `srf`: factor on what is measured, by wavelength. `None` is 1 everywhere.
+    pub response: Option<SpectrumSource>,
+    /// What the sensor is in.
     pub medium: Option<Medium>,
     pub film: Film,
     pub sampler: Sampler,
+}
+
+#[derive(Clone, Debug)]
+pub enum SensorKind {
+    /// `perspective` and `thinlens`.
+    Perspective {
+        /// The camera looks along its local +z, its local +x is the image's left, +y is up (Mitsuba 3).
+        to_world: Transform,
+        field_of_view: FieldOfView,
+        /// Offset of the principal point as fractions of the film's width and height.
+        principal_point: [f64; 2],
+        near_clip: f64,
+        far_clip: f64,
+        /// `thinlens`; `None` is a pinhole.
+        lens: Option<Lens>,
+    },
+    /// Sees local x from −1 to 1 across the whole film, along +z.
+    Orthographic {
+        to_world: Transform,
+        near_clip: f64,
+        far_clip: f64,
+    },
+    RadianceMeter {
+        origin: Vec3,
+        direction: Vec3,
+    },
+    /// Measures on a surface, which may be part of the scene.
+    IrradianceMeter {
+        surface: Arc<Shape>,
+    },
+    /// Looks along `direction` from infinity.
+    Distant {
+        direction: Vec3,
+        target: DistantTarget,
+    },
+    /// Sensors side by side, from left to right. Their own films and samplers don't matter.
+    Batch(Vec<Sensor>),
+}
+
+/// What a distant sensor looks at.
+#[derive(Clone, Debug)]
+pub enum DistantTarget {
+    /// The cross-section of a sphere around the scene's bounding box.
+    Scene,
+    Point(Vec3),
+    /// A surface that need not be part of the scene.
+    Surface(Arc<Shape>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -416,7 +457,24 @@ pub struct Film {
     pub height: u32,
     pub crop: Option<Crop>,
     pub filter: FilterKind,
-    pub pixel_format: PixelFormat,
+    /// Whether pixels at the border see what lies outside the film.
+    pub sample_border: bool,
+    pub content: FilmContent,
+}
+
+/// What the pixels of a film hold.
+#[derive(Clone, Debug)]
+pub enum FilmContent {
+    /// `hdrfilm`.
+    Colour { format: PixelFormat, alpha: bool },
+    /// `specfilm`: for each channel its name and the sensor's response, over which radiance is integrated.
+    Responses(Vec<FilmChannel>),
+}
+
+#[derive(Clone, Debug)]
+pub struct FilmChannel {
+    pub name: String,
+    pub response: SpectrumSource,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -459,9 +517,11 @@ pub struct Integrator {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorKind {
-    /// `path`, `direct` (a path of at most two segments). To pass through a surface that is not there (a mask, `null`)
-    /// is a segment of its own, and light samples are stopped there.
+    /// To pass through a surface that is not there (a mask, `null`) is a segment of its own, and light samples are stopped
+    /// there.
     Path,
+    /// A path of at most two segments.
+    Direct,
     /// `volpath`, `volpathmis`: paths and light samples go through such a surface as if there were none.
     VolPath,
     /// Scattering alone finds the lights: the slow oracle (an extension, `walk`).

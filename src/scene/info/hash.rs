@@ -23,7 +23,7 @@ impl Hasher {
         let mut words = vec![text(told.plugin)];
         for property in &told.properties {
             // Names such as `bsdf` and `bsdf_2` say nothing; the order does.
-            words.push(text(property.name.unwrap_or("")));
+            words.push(text(property.name.as_deref().unwrap_or("")));
             words.push(self.value(&property.value));
         }
         fnv1a(words.into_iter())

@@ -41,8 +41,16 @@ pub(super) fn either(names: &[&str]) -> String {
 pub(super) fn plugins(class: Class) -> &'static [&'static str] {
     match class {
         Class::Integrator => &["path", "direct", "volpath", "volpathmis", "walk"],
-        Class::Sensor => &["perspective", "thinlens"],
-        Class::Film => &["hdrfilm"],
+        Class::Sensor => &[
+            "perspective",
+            "thinlens",
+            "orthographic",
+            "radiancemeter",
+            "irradiancemeter",
+            "distant",
+            "batch",
+        ],
+        Class::Film => &["hdrfilm", "specfilm"],
         Class::Sampler => &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "sobol"],
         Class::Filter => &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
         Class::Shape => &["sphere", "rectangle", "disk", "cube", "cylinder", "obj", "ply"],
@@ -161,8 +169,6 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "stokes",
             "time_gated_path",
         ],
-        Class::Sensor => &["batch", "distant", "irradiancemeter", "orthographic", "radiancemeter"],
-        Class::Film => &["specfilm"],
         Class::Shape => &[
             "bsplinecurve",
             "ellipsoids",
@@ -203,7 +209,7 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "vertexattribute",
         ],
         Class::Volume => &["constvolume", "gridvolume"],
-        Class::Scene | Class::Sampler | Class::Filter => &[],
+        Class::Scene | Class::Sensor | Class::Film | Class::Sampler | Class::Filter => &[],
     }
 }
 

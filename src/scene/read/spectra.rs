@@ -118,6 +118,12 @@ pub(super) fn read(query: &Query<'_>, name: &'static str, purpose: Use) -> Optio
     check(query.reader, &source, name, purpose).then_some(source)
 }
 
+/// The spectrum in an entry that the query found by other means than its name. `None` where it is wrong.
+pub(super) fn entry(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option<SpectrumSource> {
+    let source = written(query, entry, name, purpose)?;
+    check(query.reader, &source, name, purpose).then_some(source)
+}
+
 /// The spectrum `name`, or a constant.
 pub(super) fn read_or(query: &Query<'_>, name: &'static str, purpose: Use, default: f64) -> SpectrumSource {
     read(query, name, purpose).unwrap_or_else(|| constant(&query.object.place, default))
@@ -132,7 +138,7 @@ pub(super) fn emission(query: &Query<'_>, name: &'static str) -> SpectrumSource 
     })
 }
 
-fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -> Option<SpectrumSource> {
+fn written(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option<SpectrumSource> {
     let place = entry.value_place.clone();
     let bare = |value: f64| match purpose {
         Use::Emission => SpectrumSource { place: place.clone(), kind: SpectrumKind::D65, scale: value },
@@ -257,14 +263,14 @@ fn extremes(
         }
         SpectrumKind::Named(measured) => {
             let Some(kind) = purpose.kind() else {
-                reader.error(
-                    SceneError::at(
-                        &source.place,
-                        format!("\"{name}\" cannot be measured by itself"),
-                        "expected a table of numbers",
-                    )
-                    .with_remedy("a metal has n and k together: <string name=\"material\" value=\"Au\"/>"),
-                );
+                let problem = format!("\"{name}\" cannot be measured by itself");
+                let error = SceneError::at(&source.place, problem, "expected a table of numbers");
+                reader.error(match purpose {
+                    Use::ConductorIndex => error.with_remedy(
+                        "a metal has n and k together: <string name=\"material\" value=\"Au\"/>",
+                    ),
+                    _ => error,
+                });
                 return None;
             };
             let entry = lookup(reader, &source.place, kind, measured)?;
