@@ -219,6 +219,14 @@ impl Outline<'_> {
                     o.spectrum("irradiance", irradiance);
                 });
             }
+            LightKind::SunSky { to_world, turbidity, albedo, sun_direction, .. } => {
+                self.object("emitter: sunsky", None, &light.place);
+                self.within(|o| {
+                    o.transform(to_world);
+                    o.line(&format!("turbidity {turbidity}, sun at {}", vector(*sun_direction)));
+                    o.spectrum("albedo", albedo);
+                });
+            }
             LightKind::Constant { radiance } => {
                 self.object("emitter: constant", None, &light.place);
                 self.within(|o| o.spectrum("radiance", radiance));
