@@ -19,7 +19,7 @@ struct Case {
     walk_samples: u32,
 }
 
-const CASES: [Case; 7] = [
+const CASES: [Case; 8] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384 },
     Case { name: "metals", samples: 1024, walk_samples: 4096 },
     Case { name: "dispersion", samples: 2048, walk_samples: 8192 },
@@ -27,6 +27,7 @@ const CASES: [Case; 7] = [
     Case { name: "absorption", samples: 1024, walk_samples: 4096 },
     Case { name: "lines", samples: 2048, walk_samples: 16_384 },
     Case { name: "extentless", samples: 1024, walk_samples: 0 },
+    Case { name: "veils", samples: 1024, walk_samples: 8192 },
 ];
 
 fn load(case: &Case, integrator: &str) -> Scene {
@@ -66,7 +67,7 @@ fn compare(a: &Film, b: &Film) -> (f64, f64) {
 
 /// Both parts of the verdict, at 1 % over all comparisons of this file.
 fn assert_same(what: &str, a: &Film, b: &Film) {
-    let level = sidak(0.01, 2 * CASES.len() * 3);
+    let level = sidak(0.01, 2 * (CASES.len() * 3 + 1));
     let (p, z) = compare(a, b);
     println!("{what}: smallest p {p:.3}, means differ by {z:.2} standard errors");
     assert!(p > level, "{what}: a pixel differs, p = {p:e}");
@@ -118,6 +119,17 @@ fn lines() {
 #[test]
 fn extentless() {
     agrees("extentless");
+}
+
+/// Light samples that pass through what is not there find what paths find behind it.
+#[test]
+fn veils() {
+    agrees("veils");
+    let case = CASES.iter().find(|case| case.name == "veils").unwrap();
+    let [path, volpath] = ["path", "volpath"].map(|integrator| {
+        expose(&load(case, integrator), &settings(case.samples, WavelengthCount::Four, 21))
+    });
+    assert_same("veils, path and volpath", &path, &volpath);
 }
 
 /// The test of the test: one per cent more light is seen.

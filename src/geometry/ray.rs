@@ -43,6 +43,21 @@ impl SurfacePoint {
         Ray::new(self.leave(direction), direction)
     }
 
+    /// What is left of a ray that passes through this surface, to the very same end.
+    pub fn rest_of(&self, ray: &Ray) -> Ray {
+        let origin = self.leave(ray.direction);
+        if ray.t_max.is_infinite() {
+            return Ray { origin, ..*ray };
+        }
+        let rest = ray.at(ray.t_max) - origin;
+        let length = rest.length();
+        // A surface so near to the end leaves nothing that could be met.
+        if rest.dot(ray.direction) <= 0.0 {
+            return Ray { origin, direction: ray.direction, t_max: 0.0 };
+        }
+        Ray { origin, direction: rest / length, t_max: length }
+    }
+
     /// The segment from this surface to `target`, ending just before the surface there.
     /// Directions and lengths are those of the segment between the two offset points, so nothing
     /// behind either surface is crossed. `None` when the two coincide.

@@ -60,10 +60,12 @@ pub fn radiance<const C: usize>(
     let mut arriving = Sampled::ZERO;
     // Segments behind this vertex. A surface that a ray passes as if there were none may leave it as it is.
     let mut depth = 0;
+    // Whether nothing but such surfaces has been met.
+    let mut straight = true;
     for vertex in 0.. {
         let Some(hit) = scene.intersect(&ray, depth == 0) else {
             path.cross(scene, f64::INFINITY, wavelengths);
-            arriving += path.escaped(scene, &ray, depth == 0, wavelengths);
+            arriving += path.escaped(scene, &ray, straight, wavelengths);
             break;
         };
         path.cross(scene, hit.t, wavelengths);
@@ -85,6 +87,7 @@ pub fn radiance<const C: usize>(
         let prior = path.ratio.sum();
         path.throughput *= scatter.weight;
         path.ratio *= scatter.ratio;
+        straight &= passes;
         if !passes || scene.limits.passing_counts {
             path.last = match scatter.density {
                 Density::Discrete => LastChoice::Discrete,

@@ -1,5 +1,5 @@
 use crate::geometry::{SurfacePoint, Vec3};
-use crate::shape::{Hit, Shape, ShapeSample};
+use crate::shape::{Hit, NO_INSTANCE, Shape, ShapeSample};
 use crate::texture::{MeshPoint, TexturePoint};
 
 /// A surface whose front emits.
@@ -42,7 +42,7 @@ impl AreaGeometry {
     pub fn texture_point(&self, sample: &ShapeSample) -> TexturePoint<'_> {
         let position = sample.surface.point.position;
         let ShapeSample { triangle, barycentric, .. } = *sample;
-        let hit = Hit { t: 0.0, shape: 0, triangle, barycentric };
+        let hit = Hit { t: 0.0, shape: 0, triangle, instance: NO_INSTANCE, barycentric };
         let mesh = match &self.shape {
             Shape::Mesh(mesh) => Some(MeshPoint { mesh, triangle, barycentric }),
             _ => None,

@@ -72,6 +72,16 @@ pub enum SpectrumKind {
     Named(String),
 }
 
+impl SpectrumSource {
+    /// The one value that it has at all wavelengths, if it is given like that.
+    pub fn constant(&self) -> Option<f64> {
+        match self.kind {
+            SpectrumKind::Constant(value) => Some(value * self.scale),
+            _ => None,
+        }
+    }
+}
+
 /// A refractive index, real.
 #[derive(Clone, Debug)]
 pub struct IndexSource {
@@ -127,6 +137,38 @@ pub enum BsdfKind {
         specular_reflectance: SpectrumSource,
         specular_transmittance: SpectrumSource,
         roughness: Option<Roughness>,
+    },
+    /// `thindielectric`: a sheet of glass, in air where the file doesn't say otherwise.
+    ThinDielectric {
+        interior: IndexSource,
+        exterior: Option<IndexSource>,
+        specular_reflectance: SpectrumSource,
+        specular_transmittance: SpectrumSource,
+    },
+    /// `plastic` without and `roughplastic` with a roughness: a coat on a matt base, in air where the file doesn't
+    /// say otherwise.
+    Plastic {
+        interior: IndexSource,
+        exterior: Option<IndexSource>,
+        diffuse_reflectance: SpectrumSource,
+        specular_reflectance: SpectrumSource,
+        /// Whether light that is reflected inside is coloured each time.
+        nonlinear: bool,
+        coat: Option<CoatRoughness>,
+    },
+    Principled {
+        base: PrincipledBase,
+        metallic: SpectrumSource,
+        clearcoat: SpectrumSource,
+        clearcoat_gloss: SpectrumSource,
+        /// The index below over that above.
+        eta: f64,
+    },
+    PrincipledThin {
+        base: PrincipledBase,
+        /// 0–2.
+        diff_trans: SpectrumSource,
+        eta: SpectrumSource,
     },
     /// Lets everything pass, as if there were no surface.
     Null,
@@ -198,11 +240,37 @@ pub enum MetalAssumption {
     KnownIndex(SpectrumSource),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Roughness {
     pub distribution: Distribution,
-    /// Roughness along the tangent and the bitangent.
-    pub alpha: [f64; 2],
+    pub alpha: Alpha,
+}
+
+#[derive(Clone, Debug)]
+pub enum Alpha {
+    Isotropic(SpectrumSource),
+    /// Along the tangent and the bitangent.
+    Anisotropic([SpectrumSource; 2]),
+}
+
+/// The roughness of a coat, the same everywhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoatRoughness {
+    pub distribution: Distribution,
+    pub alpha: f64,
+}
+
+/// What `principled` and `principledthin` have in common, by Mitsuba's names.
+#[derive(Clone, Debug)]
+pub struct PrincipledBase {
+    pub base_color: SpectrumSource,
+    pub roughness: SpectrumSource,
+    pub anisotropic: SpectrumSource,
+    pub spec_trans: SpectrumSource,
+    pub spec_tint: SpectrumSource,
+    pub sheen: SpectrumSource,
+    pub sheen_tint: SpectrumSource,
+    pub flatness: SpectrumSource,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -252,6 +320,10 @@ pub enum ShapeKind {
     /// `obj` and `ply`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
+        /// `obj` or `ply`.
+        plugin: &'static str,
+        /// Whether v was read as 1 − v.
+        flip_tex_coords: bool,
         mesh: Arc<MeshData>,
         /// Whether vertex normals are to be computed once the mesh is placed: the file has none, and
         /// `face_normals` does not ask for flat triangles.
@@ -285,6 +357,7 @@ pub enum LightKind {
     /// A picture thrown along the local +z.
     Projector { to_world: Transform, irradiance: SpectrumSource, scale: f64, field_of_view: FieldOfView },
     /// Irradiance on a surface across the light's direction of travel, W·m⁻²·nm⁻¹.
+    /// `travels` has any length.
     Directional { travels: Vec3, irradiance: SpectrumSource },
     /// The same radiance from everywhere.
     Constant { radiance: SpectrumSource },
@@ -294,7 +367,7 @@ pub enum LightKind {
         turbidity: f64,
         /// Reflectance of the ground.
         albedo: SpectrumSource,
-        /// In the local frame.
+        /// In the local frame, of any length.
         sun_direction: Vec3,
         sky_scale: f64,
         sun_scale: f64,

@@ -5,11 +5,12 @@ pub mod description;
 mod info;
 mod read;
 pub mod source;
+mod tell;
 mod traceable;
 
 pub use compile::{CompileOptions, compile};
 pub use description::Description;
-pub use info::outline;
+pub use info::{json, outline};
 pub use read::{ReadOptions, read, read_str};
 pub use source::{Place, SceneError, SceneErrors};
 pub use traceable::{FilmPlan, Intersection, Needs, Scene};

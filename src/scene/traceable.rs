@@ -82,9 +82,9 @@ pub struct Needs {
     pub textures: bool,
 }
 
-impl std::fmt::Display for Needs {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let all = [
+impl Needs {
+    fn all(&self) -> [(&'static str, bool); 9] {
+        [
             ("dispersion", self.dispersion),
             ("absorption", self.absorption),
             ("medium stack", self.medium_stack),
@@ -94,12 +94,24 @@ impl std::fmt::Display for Needs {
             ("mixed materials", self.choices),
             ("transparent shadows", self.clear_shadows),
             ("surface coordinates", self.textures),
-        ];
-        let list = |needed: bool| {
-            let names: Vec<_> = all.iter().filter(|(_, n)| *n == needed).map(|(name, _)| *name).collect();
-            if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
-        };
-        write!(f, "used: {}; skipped: {}", list(true), list(false))
+        ]
+    }
+
+    /// What the renderer does for this scene beyond the least.
+    pub fn used(&self) -> Vec<&'static str> {
+        self.all().into_iter().filter(|(_, needed)| *needed).map(|(name, _)| name).collect()
+    }
+
+    /// What the renderer leaves out, because the scene has no need of it.
+    pub fn skipped(&self) -> Vec<&'static str> {
+        self.all().into_iter().filter(|(_, needed)| !*needed).map(|(name, _)| name).collect()
+    }
+}
+
+impl std::fmt::Display for Needs {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let list = |names: Vec<&str>| if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
+        write!(f, "used: {}; skipped: {}", list(self.used()), list(self.skipped()))
     }
 }
 
@@ -146,8 +158,7 @@ impl Scene {
                 return Some(Intersection { t: hit.t + passed, ..hit });
             }
             passed += hit.t;
-            let origin = hit.point.leave(ray.direction);
-            ray = Ray { origin, direction: ray.direction, t_max: ray.t_max - hit.t };
+            ray = hit.point.rest_of(&ray);
         }
     }
 
@@ -245,8 +256,7 @@ impl Scene {
             }
             share = within(share, &media, hit.t);
             self.pass_through(&hit, ray.direction, &mut media);
-            let origin = hit.point.leave(ray.direction);
-            ray = Ray { origin, direction: ray.direction, t_max: ray.t_max - hit.t };
+            ray = hit.point.rest_of(&ray);
         }
         within(share, &media, ray.t_max)
     }

@@ -17,7 +17,7 @@ impl Compiler<'_> {
     pub(super) fn area_light(&mut self, shape: &Shape, radiance: &SpectrumSource) -> Light {
         let radiance = self.texture(radiance);
         let geometry = Box::new(AreaGeometry::new(shape.clone()));
-        Light::Area { geometry, mean: mean(&radiance), radiance }
+        Light::Area { geometry, mean: radiance.mean_spectrum(self.options.range), radiance }
     }
 
     /// Lights that are no shape's surface; returns that from beyond the scene.
@@ -43,7 +43,7 @@ impl Compiler<'_> {
                     let size = picture.resolution().map(f64::from);
                     let across = super::tan_half_width(*field_of_view, size);
                     let tan_half = [across, across * size[1] / size[0]];
-                    let mean = mean(&picture);
+                    let mean = picture.mean_spectrum(self.options.range);
                     let projector = Projector::new(&to_world.then(shift), picture, &mean, *scale, tan_half);
                     Light::Projector(Box::new(projector))
                 }
@@ -81,7 +81,7 @@ impl Compiler<'_> {
         let settings = SkySettings {
             turbidity: *turbidity,
             albedo: sky::wavelengths().map(|nm| albedo.at(nm)),
-            sun_direction: *sun_direction,
+            sun_direction: sun_direction.normalize(),
             sky_scale: *sky_scale,
             sun_scale: *sun_scale,
             sun_aperture: *sun_aperture,
@@ -180,9 +180,4 @@ fn power(light: &Light, scene_radius: f64) -> f64 {
 /// The same for light from all around.
 fn surroundings(environment: &Environment, scene_radius: f64) -> (&Spectrum, f64) {
     (environment.mean(), PI * 4.0 * PI * scene_radius * scene_radius)
-}
-
-/// About the mean of a texture, above 0 wherever any of it is.
-fn mean(texture: &Texture) -> Spectrum {
-    texture.uniform().cloned().unwrap_or(Spectrum::ONE)
 }

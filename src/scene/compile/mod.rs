@@ -4,6 +4,7 @@
 //! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single precision: how
 //! far a scene lies from the origin of its file makes no difference.
 
+mod layered;
 mod lights;
 mod materials;
 mod spectra;

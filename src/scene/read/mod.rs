@@ -1,18 +1,21 @@
-//! Reading scene files: Mitsuba 3's XML, with extensions, into a [`Description`].
+//! Reading scene files: Mitsuba 3's XML, with extensions, or the same as JSON, into a [`Description`].
 //!
-//! `xml` turns the text into a tree of objects with typed properties; one file per class then asks those objects
+//! `xml` and `json` turn the text into a tree of objects with typed properties; one file per class then asks those objects
 //! for what they know, and says what is left over. Errors are collected, so that one run tells of all that are
 //! independent of one another.
 
 mod attributes;
 mod bsdfs;
+mod files;
 mod films;
 mod indices;
 mod integrators;
+mod json;
 mod lights;
 mod media;
 mod names;
 mod obj;
+mod parsed;
 mod ply;
 mod query;
 mod sensors;
@@ -28,15 +31,14 @@ mod xml;
 use super::description::{Bsdf, Description, Note, Sensor, SpectrumSource};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::shape::MeshData;
+use files::Search;
 use query::Query;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
-use tree::{Class, Object, ObjectId, Tree};
-
-/// A larger scene file is refused: meshes belong into files of their own.
-const LARGEST_SCENE_FILE: u64 = 256 << 20;
+pub(super) use tree::Class;
+use tree::{Object, ObjectId, Tree};
 
 /// What the command line adds to a scene file.
 #[derive(Clone, Debug, Default)]
@@ -55,24 +57,11 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Description, SceneErro
         errors: vec![SceneError {
             place: None,
             problem,
-            expected: "expected the path of a scene file (Mitsuba 3 XML)".to_owned(),
+            expected: "expected the path of a scene file, Mitsuba 3's XML or JSON".to_owned(),
             remedy: None,
         }],
     };
-    let metadata = std::fs::metadata(path)
-        .map_err(|error| unreadable(format!("{} cannot be read: {error}", path.display())))?;
-    if !metadata.is_file() {
-        return Err(unreadable(format!("{} is not a file", path.display())));
-    }
-    if metadata.len() > LARGEST_SCENE_FILE {
-        return Err(unreadable(format!("{} is too large ({} bytes)", path.display(), metadata.len())));
-    }
-    let bytes = std::fs::read(path)
-        .map_err(|error| unreadable(format!("{} cannot be read: {error}", path.display())))?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        unreadable(format!("{} is not UTF-8 text (at byte {at})", path.display()))
-    })?;
+    let text = files::scene_text(path).map_err(unreadable)?;
     read_str(text, path, options)
 }
 
@@ -85,17 +74,19 @@ pub fn read_str(
     path: &Path,
     options: &ReadOptions,
 ) -> Result<Description, SceneErrors> {
-    let text = text.into();
-    // Editors on Windows may begin a file with a byte order mark.
-    let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let text = files::without_mark(text.into());
     let mut sources = Sources::default();
     let file = sources.add(path, text.clone());
-    let parsed = xml::parse(&text, file, &folder, &options.defines, &mut sources);
+    let search = Search::new(path.parent().unwrap_or(Path::new("")));
+    let parsed = if json::is_json(&text) {
+        json::parse(&text, file, search, &options.defines, &mut sources)
+    } else {
+        xml::parse(&text, file, path, search, &options.defines, &mut sources)
+    };
     let fatal = parsed.tree.objects.is_empty();
     let reader = Reader {
         tree: parsed.tree,
-        folder,
+        search: parsed.search,
         errors: RefCell::new(parsed.errors),
         extensions: RefCell::default(),
         assumptions: RefCell::new(parsed.assumptions),
@@ -134,7 +125,7 @@ fn in_order(mut notes: Vec<Note>) -> Vec<Note> {
 /// A tree being understood, with what has been said about it so far.
 struct Reader {
     tree: Tree,
-    folder: PathBuf,
+    search: Search,
     errors: RefCell<Vec<SceneError>>,
     extensions: RefCell<Vec<Note>>,
     assumptions: RefCell<Vec<Note>>,

@@ -1,5 +1,6 @@
 //! Names: which was probably meant, and which exist in Mitsuba 3 but not here.
 
+use super::super::source::{Place, SceneError};
 use super::tree::Class;
 
 /// The known name that a mistyped one is most like, if any is like it.
@@ -66,6 +67,29 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
         }
         Class::Phase => &["isotropic", "hg"],
         Class::Scene | Class::Volume => &[],
+    }
+}
+
+/// The class that has a plugin of this name, here or in Mitsuba 3.
+pub(super) fn class_of(plugin: &str) -> Option<Class> {
+    let classes = || Class::ELEMENTS.iter().map(|&(_, class)| class);
+    let here = classes().find(|&class| plugins(class).contains(&plugin));
+    here.or_else(|| classes().find(|&class| mitsuba_plugins(class).contains(&plugin)))
+}
+
+/// The message about a plugin that no class has.
+pub(super) fn no_such_plugin(plugin: &str, place: &Place) -> SceneError {
+    let known: Vec<&str> = Class::ELEMENTS
+        .iter()
+        .flat_map(|&(_, class)| plugins(class))
+        .copied()
+        .chain(["spectrum", "rgb", "ref"])
+        .collect();
+    let problem = format!("There is no plugin \"{plugin}\"");
+    let error = SceneError::at(place, problem, "expected the name of a plugin such as sphere or diffuse");
+    match nearest(plugin, &known) {
+        Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
+        None => error,
     }
 }
 

@@ -3,7 +3,7 @@
 //! Polygons become fans from their first corner. Names, groups, smoothing groups and materials mean nothing
 //! here, as in Mitsuba 3: a shape has one BSDF. Points and lines have no surface and are passed over.
 
-use super::shapes::{MeshError, MeshOptions, MeshResult, Position};
+use super::shapes::{MeshError, MeshFile, MeshOptions, MeshResult, Position};
 use crate::shape::MeshData;
 
 /// No index: the corner has no texture coordinates, or no normal.
@@ -35,6 +35,7 @@ struct File {
     indices: Vec<[u32; 3]>,
     with_normal: bool,
     without_normal: bool,
+    negative: bool,
 }
 
 pub(super) fn read(bytes: &[u8], options: MeshOptions) -> MeshResult {
@@ -82,7 +83,10 @@ impl File {
                 self.indices.extend(fan);
                 Ok(())
             }
-            Some(b"o" | b"g" | b"s" | b"usemtl" | b"mtllib" | b"p" | b"l") => Ok(()),
+            Some(
+                b"o" | b"g" | b"s" | b"usemtl" | b"mtllib" | b"p" | b"l" | b"vp" | b"mg" | b"usemap"
+                | b"maplib" | b"bevel" | b"c_interp" | b"d_interp" | b"lod" | b"shadow_obj" | b"trace_obj",
+            ) => Ok(()),
             Some(other) => Err(MeshError::new(
                 format!("\"{}\" is not known in an OBJ file", String::from_utf8_lossy(other)),
                 "expected v, vt, vn, f, o, g, s, usemtl, mtllib, p or l at the beginning of a line",
@@ -92,6 +96,7 @@ impl File {
 
     /// `position`, `position/uv`, `position//normal` or `position/uv/normal`.
     fn corner(&mut self, word: &[u8]) -> Result<Corner, MeshError> {
+        self.negative |= word.contains(&b'-');
         let mut parts = word.split(|&byte| byte == b'/');
         let position = index(parts.next().unwrap_or(&[]), self.positions.len(), "position")?;
         let optional = |part: Option<&[u8]>, count: usize, what: &str| match part {
@@ -134,7 +139,7 @@ impl File {
         Ok(made)
     }
 
-    fn finish(self, options: MeshOptions) -> MeshData {
+    fn finish(self, options: MeshOptions) -> MeshFile {
         let with_uv = self.vertices.iter().any(|vertex| vertex.corner.uv != NONE);
         let uv = |index: u32| match self.uvs.get(index as usize) {
             Some(&[u, v]) if options.flip_tex_coords => [u, 1.0 - v],
@@ -143,14 +148,17 @@ impl File {
         };
         let corners = || self.vertices.iter().map(|vertex| vertex.corner);
         let with_normals = self.with_normal && !options.face_normals;
-        MeshData {
+        let mesh = MeshData {
             positions: corners().map(|corner| self.positions[corner.position as usize]).collect(),
             normals: with_normals
                 .then(|| corners().map(|corner| self.normals[corner.normal as usize]).collect()),
             uvs: with_uv.then(|| corners().map(|corner| uv(corner.uv)).collect()),
             indices: self.indices,
             ..MeshData::default()
-        }
+        };
+        let extension =
+            self.negative.then_some("negative indices, which count backwards; Mitsuba 3 refuses them");
+        MeshFile { mesh, extension }
     }
 }
 
@@ -207,7 +215,7 @@ mod tests {
     #[test]
     fn polygons_become_fans_and_indices_may_be_negative() {
         let text = "# a fan\nmtllib m.mtl\no x\ng y\ns 1\nv 0 0 0\nv 1 0 0 1\r\nv 1 1 0\nv 0 1 0\nusemtl m\nf 1 2 3 4\nf -4 -3 -2 # again\nl 1 2\n";
-        let mesh = read(text.as_bytes(), PLAIN).unwrap();
+        let mesh = read(text.as_bytes(), PLAIN).unwrap().mesh;
         assert_eq!(mesh.positions, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
         assert_eq!(mesh.indices, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
         assert!(mesh.normals.is_none() && mesh.uvs.is_none());
@@ -216,12 +224,12 @@ mod tests {
     #[test]
     fn a_vertex_is_made_for_each_combination() {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0.25\nvt 1 0.5\nvn 0 0 2\nf 1/1/1 2/1/1 3/1/1\nf 1/2/1 2/1/1 3/1/1\n";
-        let mesh = read(text.as_bytes(), PLAIN).unwrap();
+        let mesh = read(text.as_bytes(), PLAIN).unwrap().mesh;
         assert_eq!(mesh.indices, [[0, 1, 2], [3, 1, 2]]);
         assert_eq!(mesh.uvs.unwrap(), [[0.0, 0.25], [0.0, 0.25], [0.0, 0.25], [1.0, 0.5]]);
         assert_eq!(mesh.normals.unwrap(), [[0.0, 0.0, 2.0]; 4]);
         let flipped = MeshOptions { face_normals: true, flip_tex_coords: true };
-        let mesh = read(text.as_bytes(), flipped).unwrap();
+        let mesh = read(text.as_bytes(), flipped).unwrap().mesh;
         assert_eq!(mesh.uvs.unwrap()[3], [1.0, 0.5]);
         assert!(mesh.normals.is_none());
     }

@@ -5,7 +5,7 @@ use super::super::source::SceneError;
 use super::query::Query;
 use super::spectra::required;
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, lights, media, obj, ply, spd};
+use super::{Reader, bsdfs, files, lights, media, obj, ply};
 use crate::geometry::Vec3;
 use crate::shape::MeshData;
 use std::path::{Path, PathBuf};
@@ -115,7 +115,7 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
         face_normals: query.boolean("face_normals", false),
         flip_tex_coords: query.boolean("flip_tex_coords", is_obj),
     };
-    let path = query.reader.folder.join(filename?);
+    let path = query.reader.search.find(filename?);
     let key = MeshKey { path: path.clone(), is_obj, options };
     let known = query.reader.meshes.borrow().get(&key).cloned();
     let mesh = known.unwrap_or_else(|| {
@@ -124,12 +124,18 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
         mesh
     })?;
     let compute_normals = mesh.normals.is_none() && !options.face_normals;
-    Some(ShapeKind::Mesh { file: path, mesh, compute_normals })
+    Some(ShapeKind::Mesh {
+        file: path,
+        plugin: if is_obj { "obj" } else { "ply" },
+        flip_tex_coords: options.flip_tex_coords,
+        mesh,
+        compute_normals,
+    })
 }
 
 fn load(query: &Query<'_>, path: &Path, is_obj: bool, options: MeshOptions) -> Option<MeshData> {
     let place = query.place("filename");
-    let bytes = match spd::read(path, LARGEST_MESH_FILE, &place) {
+    let bytes = match files::read(path, LARGEST_MESH_FILE, &place) {
         Ok(bytes) => bytes,
         Err(error) => {
             query.error(error);
@@ -137,12 +143,17 @@ fn load(query: &Query<'_>, path: &Path, is_obj: bool, options: MeshOptions) -> O
         }
     };
     let read = if is_obj { obj::read(&bytes, options) } else { ply::read(&bytes, options) };
-    let made = read.and_then(|data| match data.indices.len() {
+    let made = read.and_then(|file| match file.mesh.indices.len() {
         0 => Err(MeshError::new("The mesh has no triangles", "expected at least one face")),
-        _ => Ok(data),
+        _ => Ok(file),
     });
     match made {
-        Ok(mesh) => Some(mesh),
+        Ok(MeshFile { mesh, extension }) => {
+            if let Some(extension) = extension {
+                query.reader.extension(&place, extension.to_owned());
+            }
+            Some(mesh)
+        }
         Err(error) => {
             query.error(error.at(path, &place));
             None
@@ -189,5 +200,13 @@ impl MeshError {
     }
 }
 
-/// What both mesh readers return.
-pub(super) type MeshResult = Result<MeshData, MeshError>;
+/// What a mesh file holds.
+#[derive(Debug)]
+pub(super) struct MeshFile {
+    pub mesh: MeshData,
+    /// What of it Mitsuba 3 would refuse.
+    pub extension: Option<&'static str>,
+}
+
+/// What the mesh readers return.
+pub(super) type MeshResult = Result<MeshFile, MeshError>;

@@ -238,13 +238,14 @@ fn directional(query: &Query<'_>) -> Option<LightKind> {
             ),
         );
     }
-    let Some(travels) = direction.unwrap_or(along).try_normalize() else {
+    let travels = direction.unwrap_or(along);
+    if travels.try_normalize().is_none() {
         query.error(SceneError::at(
             &query.place("direction"),
             "The light travels nowhere: its direction has no length",
             "expected a direction such as 0 0 -1",
         ));
         return None;
-    };
+    }
     Some(LightKind::Directional { travels, irradiance })
 }

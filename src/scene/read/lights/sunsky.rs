@@ -74,15 +74,16 @@ fn sun(query: &Query<'_>) -> Option<Vec3> {
             .with_remedy(format!("leave out sun_direction, or {name} and its like")),
         );
     }
-    let direction = given?.try_normalize();
-    if direction.is_none() {
+    let direction = given?;
+    if direction.try_normalize().is_none() {
         query.error(SceneError::at(
             &query.place("sun_direction"),
             "The direction to the sun has no length",
             "expected a direction such as 0 0 1",
         ));
+        return None;
     }
-    direction
+    Some(direction)
 }
 
 /// Mitsuba 3's defaults: a summer afternoon in Tokyo.

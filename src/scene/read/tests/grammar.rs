@@ -181,12 +181,12 @@ fn the_outline_tells_defaults_extensions_and_assumptions() {
     );
     let outline = crate::scene::outline(&scene);
     for part in [
-        "film: 768 × 576 pixels",
-        "gaussian, standard deviation 0.5",
+        "width: 768",
+        "rfilter: gaussian (line 1)\n        stddev: 0.5",
         "shape: sphere \"ball\"",
-        "Beckmann roughness 0.1",
-        "assuming k = 0",
-        "inside: BK7, measured",
+        "distribution: beckmann",
+        "assume: k=0",
+        "int_ior: measured (line 2, extension)\n        name: BK7",
         "extensions",
         "assumptions",
     ] {

@@ -112,17 +112,17 @@ fn binary_ply(big: bool) -> Vec<u8> {
 #[test]
 fn ply_is_read_in_every_format() {
     for big in [false, true] {
-        let mesh = ply::read(&binary_ply(big), OPTIONS[0]).unwrap();
+        let mesh = ply::read(&binary_ply(big), OPTIONS[0]).unwrap().mesh;
         assert_eq!(mesh.positions, [[0.0, 0.0, 0.5], [1.0, 0.0, 0.5], [1.0, 1.0, 0.5], [0.0, 1.0, 0.5]]);
         assert_eq!(mesh.indices, [[0, 1, 2], [0, 2, 3], [0, 2, 3]]);
         assert_eq!(mesh.normals.unwrap(), [[0.0, 0.0, 1.0]; 4]);
         assert_eq!(mesh.uvs.unwrap(), [[0.25, 1.0], [0.25, 1.0], [0.25, 0.0], [0.25, 0.0]]);
-        let flat = ply::read(&binary_ply(big), OPTIONS[1]).unwrap();
+        let flat = ply::read(&binary_ply(big), OPTIONS[1]).unwrap().mesh;
         assert!(flat.normals.is_none());
         assert_eq!(flat.uvs.unwrap()[2], [0.25, 1.0]);
     }
     for text in [ASCII.to_owned(), ASCII.replace('\n', "\r\n")] {
-        let mesh = ply::read(text.as_bytes(), OPTIONS[0]).unwrap();
+        let mesh = ply::read(text.as_bytes(), OPTIONS[0]).unwrap().mesh;
         assert_eq!(mesh.positions, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
         assert_eq!(mesh.indices, [[0, 1, 2]]);
     }
@@ -167,9 +167,9 @@ fn mutated_files_do_not_panic() {
                 let bytes = mutated(original, &mut state);
                 for options in OPTIONS {
                     let meshes = [obj::read(&bytes, options), ply::read(&bytes, options)];
-                    for mesh in meshes.into_iter().flatten().filter(|mesh| !mesh.indices.is_empty()) {
+                    for file in meshes.into_iter().flatten().filter(|file| !file.mesh.indices.is_empty()) {
                         // Whatever is accepted can be traced.
-                        crate::shape::Mesh::new(mesh).unwrap_or_else(|error| panic!("{error}"));
+                        crate::shape::Mesh::new(file.mesh).unwrap_or_else(|error| panic!("{error}"));
                     }
                 }
             }

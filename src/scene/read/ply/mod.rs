@@ -1,10 +1,15 @@
-//! PLY: ascii and binary of both byte orders; positions, normals and texture coordinates of vertices, polygons.
+//! PLY: ascii and binary of both byte orders; positions, normals, texture coordinates, further attributes, polygons.
 //!
-//! Whatever else the file holds is passed over. Numbers of elements are checked against the length of the file
+//! What an attribute of Mitsuba 3 is becomes one here; whatever else the file holds is passed over. Numbers of elements are checked against the length of the file
 //! before anything is allocated for them.
 
-use super::shapes::{MeshError, MeshOptions, MeshResult, Position};
+mod attributes;
+mod header;
+
+use super::shapes::{MeshError, MeshFile, MeshOptions, MeshResult, Position};
 use crate::shape::MeshData;
+use attributes::Columns;
+use header::header;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Format {
@@ -112,11 +117,27 @@ impl Element {
         }
         Some(found)
     }
+
+    /// Mitsuba 3 makes garbage of coordinates that are integers of more than a byte: shares of the largest number.
+    fn refuse_whole_numbers(&self, columns: &[usize]) -> Result<(), MeshError> {
+        let allowed = |scalar| matches!(scalar, Scalar::F32 | Scalar::F64 | Scalar::U8);
+        match columns.iter().map(|&at| &self.properties[at]).find(|property| !allowed(property.scalar)) {
+            None => Ok(()),
+            Some(property) => Err(MeshError::new(
+                format!(
+                    "\"{}\" has an integer type, which Mitsuba 3 would take for shares of the largest integer",
+                    String::from_utf8_lossy(&property.name)
+                ),
+                "expected the type float",
+            )),
+        }
+    }
 }
 
 pub(super) fn read(bytes: &[u8], options: MeshOptions) -> MeshResult {
     let (format, elements, mut cursor) = header(bytes)?;
     let mut mesh = MeshData::default();
+    let mut polygons = false;
     for element in &elements {
         let rows_left = (cursor.bytes.len() - cursor.at + 1) / element.least_bytes(format);
         if element.count > rows_left {
@@ -131,7 +152,7 @@ pub(super) fn read(bytes: &[u8], options: MeshOptions) -> MeshResult {
         }
         match element.name.as_slice() {
             b"vertex" => vertices(element, format, &mut cursor, options, &mut mesh)?,
-            b"face" => faces(element, format, &mut cursor, &mut mesh)?,
+            b"face" => polygons = faces(element, format, &mut cursor, &mut mesh)?,
             b"tristrips" if element.count > 0 => {
                 return Err(MeshError::new(
                     "Triangle strips are not supported",
@@ -159,7 +180,9 @@ pub(super) fn read(bytes: &[u8], options: MeshOptions) -> MeshResult {
             "expected indices from 0 to one less than the number of vertices",
         ));
     }
-    Ok(mesh)
+    let extension =
+        polygons.then_some("faces of more than three corners in a PLY file; Mitsuba 3 reads triangles");
+    Ok(MeshFile { mesh, extension })
 }
 
 /// A place in the data, with what is needed to say where it is.
@@ -187,6 +210,11 @@ impl<'a> Cursor<'a> {
             Format::Ascii => Position::Line(self.line),
             _ => Position::Byte(self.bytes.len()),
         })
+    }
+
+    /// Where a row is that began at the byte `start` and has just been read.
+    fn position(&self, format: Format, start: usize) -> Position {
+        if format == Format::Ascii { Position::Line(self.line) } else { Position::Byte(start) }
     }
 
     fn take(&mut self, count: usize, format: Format) -> Result<&'a [u8], MeshError> {
@@ -293,26 +321,31 @@ fn vertices(
     let Some(position) = element.find_all([&[b"x"], &[b"y"], &[b"z"]]) else {
         return Err(MeshError::new("The vertices have no position", "expected properties x, y and z"));
     };
-    let normal = element.find_all([&[b"nx"], &[b"ny"], &[b"nz"]]).filter(|_| !options.face_normals);
+    let normal = element.find_all([&[b"nx"], &[b"ny"], &[b"nz"]]);
     let uv = element
         .find_all([&[b"u"], &[b"v"]])
-        .or_else(|| element.find_all([&[b"s"], &[b"t"]]))
-        .or_else(|| element.find_all([&[b"texture_u"], &[b"texture_v"]]));
+        .or_else(|| element.find_all([&[b"texture_u"], &[b"texture_v"]]))
+        .or_else(|| element.find_all([&[b"s"], &[b"t"]]));
+    let taken: Vec<usize> =
+        position.into_iter().chain(normal.into_iter().flatten()).chain(uv.into_iter().flatten()).collect();
+    element.refuse_whole_numbers(&taken)?;
+    let mut attributes = Columns::of(element, &taken, false)?;
+    let normal = normal.filter(|_| !options.face_normals);
     let mut row = vec![0.0; element.properties.len()];
     let mut positions = Vec::with_capacity(element.count);
     let mut normals = Vec::with_capacity(if normal.is_some() { element.count } else { 0 });
     let mut uvs = Vec::with_capacity(if uv.is_some() { element.count } else { 0 });
     for _ in 0..element.count {
+        let start = cursor.at;
         cursor.row(element, format, &mut row, None, &mut Vec::new())?;
-        let used = position.iter().chain(normal.iter().flatten()).chain(uv.iter().flatten());
-        if used.into_iter().any(|&i| !(row[i] as f32).is_finite()) {
+        let mut finite = taken.iter().all(|&i| (row[i] as f32).is_finite());
+        for columns in &mut attributes {
+            finite &= columns.push(&row);
+        }
+        if !finite {
             let problem = format!("Vertex {} has a number that is not finite", positions.len());
-            return Err(MeshError::new(problem, "expected finite numbers of single precision").on(
-                match format {
-                    Format::Ascii => Position::Line(cursor.line),
-                    _ => Position::Byte(cursor.at),
-                },
-            ));
+            let expected = "expected finite numbers of single precision";
+            return Err(MeshError::new(problem, expected).on(cursor.position(format, start)));
         }
         let vector = |at: [usize; 3]| at.map(|i| row[i] as f32);
         positions.push(vector(position));
@@ -327,96 +360,59 @@ fn vertices(
     mesh.positions = positions;
     mesh.normals = normal.map(|_| normals);
     mesh.uvs = uv.map(|_| uvs);
+    mesh.attributes.extend(attributes.into_iter().map(|columns| columns.attribute));
     Ok(())
 }
 
+/// Whether some face has more than three corners.
 fn faces(
     element: &Element,
     format: Format,
     cursor: &mut Cursor<'_>,
     mesh: &mut MeshData,
-) -> Result<(), MeshError> {
+) -> Result<bool, MeshError> {
+    if !mesh.indices.is_empty() {
+        return Err(MeshError::new("The file has two elements \"face\"", "expected one"));
+    }
     let named = |property: &Property| {
         property.list.is_some() && matches!(property.name.as_slice(), b"vertex_index" | b"vertex_indices")
     };
     let Some(corners) = element.properties.iter().position(named) else {
         return Err(MeshError::new("The faces have no corners", "expected a list property vertex_indices"));
     };
+    let mut attributes = Columns::of(element, &[], true)?;
     let mut row = vec![0.0; element.properties.len()];
     let mut polygon = Vec::new();
+    let mut polygons = false;
     mesh.indices.reserve(element.count);
     for _ in 0..element.count {
         let start = cursor.at;
         cursor.row(element, format, &mut row, Some(corners), &mut polygon)?;
-        let position = match format {
-            Format::Ascii => Position::Line(cursor.line),
-            _ => Position::Byte(start),
+        let wrong = |problem: String, expected: &str, cursor: &Cursor<'_>| {
+            Err(MeshError::new(problem, expected).on(cursor.position(format, start)))
         };
         if polygon.len() < 3 {
             let problem = format!("A face with {} corners", polygon.len());
-            return Err(MeshError::new(problem, "expected at least 3 corners").on(position));
+            return wrong(problem, "expected at least 3 corners", cursor);
         }
-        if let Some(wrong) = polygon.iter().find(|&&index| !(index >= 0.0 && index < f64::from(u32::MAX))) {
-            let problem = format!("A face refers to vertex {wrong}");
-            return Err(MeshError::new(problem, "expected indices from 0").on(position));
+        if let Some(bad) = polygon.iter().find(|&&index| !(index >= 0.0 && index < f64::from(u32::MAX))) {
+            return wrong(format!("A face refers to vertex {bad}"), "expected indices from 0", cursor);
         }
+        if polygon.len() > 3 && !attributes.is_empty() {
+            let problem = format!("A face with {} corners has attributes", polygon.len());
+            return wrong(problem, "expected triangles where faces have attributes", cursor);
+        }
+        polygons |= polygon.len() > 3;
         let first = polygon[0] as u32;
         mesh.indices.extend(polygon[1..].windows(2).map(|pair| [first, pair[0] as u32, pair[1] as u32]));
-    }
-    Ok(())
-}
-
-fn header(bytes: &[u8]) -> Result<(Format, Vec<Element>, Cursor<'_>), MeshError> {
-    let mut cursor = Cursor { bytes, at: 0, line: 0 };
-    if cursor.next_line().map(<[u8]>::trim_ascii) != Some(b"ply") {
-        return Err(MeshError::new("This is not a PLY file", "expected \"ply\" on its first line"));
-    }
-    let mut format = None;
-    let mut elements: Vec<Element> = Vec::new();
-    loop {
-        let Some(line) = cursor.next_line() else {
-            return Err(MeshError::new("The header does not end", "expected a line \"end_header\""));
-        };
-        let position = Position::Line(cursor.line);
-        let wrong = |expected: &str| {
-            let text = String::from_utf8_lossy(&line[..line.len().min(80)]);
-            MeshError::new(format!("The header is wrong: \"{text}\""), expected).on(position)
-        };
-        let words: Vec<&[u8]> =
-            line.split(|byte| byte.is_ascii_whitespace()).filter(|word| !word.is_empty()).collect();
-        match words[..] {
-            [] | [b"comment" | b"obj_info", ..] => {}
-            [b"format", name, ..] => {
-                format = Some(match name {
-                    b"ascii" => Format::Ascii,
-                    b"binary_little_endian" => Format::Little,
-                    b"binary_big_endian" => Format::Big,
-                    _ => return Err(wrong("expected ascii, binary_little_endian or binary_big_endian")),
-                });
+        for columns in &mut attributes {
+            if !columns.push(&row) {
+                let problem =
+                    format!("A face has a value of \"{}\" that is not finite", columns.attribute.name);
+                return wrong(problem, "expected finite numbers of single precision", cursor);
             }
-            [b"element", name, count] => {
-                let count = std::str::from_utf8(count).ok().and_then(|text| text.parse().ok());
-                let count = count.ok_or_else(|| wrong("expected a number of elements"))?;
-                elements.push(Element { name: name.to_vec(), count, properties: Vec::new() });
-            }
-            [b"property", b"list", count, scalar, name] => {
-                let element =
-                    elements.last_mut().ok_or_else(|| wrong("expected an element before a property"))?;
-                let types = Scalar::named(count).zip(Scalar::named(scalar));
-                let (count, scalar) = types.ok_or_else(|| wrong("expected types such as uchar and int"))?;
-                element.properties.push(Property { name: name.to_vec(), list: Some(count), scalar });
-            }
-            [b"property", scalar, name] => {
-                let element =
-                    elements.last_mut().ok_or_else(|| wrong("expected an element before a property"))?;
-                let scalar = Scalar::named(scalar).ok_or_else(|| wrong("expected a type such as float"))?;
-                element.properties.push(Property { name: name.to_vec(), list: None, scalar });
-            }
-            [b"end_header"] => break,
-            _ => return Err(wrong("expected format, element, property, comment or end_header")),
         }
     }
-    let format = format
-        .ok_or_else(|| MeshError::new("The header names no format", "expected a line \"format ...\""))?;
-    Ok((format, elements, cursor))
+    mesh.attributes.extend(attributes.into_iter().map(|columns| columns.attribute));
+    Ok(polygons)
 }

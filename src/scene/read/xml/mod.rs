@@ -1,31 +1,28 @@
 //! From the text of a scene file to a [`Tree`]: elements, attributes, `$name`, numbers, transforms.
 
-use super::super::description::Note;
+mod include;
+mod upgrade;
+
 use super::super::source::{Place, SceneError, Sources};
-use super::attributes::{self, Attribute, Attributes, Defaults, start_tag};
-use super::names;
+use super::attributes::{self, Attributes, Defaults, start_tag};
+use super::files::Search;
+use super::parsed::Parsed;
 use super::tree::{Class, DEEPEST, Entry, Object, ObjectId, Tree, Value};
-use super::{spd, transforms};
+use super::{names, spd, transforms};
+use include::Includes;
 use roxmltree::{Document, Node};
 use std::path::Path;
 
-/// What reading the grammar gives, and what it had to say.
-#[derive(Debug, Default)]
-pub(super) struct Parsed {
-    pub tree: Tree,
-    pub errors: Vec<SceneError>,
-    pub assumptions: Vec<Note>,
-}
-
-/// Reads the text of `file`. Files that it names are sought in `folder`.
+/// Reads the text of `file`, which lies at `path`. Files that it names are sought in `search`.
 pub(super) fn parse(
     text: &str,
     file: usize,
-    folder: &Path,
+    path: &Path,
+    search: Search,
     defines: &[(String, String)],
     sources: &mut Sources,
 ) -> Parsed {
-    let mut parsed = Parsed::default();
+    let mut parsed = Parsed::new(search);
     let document = match Document::parse(text) {
         Ok(document) => document,
         Err(error) => {
@@ -33,8 +30,9 @@ pub(super) fn parse(
             return parsed;
         }
     };
-    let mut builder =
-        Builder { file, folder, defaults: Defaults::new(defines), sources, parsed: &mut parsed };
+    let includes = Includes::of(path);
+    let defaults = Defaults::new(defines);
+    let mut builder = Builder { file, old: false, includes, defaults, sources, parsed: &mut parsed };
     builder.root(document.root_element());
     let Builder { defaults, .. } = builder;
     if parsed.errors.is_empty() {
@@ -91,11 +89,28 @@ fn malformed(error: &roxmltree::Error, text: &str, file: usize) -> SceneError {
 }
 
 struct Builder<'a> {
+    /// The file that is being read, and whether its names are those from before version 2.0.0.
     file: usize,
-    folder: &'a Path,
+    old: bool,
+    includes: Includes,
     defaults: Defaults,
     sources: &'a mut Sources,
     parsed: &'a mut Parsed,
+}
+
+/// What an element is to its parent.
+enum Step {
+    Entry(Entry),
+    /// No entry, and nothing wrong.
+    Nothing,
+    /// Wrong in a way that has been said.
+    Broken,
+}
+
+impl From<Option<Entry>> for Step {
+    fn from(entry: Option<Entry>) -> Self {
+        entry.map_or(Self::Broken, Self::Entry)
+    }
 }
 
 impl Builder<'_> {
@@ -118,67 +133,92 @@ impl Builder<'_> {
             entries: Vec::new(),
         };
         self.parsed.tree.objects.push(root);
-        if let Some(attributes) = self.attributes(node, &["version"], &[])
-            && let Some(version) = attributes.get("version")
-        {
-            self.version(version);
-        }
-        self.entries(node, Tree::ROOT, 1);
+        self.root_attributes(node);
+        self.entries(node, Tree::ROOT, 1, false);
     }
 
-    fn version(&mut self, version: &Attribute) {
-        let numbers: Option<Vec<u32>> = version.text.split('.').map(|part| part.parse().ok()).collect();
-        let error =
-            |problem: String| SceneError::at(&version.place, problem, "expected a version such as 3.0.0");
-        match numbers.as_deref() {
-            Some([2 | 3, _, _]) => {}
-            Some([0 | 1, _, _]) => self.error(
-                error(format!("Scenes of version {} are not supported yet", version.text))
-                    .with_remedy("write names with underscores (to_world, int_ior) and version=\"3.0.0\""),
-            ),
-            Some([_, _, _]) => self.error(
-                error(format!("Version {} is not known", version.text))
-                    .with_remedy("Mitsuba 3 writes version=\"3.0.0\""),
-            ),
-            _ => self.error(error(format!("\"{}\" is not a version", version.text))),
+    /// The attributes of an outermost `<scene>`. Whether all is well with them.
+    fn root_attributes(&mut self, node: Node<'_, '_>) -> bool {
+        let before = self.parsed.errors.len();
+        self.old = false;
+        if node.namespaces().len() > 0 {
+            self.error(SceneError::at(
+                &start_tag(node, self.file),
+                "The file has an XML namespace",
+                "expected no xmlns: scenes do not need it",
+            ));
+        }
+        if let Some(attributes) = self.attributes(node, &["version"], &["type", "id", "name"]) {
+            self.version(&attributes);
+        }
+        self.parsed.errors.len() == before
+    }
+
+    fn version(&mut self, attributes: &Attributes) {
+        if let Some(version) = attributes.get("version") {
+            match upgrade::is_old(version) {
+                Ok(old) => self.old = old,
+                Err(error) => self.error(error),
+            }
         }
     }
 
-    fn entries(&mut self, node: Node<'_, '_>, owner: ObjectId, depth: usize) {
+    /// What stands in `node` becomes entries of `owner`. `included` where the two stand in different files.
+    fn entries(&mut self, node: Node<'_, '_>, owner: ObjectId, depth: usize, included: bool) {
         for child in node.children() {
             if child.is_text() {
                 self.refuse_text(child);
             }
-            if !child.is_element() {
-                continue;
+            if child.is_element() {
+                self.add(child, owner, depth, included);
             }
-            let Some(entry) = self.entry(child, depth).or_else(|| self.broken(child)) else { continue };
-            let entries = &self.parsed.tree.get(owner).entries;
-            if let Some(name) = &entry.name
-                && entries.iter().any(|earlier| earlier.name.as_ref() == Some(name))
-            {
-                let problem = format!("\"{name}\" is given twice");
-                self.error(SceneError::at(
-                    &entry.name_place,
-                    problem,
-                    "expected each name once in an object",
-                ));
-                continue;
-            }
-            self.parsed.tree.objects[owner.0].entries.push(entry);
         }
     }
 
+    /// Adds what `node` is to the entries of `owner`.
+    fn add(&mut self, node: Node<'_, '_>, owner: ObjectId, depth: usize, included: bool) {
+        let entry = match self.entry(node, owner, depth) {
+            Step::Entry(entry) => entry,
+            Step::Nothing => return,
+            Step::Broken => self.broken(node),
+        };
+        if included && !matches!(entry.value, Value::Object(_) | Value::Reference(_) | Value::Broken) {
+            self.error(
+                SceneError::at(
+                    &entry.place,
+                    "A property outside of objects would be lost",
+                    "expected objects only in an included file",
+                )
+                .with_remedy("put it into the object that it belongs to"),
+            );
+            return;
+        }
+        let entries = &self.parsed.tree.get(owner).entries;
+        if let Some(name) = &entry.name
+            && entries.iter().any(|earlier| earlier.name.as_ref() == Some(name))
+        {
+            let problem = format!("\"{name}\" is given twice");
+            self.error(SceneError::at(&entry.name_place, problem, "expected each name once in an object"));
+            return;
+        }
+        self.parsed.tree.objects[owner.0].entries.push(entry);
+    }
+
     /// What stands for an entry that could not be read, so that nobody complains about its absence as well.
-    fn broken(&self, node: Node<'_, '_>) -> Option<Entry> {
+    fn broken(&self, node: Node<'_, '_>) -> Entry {
         let place = start_tag(node, self.file);
-        (node.tag_name().name() != "default").then(|| Entry {
-            name: node.attribute("name").map(str::to_owned),
+        Entry {
+            name: node.attribute("name").map(|name| self.name(name)),
             name_place: place.clone(),
             value_place: place.clone(),
             place,
             value: Value::Broken,
-        })
+        }
+    }
+
+    /// The name of a property as Mitsuba 3 calls it.
+    fn name(&self, name: &str) -> String {
+        if self.old { upgrade::snake_case(name) } else { name.to_owned() }
     }
 
     fn refuse_text(&mut self, node: Node<'_, '_>) {
@@ -201,42 +241,82 @@ impl Builder<'_> {
         node.document().input_text().get(range).unwrap_or("")
     }
 
-    /// `None` for an element that is no entry of its parent, or that is wrong in a way that has been said.
-    fn entry(&mut self, node: Node<'_, '_>, depth: usize) -> Option<Entry> {
-        let place = start_tag(node, self.file);
+    fn entry(&mut self, node: Node<'_, '_>, owner: ObjectId, depth: usize) -> Step {
         if depth > DEEPEST {
             self.error(SceneError::at(
-                &place,
+                &start_tag(node, self.file),
                 format!("Elements are nested more than {DEEPEST} deep"),
                 "expected a flatter scene",
             ));
-            return None;
+            return Step::Broken;
         }
-        let tag = node.tag_name().name();
-        match tag {
+        match node.tag_name().name() {
             "default" => {
                 if let Some(attributes) = self.attributes(node, &["name", "value"], &[]) {
                     self.no_children(node);
                     let name = attributes.text("name").unwrap_or_default();
                     self.defaults.set(&name, attributes.text("value").unwrap_or_default());
                 }
-                None
+                Step::Nothing
             }
-            "include" | "alias" | "path" => {
-                self.error(
-                    SceneError::at(
-                        &place,
-                        format!("<{tag}> is not supported yet"),
-                        "expected the objects themselves",
-                    )
-                    .with_remedy(match tag {
-                        "include" => "copy the content of the included file to this place",
-                        "alias" => "refer to the object by its own id",
-                        _ => "write file names relative to the scene file's folder",
-                    }),
-                );
-                None
+            "include" => self.include(node, owner, depth),
+            "alias" => self.alias(node),
+            "path" => self.path(node, owner),
+            _ => self.property_or_object(node, depth).into(),
+        }
+    }
+
+    /// `<alias id="a" as="b"/>`: another name for an object that stands before it.
+    fn alias(&mut self, node: Node<'_, '_>) -> Step {
+        let Some(attributes) = self.attributes(node, &["id", "as"], &[]) else { return Step::Broken };
+        self.no_children(node);
+        let (Some(id), Some(alias)) = (attributes.get("id"), attributes.get("as")) else {
+            return Step::Broken;
+        };
+        let tree = &mut self.parsed.tree;
+        let named = match tree.ids.get(&id.text) {
+            Some(&object) => tree.name(&alias.text, &alias.place, object, self.sources),
+            None => {
+                let error = super::tree::dangling(&id.text, &id.place, tree.ids.keys());
+                Err(SceneError { expected: "expected the id of an object above".to_owned(), ..error })
             }
+        };
+        named.map_or_else(
+            |error| {
+                self.error(error);
+                Step::Broken
+            },
+            |()| Step::Nothing,
+        )
+    }
+
+    /// `<path value="folder"/>`: files are sought in that folder first.
+    fn path(&mut self, node: Node<'_, '_>, owner: ObjectId) -> Step {
+        let Some(attributes) = self.attributes(node, &["value"], &[]) else { return Step::Broken };
+        self.no_children(node);
+        let Some(value) = attributes.get("value") else { return Step::Broken };
+        if owner != Tree::ROOT {
+            let place = start_tag(node, self.file);
+            let problem = "<path> stands within an object";
+            self.error(SceneError::at(&place, problem, "expected it directly in the <scene>"));
+            return Step::Broken;
+        }
+        let folder = self.parsed.search.find(&value.text);
+        if !folder.is_dir() {
+            let problem = format!("There is no folder {}", folder.display());
+            let expected = "expected the path of a folder, relative to the scene file's folder";
+            self.error(SceneError::at(&value.place, problem, expected));
+            return Step::Broken;
+        }
+        self.parsed.search = self.parsed.search.after(&folder);
+        Step::Nothing
+    }
+
+    /// `None` for an element that is wrong in a way that has been said.
+    fn property_or_object(&mut self, node: Node<'_, '_>, depth: usize) -> Option<Entry> {
+        let place = start_tag(node, self.file);
+        let tag = node.tag_name().name();
+        match tag {
             "scene" => {
                 self.error(SceneError::at(
                     &place,
@@ -303,7 +383,7 @@ impl Builder<'_> {
     }
 
     fn unknown_element(&mut self, tag: &str, place: &Place) {
-        const OTHERS: [&str; 12] = [
+        const OTHERS: [&str; 14] = [
             "default",
             "ref",
             "boolean",
@@ -316,6 +396,8 @@ impl Builder<'_> {
             "texture",
             "rgb",
             "include",
+            "alias",
+            "path",
         ];
         let known: Vec<&str> = Class::ELEMENTS.iter().skip(1).map(|&(word, _)| word).chain(OTHERS).collect();
         let error = SceneError::at(
@@ -336,7 +418,7 @@ impl Builder<'_> {
         let (value_place, read) = match (attributes.get("value"), attributes.get("filename")) {
             (Some(value), None) => (value.place.clone(), spd::value(value)),
             (None, Some(filename)) => {
-                (filename.place.clone(), spd::file(filename, self.folder, self.sources))
+                (filename.place.clone(), spd::file(filename, &self.parsed.search, self.sources))
             }
             _ => {
                 let error = SceneError::at(
@@ -354,7 +436,13 @@ impl Builder<'_> {
 
     fn object(&mut self, node: Node<'_, '_>, class: Class, depth: usize) -> Option<Entry> {
         let place = start_tag(node, self.file);
-        let attributes = self.attributes(node, &["type"], &["id", "name"])?;
+        // The outermost object of an included file has a version as well.
+        let outermost = node.parent_element().is_none();
+        let optional: &[&str] = if outermost { &["id", "name", "version"] } else { &["id", "name"] };
+        let attributes = self.attributes(node, &["type"], optional)?;
+        if outermost {
+            self.version(&attributes);
+        }
         let plugin = attributes.get("type")?;
         let id = ObjectId(self.parsed.tree.objects.len());
         self.parsed.tree.objects.push(Object {
@@ -366,21 +454,15 @@ impl Builder<'_> {
             entries: Vec::new(),
         });
         if let Some(name) = attributes.get("id") {
-            match self.parsed.tree.ids.get(&name.text) {
-                None => {
-                    self.parsed.tree.ids.insert(name.text.clone(), id);
-                }
-                Some(&earlier) => {
-                    let line = self.sources.line(&self.parsed.tree.get(earlier).place);
-                    self.error(SceneError::at(
-                        &name.place,
-                        format!("The id \"{}\" is given twice", name.text),
-                        format!("expected an id of its own; line {line} has this one already"),
-                    ));
-                }
-            }
+            let named = self.parsed.tree.name(&name.text, &name.place, id, self.sources);
+            self.parsed.errors.extend(named.err());
         }
-        self.entries(node, id, depth + 1);
+        self.entries(node, id, depth + 1, false);
+        if self.old
+            && let Err(error) = upgrade::properties(&mut self.parsed.tree.objects[id.0])
+        {
+            self.error(error);
+        }
         Some(self.entry_of(node, &attributes, place, Value::Object(id)))
     }
 
@@ -394,7 +476,7 @@ impl Builder<'_> {
         let place = start_tag(node, self.file);
         let name = attributes.get("name");
         Entry {
-            name: name.map(|name| name.text.clone()),
+            name: name.map(|name| self.name(&name.text)),
             name_place: name.map_or_else(|| place.clone(), |name| name.place.clone()),
             place,
             value_place,

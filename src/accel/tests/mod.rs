@@ -1,3 +1,5 @@
+mod instances;
+
 use super::Accel;
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use crate::shape::{Cylinder, Disk, Hit, Mesh, MeshData, Shape, Sphere};

@@ -1,0 +1,91 @@
+use super::*;
+
+fn pfm(header: &str, values: &[f32]) -> Vec<u8> {
+    let mut bytes = header.as_bytes().to_vec();
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
+fn png(image: DynamicImage) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    image.write_to(&mut bytes, ImageFormat::Png).unwrap();
+    bytes.into_inner()
+}
+
+fn exr(channels: &[(&str, f32)]) -> Vec<u8> {
+    use ::exr::prelude::*;
+    let channels = channels
+        .iter()
+        .map(|&(name, value)| AnyChannel::new(name, FlatSamples::F32(vec![value, 2.0 * value])));
+    let image = ::exr::prelude::Image::from_channels((2, 1), AnyChannels::sort(channels.collect()));
+    let mut bytes = Cursor::new(Vec::new());
+    image.write().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn float_maps_stand_on_their_heads() {
+    let image = Image::decode(&pfm("Pf\n2 2\n-1.0\n", &[3.0, 4.0, 1.0, 2.0]), None).unwrap();
+    assert_eq!((image.width, image.height, image.channels, image.encoded), (2, 2, 1, false));
+    assert_eq!(image.values, [1.0, 2.0, 3.0, 4.0]);
+}
+
+#[test]
+fn integers_are_encoded_and_floats_are_not() {
+    let pixels = ::image::RgbaImage::from_raw(1, 1, vec![255, 128, 0, 7]).unwrap();
+    let image = Image::decode(&png(pixels.into()), None).unwrap();
+    assert!(image.encoded && image.channels == 3);
+    assert_eq!(image.values, [1.0, 128.0 / 255.0, 0.0]);
+    // IEC 61966-2-1: 128 of 255 is 0.21586 of the light.
+    assert!((image.linear().texel(0, 0)[1] - 0.215_861).abs() < 1e-6);
+    let grey = ::image::ImageBuffer::<::image::Luma<u16>, _>::from_raw(1, 1, vec![65535]).unwrap();
+    let image = Image::decode(&png(grey.into()), None).unwrap();
+    assert!(image.encoded && image.channels == 1 && image.values == [1.0]);
+}
+
+#[test]
+fn exr_channels_are_found_by_name() {
+    let values = |channels| Image::decode(&exr(channels), None).map(|image| image.values);
+    assert_eq!(
+        values(&[("A", 9.0), ("B", 3.0), ("G", 2.0), ("R", 1.0)]).unwrap(),
+        [1.0, 2.0, 3.0, 2.0, 4.0, 6.0]
+    );
+    assert_eq!(values(&[("layer.y", 0.5)]).unwrap(), [0.5, 1.0]);
+    // Mitsuba 3.9.1 refuses what is none of its pixel formats.
+    assert!(values(&[("Z", 0.5)]).unwrap_err().problem.contains("channels Z"));
+    assert!(values(&[("B", 3.0), ("G", 2.0), ("R", 1.0), ("Z", 0.5)]).is_err());
+}
+
+#[test]
+fn sizes_are_checked_before_memory_is_asked_for() {
+    let mut huge = png(::image::GrayImage::new(1, 1).into());
+    // Width and height stand in the header chunk; its checksum follows.
+    huge[16..24].copy_from_slice(&[0, 0, 0x80, 0, 0, 0, 0x80, 0]);
+    assert!(Image::decode(&huge, None).is_err());
+    let error = Image::decode(&pfm("PF\n100000 1000\n-1\n", &[0.0; 3]), None).unwrap_err();
+    assert!(error.problem.contains("too short"), "{error:?}");
+    let error = Image::decode(&pfm("PF\n18446744073709551615 3\n-1\n", &[0.0; 3]), None).unwrap_err();
+    assert!(error.problem.contains("too large"), "{error:?}");
+    assert!(
+        Image::decode(&pfm("Pf\n2 1\n-1\n", &[0.0, f32::NAN]), None).unwrap_err().problem.contains("1, 0")
+    );
+}
+
+#[test]
+fn damaged_files_are_refused() {
+    let whole = [
+        png(::image::RgbImage::new(9, 7).into()),
+        exr(&[("B", 3.0), ("G", 2.0), ("R", 1.0)]),
+        pfm("PF\n1 1\n-1\n", &[1.0, 2.0, 3.0]),
+    ];
+    for bytes in whole {
+        assert!(Image::decode(&bytes, None).is_ok());
+        for length in 0..bytes.len() - 1 {
+            // A PNG may lack its last chunk; all else is an error, and nothing panics.
+            let _ = Image::decode(&bytes[..length], None);
+        }
+        assert!(Image::decode(&bytes[..bytes.len() / 2], None).is_err());
+    }
+    assert!(Image::decode(b"GIF89a", Some("tga")).is_err());
+    assert!(Image::decode(b"", None).is_err());
+}

@@ -1,0 +1,90 @@
+use super::super::Description;
+use super::super::tell::{self, Told, Value};
+use crate::shape::MeshData;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+impl Description {
+    /// A hash of what the scene means, the content of its tables and meshes included. It does not depend on how the
+    /// file is laid out, on comments, names or paths.
+    pub fn hash(&self) -> u64 {
+        Hasher::default().object(&tell::scene(self))
+    }
+}
+
+/// Remembers what several objects share.
+#[derive(Default)]
+struct Hasher {
+    known: BTreeMap<*const Told, u64>,
+}
+
+impl Hasher {
+    fn object(&mut self, told: &Told) -> u64 {
+        let mut words = vec![text(told.plugin)];
+        for property in &told.properties {
+            // Names such as `bsdf` and `bsdf_2` say nothing; the order does.
+            words.push(text(property.name.unwrap_or("")));
+            words.push(self.value(&property.value));
+        }
+        fnv1a(words.into_iter())
+    }
+
+    fn value(&mut self, value: &Value) -> u64 {
+        let tagged = |tag: u64, words: &[u64]| fnv1a(std::iter::once(tag).chain(words.iter().copied()));
+        match value {
+            Value::Boolean(value) => tagged(1, &[u64::from(*value)]),
+            Value::Integer(value) => tagged(2, &[*value as u64]),
+            Value::Float(value) => tagged(3, &[bits(*value)]),
+            Value::Text(value) => tagged(4, &[text(value)]),
+            Value::Numbers(values) => tagged(5, &[floats(values)]),
+            Value::Vector(value) => tagged(6, &[floats(&value.to_array())]),
+            Value::Transform(value) => tagged(7, &[floats(&value.matrix().to_cols_array())]),
+            Value::Flat(value) => tagged(8, &[bits(*value)]),
+            Value::List { nm, values, .. } => tagged(9, &[floats(nm), floats(values)]),
+            Value::File { content, .. } => tagged(10, &[*content]),
+            Value::Object(object) => tagged(11, &[self.shared(object)]),
+        }
+    }
+
+    fn shared(&mut self, object: &Rc<Told>) -> u64 {
+        let key = Rc::as_ptr(object);
+        if let Some(&known) = self.known.get(&key) {
+            return known;
+        }
+        let hash = self.object(object);
+        self.known.insert(key, hash);
+        hash
+    }
+}
+
+/// Equal numbers have equal bits.
+fn bits(number: f64) -> u64 {
+    if number == 0.0 { 0 } else { number.to_bits() }
+}
+
+fn floats(values: &[f64]) -> u64 {
+    fnv1a(values.iter().map(|&value| bits(value)))
+}
+
+fn text(text: &str) -> u64 {
+    fnv1a(text.bytes().map(u64::from))
+}
+
+/// Fowler, Noll and Vo's hash 1a of 64 bits, over words instead of bytes.
+/// Source: G. Fowler, L. C. Noll, K.-P. Vo, D. Eastlake, "The FNV Non-Cryptographic Hash Algorithm".
+fn fnv1a(words: impl Iterator<Item = u64>) -> u64 {
+    words.fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
+pub(in crate::scene) fn hash_of_mesh(mesh: &MeshData) -> u64 {
+    let floats =
+        |values: &[[f32; 3]]| -> u64 { fnv1a(values.iter().flatten().map(|x| u64::from(x.to_bits()))) };
+    let parts = [
+        floats(&mesh.positions),
+        fnv1a(mesh.indices.iter().flatten().map(|&index| u64::from(index))),
+        mesh.normals.as_ref().map_or(0, |normals| floats(normals)),
+        mesh.uvs.as_ref().map_or(0, |uvs| fnv1a(uvs.iter().flatten().map(|x| u64::from(x.to_bits())))),
+        u64::from(mesh.flip_normals),
+    ];
+    fnv1a(parts.into_iter())
+}

@@ -1,0 +1,10 @@
+//! What a description says, for people (an indented outline), for programs (JSON) and as a hash; all from what
+//! [`super::tell`] makes of it.
+
+mod hash;
+mod json;
+mod outline;
+
+pub(super) use hash::hash_of_mesh;
+pub use json::json;
+pub use outline::outline;

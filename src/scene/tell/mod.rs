@@ -1,0 +1,172 @@
+//! A description told in Mitsuba 3's own words: the plugin and parameter names that a scene file would have, with the
+//! defaults filled in. The outline, the JSON and the hash are all made from this one tree.
+//!
+//! A new kind of object needs one arm in the file of its class. What it tells has to read back as the same kind: the
+//! JSON is a scene file too.
+
+mod bsdfs;
+mod lights;
+mod sensors;
+mod shapes;
+mod spectra;
+
+use super::description::{Bsdf, Description, Integrator, IntegratorKind, SpectrumSource};
+use super::read::Class;
+use super::source::Place;
+use crate::geometry::{Transform, Vec3};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::rc::Rc;
+
+/// An object as a scene file could have it.
+#[derive(Debug)]
+pub(super) struct Told {
+    pub class: Class,
+    pub plugin: &'static str,
+    pub id: Option<String>,
+    pub place: Place,
+    pub properties: Vec<Property>,
+    /// What no property says, for readers of the outline.
+    pub remarks: Vec<String>,
+}
+
+#[derive(Debug)]
+pub(super) struct Property {
+    /// `None` for an object that needs no name.
+    pub name: Option<&'static str>,
+    pub value: Value,
+    /// Where the file gives the value, as far as that is known.
+    pub place: Option<Place>,
+}
+
+#[derive(Debug)]
+pub(super) enum Value {
+    Boolean(bool),
+    Integer(i64),
+    Float(f64),
+    Text(String),
+    /// Numbers in a string.
+    Numbers(Vec<f64>),
+    Vector(Vec3),
+    Transform(Transform),
+    /// `<spectrum value="0.5">`.
+    Flat(f64),
+    /// `<spectrum value="400:1, 700:2">`; by value even where it came from a file.
+    List {
+        nm: Vec<f64>,
+        values: Vec<f64>,
+        file: Option<PathBuf>,
+    },
+    /// A file of data that is too large to be told.
+    File {
+        path: PathBuf,
+        /// Hash of what was read from it.
+        content: u64,
+        /// What is in it, in a few words.
+        summary: String,
+    },
+    Object(Rc<Told>),
+}
+
+impl Told {
+    pub fn new(class: Class, plugin: &'static str, place: &Place) -> Self {
+        Self { class, plugin, id: None, place: place.clone(), properties: Vec::new(), remarks: Vec::new() }
+    }
+
+    pub fn id(mut self, id: &Option<String>) -> Self {
+        self.id = id.clone();
+        self
+    }
+
+    fn property(mut self, name: Option<&'static str>, value: Value, place: Option<Place>) -> Self {
+        self.properties.push(Property { name, value, place });
+        self
+    }
+
+    pub fn with(self, name: &'static str, value: Value) -> Self {
+        self.property(Some(name), value, None)
+    }
+
+    pub fn boolean(self, name: &'static str, value: bool) -> Self {
+        self.with(name, Value::Boolean(value))
+    }
+
+    pub fn integer(self, name: &'static str, value: impl Into<i64>) -> Self {
+        self.with(name, Value::Integer(value.into()))
+    }
+
+    pub fn float(self, name: &'static str, value: f64) -> Self {
+        self.with(name, Value::Float(value))
+    }
+
+    pub fn text(self, name: &'static str, value: impl Into<String>) -> Self {
+        self.with(name, Value::Text(value.into()))
+    }
+
+    pub fn numbers(self, name: &'static str, values: &[f64]) -> Self {
+        self.with(name, Value::Numbers(values.to_vec()))
+    }
+
+    pub fn vector(self, name: &'static str, value: Vec3) -> Self {
+        self.with(name, Value::Vector(value))
+    }
+
+    /// A transform; nothing where it is the identity, which is the default everywhere.
+    pub fn transform(self, name: &'static str, value: &Transform) -> Self {
+        if *value == Transform::IDENTITY { self } else { self.with(name, Value::Transform(*value)) }
+    }
+
+    pub fn spectrum(self, name: &'static str, source: &SpectrumSource) -> Self {
+        self.property(Some(name), spectra::tell(source), Some(source.place.clone()))
+    }
+
+    /// An object that a name tells apart from others of its class.
+    pub fn named(self, name: &'static str, object: Self) -> Self {
+        self.with(name, Value::Object(Rc::new(object)))
+    }
+
+    /// An object whose class says what it is for.
+    pub fn child(self, object: impl Into<Rc<Self>>) -> Self {
+        self.property(None, Value::Object(object.into()), None)
+    }
+
+    pub fn remark(mut self, text: impl Into<String>) -> Self {
+        self.remarks.push(text.into());
+        self
+    }
+}
+
+/// Tells each object that several others share once.
+#[derive(Default)]
+pub(super) struct Teller {
+    bsdfs: BTreeMap<*const Bsdf, Rc<Told>>,
+}
+
+/// The whole scene.
+pub(super) fn scene(description: &Description) -> Told {
+    let mut teller = Teller::default();
+    let place = Place { file: description.sensor.place.file, span: 0..0 };
+    let mut scene = Told::new(Class::Scene, "scene", &place)
+        .child(integrator(&description.integrator))
+        .child(sensors::tell(&description.sensor));
+    for light in &description.lights {
+        scene = scene.child(lights::tell(light));
+    }
+    for shape in &description.shapes {
+        scene = scene.child(shapes::tell(&mut teller, shape));
+    }
+    scene
+}
+
+fn integrator(integrator: &Integrator) -> Told {
+    let plugin = match integrator.kind {
+        IntegratorKind::Path => "path",
+        IntegratorKind::VolPath => "volpath",
+        IntegratorKind::Walk => "walk",
+    };
+    let told = Told::new(Class::Integrator, plugin, &integrator.place)
+        .integer("max_depth", integrator.max_depth.map_or(-1, i64::from))
+        .integer("rr_depth", integrator.rr_depth)
+        .boolean("hide_emitters", integrator.hide_emitters);
+    if integrator.max_depth.is_none() { told.remark("paths are of any length") } else { told }
+}
