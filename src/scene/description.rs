@@ -362,6 +362,20 @@ pub enum LightKind {
     Directional { travels: Vec3, irradiance: SpectrumSource },
     /// The same radiance from everywhere.
     Constant { radiance: SpectrumSource },
+    /// Clear sky and sun, the zenith at the local +z.
+    SunSky {
+        to_world: Transform,
+        turbidity: f64,
+        /// Reflectance of the ground.
+        albedo: SpectrumSource,
+        /// In the local frame, of any length.
+        sun_direction: Vec3,
+        sky_scale: f64,
+        sun_scale: f64,
+        /// Angle across the sun, degrees.
+        sun_aperture: f64,
+        complex_sun: bool,
+    },
 }
 
 // ----------------------------------------------------------------------------------- camera

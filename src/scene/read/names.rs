@@ -195,7 +195,7 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "roughplastic",
             "thindielectric",
         ],
-        Class::Emitter => &["envmap", "sunsky", "timed_sunsky"],
+        Class::Emitter => &["envmap", "timed_sunsky"],
         Class::Medium => &["heterogeneous"],
         Class::Phase => &["blendphase", "rayleigh", "sggx", "tabphase"],
         Class::Spectrum => &[
