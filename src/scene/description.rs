@@ -5,9 +5,11 @@ use super::source::{Place, Sources};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
+use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
 use crate::shape::MeshData;
 use crate::spectrum::DispersionFormula;
+use crate::texture::{Filter, Wrap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -71,6 +73,67 @@ pub enum SpectrumKind {
     },
     /// One of the measured spectra compiled into the program (an extension).
     Named(String),
+    /// A smooth spectrum that has a colour: linear values for the primaries of sRGB.
+    Rgb {
+        rgb: [f64; 3],
+        role: RgbRole,
+    },
+    /// An image on the surface.
+    Bitmap(Arc<BitmapSource>),
+    /// Two textures in turn.
+    Checkerboard(Arc<CheckerboardSource>),
+    /// What the vertices or faces of a mesh carry under a name that begins with `vertex_` or `face_`.
+    MeshAttribute {
+        name: String,
+    },
+    /// Values in space.
+    Volume(Arc<VolumeSource>),
+    /// Another spectrum or texture times D65.
+    Daylit(Arc<SpectrumSource>),
+}
+
+/// What a colour is made into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RgbRole {
+    /// Values from 0 to 1.
+    Reflectance,
+    /// Values above 1 count as 1: what Mitsuba 3 makes of colours where it expects no reflectance.
+    Clipped,
+    /// A reflectance times D65, scaled to the brightness of the colour.
+    Illuminant,
+}
+
+#[derive(Clone, Debug)]
+pub struct BitmapSource {
+    pub file: PathBuf,
+    pub image: Arc<Image>,
+    pub filter: Filter,
+    pub wrap: Wrap,
+    /// Whether values are taken as they stand in the file, not decoded and not made into spectra.
+    pub raw: bool,
+    /// Whether what is looked up is kept in half precision (`format` "fp16").
+    pub half: bool,
+    pub to_uv: Transform,
+}
+
+#[derive(Clone, Debug)]
+pub struct CheckerboardSource {
+    /// At the origin, and beside it.
+    pub colours: [SpectrumSource; 2],
+    pub to_uv: Transform,
+}
+
+/// `gridvolume`; a `constvolume` is the spectrum that it holds.
+#[derive(Clone, Debug)]
+pub struct VolumeSource {
+    pub file: PathBuf,
+    pub grid: Arc<Grid>,
+    pub to_world: Transform,
+    pub filter: Filter,
+    pub wrap: Wrap,
+    pub raw: bool,
+    /// Whether the grid fills the box that its file states, and not the unit cube.
+    pub use_grid_bbox: bool,
 }
 
 impl SpectrumSource {

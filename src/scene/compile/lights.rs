@@ -163,7 +163,7 @@ impl Compiler<'_> {
     }
 
     fn texture(&mut self, source: &SpectrumSource) -> Texture {
-        match spectra::texture(source) {
+        match spectra::texture(source, &self.shift) {
             Ok(texture) => texture,
             Err(error) => {
                 self.errors.push(error);

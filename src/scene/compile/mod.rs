@@ -44,12 +44,14 @@ impl Default for CompileOptions {
 /// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no physics over
 /// the range of wavelengths, a walk in a scene whose lights it can't find.
 pub fn compile(description: &Description, options: &CompileOptions) -> Result<Scene, SceneErrors> {
-    Compiler { description, options, errors: Vec::new() }.run()
+    Compiler { description, options, shift: Transform::IDENTITY, errors: Vec::new() }.run()
 }
 
 struct Compiler<'a> {
     description: &'a Description,
     options: &'a CompileOptions,
+    /// From the coordinates of the file to those of the scene.
+    shift: Transform,
     errors: Vec<SceneError>,
 }
 
@@ -57,7 +59,8 @@ impl Compiler<'_> {
     fn run(mut self) -> Result<Scene, SceneErrors> {
         let description = self.description;
         let shift = Transform::translation(-self.centre());
-        let mut materials = MaterialCompiler::new(self.options.range);
+        self.shift = shift;
+        let mut materials = MaterialCompiler::new(self.options.range, shift);
         let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
         for shape in &description.shapes {
             let Some(geometry) = self.keep(&shape.place, place(shape, &shape.to_world.then(&shift))) else {

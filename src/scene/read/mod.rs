@@ -25,12 +25,14 @@ mod spd;
 mod spectra;
 #[cfg(test)]
 mod tests;
+mod textures;
 mod transforms;
 mod tree;
 mod xml;
 
 use super::description::{Bsdf, Description, Note, Sensor, SpectrumSource};
 use super::source::{Place, SceneError, SceneErrors, Sources};
+use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
 use files::Search;
 use query::Query;
@@ -98,6 +100,8 @@ pub fn read_str(
         bsdfs: RefCell::default(),
         spectra: RefCell::default(),
         meshes: RefCell::default(),
+        images: textures::Loaded::default(),
+        grids: textures::Loaded::default(),
     };
     let description = if fatal { None } else { reader.scene() };
     let mut errors = reader.errors.into_inner();
@@ -139,6 +143,8 @@ struct Reader {
     bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
     meshes: RefCell<BTreeMap<shapes::MeshKey, Option<Arc<MeshData>>>>,
+    images: textures::Loaded<Image>,
+    grids: textures::Loaded<Grid>,
 }
 
 impl Reader {
@@ -254,6 +260,9 @@ impl Reader {
         }
         for class in [Class::Film, Class::Sampler, Class::Filter, Class::Phase] {
             query.objects(class);
+        }
+        for (_, id) in query.objects(Class::Volume) {
+            textures::volume_plugin(self, id);
         }
         for (entry, id) in query.objects(Class::Spectrum) {
             if entry.name.is_some() {

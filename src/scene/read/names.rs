@@ -72,11 +72,26 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             &["area", "constant", "directional", "directionalarea", "point", "projector", "spot"]
         }
         Class::Medium => &["homogeneous"],
-        Class::Spectrum => {
-            &["uniform", "regular", "irregular", "d65", "blackbody", "measured", "sellmeier", "cauchy"]
-        }
+        Class::Spectrum => &[
+            "uniform",
+            "regular",
+            "irregular",
+            "d65",
+            "blackbody",
+            "rgb",
+            "srgb",
+            "rawconstant",
+            "bitmap",
+            "checkerboard",
+            "mesh_attribute",
+            "volume",
+            "measured",
+            "sellmeier",
+            "cauchy",
+        ],
         Class::Phase => &["isotropic", "hg"],
-        Class::Scene | Class::Volume => &[],
+        Class::Volume => &["constvolume", "gridvolume"],
+        Class::Scene => &[],
     }
 }
 
@@ -198,18 +213,13 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
         Class::Emitter => &["envmap", "timed_sunsky"],
         Class::Medium => &["heterogeneous"],
         Class::Phase => &["blendphase", "rayleigh", "sggx", "tabphase"],
-        Class::Spectrum => &[
-            "bitmap",
-            "checkerboard",
-            "mesh_attribute",
-            "rawconstant",
-            "rgb",
-            "srgb",
-            "volume",
-            "vertexattribute",
-        ],
-        Class::Volume => &["constvolume", "gridvolume"],
-        Class::Scene | Class::Sensor | Class::Film | Class::Sampler | Class::Filter => &[],
+        Class::Scene
+        | Class::Sensor
+        | Class::Film
+        | Class::Spectrum
+        | Class::Volume
+        | Class::Sampler
+        | Class::Filter => &[],
     }
 }
 

@@ -51,6 +51,8 @@ pub(super) enum Value {
     Numbers(Vec<f64>),
     Vector(Vec3),
     Transform(Transform),
+    /// `<rgb value="0.1 0.2 0.3">`.
+    Rgb([f64; 3]),
     /// `<spectrum value="0.5">`.
     Flat(f64),
     /// `<spectrum value="400:1, 700:2">`; by value even where it came from a file.
