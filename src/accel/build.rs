@@ -1,9 +1,9 @@
 //! From shapes to the tree: a binary tree by the crate obvhs (parallel locally-ordered clustering with
 //! reinsertion), collapsed into nodes of eight.
 
-use super::Accel;
 use super::node::{Child, Node, NodeSpace};
 use super::packet::{Packet, WIDTH};
+use super::{Accel, Instance, Other};
 use crate::geometry::{Bounds, Vec3};
 use crate::shape::Shape;
 use glam::Vec3A;
@@ -13,11 +13,12 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 use std::time::Duration;
 
-/// One surface: a triangle of a mesh, or (with triangle 0) an analytic shape.
+/// One surface, or a group of them. Shapes are counted from the first of the list.
 #[derive(Clone, Copy)]
-struct Primitive {
-    shape: u32,
-    triangle: u32,
+enum Primitive {
+    Triangle { shape: u32, triangle: u32 },
+    Analytic { shape: u32 },
+    Instance { index: u32 },
 }
 
 /// What one slot of a node can become.
@@ -25,12 +26,14 @@ struct Primitive {
 enum Part {
     /// A node of the binary tree that has children.
     Inner(usize),
-    /// Primitives of one kind, as a range of `order`.
-    Leaf { first: usize, count: usize, analytic: bool },
+    /// Triangles or other primitives, as a range of `order`.
+    Leaf { first: usize, count: usize, other: bool },
 }
 
 struct Builder<'a> {
     shapes: &'a [Shape],
+    /// Index of the first shape, as hits are to carry it.
+    first: u32,
     primitives: &'a [Primitive],
     boxes: &'a [Aabb],
     tree: &'a [Bvh2Node],
@@ -39,15 +42,18 @@ struct Builder<'a> {
     accel: Accel,
 }
 
-pub(super) fn build(shapes: &[Shape]) -> Accel {
-    let scene = shapes.iter().fold(Bounds::EMPTY, |bounds, shape| bounds.union(shape.bounds()));
+pub(super) fn build(shapes: &[Shape], first: u32, instances: Vec<Instance>) -> Accel {
+    let scene =
+        Bounds::of_all(shapes.iter().map(Shape::bounds).chain(instances.iter().map(Instance::bounds)));
     let space = NodeSpace::new(if scene.is_empty() { Bounds::of([Vec3::ZERO]) } else { scene });
-    let (primitives, boxes) = primitives(shapes, &space);
+    let (primitives, boxes) = primitives(shapes, &instances, &space);
     let accel = Accel {
         space,
         nodes: Vec::new(),
         packets: Vec::with_capacity(primitives.len() / 2),
-        analytic: Vec::new(),
+        others: Vec::new(),
+        instances,
+        bounds: scene,
         stack_size: 0,
     };
     if primitives.is_empty() {
@@ -58,32 +64,38 @@ pub(super) fn build(shapes: &[Shape]) -> Accel {
     let tree = build_bvh2(&boxes, parameters, &mut Duration::default());
     let order = tree.primitive_indices;
     let mut builder =
-        Builder { shapes, primitives: &primitives, boxes: &boxes, tree: &tree.nodes, order, accel };
+        Builder { shapes, first, primitives: &primitives, boxes: &boxes, tree: &tree.nodes, order, accel };
     builder.collapse();
     builder.accel
 }
 
 /// Everything that can be hit, with its box in node space.
-fn primitives(shapes: &[Shape], space: &NodeSpace) -> (Vec<Primitive>, Vec<Aabb>) {
+fn primitives(shapes: &[Shape], instances: &[Instance], space: &NodeSpace) -> (Vec<Primitive>, Vec<Aabb>) {
     let count =
         shapes.iter().map(|shape| if let Shape::Mesh(mesh) = shape { mesh.triangle_count() } else { 1 });
-    let count: usize = count.sum();
+    let count = count.sum::<usize>() + instances.len();
     let (mut primitives, mut boxes) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    for (index, shape) in (0u32..).zip(shapes) {
-        let mut add = |triangle: u32, bounds: Bounds| {
-            let bounds = space.of(bounds);
-            boxes.push(Aabb::new(Vec3A::from(bounds.min.as_vec3()), Vec3A::from(bounds.max.as_vec3())));
-            primitives.push(Primitive { shape: index, triangle });
-        };
-        match shape {
+    let mut add = |primitive: Primitive, bounds: Bounds| {
+        let bounds = space.of(bounds);
+        boxes.push(Aabb::new(Vec3A::from(bounds.min.as_vec3()), Vec3A::from(bounds.max.as_vec3())));
+        primitives.push(primitive);
+    };
+    for (shape, surface) in (0u32..).zip(shapes) {
+        match surface {
             Shape::Mesh(mesh) => {
                 for triangle in 0..mesh.triangle_count() as u32 {
                     if !mesh.is_degenerate(triangle) {
-                        add(triangle, Bounds::of(mesh.triangle(triangle)));
+                        add(Primitive::Triangle { shape, triangle }, Bounds::of(mesh.triangle(triangle)));
                     }
                 }
             }
-            _ => add(0, shape.bounds()),
+            _ => add(Primitive::Analytic { shape }, surface.bounds()),
+        }
+    }
+    for (index, instance) in (0u32..).zip(instances) {
+        let bounds = instance.bounds();
+        if !bounds.is_empty() {
+            add(Primitive::Instance { index }, bounds);
         }
     }
     (primitives, boxes)
@@ -108,8 +120,8 @@ impl Builder<'_> {
             for (lane, part) in parts.into_iter().enumerate() {
                 match part {
                     Part::Inner(inner) => todo.push((inner, Some((index, lane)), depth + 1)),
-                    Part::Leaf { first, count, analytic } => {
-                        let leaf = self.leaf(first, count, analytic);
+                    Part::Leaf { first, count, other } => {
+                        let leaf = self.leaf(first, count, other);
                         node.set_child(lane, leaf);
                     }
                 }
@@ -157,17 +169,14 @@ impl Builder<'_> {
     }
 
     fn leaves(&mut self, first: usize, count: usize) -> Vec<Part> {
-        let (shapes, primitives) = (self.shapes, self.primitives);
-        let analytic = |item: &u32| {
-            let shape = primitives[*item as usize].shape;
-            !matches!(shapes[shape as usize], Shape::Mesh(_))
-        };
+        let primitives = self.primitives;
+        let other = |item: &u32| !matches!(primitives[*item as usize], Primitive::Triangle { .. });
         let items = &mut self.order[first..first + count];
-        items.sort_by_key(analytic);
-        let triangles = items.partition_point(|item| !analytic(item));
+        items.sort_by_key(other);
+        let triangles = items.partition_point(|item| !other(item));
         let runs = [(first, triangles, false), (first + triangles, count - triangles, true)];
         let leaves = runs.into_iter().filter(|run| run.1 > 0);
-        leaves.map(|(first, count, analytic)| Part::Leaf { first, count, analytic }).collect()
+        leaves.map(|(first, count, other)| Part::Leaf { first, count, other }).collect()
     }
 
     fn part_box(&self, part: &Part) -> Bounds {
@@ -180,26 +189,28 @@ impl Builder<'_> {
         Bounds { min: aabb.min.as_dvec3(), max: aabb.max.as_dvec3() }
     }
 
-    fn leaf(&mut self, first: usize, count: usize, analytic: bool) -> Child {
+    fn leaf(&mut self, first: usize, count: usize, other: bool) -> Child {
         let items = self.order[first..first + count].iter().map(|&item| self.primitives[item as usize]);
-        if analytic {
-            let start = self.accel.analytic.len();
-            self.accel
-                .analytic
-                .extend(items.map(|item| (item.shape, self.shapes[item.shape as usize].clone())));
-            return Child::leaf(start, count, true);
-        }
-        let start = self.accel.packets.len();
+        let start = if other { self.accel.others.len() } else { self.accel.packets.len() };
         for (i, item) in items.enumerate() {
-            if i % WIDTH == 0 {
-                self.accel.packets.push(Packet::default());
-            }
-            if let (Shape::Mesh(mesh), Some(packet)) =
-                (&self.shapes[item.shape as usize], self.accel.packets.last_mut())
-            {
-                packet.set(i % WIDTH, mesh.triangle_f32(item.triangle), item.shape, item.triangle);
+            match item {
+                Primitive::Analytic { shape } => {
+                    let surface = self.shapes[shape as usize].clone();
+                    self.accel.others.push((self.first + shape, Other::Shape(surface)));
+                }
+                Primitive::Instance { index } => self.accel.others.push((index, Other::Instance)),
+                Primitive::Triangle { shape, triangle } => {
+                    if i % WIDTH == 0 {
+                        self.accel.packets.push(Packet::default());
+                    }
+                    if let (Shape::Mesh(mesh), Some(packet)) =
+                        (&self.shapes[shape as usize], self.accel.packets.last_mut())
+                    {
+                        packet.set(i % WIDTH, mesh.triangle_f32(triangle), self.first + shape, triangle);
+                    }
+                }
             }
         }
-        Child::leaf(start, count.div_ceil(WIDTH), false)
+        Child::leaf(start, if other { count } else { count.div_ceil(WIDTH) }, other)
     }
 }

@@ -1,17 +1,19 @@
 //! Which surface a ray meets first, and whether it meets any.
 //!
-//! A tree of boxes, eight to a node, over packets of four triangles and over analytic shapes. The boxes
-//! are `f32` and only ever err towards visiting too much; what they let through is tested in `f64`. So
+//! A tree of boxes, eight to a node, over packets of four triangles, over analytic shapes and over instances of other
+//! trees. The boxes are `f32` and only ever err towards visiting too much; what they let through is tested in `f64`. So
 //! the answer is the very one of a loop over all surfaces, whatever the tree looks like.
 
 mod build;
+mod instance;
 mod node;
 mod packet;
 #[cfg(test)]
 mod tests;
 
-use crate::geometry::Ray;
-use crate::shape::{Hit, RaySpace, Shape};
+use crate::geometry::{Bounds, Ray, Vec3};
+use crate::shape::{Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
+pub use instance::Instance;
 use node::{Child, Node, NodeRay, NodeSpace};
 use packet::{Packet, PacketRay};
 
@@ -22,10 +24,22 @@ pub struct Accel {
     /// The first one is the root; none for an empty scene.
     nodes: Vec<Node>,
     packets: Vec<Packet>,
-    /// With their indices in the list that was built from; in the order of the leaves.
-    analytic: Vec<(u32, Shape)>,
+    /// With their indices in the lists that were built from; in the order of the leaves.
+    others: Vec<(u32, Other)>,
+    instances: Vec<Instance>,
+    /// Around everything, in world space.
+    bounds: Bounds,
     /// The most entries that a traversal can have waiting.
     stack_size: usize,
+}
+
+/// What a leaf holds that is no triangle.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a test of a shape waits for one load instead of two")]
+enum Other {
+    Shape(Shape),
+    /// Its index says which one.
+    Instance,
 }
 
 /// A subtree that waits to be visited, and where the ray enters it.
@@ -38,10 +52,44 @@ struct Waiting {
 impl Accel {
     /// Hits carry a shape's index in `shapes`. Takes about a second for a million triangles on two cores.
     pub fn build(shapes: &[Shape]) -> Self {
-        build::build(shapes)
+        build::build(shapes, 0, Vec::new())
     }
 
-    /// The nearest hit with 0 ≤ t < `ray.t_max`; of equally near ones that of the first shape and triangle.
+    /// A group's tree: its hits carry indices that begin with `first`.
+    pub fn of_group(shapes: &[Shape], first: u32) -> Self {
+        build::build(shapes, first, Vec::new())
+    }
+
+    /// Of shapes and instances of groups.
+    pub fn with_instances(shapes: &[Shape], instances: Vec<Instance>) -> Self {
+        build::build(shapes, 0, instances)
+    }
+
+    /// A box around all surfaces, up to rounding; empty where there are none.
+    pub fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    /// The surface where `ray` hit it. `shapes` are all to which hits refer, those of groups included.
+    #[inline]
+    pub fn surface(&self, shapes: &[Shape], hit: &Hit, ray: &Ray) -> SurfaceHit {
+        let shape = &shapes[hit.shape as usize];
+        match hit.instance {
+            NO_INSTANCE => shape.surface(hit, ray),
+            instance => self.instances[instance as usize].surface(shape, hit, ray),
+        }
+    }
+
+    /// The coordinates of the point `position` that [`Accel::surface`] gave for a hit.
+    pub fn parametrisation(&self, shapes: &[Shape], hit: &Hit, position: Vec3) -> Parametrisation {
+        let shape = &shapes[hit.shape as usize];
+        match hit.instance {
+            NO_INSTANCE => shape.parametrisation(hit, position),
+            instance => self.instances[instance as usize].parametrisation(shape, hit, position),
+        }
+    }
+
+    /// The nearest hit with 0 ≤ t < `ray.t_max`; of equally near ones that of the first shape, triangle and instance.
     pub fn closest(&self, ray: &Ray) -> Option<Hit> {
         self.with_stack(|stack| self.closest_with(ray, stack))
     }
@@ -51,9 +99,10 @@ impl Accel {
         self.with_stack(|stack| self.occluded_with(ray, stack))
     }
 
-    /// Bytes held, without what analytic shapes hold indirectly.
+    /// Bytes held, without groups and what analytic shapes hold indirectly.
     pub fn memory(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.packets[..]) + size_of_val(&self.analytic[..])
+        let tree = size_of_val(&self.nodes[..]) + size_of_val(&self.packets[..]);
+        tree + size_of_val(&self.others[..]) + size_of_val(&self.instances[..])
     }
 
     /// Lends a stack that is large enough: of fixed size, except for trees deeper than any reasonable one.
@@ -122,10 +171,14 @@ impl Accel {
     fn test_leaf(&self, leaf: Child, ray: &Ray, packet_ray: &PacketRay, nearest: &mut Option<Hit>) -> bool {
         let mut found = false;
         let range = leaf.items();
-        if leaf.is_analytic() {
-            for (index, shape) in &self.analytic[range] {
-                if let Some(hit) = shape.intersect(ray) {
-                    found |= take_nearer(nearest, Hit { shape: *index, ..hit });
+        if leaf.is_other() {
+            for (index, other) in &self.others[range] {
+                let hit = match other {
+                    Other::Shape(shape) => shape.intersect(ray).map(|hit| Hit { shape: *index, ..hit }),
+                    Other::Instance => self.in_instance(*index, ray, nearest),
+                };
+                if let Some(hit) = hit {
+                    found |= take_nearer(nearest, hit);
                 }
             }
         } else {
@@ -135,6 +188,14 @@ impl Accel {
             }
         }
         found
+    }
+
+    /// The nearest hit with an instance, unless there is a nearer one already.
+    fn in_instance(&self, index: u32, ray: &Ray, nearest: &Option<Hit>) -> Option<Hit> {
+        // Up to and with the nearest: of equally near ones it is not the order of leaves that decides.
+        let t_max = nearest.map_or(ray.t_max, |hit| hit.t.next_up());
+        let hit = self.instances[index as usize].closest(&Ray { t_max, ..*ray })?;
+        (hit.t < ray.t_max).then_some(Hit { instance: index, ..hit })
     }
 
     fn occluded_with(&self, ray: &Ray, stack: &mut [Waiting]) -> bool {
@@ -153,8 +214,12 @@ impl Accel {
                     stack[waiting].child = node.child(lane);
                     waiting += 1;
                 }
-            } else if child.is_analytic() {
-                if self.analytic[child.items()].iter().any(|(_, shape)| shape.intersect(ray).is_some()) {
+            } else if child.is_other() {
+                let occludes = |(index, other): &(u32, Other)| match other {
+                    Other::Shape(shape) => shape.intersect(ray).is_some(),
+                    Other::Instance => self.instances[*index as usize].occluded(ray),
+                };
+                if self.others[child.items()].iter().any(occludes) {
                     return true;
                 }
             } else if self.packets[child.items()].iter().any(|packet| packet.occludes(&packet_ray, t_last)) {
@@ -181,8 +246,9 @@ fn insert(stack: &mut [Waiting], bottom: usize, top: usize, item: Waiting) {
 
 /// The order in which the tree is walked must not decide between hits at the same distance.
 fn take_nearer(nearest: &mut Option<Hit>, hit: Hit) -> bool {
-    let nearer = nearest.is_none_or(|old| {
-        hit.t < old.t || (hit.t == old.t && (hit.shape, hit.triangle) < (old.shape, old.triangle))
+    let nearer = nearest.is_none_or(|old: Hit| {
+        let place = |hit: Hit| (hit.shape, hit.triangle, hit.instance);
+        hit.t < old.t || (hit.t == old.t && place(hit) < place(old))
     });
     if nearer {
         *nearest = Some(hit);

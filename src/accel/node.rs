@@ -129,13 +129,13 @@ fn slab(bounds: Bounds, slack: f64, origin: Vec3, direction: Vec3) -> (f64, f64)
     (enter, leave)
 }
 
-/// What a node's slot holds: a node, some packets of triangles, or some analytic shapes.
+/// What a node's slot holds: a node, some packets of triangles, or some other surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Child(u32);
 
 impl Child {
     const LEAF: u32 = 1 << 31;
-    const ANALYTIC: u32 = 1 << 30;
+    const OTHER: u32 = 1 << 30;
     const COUNT_SHIFT: u32 = 27;
     const INDEX: u32 = (1 << Self::COUNT_SHIFT) - 1;
     /// What unused slots hold. Their boxes are empty, so it is never visited.
@@ -146,8 +146,8 @@ impl Child {
     }
 
     /// `first + count` must stay below 2²⁷ and 1 ≤ `count` ≤ 8.
-    pub fn leaf(first: usize, count: usize, analytic: bool) -> Self {
-        let kind = if analytic { Self::LEAF | Self::ANALYTIC } else { Self::LEAF };
+    pub fn leaf(first: usize, count: usize, other: bool) -> Self {
+        let kind = if other { Self::LEAF | Self::OTHER } else { Self::LEAF };
         Self(kind | ((count as u32 - 1) << Self::COUNT_SHIFT) | first as u32)
     }
 
@@ -155,8 +155,8 @@ impl Child {
         (self.0 & Self::LEAF == 0).then_some(self.0 as usize)
     }
 
-    pub fn is_analytic(self) -> bool {
-        self.0 & Self::ANALYTIC != 0
+    pub fn is_other(self) -> bool {
+        self.0 & Self::OTHER != 0
     }
 
     pub fn items(self) -> Range<usize> {

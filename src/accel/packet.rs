@@ -1,6 +1,6 @@
 //! Four triangles, tested at once; see [`crate::shape::RaySpace`] for the test.
 
-use crate::shape::{Hit, RaySpace};
+use crate::shape::{Hit, NO_INSTANCE, RaySpace};
 use wide::f64x4;
 
 pub(super) const WIDTH: usize = 4;
@@ -69,6 +69,7 @@ impl Packet {
                 t: test.t.as_array()[lane],
                 shape: self.shape[lane],
                 triangle: self.triangle[lane],
+                instance: NO_INSTANCE,
                 barycentric: [test.v.as_array()[lane] / determinant, test.w.as_array()[lane] / determinant],
             });
         }

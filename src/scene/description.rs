@@ -4,6 +4,7 @@
 use super::source::{Place, Sources};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
+use crate::integrator::Techniques;
 use crate::sampling::SamplerKind;
 use crate::shape::MeshData;
 use crate::spectrum::DispersionFormula;
@@ -343,6 +344,19 @@ pub struct Light {
 pub enum LightKind {
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
     Point { position: Vec3, intensity: SpectrumSource },
+    /// A point that shines along its local +z. The angles, in degrees, are those between the axis and where the light ends,
+    /// and where it begins to fall off.
+    Spot {
+        to_world: Transform,
+        /// On the axis.
+        intensity: SpectrumSource,
+        cutoff_angle: f64,
+        beam_width: f64,
+        /// Between the light and what it lights.
+        texture: Option<SpectrumSource>,
+    },
+    /// A picture thrown along the local +z.
+    Projector { to_world: Transform, irradiance: SpectrumSource, scale: f64, field_of_view: FieldOfView },
     /// Irradiance on a surface across the light's direction of travel, W·m⁻²·nm⁻¹.
     /// `travels` has any length.
     Directional { travels: Vec3, irradiance: SpectrumSource },
@@ -439,6 +453,8 @@ pub struct Integrator {
     /// Number of segments from which Russian roulette may end a path.
     pub rr_depth: u32,
     pub hide_emitters: bool,
+    /// `direct` may leave one out.
+    pub techniques: Techniques,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -22,6 +22,7 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
+pub(crate) use placement::Placement;
 pub use rectangle::Rectangle;
 pub use sphere::Sphere;
 use std::fmt;
@@ -45,9 +46,14 @@ pub struct Hit {
     pub shape: u32,
     /// Index of the triangle within its mesh; 0 for analytic shapes.
     pub triangle: u32,
+    /// Index of the instance by which the shape was met; [`NO_INSTANCE`] where it stands for itself.
+    pub instance: u32,
     /// Barycentric coordinates of the triangle's second and third vertex; [0, 0] for analytic shapes.
     pub barycentric: [f64; 2],
 }
+
+/// See [`Hit::instance`].
+pub const NO_INSTANCE: u32 = u32::MAX;
 
 /// A point on a surface with what shading always asks for.
 #[derive(Clone, Copy, Debug)]
@@ -76,6 +82,9 @@ impl Parametrisation {
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSample {
     pub surface: SurfaceHit,
+    /// As in [`Hit`].
+    pub triangle: u32,
+    pub barycentric: [f64; 2],
     /// Per unit of world area.
     pub density: f64,
 }
@@ -84,8 +93,18 @@ pub struct AreaSample {
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeSample {
     pub surface: SurfaceHit,
+    /// As in [`Hit`].
+    pub triangle: u32,
+    pub barycentric: [f64; 2],
     /// Per steradian, as seen from the reference point.
     pub density: f64,
+}
+
+impl AreaSample {
+    /// On a shape that is no mesh.
+    fn analytic(surface: SurfaceHit, density: f64) -> Self {
+        Self { surface, triangle: 0, barycentric: [0.0; 2], density }
+    }
 }
 
 /// Why a shape cannot be made.
@@ -140,7 +159,7 @@ impl Shape {
     /// The nearest hit with 0 ≤ t < `ray.t_max`, with shape index 0.
     /// Meshes are searched triangle by triangle: this is the oracle for [`crate::accel`].
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let analytic = |t| Hit { t, shape: 0, triangle: 0, barycentric: [0.0; 2] };
+        let analytic = |t| Hit { t, shape: 0, triangle: 0, instance: NO_INSTANCE, barycentric: [0.0; 2] };
         match self {
             Self::Sphere(sphere) => sphere.intersect(ray).map(analytic),
             Self::Disk(disk) => disk.intersect(ray).map(analytic),
@@ -222,9 +241,9 @@ impl Shape {
         if by_solid_angle.is_some() {
             return by_solid_angle;
         }
-        let AreaSample { surface, density } = self.sample(u)?;
+        let AreaSample { surface, triangle, barycentric, density } = self.sample(u)?;
         let density = density * steradians_to_area(reference, &surface.point)?;
-        Some(ShapeSample { surface, density })
+        Some(ShapeSample { surface, triangle, barycentric, density })
     }
 
     /// Density per steradian with which [`Shape::sample_toward`] chooses `point` of this shape, which

@@ -7,7 +7,7 @@ use glam::DMat3;
 /// Local coordinates are relative to `origin`, which is subtracted first: a small shape far from the
 /// world's origin loses nothing but the digits of the positions themselves.
 #[derive(Clone, Debug)]
-pub(super) struct Placement {
+pub(crate) struct Placement {
     pub origin: Vec3,
     pub linear: DMat3,
     pub inverse: DMat3,
@@ -21,15 +21,20 @@ pub(super) struct Placement {
     local_error: Vec3,
 }
 
+/// (|L⁻¹||L|)²: how rounding errors of local coordinates spread on the way to the world and back.
+fn spread(linear: DMat3, inverse: DMat3) -> DMat3 {
+    let absolute = |m: DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
+    let round_trip = absolute(inverse) * absolute(linear);
+    round_trip * round_trip
+}
+
 impl Placement {
     /// Where the linear part is so ill-conditioned that local coordinates mean little, an error.
     pub fn new(to_world: &Transform) -> Result<Self, ShapeError> {
         let matrix = to_world.matrix();
         let linear = DMat3::from_mat4(matrix);
         let inverse = linear.inverse();
-        let absolute = |m: DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
-        let round_trip = absolute(inverse) * absolute(linear);
-        let spread = round_trip * (round_trip * Vec3::ONE);
+        let spread = spread(linear, inverse) * Vec3::ONE;
         let origin = matrix.w_axis.truncate();
         if !(spread.max_element() < 1e12 && inverse.is_finite() && origin.is_finite()) {
             return Err(ShapeError::Placement);
@@ -81,6 +86,12 @@ impl Placement {
     pub fn error(&self, position: Vec3, outward: Vec3, stretch: f64) -> f64 {
         let reach = position.abs().max_element() + self.origin.abs().max_element();
         0.5 * f64::EPSILON * (self.local_error.dot(outward.abs()) / stretch + 4.0 * reach)
+    }
+
+    /// Twice what [`Placement::error`] counts in local coordinates up to 1, for coordinates of any size: times them
+    /// it bounds the errors of local coordinates in units of 2⁻⁵³.
+    pub fn local_errors(&self) -> DMat3 {
+        spread(self.linear, self.inverse) * 16.0
     }
 
     /// Half extents of the world box of the unit ball restricted to the columns `0..columns` of the map.

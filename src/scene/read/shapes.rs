@@ -5,7 +5,7 @@ use super::super::source::SceneError;
 use super::query::Query;
 use super::spectra::required;
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, lights, media, obj, ply, spd};
+use super::{Reader, bsdfs, files, lights, media, obj, ply};
 use crate::geometry::Vec3;
 use crate::shape::MeshData;
 use std::path::{Path, PathBuf};
@@ -115,7 +115,7 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
         face_normals: query.boolean("face_normals", false),
         flip_tex_coords: query.boolean("flip_tex_coords", is_obj),
     };
-    let path = query.reader.folder.join(filename?);
+    let path = query.reader.search.find(filename?);
     let key = MeshKey { path: path.clone(), is_obj, options };
     let known = query.reader.meshes.borrow().get(&key).cloned();
     let mesh = known.unwrap_or_else(|| {
@@ -135,7 +135,7 @@ fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
 
 fn load(query: &Query<'_>, path: &Path, is_obj: bool, options: MeshOptions) -> Option<MeshData> {
     let place = query.place("filename");
-    let bytes = match spd::read(path, LARGEST_MESH_FILE, &place) {
+    let bytes = match files::read(path, LARGEST_MESH_FILE, &place) {
         Ok(bytes) => bytes,
         Err(error) => {
             query.error(error);

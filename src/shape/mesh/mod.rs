@@ -5,8 +5,8 @@ mod normals;
 mod sampling;
 
 use super::rectangle::Rectangle;
-use super::triangle::RaySpace;
-use super::{Hit, Parametrisation, ShapeError, SurfaceHit};
+use super::triangle::{RaySpace, TriangleHit};
+use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
 pub use normals::compute_vertex_normals;
 use sampling::AreaTable;
@@ -103,7 +103,8 @@ impl Mesh {
                 continue;
             }
             if let Some(hit) = space.intersect(self.triangle(triangle), t_max) {
-                nearest = Some(Hit { t: hit.t, shape: 0, triangle, barycentric: hit.barycentric });
+                let TriangleHit { t, barycentric } = hit;
+                nearest = Some(Hit { t, shape: 0, triangle, instance: NO_INSTANCE, barycentric });
             }
         }
         nearest
