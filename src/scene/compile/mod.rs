@@ -4,15 +4,15 @@
 //! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single precision: how
 //! far a scene lies from the origin of its file makes no difference.
 
+mod groups;
 mod materials;
 mod spectra;
 
 use super::description::{self, Description, FieldOfView, FovAxis, IntegratorKind, LightKind, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{FilmPlan, Needs, Scene, Surface};
-use crate::accel::Accel;
 use crate::camera::{Camera, CameraSettings, ThinLens};
-use crate::geometry::{Bounds, Transform, Vec3};
+use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Integrator, Limits};
 use crate::light::{AreaGeometry, Light, Lights};
 use crate::material::Material;
@@ -20,6 +20,7 @@ use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vert
 use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Observer};
 use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
 use crate::units::WavelengthRange;
+use groups::Groups;
 use materials::MaterialCompiler;
 use std::f64::consts::PI;
 
@@ -56,10 +57,12 @@ struct Compiler<'a> {
 impl Compiler<'_> {
     fn run(mut self) -> Result<Scene, SceneErrors> {
         let description = self.description;
-        let shift = Transform::translation(-self.centre());
+        let groups = Groups::new(description);
+        let shift = Transform::translation(-groups::centre(groups.scene_bounds()));
         let mut materials = MaterialCompiler::new(self.options.range);
         let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
-        for shape in &description.shapes {
+        let own = description.shapes.iter().map(|shape| (shape, shift));
+        for (shape, shift) in own.chain(groups.shapes()) {
             let Some(geometry) = self.keep(&shape.place, place(shape, &shape.to_world.then(&shift))) else {
                 continue;
             };
@@ -97,9 +100,15 @@ impl Compiler<'_> {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         }
         let MaterialCompiler { materials, bodies, media, .. } = materials;
-        let accel = Accel::build(&shapes);
-        let scene_radius = 0.5 * Bounds::of_all(shapes.iter().map(Shape::bounds)).diameter();
-        let bodies_may_nest = may_nest(&shapes, &surfaces);
+        let accel = groups.accel(&shapes, &shift).map_err(|errors| {
+            for (instance, error) in errors {
+                self.cannot_be_made(&description.instances[instance].place, &error);
+            }
+            SceneErrors { sources: description.sources.clone(), errors: std::mem::take(&mut self.errors) }
+        })?;
+        let scene_radius = 0.5 * accel.bounds().diameter();
+        let own = description.shapes.len();
+        let bodies_may_nest = may_nest(&shapes[..own], &surfaces[..own]) || groups.hold_bodies(&surfaces);
         let absorption = media.iter().any(Option::is_some);
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
         let powers: Vec<f64> = lights.iter().map(|light| power(light, scene_radius)).collect();
@@ -144,18 +153,6 @@ impl Compiler<'_> {
             media,
             camera_medium,
         })
-    }
-
-    /// The middle of all shapes, in the file's coordinates.
-    fn centre(&self) -> Vec3 {
-        let bounds = self.description.shapes.iter().map(|shape| match &shape.kind {
-            ShapeKind::Mesh { mesh, .. } => {
-                Bounds::of(mesh.positions.iter().map(|p| shape.to_world.point(p.map(f64::from).into())))
-            }
-            _ => place(shape, &shape.to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
-        });
-        let bounds = Bounds::of_all(bounds);
-        if bounds.is_empty() || !bounds.centre().is_finite() { Vec3::ZERO } else { bounds.centre() }
     }
 
     /// Point, directional and constant lights; returns the radiance of the last.
@@ -267,15 +264,15 @@ impl Compiler<'_> {
     }
 
     fn keep(&mut self, place: &Place, shape: Result<Shape, ShapeError>) -> Option<Shape> {
-        shape
-            .map_err(|error| {
-                self.errors.push(SceneError::at(
-                    place,
-                    format!("this shape cannot be made: {error}"),
-                    "a shape of finite size that is not flattened by its transform",
-                ));
-            })
-            .ok()
+        shape.map_err(|error| self.cannot_be_made(place, &error)).ok()
+    }
+
+    fn cannot_be_made(&mut self, place: &Place, error: &ShapeError) {
+        self.errors.push(SceneError::at(
+            place,
+            format!("this shape cannot be made: {error}"),
+            "a shape of finite size that is not flattened by its transform",
+        ));
     }
 }
 

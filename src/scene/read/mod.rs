@@ -7,15 +7,18 @@
 mod attributes;
 mod bsdfs;
 mod films;
+mod groups;
 mod indices;
 mod integrators;
 mod lights;
 mod media;
+mod meshes;
 mod names;
 mod obj;
 mod ply;
 mod query;
 mod sensors;
+mod serialized;
 mod shapes;
 mod spd;
 mod spectra;
@@ -25,12 +28,12 @@ mod transforms;
 mod tree;
 mod xml;
 
-use super::description::{Bsdf, Description, Note, Sensor, SpectrumSource};
+use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, SpectrumSource};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::shape::MeshData;
 use query::Query;
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 pub(super) use tree::Class;
@@ -104,6 +107,8 @@ pub fn read_str(
         bsdfs: RefCell::default(),
         spectra: RefCell::default(),
         meshes: RefCell::default(),
+        groups: RefCell::default(),
+        merges: RefCell::default(),
     };
     let description = if fatal { None } else { reader.scene() };
     let mut errors = reader.errors.into_inner();
@@ -143,7 +148,10 @@ struct Reader {
     /// What several objects may refer to is read once.
     bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
-    meshes: RefCell<BTreeMap<shapes::MeshKey, Option<Arc<MeshData>>>>,
+    meshes: RefCell<BTreeMap<meshes::MeshKey, Option<Arc<MeshData>>>>,
+    groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
+    /// The `merge` shapes that were read already.
+    merges: RefCell<BTreeSet<ObjectId>>,
 }
 
 impl Reader {
@@ -198,17 +206,18 @@ impl Reader {
             None => integrators::default(&place),
         };
         let sensor = self.sensor(&query);
-        let shapes: Vec<_> =
-            query.objects(Class::Shape).iter().filter_map(|(_, id)| shapes::read(self, *id)).collect();
+        let (shapes, instances) = groups::read(self, &query);
         let lights = self.lights(&query);
         self.definitions(&query);
         query.finish();
-        self.media_under(&shapes);
+        let grouped = instances.iter().flat_map(|instance| &instance.group.shapes);
+        self.media_under(shapes.iter().chain(grouped));
         Some(Description {
             sources: Sources::default(),
             integrator,
             sensor: sensor?,
             shapes,
+            instances,
             lights,
             extensions: Vec::new(),
             assumptions: Vec::new(),
@@ -289,12 +298,12 @@ impl Reader {
     }
 
     /// Says where a medium means more here than in Mitsuba 3.
-    fn media_under(&self, shapes: &[super::description::Shape]) {
+    fn media_under<'a>(&self, shapes: impl Iterator<Item = &'a super::description::Shape>) {
         let integrator = self.tree.objects.iter().find(|object| object.class == Class::Integrator);
         if integrator.is_some_and(|object| !["path", "direct"].contains(&object.plugin.as_str())) {
             return;
         }
-        for medium in shapes.iter().flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
+        for medium in shapes.flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
             self.assumption(
                 &medium.place,
                 "the medium absorbs, although Mitsuba 3's path and direct would ignore it".to_owned(),

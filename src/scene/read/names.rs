@@ -42,7 +42,19 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
         Class::Film => &["hdrfilm"],
         Class::Sampler => &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "sobol"],
         Class::Filter => &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
-        Class::Shape => &["sphere", "rectangle", "disk", "cube", "cylinder", "obj", "ply"],
+        Class::Shape => &[
+            "sphere",
+            "rectangle",
+            "disk",
+            "cube",
+            "cylinder",
+            "obj",
+            "ply",
+            "serialized",
+            "merge",
+            "shapegroup",
+            "instance",
+        ],
         Class::Bsdf => &[
             "diffuse",
             "conductor",
@@ -85,18 +97,9 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
         ],
         Class::Sensor => &["batch", "distant", "irradiancemeter", "orthographic", "radiancemeter"],
         Class::Film => &["specfilm"],
-        Class::Shape => &[
-            "bsplinecurve",
-            "ellipsoids",
-            "ellipsoidsmesh",
-            "instance",
-            "linearcurve",
-            "merge",
-            "sdfgrid",
-            "serialized",
-            "shapegroup",
-            "blender",
-        ],
+        Class::Shape => {
+            &["bsplinecurve", "ellipsoids", "ellipsoidsmesh", "linearcurve", "sdfgrid", "blender"]
+        }
         Class::Bsdf => &[
             "circular",
             "hair",

@@ -10,7 +10,7 @@ mod sensors;
 mod shapes;
 mod spectra;
 
-use super::description::{Bsdf, Description, Integrator, IntegratorKind, SpectrumSource};
+use super::description::{Bsdf, Description, Integrator, IntegratorKind, ShapeGroup, SpectrumSource};
 use super::read::Class;
 use super::source::Place;
 use crate::geometry::{Transform, Vec3};
@@ -140,6 +140,7 @@ impl Told {
 #[derive(Default)]
 pub(super) struct Teller {
     bsdfs: BTreeMap<*const Bsdf, Rc<Told>>,
+    groups: BTreeMap<*const ShapeGroup, Rc<Told>>,
 }
 
 /// The whole scene.
@@ -154,6 +155,9 @@ pub(super) fn scene(description: &Description) -> Told {
     }
     for shape in &description.shapes {
         scene = scene.child(shapes::tell(&mut teller, shape));
+    }
+    for instance in &description.instances {
+        scene = scene.child(shapes::instance(&mut teller, instance));
     }
     scene
 }
