@@ -89,6 +89,25 @@ pub fn conductor(cos_incident: f64, n: f64, k: f64) -> f64 {
     (0.5 * (senkrecht + parallel)).min(1.0)
 }
 
+/// The share of diffuse light (radiance the same from all directions) that a smooth interface between two
+/// dielectrics reflects; `eta` > 0 is the index of the far side over that of the near side.
+///
+/// Two fits, chosen because Mitsuba 3's `plastic` means them: for `eta` < 1 the one of Egan and Hilgeman,
+/// "Spectral reflectance of particulate materials", Applied Optics 12 (1973); above, the one of d'Eon and
+/// Irving, "A Quantized-Diffusion Model for Rendering Translucent Materials", SIGGRAPH 2011. Both are within
+/// 0.6 % of the integral where 0.4 < `eta` < 0.9 or 1.1 < `eta` < 5, and leave 2e-4 at `eta` = 1. Below 0.29
+/// the first passes 1: it is held at 0.999.
+pub fn diffuse_reflectance(eta: f64) -> f64 {
+    let inverse = 1.0 / eta;
+    let fit = if eta < 1.0 {
+        (-1.4399 * eta + 0.7099) * eta + 0.6681 + 0.0636 * inverse
+    } else {
+        let coefficients = [-1.36881, 4.98554, -7.80989, 6.75335, -3.4793, 0.919_317];
+        coefficients.into_iter().fold(0.0, |sum, coefficient| sum * inverse + coefficient)
+    };
+    fit.min(0.999)
+}
+
 /// `n² − k² − sin² θ`, arranged so that it keeps its digits both near the normal (small n) and
 /// near grazing incidence (n near 1).
 fn squared_g(c: f64, n: f64, k: f64) -> f64 {

@@ -17,13 +17,21 @@ mod dielectric;
 pub mod fresnel;
 mod lambert;
 pub mod microfacet;
+mod plastic;
+mod principled;
 mod rough_dielectric;
+mod rough_plastic;
+mod thin_dielectric;
 
 pub use conductor::{Conductor, RoughConductor};
 pub use dielectric::Dielectric;
 pub use lambert::{DiffuseTransmitter, Lambert};
 pub use microfacet::Microfacets;
+pub use plastic::{MattBase, Plastic};
+pub use principled::{Principled, PrincipledBase, PrincipledThin};
 pub use rough_dielectric::RoughDielectric;
+pub use rough_plastic::{RoughCoat, RoughPlastic};
+pub use thin_dielectric::ThinDielectric;
 
 use crate::geometry::Vec3;
 use crate::spectrum::Sampled;
@@ -41,6 +49,11 @@ pub enum Bsdf<const C: usize> {
     RoughConductor(RoughConductor<C>),
     Dielectric(Dielectric<C>),
     RoughDielectric(RoughDielectric<C>),
+    ThinDielectric(ThinDielectric<C>),
+    Plastic(Plastic<C>),
+    RoughPlastic(RoughPlastic<C>),
+    Principled(Principled<C>),
+    PrincipledThin(PrincipledThin<C>),
 }
 
 impl<const C: usize> Bsdf<C> {
@@ -48,11 +61,17 @@ impl<const C: usize> Bsdf<C> {
     /// Zero where the variant's lobes are all discrete.
     pub fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
         match self {
-            Bsdf::Black | Bsdf::Null | Bsdf::Conductor(_) | Bsdf::Dielectric(_) => Evaluation::ZERO,
+            Bsdf::Black | Bsdf::Null | Bsdf::Conductor(_) | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) => {
+                Evaluation::ZERO
+            }
             Bsdf::Lambert(bsdf) => bsdf.evaluate(toward_eye, toward_light),
             Bsdf::DiffuseTransmitter(bsdf) => bsdf.evaluate(toward_eye, toward_light),
             Bsdf::RoughConductor(bsdf) => bsdf.evaluate(toward_eye, toward_light),
             Bsdf::RoughDielectric(bsdf) => bsdf.evaluate(toward_eye, toward_light),
+            Bsdf::Plastic(bsdf) => bsdf.evaluate(toward_eye, toward_light),
+            Bsdf::RoughPlastic(bsdf) => bsdf.evaluate(toward_eye, toward_light),
+            Bsdf::Principled(bsdf) => bsdf.evaluate(toward_eye, toward_light),
+            Bsdf::PrincipledThin(bsdf) => bsdf.evaluate(toward_eye, toward_light),
         }
     }
 
@@ -69,17 +88,28 @@ impl<const C: usize> Bsdf<C> {
             Bsdf::RoughConductor(bsdf) => bsdf.sample(toward_eye, u),
             Bsdf::Dielectric(bsdf) => bsdf.sample(toward_eye, lobe),
             Bsdf::RoughDielectric(bsdf) => bsdf.sample(toward_eye, lobe, u),
+            Bsdf::ThinDielectric(bsdf) => bsdf.sample(toward_eye, lobe),
+            Bsdf::Plastic(bsdf) => bsdf.sample(toward_eye, lobe, u),
+            Bsdf::RoughPlastic(bsdf) => bsdf.sample(toward_eye, lobe, u),
+            Bsdf::Principled(bsdf) => bsdf.sample(toward_eye, lobe, u),
+            Bsdf::PrincipledThin(bsdf) => bsdf.sample(toward_eye, lobe, u),
         }
     }
 
     /// Whether `evaluate` is zero everywhere, so that light can only be found by sampling the BSDF.
     pub fn is_discrete(&self) -> bool {
         match self {
-            Bsdf::Black | Bsdf::Null | Bsdf::Conductor(_) | Bsdf::Dielectric(_) => true,
+            Bsdf::Black | Bsdf::Null | Bsdf::Conductor(_) | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) => {
+                true
+            }
             Bsdf::Lambert(_)
             | Bsdf::DiffuseTransmitter(_)
             | Bsdf::RoughConductor(_)
-            | Bsdf::RoughDielectric(_) => false,
+            | Bsdf::RoughDielectric(_)
+            | Bsdf::Plastic(_)
+            | Bsdf::RoughPlastic(_)
+            | Bsdf::Principled(_)
+            | Bsdf::PrincipledThin(_) => false,
         }
     }
 
@@ -88,32 +118,49 @@ impl<const C: usize> Bsdf<C> {
         match self {
             Bsdf::Dielectric(bsdf) => Some(bsdf.eta.hero()),
             Bsdf::RoughDielectric(bsdf) => Some(bsdf.facet.eta.hero()),
+            Bsdf::Principled(bsdf) => Some(bsdf.eta),
             Bsdf::Black
             | Bsdf::Null
             | Bsdf::Lambert(_)
             | Bsdf::DiffuseTransmitter(_)
             | Bsdf::Conductor(_)
-            | Bsdf::RoughConductor(_) => None,
+            | Bsdf::RoughConductor(_)
+            | Bsdf::ThinDielectric(_)
+            | Bsdf::Plastic(_)
+            | Bsdf::RoughPlastic(_)
+            | Bsdf::PrincipledThin(_) => None,
         }
     }
 
     /// Whether light can pass from one side to the other.
     pub fn transmits(&self) -> bool {
         match self {
-            Bsdf::Black | Bsdf::Lambert(_) | Bsdf::Conductor(_) | Bsdf::RoughConductor(_) => false,
-            Bsdf::Null | Bsdf::DiffuseTransmitter(_) | Bsdf::Dielectric(_) | Bsdf::RoughDielectric(_) => true,
+            Bsdf::Black
+            | Bsdf::Lambert(_)
+            | Bsdf::Conductor(_)
+            | Bsdf::RoughConductor(_)
+            | Bsdf::Plastic(_)
+            | Bsdf::RoughPlastic(_) => false,
+            Bsdf::Null
+            | Bsdf::DiffuseTransmitter(_)
+            | Bsdf::Dielectric(_)
+            | Bsdf::RoughDielectric(_)
+            | Bsdf::ThinDielectric(_)
+            | Bsdf::PrincipledThin(_) => true,
+            Bsdf::Principled(bsdf) => bsdf.transmits(),
         }
     }
 
     /// Whether what is transmitted goes straight on, as if there were no surface.
     pub fn passes_straight(&self) -> bool {
-        matches!(self, Bsdf::Null)
+        matches!(self, Bsdf::Null | Bsdf::ThinDielectric(_))
     }
 
     /// The share that goes straight on, as if there were no surface.
-    pub fn passing(&self, _toward_eye: Vec3) -> Sampled<C> {
+    pub fn passing(&self, toward_eye: Vec3) -> Sampled<C> {
         match self {
             Bsdf::Null => Sampled::ONE,
+            Bsdf::ThinDielectric(bsdf) => bsdf.passing(toward_eye),
             _ => Sampled::ZERO,
         }
     }
@@ -170,6 +217,22 @@ pub struct Scatter<const C: usize> {
 }
 
 impl<const C: usize> Scatter<C> {
+    /// From the value and the density of each lane at a sampled direction. `None` where the hero has no density.
+    fn with_density(
+        toward_light: Vec3,
+        f_cos: Sampled<C>,
+        density: Sampled<C>,
+        transmitted: bool,
+    ) -> Option<Self> {
+        (density.hero() > 0.0).then(|| Self {
+            toward_light,
+            weight: f_cos / density.hero(),
+            density: Density::PerSolidAngle(density.hero()),
+            ratio: density / density.hero(),
+            transmitted,
+        })
+    }
+
     /// As if there were no surface.
     fn straight_on(toward_eye: Vec3) -> Self {
         Self {

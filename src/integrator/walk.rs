@@ -24,15 +24,16 @@ pub fn radiance<const C: usize>(
             throughput *= transmittance.hero();
         }
         let Some(hit) = hit else {
-            if let Some(environment) = scene.environment.as_ref().filter(|_| shown) {
-                arriving += throughput * environment.sample(&hero.nm).hero();
+            if let Some(environment) = scene.lights.environment().filter(|_| shown) {
+                arriving += throughput * environment.radiance(ray.direction, &hero.nm).hero();
             }
             break;
         };
         if let Some(light) = hit.light
             && ray.direction.dot(hit.point.normal) < 0.0
         {
-            arriving += throughput * scene.lights.radiance(light, &hero.nm).hero();
+            arriving +=
+                throughput * scene.lights.radiance(light, &scene.texture_point(&hit), &hero.nm).hero();
         }
         if vertex + 1 >= scene.limits.max_depth {
             break;

@@ -4,14 +4,20 @@
 //! side is looked at. At a point all of that is gone through once, which leaves one BSDF in one frame: [`Shading`].
 //! Between nested materials one is chosen at random, with the probability that is its weight.
 
+mod facets;
+mod layered;
 mod relief;
 mod shading;
 
+pub use facets::Facets;
+pub use layered::{
+    PlasticMaterial, PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial, ThinDielectricMaterial,
+};
 pub use relief::{Relief, ReliefMap};
 pub use shading::{Shading, ShadingPoint};
 
 use crate::bsdf::{
-    Bsdf, Conductor, Dielectric, DiffuseTransmitter, Lambert, Microfacets, RoughConductor, RoughDielectric,
+    Bsdf, Conductor, Dielectric, DiffuseTransmitter, Lambert, RoughConductor, RoughDielectric,
 };
 use crate::spectrum::{Sampled, Spectrum};
 use crate::texture::{Texture, TexturePoint};
@@ -38,9 +44,13 @@ pub enum Material {
         n: Spectrum,
         k: Spectrum,
         specular_reflectance: Texture,
-        microfacets: Option<Microfacets>,
+        facets: Option<Facets>,
     },
     Dielectric(DielectricMaterial),
+    ThinDielectric(ThinDielectricMaterial),
+    Plastic(PlasticMaterial),
+    Principled(Box<PrincipledMaterial>),
+    PrincipledThin(Box<PrincipledThinMaterial>),
     /// One material in front, another or the same behind; each sees the surface from its own front.
     TwoSided {
         front: MaterialId,
@@ -72,7 +82,7 @@ pub struct DielectricMaterial {
     pub exterior: Option<Spectrum>,
     pub specular_reflectance: Texture,
     pub specular_transmittance: Texture,
-    pub microfacets: Option<Microfacets>,
+    pub facets: Option<Facets>,
 }
 
 /// Index of air at standard conditions as Mitsuba 3 has it: what surrounds a body in nothing else.
@@ -122,7 +132,11 @@ impl Material {
             | Self::Diffuse { .. }
             | Self::DiffuseTransmitter { .. }
             | Self::Conductor { .. }
-            | Self::Dielectric(_) => [None, None],
+            | Self::Dielectric(_)
+            | Self::ThinDielectric(_)
+            | Self::Plastic(_)
+            | Self::Principled(_)
+            | Self::PrincipledThin(_) => [None, None],
         }
     }
 
@@ -133,22 +147,39 @@ impl Material {
 
     /// Whether light may pass straight through as if there were no surface.
     pub fn may_pass(&self) -> bool {
-        matches!(self, Self::Null | Self::Mask { .. })
+        matches!(self, Self::Null | Self::Mask { .. } | Self::ThinDielectric(_))
     }
 
     /// Whether light may get to the other side.
     pub fn transmits(&self) -> bool {
-        matches!(self, Self::Null | Self::Mask { .. } | Self::Dielectric(_) | Self::DiffuseTransmitter { .. })
+        match self {
+            Self::Null
+            | Self::Mask { .. }
+            | Self::Dielectric(_)
+            | Self::DiffuseTransmitter { .. }
+            | Self::ThinDielectric(_)
+            | Self::PrincipledThin(_) => true,
+            Self::Principled(principled) => principled.glass,
+            _ => false,
+        }
     }
 
     /// Whether directions are spread by a roughness.
     pub fn is_rough(&self) -> bool {
-        self.microfacets().is_some()
+        match self {
+            Self::Plastic(plastic) => plastic.coat.is_some(),
+            Self::Principled(_) | Self::PrincipledThin(_) => true,
+            _ => self.facets().is_some(),
+        }
     }
 
     /// Whether it asks for the surface's coordinates.
     pub fn is_parametrised(&self) -> bool {
-        let anisotropic = self.microfacets().is_some_and(|microfacets| microfacets.is_anisotropic());
+        let anisotropic = match self {
+            Self::Principled(principled) => principled.textures.is_anisotropic(),
+            Self::PrincipledThin(thin) => thin.textures.is_anisotropic(),
+            _ => self.facets().is_some_and(Facets::is_anisotropic),
+        };
         anisotropic || matches!(self, Self::Relief { .. }) || self.textures().iter().any(|t| t.varies())
     }
 
@@ -163,10 +194,10 @@ impl Material {
         }
     }
 
-    fn microfacets(&self) -> Option<&Microfacets> {
+    fn facets(&self) -> Option<&Facets> {
         match self {
-            Self::Conductor { microfacets, .. } => microfacets.as_ref(),
-            Self::Dielectric(dielectric) => dielectric.microfacets.as_ref(),
+            Self::Conductor { facets, .. } => facets.as_ref(),
+            Self::Dielectric(dielectric) => dielectric.facets.as_ref(),
             _ => None,
         }
     }
@@ -176,10 +207,17 @@ impl Material {
         match self {
             Self::Diffuse { reflectance } => vec![reflectance],
             Self::DiffuseTransmitter { reflectance, transmittance } => vec![reflectance, transmittance],
-            Self::Conductor { specular_reflectance, .. } => vec![specular_reflectance],
-            Self::Dielectric(dielectric) => {
-                vec![&dielectric.specular_reflectance, &dielectric.specular_transmittance]
+            Self::Conductor { specular_reflectance, facets, .. } => {
+                facets.iter().flat_map(Facets::textures).chain([specular_reflectance]).collect()
             }
+            Self::Dielectric(dielectric) => {
+                let factors = [&dielectric.specular_reflectance, &dielectric.specular_transmittance];
+                dielectric.facets.iter().flat_map(Facets::textures).chain(factors).collect()
+            }
+            Self::ThinDielectric(pane) => vec![&pane.specular_reflectance, &pane.specular_transmittance],
+            Self::Plastic(plastic) => vec![&plastic.diffuse_reflectance, &plastic.specular_reflectance],
+            Self::Principled(principled) => principled.all_textures(),
+            Self::PrincipledThin(thin) => thin.all_textures(),
             Self::Mask { opacity: texture, .. } | Self::Blend { weight: texture, .. } => vec![texture],
             Self::Black | Self::Null | Self::TwoSided { .. } | Self::Relief { .. } => Vec::new(),
         }
@@ -204,20 +242,24 @@ impl Material {
                     transmittance: transmittance.sample(at, nm),
                 })
             }
-            Self::Conductor { n, k, specular_reflectance, microfacets } => {
+            Self::Conductor { n, k, specular_reflectance, facets } => {
                 let facet = Conductor {
                     eta: n.sample(nm),
                     k: k.sample(nm),
                     specular_reflectance: specular_reflectance.sample(at, nm),
                 };
-                match microfacets {
+                match facets {
                     None => Bsdf::Conductor(facet),
-                    Some(microfacets) => {
-                        Bsdf::RoughConductor(RoughConductor { facet, microfacets: *microfacets })
+                    Some(facets) => {
+                        Bsdf::RoughConductor(RoughConductor { facet, microfacets: facets.microfacets(at) })
                     }
                 }
             }
             Self::Dielectric(dielectric) => dielectric.bsdf(at, nm, around),
+            Self::ThinDielectric(pane) => pane.bsdf(at, nm),
+            Self::Plastic(plastic) => plastic.bsdf(at, nm),
+            Self::Principled(principled) => principled.bsdf(at, nm),
+            Self::PrincipledThin(thin) => thin.bsdf(at, nm),
         }
     }
 }
@@ -233,9 +275,11 @@ impl DielectricMaterial {
             specular_reflectance: self.specular_reflectance.sample(at, nm),
             specular_transmittance: self.specular_transmittance.sample(at, nm),
         };
-        match self.microfacets {
+        match &self.facets {
             None => Bsdf::Dielectric(facet),
-            Some(microfacets) => Bsdf::RoughDielectric(RoughDielectric { facet, microfacets }),
+            Some(facets) => {
+                Bsdf::RoughDielectric(RoughDielectric { facet, microfacets: facets.microfacets(at) })
+            }
         }
     }
 }

@@ -64,7 +64,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
         (_, []) => Vec::new(),
     };
     let channels = if matches!(wanted, Colour::Grey(_)) { 1 } else { 3 };
-    Ok(Image { width, height, channels, values, encoded: false })
+    Ok(Image::new(width, height, channels, values, false))
 }
 
 /// Which channels make the colour, as indices into those of the file.

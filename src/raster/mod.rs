@@ -4,14 +4,20 @@
 //! length of the file before anything is allocated for them.
 
 mod exr;
+mod grid;
 mod pfm;
 
+pub use grid::Grid;
+
 use crate::spectrum::colour::srgb_decode;
+use crate::spectrum::upsample;
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use rayon::prelude::*;
 use std::io::Cursor;
+use std::sync::{Arc, OnceLock};
 
 /// Rows of texels from the top, each from the left.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Image {
     pub width: usize,
     pub height: usize,
@@ -21,6 +27,8 @@ pub struct Image {
     pub values: Vec<f32>,
     /// Whether the values follow the transfer function of sRGB, as integers of 8 and 16 bits do.
     pub encoded: bool,
+    /// Made when first asked for, so that textures which share an image share it too.
+    spectra: OnceLock<Arc<[[f32; 3]]>>,
 }
 
 /// Why a file is no image.
@@ -43,6 +51,11 @@ const MOST_TEXELS: usize = 1 << 27;
 const HIGHEST_COMPRESSION: usize = 1100;
 
 impl Image {
+    /// An image of `values`, which must be `width · height · channels` finite numbers.
+    pub fn new(width: usize, height: usize, channels: usize, values: Vec<f32>, encoded: bool) -> Self {
+        Self { width, height, channels, values, encoded, spectra: OnceLock::new() }
+    }
+
     /// Decodes the content of a file. `extension` (without the dot) decides where the content does not say what it is.
     ///
     /// # Errors
@@ -96,15 +109,32 @@ impl Image {
         &self.values[at..at + self.channels]
     }
 
+    /// A value as a measure of light.
+    pub fn light(&self, value: f32) -> f64 {
+        let value = f64::from(value);
+        if self.encoded { srgb_decode(value) } else { value }
+    }
+
     /// The same image in values proportional to light.
     pub fn linear(mut self) -> Self {
         if self.encoded {
-            for value in &mut self.values {
-                *value = srgb_decode(f64::from(*value)) as f32;
-            }
+            self.values.par_iter_mut().for_each(|value| *value = srgb_decode(f64::from(*value)) as f32);
             self.encoded = false;
         }
         self
+    }
+
+    /// For an image of three channels, the coefficients of the [`Sigmoid`](crate::spectrum::Sigmoid) of each texel.
+    pub fn spectra(&self) -> Arc<[[f32; 3]]> {
+        let make = || {
+            let texels = self.values.par_chunks_exact(3);
+            let spectra = texels.map(|texel| {
+                let rgb = [0, 1, 2].map(|channel| self.light(texel[channel]));
+                upsample(rgb).coefficients.map(|coefficient| coefficient as f32)
+            });
+            spectra.collect::<Vec<_>>().into()
+        };
+        self.spectra.get_or_init(make).clone()
     }
 }
 
@@ -142,8 +172,7 @@ fn common(bytes: &[u8], format: ImageFormat) -> Result<Image, ImageError> {
     let (width, height) = (width as usize, height as usize);
     check_size(width, height, usize::from(decoder.color_type().bytes_per_pixel()), bytes.len())?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(damaged)?;
-    let image =
-        |channels: usize, encoded: bool, values: Vec<f32>| Image { width, height, channels, values, encoded };
+    let image = |channels, encoded, values| Image::new(width, height, channels, values, encoded);
     let byte = |value: u8| f32::from(value) / 255.0;
     let word = |value: u16| f32::from(value) / 65535.0;
     Ok(match decoded {

@@ -43,5 +43,5 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
         scale.abs() * if scale < 0.0 { f32::from_le_bytes(bytes) } else { f32::from_be_bytes(bytes) }
     };
     let values = data.chunks_exact(row_bytes).rev().flat_map(|row| row.chunks_exact(4).map(value)).collect();
-    Ok(Image { width, height, channels, values, encoded: false })
+    Ok(Image::new(width, height, channels, values, false))
 }

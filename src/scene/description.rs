@@ -4,6 +4,7 @@
 use super::source::{Place, Sources};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
+use crate::integrator::Techniques;
 use crate::sampling::SamplerKind;
 use crate::shape::MeshData;
 use crate::spectrum::DispersionFormula;
@@ -73,6 +74,16 @@ pub enum SpectrumKind {
     Named(String),
 }
 
+impl SpectrumSource {
+    /// The one value that it has at all wavelengths, if it is given like that.
+    pub fn constant(&self) -> Option<f64> {
+        match self.kind {
+            SpectrumKind::Constant(value) => Some(value * self.scale),
+            _ => None,
+        }
+    }
+}
+
 /// A refractive index, real.
 #[derive(Clone, Debug)]
 pub struct IndexSource {
@@ -128,6 +139,38 @@ pub enum BsdfKind {
         specular_reflectance: SpectrumSource,
         specular_transmittance: SpectrumSource,
         roughness: Option<Roughness>,
+    },
+    /// `thindielectric`: a sheet of glass, in air where the file doesn't say otherwise.
+    ThinDielectric {
+        interior: IndexSource,
+        exterior: Option<IndexSource>,
+        specular_reflectance: SpectrumSource,
+        specular_transmittance: SpectrumSource,
+    },
+    /// `plastic` without and `roughplastic` with a roughness: a coat on a matt base, in air where the file doesn't
+    /// say otherwise.
+    Plastic {
+        interior: IndexSource,
+        exterior: Option<IndexSource>,
+        diffuse_reflectance: SpectrumSource,
+        specular_reflectance: SpectrumSource,
+        /// Whether light that is reflected inside is coloured each time.
+        nonlinear: bool,
+        coat: Option<CoatRoughness>,
+    },
+    Principled {
+        base: PrincipledBase,
+        metallic: SpectrumSource,
+        clearcoat: SpectrumSource,
+        clearcoat_gloss: SpectrumSource,
+        /// The index below over that above.
+        eta: f64,
+    },
+    PrincipledThin {
+        base: PrincipledBase,
+        /// 0–2.
+        diff_trans: SpectrumSource,
+        eta: SpectrumSource,
     },
     /// Lets everything pass, as if there were no surface.
     Null,
@@ -199,11 +242,37 @@ pub enum MetalAssumption {
     KnownIndex(SpectrumSource),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Roughness {
     pub distribution: Distribution,
-    /// Roughness along the tangent and the bitangent.
-    pub alpha: [f64; 2],
+    pub alpha: Alpha,
+}
+
+#[derive(Clone, Debug)]
+pub enum Alpha {
+    Isotropic(SpectrumSource),
+    /// Along the tangent and the bitangent.
+    Anisotropic([SpectrumSource; 2]),
+}
+
+/// The roughness of a coat, the same everywhere.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoatRoughness {
+    pub distribution: Distribution,
+    pub alpha: f64,
+}
+
+/// What `principled` and `principledthin` have in common, by Mitsuba's names.
+#[derive(Clone, Debug)]
+pub struct PrincipledBase {
+    pub base_color: SpectrumSource,
+    pub roughness: SpectrumSource,
+    pub anisotropic: SpectrumSource,
+    pub spec_trans: SpectrumSource,
+    pub spec_tint: SpectrumSource,
+    pub sheen: SpectrumSource,
+    pub sheen_tint: SpectrumSource,
+    pub flatness: SpectrumSource,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -295,6 +364,19 @@ pub struct Light {
 pub enum LightKind {
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
     Point { position: Vec3, intensity: SpectrumSource },
+    /// A point that shines along its local +z. The angles, in degrees, are those between the axis and where the light ends,
+    /// and where it begins to fall off.
+    Spot {
+        to_world: Transform,
+        /// On the axis.
+        intensity: SpectrumSource,
+        cutoff_angle: f64,
+        beam_width: f64,
+        /// Between the light and what it lights.
+        texture: Option<SpectrumSource>,
+    },
+    /// A picture thrown along the local +z.
+    Projector { to_world: Transform, irradiance: SpectrumSource, scale: f64, field_of_view: FieldOfView },
     /// Irradiance on a surface across the light's direction of travel, W·m⁻²·nm⁻¹.
     /// `travels` has any length.
     Directional { travels: Vec3, irradiance: SpectrumSource },
@@ -391,6 +473,8 @@ pub struct Integrator {
     /// Number of segments from which Russian roulette may end a path.
     pub rr_depth: u32,
     pub hide_emitters: bool,
+    /// `direct` may leave one out.
+    pub techniques: Techniques,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -24,8 +24,6 @@ pub struct Scene {
     pub limits: Limits,
     pub wavelengths: WavelengthDensity,
     pub lights: Lights,
-    /// Radiance from beyond the scene, the same from everywhere.
-    pub environment: Option<Spectrum>,
     /// Of the order of the brightest light's contribution to Y: fixes the film's quantum.
     pub reference_radiance: f64,
     pub(super) needs: Needs,

@@ -82,6 +82,9 @@ impl Parametrisation {
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSample {
     pub surface: SurfaceHit,
+    /// As in [`Hit`].
+    pub triangle: u32,
+    pub barycentric: [f64; 2],
     /// Per unit of world area.
     pub density: f64,
 }
@@ -90,8 +93,18 @@ pub struct AreaSample {
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeSample {
     pub surface: SurfaceHit,
+    /// As in [`Hit`].
+    pub triangle: u32,
+    pub barycentric: [f64; 2],
     /// Per steradian, as seen from the reference point.
     pub density: f64,
+}
+
+impl AreaSample {
+    /// On a shape that is no mesh.
+    fn analytic(surface: SurfaceHit, density: f64) -> Self {
+        Self { surface, triangle: 0, barycentric: [0.0; 2], density }
+    }
 }
 
 /// Why a shape cannot be made.
@@ -228,9 +241,9 @@ impl Shape {
         if by_solid_angle.is_some() {
             return by_solid_angle;
         }
-        let AreaSample { surface, density } = self.sample(u)?;
+        let AreaSample { surface, triangle, barycentric, density } = self.sample(u)?;
         let density = density * steradians_to_area(reference, &surface.point)?;
-        Some(ShapeSample { surface, density })
+        Some(ShapeSample { surface, triangle, barycentric, density })
     }
 
     /// Density per steradian with which [`Shape::sample_toward`] chooses `point` of this shape, which

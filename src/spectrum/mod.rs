@@ -17,6 +17,7 @@ mod sampled;
 mod table;
 pub mod table_file;
 pub mod text;
+mod upsampling;
 mod wavelengths;
 
 use crate::units::WavelengthRange;
@@ -27,6 +28,7 @@ pub use error::SpectrumError;
 pub use normal_reflectance::NormalReflectance;
 pub use sampled::Sampled;
 pub use table::{Extrapolation, Irregular, Table, Uniform};
+pub use upsampling::{Sigmoid, upsample};
 pub use wavelengths::{Emission, Response, WavelengthDensity, Wavelengths};
 
 /// A function of vacuum wavelength (nm). Its unit belongs to its use.
@@ -40,6 +42,8 @@ pub enum Spectrum {
     Irregular(Irregular),
     /// Thermal radiation, evaluated exactly.
     Blackbody(Blackbody),
+    /// A smooth reflectance made for a colour, times a factor.
+    Sigmoid { shape: Sigmoid, factor: f64 },
 }
 
 impl Spectrum {
@@ -91,6 +95,7 @@ impl Spectrum {
             Self::Uniform(table) => table.at(nm),
             Self::Irregular(table) => table.at(nm),
             Self::Blackbody(body) => body.at(nm),
+            Self::Sigmoid { shape, factor } => factor * shape.at(nm),
         }
     }
 
@@ -102,6 +107,7 @@ impl Spectrum {
             Self::Uniform(table) => Sampled::from_fn(|lane| table.at(nm[lane])),
             Self::Irregular(table) => Sampled::from_fn(|lane| table.at(nm[lane])),
             Self::Blackbody(body) => Sampled::from_fn(|lane| body.at(nm[lane])),
+            Self::Sigmoid { shape, factor } => Sampled::from_fn(|lane| factor * shape.at(nm[lane])),
         }
     }
 
@@ -112,13 +118,14 @@ impl Spectrum {
             Self::Uniform(table) => Self::Uniform(table.scaled(factor)),
             Self::Irregular(table) => Self::Irregular(table.scaled(factor)),
             Self::Blackbody(body) => Self::Blackbody(body.scaled(factor)),
+            Self::Sigmoid { shape, factor: own } => Self::Sigmoid { shape: *shape, factor: own * factor },
         }
     }
 
     /// The published table behind this function, where there is one.
     pub fn table(&self) -> Option<&Table> {
         match self {
-            Self::Constant(_) | Self::Blackbody(_) => None,
+            Self::Constant(_) | Self::Blackbody(_) | Self::Sigmoid { .. } => None,
             Self::Uniform(table) => Some(table.source()),
             Self::Irregular(table) => Some(table.source()),
         }
@@ -149,18 +156,23 @@ impl Spectrum {
             Self::Uniform(table) => table.source().bounds(range),
             Self::Irregular(table) => table.source().bounds(range),
             Self::Blackbody(body) => body.bounds(range),
+            Self::Sigmoid { shape, factor } => {
+                let (a, b) = shape.bounds(range);
+                ((a * factor).min(b * factor), (a * factor).max(b * factor))
+            }
         }
     }
 
     /// Integral over `range`, in the function's unit times nm.
     ///
-    /// Exact for constants and tables (up to rounding), to about 1e-13 of its value for black bodies.
+    /// Exact for constants and tables (up to rounding), to about 1e-13 of its value for black bodies, 1e-9 for sigmoids.
     pub fn integral(&self, range: WavelengthRange) -> f64 {
         match self {
             Self::Constant(value) => value * range.width(),
             Self::Uniform(table) => table.source().integral(range),
             Self::Irregular(table) => table.source().integral(range),
             Self::Blackbody(body) => body.integral(range),
+            Self::Sigmoid { shape, factor } => factor * shape.integral(range),
         }
     }
 
@@ -172,6 +184,7 @@ impl Spectrum {
             Self::Uniform(table) => table.source().is_constant(),
             Self::Irregular(table) => table.source().is_constant(),
             Self::Blackbody(body) => body.is_dark(),
+            Self::Sigmoid { shape, factor } => *factor == 0.0 || shape.is_constant(),
         }
     }
 
@@ -188,7 +201,7 @@ impl Spectrum {
         let refuse = |nm: Option<f64>, value: f64| SpectrumError::OutOfBounds { nm, value, least, greatest };
         match &self {
             Self::Constant(value) if !(least..=greatest).contains(value) => return Err(refuse(None, *value)),
-            Self::Constant(_) | Self::Blackbody(_) => {}
+            Self::Constant(_) | Self::Blackbody(_) | Self::Sigmoid { .. } => {}
             Self::Uniform(_) | Self::Irregular(_) => {
                 let table = self.table().into_iter();
                 let bad = table
@@ -205,7 +218,7 @@ impl Spectrum {
     /// The same table with another rule for what lies outside it; other functions are unchanged.
     pub fn with_extrapolation(&self, outside: Extrapolation) -> Self {
         match self {
-            Self::Constant(_) | Self::Blackbody(_) => self.clone(),
+            Self::Constant(_) | Self::Blackbody(_) | Self::Sigmoid { .. } => self.clone(),
             Self::Uniform(table) => Self::Uniform(table.with_extrapolation(outside)),
             Self::Irregular(table) => Self::Irregular(table.with_extrapolation(outside)),
         }
@@ -229,6 +242,7 @@ mod tests {
             ("irregular, held", Spectrum::irregular(&uneven, &heights, Hold).unwrap()),
             ("common step", Spectrum::irregular(&[380.0, 390.5, 395.0, 780.0], &heights[..4], Zero).unwrap()),
             ("blackbody", Spectrum::blackbody(3000.0).unwrap()),
+            ("sigmoid", Spectrum::Sigmoid { shape: upsample([0.1, 0.7, 0.3]), factor: 2.0 }),
         ]
     }
 

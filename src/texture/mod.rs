@@ -1,8 +1,26 @@
 //! Textures: functions of wavelength that may vary over a surface.
+//!
+//! What a texture gives depends on who asks, as in Mitsuba 3: a spectrum ([`Texture::sample`]), one number
+//! ([`Texture::value`]), three numbers that are no colour ([`Texture::rgb`]), a slope ([`Texture::gradient`]). The reader of
+//! scene files refuses textures that cannot give what they are asked for.
+
+mod attribute;
+mod bitmap;
+mod checkerboard;
+#[cfg(test)]
+mod tests;
+mod uv;
+mod volume;
+
+pub use attribute::Attribute;
+pub use bitmap::{Bitmap, Filter, Placing};
+pub use checkerboard::Checkerboard;
+pub use uv::{UvTransform, Wrap};
+pub use volume::{Volume, from_box};
 
 use crate::geometry::Vec3;
 use crate::shape::Mesh;
-use crate::spectrum::{Sampled, Spectrum};
+use crate::spectrum::{Extrapolation, Sampled, Spectrum, upsample};
 use crate::units::WavelengthRange;
 
 /// A quantity over wavelength and surface.
@@ -10,13 +28,22 @@ use crate::units::WavelengthRange;
 pub enum Texture {
     /// The same everywhere.
     Uniform(Spectrum),
+    Bitmap(Box<Bitmap>),
+    Checkerboard(Box<Checkerboard>),
+    Attribute(Attribute),
+    Volume(Box<Volume>),
+    /// Another texture times a spectrum.
+    Filtered {
+        texture: Box<Texture>,
+        by: Spectrum,
+    },
 }
 
 /// Where on a surface a texture is asked for.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint<'a> {
     pub uv: [f64; 2],
-    /// In the coordinates of the compiled scene.
+    /// In the coordinates of the scene file.
     pub position: Vec3,
     /// The place on a mesh, for what its vertices and faces carry.
     pub mesh: Option<MeshPoint<'a>>,
@@ -33,28 +60,48 @@ pub struct MeshPoint<'a> {
 
 impl Texture {
     /// The values at the wavelengths of a path.
-    pub fn sample<const C: usize>(&self, _at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
+    #[inline]
+    pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
         match self {
             Self::Uniform(spectrum) => spectrum.sample(nm),
+            Self::Bitmap(bitmap) => bitmap.sample(at, nm),
+            Self::Checkerboard(board) => board.sample(at, nm),
+            Self::Attribute(attribute) => attribute.sample(at, nm),
+            Self::Volume(volume) => volume.sample(at, nm),
+            Self::Filtered { texture, by } => texture.sample(at, nm) * by.sample(nm),
         }
     }
 
     /// The value of a texture without wavelength, such as a roughness, an opacity or a weight.
-    pub fn value(&self, _at: &TexturePoint) -> f64 {
+    #[inline]
+    pub fn value(&self, at: &TexturePoint) -> f64 {
         match self {
-            Self::Uniform(spectrum) => spectrum.at(SCALAR_NM),
+            Self::Uniform(spectrum) => scalar(spectrum),
+            Self::Bitmap(bitmap) => bitmap.value(at),
+            Self::Checkerboard(board) => board.value(at),
+            Self::Attribute(attribute) => attribute.value(at),
+            Self::Volume(volume) => volume.value(at),
+            Self::Filtered { texture, by } => texture.value(at) * scalar(by),
         }
     }
 
     /// The three channels of an image as they are, for what is no colour.
     pub fn rgb(&self, at: &TexturePoint) -> [f64; 3] {
-        [self.value(at); 3]
+        match self {
+            Self::Bitmap(bitmap) => bitmap.rgb(at),
+            Self::Attribute(attribute) => attribute.rgb(at),
+            Self::Volume(volume) => volume.rgb(at),
+            Self::Uniform(_) | Self::Checkerboard(_) | Self::Filtered { .. } => [self.value(at); 3],
+        }
     }
 
     /// ∂/∂u and ∂/∂v of [`Self::value`].
-    pub fn gradient(&self, _at: &TexturePoint) -> [f64; 2] {
+    pub fn gradient(&self, at: &TexturePoint) -> [f64; 2] {
         match self {
-            Self::Uniform(_) => [0.0; 2],
+            Self::Bitmap(bitmap) => bitmap.gradient(at),
+            Self::Filtered { texture, by } => texture.gradient(at).map(|slope| slope * scalar(by)),
+            // What only the reader of a scene could ask of the others, and does not.
+            Self::Uniform(_) | Self::Checkerboard(_) | Self::Attribute(_) | Self::Volume(_) => [0.0; 2],
         }
     }
 
@@ -62,6 +109,8 @@ impl Texture {
     pub fn varies(&self) -> bool {
         match self {
             Self::Uniform(_) => false,
+            Self::Filtered { texture, .. } => texture.varies(),
+            Self::Bitmap(_) | Self::Checkerboard(_) | Self::Attribute(_) | Self::Volume(_) => true,
         }
     }
 
@@ -69,6 +118,57 @@ impl Texture {
     pub fn is_zero(&self, range: WavelengthRange) -> bool {
         match self {
             Self::Uniform(spectrum) => spectrum.is_zero(range),
+            Self::Bitmap(bitmap) => bitmap.is_zero(),
+            Self::Checkerboard(board) => board.colours.iter().all(|colour| colour.is_zero(range)),
+            Self::Attribute(attribute) => attribute.scale == 0.0,
+            Self::Volume(volume) => volume.max_bound() == 0.0,
+            Self::Filtered { texture, by } => texture.is_zero(range) || by.is_zero(range),
+        }
+    }
+
+    /// About the mean over the surface: above zero wherever a value is, for the choice of wavelengths and lights.
+    pub fn mean_spectrum(&self, range: WavelengthRange) -> Spectrum {
+        match self {
+            Self::Uniform(spectrum) => spectrum.clone(),
+            Self::Bitmap(bitmap) => bitmap.mean_spectrum(),
+            Self::Checkerboard(board) => {
+                let [a, b] = [0, 1].map(|i| board.colours[i].mean_spectrum(range));
+                tabulated(range, &a, |nm| 0.5 * (a.at(nm) + b.at(nm)))
+            }
+            // Known only to the meshes.
+            Self::Attribute(attribute) => Spectrum::Constant(0.5 * attribute.scale),
+            Self::Volume(volume) => {
+                let mean = volume.mean().map(|value| value.max(0.0));
+                let scale = 2.0 * mean.into_iter().fold(f64::MIN_POSITIVE, f64::max);
+                Spectrum::Sigmoid { shape: upsample(mean.map(|value| value / scale)), factor: scale }
+            }
+            Self::Filtered { texture, by } => {
+                let within = texture.mean_spectrum(range);
+                tabulated(range, by, |nm| within.at(nm) * by.at(nm))
+            }
+        }
+    }
+
+    /// No value over the range is above it, as far as that can be known.
+    pub fn max_bound(&self, range: WavelengthRange) -> f64 {
+        match self {
+            Self::Uniform(spectrum) => spectrum.bounds(range).1,
+            Self::Bitmap(bitmap) => bitmap.max_bound(),
+            Self::Checkerboard(board) => {
+                board.colours.iter().map(|colour| colour.max_bound(range)).fold(f64::NEG_INFINITY, f64::max)
+            }
+            Self::Attribute(attribute) => attribute.scale,
+            Self::Volume(volume) => volume.max_bound(),
+            Self::Filtered { texture, by } => texture.max_bound(range) * by.bounds(range).1,
+        }
+    }
+
+    /// Columns and rows of a picture; 1 × 1 for what is none.
+    pub fn resolution(&self) -> [u32; 2] {
+        match self {
+            Self::Bitmap(bitmap) => bitmap.resolution(),
+            Self::Filtered { texture, .. } => texture.resolution(),
+            Self::Uniform(_) | Self::Checkerboard(_) | Self::Attribute(_) | Self::Volume(_) => [1, 1],
         }
     }
 
@@ -76,9 +176,41 @@ impl Texture {
     pub fn uniform(&self) -> Option<&Spectrum> {
         match self {
             Self::Uniform(spectrum) => Some(spectrum),
+            _ => None,
+        }
+    }
+
+    /// The names of the attributes that a mesh must have.
+    pub fn attributes(&self) -> Vec<&str> {
+        match self {
+            Self::Attribute(attribute) => vec![&attribute.name],
+            Self::Checkerboard(board) => board.colours.iter().flat_map(Self::attributes).collect(),
+            Self::Filtered { texture, .. } => texture.attributes(),
+            Self::Uniform(_) | Self::Bitmap(_) | Self::Volume(_) => Vec::new(),
         }
     }
 }
 
-/// Where a constant that stands for no function of wavelength is looked up.
-const SCALAR_NM: f64 = 550.0;
+/// A spectrum as one number: a colour's is its mean, as in Mitsuba 3.
+fn scalar(spectrum: &Spectrum) -> f64 {
+    /// Where a spectrum that is no constant, which the reader refuses as a number, is looked up.
+    const NM: f64 = 550.0;
+    match spectrum {
+        Spectrum::Constant(value) => *value,
+        Spectrum::Sigmoid { shape, factor } => factor * shape.mean(),
+        other => other.at(NM),
+    }
+}
+
+/// Luminance of linear values for the primaries of sRGB, with the weights that Mitsuba 3 has.
+fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.212_671 * r + 0.715_16 * g + 0.072_169 * b
+}
+
+/// A function as a table over a range; `like` where the range is empty.
+fn tabulated(range: WavelengthRange, like: &Spectrum, at: impl Fn(f64) -> f64) -> Spectrum {
+    let steps = range.width().ceil().max(1.0) as usize;
+    let values: Vec<f64> =
+        (0..=steps).map(|i| at(range.min + range.width() * i as f64 / steps as f64)).collect();
+    Spectrum::regular(range.min, range.max, &values, Extrapolation::Zero).unwrap_or_else(|_| like.clone())
+}

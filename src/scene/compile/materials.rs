@@ -1,10 +1,11 @@
+use super::layered;
 use super::spectra::{index, spectrum, texture};
-use crate::bsdf::{Microfacets, microfacet};
-use crate::material::{DielectricMaterial, Material, MaterialId, Materials, Relief, ReliefMap};
+use crate::bsdf::microfacet;
+use crate::material::{DielectricMaterial, Facets, Material, MaterialId, Materials, Relief, ReliefMap};
 use crate::medium::{Body, Filling};
 use crate::scene::description::{
-    Bsdf, BsdfKind, ConductorIndex, Distribution, Medium, MetalAssumption, ReliefShading, Roughness, Shape,
-    SpectrumSource,
+    Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, Medium, MetalAssumption, ReliefShading, Roughness,
+    Shape, SpectrumSource,
 };
 use crate::scene::source::SceneError;
 use crate::scene::traceable::Surface;
@@ -128,7 +129,7 @@ impl MaterialCompiler {
                     n,
                     k,
                     specular_reflectance: texture(specular_reflectance)?,
-                    microfacets: roughness.map(microfacets),
+                    facets: roughness.as_ref().map(facets).transpose()?,
                 }
             }
             BsdfKind::Dielectric {
@@ -142,8 +143,12 @@ impl MaterialCompiler {
                 exterior: exterior.as_ref().map(|source| index(source, self.range)).transpose()?,
                 specular_reflectance: texture(specular_reflectance)?,
                 specular_transmittance: texture(specular_transmittance)?,
-                microfacets: roughness.map(microfacets),
+                facets: roughness.as_ref().map(facets).transpose()?,
             }),
+            BsdfKind::ThinDielectric { .. }
+            | BsdfKind::Plastic { .. }
+            | BsdfKind::Principled { .. }
+            | BsdfKind::PrincipledThin { .. } => layered::compiled(&bsdf.kind, self.range)?,
             BsdfKind::Null => Material::Null,
             BsdfKind::Mask { opacity, nested } => {
                 Material::Mask { opacity: texture(opacity)?, nested: self.material(nested)? }
@@ -218,10 +223,18 @@ fn relief(map: ReliefMap, shading: ReliefShading) -> Relief {
     }
 }
 
-fn microfacets(roughness: Roughness) -> Microfacets {
-    let shape = match roughness.distribution {
+fn facets(roughness: &Roughness) -> Result<Facets, SceneError> {
+    let alpha = match &roughness.alpha {
+        Alpha::Isotropic(alpha) => [texture(alpha)?, texture(alpha)?],
+        Alpha::Anisotropic([u, v]) => [texture(u)?, texture(v)?],
+    };
+    let isotropic = matches!(roughness.alpha, Alpha::Isotropic(_));
+    Ok(Facets { shape: shape(roughness.distribution), alpha, isotropic })
+}
+
+pub(super) fn shape(distribution: Distribution) -> microfacet::Shape {
+    match distribution {
         Distribution::Beckmann => microfacet::Shape::Beckmann,
         Distribution::Ggx => microfacet::Shape::Ggx,
-    };
-    Microfacets::new(shape, roughness.alpha[0], roughness.alpha[1])
+    }
 }

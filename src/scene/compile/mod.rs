@@ -5,24 +5,24 @@
 //! far a scene lies from the origin of its file makes no difference.
 
 mod groups;
+mod layered;
+mod lights;
 mod materials;
 mod spectra;
 
-use super::description::{self, Description, FieldOfView, FovAxis, IntegratorKind, LightKind, ShapeKind};
+use super::description::{self, Description, FieldOfView, FovAxis, IntegratorKind, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{FilmPlan, Needs, Scene, Surface};
 use crate::camera::{Camera, CameraSettings, ThinLens};
 use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Integrator, Limits};
-use crate::light::{AreaGeometry, Light, Lights};
 use crate::material::Material;
 use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
-use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Observer};
-use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
+use crate::spectrum::Spectrum;
+use crate::spectrum::colour::Observer;
 use crate::units::WavelengthRange;
 use groups::Groups;
 use materials::MaterialCompiler;
-use std::f64::consts::PI;
 
 /// What a scene is compiled for.
 #[derive(Clone, Copy, Debug)]
@@ -76,16 +76,13 @@ impl Compiler<'_> {
             let light = match &shape.emission {
                 None => None,
                 Some(source) => {
-                    let radiance = self.spectrum(source);
-                    lights.push(Light::Area {
-                        geometry: Box::new(AreaGeometry::new(geometry.clone())),
-                        radiance,
-                    });
+                    lights.push(self.area_light(&geometry, source));
                     Some(lights.len() as u32 - 1)
                 }
             };
             shapes.push(geometry);
-            surfaces.push(Surface { light, ..surface });
+            let textured = light.is_some_and(|light| lights[light as usize].is_textured());
+            surfaces.push(Surface { light, parametrised: surface.parametrised || textured, ..surface });
         }
         let environment = self.other_lights(&mut lights, &shift);
         let camera_medium = description
@@ -111,7 +108,7 @@ impl Compiler<'_> {
         let bodies_may_nest = may_nest(&shapes[..own], &surfaces[..own]) || groups.hold_bodies(&surfaces);
         let absorption = media.iter().any(Option::is_some);
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
-        let powers: Vec<f64> = lights.iter().map(|light| power(light, scene_radius)).collect();
+        let lights = self.weighed(lights, environment, scene_radius);
         let needs = Needs {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
@@ -123,9 +120,6 @@ impl Compiler<'_> {
             clear_shadows: volumetric && surfaces.iter().any(|surface| surface.may_pass),
             textures: surfaces.iter().any(|surface| surface.parametrised),
         };
-        let total = |(light, power): (&Light, &f64)| mean_over(light.spectrum(), self.options.range) * power;
-        let shares: Vec<f64> = lights.iter().zip(&powers).map(total).collect();
-        let lights = Lights::new(lights, &shares);
         Ok(Scene {
             camera: self.camera(&shift),
             film: self.film(),
@@ -139,11 +133,11 @@ impl Compiler<'_> {
                 rr_depth: description.integrator.rr_depth,
                 hide_emitters: description.integrator.hide_emitters,
                 passing_counts: !volumetric,
+                techniques: description.integrator.techniques,
             },
-            wavelengths: self.wavelengths(&lights, &powers, environment.as_ref(), scene_radius),
-            reference_radiance: self.reference(&lights, environment.as_ref(), scene_radius),
+            wavelengths: self.wavelengths(&lights, scene_radius),
+            reference_radiance: self.reference(&lights, scene_radius),
             lights,
-            environment,
             needs,
             accel,
             shapes,
@@ -153,77 +147,6 @@ impl Compiler<'_> {
             media,
             camera_medium,
         })
-    }
-
-    /// Point, directional and constant lights; returns the radiance of the last.
-    fn other_lights(&mut self, lights: &mut Vec<Light>, shift: &Transform) -> Option<Spectrum> {
-        let mut environment = None;
-        for light in &self.description.lights {
-            match &light.kind {
-                LightKind::Point { position, intensity } => {
-                    let intensity = self.spectrum(intensity);
-                    lights.push(Light::Point { position: shift.point(*position), intensity });
-                }
-                LightKind::Directional { travels, irradiance } => {
-                    let irradiance = self.spectrum(irradiance);
-                    lights.push(Light::Directional { travels: travels.normalize(), irradiance });
-                }
-                LightKind::Constant { radiance } => environment = Some(self.spectrum(radiance)),
-            }
-        }
-        environment
-    }
-
-    fn refuse_lights_that_a_walk_misses(&mut self) {
-        for light in &self.description.lights {
-            if !matches!(light.kind, LightKind::Constant { .. }) {
-                self.errors.push(
-                    SceneError::at(
-                        &light.place,
-                        "the integrator `walk` cannot find a light without extent",
-                        "no ray ever meets this light",
-                    )
-                    .with_remedy("use the integrator `path`, or an area light"),
-                );
-            }
-        }
-    }
-
-    /// What sensor and lights make of the wavelengths.
-    fn wavelengths(
-        &self,
-        lights: &Lights,
-        powers: &[f64],
-        environment: Option<&Spectrum>,
-        scene_radius: f64,
-    ) -> WavelengthDensity {
-        let everywhere = environment.map(|spectrum| (spectrum, PI * 4.0 * PI * scene_radius * scene_radius));
-        let own = lights.iter().zip(powers);
-        let emissions: Vec<Emission> = own
-            .map(|(light, &power)| (light.spectrum(), power))
-            .chain(everywhere)
-            .map(|(spectrum, weight)| Emission { spectrum, weight })
-            .collect();
-        let [x, y, z] = self.options.observer.spectra();
-        // Luminance counts double, and spectral bins, where they are measured, as much as all colours together.
-        let bins = if self.options.spectral { 4.0 } else { 0.0 };
-        let sensor = [(&x, 1.0), (&y, 2.0), (&z, 1.0), (&Spectrum::ONE, bins)]
-            .map(|(spectrum, weight)| Response { spectrum, weight });
-        WavelengthDensity::new(self.options.range, &sensor, &emissions)
-    }
-
-    /// Of the order of the largest luminance that the camera can see.
-    fn reference(&self, lights: &Lights, environment: Option<&Spectrum>, scene_radius: f64) -> f64 {
-        let luminance = |spectrum: &Spectrum| {
-            self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL
-        };
-        let area = 4.0 * PI * (scene_radius * scene_radius).max(f64::MIN_POSITIVE);
-        let seen = lights.iter().map(|light| match light {
-            Light::Area { radiance, .. } => luminance(radiance),
-            Light::Point { intensity, .. } => luminance(intensity) / area,
-            Light::Directional { irradiance, .. } => luminance(irradiance) / PI,
-        });
-        seen.chain(environment.map(luminance)).fold(0.0, f64::max)
     }
 
     fn film(&self) -> FilmPlan {
@@ -307,19 +230,6 @@ fn may_nest(shapes: &[Shape], surfaces: &[Surface]) -> bool {
         .map(|(shape, _)| shape.bounds())
         .collect();
     boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| a.overlaps(*b)))
-}
-
-/// Of the order of the power that a light sends into the scene, over its spectrum's values.
-fn power(light: &Light, scene_radius: f64) -> f64 {
-    match light {
-        Light::Area { geometry, .. } => PI * geometry.area(),
-        Light::Point { .. } => 4.0 * PI,
-        Light::Directional { .. } => PI * scene_radius * scene_radius,
-    }
-}
-
-fn mean_over(spectrum: &Spectrum, range: WavelengthRange) -> f64 {
-    spectrum.integral(range) / range.width()
 }
 
 /// Tangent of half the horizontal field of view, for a film of this width and height.

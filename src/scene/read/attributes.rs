@@ -113,6 +113,11 @@ pub(super) struct Attribute {
 }
 
 impl Attribute {
+    /// A text whose parts are not told apart.
+    pub fn new(text: String, place: Place) -> Self {
+        Self { text, place, literal: false }
+    }
+
     /// The place of `length` bytes from `offset` on, as far as it can be told.
     pub fn part(&self, offset: usize, length: usize) -> Place {
         let start = self.place.span.start + offset;

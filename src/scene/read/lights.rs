@@ -4,17 +4,23 @@ use super::super::description::{Light, LightKind, SpectrumSource};
 use super::super::source::SceneError;
 use super::Reader;
 use super::query::Query;
-use super::spectra;
+use super::sensors;
+use super::spectra::{self, Use};
 use super::tree::ObjectId;
 use crate::geometry::Vec3;
+
+/// By how much the length of a transformed axis may differ from 1: transforms are often written with few digits.
+const LOOSEST_LENGTH: f64 = 1e-3;
 
 /// An emitter that stands by itself. `None` where it is wrong, which is reported.
 pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
     let query = Query::new(reader, id);
     let object = query.object;
     let kind = match object.plugin.as_str() {
-        "point" => point(&query),
-        "directional" => directional(&query)?,
+        "point" => Some(point(&query)),
+        "spot" => Some(spot(&query)),
+        "projector" => Some(projector(&query)),
+        "directional" => directional(&query),
         "constant" => {
             if query.has("to_world") {
                 query.transform("to_world");
@@ -23,11 +29,15 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
                     "to_world changes nothing: a constant light looks the same from everywhere".to_owned(),
                 );
             }
-            LightKind::Constant { radiance: spectra::emission(&query, "radiance") }
+            Some(LightKind::Constant { radiance: spectra::emission(&query, "radiance") })
         }
-        "area" => {
+        name @ ("area" | "directionalarea") => {
+            let problem = match name {
+                "area" => "An area light needs a shape",
+                _ => "A directional area light needs a shape",
+            };
             query.error(
-                SceneError::at(&object.place, "An area light needs a shape", "expected inside a <shape>")
+                SceneError::at(&object.place, problem, "expected inside a <shape>")
                     .with_remedy("put it into the shape whose surface shines"),
             );
             return None;
@@ -37,8 +47,17 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
             return None;
         }
     };
-    sampling_weight(&query);
+    let weight = sampling_weight(&query);
+    let weight_place = query.place("sampling_weight");
     query.finish();
+    let kind = kind?;
+    if weight == Some(0.0) && !matches!(kind, LightKind::Constant { .. }) {
+        reader.remark(
+            &weight_place,
+            "the light is dark: with a sampling_weight of 0 nothing in Mitsuba 3 finds a light without extent".to_owned(),
+        );
+        return None;
+    }
     Some(Light { place: object.place.clone(), kind })
 }
 
@@ -47,7 +66,7 @@ pub(super) fn area(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     let query = Query::new(reader, id);
     let object = query.object;
     match object.plugin.as_str() {
-        "area" => {
+        name @ ("area" | "directionalarea") => {
             let radiance = spectra::emission(&query, "radiance");
             sampling_weight(&query);
             if query.has("to_world") {
@@ -62,9 +81,17 @@ pub(super) fn area(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
                 );
             }
             query.finish();
+            if name == "directionalarea" {
+                reader.remark(
+                    &object.place,
+                    "the surface stays dark: as in Mitsuba 3, no path from the camera finds light that leaves along the normal alone"
+                        .to_owned(),
+                );
+                return None;
+            }
             Some(radiance)
         }
-        "point" | "directional" | "constant" => {
+        "point" | "spot" | "projector" | "directional" | "constant" | "envmap" | "sunsky" => {
             let problem = format!("emitter \"{}\" cannot stand in a shape", object.plugin);
             reader.error(
                 SceneError::at(&object.place, super::query::capital(&problem), "expected emitter \"area\"")
@@ -79,16 +106,23 @@ pub(super) fn area(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     }
 }
 
-/// Mitsuba 3 chooses lights in proportion to it. The picture does not depend on it, unless it is 0.
-fn sampling_weight(query: &Query<'_>) {
-    if !query.has("sampling_weight") {
-        return;
+/// Mitsuba 3 chooses lights in proportion to it. The picture does not depend on it; only at 0 a light that nothing but
+/// light samples finds is not found.
+fn sampling_weight(query: &Query<'_>) -> Option<f64> {
+    let weight = query.float("sampling_weight")?;
+    if weight < 0.0 {
+        let problem = format!("\"sampling_weight\" of {} is {weight}", query.title());
+        let place = query.place("sampling_weight");
+        query.error(SceneError::at(&place, problem, "expected a number of at least 0"));
+        return None;
     }
-    query.positive("sampling_weight", 1.0);
-    query.reader.remark(
-        &query.place("sampling_weight"),
-        "sampling_weight changes nothing: lights are chosen by what they can contribute".to_owned(),
-    );
+    if weight > 0.0 {
+        query.reader.remark(
+            &query.place("sampling_weight"),
+            "sampling_weight changes nothing: lights are chosen by what they can contribute".to_owned(),
+        );
+    }
+    Some(weight)
 }
 
 fn point(query: &Query<'_>) -> LightKind {
@@ -107,6 +141,57 @@ fn point(query: &Query<'_>) -> LightKind {
     }
 }
 
+fn spot(query: &Query<'_>) -> LightKind {
+    let to_world = query.transform("to_world");
+    let intensity = spectra::emission(query, "intensity");
+    let cutoff_angle = query.float("cutoff_angle").unwrap_or(20.0);
+    if !(cutoff_angle > 0.0 && cutoff_angle <= 180.0) {
+        query.error(
+            SceneError::at(
+                &query.place("cutoff_angle"),
+                format!("The spot ends at {cutoff_angle} degrees from its axis"),
+                "expected an angle above 0 and up to 180 degrees",
+            )
+            .with_remedy("the angle is that between the axis and the edge of the cone"),
+        );
+    }
+    let beam_width = query.float("beam_width").unwrap_or(0.75 * cutoff_angle);
+    if !(0.0..=180.0).contains(&beam_width) {
+        query.error(SceneError::at(
+            &query.place("beam_width"),
+            format!("The spot begins to fall off at {beam_width} degrees from its axis"),
+            "expected an angle from 0 to 180 degrees",
+        ));
+    }
+    let texture = spectra::read(query, "texture", Use::Emission);
+    LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture }
+}
+
+fn projector(query: &Query<'_>) -> LightKind {
+    LightKind::Projector {
+        to_world: query.transform("to_world"),
+        irradiance: spectra::emission(query, "irradiance"),
+        scale: factor(query),
+        field_of_view: sensors::field_of_view(query),
+    }
+}
+
+/// `scale`, a factor on what is emitted.
+fn factor(query: &Query<'_>) -> f64 {
+    let scale = query.float("scale").unwrap_or(1.0);
+    if scale < 0.0 {
+        query.error(
+            SceneError::at(
+                &query.place("scale"),
+                format!("The light is scaled by {scale}"),
+                "expected a factor of at least 0",
+            )
+            .with_remedy("light cannot be taken away"),
+        );
+    }
+    scale
+}
+
 fn directional(query: &Query<'_>) -> Option<LightKind> {
     let to_world = query.transform("to_world");
     let direction = query.vector("direction");
@@ -118,7 +203,20 @@ fn directional(query: &Query<'_>) -> Option<LightKind> {
             "expected either direction or to_world",
         ));
     }
-    let travels = direction.unwrap_or_else(|| to_world.vector(Vec3::Z));
+    let along = to_world.vector(Vec3::Z);
+    if direction.is_none() && (along.length() - 1.0).abs() > LOOSEST_LENGTH {
+        query.error(
+            SceneError::at(
+                &query.place("to_world"),
+                "The directional light's transform scales",
+                "expected a transform that keeps the length of the z axis",
+            )
+            .with_remedy(
+                "Mitsuba 3 would take the length for a part of the angle at which surfaces are lit; scale the irradiance instead",
+            ),
+        );
+    }
+    let travels = direction.unwrap_or(along);
     if travels.try_normalize().is_none() {
         query.error(SceneError::at(
             &query.place("direction"),

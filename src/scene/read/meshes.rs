@@ -4,7 +4,7 @@ use super::super::description::ShapeKind;
 use super::super::source::SceneError;
 use super::query::Query;
 use super::spectra::required;
-use super::{obj, ply, serialized, spd};
+use super::{files, obj, ply, serialized};
 use crate::shape::MeshData;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -54,7 +54,7 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
         Format::Serialized { .. } => false,
     };
     let options = MeshOptions { face_normals: query.boolean("face_normals", false), flip_tex_coords };
-    let path = query.reader.folder.join(filename?);
+    let path = query.reader.search.find(filename?);
     let key = MeshKey { path: path.clone(), format, options };
     let known = query.reader.meshes.borrow().get(&key).cloned();
     let mesh = known.unwrap_or_else(|| {
@@ -74,7 +74,7 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
 
 fn load(query: &Query<'_>, path: &Path, format: Format, options: MeshOptions) -> Option<MeshData> {
     let place = query.place("filename");
-    let bytes = match spd::read(path, LARGEST_MESH_FILE, &place) {
+    let bytes = match files::read(path, LARGEST_MESH_FILE, &place) {
         Ok(bytes) => bytes,
         Err(error) => {
             query.error(error);

@@ -1,20 +1,23 @@
-//! Reading scene files: Mitsuba 3's XML, with extensions, into a [`Description`].
+//! Reading scene files: Mitsuba 3's XML, with extensions, or the same as JSON, into a [`Description`].
 //!
-//! `xml` turns the text into a tree of objects with typed properties; one file per class then asks those objects
+//! `xml` and `json` turn the text into a tree of objects with typed properties; one file per class then asks those objects
 //! for what they know, and says what is left over. Errors are collected, so that one run tells of all that are
 //! independent of one another.
 
 mod attributes;
 mod bsdfs;
+mod files;
 mod films;
 mod groups;
 mod indices;
 mod integrators;
+mod json;
 mod lights;
 mod media;
 mod meshes;
 mod names;
 mod obj;
+mod parsed;
 mod ply;
 mod query;
 mod sensors;
@@ -31,16 +34,14 @@ mod xml;
 use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, SpectrumSource};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::shape::MeshData;
+use files::Search;
 use query::Query;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 pub(super) use tree::Class;
 use tree::{Object, ObjectId, Tree};
-
-/// A larger scene file is refused: meshes belong into files of their own.
-const LARGEST_SCENE_FILE: u64 = 256 << 20;
 
 /// What the command line adds to a scene file.
 #[derive(Clone, Debug, Default)]
@@ -59,24 +60,11 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Description, SceneErro
         errors: vec![SceneError {
             place: None,
             problem,
-            expected: "expected the path of a scene file (Mitsuba 3 XML)".to_owned(),
+            expected: "expected the path of a scene file, Mitsuba 3's XML or JSON".to_owned(),
             remedy: None,
         }],
     };
-    let metadata = std::fs::metadata(path)
-        .map_err(|error| unreadable(format!("{} cannot be read: {error}", path.display())))?;
-    if !metadata.is_file() {
-        return Err(unreadable(format!("{} is not a file", path.display())));
-    }
-    if metadata.len() > LARGEST_SCENE_FILE {
-        return Err(unreadable(format!("{} is too large ({} bytes)", path.display(), metadata.len())));
-    }
-    let bytes = std::fs::read(path)
-        .map_err(|error| unreadable(format!("{} cannot be read: {error}", path.display())))?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        unreadable(format!("{} is not UTF-8 text (at byte {at})", path.display()))
-    })?;
+    let text = files::scene_text(path).map_err(unreadable)?;
     read_str(text, path, options)
 }
 
@@ -89,17 +77,19 @@ pub fn read_str(
     path: &Path,
     options: &ReadOptions,
 ) -> Result<Description, SceneErrors> {
-    let text = text.into();
-    // Editors on Windows may begin a file with a byte order mark.
-    let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let text = files::without_mark(text.into());
     let mut sources = Sources::default();
     let file = sources.add(path, text.clone());
-    let parsed = xml::parse(&text, file, &folder, &options.defines, &mut sources);
+    let search = Search::new(path.parent().unwrap_or(Path::new("")));
+    let parsed = if json::is_json(&text) {
+        json::parse(&text, file, search, &options.defines, &mut sources)
+    } else {
+        xml::parse(&text, file, path, search, &options.defines, &mut sources)
+    };
     let fatal = parsed.tree.objects.is_empty();
     let reader = Reader {
         tree: parsed.tree,
-        folder,
+        search: parsed.search,
         errors: RefCell::new(parsed.errors),
         extensions: RefCell::default(),
         assumptions: RefCell::new(parsed.assumptions),
@@ -140,7 +130,7 @@ fn in_order(mut notes: Vec<Note>) -> Vec<Note> {
 /// A tree being understood, with what has been said about it so far.
 struct Reader {
     tree: Tree,
-    folder: PathBuf,
+    search: Search,
     errors: RefCell<Vec<SceneError>>,
     extensions: RefCell<Vec<Note>>,
     assumptions: RefCell<Vec<Note>>,
@@ -172,29 +162,7 @@ impl Reader {
     }
 
     fn unknown_plugin(&self, object: &Object) {
-        let word = object.class.word();
-        let name = &object.plugin;
-        let known = names::plugins(object.class);
-        let place = &object.plugin_place;
-        if names::mitsuba_plugins(object.class).contains(&name.as_str()) {
-            let problem = format!("{word} \"{name}\" is not supported yet");
-            let expected = format!("expected {}", names::either(known));
-            self.error(SceneError::at(place, query::capital(&problem), expected));
-            return;
-        }
-        let error = SceneError::at(
-            place,
-            format!("There is no {word} \"{name}\""),
-            format!("expected {}", names::either(known)),
-        );
-        let elsewhere = Class::ELEMENTS
-            .iter()
-            .find(|(_, class)| *class != object.class && names::plugins(*class).contains(&name.as_str()));
-        self.error(match (names::nearest(name, known), elsewhere) {
-            (_, Some((other, _))) => error.with_remedy(format!("did you mean <{other} type=\"{name}\">?")),
-            (Some(near), None) => error.with_remedy(format!("did you mean \"{near}\"?")),
-            (None, None) => error,
-        });
+        self.error(names::unknown_plugin(object.class, &object.plugin, &object.plugin_place));
     }
 
     /// `None` where something without which there is no scene is missing or wrong.
@@ -250,7 +218,7 @@ impl Reader {
         let mut lights = Vec::new();
         let mut surroundings = 0;
         for (entry, id) in query.objects(Class::Emitter) {
-            if self.tree.get(id).plugin == "constant" {
+            if ["constant", "envmap", "sunsky"].contains(&self.tree.get(id).plugin.as_str()) {
                 surroundings += 1;
             }
             if surroundings == 2 {
@@ -258,10 +226,10 @@ impl Reader {
                 self.error(
                     SceneError::at(
                         &entry.place,
-                        "The scene has two constant lights",
+                        "The scene has two lights from all around",
                         "expected one at most, as in Mitsuba 3",
                     )
-                    .with_remedy("add up their radiances"),
+                    .with_remedy("leave one out, or add them up in one picture"),
                 );
             }
             lights.extend(lights::read(self, id));

@@ -74,7 +74,7 @@ fn to_world(query: &Query<'_>) -> Transform {
     to_world
 }
 
-fn field_of_view(query: &Query<'_>) -> FieldOfView {
+pub(super) fn field_of_view(query: &Query<'_>) -> FieldOfView {
     const AXES: [(&str, FovAxis); 5] = [
         ("x", FovAxis::X),
         ("y", FovAxis::Y),

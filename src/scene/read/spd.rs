@@ -2,9 +2,10 @@
 
 use super::super::source::{Place, SceneError, Sources};
 use super::attributes::{Attribute, number};
+use super::files::{self, Search};
 use super::tree::Value;
 use crate::spectrum::text::{TextProblem, parse_list, parse_spd};
-use std::path::Path;
+use crate::spectrum::{Extrapolation, Spectrum};
 
 /// A larger file is not a table of one spectrum.
 const LARGEST_FILE: u64 = 16 << 20;
@@ -39,10 +40,20 @@ pub(super) fn value(attribute: &Attribute) -> Result<Value, SceneError> {
     }
 }
 
-/// A file of lines `wavelength value`, sought in the scene's folder.
-pub(super) fn file(attribute: &Attribute, folder: &Path, sources: &mut Sources) -> Result<Value, SceneError> {
-    let path = folder.join(&attribute.text);
-    let text = read(&path, LARGEST_FILE, &attribute.place)?;
+/// Wavelengths (nm) and values, or why they make no table.
+pub(super) fn list(nm: Vec<f64>, values: Vec<f64>) -> Result<Value, String> {
+    Spectrum::irregular(&nm, &values, Extrapolation::Zero).map_err(|error| error.to_string())?;
+    Ok(Value::List { nm, values, file: None })
+}
+
+/// A file of lines `wavelength value`.
+pub(super) fn file(
+    attribute: &Attribute,
+    search: &Search,
+    sources: &mut Sources,
+) -> Result<Value, SceneError> {
+    let path = search.find(&attribute.text);
+    let text = files::read(&path, LARGEST_FILE, &attribute.place)?;
     let text = String::from_utf8(text).map_err(|_| {
         SceneError::at(
             &attribute.place,
@@ -62,49 +73,6 @@ pub(super) fn file(attribute: &Attribute, folder: &Path, sources: &mut Sources) 
             let place = Place { file: sources.add(&path, text), span: start..start + length };
             wrong(&place, &error.problem, "write a wavelength and a value on each line, separated by blanks")
         })
-}
-
-/// The content of a file that a scene names at `place`, if it is there and not larger than `most` bytes.
-pub(super) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, SceneError> {
-    let unreadable = |error: &std::io::Error| {
-        let problem = match error.kind() {
-            std::io::ErrorKind::NotFound => format!("There is no file {}", path.display()),
-            _ => format!("{} cannot be read: {error}", path.display()),
-        };
-        let error = SceneError::at(
-            place,
-            problem,
-            "expected the path of a file, relative to the scene file's folder",
-        );
-        match neighbour(path) {
-            Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
-            None => error,
-        }
-    };
-    let metadata = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
-    if !metadata.is_file() {
-        return Err(SceneError::at(
-            place,
-            format!("{} is not a file", path.display()),
-            "expected the path of a file",
-        ));
-    }
-    if metadata.len() > most {
-        let problem = format!("{} is too large ({} bytes)", path.display(), metadata.len());
-        return Err(SceneError::at(place, problem, format!("expected at most {most} bytes")));
-    }
-    std::fs::read(path).map_err(|error| unreadable(&error))
-}
-
-/// A file in the same folder whose name is like that of `path`.
-fn neighbour(path: &Path) -> Option<String> {
-    let wanted = path.file_name()?.to_str()?;
-    let entries = std::fs::read_dir(path.parent()?).ok()?;
-    let mut names: Vec<String> =
-        entries.take(10_000).filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
-    names.sort();
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    super::names::nearest(wanted, &names).map(str::to_owned)
 }
 
 /// `grammar` says how pairs are written.

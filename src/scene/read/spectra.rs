@@ -26,6 +26,10 @@ pub(super) enum Use {
     Index,
     /// A weight or an opacity: clamped to 0 and 1 where it is used, as in Mitsuba 3.
     Share,
+    /// A parameter of a model, from 0 to 1.
+    Fraction,
+    /// A strength or a roughness, at least 0.
+    Amount,
     /// Heights and components of normals: any number.
     Raw,
 }
@@ -40,7 +44,7 @@ impl Use {
             Self::Absorption => "absorption",
             Self::ConductorIndex | Self::Index => "refractive index",
             Self::Share => "share",
-            Self::Raw => "value",
+            Self::Fraction | Self::Amount | Self::Raw => "value",
         };
         if word == name { format!("The {word}") } else { format!("The {word} \"{name}\"") }
     }
@@ -53,15 +57,17 @@ impl Use {
             Self::Absorption => Some(Kind::Absorption),
             Self::Index => Some(Kind::Dielectric),
             // A metal has n and k together.
-            Self::ConductorIndex | Self::Share | Self::Raw => None,
+            Self::ConductorIndex | Self::Share | Self::Fraction | Self::Amount | Self::Raw => None,
         }
     }
 
     fn expected(self) -> &'static str {
         match self {
-            Self::Reflectance => "expected values from 0 to 1",
+            Self::Reflectance | Self::Fraction => "expected values from 0 to 1",
             Self::NormalReflectance => "expected values of at least 0 and below 1",
-            Self::Emission | Self::Absorption | Self::ConductorIndex => "expected values of at least 0",
+            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount => {
+                "expected values of at least 0"
+            }
             Self::Index => "expected values above 0",
             Self::Share | Self::Raw => "expected finite values",
         }
@@ -69,9 +75,9 @@ impl Use {
 
     fn allows(self, value: f64) -> bool {
         match self {
-            Self::Reflectance => (0.0..=1.0).contains(&value),
+            Self::Reflectance | Self::Fraction => (0.0..=1.0).contains(&value),
             Self::NormalReflectance => (0.0..1.0).contains(&value),
-            Self::Emission | Self::Absorption | Self::ConductorIndex => value >= 0.0,
+            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount => value >= 0.0,
             Self::Index => value > 0.0,
             Self::Share | Self::Raw => value.is_finite(),
         }
@@ -87,6 +93,8 @@ impl Use {
             Self::Emission => "light cannot be taken away",
             Self::Absorption => "a medium that amplifies cannot be rendered",
             Self::Index => "the index of vacuum is 1",
+            Self::Fraction => "it is a share of the whole",
+            Self::Amount => "0 leaves it out",
             Self::Share | Self::Raw => "check the table for what is no number",
             Self::Reflectance | Self::NormalReflectance | Self::ConductorIndex => {
                 "check the table for a sign that should not be there"

@@ -1,6 +1,6 @@
 //! A scene file as a tree of objects with typed properties, before anyone asks what the plugins mean.
 
-use super::super::source::{Place, SceneError};
+use super::super::source::{Place, SceneError, Sources};
 use crate::geometry::Vec3;
 use glam::DMat4;
 use std::collections::BTreeMap;
@@ -142,6 +142,34 @@ impl Tree {
         &self.objects[id.0]
     }
 
+    /// Gives an object a name by which others refer to it; refused where another has it.
+    pub fn name(
+        &mut self,
+        name: &str,
+        place: &Place,
+        object: ObjectId,
+        sources: &Sources,
+    ) -> Result<(), SceneError> {
+        let Some(&earlier) = self.ids.get(name) else {
+            self.ids.insert(name.to_owned(), object);
+            return Ok(());
+        };
+        let earlier = &self.get(earlier).place;
+        let mut at = format!("line {}", sources.line(earlier));
+        if earlier.file != place.file {
+            at.push_str(&format!(" of {}", sources.name(earlier)));
+        }
+        let problem = format!("The id \"{name}\" is given twice");
+        let expected = format!("expected an id of its own; {at} has this one already");
+        let error = SceneError::at(place, problem, expected);
+        let is_again = earlier.file != place.file && sources.name(earlier) == sources.name(place);
+        Err(if is_again {
+            error.with_remedy("a file that gives ids can be included once only")
+        } else {
+            error
+        })
+    }
+
     /// Puts objects in the place of references. Those that lead nowhere, in a circle or too deep are reported and
     /// become [`Value::Broken`].
     pub fn resolve(&mut self, errors: &mut Vec<SceneError>) {
@@ -230,7 +258,7 @@ enum State {
     },
 }
 
-fn dangling<'a>(id: &str, place: &Place, known: impl Iterator<Item = &'a String>) -> SceneError {
+pub(super) fn dangling<'a>(id: &str, place: &Place, known: impl Iterator<Item = &'a String>) -> SceneError {
     let known: Vec<&str> = known.map(String::as_str).collect();
     let error = SceneError::at(
         place,

@@ -1,6 +1,6 @@
 use super::super::description::{
-    Bsdf, BsdfKind, ConductorIndex, Distribution, IndexKind, IndexSource, MetalAssumption, ReliefShading,
-    Roughness,
+    Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, Distribution, IndexKind, IndexSource,
+    MetalAssumption, PrincipledBase, ReliefShading, Roughness,
 };
 use super::super::read::Class;
 use super::spectra;
@@ -47,6 +47,41 @@ fn kind(teller: &mut Teller, bsdf: &Bsdf) -> Told {
                 .spectrum("specular_reflectance", specular_reflectance)
                 .spectrum("specular_transmittance", specular_transmittance);
             rough(told, roughness)
+        }
+        BsdfKind::ThinDielectric { interior, exterior, specular_reflectance, specular_transmittance } => {
+            in_air(index(told("thindielectric"), "int_ior", interior), exterior)
+                .spectrum("specular_reflectance", specular_reflectance)
+                .spectrum("specular_transmittance", specular_transmittance)
+        }
+        BsdfKind::Plastic {
+            interior,
+            exterior,
+            diffuse_reflectance,
+            specular_reflectance,
+            nonlinear,
+            coat,
+        } => {
+            let plugin = if coat.is_some() { "roughplastic" } else { "plastic" };
+            let told = in_air(index(told(plugin), "int_ior", interior), exterior)
+                .spectrum("diffuse_reflectance", diffuse_reflectance)
+                .spectrum("specular_reflectance", specular_reflectance)
+                .boolean("nonlinear", *nonlinear);
+            match coat {
+                Some(CoatRoughness { distribution, alpha }) => {
+                    told.text("distribution", distribution_name(*distribution)).float("alpha", *alpha)
+                }
+                None => told,
+            }
+        }
+        BsdfKind::Principled { base, metallic, clearcoat, clearcoat_gloss, eta } => {
+            principled(told("principled"), base)
+                .spectrum("metallic", metallic)
+                .spectrum("clearcoat", clearcoat)
+                .spectrum("clearcoat_gloss", clearcoat_gloss)
+                .float("eta", *eta)
+        }
+        BsdfKind::PrincipledThin { base, diff_trans, eta } => {
+            principled(told("principledthin"), base).spectrum("diff_trans", diff_trans).spectrum("eta", eta)
         }
         BsdfKind::Null => told("null"),
         BsdfKind::Mask { opacity, nested } => {
@@ -109,13 +144,35 @@ fn index(told: Told, name: &'static str, index: &IndexSource) -> Told {
 }
 
 fn rough(told: Told, roughness: &Option<Roughness>) -> Told {
-    let Some(Roughness { distribution, alpha: [u, v] }) = roughness else { return told };
-    let told = told.text(
-        "distribution",
-        match distribution {
-            Distribution::Beckmann => "beckmann",
-            Distribution::Ggx => "ggx",
-        },
-    );
-    if u == v { told.float("alpha", *u) } else { told.float("alpha_u", *u).float("alpha_v", *v) }
+    let Some(Roughness { distribution, alpha }) = roughness else { return told };
+    let told = told.text("distribution", distribution_name(*distribution));
+    match alpha {
+        Alpha::Isotropic(alpha) => told.spectrum("alpha", alpha),
+        Alpha::Anisotropic([u, v]) => told.spectrum("alpha_u", u).spectrum("alpha_v", v),
+    }
+}
+
+fn distribution_name(distribution: Distribution) -> &'static str {
+    match distribution {
+        Distribution::Beckmann => "beckmann",
+        Distribution::Ggx => "ggx",
+    }
+}
+
+fn in_air(told: Told, exterior: &Option<IndexSource>) -> Told {
+    match exterior {
+        Some(exterior) => index(told, "ext_ior", exterior),
+        None => told.text("ext_ior", "air"),
+    }
+}
+
+fn principled(told: Told, base: &PrincipledBase) -> Told {
+    told.spectrum("base_color", &base.base_color)
+        .spectrum("roughness", &base.roughness)
+        .spectrum("anisotropic", &base.anisotropic)
+        .spectrum("spec_trans", &base.spec_trans)
+        .spectrum("spec_tint", &base.spec_tint)
+        .spectrum("sheen", &base.sheen)
+        .spectrum("sheen_tint", &base.sheen_tint)
+        .spectrum("flatness", &base.flatness)
 }

@@ -14,6 +14,7 @@ use super::description::{Bsdf, Description, Integrator, IntegratorKind, ShapeGro
 use super::read::Class;
 use super::source::Place;
 use crate::geometry::{Transform, Vec3};
+use crate::integrator::Techniques;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -163,6 +164,13 @@ pub(super) fn scene(description: &Description) -> Told {
 }
 
 fn integrator(integrator: &Integrator) -> Told {
+    if integrator.techniques != Techniques::Both {
+        let samples = |left_out| i64::from(integrator.techniques != left_out);
+        return Told::new(Class::Integrator, "direct", &integrator.place)
+            .integer("emitter_samples", samples(Techniques::Scattering))
+            .integer("bsdf_samples", samples(Techniques::LightSamples))
+            .boolean("hide_emitters", integrator.hide_emitters);
+    }
     let plugin = match integrator.kind {
         IntegratorKind::Path => "path",
         IntegratorKind::VolPath => "volpath",

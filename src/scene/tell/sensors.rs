@@ -7,10 +7,7 @@ use crate::sampling::SamplerKind;
 pub(super) fn tell(sensor: &Sensor) -> Told {
     let plugin = if sensor.lens.is_some() { "thinlens" } else { "perspective" };
     let told = Told::new(Class::Sensor, plugin, &sensor.place).transform("to_world", &sensor.to_world);
-    let told = match sensor.field_of_view {
-        FieldOfView::Degrees { angle, axis } => told.float("fov", angle).text("fov_axis", axis_name(axis)),
-        FieldOfView::FocalLength(mm) => told.text("focal_length", format!("{mm}mm")),
-    };
+    let told = field_of_view(told, sensor.field_of_view);
     let told = match sensor.lens {
         Some(lens) => {
             told.float("aperture_radius", lens.aperture_radius).float("focus_distance", lens.focus_distance)
@@ -27,6 +24,13 @@ pub(super) fn tell(sensor: &Sensor) -> Told {
         .float("far_clip", sensor.far_clip)
         .child(film(&sensor.film))
         .child(sampler(&sensor.sampler))
+}
+
+pub(super) fn field_of_view(told: Told, field_of_view: FieldOfView) -> Told {
+    match field_of_view {
+        FieldOfView::Degrees { angle, axis } => told.float("fov", angle).text("fov_axis", axis_name(axis)),
+        FieldOfView::FocalLength(mm) => told.text("focal_length", format!("{mm}mm")),
+    }
 }
 
 fn axis_name(axis: FovAxis) -> &'static str {

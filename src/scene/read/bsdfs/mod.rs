@@ -1,18 +1,17 @@
 //! BSDFs.
 
+mod layered;
 mod nesting;
+mod roughness;
 
 use super::query::Query;
 use super::spectra::{self, Use};
-use super::tree::{ObjectId, Value};
+use super::tree::ObjectId;
 use super::{Reader, indices};
-use crate::scene::description::{Bsdf, BsdfKind, ConductorIndex, Distribution, MetalAssumption, Roughness};
+use crate::scene::description::{Bsdf, BsdfKind, ConductorIndex, MetalAssumption, Roughness};
 use crate::scene::source::{Place, SceneError};
 use crate::spectrum::catalogue::Kind;
 use std::sync::Arc;
-
-/// Mitsuba 3's default for `alpha`.
-const DEFAULT_ALPHA: f64 = 0.1;
 
 /// What a shape without `bsdf` has: half of the light back, or none where it emits.
 pub(super) fn default(place: &Place, emits: bool) -> Arc<Bsdf> {
@@ -33,9 +32,14 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Arc<Bsdf> {
         }),
         "diffusetransmitter" => Some(diffuse_transmitter(&query)),
         "conductor" => Some(conductor(&query, None)),
-        "roughconductor" => Some(conductor(&query, Some(roughness(&query)))),
+        "roughconductor" => Some(conductor(&query, Some(roughness::read(&query)))),
         "dielectric" => Some(dielectric(&query, None)),
-        "roughdielectric" => Some(dielectric(&query, Some(roughness(&query)))),
+        "roughdielectric" => Some(dielectric(&query, Some(roughness::read(&query)))),
+        "thindielectric" => Some(layered::thin_dielectric(&query)),
+        "plastic" => Some(layered::plastic(&query, None)),
+        "roughplastic" => Some(layered::plastic(&query, Some(roughness::read_coat(&query)))),
+        "principled" => Some(layered::principled(&query)),
+        "principledthin" => Some(layered::principled_thin(&query)),
         "twosided" => nesting::two_sided(&query),
         "null" => Some(BsdfKind::Null),
         "mask" => nesting::mask(&query),
@@ -192,72 +196,4 @@ fn dielectric(query: &Query<'_>, roughness: Option<Roughness>) -> BsdfKind {
         specular_transmittance: spectra::read_or(query, "specular_transmittance", Use::Reflectance, 1.0),
         roughness,
     }
-}
-
-fn roughness(query: &Query<'_>) -> Roughness {
-    const DISTRIBUTIONS: [(&str, Distribution); 2] =
-        [("beckmann", Distribution::Beckmann), ("ggx", Distribution::Ggx)];
-    let distribution = query.choice("distribution", &DISTRIBUTIONS, true).unwrap_or(Distribution::Beckmann);
-    if query.has("sample_visible") {
-        query.boolean("sample_visible", true);
-        query.reader.remark(
-            &query.place("sample_visible"),
-            "sample_visible changes nothing: visible normals are always sampled".to_owned(),
-        );
-    }
-    let alpha = alpha(query, "alpha");
-    let along = [alpha_along(query, "alpha_u"), alpha_along(query, "alpha_v")];
-    let alpha = match (alpha, along) {
-        (None, [None, None]) => [DEFAULT_ALPHA; 2],
-        (Some(alpha), [None, None]) => [alpha; 2],
-        (None, [Some(u), Some(v)]) => [u, v],
-        _ => {
-            let given = if query.has("alpha_u") { "alpha_u" } else { "alpha_v" };
-            query.error(SceneError::at(
-                &query.place(given),
-                "The roughness is not clear",
-                "expected either alpha, or both alpha_u and alpha_v",
-            ));
-            [DEFAULT_ALPHA; 2]
-        }
-    };
-    Roughness { distribution, alpha }
-}
-
-fn alpha_along(query: &Query<'_>, name: &'static str) -> Option<f64> {
-    alpha(query, name)
-}
-
-/// A roughness; one that varies over the surface is a texture, which is not supported yet.
-fn alpha(query: &Query<'_>, name: &'static str) -> Option<f64> {
-    let entry = query.entry(name)?;
-    let value = match entry.value {
-        Value::Float(value) | Value::Flat(value) => value,
-        Value::Integer(value) => value as f64,
-        Value::Object(_) => {
-            query.error(SceneError::at(
-                &entry.place,
-                "A textured roughness is not supported yet",
-                "expected <float>",
-            ));
-            return Some(DEFAULT_ALPHA);
-        }
-        _ => {
-            query.error(query.wrong_type(entry, name, "<float>"));
-            return Some(DEFAULT_ALPHA);
-        }
-    };
-    if value > 0.0 {
-        return Some(value);
-    }
-    let smooth = query.object.plugin.trim_start_matches("rough");
-    query.error(
-        SceneError::at(
-            &entry.value_place,
-            format!("The roughness \"{name}\" is {value}"),
-            "expected a number above 0",
-        )
-        .with_remedy(format!("for a smooth surface use \"{smooth}\"")),
-    );
-    Some(DEFAULT_ALPHA)
 }

@@ -91,8 +91,14 @@ fn transmits(bsdf: &Bsdf) -> bool {
         BsdfKind::Null
         | BsdfKind::Mask { .. }
         | BsdfKind::Dielectric { .. }
-        | BsdfKind::DiffuseTransmitter { .. } => true,
-        BsdfKind::Diffuse { .. } | BsdfKind::Conductor { .. } | BsdfKind::TwoSided { .. } => false,
+        | BsdfKind::DiffuseTransmitter { .. }
+        | BsdfKind::ThinDielectric { .. }
+        | BsdfKind::PrincipledThin { .. } => true,
+        BsdfKind::Principled { base, .. } => base.spec_trans.constant() != Some(0.0),
+        BsdfKind::Diffuse { .. }
+        | BsdfKind::Conductor { .. }
+        | BsdfKind::Plastic { .. }
+        | BsdfKind::TwoSided { .. } => false,
         BsdfKind::Blend { nested, .. } => nested.iter().any(|nested| transmits(nested)),
         BsdfKind::BumpMap { nested, .. } | BsdfKind::NormalMap { nested, .. } => transmits(nested),
     }

@@ -5,8 +5,8 @@ use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
 use crate::scene::description::{
-    Bsdf, BsdfKind, ConductorIndex, Distribution, FieldOfView, FovAxis, IndexKind, IntegratorKind, LightKind,
-    MetalAssumption, PixelFormat, ShapeKind, SpectrumKind, SpectrumSource,
+    Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, FieldOfView, FovAxis, IndexKind, IntegratorKind,
+    LightKind, MetalAssumption, PixelFormat, Roughness, ShapeKind, SpectrumKind, SpectrumSource,
 };
 
 fn bsdf(content: &str) -> Bsdf {
@@ -104,7 +104,7 @@ fn integrators() {
     let integrator = |text: &str| scene(text).integrator;
     let path =
         integrator(r#"<integrator type="volpath"><integer name="max_depth" value="-1"/></integrator>"#);
-    assert_eq!((path.kind, path.max_depth, path.rr_depth), (IntegratorKind::Path, None, 5));
+    assert_eq!((path.kind, path.max_depth, path.rr_depth), (IntegratorKind::VolPath, None, 5));
     let black = integrator(r#"<integrator type="path"><integer name="max_depth" value="0"/></integrator>"#);
     assert_eq!(black.max_depth, Some(0));
     assert_eq!(integrator(r#"<integrator type="direct"/>"#).max_depth, Some(2));
@@ -226,11 +226,41 @@ fn roughness() {
         BsdfKind::Dielectric { roughness: Some(roughness), .. } => roughness,
         other => panic!("{other:?}"),
     };
-    assert_eq!((rough("").distribution, rough("").alpha), (Distribution::Beckmann, [0.1; 2]));
+    let alpha = |roughness: &Roughness| match &roughness.alpha {
+        Alpha::Isotropic(alpha) => [alpha.constant(); 2],
+        Alpha::Anisotropic([u, v]) => [u.constant(), v.constant()],
+    };
+    let one = rough("");
+    assert_eq!((one.distribution, alpha(&one)), (Distribution::Beckmann, [Some(0.1); 2]));
     let both = rough(
         r#"<float name="alpha_u" value="0.2"/><float name="alpha_v" value="0.3"/><string name="distribution" value="GGX"/>"#,
     );
-    assert_eq!((both.distribution, both.alpha), (Distribution::Ggx, [0.2, 0.3]));
+    assert_eq!((both.distribution, alpha(&both)), (Distribution::Ggx, [Some(0.2), Some(0.3)]));
+}
+
+/// As `print` and `eval` show them in Mitsuba 3.9.1. An index that has to be there for
+/// light to be transmitted is put there.
+#[test]
+fn layered_surfaces() {
+    let plastic = |content: &str| match bsdf(&format!(r#"<bsdf type="plastic">{content}</bsdf>"#)).kind {
+        BsdfKind::Plastic { interior, diffuse_reflectance, nonlinear, coat: None, .. } => {
+            let IndexKind::Constant(index) = interior.kind else { panic!("{interior:?}") };
+            (index, diffuse_reflectance.constant(), nonlinear)
+        }
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(plastic(""), (1.49, Some(0.5), false));
+    assert_eq!(plastic(r#"<string name="int_ior" value="pet"/>"#), (1.575, Some(0.5), false));
+    let index = |content: &str| match bsdf(&format!(r#"<bsdf type="principled">{content}</bsdf>"#)).kind {
+        BsdfKind::Principled { eta, base, .. } => (eta, base.roughness.constant()),
+        other => panic!("{other:?}"),
+    };
+    let (eta, roughness) = index("");
+    assert!((eta - 1.5).abs() < 1e-12 && roughness == Some(0.5));
+    assert_eq!(index(r#"<float name="specular" value="0"/>"#).0, 1.0);
+    let glass = r#"<float name="spec_trans" value="0.5"/>"#;
+    assert!((index(&format!(r#"{glass}<float name="specular" value="0"/>"#)).0 - 1.01805).abs() < 1e-5);
+    assert_eq!(index(&format!(r#"{glass}<float name="eta" value="1"/>"#)).0, 1.001);
 }
 
 #[test]

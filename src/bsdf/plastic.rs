@@ -1,0 +1,101 @@
+//! A smooth coat over a matt base.
+
+use super::{Density, Evaluation, Scatter, flipped, fresnel};
+use crate::geometry::Vec3;
+use crate::sampling::warp;
+use crate::spectrum::Sampled;
+use std::f64::consts::FRAC_1_PI;
+
+/// A matt base under a smooth dielectric coat: light is mirrored by the coat, or enters it, is scattered
+/// by the base, and leaves after any number of reflections on the coat's inner side. Black from below.
+/// Mitsuba's `plastic`.
+#[derive(Clone, Copy, Debug)]
+pub struct Plastic<const C: usize> {
+    /// Index of the coat over that of what is above.
+    pub eta: Sampled<C>,
+    pub base: MattBase<C>,
+    /// Multiplies what the coat reflects outside; 1 in nature.
+    pub specular_reflectance: Sampled<C>,
+}
+
+/// What lies under a coat.
+#[derive(Clone, Copy, Debug)]
+pub struct MattBase<const C: usize> {
+    /// ρ, 0–1.
+    pub reflectance: Sampled<C>,
+    /// Whether light that is reflected back to the base is reduced by ρ each time, which shifts the
+    /// colour; otherwise it is as if the base were white for all but the first time.
+    pub nonlinear: bool,
+}
+
+impl<const C: usize> MattBase<C> {
+    /// `ρ/(1 − ρ R)`, or `ρ/(1 − R)`: all orders of reflection between base and coat, whose inner side
+    /// reflects the share R of diffuse light.
+    pub(super) fn with_interreflection(&self, lane: usize, inner_reflectance: f64) -> f64 {
+        let reflectance = self.reflectance[lane];
+        let returned = if self.nonlinear { reflectance * inner_reflectance } else { inner_reflectance };
+        reflectance / (1.0 - returned)
+    }
+}
+
+impl<const C: usize> Plastic<C> {
+    pub(super) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        if toward_eye.z <= 0.0 || toward_light.z <= 0.0 {
+            return Evaluation::ZERO;
+        }
+        let reflectance = self.reflectance(toward_eye);
+        let diffuse = Sampled::from_fn(|lane| 1.0 - self.mirror_probability(lane, reflectance[lane]));
+        self.diffuse(toward_eye, toward_light, diffuse)
+    }
+
+    pub(super) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
+        if toward_eye.z <= 0.0 {
+            return None;
+        }
+        let reflectance = self.reflectance(toward_eye);
+        let mirror = Sampled::from_fn(|lane| self.mirror_probability(lane, reflectance[lane]));
+        if lobe < mirror.hero() {
+            return Some(Scatter {
+                toward_light: -flipped(toward_eye),
+                weight: self.specular_reflectance * reflectance / mirror.hero(),
+                density: Density::Discrete,
+                ratio: mirror / mirror.hero(),
+                transmitted: false,
+            });
+        }
+        let toward_light = warp::cosine_hemisphere(u);
+        let Evaluation { f_cos, density } =
+            self.diffuse(toward_eye, toward_light, mirror.map(|mirror| 1.0 - mirror));
+        Scatter::with_density(toward_light, f_cos, density, false)
+    }
+
+    /// Value and density of the way through the base, which each lane chooses with a probability.
+    fn diffuse(&self, toward_eye: Vec3, toward_light: Vec3, probability: Sampled<C>) -> Evaluation<C> {
+        let cosine = toward_light.z.max(0.0) * FRAC_1_PI;
+        let (leaving, entering) = (self.reflectance(toward_eye), self.reflectance(toward_light));
+        let value = |lane: usize| {
+            let eta = self.eta[lane];
+            let through = (1.0 - leaving[lane]) * (1.0 - entering[lane]);
+            let inner = fresnel::diffuse_reflectance(1.0 / eta);
+            cosine * self.base.with_interreflection(lane, inner) * through / (eta * eta)
+        };
+        Evaluation { f_cos: Sampled::from_fn(value), density: probability * cosine }
+    }
+
+    /// In proportion to what either way carries.
+    fn mirror_probability(&self, lane: usize, reflectance: f64) -> f64 {
+        let mirrored = self.specular_reflectance[lane] * reflectance;
+        let scattered = self.base.reflectance[lane] * (1.0 - reflectance);
+        if mirrored > 0.0 { mirrored / (mirrored + scattered) } else { 0.0 }
+    }
+
+    fn reflectance(&self, direction: Vec3) -> Sampled<C> {
+        let cos = direction.z.clamp(0.0, 1.0);
+        let hero = fresnel::dielectric(cos, self.eta.hero()).reflectance;
+        self.eta.map(
+            |eta| {
+                if eta == self.eta.hero() { hero } else { fresnel::dielectric(cos, eta).reflectance }
+            },
+        )
+    }
+}

@@ -1,0 +1,251 @@
+//! The surface of a body.
+
+use super::clear_coat::ClearCoat;
+use super::{
+    MEAN_SHEEN, PrincipledBase, choose, cosine_density, interface, mix, probabilities, schlick_cosine,
+    schlick_weight,
+};
+use crate::bsdf::fresnel::Interface;
+use crate::bsdf::{Evaluation, Scatter, flipped, reflected};
+use crate::geometry::Vec3;
+use crate::sampling::warp;
+use std::f64::consts::FRAC_1_PI;
+
+/// Metal, matt base and glass under sheen and clear coat. Only the glass is seen from below.
+/// Mitsuba's `principled`.
+#[derive(Clone, Copy, Debug)]
+pub struct Principled<const C: usize> {
+    pub base: PrincipledBase<C>,
+    /// The share that is metal.
+    pub metallic: f64,
+    /// Strength of the clear coat, at least 0.
+    pub clearcoat: f64,
+    /// From 0, satin, to 1, polished.
+    pub clearcoat_gloss: f64,
+    /// Index below over that above, the same at all wavelengths.
+    pub eta: f64,
+}
+
+/// Ways to choose a direction.
+const LOBES: usize = 3;
+const MATT: usize = 0;
+const COAT: usize = 1;
+const FACETS: usize = 2;
+
+/// Reflectance of the clear coat at normal incidence.
+const COAT_REFLECTANCE: f64 = 0.04;
+
+/// What facets do with the light in one lane.
+#[derive(Clone, Copy)]
+struct Facets {
+    reflectance: f64,
+    transmittance: f64,
+}
+
+impl Facets {
+    fn reflection_probability(self) -> f64 {
+        let both = self.reflectance + self.transmittance;
+        if both > 0.0 { self.reflectance / both } else { 0.0 }
+    }
+
+    fn transmission_probability(self) -> f64 {
+        let both = self.reflectance + self.transmittance;
+        if both > 0.0 { self.transmittance / both } else { 0.0 }
+    }
+}
+
+impl<const C: usize> Principled<C> {
+    /// Whether light gets through.
+    pub(in crate::bsdf) fn transmits(&self) -> bool {
+        self.glass() > 0.0
+    }
+
+    pub(in crate::bsdf) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        let above = toward_eye.z > 0.0;
+        // Seen from the eye's side; the facets are the same for both.
+        let (eye, light) =
+            if above { (toward_eye, toward_light) } else { (flipped(toward_eye), flipped(toward_light)) };
+        if eye.z == 0.0 || light.z == 0.0 || !(above || self.transmits()) {
+            return Evaluation::ZERO;
+        }
+        let eta = self.eta_toward(above);
+        let lobes = self.lobes(eye.z, above);
+        if light.z > 0.0 {
+            // No facet can be told where both graze the surface from opposite sides.
+            let half = (eye + light).try_normalize();
+            half.map_or(Evaluation::ZERO, |m| self.reflection(eye, light, m, eta, above, lobes))
+        } else if self.transmits() {
+            let half = (eye + light * eta).try_normalize();
+            half.map_or(Evaluation::ZERO, |m| {
+                self.transmission(eye, light, if m.z < 0.0 { -m } else { m }, eta, above, lobes)
+            })
+        } else {
+            Evaluation::ZERO
+        }
+    }
+
+    pub(in crate::bsdf) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
+        let above = toward_eye.z > 0.0;
+        if toward_eye.z == 0.0 || !(above || self.transmits()) {
+            return None;
+        }
+        let eye = if above { toward_eye } else { flipped(toward_eye) };
+        let (lobe, rest) = choose(self.lobes(eye.z, above)[0], lobe)?;
+        let light = match lobe {
+            MATT => warp::cosine_hemisphere(u),
+            COAT => reflected(eye, ClearCoat::new(self.clearcoat_gloss).sample(u)),
+            _ => {
+                let m = self.base.microfacets(1.0).sample_visible(eye, u);
+                let cos = eye.dot(m).clamp(0.0, 1.0);
+                let eta = self.eta_toward(above);
+                let interface = interface(cos, eta);
+                if rest < self.facets(0, cos, eta, interface, above).reflection_probability() {
+                    reflected(eye, m)
+                } else {
+                    let refracted = m * (cos / eta - interface.cos_refracted) - eye / eta;
+                    if refracted.z >= 0.0 {
+                        return None;
+                    }
+                    refracted
+                }
+            }
+        };
+        // What is reflected downwards meets another facet, and is lost.
+        let transmitted = light.z < 0.0;
+        if transmitted && !self.transmits() {
+            return None;
+        }
+        let toward_light = if above { light } else { flipped(light) };
+        let Evaluation { f_cos, density } = self.evaluate(toward_eye, toward_light);
+        Scatter::with_density(toward_light, f_cos, density, transmitted)
+    }
+
+    /// `light` to `eye`, both above, with the half vector m.
+    fn reflection(
+        &self,
+        eye: Vec3,
+        light: Vec3,
+        m: Vec3,
+        eta: f64,
+        above: bool,
+        lobes: [[f64; LOBES]; C],
+    ) -> Evaluation<C> {
+        let cos = eye.dot(m).clamp(0.0, 1.0);
+        let interface = interface(cos, eta);
+        let microfacets = self.base.microfacets(1.0);
+        let facets = microfacets.d(m) * microfacets.g(eye, light, m) / (4.0 * eye.z);
+        // Reflection about m turns its steradians into 4 (v·m) of the reflected ray's.
+        let reflection = if cos > 0.0 { 1.0 / (4.0 * cos) } else { 0.0 };
+        let facets_density = microfacets.visible(eye, m) * reflection;
+        let (mut coat, mut coat_density) = (0.0, 0.0);
+        if above && self.clearcoat > 0.0 {
+            let lacquer = ClearCoat::new(self.clearcoat_gloss);
+            let d = lacquer.d(m);
+            let fresnel = mix(COAT_REFLECTANCE, 1.0, schlick_weight(schlick_cosine(cos, eta, interface)));
+            coat = 0.25 * self.clearcoat * fresnel * d * lacquer.g(eye, light, m) * light.z;
+            coat_density = d * m.z * reflection;
+        }
+        let matt = if above { self.matt() * FRAC_1_PI * self.base.matt(eye.z, light.z, cos) } else { 0.0 };
+        let cosine = cosine_density(light.z);
+        let mut evaluation = Evaluation::ZERO;
+        for lane in 0..C {
+            let share = self.facets(lane, cos, eta, interface, above);
+            let sheen = if above { (1.0 - self.metallic) * self.base.sheen(lane, cos) } else { 0.0 };
+            evaluation.f_cos[lane] =
+                share.reflectance * facets + coat + light.z * (self.base.color[lane] * matt + sheen);
+            let probability = lobes[lane];
+            evaluation.density[lane] = probability[MATT] * cosine
+                + probability[COAT] * coat_density
+                + probability[FACETS] * share.reflection_probability() * facets_density;
+        }
+        evaluation
+    }
+
+    /// `light` from below to `eye` above, by facets m.
+    fn transmission(
+        &self,
+        eye: Vec3,
+        light: Vec3,
+        m: Vec3,
+        eta: f64,
+        above: bool,
+        lobes: [[f64; LOBES]; C],
+    ) -> Evaluation<C> {
+        let (cos_eye, cos_light) = (eye.dot(m).min(1.0), -light.dot(m));
+        if cos_eye <= 0.0 || cos_light <= 0.0 {
+            return Evaluation::ZERO;
+        }
+        let interface = interface(cos_eye, eta);
+        let microfacets = self.base.microfacets(1.0);
+        let root = cos_eye - eta * cos_light;
+        // As in a rough interface: the value's η² and the compression of radiance cancel.
+        let jacobian = cos_light / (root * root);
+        let facets = microfacets.d(m) * microfacets.g(eye, -light, m) * jacobian * cos_eye / eye.z;
+        let density = microfacets.visible(eye, m) * jacobian * eta * eta;
+        let mut evaluation = Evaluation::ZERO;
+        for lane in 0..C {
+            let share = self.facets(lane, cos_eye, eta, interface, above);
+            evaluation.f_cos[lane] = share.transmittance * facets;
+            evaluation.density[lane] = lobes[lane][FACETS] * share.transmission_probability() * density;
+        }
+        evaluation
+    }
+
+    /// What facets reflect and transmit that are met at a cosine.
+    fn facets(&self, lane: usize, cos: f64, eta: f64, interface: Interface, above: bool) -> Facets {
+        let reflectance = interface.reflectance;
+        let transmittance = self.glass() * self.base.color[lane].sqrt() * (1.0 - reflectance);
+        // Mitsuba's metal, too, reflects nothing where the indices match.
+        if reflectance == 0.0 {
+            return Facets { reflectance, transmittance };
+        }
+        if !above {
+            return Facets { reflectance: self.glass() * reflectance, transmittance };
+        }
+        let rest = 1.0 - self.metallic;
+        let mut all = rest * (1.0 - self.base.spec_tint) * reflectance;
+        if self.metallic > 0.0 {
+            let weight = schlick_weight(schlick_cosine(cos, eta, interface));
+            all += self.metallic * mix(self.base.color[lane], 1.0, weight);
+        }
+        if self.base.spec_tint > 0.0 {
+            all += rest * self.base.spec_tint * self.base.tinted(lane, cos, eta, interface);
+        }
+        Facets { reflectance: all, transmittance }
+    }
+
+    /// Each lane's probabilities of choosing the lobes, about in proportion to what they carry.
+    fn lobes(&self, cos_eye: f64, above: bool) -> [[f64; LOBES]; C] {
+        let eta = self.eta_toward(above);
+        let interface = interface(cos_eye, eta);
+        let coat = mix(COAT_REFLECTANCE, 1.0, schlick_weight(cos_eye));
+        let mut lobes = [[0.0; LOBES]; C];
+        for (lane, lobes) in lobes.iter_mut().enumerate() {
+            let facets = self.facets(lane, cos_eye, eta, interface, above);
+            let mut weights = [0.0; LOBES];
+            weights[FACETS] = facets.reflectance + facets.transmittance;
+            if above {
+                let sheen = MEAN_SHEEN * self.base.sheen * (1.0 - self.metallic);
+                weights[MATT] = self.matt() * self.base.color[lane] + sheen;
+                weights[COAT] = 0.25 * self.clearcoat * coat;
+            }
+            *lobes = probabilities(weights);
+        }
+        lobes
+    }
+
+    /// The share that is matt.
+    fn matt(&self) -> f64 {
+        (1.0 - self.metallic) * (1.0 - self.base.spec_trans)
+    }
+
+    /// The share that is glass.
+    fn glass(&self) -> f64 {
+        (1.0 - self.metallic) * self.base.spec_trans
+    }
+
+    /// Index of the far side over that of the near side.
+    fn eta_toward(&self, above: bool) -> f64 {
+        if above { self.eta } else { 1.0 / self.eta }
+    }
+}

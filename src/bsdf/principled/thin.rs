@@ -1,0 +1,133 @@
+//! A surface without a body.
+
+use super::{MEAN_SHEEN, PrincipledBase, choose, cosine_density, interface, mix, probabilities};
+use crate::bsdf::microfacet::Microfacets;
+use crate::bsdf::{Evaluation, Scatter, flipped, reflected};
+use crate::geometry::Vec3;
+use crate::sampling::warp;
+use std::f64::consts::FRAC_1_PI;
+
+/// A thin sheet, matt or of rough glass, the same from both sides; light that is transmitted specularly goes on
+/// around the straight way. Mitsuba's `principledthin`.
+#[derive(Clone, Copy, Debug)]
+pub struct PrincipledThin<const C: usize> {
+    pub base: PrincipledBase<C>,
+    /// How much of the matt light leaves on the other side: 0 none, 1 half, 2 all.
+    pub diff_trans: f64,
+    /// Index of the sheet over that of what surrounds it.
+    pub eta: f64,
+}
+
+const LOBES: usize = 4;
+const MATT_BACK: usize = 0;
+const MATT_THROUGH: usize = 1;
+const REFLECTED: usize = 2;
+const STRAIGHT: usize = 3;
+
+impl<const C: usize> PrincipledThin<C> {
+    pub(in crate::bsdf) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        let (eye, light) = if toward_eye.z < 0.0 {
+            (flipped(toward_eye), flipped(toward_light))
+        } else {
+            (toward_eye, toward_light)
+        };
+        if eye.z == 0.0 || light.z == 0.0 {
+            return Evaluation::ZERO;
+        }
+        let transmitted = light.z < 0.0;
+        // What is transmitted is what would have been reflected, continued below.
+        let mirrored = if transmitted { flipped(light) } else { light };
+        let Some(m) = (eye + mirrored).try_normalize() else { return Evaluation::ZERO };
+        let cos = eye.dot(m).clamp(0.0, 1.0);
+        let interface = interface(cos, self.eta);
+        let microfacets = self.facets(transmitted);
+        let reflection = if cos > 0.0 { 1.0 / (4.0 * cos) } else { 0.0 };
+        let facets_density = microfacets.visible(eye, m) * reflection;
+        // Mitsuba ends the transmitted lobe where a facet would send light back above itself.
+        let cut = transmitted && light.dot(m) >= 0.0;
+        let facets =
+            if cut { 0.0 } else { microfacets.d(m) * microfacets.g(eye, mirrored, m) / (4.0 * eye.z) };
+        let cosine = cosine_density(light.z);
+        let lobes = self.lobes(eye.z);
+        let (matt_lobe, facets_lobe) =
+            if transmitted { (MATT_THROUGH, STRAIGHT) } else { (MATT_BACK, REFLECTED) };
+        let shape = if transmitted { 1.0 } else { self.base.matt(eye.z, light.z, cos) };
+        let matt = self.matt()[matt_lobe] * FRAC_1_PI * shape;
+        let mut evaluation = Evaluation::ZERO;
+        for lane in 0..C {
+            let color = self.base.color[lane];
+            let (specular, sheen) = if transmitted {
+                (color * (1.0 - interface.reflectance), 0.0)
+            } else {
+                let tinted = if self.base.spec_tint > 0.0 {
+                    self.base.tinted(lane, cos, self.eta, interface)
+                } else {
+                    0.0
+                };
+                let sheen = self.matt()[MATT_BACK] * self.base.sheen(lane, cos);
+                (mix(interface.reflectance, tinted, self.base.spec_tint), sheen)
+            };
+            evaluation.f_cos[lane] =
+                self.base.spec_trans * specular * facets + light.z.abs() * (color * matt + sheen);
+            let probability = lobes[lane];
+            evaluation.density[lane] =
+                probability[matt_lobe] * cosine + probability[facets_lobe] * facets_density;
+        }
+        evaluation
+    }
+
+    pub(in crate::bsdf) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
+        if toward_eye.z == 0.0 {
+            return None;
+        }
+        let eye = if toward_eye.z < 0.0 { flipped(toward_eye) } else { toward_eye };
+        let (lobe, _) = choose(self.lobes(eye.z)[0], lobe)?;
+        let transmitted = lobe == MATT_THROUGH || lobe == STRAIGHT;
+        let up = match lobe {
+            MATT_BACK | MATT_THROUGH => warp::cosine_hemisphere(u),
+            _ => reflected(eye, self.facets(transmitted).sample_visible(eye, u)),
+        };
+        // What is reflected downwards meets another facet, and is lost.
+        if up.z <= 0.0 {
+            return None;
+        }
+        let above = (toward_eye.z > 0.0) != transmitted;
+        let toward_light = if above { up } else { flipped(up) };
+        let Evaluation { f_cos, density } = self.evaluate(toward_eye, toward_light);
+        Scatter::with_density(toward_light, f_cos, density, transmitted)
+    }
+
+    /// The facets for reflection, or the smoother (or rougher) ones for transmission.
+    fn facets(&self, transmitted: bool) -> Microfacets {
+        // Burley 2015, section 3.2: what two rough faces do to a ray.
+        self.base.microfacets(if transmitted { 0.65 * self.eta - 0.35 } else { 1.0 })
+    }
+
+    /// The shares that are matt, back and through.
+    fn matt(&self) -> [f64; 2] {
+        let (all, through) = (1.0 - self.base.spec_trans, 0.5 * self.diff_trans);
+        [all * (1.0 - through), all * through]
+    }
+
+    /// Each lane's probabilities of choosing the lobes, about in proportion to what they carry.
+    fn lobes(&self, cos_eye: f64) -> [[f64; LOBES]; C] {
+        let interface = interface(cos_eye, self.eta);
+        let [back, through] = self.matt();
+        let mut lobes = [[0.0; LOBES]; C];
+        for (lane, lobes) in lobes.iter_mut().enumerate() {
+            let color = self.base.color[lane];
+            let tinted = mix(
+                interface.reflectance,
+                self.base.tinted(lane, cos_eye, self.eta, interface),
+                self.base.spec_tint,
+            );
+            *lobes = probabilities([
+                back * (color + MEAN_SHEEN * self.base.sheen),
+                through * color,
+                self.base.spec_trans * tinted,
+                self.base.spec_trans * color * (1.0 - interface.reflectance),
+            ]);
+        }
+        lobes
+    }
+}

@@ -1,0 +1,155 @@
+//! A rough coat over a matt base.
+
+use super::microfacet::{Microfacets, Shape};
+use super::plastic::MattBase;
+use super::{Evaluation, Scatter, fresnel, reflected};
+use crate::geometry::Vec3;
+use crate::sampling::warp;
+use crate::spectrum::Sampled;
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_1_PI;
+use std::sync::{Mutex, PoisonError};
+
+/// A matt base under a rough dielectric coat. The coat reflects as a rough surface does; what of light
+/// gets through it, in and out again, and what it holds back inside, are averages over its facets
+/// ([`RoughCoat`]). Black from below. Mitsuba's `roughplastic`.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughPlastic<const C: usize> {
+    pub coat: &'static RoughCoat,
+    pub base: MattBase<C>,
+    /// Multiplies what the coat reflects outside; 1 in nature.
+    pub specular_reflectance: Sampled<C>,
+}
+
+/// A rough dielectric interface and what it lets through on the whole.
+///
+/// The tables are Mitsuba 3's: 64 steps of the cosine from 0 to 1, linear between. The inner reflectance is the plain mean
+/// over the 64 directions and so 1.5 % below the integral.
+#[derive(Clone, Debug)]
+pub struct RoughCoat {
+    microfacets: Microfacets,
+    /// Index below over that above.
+    eta: f64,
+    /// From above, by the cosine of the incident direction.
+    transmittance: [f64; STEPS],
+    /// Share of diffuse light from below that is reflected.
+    inner_reflectance: f64,
+}
+
+/// Directions in the tables.
+const STEPS: usize = 64;
+
+/// Facets along each of the two numbers that choose one; enough for 2e-4.
+const FACETS: u32 = 48;
+
+impl RoughCoat {
+    /// The coat of facets of roughness `alpha`; `eta` is the index below over that above, positive and not 1. Kept for the rest of
+    /// the program, once for all materials that ask for the same.
+    pub fn shared(shape: Shape, alpha: f64, eta: f64) -> &'static Self {
+        static COATS: Mutex<BTreeMap<(bool, u64, u64), &'static RoughCoat>> = Mutex::new(BTreeMap::new());
+        let key = (shape == Shape::Ggx, alpha.to_bits(), eta.to_bits());
+        // A map in which a coat is missing is still a map.
+        let mut coats = COATS.lock().unwrap_or_else(PoisonError::into_inner);
+        coats
+            .entry(key)
+            .or_insert_with(|| Box::leak(Box::new(Self::new(Microfacets::new(shape, alpha, alpha), eta))))
+    }
+
+    fn new(microfacets: Microfacets, eta: f64) -> Self {
+        // At 0 itself nothing is visible.
+        let cosines: [f64; STEPS] = std::array::from_fn(|step| (step as f64 / (STEPS - 1) as f64).max(1e-6));
+        let inner = cosines.map(|cosine| cosine * shares(&microfacets, cosine, 1.0 / eta).reflected);
+        Self {
+            microfacets,
+            eta,
+            transmittance: cosines.map(|cosine| shares(&microfacets, cosine, eta).transmitted),
+            inner_reflectance: 2.0 * inner.iter().sum::<f64>() / STEPS as f64,
+        }
+    }
+
+    fn transmittance(&self, cosine: f64) -> f64 {
+        let place = cosine.clamp(0.0, 1.0) * (STEPS - 1) as f64;
+        let step = (place as usize).min(STEPS - 2);
+        let fraction = place - step as f64;
+        self.transmittance[step] * (1.0 - fraction) + self.transmittance[step + 1] * fraction
+    }
+}
+
+/// What a rough interface does with the light from one direction.
+struct Shares {
+    reflected: f64,
+    transmitted: f64,
+}
+
+/// Averages over the facets that are visible at a cosine, by the midpoint rule in the numbers that choose a facet.
+fn shares(microfacets: &Microfacets, cosine: f64, eta: f64) -> Shares {
+    let from = Vec3::new(((1.0 - cosine) * (1.0 + cosine)).sqrt(), 0.0, cosine);
+    let number = |step: u32| (f64::from(step) + 0.5) / f64::from(FACETS);
+    let mut shares = Shares { reflected: 0.0, transmitted: 0.0 };
+    for i in 0..FACETS {
+        for j in 0..FACETS {
+            let m = microfacets.sample_visible(from, [number(i), number(j)]);
+            let cos = from.dot(m).clamp(0.0, 1.0);
+            let interface = fresnel::dielectric(cos, eta);
+            let mirrored = reflected(from, m);
+            if mirrored.z > 0.0 {
+                shares.reflected += interface.reflectance * microfacets.g1(mirrored, m);
+            }
+            let refracted = m * (cos / eta - interface.cos_refracted) - from / eta;
+            if refracted.z < 0.0 && interface.reflectance < 1.0 {
+                // The facets hide a direction below just as they hide its opposite above.
+                shares.transmitted += (1.0 - interface.reflectance) * microfacets.g1(-refracted, m);
+            }
+        }
+    }
+    let facets = f64::from(FACETS * FACETS);
+    Shares { reflected: shares.reflected / facets, transmitted: shares.transmitted / facets }
+}
+
+impl<const C: usize> RoughPlastic<C> {
+    pub(super) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        if toward_eye.z <= 0.0 || toward_light.z <= 0.0 {
+            return Evaluation::ZERO;
+        }
+        let Some(m) = (toward_eye + toward_light).try_normalize() else { return Evaluation::ZERO };
+        let RoughCoat { microfacets, eta, inner_reflectance, .. } = self.coat;
+        let cos = toward_eye.dot(m).clamp(0.0, 1.0);
+        let facets = microfacets.d(m) * microfacets.g(toward_eye, toward_light, m);
+        let coat = fresnel::dielectric(cos, *eta).reflectance * facets / (4.0 * toward_eye.z);
+        let coat_density = if cos > 0.0 { microfacets.visible(toward_eye, m) / (4.0 * cos) } else { 0.0 };
+        let cosine = toward_light.z * FRAC_1_PI;
+        let through = self.coat.transmittance(toward_eye.z) * self.coat.transmittance(toward_light.z);
+        let base = cosine * through / (eta * eta);
+        let reflected = self.coat_probability(toward_eye);
+        Evaluation {
+            f_cos: Sampled::from_fn(|lane| {
+                self.specular_reflectance[lane] * coat
+                    + self.base.with_interreflection(lane, *inner_reflectance) * base
+            }),
+            density: reflected.map(|reflected| reflected * coat_density + (1.0 - reflected) * cosine),
+        }
+    }
+
+    pub(super) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
+        if toward_eye.z <= 0.0 {
+            return None;
+        }
+        let toward_light = if lobe < self.coat_probability(toward_eye).hero() {
+            reflected(toward_eye, self.coat.microfacets.sample_visible(toward_eye, u))
+        } else {
+            warp::cosine_hemisphere(u)
+        };
+        let Evaluation { f_cos, density } = self.evaluate(toward_eye, toward_light);
+        Scatter::with_density(toward_light, f_cos, density, false)
+    }
+
+    /// Each lane's probability of choosing the coat, about in proportion to what coat and base carry.
+    fn coat_probability(&self, toward_eye: Vec3) -> Sampled<C> {
+        let entering = self.coat.transmittance(toward_eye.z);
+        Sampled::from_fn(|lane| {
+            let reflected = self.specular_reflectance[lane] * (1.0 - entering);
+            let scattered = self.base.reflectance[lane] * entering;
+            if reflected > 0.0 { reflected / (reflected + scattered) } else { 0.0 }
+        })
+    }
+}

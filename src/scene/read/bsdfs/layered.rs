@@ -1,0 +1,137 @@
+//! Panes, plastic and "principled" surfaces.
+
+use crate::scene::description::{
+    BsdfKind, CoatRoughness, IndexKind, IndexSource, PrincipledBase, SpectrumSource,
+};
+use crate::scene::read::indices;
+use crate::scene::read::query::Query;
+use crate::scene::read::spectra::{self, Use};
+use crate::scene::source::SceneError;
+
+/// The index of Mitsuba 3's default for the `int_ior` of plastic, `polypropylene`.
+const POLYPROPYLENE: f64 = 1.49;
+
+pub(super) fn thin_dielectric(query: &Query<'_>) -> BsdfKind {
+    BsdfKind::ThinDielectric {
+        interior: indices::interior(query),
+        exterior: indices::read(query, "ext_ior"),
+        specular_reflectance: spectra::read_or(query, "specular_reflectance", Use::Reflectance, 1.0),
+        specular_transmittance: spectra::read_or(query, "specular_transmittance", Use::Reflectance, 1.0),
+    }
+}
+
+pub(super) fn plastic(query: &Query<'_>, coat: Option<CoatRoughness>) -> BsdfKind {
+    let polypropylene =
+        || IndexSource { place: query.object.place.clone(), kind: IndexKind::Constant(POLYPROPYLENE) };
+    BsdfKind::Plastic {
+        interior: indices::read(query, "int_ior").unwrap_or_else(polypropylene),
+        exterior: indices::read(query, "ext_ior"),
+        diffuse_reflectance: spectra::read_or(query, "diffuse_reflectance", Use::Reflectance, 0.5),
+        specular_reflectance: spectra::read_or(query, "specular_reflectance", Use::Reflectance, 1.0),
+        nonlinear: query.boolean("nonlinear", false),
+        coat,
+    }
+}
+
+pub(super) fn principled(query: &Query<'_>) -> BsdfKind {
+    let base = base(query);
+    ignore_rates(
+        query,
+        &["diffuse_reflectance_sampling_rate", "main_specular_sampling_rate", "clearcoat_sampling_rate"],
+    );
+    let eta = principled_index(query, &base.spec_trans);
+    BsdfKind::Principled {
+        base,
+        metallic: fraction(query, "metallic", 0.0),
+        clearcoat: spectra::read_or(query, "clearcoat", Use::Amount, 0.0),
+        clearcoat_gloss: fraction(query, "clearcoat_gloss", 0.0),
+        eta,
+    }
+}
+
+pub(super) fn principled_thin(query: &Query<'_>) -> BsdfKind {
+    ignore_rates(
+        query,
+        &[
+            "diffuse_reflectance_sampling_rate",
+            "diffuse_transmittance_sampling_rate",
+            "specular_reflectance_sampling_rate",
+            "specular_transmittance_sampling_rate",
+        ],
+    );
+    let diff_trans = spectra::read_or(query, "diff_trans", Use::Amount, 0.0);
+    if let Some(value) = diff_trans.constant().filter(|value| *value > 2.0) {
+        let problem = format!("\"diff_trans\" is {value}");
+        query.error(
+            SceneError::at(&query.place("diff_trans"), problem, "expected a number from 0 to 2")
+                .with_remedy("1 sends half of the matt light through, 2 all of it"),
+        );
+    }
+    BsdfKind::PrincipledThin {
+        base: base(query),
+        diff_trans,
+        eta: spectra::read_or(query, "eta", Use::Index, 1.5),
+    }
+}
+
+fn base(query: &Query<'_>) -> PrincipledBase {
+    PrincipledBase {
+        base_color: spectra::read_or(query, "base_color", Use::Reflectance, 0.5),
+        roughness: fraction(query, "roughness", 0.5),
+        anisotropic: fraction(query, "anisotropic", 0.0),
+        spec_trans: fraction(query, "spec_trans", 0.0),
+        spec_tint: fraction(query, "spec_tint", 0.0),
+        sheen: spectra::read_or(query, "sheen", Use::Amount, 0.0),
+        sheen_tint: fraction(query, "sheen_tint", 0.0),
+        flatness: fraction(query, "flatness", 0.0),
+    }
+}
+
+fn fraction(query: &Query<'_>, name: &'static str, default: f64) -> SpectrumSource {
+    spectra::read_or(query, name, Use::Fraction, default)
+}
+
+/// Given as `eta`, or as `specular`: 12.5 times the reflectance at normal incidence. Where light is transmitted,
+/// Mitsuba 3 keeps a facet to refract it: an `eta` of 1 becomes 1.001, a `specular` of 0 becomes 0.001.
+fn principled_index(query: &Query<'_>, spec_trans: &SpectrumSource) -> f64 {
+    /// Of `specular`, at which all would be reflected.
+    const LIMIT: f64 = 12.5;
+    let glass = spec_trans.constant() != Some(0.0);
+    let of_specular = |specular: f64| 2.0 / (1.0 - (specular / LIMIT).sqrt()) - 1.0;
+    if query.has("eta") && query.has("specular") {
+        query.error(SceneError::at(
+            &query.place("specular"),
+            "The index is given twice",
+            "expected either eta or specular",
+        ));
+    }
+    if query.has("eta") {
+        let eta = query.positive("eta", 1.5);
+        return if glass && (eta - 1.0).abs() < 1e-4 { 1.001 } else { eta };
+    }
+    let specular = query.float("specular").unwrap_or(0.5);
+    if !(0.0..LIMIT).contains(&specular) {
+        query.error(
+            SceneError::at(
+                &query.place("specular"),
+                format!("\"specular\" is {specular}"),
+                "expected a number of at least 0 and below 12.5",
+            )
+            .with_remedy("from 0 to 1 it reflects from 0 to 8 % at normal incidence"),
+        );
+        return of_specular(0.5);
+    }
+    of_specular(if glass && specular < 1e-7 { 1e-3 } else { specular })
+}
+
+/// How often lobes are sampled changes the noise in Mitsuba 3, never the picture.
+fn ignore_rates(query: &Query<'_>, names: &[&'static str]) {
+    for name in names {
+        if query.float(name).is_some() {
+            query.reader.remark(
+                &query.place(name),
+                format!("{name} changes nothing: lobes are sampled by what they carry"),
+            );
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Files that a scene names: where they are sought, and reading them within limits.
+
+use super::super::source::{Place, SceneError};
+use super::names;
+use std::path::{Path, PathBuf};
+
+/// A larger scene file is refused: meshes belong into files of their own.
+pub(super) const LARGEST_SCENE_FILE: u64 = 256 << 20;
+
+/// Folders in which files are sought, the first first.
+#[derive(Clone, Debug)]
+pub(super) struct Search(Vec<PathBuf>);
+
+impl Search {
+    pub fn new(folder: &Path) -> Self {
+        Self(vec![folder.to_owned()])
+    }
+
+    /// The same, but with another folder before all others.
+    pub fn after(&self, folder: &Path) -> Self {
+        let mut folders = self.0.clone();
+        folders.insert(0, folder.to_owned());
+        Self(folders)
+    }
+
+    /// The path of the first that there is; in the first folder if there is none.
+    pub fn find(&self, name: &str) -> PathBuf {
+        let mut paths = self.0.iter().map(|folder| folder.join(name));
+        paths.clone().find(|path| path.exists()).or_else(|| paths.next()).unwrap_or_else(|| name.into())
+    }
+}
+
+/// The text of a scene file.
+///
+/// # Errors
+/// What is wrong with it, in one sentence.
+pub(super) fn scene_text(path: &Path) -> Result<String, String> {
+    let unreadable = |error: std::io::Error| format!("{} cannot be read: {error}", path.display());
+    let metadata = std::fs::metadata(path).map_err(unreadable)?;
+    if !metadata.is_file() {
+        return Err(format!("{} is not a file", path.display()));
+    }
+    if metadata.len() > LARGEST_SCENE_FILE {
+        return Err(format!("{} is too large ({} bytes)", path.display(), metadata.len()));
+    }
+    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        format!("{} is not text in UTF-8 (at byte {at}): save it in that encoding", path.display())
+    })?;
+    Ok(without_mark(text))
+}
+
+/// Editors on Windows may begin a file with a byte order mark.
+pub(super) fn without_mark(text: String) -> String {
+    text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text)
+}
+
+/// The content of a file that a scene names at `place`, if it is there and not larger than `most` bytes.
+pub(super) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, SceneError> {
+    let unreadable = |error: &std::io::Error| {
+        let problem = match error.kind() {
+            std::io::ErrorKind::NotFound => format!("There is no file {}", path.display()),
+            _ => format!("{} cannot be read: {error}", path.display()),
+        };
+        let error = SceneError::at(
+            place,
+            problem,
+            "expected the path of a file, relative to the scene file's folder",
+        );
+        match neighbour(path) {
+            _ if path.to_string_lossy().contains(char::is_control) => error
+                .with_remedy("the name has a control character: JSON writes a backslash as \\\\, or use /"),
+            Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
+            None => error,
+        }
+    };
+    let metadata = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
+    if !metadata.is_file() {
+        return Err(SceneError::at(
+            place,
+            format!("{} is not a file", path.display()),
+            "expected the path of a file",
+        ));
+    }
+    if metadata.len() > most {
+        let problem = format!("{} is too large ({} bytes)", path.display(), metadata.len());
+        return Err(SceneError::at(place, problem, format!("expected at most {most} bytes")));
+    }
+    std::fs::read(path).map_err(|error| unreadable(&error))
+}
+
+/// A file in the same folder whose name is like that of `path`.
+fn neighbour(path: &Path) -> Option<String> {
+    let wanted = path.file_name()?.to_str()?;
+    let entries = std::fs::read_dir(path.parent()?).ok()?;
+    let mut names: Vec<String> =
+        entries.take(10_000).filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
+    names.sort();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    names::nearest(wanted, &names).map(str::to_owned)
+}

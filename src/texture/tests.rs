@@ -1,0 +1,160 @@
+use super::*;
+use crate::geometry::Transform;
+use crate::raster::{Grid, Image};
+
+const NM: [f64; 4] = [450.0, 550.0, 600.0, 650.0];
+
+fn at(u: f64, v: f64) -> TexturePoint<'static> {
+    TexturePoint { uv: [u, v], position: Vec3::ZERO, mesh: None }
+}
+
+fn placing(filter: Filter, wrap: Wrap) -> Placing {
+    Placing { to_uv: UvTransform::IDENTITY, filter, wrap }
+}
+
+fn bitmap(image: &Image, placing: Placing, raw: bool) -> Texture {
+    Texture::Bitmap(Box::new(Bitmap::new(image, placing, raw, false)))
+}
+
+/// 2 × 2 texels in colour.
+fn colours() -> Image {
+    let values = vec![0.9, 0.1, 0.1, 0.1, 0.8, 0.2, 0.2, 0.3, 0.9, 0.5, 0.4, 0.3];
+    Image::new(2, 2, 3, values, false)
+}
+
+/// 3 × 2 texels from 0 to 0.5.
+fn greys() -> Image {
+    Image::new(3, 2, 1, vec![0.0, 0.1, 0.2, 0.3, 0.4, 0.5], false)
+}
+
+fn close(found: &[f64], expected: &[f64], tolerance: f64) {
+    let same = found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance);
+    assert!(same && found.len() == expected.len(), "{found:?}, not {expected:?}");
+}
+
+/// All numbers in this file: `eval`, `eval_1`, `eval_3`, `eval_1_grad` of Mitsuba 3.9.1, scalar_spectral.
+#[test]
+fn colours_are_interpolated_as_spectra() {
+    let texture = bitmap(&colours(), placing(Filter::Linear, Wrap::Repeat), false);
+    close(&texture.sample(&at(0.25, 0.25), &NM).0, &[0.101807, 0.117833, 0.613048, 0.965504], 2e-5);
+    close(&texture.sample(&at(0.4, 0.3), &NM).0, &[0.179711, 0.313479, 0.511681, 0.657069], 2e-5);
+    close(&texture.sample(&at(1.2, -0.3), &NM).0, &[0.745771, 0.275485, 0.282042, 0.40042], 2e-5);
+    let nearest = bitmap(&colours(), placing(Filter::Nearest, Wrap::Repeat), false);
+    close(&nearest.sample(&at(0.5, 0.5), &NM).0, &[0.308752, 0.407094, 0.457507, 0.506384], 2e-5);
+}
+
+#[test]
+fn raw_images_give_numbers() {
+    let texture = bitmap(&colours(), placing(Filter::Linear, Wrap::Repeat), true);
+    close(&texture.rgb(&at(0.4, 0.3)), &[0.623, 0.312, 0.189], 1e-6);
+    close(&[texture.value(&at(0.4, 0.3))], &[0.369264], 1e-6);
+    close(&texture.gradient(&at(0.4, 0.3)), &[0.626249, -0.043611], 1e-6);
+}
+
+#[test]
+fn wrap_modes_are_mitsubas() {
+    let places = [
+        (-0.1, 0.25),
+        (-0.4, 0.25),
+        (1.1, 0.25),
+        (1.4, -0.3),
+        (0.1, 0.6),
+        (0.0, 0.0),
+        (1.0, 1.0),
+        (0.5, 0.5),
+        (2.3, 1.7),
+        (-1.3, -2.6),
+    ];
+    let expected = [
+        (Wrap::Repeat, Filter::Nearest, [0.2, 0.1, 0.0, 0.4, 0.3, 0.0, 0.0, 0.4, 0.3, 0.2]),
+        (Wrap::Repeat, Filter::Linear, [0.16, 0.13, 0.04, 0.34, 0.25, 0.25, 0.25, 0.25, 0.31, 0.25]),
+        (Wrap::Mirror, Filter::Nearest, [0.0, 0.1, 0.2, 0.1, 0.3, 0.0, 0.5, 0.4, 0.0, 0.5]),
+        (Wrap::Mirror, Filter::Linear, [0.0, 0.07, 0.2, 0.16, 0.21, 0.0, 0.5, 0.25, 0.07, 0.37]),
+        (Wrap::Clamp, Filter::Nearest, [0.0, 0.0, 0.2, 0.2, 0.3, 0.0, 0.5, 0.4, 0.5, 0.0]),
+        (Wrap::Clamp, Filter::Linear, [0.0, 0.0, 0.2, 0.2, 0.21, 0.0, 0.5, 0.25, 0.5, 0.0]),
+    ];
+    for (wrap, filter, values) in expected {
+        let texture = bitmap(&greys(), placing(filter, wrap), true);
+        let found = places.map(|(u, v)| texture.value(&at(u, v)));
+        close(&found, &values, 1e-6);
+    }
+}
+
+#[test]
+fn slopes_turn_before_they_scale() {
+    let image = greys();
+    let slope = |to_uv, u, v| {
+        bitmap(&image, Placing { to_uv, ..placing(Filter::Linear, Wrap::Repeat) }, true).gradient(&at(u, v))
+    };
+    close(&slope(UvTransform::IDENTITY, 0.2, 0.3), &[0.3, 0.6], 1e-6);
+    close(&slope(UvTransform([[2.0, 0.0, 0.0], [0.0, 3.0, 0.0]]), 0.1, 0.1), &[0.6, 1.8], 1e-6);
+    close(&slope(UvTransform([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0]]), 0.1, 0.3), &[-0.9, -0.2], 1e-6);
+    let nearest = bitmap(&image, placing(Filter::Nearest, Wrap::Repeat), true);
+    assert_eq!(nearest.gradient(&at(0.2, 0.3)), [0.0; 2]);
+}
+
+#[test]
+fn coordinates_that_are_no_numbers_do_no_harm() {
+    let texture = bitmap(&colours(), placing(Filter::Linear, Wrap::Mirror), false);
+    for u in [f64::NAN, f64::INFINITY, -1e300, 1e18] {
+        let value = texture.sample(&at(u, -u), &NM).0;
+        assert!(value.iter().all(|value| (0.0..=1.0).contains(value)), "{u}: {value:?}");
+    }
+}
+
+#[test]
+fn boards_change_sides_for_numbers() {
+    let grey = Image::new(2, 2, 1, vec![0.2, 0.4, 0.6, 0.8], false);
+    let board = |colours, to_uv| Texture::Checkerboard(Box::new(Checkerboard { colours, to_uv }));
+    let constant = |value| Texture::Uniform(Spectrum::Constant(value));
+    let plain = board([constant(0.4), constant(0.2)], UvTransform::IDENTITY);
+    for (u, v, value) in [
+        (0.25, 0.25, 0.4),
+        (0.75, 0.25, 0.2),
+        (0.25, 0.75, 0.2),
+        (0.75, 0.75, 0.4),
+        (1.25, 0.25, 0.4),
+        (-0.25, 0.25, 0.2),
+        (0.5, 0.25, 0.4),
+        (0.25, 0.5, 0.4),
+    ] {
+        assert_eq!(plain.sample(&at(u, v), &NM), Sampled::splat(value), "{u} {v}");
+        assert!((plain.value(&at(u, v)) - (0.6 - value)).abs() < 1e-12, "{u} {v}");
+    }
+    let doubled = UvTransform([[2.0, 0.0, 0.0], [0.0, 2.0, 0.0]]);
+    let nested = board([bitmap(&grey, placing(Filter::Linear, Wrap::Repeat), true), plain], doubled);
+    for (u, v, value) in [(0.1, 0.1, 0.38), (0.2, 0.1, 0.34), (0.1, 0.3, 0.4), (0.7, 0.7, 0.74)] {
+        close(&nested.sample(&at(u, v), &NM).0, &[value; 4], 1e-6);
+    }
+}
+
+#[test]
+fn a_colour_as_a_number_is_its_mean() {
+    let red = Texture::Uniform(Spectrum::Sigmoid { shape: upsample([0.9, 0.1, 0.1]), factor: 1.0 });
+    close(&[red.value(&at(0.0, 0.0))], &[0.631762], 1e-5);
+}
+
+#[test]
+fn grids_are_looked_up_in_space() {
+    let volume = |grid: &Grid, to_local, raw| {
+        Texture::Volume(Box::new(Volume::new(grid, to_local, Filter::Linear, Wrap::Clamp, raw)))
+    };
+    let place = |x, y, z| TexturePoint { uv: [0.0; 2], position: Vec3::new(x, y, z), mesh: None };
+    let values = (0..8).map(|i| 0.1 * i as f32).collect();
+    let corners = [Vec3::new(-2.0, -1.0, 0.0), Vec3::new(2.0, 3.0, 4.0)];
+    let grid = Grid { size: [2; 3], channels: 1, values, corners };
+    let texture = volume(&grid, Transform::IDENTITY, false);
+    for (x, y, z, value) in
+        [(0.75, 0.25, 0.25, 0.1), (0.4, 0.3, 0.6, 0.33), (1.2, 0.5, 0.5, 0.4), (2.0, 2.0, 2.0, 0.7)]
+    {
+        close(&[texture.value(&place(x, y, z))], &[value], 1e-6);
+    }
+    let boxed = volume(&grid, from_box(corners).unwrap(), false);
+    close(&[boxed.value(&place(0.4, 0.3, 0.6)), boxed.value(&place(0.3, 0.2, 2.1))], &[0.1, 0.305], 1e-6);
+
+    let values = vec![0.9, 0.1, 0.1, 0.1, 0.8, 0.2, 0.2, 0.3, 0.9, 0.5, 0.4, 2.0];
+    let grid = Grid { size: [2, 2, 1], channels: 3, values, corners };
+    let texture = volume(&grid, Transform::IDENTITY, false);
+    close(&texture.sample(&place(0.4, 0.3, 0.6), &NM).0, &[0.21376, 0.35864, 0.39237, 0.99064], 5e-5);
+    close(&volume(&grid, Transform::IDENTITY, true).rgb(&place(0.4, 0.3, 0.6)), &[0.623, 0.312, 0.24], 1e-6);
+}

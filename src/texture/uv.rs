@@ -1,0 +1,67 @@
+//! Surface coordinates on their way to a texture.
+
+/// An affine map of surface coordinates: the upper two rows of `to_uv`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UvTransform(pub [[f64; 3]; 2]);
+
+impl UvTransform {
+    pub const IDENTITY: Self = Self([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+
+    pub fn apply(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        self.0.map(|[a, b, c]| a * u + b * v + c)
+    }
+
+    /// The derivatives by the coordinates that go in of a function with derivatives by those that come out.
+    pub fn pull_back(&self, [by_u, by_v]: [f64; 2]) -> [f64; 2] {
+        let [[a, b, _], [c, d, _]] = self.0;
+        [a * by_u + c * by_v, b * by_u + d * by_v]
+    }
+}
+
+/// What lies beyond the edges of an image or grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    Repeat,
+    Mirror,
+    Clamp,
+}
+
+impl Wrap {
+    /// The texel that stands for the one at `index` in a row of `size`.
+    #[inline]
+    pub fn index(self, index: i64, size: usize) -> usize {
+        let size = size as i64;
+        let inside = match self {
+            Self::Repeat => index.rem_euclid(size),
+            Self::Clamp => index.clamp(0, size - 1),
+            Self::Mirror => {
+                let index = index.rem_euclid(2 * size);
+                index.min(2 * size - 1 - index)
+            }
+        };
+        inside as usize
+    }
+
+    /// The two texels between whose centres a coordinate (1 along the whole row) lies, and the share of the second.
+    #[inline]
+    pub fn between(self, coordinate: f64, size: usize) -> ([usize; 2], f64) {
+        let place = coordinate * size as f64 - 0.5;
+        let (cell, share) = cell(place);
+        ([self.index(cell, size), self.index(cell + 1, size)], share)
+    }
+
+    /// The texel that a coordinate lies in.
+    #[inline]
+    pub fn nearest(self, coordinate: f64, size: usize) -> usize {
+        self.index(cell(coordinate * size as f64).0, size)
+    }
+}
+
+/// The cell of a number, and how far it lies into that. Coordinates too far away to tell, and what is no number, are
+/// in cell 0.
+#[inline]
+fn cell(place: f64) -> (i64, f64) {
+    const FARTHEST: f64 = (1u64 << 52) as f64;
+    let floor = place.floor();
+    if floor.abs() < FARTHEST { (floor as i64, place - floor) } else { (0, 0.0) }
+}

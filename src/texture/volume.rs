@@ -1,0 +1,127 @@
+//! Values in space, looked up where the surface is.
+
+use super::{Filter, TexturePoint, Wrap, luminance};
+use crate::geometry::{Transform, Vec3};
+use crate::raster::Grid;
+use crate::spectrum::{Sampled, Sigmoid, upsample};
+use std::sync::Arc;
+
+/// A grid of cells that fill the unit cube.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    size: [usize; 3],
+    cells: Cells,
+    /// From the coordinates of the scene to those in which the grid is the unit cube.
+    to_local: Transform,
+    filter: Filter,
+    wrap: Wrap,
+    mean: [f64; 3],
+    greatest: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Cells {
+    Grey(Arc<[f32]>),
+    Raw(Arc<[f32]>),
+    /// Coefficients of a [`Sigmoid`] and a factor.
+    Spectra(Arc<[[f32; 4]]>),
+}
+
+impl Volume {
+    /// With `raw`, three channels are no colour.
+    pub fn new(grid: &Grid, to_local: Transform, filter: Filter, wrap: Wrap, raw: bool) -> Self {
+        let cells = grid.values.len() / grid.channels;
+        let mut mean = [0.0; 3];
+        for cell in grid.values.chunks_exact(grid.channels) {
+            for (channel, mean) in mean.iter_mut().enumerate() {
+                *mean += f64::from(cell[channel.min(grid.channels - 1)]) / cells as f64;
+            }
+        }
+        let greatest = grid.values.iter().fold(0.0, |greatest: f32, &value| greatest.max(value.abs()));
+        let cells = match grid.channels {
+            1 => Cells::Grey(grid.values.as_slice().into()),
+            _ if raw => Cells::Raw(grid.values.as_slice().into()),
+            _ => Cells::Spectra(grid.values.chunks_exact(3).map(unbounded).collect()),
+        };
+        // The spectrum of a colour is at most twice its largest component.
+        let greatest = f64::from(greatest) * if matches!(cells, Cells::Spectra(_)) { 2.0 } else { 1.0 };
+        Self { size: grid.size, cells, to_local, filter, wrap, mean, greatest }
+    }
+
+    /// The cells around a place and their shares.
+    fn around(&self, at: &TexturePoint) -> [(usize, f64); 8] {
+        let place = self.to_local.point(at.position);
+        let along = |coordinate: f64, size: usize| match self.filter {
+            Filter::Nearest => ([self.wrap.nearest(coordinate, size); 2], 0.0),
+            Filter::Linear => self.wrap.between(coordinate, size),
+        };
+        let [width, height, depth] = self.size;
+        let (x, y, z) = (along(place.x, width), along(place.y, height), along(place.z, depth));
+        let pick = |(cells, share): ([usize; 2], f64), second: bool| match second {
+            false => (cells[0], 1.0 - share),
+            true => (cells[1], share),
+        };
+        std::array::from_fn(|corner| {
+            let (i, a) = pick(x, corner & 1 != 0);
+            let (j, b) = pick(y, corner & 2 != 0);
+            let (k, c) = pick(z, corner & 4 != 0);
+            ((k * height + j) * width + i, a * b * c)
+        })
+    }
+
+    /// Colours are interpolated as spectra between 0 and 1, and their factors apart from these, as in Mitsuba 3.
+    pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
+        let Cells::Spectra(cells) = &self.cells else { return Sampled::splat(self.value(at)) };
+        let (mut shape, mut factor) = (Sampled::ZERO, 0.0);
+        for (cell, share) in self.around(at) {
+            let [a, b, c, scale] = cells[cell].map(f64::from);
+            let sigmoid = Sigmoid { coefficients: [a, b, c] };
+            shape += Sampled::from_fn(|lane| share * sigmoid.at(nm[lane]));
+            factor += share * scale;
+        }
+        shape * factor
+    }
+
+    /// One number for all wavelengths: of what has three channels, the luminance.
+    pub fn value(&self, at: &TexturePoint) -> f64 {
+        match &self.cells {
+            Cells::Grey(values) => {
+                self.around(at).iter().map(|&(i, share)| share * f64::from(values[i])).sum()
+            }
+            Cells::Raw(_) => luminance(self.rgb(at)),
+            Cells::Spectra(_) => luminance(self.mean),
+        }
+    }
+
+    pub fn rgb(&self, at: &TexturePoint) -> [f64; 3] {
+        let Cells::Raw(values) = &self.cells else { return [self.value(at); 3] };
+        let around = self.around(at);
+        [0, 1, 2]
+            .map(|channel| around.iter().map(|&(i, share)| share * f64::from(values[3 * i + channel])).sum())
+    }
+
+    pub fn mean(&self) -> [f64; 3] {
+        self.mean
+    }
+
+    pub fn max_bound(&self) -> f64 {
+        self.greatest
+    }
+}
+
+/// The spectrum of half the brightness that the family has at most, and the factor that makes up for it.
+fn unbounded(rgb: &[f32]) -> [f32; 4] {
+    let rgb = [rgb[0], rgb[1], rgb[2]].map(|value| f64::from(value.max(0.0)));
+    let scale = 2.0 * rgb.into_iter().fold(0.0, f64::max);
+    if scale == 0.0 {
+        return [0.0; 4];
+    }
+    let [a, b, c] = upsample(rgb.map(|value| value / scale)).coefficients;
+    [a, b, c, scale].map(|number| number as f32)
+}
+
+/// From a box to the unit cube; `None` where the box is flat.
+pub fn from_box([low, high]: [Vec3; 2]) -> Option<Transform> {
+    let to_box = glam::DMat4::from_translation(low) * glam::DMat4::from_scale(high - low);
+    Transform::new(to_box).map(|to_box| to_box.inverse())
+}

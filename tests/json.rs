@@ -1,0 +1,76 @@
+//! `abbe info --json` writes scene files: they mean the same as what they were made from, to the last bit.
+
+use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
+use abbe::scene::{CompileOptions, Description, ReadOptions, Scene, compile, json, read, read_str};
+use std::path::{Path, PathBuf};
+
+/// All scene files of the repository that are right.
+fn scenes() -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders: Vec<PathBuf> =
+        ["scenes", "tests/scenes", "validation/mitsuba/scenes"].map(PathBuf::from).to_vec();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder of scenes") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() && path.file_name().is_some_and(|name| name != "broken" && name != "parts") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "xml") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    assert!(found.len() >= 30, "only {} scenes were found", found.len());
+    found
+}
+
+fn compiled(description: &Description) -> Scene {
+    compile(description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// The scene as JSON, read again as a file in `folder`.
+fn again(description: &Description, folder: &Path) -> (String, Description) {
+    let text = json(description, &compiled(description).needs(), Some(folder));
+    let copy = read_str(text.clone(), &folder.join("scene.json"), &ReadOptions::default())
+        .unwrap_or_else(|errors| panic!("{errors}"));
+    (text, copy)
+}
+
+/// What a small render adds up to.
+fn sums(mut description: Description) -> Vec<u8> {
+    let film = &mut description.sensor.film;
+    (film.width, film.height, film.crop) = (8, 8, None);
+    let settings = Settings {
+        schedule: Schedule::new(4),
+        seed: 7,
+        sampler: description.sensor.sampler.kind,
+        wavelengths: WavelengthCount::Four,
+        bins: None,
+    };
+    let film = render(&compiled(&description), &settings, &Unwatched::new());
+    format!("{film:?}").into_bytes()
+}
+
+#[test]
+fn every_scene_comes_back_from_json_as_it_was() {
+    for path in scenes() {
+        let description = read(&path, &ReadOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+        // Next to the scene and in another place: files are named from where the JSON is.
+        for folder in [path.parent().expect("a folder"), Path::new("tests")] {
+            let (text, copy) = again(&description, folder);
+            assert_eq!(copy.hash(), description.hash(), "{}\n{text}", path.display());
+            let (second, _) = again(&copy, folder);
+            let scene = |text: &str| text.split("\"extensions\"").next().map(str::to_owned);
+            assert_eq!(scene(&second), scene(&text), "{}", path.display());
+        }
+    }
+}
+
+#[test]
+fn renders_from_json_have_the_same_bits() {
+    for path in scenes() {
+        let description = read(&path, &ReadOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+        let (_, copy) = again(&description, path.parent().expect("a folder"));
+        assert!(sums(copy) == sums(description), "{}", path.display());
+    }
+}
