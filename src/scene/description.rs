@@ -19,6 +19,7 @@ pub struct Description {
     pub integrator: Integrator,
     pub sensor: Sensor,
     pub shapes: Vec<Shape>,
+    pub instances: Vec<Instance>,
     /// Lights that are no shape's surface.
     pub lights: Vec<Light>,
     /// Words in the file that Mitsuba 3 would refuse, with what they mean.
@@ -381,11 +382,13 @@ pub enum ShapeKind {
         to: Vec3,
         radius: f64,
     },
-    /// `obj` and `ply`: in the file's own coordinates.
+    /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
-        /// `obj` or `ply`.
+        /// `obj`, `ply` or `serialized`.
         plugin: &'static str,
+        /// Which mesh of a `serialized` file it is.
+        shape_index: u32,
         /// Whether v was read as 1 − v.
         flip_tex_coords: bool,
         mesh: Arc<MeshData>,
@@ -393,6 +396,23 @@ pub enum ShapeKind {
         /// `face_normals` does not ask for flat triangles.
         compute_normals: bool,
     },
+}
+
+/// Shapes that stand nowhere by themselves, in coordinates of their own.
+#[derive(Clone, Debug)]
+pub struct ShapeGroup {
+    pub place: Place,
+    pub id: Option<String>,
+    pub shapes: Vec<Shape>,
+}
+
+/// A group of shapes where a transform puts it.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    pub place: Place,
+    pub id: Option<String>,
+    pub group: Arc<ShapeGroup>,
+    pub to_world: Transform,
 }
 
 // ----------------------------------------------------------------------------------- lights

@@ -1,6 +1,6 @@
 use super::super::Description;
 use super::super::tell::{self, Told, Value};
-use crate::shape::MeshData;
+use crate::shape::{MeshAttribute, MeshData};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -93,5 +93,10 @@ pub(in crate::scene) fn hash_of_mesh(mesh: &MeshData) -> u64 {
         mesh.uvs.as_ref().map_or(0, |uvs| fnv1a(uvs.iter().flatten().map(|x| u64::from(x.to_bits())))),
         u64::from(mesh.flip_normals),
     ];
-    fnv1a(parts.into_iter())
+    let attributes = mesh.attributes.iter().map(|MeshAttribute { name, per_face, channels, values }| {
+        let name = name.bytes().map(u64::from);
+        let kind = [u64::from(*per_face), *channels as u64];
+        fnv1a(name.chain(kind).chain(values.iter().map(|x| u64::from(x.to_bits()))))
+    });
+    fnv1a(parts.into_iter().chain(attributes))
 }

@@ -8,11 +8,13 @@ mod attributes;
 mod bsdfs;
 mod files;
 mod films;
+mod groups;
 mod indices;
 mod integrators;
 mod json;
 mod lights;
 mod media;
+mod meshes;
 mod names;
 mod obj;
 mod parsed;
@@ -20,6 +22,7 @@ mod ply;
 mod query;
 mod samplers;
 mod sensors;
+mod serialized;
 mod shapes;
 mod spd;
 mod spectra;
@@ -30,14 +33,14 @@ mod transforms;
 mod tree;
 mod xml;
 
-use super::description::{Bsdf, Description, Note, Sensor, SpectrumSource};
+use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, SpectrumSource};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
 use files::Search;
 use query::Query;
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 pub(super) use tree::Class;
@@ -102,6 +105,8 @@ pub fn read_str(
         meshes: RefCell::default(),
         images: textures::Loaded::default(),
         grids: textures::Loaded::default(),
+        groups: RefCell::default(),
+        merges: RefCell::default(),
     };
     let description = if fatal { None } else { reader.scene() };
     let mut errors = reader.errors.into_inner();
@@ -142,9 +147,12 @@ struct Reader {
     /// What several objects may refer to is read once.
     bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
-    meshes: RefCell<BTreeMap<shapes::MeshKey, Option<Arc<MeshData>>>>,
     images: textures::Loaded<Image>,
     grids: textures::Loaded<Grid>,
+    meshes: RefCell<BTreeMap<meshes::MeshKey, Option<Arc<MeshData>>>>,
+    groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
+    /// The `merge` shapes that were read already.
+    merges: RefCell<BTreeSet<ObjectId>>,
 }
 
 impl Reader {
@@ -177,17 +185,18 @@ impl Reader {
             None => integrators::default(&place),
         };
         let sensor = self.sensor(&query);
-        let shapes: Vec<_> =
-            query.objects(Class::Shape).iter().filter_map(|(_, id)| shapes::read(self, *id)).collect();
+        let (shapes, instances) = groups::read(self, &query);
         let lights = self.lights(&query);
         self.definitions(&query);
         query.finish();
-        self.media_under(&shapes);
+        let grouped = instances.iter().flat_map(|instance| &instance.group.shapes);
+        self.media_under(shapes.iter().chain(grouped));
         Some(Description {
             sources: Sources::default(),
             integrator,
             sensor: sensor?,
             shapes,
+            instances,
             lights,
             extensions: Vec::new(),
             assumptions: Vec::new(),
@@ -282,12 +291,12 @@ impl Reader {
     }
 
     /// Says where a medium means more here than in Mitsuba 3.
-    fn media_under(&self, shapes: &[super::description::Shape]) {
+    fn media_under<'a>(&self, shapes: impl Iterator<Item = &'a super::description::Shape>) {
         let integrator = self.tree.objects.iter().find(|object| object.class == Class::Integrator);
         if integrator.is_some_and(|object| !["path", "direct"].contains(&object.plugin.as_str())) {
             return;
         }
-        for medium in shapes.iter().flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
+        for medium in shapes.flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
             self.assumption(
                 &medium.place,
                 "the medium absorbs, although Mitsuba 3's path and direct would ignore it".to_owned(),

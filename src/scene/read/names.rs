@@ -53,7 +53,19 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
         Class::Film => &["hdrfilm", "specfilm"],
         Class::Sampler => &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "sobol"],
         Class::Filter => &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
-        Class::Shape => &["sphere", "rectangle", "disk", "cube", "cylinder", "obj", "ply"],
+        Class::Shape => &[
+            "sphere",
+            "rectangle",
+            "disk",
+            "cube",
+            "cylinder",
+            "obj",
+            "ply",
+            "serialized",
+            "merge",
+            "shapegroup",
+            "instance",
+        ],
         Class::Bsdf => &[
             "diffuse",
             "conductor",
@@ -184,18 +196,9 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "stokes",
             "time_gated_path",
         ],
-        Class::Shape => &[
-            "bsplinecurve",
-            "ellipsoids",
-            "ellipsoidsmesh",
-            "instance",
-            "linearcurve",
-            "merge",
-            "sdfgrid",
-            "serialized",
-            "shapegroup",
-            "blender",
-        ],
+        Class::Shape => {
+            &["bsplinecurve", "ellipsoids", "ellipsoidsmesh", "linearcurve", "sdfgrid", "blender"]
+        }
         Class::Bsdf => &[
             "circular",
             "hair",

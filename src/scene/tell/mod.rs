@@ -10,7 +10,7 @@ mod sensors;
 mod shapes;
 mod spectra;
 
-use super::description::{Bsdf, Description, Integrator, IntegratorKind, SpectrumSource};
+use super::description::{Bsdf, Description, Integrator, IntegratorKind, ShapeGroup, SpectrumSource};
 use super::read::Class;
 use super::source::Place;
 use crate::geometry::{Transform, Vec3};
@@ -144,6 +144,7 @@ impl Told {
 #[derive(Default)]
 pub(super) struct Teller {
     bsdfs: BTreeMap<*const Bsdf, Rc<Told>>,
+    groups: BTreeMap<*const ShapeGroup, Rc<Told>>,
 }
 
 /// The whole scene.
@@ -165,6 +166,9 @@ pub(super) fn scene(description: &Description) -> Told {
         let told = shapes::tell(&mut teller, shape);
         let own = sensor.take_if(|_| meter.is_some_and(|surface| surface.place == shape.place));
         scene = scene.child(own.into_iter().fold(told, Told::child));
+    }
+    for instance in &description.instances {
+        scene = scene.child(shapes::instance(&mut teller, instance));
     }
     scene
 }
