@@ -35,7 +35,7 @@ impl Defaults {
         while let Some(dollar) = rest.find('$') {
             result.push_str(&rest[..dollar]);
             rest = &rest[dollar + 1..];
-            let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());
+            let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
             let (name, after) = rest.split_at(end);
             result.push_str(self.values.get(name).ok_or_else(|| Unreplaced::Undefined(name.to_owned()))?);
             // Parameters made of parameters can double and double again.
