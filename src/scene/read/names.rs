@@ -41,11 +41,31 @@ pub(super) fn either(names: &[&str]) -> String {
 pub(super) fn plugins(class: Class) -> &'static [&'static str] {
     match class {
         Class::Integrator => &["path", "direct", "volpath", "volpathmis", "walk"],
-        Class::Sensor => &["perspective", "thinlens"],
-        Class::Film => &["hdrfilm"],
+        Class::Sensor => &[
+            "perspective",
+            "thinlens",
+            "orthographic",
+            "radiancemeter",
+            "irradiancemeter",
+            "distant",
+            "batch",
+        ],
+        Class::Film => &["hdrfilm", "specfilm"],
         Class::Sampler => &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "sobol"],
         Class::Filter => &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
-        Class::Shape => &["sphere", "rectangle", "disk", "cube", "cylinder", "obj", "ply"],
+        Class::Shape => &[
+            "sphere",
+            "rectangle",
+            "disk",
+            "cube",
+            "cylinder",
+            "obj",
+            "ply",
+            "serialized",
+            "merge",
+            "shapegroup",
+            "instance",
+        ],
         Class::Bsdf => &[
             "diffuse",
             "conductor",
@@ -64,11 +84,26 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             &["area", "constant", "directional", "directionalarea", "point", "projector", "spot"]
         }
         Class::Medium => &["homogeneous"],
-        Class::Spectrum => {
-            &["uniform", "regular", "irregular", "d65", "blackbody", "measured", "sellmeier", "cauchy"]
-        }
+        Class::Spectrum => &[
+            "uniform",
+            "regular",
+            "irregular",
+            "d65",
+            "blackbody",
+            "rgb",
+            "srgb",
+            "rawconstant",
+            "bitmap",
+            "checkerboard",
+            "mesh_attribute",
+            "volume",
+            "measured",
+            "sellmeier",
+            "cauchy",
+        ],
         Class::Phase => &["isotropic", "hg"],
-        Class::Scene | Class::Volume => &[],
+        Class::Volume => &["constvolume", "gridvolume"],
+        Class::Scene => &[],
     }
 }
 
@@ -161,20 +196,9 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "stokes",
             "time_gated_path",
         ],
-        Class::Sensor => &["batch", "distant", "irradiancemeter", "orthographic", "radiancemeter"],
-        Class::Film => &["specfilm"],
-        Class::Shape => &[
-            "bsplinecurve",
-            "ellipsoids",
-            "ellipsoidsmesh",
-            "instance",
-            "linearcurve",
-            "merge",
-            "sdfgrid",
-            "serialized",
-            "shapegroup",
-            "blender",
-        ],
+        Class::Shape => {
+            &["bsplinecurve", "ellipsoids", "ellipsoidsmesh", "linearcurve", "sdfgrid", "blender"]
+        }
         Class::Bsdf => &[
             "circular",
             "hair",
@@ -189,21 +213,16 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "roughplastic",
             "thindielectric",
         ],
-        Class::Emitter => &["envmap", "sunsky", "timed_sunsky"],
+        Class::Emitter => &["envmap", "timed_sunsky"],
         Class::Medium => &["heterogeneous"],
         Class::Phase => &["blendphase", "rayleigh", "sggx", "tabphase"],
-        Class::Spectrum => &[
-            "bitmap",
-            "checkerboard",
-            "mesh_attribute",
-            "rawconstant",
-            "rgb",
-            "srgb",
-            "volume",
-            "vertexattribute",
-        ],
-        Class::Volume => &["constvolume", "gridvolume"],
-        Class::Scene | Class::Sampler | Class::Filter => &[],
+        Class::Scene
+        | Class::Sensor
+        | Class::Film
+        | Class::Spectrum
+        | Class::Volume
+        | Class::Sampler
+        | Class::Filter => &[],
     }
 }
 

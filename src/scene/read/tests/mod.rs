@@ -4,6 +4,7 @@ mod defaults;
 mod files;
 mod grammar;
 mod harm;
+mod sensors;
 
 use super::{ReadOptions, read_str};
 use crate::scene::description::{Description, Shape};

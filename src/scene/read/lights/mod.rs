@@ -1,13 +1,16 @@
 //! Emitters.
 
-use super::super::description::{Light, LightKind, SpectrumSource};
-use super::super::source::SceneError;
+mod sunsky;
+
 use super::Reader;
 use super::query::Query;
 use super::sensors;
 use super::spectra::{self, Use};
 use super::tree::ObjectId;
-use crate::geometry::Vec3;
+use crate::geometry::{Transform, Vec3};
+use crate::scene::description::{Light, LightKind, SpectrumSource};
+use crate::scene::source::SceneError;
+use glam::DMat3;
 
 /// By how much the length of a transformed axis may differ from 1: transforms are often written with few digits.
 const LOOSEST_LENGTH: f64 = 1e-3;
@@ -31,6 +34,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
             }
             Some(LightKind::Constant { radiance: spectra::emission(&query, "radiance") })
         }
+        "sunsky" => sunsky::read(&query),
         name @ ("area" | "directionalarea") => {
             let problem = match name {
                 "area" => "An area light needs a shape",
@@ -51,7 +55,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
     let weight_place = query.place("sampling_weight");
     query.finish();
     let kind = kind?;
-    if weight == Some(0.0) && !matches!(kind, LightKind::Constant { .. }) {
+    if weight == Some(0.0) && !matches!(kind, LightKind::Constant { .. } | LightKind::SunSky { .. }) {
         reader.remark(
             &weight_place,
             "the light is dark: with a sampling_weight of 0 nothing in Mitsuba 3 finds a light without extent".to_owned(),
@@ -67,7 +71,7 @@ pub(super) fn area(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     let object = query.object;
     match object.plugin.as_str() {
         name @ ("area" | "directionalarea") => {
-            let radiance = spectra::emission(&query, "radiance");
+            let radiance = spectra::radiance(&query, "radiance");
             sampling_weight(&query);
             if query.has("to_world") {
                 query.entry("to_world");
@@ -125,6 +129,24 @@ fn sampling_weight(query: &Query<'_>) -> Option<f64> {
     Some(weight)
 }
 
+/// `to_world` of light from beyond the scene, which has no place and no size.
+fn rotation(query: &Query<'_>) -> Transform {
+    let to_world = query.transform("to_world");
+    let axes = DMat3::from_mat4(to_world.matrix());
+    if !(axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, LOOSEST_LENGTH) {
+        query.error(
+            SceneError::at(
+                &query.place("to_world"),
+                "The transform of light from all around scales",
+                "expected a transform that only rotates",
+            )
+            .with_remedy("leave out <scale>: it would not make the surroundings larger, only distort them"),
+        );
+        return Transform::IDENTITY;
+    }
+    to_world
+}
+
 fn point(query: &Query<'_>) -> LightKind {
     let to_world = query.transform("to_world");
     let position = query.vector("position");
@@ -170,7 +192,7 @@ fn spot(query: &Query<'_>) -> LightKind {
 fn projector(query: &Query<'_>) -> LightKind {
     LightKind::Projector {
         to_world: query.transform("to_world"),
-        irradiance: spectra::emission(query, "irradiance"),
+        irradiance: spectra::radiance(query, "irradiance"),
         scale: factor(query),
         field_of_view: sensors::field_of_view(query),
     }
