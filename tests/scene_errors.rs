@@ -11,7 +11,7 @@ const FOLDER: &str = "tests/scenes/broken";
 fn broken_scenes() -> Vec<PathBuf> {
     let entries = fs::read_dir(FOLDER).expect("the folder of broken scenes is there");
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|extension| extension == "xml"));
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "xml" || extension == "json"));
     paths.sort();
     paths
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 /// Which scene, and what its file leaves open.
 #[derive(clap::Args)]
 pub struct SceneOptions {
-    /// Scene file in Mitsuba 3's XML
+    /// Scene file: Mitsuba 3's XML, or JSON as abbe info --json writes it
     pub scene: PathBuf,
 
     /// Give a value to a parameter that the scene declares with <default>; may be repeated

@@ -17,6 +17,17 @@ pub enum Integrator {
     Walk,
 }
 
+/// How light is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Techniques {
+    /// By scattering and by light samples, each weighed against the other.
+    Both,
+    /// By scattering alone. Lights without extent are never found.
+    Scattering,
+    /// By light samples alone. Mirror images of lights are never found.
+    LightSamples,
+}
+
 /// Where paths end and what they see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
@@ -29,6 +40,7 @@ pub struct Limits {
     /// Whether passing a surface as if there were none makes a segment of its own; then such a surface is in the way of
     /// light samples, too.
     pub passing_counts: bool,
+    pub techniques: Techniques,
     pub coverage: Coverage,
 }
 

@@ -4,9 +4,12 @@
 use super::source::{Place, Sources};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
+use crate::integrator::Techniques;
+use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
 use crate::shape::MeshData;
 use crate::spectrum::DispersionFormula;
+use crate::texture::{Filter, Wrap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -16,6 +19,7 @@ pub struct Description {
     pub integrator: Integrator,
     pub sensor: Sensor,
     pub shapes: Vec<Shape>,
+    pub instances: Vec<Instance>,
     /// Lights that are no shape's surface.
     pub lights: Vec<Light>,
     /// Words in the file that Mitsuba 3 would refuse, with what they mean.
@@ -70,6 +74,67 @@ pub enum SpectrumKind {
     },
     /// One of the measured spectra compiled into the program (an extension).
     Named(String),
+    /// A smooth spectrum that has a colour: linear values for the primaries of sRGB.
+    Rgb {
+        rgb: [f64; 3],
+        role: RgbRole,
+    },
+    /// An image on the surface.
+    Bitmap(Arc<BitmapSource>),
+    /// Two textures in turn.
+    Checkerboard(Arc<CheckerboardSource>),
+    /// What the vertices or faces of a mesh carry under a name that begins with `vertex_` or `face_`.
+    MeshAttribute {
+        name: String,
+    },
+    /// Values in space.
+    Volume(Arc<VolumeSource>),
+    /// Another spectrum or texture times D65.
+    Daylit(Arc<SpectrumSource>),
+}
+
+/// What a colour is made into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RgbRole {
+    /// Values from 0 to 1.
+    Reflectance,
+    /// Values above 1 count as 1: what Mitsuba 3 makes of colours where it expects no reflectance.
+    Clipped,
+    /// A reflectance times D65, scaled to the brightness of the colour.
+    Illuminant,
+}
+
+#[derive(Clone, Debug)]
+pub struct BitmapSource {
+    pub file: PathBuf,
+    pub image: Arc<Image>,
+    pub filter: Filter,
+    pub wrap: Wrap,
+    /// Whether values are taken as they stand in the file, not decoded and not made into spectra.
+    pub raw: bool,
+    /// Whether what is looked up is kept in half precision (`format` "fp16").
+    pub half: bool,
+    pub to_uv: Transform,
+}
+
+#[derive(Clone, Debug)]
+pub struct CheckerboardSource {
+    /// At the origin, and beside it.
+    pub colours: [SpectrumSource; 2],
+    pub to_uv: Transform,
+}
+
+/// `gridvolume`; a `constvolume` is the spectrum that it holds.
+#[derive(Clone, Debug)]
+pub struct VolumeSource {
+    pub file: PathBuf,
+    pub grid: Arc<Grid>,
+    pub to_world: Transform,
+    pub filter: Filter,
+    pub wrap: Wrap,
+    pub raw: bool,
+    /// Whether the grid fills the box that its file states, and not the unit cube.
+    pub use_grid_bbox: bool,
 }
 
 impl SpectrumSource {
@@ -317,11 +382,13 @@ pub enum ShapeKind {
         to: Vec3,
         radius: f64,
     },
-    /// `obj` and `ply`: in the file's own coordinates.
+    /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
-        /// `obj` or `ply`.
+        /// `obj`, `ply` or `serialized`.
         plugin: &'static str,
+        /// Which mesh of a `serialized` file it is.
+        shape_index: u32,
         /// Whether v was read as 1 − v.
         flip_tex_coords: bool,
         mesh: Arc<MeshData>,
@@ -329,6 +396,23 @@ pub enum ShapeKind {
         /// `face_normals` does not ask for flat triangles.
         compute_normals: bool,
     },
+}
+
+/// Shapes that stand nowhere by themselves, in coordinates of their own.
+#[derive(Clone, Debug)]
+pub struct ShapeGroup {
+    pub place: Place,
+    pub id: Option<String>,
+    pub shapes: Vec<Shape>,
+}
+
+/// A group of shapes where a transform puts it.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    pub place: Place,
+    pub id: Option<String>,
+    pub group: Arc<ShapeGroup>,
+    pub to_world: Transform,
 }
 
 // ----------------------------------------------------------------------------------- lights
@@ -361,6 +445,20 @@ pub enum LightKind {
     Directional { travels: Vec3, irradiance: SpectrumSource },
     /// The same radiance from everywhere.
     Constant { radiance: SpectrumSource },
+    /// Clear sky and sun, the zenith at the local +z.
+    SunSky {
+        to_world: Transform,
+        turbidity: f64,
+        /// Reflectance of the ground.
+        albedo: SpectrumSource,
+        /// In the local frame, of any length.
+        sun_direction: Vec3,
+        sky_scale: f64,
+        sun_scale: f64,
+        /// Angle across the sun, degrees.
+        sun_aperture: f64,
+        complex_sun: bool,
+    },
 }
 
 // ----------------------------------------------------------------------------------- camera
@@ -510,6 +608,8 @@ pub struct Integrator {
     /// Number of segments from which Russian roulette may end a path.
     pub rr_depth: u32,
     pub hide_emitters: bool,
+    /// `direct` may leave one out.
+    pub techniques: Techniques,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -28,6 +28,7 @@ pub struct Scene {
     pub reference_radiance: f64,
     pub(super) needs: Needs,
     pub(super) accel: Accel,
+    /// The scene's own shapes and then those of groups, which only instances show.
     pub(super) shapes: Vec<Shape>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) materials: Materials,
@@ -199,10 +200,9 @@ impl Scene {
     fn meet(&self, ray: &Ray) -> Option<Intersection> {
         let hit: Hit = self.accel.closest(ray)?;
         let surface = &self.surfaces[hit.shape as usize];
-        let shape = &self.shapes[hit.shape as usize];
-        let met = shape.surface(&hit, ray);
+        let met = self.accel.surface(&self.shapes, &hit, ray);
         let (parametrisation, frame) = if surface.parametrised {
-            let parametrisation = shape.parametrisation(&hit, met.point.position);
+            let parametrisation = self.accel.parametrisation(&self.shapes, &hit, met.point.position);
             (parametrisation, Frame::with_tangent(met.shading_normal, parametrisation.tangent))
         } else {
             (Parametrisation::NONE, Frame::around(met.shading_normal))

@@ -3,6 +3,7 @@
 use super::Compiler;
 use super::spectra;
 use crate::geometry::Transform;
+use crate::light::sky::{self, Sky, SkySettings};
 use crate::light::{AreaGeometry, Environment, Light, Lights, Projector, Spot};
 use crate::scene::description::{LightKind, SpectrumSource};
 use crate::scene::source::SceneError;
@@ -54,14 +55,48 @@ impl Compiler<'_> {
                     environment = Some(Environment::Constant(self.spectrum(radiance)));
                     continue;
                 }
+                sky @ LightKind::SunSky { .. } => {
+                    environment = Some(self.sky(sky));
+                    continue;
+                }
             });
         }
         environment
     }
 
+    fn sky(&mut self, kind: &LightKind) -> Environment {
+        let LightKind::SunSky {
+            to_world,
+            turbidity,
+            albedo,
+            sun_direction,
+            sky_scale,
+            sun_scale,
+            sun_aperture,
+            complex_sun,
+        } = kind
+        else {
+            return Environment::Constant(Spectrum::ZERO);
+        };
+        let albedo = self.spectrum(albedo);
+        let settings = SkySettings {
+            turbidity: *turbidity,
+            albedo: sky::wavelengths().map(|nm| albedo.at(nm)),
+            sun_direction: sun_direction.normalize(),
+            sky_scale: *sky_scale,
+            sun_scale: *sun_scale,
+            sun_aperture: *sun_aperture,
+            complex_sun: *complex_sun,
+        };
+        match Sky::new(&settings, *to_world) {
+            Some(sky) => Environment::Sky(Box::new(sky)),
+            None => Environment::Constant(Spectrum::ZERO),
+        }
+    }
+
     pub(super) fn refuse_lights_that_a_walk_misses(&mut self) {
         for light in &self.description.lights {
-            if !matches!(light.kind, LightKind::Constant { .. }) {
+            if !matches!(light.kind, LightKind::Constant { .. } | LightKind::SunSky { .. }) {
                 self.errors.push(
                     SceneError::at(
                         &light.place,
@@ -128,7 +163,7 @@ impl Compiler<'_> {
     }
 
     fn texture(&mut self, source: &SpectrumSource) -> Texture {
-        match spectra::texture(source) {
+        match spectra::texture(source, &self.shift) {
             Ok(texture) => texture,
             Err(error) => {
                 self.errors.push(error);

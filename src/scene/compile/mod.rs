@@ -4,6 +4,7 @@
 //! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single precision: how
 //! far a scene lies from the origin of its file makes no difference.
 
+mod groups;
 mod layered;
 mod lights;
 mod materials;
@@ -13,14 +14,14 @@ mod spectra;
 use super::description::{self, Description, IntegratorKind, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{Needs, Scene, Surface};
-use crate::accel::Accel;
-use crate::geometry::{Bounds, Transform, Vec3};
+use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Coverage, Integrator, Limits};
 use crate::material::Material;
 use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
 use crate::units::WavelengthRange;
+use groups::Groups;
 use materials::MaterialCompiler;
 
 /// What a scene is compiled for.
@@ -44,22 +45,27 @@ impl Default for CompileOptions {
 /// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no physics over
 /// the range of wavelengths, a walk in a scene whose lights it can't find.
 pub fn compile(description: &Description, options: &CompileOptions) -> Result<Scene, SceneErrors> {
-    Compiler { description, options, errors: Vec::new() }.run()
+    Compiler { description, options, shift: Transform::IDENTITY, errors: Vec::new() }.run()
 }
 
 struct Compiler<'a> {
     description: &'a Description,
     options: &'a CompileOptions,
+    /// From the coordinates of the file to those of the scene.
+    shift: Transform,
     errors: Vec<SceneError>,
 }
 
 impl Compiler<'_> {
     fn run(mut self) -> Result<Scene, SceneErrors> {
         let description = self.description;
-        let shift = Transform::translation(-self.centre());
-        let mut materials = MaterialCompiler::new(self.options.range);
+        let groups = Groups::new(description);
+        let shift = Transform::translation(-groups::centre(groups.scene_bounds()));
+        self.shift = shift;
+        let mut materials = MaterialCompiler::new(self.options.range, shift);
         let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
-        for shape in &description.shapes {
+        let own = description.shapes.iter().map(|shape| (shape, shift));
+        for (shape, shift) in own.chain(groups.shapes()) {
             let Some(geometry) = self.keep(&shape.place, place(shape, &shape.to_world.then(&shift))) else {
                 continue;
             };
@@ -91,14 +97,22 @@ impl Compiler<'_> {
             self.refuse_lights_that_a_walk_misses();
         }
         let film = self.film();
-        let camera = self.camera(&shift, Bounds::of_all(shapes.iter().map(Shape::bounds)));
-        let Some(camera) = camera.filter(|_| self.errors.is_empty()) else {
+        if !self.errors.is_empty() {
+            return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
+        }
+        let MaterialCompiler { materials, bodies, media, .. } = materials;
+        let accel = groups.accel(&shapes, &shift).map_err(|errors| {
+            for (instance, error) in errors {
+                self.cannot_be_made(&description.instances[instance].place, &error);
+            }
+            SceneErrors { sources: description.sources.clone(), errors: std::mem::take(&mut self.errors) }
+        })?;
+        let Some(camera) = self.camera(&shift, accel.bounds()).filter(|_| self.errors.is_empty()) else {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         };
-        let MaterialCompiler { materials, bodies, media, .. } = materials;
-        let accel = Accel::build(&shapes);
-        let scene_radius = 0.5 * Bounds::of_all(shapes.iter().map(Shape::bounds)).diameter();
-        let bodies_may_nest = may_nest(&shapes, &surfaces);
+        let scene_radius = 0.5 * accel.bounds().diameter();
+        let own = description.shapes.len();
+        let bodies_may_nest = may_nest(&shapes[..own], &surfaces[..own]) || groups.hold_bodies(&surfaces);
         let absorption = media.iter().any(Option::is_some);
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
         let lights = self.weighed(lights, environment, scene_radius);
@@ -124,6 +138,7 @@ impl Compiler<'_> {
                 rr_depth: description.integrator.rr_depth,
                 hide_emitters: description.integrator.hide_emitters,
                 passing_counts: !volumetric,
+                techniques: description.integrator.techniques,
                 coverage: match description.integrator.kind {
                     IntegratorKind::Direct => Coverage::Surface,
                     _ => Coverage::Obstacle,
@@ -145,18 +160,6 @@ impl Compiler<'_> {
         })
     }
 
-    /// The middle of all shapes, in the file's coordinates.
-    fn centre(&self) -> Vec3 {
-        let bounds = self.description.shapes.iter().map(|shape| match &shape.kind {
-            ShapeKind::Mesh { mesh, .. } => {
-                Bounds::of(mesh.positions.iter().map(|p| shape.to_world.point(p.map(f64::from).into())))
-            }
-            _ => place(shape, &shape.to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
-        });
-        let bounds = Bounds::of_all(bounds);
-        if bounds.is_empty() || !bounds.centre().is_finite() { Vec3::ZERO } else { bounds.centre() }
-    }
-
     fn spectrum(&mut self, source: &description::SpectrumSource) -> Spectrum {
         match spectra::spectrum(source) {
             Ok(spectrum) => spectrum,
@@ -168,15 +171,15 @@ impl Compiler<'_> {
     }
 
     fn keep(&mut self, place: &Place, shape: Result<Shape, ShapeError>) -> Option<Shape> {
-        shape
-            .map_err(|error| {
-                self.errors.push(SceneError::at(
-                    place,
-                    format!("this shape cannot be made: {error}"),
-                    "a shape of finite size that is not flattened by its transform",
-                ));
-            })
-            .ok()
+        shape.map_err(|error| self.cannot_be_made(place, &error)).ok()
+    }
+
+    fn cannot_be_made(&mut self, place: &Place, error: &ShapeError) {
+        self.errors.push(SceneError::at(
+            place,
+            format!("this shape cannot be made: {error}"),
+            "a shape of finite size that is not flattened by its transform",
+        ));
     }
 }
 

@@ -158,6 +158,7 @@ impl Writer {
             }
             Value::Vector(value) => row(&value.to_array()),
             Value::Transform(transform) => matrix(transform),
+            Value::Rgb(rgb) => format!("{{\"type\": \"rgb\", \"value\": {}}}", row(rgb)),
             Value::Flat(value) => format!("{{\"type\": \"spectrum\", \"value\": {}}}", number(*value)),
             Value::List { nm, values, .. } => {
                 let pairs: Vec<String> =

@@ -123,6 +123,7 @@ fn value(value: &Value) -> String {
         Value::Text(value) => value.clone(),
         Value::Numbers(values) => numbers(values),
         Value::Vector(value) => vector(*value),
+        Value::Rgb(rgb) => format!("rgb {}", numbers(rgb)),
         Value::List { nm, values, file } => {
             let ends = (nm.first().copied().unwrap_or(0.0), nm.last().copied().unwrap_or(0.0));
             let file = file.as_ref().map_or(String::new(), |file| format!(", {}", file_name(file)));

@@ -8,11 +8,13 @@ mod attributes;
 mod bsdfs;
 mod files;
 mod films;
+mod groups;
 mod indices;
 mod integrators;
 mod json;
 mod lights;
 mod media;
+mod meshes;
 mod names;
 mod obj;
 mod parsed;
@@ -20,22 +22,25 @@ mod ply;
 mod query;
 mod samplers;
 mod sensors;
+mod serialized;
 mod shapes;
 mod spd;
 mod spectra;
 #[cfg(test)]
 mod tests;
+mod textures;
 mod transforms;
 mod tree;
 mod xml;
 
-use super::description::{Bsdf, Description, Note, Sensor, SpectrumSource};
+use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, SpectrumSource};
 use super::source::{Place, SceneError, SceneErrors, Sources};
+use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
 use files::Search;
 use query::Query;
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 pub(super) use tree::Class;
@@ -98,6 +103,10 @@ pub fn read_str(
         bsdfs: RefCell::default(),
         spectra: RefCell::default(),
         meshes: RefCell::default(),
+        images: textures::Loaded::default(),
+        grids: textures::Loaded::default(),
+        groups: RefCell::default(),
+        merges: RefCell::default(),
     };
     let description = if fatal { None } else { reader.scene() };
     let mut errors = reader.errors.into_inner();
@@ -138,7 +147,12 @@ struct Reader {
     /// What several objects may refer to is read once.
     bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
-    meshes: RefCell<BTreeMap<shapes::MeshKey, Option<Arc<MeshData>>>>,
+    images: textures::Loaded<Image>,
+    grids: textures::Loaded<Grid>,
+    meshes: RefCell<BTreeMap<meshes::MeshKey, Option<Arc<MeshData>>>>,
+    groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
+    /// The `merge` shapes that were read already.
+    merges: RefCell<BTreeSet<ObjectId>>,
 }
 
 impl Reader {
@@ -159,29 +173,7 @@ impl Reader {
     }
 
     fn unknown_plugin(&self, object: &Object) {
-        let word = object.class.word();
-        let name = &object.plugin;
-        let known = names::plugins(object.class);
-        let place = &object.plugin_place;
-        if names::mitsuba_plugins(object.class).contains(&name.as_str()) {
-            let problem = format!("{word} \"{name}\" is not supported yet");
-            let expected = format!("expected {}", names::either(known));
-            self.error(SceneError::at(place, query::capital(&problem), expected));
-            return;
-        }
-        let error = SceneError::at(
-            place,
-            format!("There is no {word} \"{name}\""),
-            format!("expected {}", names::either(known)),
-        );
-        let elsewhere = Class::ELEMENTS
-            .iter()
-            .find(|(_, class)| *class != object.class && names::plugins(*class).contains(&name.as_str()));
-        self.error(match (names::nearest(name, known), elsewhere) {
-            (_, Some((other, _))) => error.with_remedy(format!("did you mean <{other} type=\"{name}\">?")),
-            (Some(near), None) => error.with_remedy(format!("did you mean \"{near}\"?")),
-            (None, None) => error,
-        });
+        self.error(names::unknown_plugin(object.class, &object.plugin, &object.plugin_place));
     }
 
     /// `None` where something without which there is no scene is missing or wrong.
@@ -193,17 +185,18 @@ impl Reader {
             None => integrators::default(&place),
         };
         let sensor = self.sensor(&query);
-        let shapes: Vec<_> =
-            query.objects(Class::Shape).iter().filter_map(|(_, id)| shapes::read(self, *id)).collect();
+        let (shapes, instances) = groups::read(self, &query);
         let lights = self.lights(&query);
         self.definitions(&query);
         query.finish();
-        self.media_under(&shapes);
+        let grouped = instances.iter().flat_map(|instance| &instance.group.shapes);
+        self.media_under(shapes.iter().chain(grouped));
         Some(Description {
             sources: Sources::default(),
             integrator,
             sensor: sensor?,
             shapes,
+            instances,
             lights,
             extensions: Vec::new(),
             assumptions: Vec::new(),
@@ -277,6 +270,9 @@ impl Reader {
         for class in [Class::Film, Class::Sampler, Class::Filter, Class::Phase] {
             query.objects(class);
         }
+        for (_, id) in query.objects(Class::Volume) {
+            textures::volume_plugin(self, id);
+        }
         for (entry, id) in query.objects(Class::Spectrum) {
             if entry.name.is_some() {
                 self.error(
@@ -295,12 +291,12 @@ impl Reader {
     }
 
     /// Says where a medium means more here than in Mitsuba 3.
-    fn media_under(&self, shapes: &[super::description::Shape]) {
+    fn media_under<'a>(&self, shapes: impl Iterator<Item = &'a super::description::Shape>) {
         let integrator = self.tree.objects.iter().find(|object| object.class == Class::Integrator);
         if integrator.is_some_and(|object| !["path", "direct"].contains(&object.plugin.as_str())) {
             return;
         }
-        for medium in shapes.iter().flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
+        for medium in shapes.flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
             self.assumption(
                 &medium.place,
                 "the medium absorbs, although Mitsuba 3's path and direct would ignore it".to_owned(),

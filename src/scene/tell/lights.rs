@@ -29,6 +29,24 @@ pub(super) fn tell(light: &Light) -> Told {
         LightKind::Directional { travels, irradiance } => {
             told("directional").vector("direction", *travels).spectrum("irradiance", irradiance)
         }
+        LightKind::SunSky {
+            to_world,
+            turbidity,
+            albedo,
+            sun_direction,
+            sky_scale,
+            sun_scale,
+            sun_aperture,
+            complex_sun,
+        } => told("sunsky")
+            .transform("to_world", to_world)
+            .float("turbidity", *turbidity)
+            .spectrum("albedo", albedo)
+            .vector("sun_direction", *sun_direction)
+            .float("sky_scale", *sky_scale)
+            .float("sun_scale", *sun_scale)
+            .float("sun_aperture", *sun_aperture)
+            .boolean("complex_sun", *complex_sun),
         LightKind::Constant { radiance } => told("constant").spectrum("radiance", radiance),
     }
 }

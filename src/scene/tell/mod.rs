@@ -10,10 +10,11 @@ mod sensors;
 mod shapes;
 mod spectra;
 
-use super::description::{Bsdf, Description, Integrator, IntegratorKind, SpectrumSource};
+use super::description::{Bsdf, Description, Integrator, IntegratorKind, ShapeGroup, SpectrumSource};
 use super::read::Class;
 use super::source::Place;
 use crate::geometry::{Transform, Vec3};
+use crate::integrator::Techniques;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -50,6 +51,8 @@ pub(super) enum Value {
     Numbers(Vec<f64>),
     Vector(Vec3),
     Transform(Transform),
+    /// `<rgb value="0.1 0.2 0.3">`.
+    Rgb([f64; 3]),
     /// `<spectrum value="0.5">`.
     Flat(f64),
     /// `<spectrum value="400:1, 700:2">`; by value even where it came from a file.
@@ -141,6 +144,7 @@ impl Told {
 #[derive(Default)]
 pub(super) struct Teller {
     bsdfs: BTreeMap<*const Bsdf, Rc<Told>>,
+    groups: BTreeMap<*const ShapeGroup, Rc<Told>>,
 }
 
 /// The whole scene.
@@ -163,6 +167,9 @@ pub(super) fn scene(description: &Description) -> Told {
         let own = sensor.take_if(|_| meter.is_some_and(|surface| surface.place == shape.place));
         scene = scene.child(own.into_iter().fold(told, Told::child));
     }
+    for instance in &description.instances {
+        scene = scene.child(shapes::instance(&mut teller, instance));
+    }
     scene
 }
 
@@ -175,7 +182,11 @@ fn integrator(integrator: &Integrator) -> Told {
     };
     let told = Told::new(Class::Integrator, plugin, &integrator.place);
     if integrator.kind == IntegratorKind::Direct {
-        return told.boolean("hide_emitters", integrator.hide_emitters);
+        let samples = |left_out| i64::from(integrator.techniques != left_out);
+        return told
+            .integer("emitter_samples", samples(Techniques::Scattering))
+            .integer("bsdf_samples", samples(Techniques::LightSamples))
+            .boolean("hide_emitters", integrator.hide_emitters);
     }
     let told = told
         .integer("max_depth", integrator.max_depth.map_or(-1, i64::from))

@@ -46,7 +46,7 @@ fn integrators() {
     let integrator = |text: &str| scene(text).integrator;
     let path =
         integrator(r#"<integrator type="volpath"><integer name="max_depth" value="-1"/></integrator>"#);
-    assert_eq!((path.kind, path.max_depth, path.rr_depth), (IntegratorKind::Path, None, 5));
+    assert_eq!((path.kind, path.max_depth, path.rr_depth), (IntegratorKind::VolPath, None, 5));
     let black = integrator(r#"<integrator type="path"><integer name="max_depth" value="0"/></integrator>"#);
     assert_eq!(black.max_depth, Some(0));
     assert_eq!(integrator(r#"<integrator type="direct"/>"#).max_depth, Some(2));
