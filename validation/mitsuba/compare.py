@@ -12,10 +12,12 @@ import sys
 import time
 import tomllib
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+import coverage
 import welch
 
 HERE = Path(__file__).resolve().parent
@@ -36,6 +38,15 @@ def load_mitsuba(variant):
     return mitsuba
 
 
+@dataclass
+class Stack:
+    """Renders of one scene with different seeds, and the standard errors that the program states where it does."""
+
+    names: tuple  # of the channels
+    pictures: np.ndarray  # replicates × height × width × channels
+    errors: np.ndarray | None
+
+
 class Mitsuba:
     """Replicates from Mitsuba, kept on disk: a scene that did not change is not rendered again."""
 
@@ -44,19 +55,19 @@ class Mitsuba:
     def __init__(self, work, variant):
         self.mitsuba, self.work = load_mitsuba(variant), work
 
-    def stack(self, scene, spp, seeds, **defines):
-        digest = hashlib.sha256(scene.read_bytes())
-        for extra in sorted((scene.parent / "meshes").iterdir()) + sorted((scene.parent / "spectra").iterdir()):
-            digest.update(extra.read_bytes())
+    def stack(self, scene, spp, seeds, names=None, **defines):
+        digest = hashlib.sha256(coverage.fingerprint(scene))
         digest.update(repr((self.mitsuba.__version__, self.mitsuba.variant(), spp, list(seeds), sorted(defines.items()))).encode())
-        kept = self.work / f"{scene.stem}-{digest.hexdigest()[:16]}.npy"
+        kept = self.work / f"{scene.stem}-{digest.hexdigest()[:16]}.npz"
         if kept.exists():
-            return np.load(kept), None, 0.0
+            stored = np.load(kept)
+            return Stack(tuple(map(str, stored["names"])), stored["pictures"], None), 0.0
         start = time.process_time()
         loaded = self.mitsuba.load_file(str(scene), **defines)
-        stack = np.stack([np.array(self.mitsuba.render(loaded, spp=spp, seed=s))[..., :3] for s in seeds])
-        np.save(kept, stack)
-        return stack, None, time.process_time() - start
+        pictures = np.stack([np.array(self.mitsuba.render(loaded, spp=spp, seed=s)) for s in seeds])
+        names = tuple(f.name for f in loaded.sensors()[0].film().bitmap(raw=False).struct_())
+        np.savez(kept, pictures=pictures, names=np.array(names))
+        return Stack(names, pictures, None), time.process_time() - start
 
 
 class Abbe:
@@ -67,7 +78,7 @@ class Abbe:
     def __init__(self, binary, work, extra):
         self.binary, self.work, self.extra = binary, work, extra
 
-    def stack(self, scene, spp, seeds, **defines):
+    def stack(self, scene, spp, seeds, names=None, **defines):
         import OpenEXR
 
         pictures, errors = [], []
@@ -79,24 +90,29 @@ class Abbe:
             done = subprocess.run(command, capture_output=True, text=True)
             if done.returncode:
                 raise RuntimeError(f"abbe exits with {done.returncode}: {(done.stderr or done.stdout).strip()[-800:]}")
-            channels = OpenEXR.File(str(output), separate_channels=True).channels()
-            if not {"X", "Y", "Z"} <= channels.keys():
-                raise RuntimeError(f"no channels X, Y, Z in {output.name} but {', '.join(sorted(channels))}")
-            pictures.append(np.stack([channels[c].pixels for c in "XYZ"], -1))
-            if "error.X" in channels:
-                errors.append(np.stack([channels["error." + c].pixels for c in "XYZ"], -1))
+            channels = {c: v.pixels for c, v in OpenEXR.File(str(output), separate_channels=True).channels().items()}
+            names = names or tuple(c for c in ("X", "Y", "Z") if c in channels)
+            if not set(names) <= channels.keys():
+                raise RuntimeError(f"no channels {', '.join(sorted(set(names) - channels.keys()))} in {output.name} but {', '.join(sorted(channels))}")
+            pictures.append(np.stack([channels[c] for c in names], -1))
+            # A channel without a stated error (alpha) is not judged by it.
+            unstated = np.zeros_like(pictures[-1][..., 0])
+            errors.append(np.stack([channels.get("error." + c, unstated) for c in names], -1))
         after = os.times()
         cpu = after.children_user + after.children_system - before.children_user - before.children_system
-        return np.stack(pictures), np.stack(errors) if errors else None, cpu
+        return Stack(names, np.stack(pictures), np.stack(errors)), cpu
 
 
 def draw(mitsuba, work, name, ours, reference):
-    """Picture of both means and of t in Y (red: ours is brighter, blue: darker; full colour at 6), enlarged four times."""
-    a, b = ours.mean(0).astype(np.float64), reference.mean(0).astype(np.float64)
-    to_rgb = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
-    white = max(np.quantile(b[..., 1], 0.97), 1e-30)
-    shown = [np.clip(m @ to_rgb.T / white, 0, 1) ** (1 / 2.2) for m in (a, b)]
-    t = np.nan_to_num(welch.Welch.of(ours.astype(np.float64), reference.astype(np.float64)).t[..., 1] / 6, posinf=1, neginf=-1).clip(-1, 1)
+    """Picture of both means and of t in Y, G or the only channel (red: ours is brighter, blue: darker; full colour at 6), enlarged four times."""
+    a, b = ours.pictures.mean(0).astype(np.float64), reference.pictures.mean(0).astype(np.float64)
+    shown_channel = middle(ours.names)
+    colour = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]) if ours.names[:3] == ("X", "Y", "Z") else np.eye(3)
+    seen = lambda m: m[..., :3] @ colour.T if m.shape[-1] >= 3 else m[..., :1].repeat(3, -1)
+    white = max(np.quantile(b[..., shown_channel], 0.97), 1e-30)
+    shown = [np.clip(seen(m) / white, 0, 1) ** (1 / 2.2) for m in (a, b)]
+    test = welch.Welch.of(ours.pictures.astype(np.float64), reference.pictures.astype(np.float64))
+    t = np.nan_to_num(test.t[..., shown_channel] / 6, posinf=1, neginf=-1).clip(-1, 1)
     shown.append(np.stack([1 - np.maximum(-t, 0), 1 - np.abs(t), 1 - np.maximum(t, 0)], -1))
     sheet = np.concatenate(shown, 1).repeat(4, 0).repeat(4, 1)
     path = work / f"{name}.png"
@@ -104,8 +120,13 @@ def draw(mitsuba, work, name, ours, reference):
     return path
 
 
+def middle(names):
+    """Index of the channel that says how bright a pixel is: Y, G or the first."""
+    return next((names.index(n) for n in "YG" if n in names), 0)
+
+
 HEADER = (
-    "| scene | mean Y | difference X / Y / Z, % | in standard errors | detectable, % | median tile, % |"
+    "| scene | mean | difference per channel, % | in standard errors | detectable, % | median tile, % |"
     " max abs t: pixel, tile | uniform p | variance ratio | CPU s | verdict |\n" + "|---" * 11 + "|"
 )
 
@@ -116,11 +137,31 @@ def row(result, seconds):
     triple = lambda values, form, scale=1.0: " / ".join(format(v * scale, form) for v in values)
     failures = ", ".join(sorted({test for test, _ in result.failures}))
     return (
-        f"| {result.name} | {result.mean[1]:.4g} | {triple(result.bias, '+.3f', 100)} | {triple(result.sigma, '+.1f')} |"
+        f"| {result.name} | {result.mean[middle(result.channels)]:.4g} | {triple(result.bias, '+.3f', 100)} | {triple(result.sigma, '+.1f')} |"
         f" {result.detectable.max():.3%} | {np.nanmax(result.tile_detectable):.2%} | {result.pixel_t.max():.1f}, {result.tile_t.max():.1f} |"
         f" {result.uniform_p.min():.2g} | {triple(result.noise, '.2f')} | {seconds[0]:.1f}, {seconds[1]:.1f} |"
         f" {'pass' if result.passed else '**FAIL**: ' + failures} |"
     ).replace("%", "")
+
+
+# The programs have different seeds because in the controls both are the same program.
+REFERENCE = 500_000
+
+
+def own_seed(name, seed):
+    """Every scene has its own seeds: with common ones all scenes share their film positions and wavelengths, and one unlucky draw
+    shows in all of them at once."""
+    return seed + zlib.crc32(name.encode()) % 1000 * 1_000_000
+
+
+def samples(settings, options):
+    return settings["spp"] // (4 if options.quick else 1)
+
+
+def first_draw(name, settings, reference, options):
+    """Mitsuba's renders for the first comparison of a scene."""
+    seed = own_seed(name, options.seed) + REFERENCE
+    return reference.stack(HERE / "scenes" / f"{name}.xml", samples(settings, options), range(seed, seed + replicates(options)))
 
 
 def replicates(options):
@@ -130,22 +171,23 @@ def replicates(options):
 def pair(name, settings, ours, reference, options, work, ours_defines={}, seed=1, repeats=1):
     """One scene through both programs: the result, and the CPU seconds of each."""
     scene = HERE / "scenes" / f"{name}.xml"
-    spp = settings["spp"] // (4 if options.quick else 1)
-    count = replicates(options) * repeats
-    # Every scene has its own seeds: with common ones all scenes share their film positions and wavelengths, and one unlucky draw
-    # shows in all of them at once. The programs have different ones because in the controls both are the same program.
-    seed += zlib.crc32(name.encode()) % 1000 * 1_000_000
-    a, errors, seconds_a = ours.stack(scene, spp, range(seed, seed + count), **ours_defines)
-    b, _, seconds_b = reference.stack(scene, spp, range(seed + 500_000, seed + 500_000 + count))
-    result = welch.compare(name, a, b, settings.get("correlated", False))
+    spp, count = samples(settings, options), replicates(options) * repeats
+    seed = own_seed(name, seed)
+    b, seconds_b = reference.stack(scene, spp, range(seed + REFERENCE, seed + REFERENCE + count))
+    a, seconds_a = ours.stack(scene, spp, range(seed, seed + count), names=b.names, **ours_defines)
+    result = welch.compare(name, a.pictures, b.pictures, b.names, settings.get("correlated", False))
     if options.quick or options.calibrate or options.controls:
         result.failures = [f for f in result.failures if f[0] not in ("noisy", "0.3 %")]
-    if errors is not None:
-        ratio, spread = welch.error_channel(a, errors)
-        text = " / ".join(f"{r:.3f} ± {s:.3f}" for r, s in zip(ratio, spread))
-        result.notes.append(f"variance between renders over stated error squared: {text}")
-        result.failures += [("error", c) for c, r, s in zip("XYZ", ratio, spread) if not abs(r - 1) <= max(welch.STANDARD_ERRORS * s, welch.ERROR_RATIO)]
-    if a.shape == b.shape:
+    if a.errors is not None and a.errors.any():
+        judged = a.errors.any((0, 1, 2))
+        ratio, spread = welch.error_channel(a.pictures[..., judged], a.errors[..., judged])
+        if np.isfinite(spread).all():
+            text = " / ".join(f"{r:.3f} ± {s:.3f}" for r, s in zip(ratio, spread))
+            result.notes.append(f"variance between renders over stated error squared: {text}")
+            stated = [c for c, j in zip(b.names, judged) if j]
+            wrong = [c for c, r, s in zip(stated, ratio, spread) if not abs(r - 1) <= max(welch.STANDARD_ERRORS * s, welch.ERROR_RATIO)]
+            result.failures += [("error", c) for c in wrong]
+    if a.pictures.shape == b.pictures.shape and min(a.pictures.shape[1:3]) > 1:
         result.notes.append(f"picture: {draw(reference.mitsuba, work, name, a, b)}")
     return result, (seconds_a, seconds_b)
 
@@ -197,7 +239,7 @@ class Louder:
     def __init__(self, inner):
         self.inner = inner
 
-    def stack(self, scene, spp, seeds, **defines):
+    def stack(self, scene, spp, seeds, names=None, **defines):
         return self.inner.stack(scene, max(spp // 4, 1), seeds, **defines)
 
 
@@ -212,6 +254,7 @@ def main():
     parser.add_argument("--variant", help="Mitsuba's variant (default: llvm_ad_spectral if LLVM 19 is found, else scalar_spectral)")
     parser.add_argument("--controls", action="store_true", help="Mitsuba against Mitsuba on one scene: equal, brighter, a bounce less")
     parser.add_argument("--calibrate", action="store_true", help="Mitsuba with a quarter of the samples against Mitsuba, every scene: must pass")
+    parser.add_argument("--prepare", action="store_true", help="render Mitsuba's side only, to be kept for later")
     options = parser.parse_args()
     with open(HERE / "pairs.toml", "rb") as file:
         settings = tomllib.load(file)
@@ -230,6 +273,10 @@ def main():
         for name in [n for n in names if settings[n].get("exact_filter")]:
             print(f"    {name}: left out, the scalar variants do not evaluate its filter exactly; LLVM 19 is needed", file=sys.stderr)
             names.remove(name)
+    if options.prepare:
+        for name in names:
+            print(f"{name}: {first_draw(name, settings[name], reference, options)[1]:.1f} CPU s", flush=True)
+        return 0
     failed = []
     for name in names:
         try:

@@ -1,15 +1,15 @@
 """Tests of whether two stacks of independent renders have the same expectation.
 
-A stack is an array (replicates, height, width, 3): each entry a render with its own seed. Nothing is assumed of the
+A stack is an array (replicates, height, width, channels): each entry a render with its own seed. Nothing is assumed of the
 variance of either program; it is measured from the spread of its own replicates.
 """
 
+import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import stats
 
-CHANNELS = "XYZ"
 # Probability of a false alarm in one scene of each corrected test (all channels and pixels or tiles of it together).
 ALARM = 0.01
 # The bounds for the mean of the whole picture.
@@ -41,9 +41,10 @@ class Welch:
         # Variances of the means.
         va, vb = a.var(0, ddof=1) / len(a), b.var(0, ddof=1) / len(b)
         difference, error = mean_a - mean_b, np.sqrt(va + vb)
-        # Float32 pixels: a mean is not known better than its own rounding.
-        rounding = 2.0**-23 * np.maximum(np.abs(mean_a), np.abs(mean_b))
+        # Float32 pixels: a mean is not known better than its own rounding, and what varies by less is constant (alpha inside a shape).
+        rounding = 2.0**-22 * np.maximum(np.abs(mean_a), np.abs(mean_b))
         same = np.abs(difference) <= rounding
+        error = np.where(error <= rounding, 0, error)
         with np.errstate(divide="ignore", invalid="ignore"):
             t = np.where(error > 0, difference / error, np.where(same, np.nan, np.inf * np.sign(difference)))
             freedom = (va + vb) ** 2 / (va**2 / (len(a) - 1) + vb**2 / (len(b) - 1))
@@ -63,6 +64,7 @@ class Result:
     """What the tests found in one scene. `failures` holds (test, channel) pairs."""
 
     name: str
+    channels: tuple = ()
     mean: np.ndarray = None  # of the reference, per channel
     bias: np.ndarray = None  # relative difference of the means
     sigma: np.ndarray = None  # the same in standard errors
@@ -80,19 +82,26 @@ class Result:
         return not self.failures
 
 
-def worst(test, level, where, channel):
+def worst(test, level, where, channel, name):
     """Sentence for the elements that fail: how many, and the worst of them."""
     bad = np.argwhere(test.p[..., channel] < level)
     y, x = min(bad, key=lambda i: test.p[i[0], i[1], channel])
     return (
-        f"{CHANNELS[channel]}: {len(bad)} {where}; worst (x {x}, y {y}): difference {test.difference[y, x, channel]:+.4g}"
+        f"{name}: {len(bad)} {where}; worst (x {x}, y {y}): difference {test.difference[y, x, channel]:+.4g}"
         f" ± {test.error[y, x, channel]:.2g}, t {test.t[y, x, channel]:+.1f}"
     )
 
 
-def compare(name, ours, reference, correlated=False):
+def largest(t):
+    """Largest |t| of each channel; nan where nothing could be tested."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return np.nanmax(np.abs(t), (0, 1))
+
+
+def compare(name, ours, reference, channels, correlated=False):
     """All tests of one scene: `ours` against `reference`."""
-    result = Result(name)
+    result = Result(name, channels)
     ours, reference = ours.astype(np.float64), reference.astype(np.float64)
     if ours.shape[1:] != reference.shape[1:]:
         result.failures.append(("shape", ""))
@@ -108,41 +117,41 @@ def compare(name, ours, reference, correlated=False):
     whole = Welch.of(ours.mean((1, 2)), reference.mean((1, 2)))
     result.mean = reference.mean((0, 1, 2))
     result.bias = whole.difference / result.mean
-    result.sigma = whole.difference / whole.error
-    result.detectable = STANDARD_ERRORS * whole.error / result.mean
+    result.sigma = whole.t
+    result.detectable = STANDARD_ERRORS * whole.error / np.abs(result.mean)
 
     pixel = Welch.of(ours, reference)
     tile = Welch.of(tiles(ours), tiles(reference))
-    result.pixel_t, result.tile_t = np.nanmax(np.abs(pixel.t), (0, 1)), np.nanmax(np.abs(tile.t), (0, 1))
+    result.pixel_t, result.tile_t = largest(pixel.t), largest(tile.t)
     with np.errstate(divide="ignore", invalid="ignore"):
         result.tile_detectable = np.nanmedian(STANDARD_ERRORS * tile.error / tiles(reference).mean(0), (0, 1))
-    result.noise = (ours.var(0, ddof=1).mean((0, 1)) / reference.var(0, ddof=1).mean((0, 1)))
+        result.noise = ours.var(0, ddof=1).mean((0, 1)) / reference.var(0, ddof=1).mean((0, 1))
 
     step = 5 if correlated else 1
     # The signed value of Student's distribution function is uniform on [0, 1] if the expectations agree: the two-sided p-value would not
     # notice that all pixels lean the same way.
     signed = stats.t.cdf(pixel.t, pixel.freedom)[::step, ::step]
-    result.uniform_p = np.ones(3)
-    for c in range(3):
+    result.uniform_p = np.ones(len(channels))
+    for c, channel in enumerate(channels):
         if abs(result.sigma[c]) > STANDARD_ERRORS:
-            result.failures.append(("mean", CHANNELS[c]))
+            result.failures.append(("mean", channel))
         if abs(result.bias[c]) > RELATIVE:
-            result.failures.append(("0.3 %", CHANNELS[c]))
+            result.failures.append(("0.3 %", channel))
         if result.detectable[c] > RELATIVE:
-            result.failures.append(("noisy", CHANNELS[c]))
-            result.notes.append(f"{CHANNELS[c]}: only {result.detectable[c]:.2%} could be detected: more samples are needed")
+            result.failures.append(("noisy", channel))
+            result.notes.append(f"{channel}: only {result.detectable[c]:.2%} could be detected: more samples are needed")
         for test, which in ((pixel, "pixel"), (tile, "tile")):
             level = sidak(np.isfinite(test.p).sum())
             if (test.p[..., c] < level).any():
-                result.failures.append((which, CHANNELS[c]))
-                result.notes.append(worst(test, level, which + "s differ", c))
+                result.failures.append((which, channel))
+                result.notes.append(worst(test, level, which + "s differ", c, channel))
         values = signed[..., c][np.isfinite(signed[..., c])]
         if len(values) >= 50:
             result.uniform_p[c] = stats.kstest(values, "uniform").pvalue
-            if result.uniform_p[c] < sidak(3):
-                result.failures.append(("uniform", CHANNELS[c]))
+            if result.uniform_p[c] < sidak(len(channels)):
+                result.failures.append(("uniform", channel))
                 result.notes.append(
-                    f"{CHANNELS[c]}: p-values are not uniform (p {result.uniform_p[c]:.1e}; mean of the signed ones {values.mean():.3f}, should be 0.5)"
+                    f"{channel}: p-values are not uniform (p {result.uniform_p[c]:.1e}; mean of the signed ones {values.mean():.3f}, should be 0.5)"
                 )
     return result
 
@@ -158,8 +167,8 @@ def error_channel(stack, errors):
     # Relative variances, so that a tile's bright pixels do not decide alone; black pixels say nothing.
     level = stack.mean(0) ** 2
     level[level == 0] = np.inf
-    between = tiles((stack.var(0, ddof=1) / level)[None])[0].reshape(-1, 3)
-    stated = tiles(((errors**2).mean(0) / level)[None])[0].reshape(-1, 3)
+    between = tiles((stack.var(0, ddof=1) / level)[None])[0].reshape(-1, level.shape[-1])
+    stated = tiles(((errors**2).mean(0) / level)[None])[0].reshape(-1, level.shape[-1])
     told = ((between > 0) & (stated > 0)).all(1)
     ratios = np.log(between[told] / stated[told])
     ratio = np.exp(ratios.mean(0))

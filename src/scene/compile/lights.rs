@@ -7,6 +7,7 @@ use crate::light::sky::{self, Sky, SkySettings};
 use crate::light::{AreaGeometry, Environment, Light, Lights, Projector, Spot};
 use crate::scene::description::{LightKind, SpectrumSource};
 use crate::scene::source::SceneError;
+use crate::scene::traceable::FilmPlan;
 use crate::shape::Shape;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
@@ -41,7 +42,7 @@ impl Compiler<'_> {
                 LightKind::Projector { to_world, irradiance, scale, field_of_view } => {
                     let picture = self.texture(irradiance);
                     let size = picture.resolution().map(f64::from);
-                    let across = super::tan_half_width(*field_of_view, size);
+                    let across = super::sensors::tan_half_width(*field_of_view, size);
                     let tan_half = [across, across * size[1] / size[0]];
                     let mean = picture.mean_spectrum(self.options.range);
                     let projector = Projector::new(&to_world.then(shift), picture, &mean, *scale, tan_half);
@@ -124,23 +125,29 @@ impl Compiler<'_> {
     }
 
     /// What sensor and lights make of the wavelengths.
-    pub(super) fn wavelengths(&self, lights: &Lights, scene_radius: f64) -> WavelengthDensity {
+    pub(super) fn wavelengths(
+        &self,
+        responses: &[(Spectrum, f64)],
+        lights: &Lights,
+        scene_radius: f64,
+    ) -> WavelengthDensity {
         let own = lights.iter().map(|light| (light.spectrum(), power(light, scene_radius)));
         let around = lights.environment().map(|environment| surroundings(environment, scene_radius));
         let emissions: Vec<Emission> =
             own.chain(around).map(|(spectrum, weight)| Emission { spectrum, weight }).collect();
-        let [x, y, z] = self.options.observer.spectra();
-        // Luminance counts double, and spectral bins, where they are measured, as much as all colours together.
-        let bins = if self.options.spectral { 4.0 } else { 0.0 };
-        let sensor = [(&x, 1.0), (&y, 2.0), (&z, 1.0), (&Spectrum::ONE, bins)]
-            .map(|(spectrum, weight)| Response { spectrum, weight });
+        let sensor: Vec<Response> =
+            responses.iter().map(|(spectrum, weight)| Response { spectrum, weight: *weight }).collect();
         WavelengthDensity::new(self.options.range, &sensor, &emissions)
     }
 
-    /// Of the order of the largest luminance that the camera can see.
-    pub(super) fn reference(&self, lights: &Lights, scene_radius: f64) -> f64 {
+    /// Of the order of the largest value that the camera can see: of luminance, or of the mean over a response.
+    pub(super) fn reference(&self, film: &FilmPlan, lights: &Lights, scene_radius: f64) -> f64 {
         let luminance = |spectrum: &Spectrum| {
-            self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL
+            let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
+            let responses = film.channels.iter().map(|channel| {
+                self.product(spectrum, &channel.response).integral(self.options.range) / channel.integral
+            });
+            responses.fold(y, f64::max)
         };
         let area = 4.0 * PI * (scene_radius * scene_radius).max(f64::MIN_POSITIVE);
         let seen = lights.iter().map(|light| {
@@ -156,7 +163,7 @@ impl Compiler<'_> {
     }
 
     fn texture(&mut self, source: &SpectrumSource) -> Texture {
-        match spectra::texture(source) {
+        match spectra::texture(source, &self.shift) {
             Ok(texture) => texture,
             Err(error) => {
                 self.errors.push(error);

@@ -71,7 +71,7 @@ pub(super) fn area(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     let object = query.object;
     match object.plugin.as_str() {
         name @ ("area" | "directionalarea") => {
-            let radiance = spectra::emission(&query, "radiance");
+            let radiance = spectra::radiance(&query, "radiance");
             sampling_weight(&query);
             if query.has("to_world") {
                 query.entry("to_world");
@@ -192,7 +192,7 @@ fn spot(query: &Query<'_>) -> LightKind {
 fn projector(query: &Query<'_>) -> LightKind {
     LightKind::Projector {
         to_world: query.transform("to_world"),
-        irradiance: spectra::emission(query, "irradiance"),
+        irradiance: spectra::radiance(query, "irradiance"),
         scale: factor(query),
         field_of_view: sensors::field_of_view(query),
     }
