@@ -12,13 +12,13 @@
 
 use crate::geometry::{Transform, Vec3};
 use crate::sampling::PiecewiseConstantGrid;
-use crate::spectrum::{Extrapolation, Sampled, Spectrum};
+use crate::spectrum::{Extrapolation, Sampled, Sigmoid, Spectrum, upsample};
 use std::f64::consts::{PI, TAU};
 
 /// A texel: a reflectance S and its factor m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texel {
-    /// S(λ) = ½ + x / (2 √(1 + x²)) with x = c₀ λ² + c₁ λ + c₂, λ in nm.
+    /// Of the [`Sigmoid`] that the reflectance is.
     pub coefficients: [f32; 3],
     pub factor: f32,
 }
@@ -26,13 +26,22 @@ pub struct Texel {
 impl Texel {
     pub const BLACK: Self = Self { coefficients: [0.0, 0.0, f32::NEG_INFINITY], factor: 0.0 };
 
-    fn reflectance(&self, nm: f64) -> f64 {
-        let [a, b, c] = self.coefficients.map(f64::from);
-        if c.is_infinite() {
-            return if c > 0.0 { 1.0 } else { 0.0 };
+    /// From values of at least 0, proportional to light, for the primaries of sRGB: a reflectance whose greatest component is ½.
+    pub fn from_rgb(rgb: [f64; 3]) -> Self {
+        let factor = 2.0 * rgb.into_iter().fold(0.0, f64::max);
+        // Also what is too little to be divided by.
+        if factor < f64::from(f32::MIN_POSITIVE) {
+            return Self::BLACK;
         }
-        let x = (a * nm + b) * nm + c;
-        0.5 + 0.5 * x / (1.0 + x * x).sqrt()
+        let Sigmoid { coefficients } = upsample(rgb.map(|value| value / factor));
+        Self { coefficients: coefficients.map(|c| c as f32), factor: factor as f32 }
+    }
+
+    fn reflectance(&self, nm: f64) -> f64 {
+        if self.factor == 0.0 {
+            return 0.0;
+        }
+        Sigmoid { coefficients: self.coefficients.map(f64::from) }.at(nm)
     }
 }
 
