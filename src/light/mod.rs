@@ -10,6 +10,8 @@ mod environment_map;
 mod projector;
 pub mod sky;
 mod spot;
+#[cfg(test)]
+mod tests;
 
 pub use area::AreaGeometry;
 pub use environment::Environment;

@@ -447,6 +447,8 @@ pub enum LightKind {
     Directional { travels: Vec3, irradiance: SpectrumSource },
     /// The same radiance from everywhere.
     Constant { radiance: SpectrumSource },
+    /// A picture all around, in values for the primaries of sRGB under D65, with +y of the local frame at its top.
+    EnvironmentMap { to_world: Transform, file: PathBuf, image: Arc<Image>, scale: f64 },
     /// Clear sky and sun, the zenith at the local +z.
     SunSky {
         to_world: Transform,
@@ -461,6 +463,18 @@ pub enum LightKind {
         sun_aperture: f64,
         complex_sun: bool,
     },
+}
+
+impl LightKind {
+    /// Whether the light comes from all around.
+    pub fn is_environment(&self) -> bool {
+        match self {
+            Self::Constant { .. } | Self::EnvironmentMap { .. } | Self::SunSky { .. } => true,
+            Self::Point { .. } | Self::Spot { .. } | Self::Projector { .. } | Self::Directional { .. } => {
+                false
+            }
+        }
+    }
 }
 
 // ----------------------------------------------------------------------------------- camera

@@ -297,7 +297,6 @@ fn grid(dome: &[Dome; WAVELENGTHS], sun: Vec3) -> Option<PiecewiseConstantGrid> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stats::{SphereCells, sphere_chi_square};
 
     fn sky(turbidity: f64, albedo: f64, sun: Vec3, sun_aperture: f64, complex_sun: bool) -> Sky {
         let settings = SkySettings {
@@ -414,32 +413,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn directions_follow_their_density() {
-        for (sun, aperture) in [(Vec3::new(0.3, 0.2, 0.8), 30.0), (Vec3::new(1.0, 0.0, 0.05), 4.0)] {
-            let sky = sky(3.0, 0.3, sun, aperture, false);
-            let fit = sphere_chi_square(
-                SphereCells::default(),
-                200_000,
-                |[a, b, _]| Some(sky.sample([a, b]).0),
-                |direction| sky.density(direction),
-            );
-            assert!(fit.p_value > 1e-3, "{sun}: {fit:?}");
-        }
-    }
-
-    #[test]
-    fn wherever_light_comes_from_there_is_a_density() {
-        let sky = sky(9.0, 1.0, Vec3::new(0.5, 0.1, 0.02), 0.5358, true);
-        for i in 0..100_000 {
-            let z: f64 = 2.0 * (f64::from(i) + 0.5) / 100_000.0 - 1.0;
-            let (sin, cos) = (f64::from(i) * 2.399_963).sin_cos();
-            let direction = Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
-            let lit = sky.radiance(direction, &[480.0]).hero() > 0.0;
-            assert!(!lit || sky.density(direction) > 0.0, "{direction}");
-        }
-        assert!(sky.mean().at(480.0) > 0.0 && sky.mean().at(800.0) == 0.0);
     }
 }

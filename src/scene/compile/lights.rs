@@ -4,14 +4,17 @@ use super::Compiler;
 use super::spectra;
 use crate::geometry::Transform;
 use crate::light::sky::{self, Sky, SkySettings};
-use crate::light::{AreaGeometry, Environment, Light, Lights, Projector, Spot};
-use crate::scene::description::{LightKind, SpectrumSource};
-use crate::scene::source::SceneError;
+use crate::light::{AreaGeometry, Environment, EnvironmentMap, Light, Lights, Projector, Spot, Texel};
+use crate::raster::Image;
+use crate::scene::description::{LightKind, SpectrumKind, SpectrumSource};
+use crate::scene::source::{Place, SceneError};
 use crate::scene::traceable::FilmPlan;
 use crate::shape::Shape;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
 use crate::texture::Texture;
+use glam::{DMat3, DMat4};
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 impl Compiler<'_> {
@@ -55,6 +58,10 @@ impl Compiler<'_> {
                     environment = Some(Environment::Constant(self.spectrum(radiance)));
                     continue;
                 }
+                LightKind::EnvironmentMap { to_world, image, scale, .. } => {
+                    environment = Some(self.environment_map(&light.place, to_world, image, *scale));
+                    continue;
+                }
                 sky @ LightKind::SunSky { .. } => {
                     environment = Some(self.sky(sky));
                     continue;
@@ -62,6 +69,32 @@ impl Compiler<'_> {
             });
         }
         environment
+    }
+
+    /// A picture is seen under D65.
+    fn environment_map(
+        &mut self,
+        place: &Place,
+        to_world: &Transform,
+        image: &Image,
+        scale: f64,
+    ) -> Environment {
+        let illuminant =
+            self.spectrum(&SpectrumSource { place: place.clone(), kind: SpectrumKind::D65, scale });
+        let texel = |values: &[f32]| {
+            let light = |channel: usize| image.light(values[channel % image.channels]).max(0.0);
+            Texel::from_rgb([light(0), light(1), light(2)])
+        };
+        let texels: Vec<Texel> = image.values.par_chunks_exact(image.channels).map(texel).collect();
+        let (size, texels) = match texels.as_slice() {
+            // The same from everywhere.
+            [only] => ([2, 2], vec![*only; 4]),
+            _ => ([image.width, image.height], texels),
+        };
+        match EnvironmentMap::new(size, texels, illuminant, rotation(to_world)) {
+            Some(map) if scale > 0.0 => Environment::Map(Box::new(map)),
+            _ => Environment::Constant(Spectrum::ZERO),
+        }
     }
 
     fn sky(&mut self, kind: &LightKind) -> Environment {
@@ -88,7 +121,7 @@ impl Compiler<'_> {
             sun_aperture: *sun_aperture,
             complex_sun: *complex_sun,
         };
-        match Sky::new(&settings, *to_world) {
+        match Sky::new(&settings, rotation(to_world)) {
             Some(sky) => Environment::Sky(Box::new(sky)),
             None => Environment::Constant(Spectrum::ZERO),
         }
@@ -96,7 +129,7 @@ impl Compiler<'_> {
 
     pub(super) fn refuse_lights_that_a_walk_misses(&mut self) {
         for light in &self.description.lights {
-            if !matches!(light.kind, LightKind::Constant { .. } | LightKind::SunSky { .. }) {
+            if !light.kind.is_environment() {
                 self.errors.push(
                     SceneError::at(
                         &light.place,
@@ -171,6 +204,15 @@ impl Compiler<'_> {
             }
         }
     }
+}
+
+/// The rotation (and mirroring) that a transform written with few digits stands for.
+fn rotation(to_world: &Transform) -> Transform {
+    let DMat3 { x_axis, y_axis, z_axis } = DMat3::from_mat4(to_world.matrix());
+    let x = x_axis.normalize();
+    let y = (y_axis - x * x.dot(y_axis)).normalize();
+    let z = (z_axis - x * x.dot(z_axis) - y * y.dot(z_axis)).normalize();
+    Transform::new(DMat4::from_mat3(DMat3::from_cols(x, y, z))).unwrap_or(Transform::IDENTITY)
 }
 
 /// Of the order of the power that a light sends into the scene, over its spectrum's values.

@@ -80,9 +80,17 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "null",
             "diffusetransmitter",
         ],
-        Class::Emitter => {
-            &["area", "constant", "directional", "directionalarea", "point", "projector", "spot"]
-        }
+        Class::Emitter => &[
+            "area",
+            "constant",
+            "directional",
+            "directionalarea",
+            "envmap",
+            "point",
+            "projector",
+            "spot",
+            "sunsky",
+        ],
         Class::Medium => &["homogeneous"],
         Class::Spectrum => &[
             "uniform",
@@ -213,7 +221,7 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "roughplastic",
             "thindielectric",
         ],
-        Class::Emitter => &["envmap", "timed_sunsky"],
+        Class::Emitter => &["timed_sunsky"],
         Class::Medium => &["heterogeneous"],
         Class::Phase => &["blendphase", "rayleigh", "sggx", "tabphase"],
         Class::Scene

@@ -1,6 +1,6 @@
 use super::super::description::{Light, LightKind};
 use super::super::read::Class;
-use super::{Told, sensors};
+use super::{Told, sensors, spectra};
 
 pub(super) fn tell(light: &Light) -> Told {
     let told = |plugin| Told::new(Class::Emitter, plugin, &light.place);
@@ -29,6 +29,10 @@ pub(super) fn tell(light: &Light) -> Told {
         LightKind::Directional { travels, irradiance } => {
             told("directional").vector("direction", *travels).spectrum("irradiance", irradiance)
         }
+        LightKind::EnvironmentMap { to_world, file, image, scale } => told("envmap")
+            .transform("to_world", to_world)
+            .with("filename", spectra::picture(file, image))
+            .float("scale", *scale),
         LightKind::SunSky {
             to_world,
             turbidity,

@@ -6,6 +6,7 @@ use super::{Told, Value};
 use crate::raster::{Grid, Image};
 use crate::spectrum::{DispersionFormula, FormulaKind};
 use crate::texture::{Filter, Wrap};
+use std::path::Path;
 use std::rc::Rc;
 
 pub(super) fn tell(source: &SpectrumSource) -> Value {
@@ -55,20 +56,19 @@ pub(super) fn tell(source: &SpectrumSource) -> Value {
     Value::Object(Rc::new(object))
 }
 
+/// The file of an image.
+pub(super) fn picture(file: &Path, image: &Image) -> Value {
+    let Image { width, height, channels, values, .. } = image;
+    Value::File {
+        path: file.to_owned(),
+        content: hash_of_values(&[*width, *height, *channels], values),
+        summary: format!("{width} × {height} texels, {}", if *channels == 1 { "grey" } else { "in colour" }),
+    }
+}
+
 fn bitmap(told: Told, source: &BitmapSource) -> Told {
-    let Image { width, height, channels, values, .. } = &*source.image;
     let told = told
-        .with(
-            "filename",
-            Value::File {
-                path: source.file.clone(),
-                content: hash_of_values(&[*width, *height, *channels], values),
-                summary: format!(
-                    "{width} × {height} texels, {}",
-                    if *channels == 1 { "grey" } else { "in colour" }
-                ),
-            },
-        )
+        .with("filename", picture(&source.file, &source.image))
         .text("filter_type", if source.filter == Filter::Linear { "bilinear" } else { "nearest" })
         .text("wrap_mode", wrap_name(source.wrap))
         .boolean("raw", source.raw)

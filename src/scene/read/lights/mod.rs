@@ -6,6 +6,7 @@ use super::Reader;
 use super::query::Query;
 use super::sensors;
 use super::spectra::{self, Use};
+use super::textures;
 use super::tree::{Class, ObjectId};
 use crate::geometry::{Transform, Vec3};
 use crate::scene::description::{Light, LightKind, SpectrumSource};
@@ -34,6 +35,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
             }
             Some(LightKind::Constant { radiance: spectra::emission(&query, "radiance") })
         }
+        "envmap" => environment_map(&query),
         "sunsky" => sunsky::read(&query),
         name @ ("area" | "directionalarea") => {
             let problem = match name {
@@ -59,7 +61,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
     let weight_place = query.place("sampling_weight");
     query.finish();
     let kind = kind?;
-    if weight == Some(0.0) && !matches!(kind, LightKind::Constant { .. } | LightKind::SunSky { .. }) {
+    if weight == Some(0.0) && !kind.is_environment() {
         reader.remark(
             &weight_place,
             "the light is dark: with a sampling_weight of 0 nothing in Mitsuba 3 finds a light without extent".to_owned(),
@@ -151,6 +153,34 @@ fn rotation(query: &Query<'_>) -> Transform {
     to_world
 }
 
+fn environment_map(query: &Query<'_>) -> Option<LightKind> {
+    let to_world = rotation(query);
+    let scale = factor(query);
+    if query.has("mis_compensation") {
+        query.boolean("mis_compensation", false);
+        let text = "mis_compensation changes nothing: it is a matter of noise";
+        query.reader.remark(&query.place("mis_compensation"), text.to_owned());
+    }
+    let (file, image) = textures::image(query, "filename")?;
+    let [width, height] = [image.width, image.height];
+    if (width < 2 || height < 3) && (width, height) != (1, 1) {
+        query.error(
+            SceneError::at(
+                &query.place("filename"),
+                format!("A picture of {width} × {height} pixels cannot surround a scene"),
+                "expected at least 2 columns and 3 rows, or a single pixel",
+            )
+            .with_remedy("the first and the last row are the poles"),
+        );
+        return None;
+    }
+    if image.values.iter().any(|&value| value < 0.0) {
+        let text = "negative values of the picture count as 0, as in Mitsuba 3";
+        query.reader.assumption(&query.place("filename"), text.to_owned());
+    }
+    Some(LightKind::EnvironmentMap { to_world, file, image, scale })
+}
+
 fn point(query: &Query<'_>) -> LightKind {
     let to_world = query.transform("to_world");
     let position = query.vector("position");
@@ -190,6 +220,16 @@ fn spot(query: &Query<'_>) -> LightKind {
         ));
     }
     let texture = spectra::read(query, "texture", Use::Emission);
+    if let Some(texture) = texture.as_ref().filter(|texture| !textures::varies(texture)) {
+        query.error(
+            SceneError::at(
+                &texture.place,
+                "The texture of a spot must vary",
+                "expected a texture such as a bitmap",
+            )
+            .with_remedy("what is the same everywhere is the intensity"),
+        );
+    }
     LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture }
 }
 
