@@ -11,7 +11,7 @@ const FOLDER: &str = "tests/scenes/broken";
 fn broken_scenes() -> Vec<PathBuf> {
     let entries = fs::read_dir(FOLDER).expect("the folder of broken scenes is there");
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|extension| extension == "xml"));
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "xml" || extension == "json"));
     paths.sort();
     paths
 }
@@ -70,7 +70,8 @@ fn a_parameter_that_the_scene_does_not_use_is_refused() {
     let text = "<scene version=\"3.0.0\"><default name=\"spp\" value=\"4\"/><sensor type=\"perspective\">\
                 <sampler type=\"independent\"><integer name=\"sample_count\" value=\"$spp\"/></sampler></sensor></scene>";
     let with = |name: &str, value: &str| {
-        let options = ReadOptions { defines: vec![(name.to_owned(), value.to_owned())] };
+        let options =
+            ReadOptions { defines: vec![(name.to_owned(), value.to_owned())], ..ReadOptions::default() };
         abbe::scene::read_str(text, Path::new("scene.xml"), &options)
     };
     assert_eq!(with("spp", "9").unwrap().sensor.sampler.sample_count, 9);

@@ -29,14 +29,7 @@ impl Instance {
 
     /// A box around it in world space; empty where the group has no surface.
     pub fn bounds(&self) -> Bounds {
-        let Bounds { min, max } = self.group.bounds();
-        if self.group.bounds().is_empty() {
-            return Bounds::EMPTY;
-        }
-        Bounds::of((0..8).map(|corner| {
-            let pick = |axis: usize| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] };
-            self.placement.world_point(Vec3::new(pick(0), pick(1), pick(2)))
-        }))
+        Bounds::of(self.group.bounds().corners().map(|corner| self.placement.world_point(corner)))
     }
 
     /// The ray in the group's coordinates, and how much longer distances are there.

@@ -1,6 +1,7 @@
 use super::Failure;
 use super::scene_options::SceneOptions;
 use abbe::scene::{CompileOptions, compile, json, outline};
+use std::path::{Path, PathBuf};
 
 /// Say what a scene is: everything that its file means with the defaults filled in, the extensions and assumptions
 /// that it makes, and what the renderer will skip because the scene has no need of it
@@ -9,20 +10,34 @@ pub struct Args {
     #[command(flatten)]
     scene: SceneOptions,
 
-    /// Say it in JSON, shaped like Mitsuba's dictionaries. It can be rendered in the place of the scene file
+    /// Say it in JSON, shaped like Mitsuba's dictionaries. It can be rendered in place of the scene file
     #[arg(long)]
     json: bool,
+
+    /// Write it to a file. JSON then names meshes and images relative to that file, else by their whole path
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let description = args.scene.read()?;
     let scene = compile(&description, &CompileOptions::default())
         .map_err(|errors| Failure::Input(errors.to_string()))?;
-    if args.json {
-        print!("{}", json(&description, &scene.needs(), None));
+    let folder = args.output.as_ref().map(|path| match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    });
+    let text = if args.json {
+        json(&description, &scene.needs(), folder)
     } else {
-        print!("{}", outline(&description));
-        println!("renderer: {}", scene.needs());
+        format!("{}renderer: {}\n", outline(&description), scene.needs())
+    };
+    match &args.output {
+        Some(path) => std::fs::write(path, text)
+            .map_err(|error| Failure::Other(format!("error: cannot write {}: {error}", path.display()))),
+        None => {
+            print!("{text}");
+            Ok(())
+        }
     }
-    Ok(())
 }

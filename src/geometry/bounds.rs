@@ -36,6 +36,16 @@ impl Bounds {
         self.min.cmpgt(self.max).any()
     }
 
+    /// All eight; none of an empty box.
+    pub fn corners(self) -> impl Iterator<Item = Vec3> {
+        let Self { min, max } = self;
+        let count = if self.is_empty() { 0 } else { 8 };
+        (0..count).map(move |corner| {
+            let on_axis = |axis: usize| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] };
+            Vec3::new(on_axis(0), on_axis(1), on_axis(2))
+        })
+    }
+
     pub fn centre(self) -> Vec3 {
         0.5 * (self.min + self.max)
     }

@@ -13,6 +13,7 @@
 //! the balance heuristic over wavelengths and the power heuristic over the two techniques. A path keeps fᵢ and pⱼ relative
 //! to the hero's density, so with one wavelength nothing of this remains.
 
+use super::{Seen, Techniques};
 use crate::bsdf::Density;
 use crate::geometry::{Ray, SurfacePoint};
 use crate::material::Shading;
@@ -36,7 +37,9 @@ struct Path<const C: usize> {
 
 /// How a ray came to be.
 enum LastChoice {
-    /// By the camera or a discrete lobe: no light sample could have found it.
+    /// By the camera.
+    Camera,
+    /// By a discrete lobe: no light sample could have found it.
     Discrete,
     /// With a density, from a surface where lights were sampled too.
     Scattered {
@@ -55,35 +58,41 @@ pub fn radiance<const C: usize>(
     mut ray: Ray,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
-) -> Sampled<C> {
+) -> Seen<C> {
     let mut path = Path::<C>::from_camera(scene);
     let mut arriving = Sampled::ZERO;
     // Segments behind this vertex. A surface that a ray passes as if there were none may leave it as it is.
     let mut depth = 0;
     // Whether nothing but such surfaces has been met.
     let mut straight = true;
+    let mut met = scene.limits.sky_covers(scene);
     for vertex in 0.. {
         let Some(hit) = scene.intersect(&ray, depth == 0) else {
             path.cross(scene, f64::INFINITY, wavelengths);
-            arriving += path.escaped(scene, straight, wavelengths);
+            arriving += path.escaped(scene, &ray, straight, wavelengths);
             break;
         };
         path.cross(scene, hit.t, wavelengths);
         arriving += path.emitted(scene, &ray, &hit, wavelengths);
-        if depth + 1 >= scene.limits.max_depth {
+        let last = depth + 1 >= scene.limits.max_depth;
+        // Past the last segment only alpha asks whether this surface is in the way.
+        if last && (met || !scene.film.alpha) {
             break;
         }
         let light_values = Dimensions::Light(vertex);
         let choice = if scene.needs().choices { stream.draw(light_values)[3] } else { 0.0 };
         let shading = scene.shade(&hit, -ray.direction, &path.media, wavelengths, choice);
-        if !shading.bsdf.is_discrete() && !scene.lights.is_empty() {
+        if !last && !shading.bsdf.is_discrete() && !scene.lights.is_empty() {
             arriving +=
                 path.direct_light(scene, &ray, &hit, &shading, wavelengths, stream.draw(light_values));
         }
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
-        let Some(scatter) = shading.sample(lobe, [u, v]) else { break };
+        let scatter = shading.sample(lobe, [u, v]);
+        let passes =
+            scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
+        met |= scene.limits.surface_covers(passes);
+        let Some(scatter) = scatter.filter(|_| !last) else { break };
         let direction = scatter.toward_light;
-        let passes = scatter.transmitted && shading.bsdf.passes_straight();
         let prior = path.ratio.sum();
         path.throughput *= scatter.weight;
         path.ratio *= scatter.ratio;
@@ -108,7 +117,7 @@ pub fn radiance<const C: usize>(
         }
         ray = hit.point.ray(direction);
     }
-    arriving
+    Seen { radiance: arriving, met }
 }
 
 impl<const C: usize> Path<C> {
@@ -116,7 +125,7 @@ impl<const C: usize> Path<C> {
         Self {
             throughput: Sampled::ONE,
             ratio: Sampled::ONE,
-            last: LastChoice::Discrete,
+            last: LastChoice::Camera,
             media: scene.media_at_camera(),
             compression: 1.0,
         }
@@ -129,14 +138,43 @@ impl<const C: usize> Path<C> {
         }
     }
 
-    /// Light from beyond the scene. It is found by scattering alone: the same from everywhere, it is what
-    /// scattering samples best.
-    fn escaped(&self, scene: &Scene, seen_directly: bool, wavelengths: &Wavelengths<C>) -> Sampled<C> {
-        match &scene.environment {
-            Some(radiance) if !(seen_directly && scene.limits.hide_emitters) => {
-                self.throughput * radiance.sample(&wavelengths.nm) / self.ratio.sum()
+    /// Light from beyond the scene, weighed against having been sampled.
+    fn escaped(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        seen_directly: bool,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let hidden = seen_directly && scene.limits.hide_emitters;
+        let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return Sampled::ZERO };
+        let weight = self.weight_beside_lights(scene, |from| {
+            scene.lights.environment_density(from, ray.direction, wavelengths)
+        });
+        if weight == 0.0 {
+            return Sampled::ZERO;
+        }
+        self.throughput * environment.radiance(ray.direction, &wavelengths.nm) * (weight / self.ratio.sum())
+    }
+
+    /// The weight of light that scattering found, if light samples from the last vertex found it with a density, per
+    /// steradian.
+    fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&SurfacePoint) -> f64) -> f64 {
+        match (&self.last, scene.limits.techniques) {
+            (LastChoice::Camera, _) | (_, Techniques::Scattering) => 1.0,
+            (LastChoice::Discrete, Techniques::Both) => 1.0,
+            (LastChoice::Discrete, Techniques::LightSamples) => 0.0,
+            (LastChoice::Scattered { from, prior_over_density, by_scattering }, Techniques::Both) => {
+                power_heuristic(*by_scattering, prior_over_density * density(from))
             }
-            _ => Sampled::ZERO,
+            // What light samples leave to scattering, such as a constant environment, is found by it all the same.
+            (LastChoice::Scattered { from, .. }, Techniques::LightSamples) => {
+                if density(from) > 0.0 {
+                    0.0
+                } else {
+                    1.0
+                }
+            }
         }
     }
 
@@ -152,18 +190,13 @@ impl<const C: usize> Path<C> {
         if ray.direction.dot(hit.point.normal) >= 0.0 {
             return Sampled::ZERO;
         }
-        let weight = match &self.last {
-            LastChoice::Discrete => 1.0,
-            LastChoice::Scattered { from, prior_over_density, by_scattering } => {
-                let by_light =
-                    prior_over_density * scene.lights.density(light, from, &hit.point, wavelengths);
-                power_heuristic(*by_scattering, by_light)
-            }
-        };
+        let weight = self
+            .weight_beside_lights(scene, |from| scene.lights.density(light, from, &hit.point, wavelengths));
         if weight == 0.0 {
             return Sampled::ZERO;
         }
-        self.throughput * scene.lights.radiance(light, &wavelengths.nm) * (weight / self.ratio.sum())
+        let radiance = scene.lights.radiance(light, &scene.texture_point(hit), &wavelengths.nm);
+        self.throughput * radiance * (weight / self.ratio.sum())
     }
 
     /// Light that reaches the surface straight from one light, chosen and sampled for this place.
@@ -184,9 +217,11 @@ impl<const C: usize> Path<C> {
         if value.f_cos.is_zero() {
             return Sampled::ZERO;
         }
-        let weight = match sample.density {
-            Density::Discrete => 1.0 / self.ratio.sum(),
-            Density::PerSolidAngle(density) => {
+        let weight = match (sample.density, scene.limits.techniques) {
+            (_, Techniques::Scattering) => 0.0,
+            (Density::Discrete, _) => 1.0 / self.ratio.sum(),
+            (Density::PerSolidAngle(density), Techniques::LightSamples) => 1.0 / (self.ratio.sum() * density),
+            (Density::PerSolidAngle(density), Techniques::Both) => {
                 let by_light = self.ratio.sum() * density;
                 let by_scattering = (self.ratio * value.density).sum();
                 power_heuristic(by_light, by_scattering) / by_light

@@ -1,5 +1,6 @@
 use crate::geometry::{SurfacePoint, Vec3};
-use crate::shape::Shape;
+use crate::shape::{Hit, NO_INSTANCE, Shape, ShapeSample};
+use crate::texture::{MeshPoint, TexturePoint};
 
 /// A surface whose front emits.
 #[derive(Clone, Debug)]
@@ -29,13 +30,24 @@ impl AreaGeometry {
         self.area
     }
 
-    /// A point on the front, as seen from a place, and its density per steradian there. `None` where the surface shows
-    /// its back, or nothing.
-    pub fn sample_toward(&self, from: &SurfacePoint, u: [f64; 2]) -> Option<(SurfacePoint, f64)> {
+    /// A point on the front, as seen from a place. `None` where the surface shows its back, or nothing.
+    pub fn sample_toward(&self, from: &SurfacePoint, u: [f64; 2]) -> Option<ShapeSample> {
         let sample = self.shape.sample_toward(from.position, u)?;
         let point = sample.surface.point;
         let front = point.normal.dot(from.position - point.position) > 0.0;
-        (front && sample.density > 0.0).then_some((point, sample.density))
+        (front && sample.density > 0.0).then_some(sample)
+    }
+
+    /// Where a texture is asked for at a sampled point.
+    pub fn texture_point(&self, sample: &ShapeSample) -> TexturePoint<'_> {
+        let position = sample.surface.point.position;
+        let ShapeSample { triangle, barycentric, .. } = *sample;
+        let hit = Hit { t: 0.0, shape: 0, triangle, instance: NO_INSTANCE, barycentric };
+        let mesh = match &self.shape {
+            Shape::Mesh(mesh) => Some(MeshPoint { mesh, triangle, barycentric }),
+            _ => None,
+        };
+        TexturePoint { uv: self.shape.parametrisation(&hit, position).uv, position, mesh }
     }
 
     /// The density of [`Self::sample_toward`] at a point of the surface.

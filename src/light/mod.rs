@@ -5,23 +5,48 @@
 //! them is the hero.
 
 mod area;
+mod environment;
+mod environment_map;
+mod projector;
+pub mod sky;
+mod spot;
 
 pub use area::AreaGeometry;
+pub use environment::Environment;
+pub use environment_map::{EnvironmentMap, Texel};
+pub use projector::Projector;
+pub use sky::Sky;
+pub use spot::Spot;
 
 use crate::bsdf::Density;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::sampling::PiecewiseConstant;
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
+use crate::texture::{Texture, TexturePoint};
+use std::f64::consts::PI;
 
-/// A light that can be sampled. Light from everywhere at once is no such light: scattering samples it best.
+/// A light within the scene, or one whose light comes from one direction.
 #[derive(Clone, Debug)]
 pub enum Light {
-    /// Radiance of a surface's front, W·m⁻²·sr⁻¹·nm⁻¹.
-    Area { geometry: Box<AreaGeometry>, radiance: Spectrum },
+    /// Radiance of a surface's front, W·m⁻²·sr⁻¹·nm⁻¹, and about the mean of it over the surface: above 0 at every wavelength
+    /// at which any of it shines.
+    Area {
+        geometry: Box<AreaGeometry>,
+        radiance: Texture,
+        mean: Spectrum,
+    },
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
-    Point { position: Vec3, intensity: Spectrum },
+    Point {
+        position: Vec3,
+        intensity: Spectrum,
+    },
+    Spot(Box<Spot>),
+    Projector(Box<Projector>),
     /// Irradiance across the direction of travel, W·m⁻²·nm⁻¹.
-    Directional { travels: Vec3, irradiance: Spectrum },
+    Directional {
+        travels: Vec3,
+        irradiance: Spectrum,
+    },
 }
 
 /// A point on a light and what comes from there.
@@ -39,6 +64,7 @@ pub struct LightSample<const C: usize> {
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     lights: Vec<Light>,
+    environment: Option<Environment>,
     /// Choice by power alone, for scenes with so many lights that estimating each at each vertex would not pay.
     by_power: Option<PiecewiseConstant>,
 }
@@ -47,30 +73,38 @@ pub struct Lights {
 const ESTIMATED: usize = 32;
 
 impl Lights {
-    /// `powers` are the lights' shares of the whole, up to a factor.
-    pub fn new(lights: Vec<Light>, powers: &[f64]) -> Self {
-        let by_power = if lights.len() > ESTIMATED {
-            let edges = (0..=lights.len()).map(|i| i as f64).collect();
-            PiecewiseConstant::new(edges, powers)
-        } else {
-            None
-        };
-        Self { lights, by_power }
+    /// `powers` are the shares of the whole, up to a factor, of each light and last of the environment, if there is one.
+    pub fn new(lights: Vec<Light>, environment: Option<Environment>, powers: &[f64]) -> Self {
+        let mut all = Self { lights, environment, by_power: None };
+        let count = all.count();
+        if count > ESTIMATED {
+            let edges = (0..=count).map(|i| i as f64).collect();
+            all.by_power = PiecewiseConstant::new(edges, &powers[..count]);
+        }
+        all
     }
 
+    /// Whether there is nothing to sample.
     pub fn is_empty(&self) -> bool {
-        self.lights.is_empty()
+        self.count() == 0
     }
 
+    /// The lights but for the environment.
     pub fn iter(&self) -> impl Iterator<Item = &Light> {
         self.lights.iter()
     }
 
-    /// What an area light emits from its front.
-    pub fn radiance<const C: usize>(&self, light: u32, nm: &[f64; C]) -> Sampled<C> {
+    pub fn environment(&self) -> Option<&Environment> {
+        self.environment.as_ref()
+    }
+
+    /// What an area light emits from its front, at a point of it.
+    pub fn radiance<const C: usize>(&self, light: u32, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
         match &self.lights[light as usize] {
-            Light::Area { radiance, .. } => radiance.sample(nm),
-            Light::Point { .. } | Light::Directional { .. } => Sampled::ZERO,
+            Light::Area { radiance, .. } => radiance.sample(at, nm),
+            Light::Point { .. } | Light::Spot(_) | Light::Projector(_) | Light::Directional { .. } => {
+                Sampled::ZERO
+            }
         }
     }
 
@@ -82,27 +116,43 @@ impl Lights {
         choice: f64,
         u: [f64; 2],
     ) -> Option<LightSample<C>> {
-        let (light, probability) = self.choose(from, wavelengths, choice)?;
+        let (chosen, probability) = self.choose(from, wavelengths, choice)?;
+        let nm = &wavelengths.nm;
+        let Some(light) = self.lights.get(chosen) else {
+            let environment = self.environment.as_ref()?;
+            let (direction, density) = environment.sample(u)?;
+            return Some(LightSample {
+                shadow_ray: from.ray(direction),
+                radiance: environment.radiance(direction, nm),
+                density: Density::PerSolidAngle(density * probability),
+            });
+        };
+        let without_extent = |position: Vec3, intensity: &dyn Fn(Vec3) -> Sampled<C>| {
+            let target = SurfacePoint { position, normal: Vec3::Z, error: 0.0 };
+            let shadow_ray = from.segment_to(&target)?;
+            let squared = from.position.distance_squared(position);
+            let irradiance = intensity(-shadow_ray.direction) / (squared * probability);
+            Some(LightSample { shadow_ray, radiance: irradiance, density: Density::Discrete })
+        };
         match light {
-            Light::Area { geometry, radiance } => {
-                let (point, density) = geometry.sample_toward(from, u)?;
-                let shadow_ray = from.segment_to(&point)?;
-                Some(LightSample {
-                    shadow_ray,
-                    radiance: radiance.sample(&wavelengths.nm),
-                    density: Density::PerSolidAngle(density * probability),
-                })
+            Light::Area { geometry, radiance, .. } => {
+                let sample = geometry.sample_toward(from, u)?;
+                let shadow_ray = from.segment_to(&sample.surface.point)?;
+                let radiance = match radiance.uniform() {
+                    Some(spectrum) => spectrum.sample(nm),
+                    None => radiance.sample(&geometry.texture_point(&sample), nm),
+                };
+                let density = Density::PerSolidAngle(sample.density * probability);
+                Some(LightSample { shadow_ray, radiance, density })
             }
-            Light::Point { position, intensity } => {
-                let target = SurfacePoint { position: *position, normal: Vec3::Z, error: 0.0 };
-                let shadow_ray = from.segment_to(&target)?;
-                let squared = from.position.distance_squared(*position);
-                let irradiance = intensity.sample(&wavelengths.nm) / (squared * probability);
-                Some(LightSample { shadow_ray, radiance: irradiance, density: Density::Discrete })
+            Light::Point { position, intensity } => without_extent(*position, &|_| intensity.sample(nm)),
+            Light::Spot(spot) => without_extent(spot.position, &|direction| spot.intensity(direction, nm)),
+            Light::Projector(projector) => {
+                without_extent(projector.position, &|direction| projector.intensity(direction, nm))
             }
             Light::Directional { travels, irradiance } => Some(LightSample {
                 shadow_ray: from.ray(-*travels),
-                radiance: irradiance.sample(&wavelengths.nm) / probability,
+                radiance: irradiance.sample(nm) / probability,
                 density: Density::Discrete,
             }),
         }
@@ -117,41 +167,75 @@ impl Lights {
         point: &SurfacePoint,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
-        let chosen = &self.lights[light as usize];
-        let Light::Area { geometry, .. } = chosen else { return 0.0 };
-        let probability = match &self.by_power {
-            Some(table) => table.density(f64::from(light)),
-            None if self.lights.len() == 1 => 1.0,
-            None => {
-                let own = chosen.estimate(from, wavelengths);
-                let all: f64 = self.lights.iter().map(|other| other.estimate(from, wavelengths)).sum();
-                if own > 0.0 { own / all } else { 0.0 }
-            }
-        };
+        let Light::Area { geometry, .. } = &self.lights[light as usize] else { return 0.0 };
+        let probability = self.probability(light as usize, from, wavelengths);
         if probability > 0.0 { probability * geometry.density_toward(from, point) } else { 0.0 }
     }
 
+    /// Per steradian, the density with which [`Self::sample`] would have found a direction that leads out of the scene.
+    pub fn environment_density<const C: usize>(
+        &self,
+        from: &SurfacePoint,
+        direction: Vec3,
+        wavelengths: &Wavelengths<C>,
+    ) -> f64 {
+        match self.sampled_environment() {
+            Some(environment) => {
+                self.probability(self.lights.len(), from, wavelengths) * environment.density(direction)
+            }
+            None => 0.0,
+        }
+    }
+
+    fn sampled_environment(&self) -> Option<&Environment> {
+        self.environment.as_ref().filter(|environment| environment.is_sampled())
+    }
+
+    /// Of what is sampled. The environment, if it is, comes after all lights.
+    fn count(&self) -> usize {
+        self.lights.len() + usize::from(self.sampled_environment().is_some())
+    }
+
+    fn probability<const C: usize>(
+        &self,
+        light: usize,
+        from: &SurfacePoint,
+        wavelengths: &Wavelengths<C>,
+    ) -> f64 {
+        match &self.by_power {
+            Some(table) => table.density(light as f64),
+            None if self.count() == 1 => 1.0,
+            None => {
+                let own = self.estimate(light, from, wavelengths);
+                let all: f64 = (0..self.count()).map(|other| self.estimate(other, from, wavelengths)).sum();
+                if own > 0.0 { own / all } else { 0.0 }
+            }
+        }
+    }
+
+    /// A light's index, or their number for the environment, and the probability of the choice.
     fn choose<const C: usize>(
         &self,
         from: &SurfacePoint,
         wavelengths: &Wavelengths<C>,
         choice: f64,
-    ) -> Option<(&Light, f64)> {
+    ) -> Option<(usize, f64)> {
+        let count = self.count();
         if let Some(table) = &self.by_power {
             let (position, probability) = table.sample(choice);
-            return Some((&self.lights[(position as usize).min(self.lights.len() - 1)], probability));
+            return Some(((position as usize).min(count - 1), probability));
         }
-        if let [only] = self.lights.as_slice() {
-            return Some((only, 1.0));
+        if count == 1 {
+            return Some((0, 1.0));
         }
         let mut estimates = [0.0; ESTIMATED];
         let mut all = 0.0;
-        for (light, estimate) in self.lights.iter().zip(&mut estimates) {
-            *estimate = light.estimate(from, wavelengths);
+        for (light, estimate) in estimates.iter_mut().enumerate().take(count) {
+            *estimate = self.estimate(light, from, wavelengths);
             all += *estimate;
         }
         let mut remaining = choice * all;
-        for (light, estimate) in self.lights.iter().zip(estimates) {
+        for (light, estimate) in estimates.into_iter().enumerate().take(count) {
             // The last light that can contribute takes what rounding leaves over.
             if estimate > 0.0 && (remaining < estimate || remaining - estimate <= 1e-12 * all) {
                 return Some((light, estimate / all));
@@ -160,31 +244,60 @@ impl Lights {
         }
         None
     }
+
+    fn estimate<const C: usize>(
+        &self,
+        light: usize,
+        from: &SurfacePoint,
+        wavelengths: &Wavelengths<C>,
+    ) -> f64 {
+        match (self.lights.get(light), &self.environment) {
+            (Some(light), _) => light.estimate(from, wavelengths),
+            // Half of it is above a surface, at a slant.
+            (None, Some(environment)) => PI * environment.mean().sample(&wavelengths.nm).sum(),
+            (None, None) => 0.0,
+        }
+    }
 }
 
 impl Light {
-    /// Radiance, radiant intensity or irradiance.
+    /// Radiance, radiant intensity or irradiance; where that differs from place to place, about the mean of it. Above 0 at
+    /// every wavelength at which there is any light.
     pub fn spectrum(&self) -> &Spectrum {
         match self {
-            Self::Area { radiance, .. } => radiance,
+            Self::Area { mean, .. } => mean,
             Self::Point { intensity, .. } => intensity,
+            Self::Spot(spot) => &spot.intensity,
+            Self::Projector(projector) => &projector.mean,
             Self::Directional { irradiance, .. } => irradiance,
         }
+    }
+
+    /// Whether what it emits asks for a surface's coordinates.
+    pub fn is_textured(&self) -> bool {
+        matches!(self, Self::Area { radiance, .. } if radiance.varies())
     }
 
     /// About what the light brings to a place, up to a factor common to all lights: its spectrum there, its size and its
     /// distance. Zero only where it brings nothing.
     fn estimate<const C: usize>(&self, from: &SurfacePoint, wavelengths: &Wavelengths<C>) -> f64 {
+        let nm = &wavelengths.nm;
+        let without_extent = |position: Vec3, intensity: &dyn Fn(Vec3) -> Sampled<C>| {
+            let away = from.position - position;
+            let squared = away.length_squared();
+            if squared > 0.0 { intensity(away / squared.sqrt()).sum() / squared } else { 0.0 }
+        };
         match self {
-            Self::Area { geometry, radiance } => {
-                let spectral = radiance.sample(&wavelengths.nm).sum();
+            Self::Area { geometry, mean, .. } => {
+                let spectral = mean.sample(nm).sum();
                 if spectral > 0.0 { spectral * geometry.estimate(from.position) } else { 0.0 }
             }
-            Self::Point { position, intensity } => {
-                let squared = from.position.distance_squared(*position);
-                if squared > 0.0 { intensity.sample(&wavelengths.nm).sum() / squared } else { 0.0 }
+            Self::Point { position, intensity } => without_extent(*position, &|_| intensity.sample(nm)),
+            Self::Spot(spot) => without_extent(spot.position, &|direction| spot.intensity(direction, nm)),
+            Self::Projector(projector) => {
+                without_extent(projector.position, &|direction| projector.intensity(direction, nm))
             }
-            Self::Directional { irradiance, .. } => irradiance.sample(&wavelengths.nm).sum(),
+            Self::Directional { irradiance, .. } => irradiance.sample(nm).sum(),
         }
     }
 }

@@ -5,11 +5,13 @@
 //! few *sequences*, each stratified in itself and independent of the others, so that their spread
 //! gives an honest standard error.
 
+mod grid;
 mod independent;
 mod sobol;
 mod table;
 pub mod warp;
 
+pub use grid::PiecewiseConstantGrid;
 pub use table::PiecewiseConstant;
 
 /// How sample values are made. All kinds are interchangeable: they differ in noise, never in expectation.

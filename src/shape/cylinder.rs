@@ -111,7 +111,7 @@ impl Cylinder {
     pub fn sample(&self, u: [f64; 2]) -> AreaSample {
         let (sin, cos) = (TAU * u[1]).sin_cos();
         let outward = Vec3::new(cos, sin, 0.0);
-        AreaSample { surface: self.surface_at(outward, u[0]), density: self.local_area_density(outward) }
+        AreaSample::analytic(self.surface_at(outward, u[0]), self.local_area_density(outward))
     }
 
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {

@@ -79,7 +79,7 @@ impl Disk {
     /// Uniform in world area: an affine map scales all areas of a plane alike.
     pub fn sample(&self, u: [f64; 2]) -> AreaSample {
         let [x, y] = warp::disk(u);
-        AreaSample { surface: self.surface_at(x, y), density: self.area_density() }
+        AreaSample::analytic(self.surface_at(x, y), self.area_density())
     }
 
     pub fn area_density(&self) -> f64 {

@@ -82,6 +82,9 @@ impl Parametrisation {
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSample {
     pub surface: SurfaceHit,
+    /// As in [`Hit`].
+    pub triangle: u32,
+    pub barycentric: [f64; 2],
     /// Per unit of world area.
     pub density: f64,
 }
@@ -90,8 +93,18 @@ pub struct AreaSample {
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeSample {
     pub surface: SurfaceHit,
+    /// As in [`Hit`].
+    pub triangle: u32,
+    pub barycentric: [f64; 2],
     /// Per steradian, as seen from the reference point.
     pub density: f64,
+}
+
+impl AreaSample {
+    /// On a shape that is no mesh.
+    fn analytic(surface: SurfaceHit, density: f64) -> Self {
+        Self { surface, triangle: 0, barycentric: [0.0; 2], density }
+    }
 }
 
 /// Why a shape cannot be made.
@@ -206,6 +219,17 @@ impl Shape {
         }
     }
 
+    /// The point where Mitsuba 3 puts the point `u` of the unit square, with the density that spreading the square evenly
+    /// gives it. Unlike [`Shape::sample`] it promises which point that is.
+    pub fn unfold(&self, u: [f64; 2]) -> Option<AreaSample> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere.sample([u[1], u[0]])),
+            Self::Disk(disk) => Some(disk.sample(u)),
+            Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
+            Self::Mesh(mesh) => mesh.unfold(u),
+        }
+    }
+
     /// Density per unit area with which [`Shape::sample`] chooses `point` of this shape.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         match self {
@@ -228,9 +252,9 @@ impl Shape {
         if by_solid_angle.is_some() {
             return by_solid_angle;
         }
-        let AreaSample { surface, density } = self.sample(u)?;
+        let AreaSample { surface, triangle, barycentric, density } = self.sample(u)?;
         let density = density * steradians_to_area(reference, &surface.point)?;
-        Some(ShapeSample { surface, density })
+        Some(ShapeSample { surface, triangle, barycentric, density })
     }
 
     /// Density per steradian with which [`Shape::sample_toward`] chooses `point` of this shape, which

@@ -92,7 +92,7 @@ impl Sphere {
         let (sin, cos) = (TAU * u[1]).sin_cos();
         let r = (2.0 * (u[0] - u[0] * u[0]).max(0.0).sqrt()).min(1.0);
         let local = Vec3::new(r * cos, r * sin, z);
-        AreaSample { surface: self.surface_at(local.normalize()), density: self.local_area_density(local) }
+        AreaSample::analytic(self.surface_at(local.normalize()), self.local_area_density(local))
     }
 
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
@@ -127,7 +127,8 @@ impl Sphere {
         let frame = Frame::around(cone.toward_reference);
         let direction = frame.to_world(Vec3::new(sin_alpha * cos_phi, sin_alpha * sin_phi, cos_alpha));
         let local = self.placement.local_vector(direction).normalize();
-        Some(ShapeSample { surface: self.surface_at(local), density: cone.density() })
+        let surface = self.surface_at(local);
+        Some(ShapeSample { surface, triangle: 0, barycentric: [0.0; 2], density: cone.density() })
     }
 
     /// Density per steradian of [`Sphere::sample_cone`], wherever it is defined.

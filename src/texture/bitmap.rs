@@ -157,6 +157,11 @@ impl Bitmap {
         [by_u * width as f64, by_v * height as f64]
     }
 
+    /// Columns and rows.
+    pub fn resolution(&self) -> [u32; 2] {
+        self.size.map(|side| side as u32)
+    }
+
     pub fn is_zero(&self) -> bool {
         self.least == 0.0 && self.greatest == 0.0
     }

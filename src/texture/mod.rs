@@ -43,7 +43,7 @@ pub enum Texture {
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint<'a> {
     pub uv: [f64; 2],
-    /// In the coordinates of the scene file.
+    /// In the coordinates of the compiled scene.
     pub position: Vec3,
     /// The place on a mesh, for what its vertices and faces carry.
     pub mesh: Option<MeshPoint<'a>>,
@@ -160,6 +160,15 @@ impl Texture {
             Self::Attribute(attribute) => attribute.scale,
             Self::Volume(volume) => volume.max_bound(),
             Self::Filtered { texture, by } => texture.max_bound(range) * by.bounds(range).1,
+        }
+    }
+
+    /// Columns and rows of a picture; 1 × 1 for what is none.
+    pub fn resolution(&self) -> [u32; 2] {
+        match self {
+            Self::Bitmap(bitmap) => bitmap.resolution(),
+            Self::Filtered { texture, .. } => texture.resolution(),
+            Self::Uniform(_) | Self::Checkerboard(_) | Self::Attribute(_) | Self::Volume(_) => [1, 1],
         }
     }
 

@@ -4,25 +4,25 @@
 //! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single precision: how
 //! far a scene lies from the origin of its file makes no difference.
 
+mod groups;
 mod layered;
+mod lights;
 mod materials;
+mod sensors;
 mod spectra;
 
-use super::description::{self, Description, FieldOfView, FovAxis, IntegratorKind, LightKind, ShapeKind};
+use super::description::{self, Description, IntegratorKind, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
-use super::traceable::{FilmPlan, Needs, Scene, Surface};
-use crate::accel::Accel;
-use crate::camera::{Camera, CameraSettings, ThinLens};
-use crate::geometry::{Bounds, Transform, Vec3};
-use crate::integrator::{Integrator, Limits};
-use crate::light::{AreaGeometry, Light, Lights};
+use super::traceable::{Needs, Scene, Surface};
+use crate::geometry::{Bounds, Transform};
+use crate::integrator::{Coverage, Integrator, Limits};
 use crate::material::Material;
 use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
-use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Observer};
-use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
+use crate::spectrum::Spectrum;
+use crate::spectrum::colour::Observer;
 use crate::units::WavelengthRange;
+use groups::Groups;
 use materials::MaterialCompiler;
-use std::f64::consts::PI;
 
 /// What a scene is compiled for.
 #[derive(Clone, Copy, Debug)]
@@ -45,22 +45,27 @@ impl Default for CompileOptions {
 /// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no physics over
 /// the range of wavelengths, a walk in a scene whose lights it can't find.
 pub fn compile(description: &Description, options: &CompileOptions) -> Result<Scene, SceneErrors> {
-    Compiler { description, options, errors: Vec::new() }.run()
+    Compiler { description, options, shift: Transform::IDENTITY, errors: Vec::new() }.run()
 }
 
 struct Compiler<'a> {
     description: &'a Description,
     options: &'a CompileOptions,
+    /// From the coordinates of the file to those of the scene.
+    shift: Transform,
     errors: Vec<SceneError>,
 }
 
 impl Compiler<'_> {
     fn run(mut self) -> Result<Scene, SceneErrors> {
         let description = self.description;
-        let shift = Transform::translation(-self.centre());
-        let mut materials = MaterialCompiler::new(self.options.range);
+        let groups = Groups::new(description);
+        let shift = Transform::translation(-groups::centre(groups.scene_bounds()));
+        self.shift = shift;
+        let mut materials = MaterialCompiler::new(self.options.range, shift);
         let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
-        for shape in &description.shapes {
+        let own = description.shapes.iter().map(|shape| (shape, shift));
+        for (shape, shift) in own.chain(groups.shapes()) {
             let Some(geometry) = self.keep(&shape.place, place(shape, &shape.to_world.then(&shift))) else {
                 continue;
             };
@@ -74,16 +79,13 @@ impl Compiler<'_> {
             let light = match &shape.emission {
                 None => None,
                 Some(source) => {
-                    let radiance = self.spectrum(source);
-                    lights.push(Light::Area {
-                        geometry: Box::new(AreaGeometry::new(geometry.clone())),
-                        radiance,
-                    });
+                    lights.push(self.area_light(&geometry, source));
                     Some(lights.len() as u32 - 1)
                 }
             };
             shapes.push(geometry);
-            surfaces.push(Surface { light, ..surface });
+            let textured = light.is_some_and(|light| lights[light as usize].is_textured());
+            surfaces.push(Surface { light, parametrised: surface.parametrised || textured, ..surface });
         }
         let environment = self.other_lights(&mut lights, &shift);
         let camera_medium = description
@@ -94,36 +96,41 @@ impl Compiler<'_> {
         if description.integrator.kind == IntegratorKind::Walk {
             self.refuse_lights_that_a_walk_misses();
         }
+        let film = self.film();
         if !self.errors.is_empty() {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         }
         let MaterialCompiler { materials, bodies, media, .. } = materials;
-        let accel = Accel::build(&shapes);
-        let scene_radius = 0.5 * Bounds::of_all(shapes.iter().map(Shape::bounds)).diameter();
-        let bodies_may_nest = may_nest(&shapes, &surfaces);
+        let accel = groups.accel(&shapes, &shift).map_err(|errors| {
+            for (instance, error) in errors {
+                self.cannot_be_made(&description.instances[instance].place, &error);
+            }
+            SceneErrors { sources: description.sources.clone(), errors: std::mem::take(&mut self.errors) }
+        })?;
+        let Some(camera) = self.camera(&shift, accel.bounds()).filter(|_| self.errors.is_empty()) else {
+            return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
+        };
+        let scene_radius = 0.5 * accel.bounds().diameter();
+        let own = description.shapes.len();
+        let bodies_may_nest = may_nest(&shapes[..own], &surfaces[..own]) || groups.hold_bodies(&surfaces);
         let absorption = media.iter().any(Option::is_some);
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
-        let powers: Vec<f64> = lights.iter().map(|light| power(light, scene_radius)).collect();
+        let lights = self.weighed(lights, environment, scene_radius);
         let needs = Needs {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
             medium_stack: absorption || bodies_may_nest,
-            lens: description.sensor.lens.is_some(),
+            lens: camera.uses_lens(),
             light_samples: !lights.is_empty(),
             rough_surfaces: materials.iter().any(Material::is_rough),
             choices: materials.iter().any(Material::chooses),
             clear_shadows: volumetric && surfaces.iter().any(|surface| surface.may_pass),
             textures: surfaces.iter().any(|surface| surface.parametrised),
         };
-        let total = |(light, power): (&Light, &f64)| mean_over(light.spectrum(), self.options.range) * power;
-        let shares: Vec<f64> = lights.iter().zip(&powers).map(total).collect();
-        let lights = Lights::new(lights, &shares);
         Ok(Scene {
-            camera: self.camera(&shift),
-            film: self.film(),
             observer: self.options.observer,
             integrator: match description.integrator.kind {
-                IntegratorKind::Path | IntegratorKind::VolPath => Integrator::Path,
+                IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::VolPath => Integrator::Path,
                 IntegratorKind::Walk => Integrator::Walk,
             },
             limits: Limits {
@@ -131,11 +138,17 @@ impl Compiler<'_> {
                 rr_depth: description.integrator.rr_depth,
                 hide_emitters: description.integrator.hide_emitters,
                 passing_counts: !volumetric,
+                techniques: description.integrator.techniques,
+                coverage: match description.integrator.kind {
+                    IntegratorKind::Direct => Coverage::Surface,
+                    _ => Coverage::Obstacle,
+                },
             },
-            wavelengths: self.wavelengths(&lights, &powers, environment.as_ref(), scene_radius),
-            reference_radiance: self.reference(&lights, environment.as_ref(), scene_radius),
+            wavelengths: self.wavelengths(&self.responses(&camera, &film), &lights, scene_radius),
+            reference_radiance: self.reference(&film, &lights, scene_radius),
+            camera,
+            film,
             lights,
-            environment,
             needs,
             accel,
             shapes,
@@ -144,116 +157,6 @@ impl Compiler<'_> {
             bodies,
             media,
             camera_medium,
-        })
-    }
-
-    /// The middle of all shapes, in the file's coordinates.
-    fn centre(&self) -> Vec3 {
-        let bounds = self.description.shapes.iter().map(|shape| match &shape.kind {
-            ShapeKind::Mesh { mesh, .. } => {
-                Bounds::of(mesh.positions.iter().map(|p| shape.to_world.point(p.map(f64::from).into())))
-            }
-            _ => place(shape, &shape.to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
-        });
-        let bounds = Bounds::of_all(bounds);
-        if bounds.is_empty() || !bounds.centre().is_finite() { Vec3::ZERO } else { bounds.centre() }
-    }
-
-    /// Point, directional and constant lights; returns the radiance of the last.
-    fn other_lights(&mut self, lights: &mut Vec<Light>, shift: &Transform) -> Option<Spectrum> {
-        let mut environment = None;
-        for light in &self.description.lights {
-            match &light.kind {
-                LightKind::Point { position, intensity } => {
-                    let intensity = self.spectrum(intensity);
-                    lights.push(Light::Point { position: shift.point(*position), intensity });
-                }
-                LightKind::Directional { travels, irradiance } => {
-                    let irradiance = self.spectrum(irradiance);
-                    lights.push(Light::Directional { travels: travels.normalize(), irradiance });
-                }
-                LightKind::Constant { radiance } => environment = Some(self.spectrum(radiance)),
-            }
-        }
-        environment
-    }
-
-    fn refuse_lights_that_a_walk_misses(&mut self) {
-        for light in &self.description.lights {
-            if !matches!(light.kind, LightKind::Constant { .. }) {
-                self.errors.push(
-                    SceneError::at(
-                        &light.place,
-                        "the integrator `walk` cannot find a light without extent",
-                        "no ray ever meets this light",
-                    )
-                    .with_remedy("use the integrator `path`, or an area light"),
-                );
-            }
-        }
-    }
-
-    /// What sensor and lights make of the wavelengths.
-    fn wavelengths(
-        &self,
-        lights: &Lights,
-        powers: &[f64],
-        environment: Option<&Spectrum>,
-        scene_radius: f64,
-    ) -> WavelengthDensity {
-        let everywhere = environment.map(|spectrum| (spectrum, PI * 4.0 * PI * scene_radius * scene_radius));
-        let own = lights.iter().zip(powers);
-        let emissions: Vec<Emission> = own
-            .map(|(light, &power)| (light.spectrum(), power))
-            .chain(everywhere)
-            .map(|(spectrum, weight)| Emission { spectrum, weight })
-            .collect();
-        let [x, y, z] = self.options.observer.spectra();
-        // Luminance counts double, and spectral bins, where they are measured, as much as all colours together.
-        let bins = if self.options.spectral { 4.0 } else { 0.0 };
-        let sensor = [(&x, 1.0), (&y, 2.0), (&z, 1.0), (&Spectrum::ONE, bins)]
-            .map(|(spectrum, weight)| Response { spectrum, weight });
-        WavelengthDensity::new(self.options.range, &sensor, &emissions)
-    }
-
-    /// Of the order of the largest luminance that the camera can see.
-    fn reference(&self, lights: &Lights, environment: Option<&Spectrum>, scene_radius: f64) -> f64 {
-        let luminance = |spectrum: &Spectrum| {
-            self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL
-        };
-        let area = 4.0 * PI * (scene_radius * scene_radius).max(f64::MIN_POSITIVE);
-        let seen = lights.iter().map(|light| match light {
-            Light::Area { radiance, .. } => luminance(radiance),
-            Light::Point { intensity, .. } => luminance(intensity) / area,
-            Light::Directional { irradiance, .. } => luminance(irradiance) / PI,
-        });
-        seen.chain(environment.map(luminance)).fold(0.0, f64::max)
-    }
-
-    fn film(&self) -> FilmPlan {
-        let film = &self.description.sensor.film;
-        let full_size = [film.width, film.height];
-        let (size, offset) = match film.crop {
-            Some(crop) => ([crop.width, crop.height], [crop.x, crop.y]),
-            None => (full_size, [0, 0]),
-        };
-        FilmPlan { size, offset, full_size, filter: film.filter }
-    }
-
-    fn camera(&self, shift: &Transform) -> Camera {
-        let sensor = &self.description.sensor;
-        let film = [sensor.film.width, sensor.film.height];
-        Camera::new(CameraSettings {
-            to_world: sensor.to_world.then(shift),
-            film,
-            tan_half_width: tan_half_width(sensor.field_of_view, film.map(f64::from)),
-            principal_point: sensor.principal_point,
-            near_clip: sensor.near_clip,
-            far_clip: sensor.far_clip,
-            lens: sensor.lens.map(|lens| ThinLens {
-                aperture_radius: lens.aperture_radius,
-                focus_distance: lens.focus_distance,
-            }),
         })
     }
 
@@ -268,15 +171,15 @@ impl Compiler<'_> {
     }
 
     fn keep(&mut self, place: &Place, shape: Result<Shape, ShapeError>) -> Option<Shape> {
-        shape
-            .map_err(|error| {
-                self.errors.push(SceneError::at(
-                    place,
-                    format!("this shape cannot be made: {error}"),
-                    "a shape of finite size that is not flattened by its transform",
-                ));
-            })
-            .ok()
+        shape.map_err(|error| self.cannot_be_made(place, &error)).ok()
+    }
+
+    fn cannot_be_made(&mut self, place: &Place, error: &ShapeError) {
+        self.errors.push(SceneError::at(
+            place,
+            format!("this shape cannot be made: {error}"),
+            "a shape of finite size that is not flattened by its transform",
+        ));
     }
 }
 
@@ -311,59 +214,4 @@ fn may_nest(shapes: &[Shape], surfaces: &[Surface]) -> bool {
         .map(|(shape, _)| shape.bounds())
         .collect();
     boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| a.overlaps(*b)))
-}
-
-/// Of the order of the power that a light sends into the scene, over its spectrum's values.
-fn power(light: &Light, scene_radius: f64) -> f64 {
-    match light {
-        Light::Area { geometry, .. } => PI * geometry.area(),
-        Light::Point { .. } => 4.0 * PI,
-        Light::Directional { .. } => PI * scene_radius * scene_radius,
-    }
-}
-
-fn mean_over(spectrum: &Spectrum, range: WavelengthRange) -> f64 {
-    spectrum.integral(range) / range.width()
-}
-
-/// Tangent of half the horizontal field of view, for a film of this width and height.
-fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64 {
-    let diagonal = width.hypot(height);
-    match fov {
-        // Half of the diagonal of 36 mm × 24 mm over the focal length, along the film's own diagonal (Mitsuba 3).
-        FieldOfView::FocalLength(mm) => 0.5 * 36f64.hypot(24.0) / mm * width / diagonal,
-        FieldOfView::Degrees { angle, axis } => {
-            let edge = match axis {
-                FovAxis::X => width,
-                FovAxis::Y => height,
-                FovAxis::Diagonal => diagonal,
-                FovAxis::Smaller => width.min(height),
-                FovAxis::Larger => width.max(height),
-            };
-            (0.5 * angle).to_radians().tan() * width / edge
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Horizontal field of view in degrees.
-    fn x_fov(fov: FieldOfView, film: [f64; 2]) -> f64 {
-        2.0 * tan_half_width(fov, film).atan().to_degrees()
-    }
-
-    #[test]
-    fn fields_of_view_are_mitsubas() {
-        // Seen in Mitsuba 3.9.1 (validation/mitsuba/FACTS.md, 4 to 6).
-        assert!((x_fov(FieldOfView::FocalLength(50.0), [768.0, 576.0]) - 38.1848).abs() < 1e-4);
-        assert!((x_fov(FieldOfView::FocalLength(35.0), [200.0, 100.0]) - 57.8712).abs() < 1e-4);
-        let degrees = |axis| x_fov(FieldOfView::Degrees { angle: 30.0, axis }, [200.0, 100.0]);
-        assert!((degrees(FovAxis::X) - 30.0).abs() < 1e-12);
-        assert!((degrees(FovAxis::Y) - 56.3736).abs() < 1e-4);
-        assert!((degrees(FovAxis::Smaller) - 56.3736).abs() < 1e-4);
-        assert!((degrees(FovAxis::Larger) - 30.0).abs() < 1e-12);
-        assert!((degrees(FovAxis::Diagonal) - 26.9547).abs() < 1e-4);
-    }
 }

@@ -46,7 +46,7 @@ pub(super) fn scene_text(path: &Path) -> Result<String, String> {
     let bytes = std::fs::read(path).map_err(unreadable)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        format!("{} is not UTF-8 text (at byte {at})", path.display())
+        format!("{} is not text in UTF-8 (at byte {at}): save it in that encoding", path.display())
     })?;
     Ok(without_mark(text))
 }
@@ -69,6 +69,8 @@ pub(super) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, Sce
             "expected the path of a file, relative to the scene file's folder",
         );
         match neighbour(path) {
+            _ if path.to_string_lossy().contains(char::is_control) => error
+                .with_remedy("the name has a control character: JSON writes a backslash as \\\\, or use /"),
             Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
             None => error,
         }

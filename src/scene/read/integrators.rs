@@ -5,6 +5,7 @@ use super::super::source::{Place, SceneError};
 use super::Reader;
 use super::query::Query;
 use super::tree::ObjectId;
+use crate::integrator::Techniques;
 
 /// Mitsuba 3's default.
 const DEFAULT_RR_DEPTH: u32 = 5;
@@ -17,15 +18,22 @@ pub(super) fn default(place: &Place) -> Integrator {
         max_depth: None,
         rr_depth: DEFAULT_RR_DEPTH,
         hide_emitters: false,
+        techniques: Techniques::Both,
     }
 }
 
 pub(super) fn read(reader: &Reader, id: ObjectId) -> Integrator {
     let query = Query::new(reader, id);
     let object = query.object;
+    let mut techniques = Techniques::Both;
     let (kind, max_depth, rr_depth) = match object.plugin.as_str() {
         plugin @ ("path" | "volpath" | "volpathmis") => {
             let (max_depth, rr_depth) = depths(&query);
+            if plugin == "volpathmis" && query.has("use_spectral_mis") {
+                query.boolean("use_spectral_mis", true);
+                reader
+                    .remark(&query.place("use_spectral_mis"), "use_spectral_mis changes nothing".to_owned());
+            }
             let kind = if plugin == "path" { IntegratorKind::Path } else { IntegratorKind::VolPath };
             (kind, max_depth, rr_depth)
         }
@@ -38,8 +46,8 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Integrator {
             (IntegratorKind::Walk, max_depth, rr_depth)
         }
         "direct" => {
-            shading_samples(&query);
-            (IntegratorKind::Path, Some(2), DEFAULT_RR_DEPTH)
+            techniques = shading_samples(&query);
+            (IntegratorKind::Direct, Some(2), DEFAULT_RR_DEPTH)
         }
         _ => {
             reader.unknown_plugin(object);
@@ -56,7 +64,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Integrator {
         reader.remark(&query.place("timeout"), "timeout changes nothing: all samples are taken".to_owned());
     }
     query.finish();
-    Integrator { place: object.place.clone(), kind, max_depth, rr_depth, hide_emitters }
+    Integrator { place: object.place.clone(), kind, max_depth, rr_depth, hide_emitters, techniques }
 }
 
 fn depths(query: &Query<'_>) -> (Option<u32>, u32) {
@@ -67,37 +75,40 @@ fn depths(query: &Query<'_>) -> (Option<u32>, u32) {
     (max_depth, rr_depth)
 }
 
-/// How many samples of which kind Mitsuba 3's `direct` takes at a hit. The picture stays the same, unless one
-/// kind is left out.
-fn shading_samples(query: &Query<'_>) {
+/// How many samples of which kind Mitsuba 3's `direct` takes at a hit: the picture is the same for any number, as long as
+/// no kind is left out.
+fn shading_samples(query: &Query<'_>) -> Techniques {
     let both = query.integer("shading_samples", 1, i64::from(u32::MAX));
-    for name in ["emitter_samples", "bsdf_samples"] {
-        let Some(count) = query.integer(name, 0, i64::from(u32::MAX)) else { continue };
-        let place = query.place(name);
-        if both.is_some() {
+    let [of_lights, of_bsdfs] = ["emitter_samples", "bsdf_samples"].map(|name| {
+        let count = query.integer(name, 0, i64::from(u32::MAX));
+        if count.is_some() && both.is_some() {
             query.error(SceneError::at(
-                &place,
+                &query.place(name),
                 "The samples are given twice",
                 format!("expected either shading_samples or {name}"),
             ));
         }
-        if count == 0 {
-            query.error(
-                SceneError::at(
-                    &place,
-                    format!("With {name} 0, light would be left out"),
-                    "expected at least 1",
-                )
-                .with_remedy("without one kind of sample, point lights or mirrors would be black"),
-            );
-        }
-    }
+        count != Some(0)
+    });
     for name in ["shading_samples", "emitter_samples", "bsdf_samples"] {
-        if query.has(name) {
+        if query.has(name) && of_lights && of_bsdfs {
             query.reader.remark(
                 &query.place(name),
                 format!("{name} changes nothing: one of each kind is taken per path"),
             );
+        }
+    }
+    match (of_lights, of_bsdfs) {
+        (true, true) => Techniques::Both,
+        (false, true) => Techniques::Scattering,
+        (true, false) => Techniques::LightSamples,
+        (false, false) => {
+            query.error(SceneError::at(
+                &query.place("bsdf_samples"),
+                "Without samples of lights and of BSDFs no light is found",
+                "expected emitter_samples or bsdf_samples of at least 1",
+            ));
+            Techniques::Both
         }
     }
 }

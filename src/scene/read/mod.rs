@@ -8,33 +8,39 @@ mod attributes;
 mod bsdfs;
 mod files;
 mod films;
+mod groups;
 mod indices;
 mod integrators;
 mod json;
 mod lights;
 mod media;
+mod meshes;
 mod names;
 mod obj;
 mod parsed;
 mod ply;
 mod query;
+mod samplers;
 mod sensors;
+mod serialized;
 mod shapes;
 mod spd;
 mod spectra;
 #[cfg(test)]
 mod tests;
+mod textures;
 mod transforms;
 mod tree;
 mod xml;
 
-use super::description::{Bsdf, Description, Note, Sensor, SpectrumSource};
+use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, SpectrumSource};
 use super::source::{Place, SceneError, SceneErrors, Sources};
+use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
 use files::Search;
 use query::Query;
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 pub(super) use tree::Class;
@@ -45,6 +51,8 @@ use tree::{Object, ObjectId, Tree};
 pub struct ReadOptions {
     /// Values for `$name`, which come before the file's `<default>`.
     pub defines: Vec<(String, String)>,
+    /// Which of the scene's sensors is rendered, counted from 0.
+    pub sensor: usize,
 }
 
 /// Reads the scene file at `path`. Files that it names are sought relative to its folder.
@@ -86,6 +94,7 @@ pub fn read_str(
     let fatal = parsed.tree.objects.is_empty();
     let reader = Reader {
         tree: parsed.tree,
+        wanted_sensor: options.sensor,
         search: parsed.search,
         errors: RefCell::new(parsed.errors),
         extensions: RefCell::default(),
@@ -94,6 +103,10 @@ pub fn read_str(
         bsdfs: RefCell::default(),
         spectra: RefCell::default(),
         meshes: RefCell::default(),
+        images: textures::Loaded::default(),
+        grids: textures::Loaded::default(),
+        groups: RefCell::default(),
+        merges: RefCell::default(),
     };
     let description = if fatal { None } else { reader.scene() };
     let mut errors = reader.errors.into_inner();
@@ -125,6 +138,7 @@ fn in_order(mut notes: Vec<Note>) -> Vec<Note> {
 /// A tree being understood, with what has been said about it so far.
 struct Reader {
     tree: Tree,
+    wanted_sensor: usize,
     search: Search,
     errors: RefCell<Vec<SceneError>>,
     extensions: RefCell<Vec<Note>>,
@@ -133,7 +147,12 @@ struct Reader {
     /// What several objects may refer to is read once.
     bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
-    meshes: RefCell<BTreeMap<shapes::MeshKey, Option<Arc<MeshData>>>>,
+    images: textures::Loaded<Image>,
+    grids: textures::Loaded<Grid>,
+    meshes: RefCell<BTreeMap<meshes::MeshKey, Option<Arc<MeshData>>>>,
+    groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
+    /// The `merge` shapes that were read already.
+    merges: RefCell<BTreeSet<ObjectId>>,
 }
 
 impl Reader {
@@ -154,29 +173,7 @@ impl Reader {
     }
 
     fn unknown_plugin(&self, object: &Object) {
-        let word = object.class.word();
-        let name = &object.plugin;
-        let known = names::plugins(object.class);
-        let place = &object.plugin_place;
-        if names::mitsuba_plugins(object.class).contains(&name.as_str()) {
-            let problem = format!("{word} \"{name}\" is not supported yet");
-            let expected = format!("expected {}", names::either(known));
-            self.error(SceneError::at(place, query::capital(&problem), expected));
-            return;
-        }
-        let error = SceneError::at(
-            place,
-            format!("There is no {word} \"{name}\""),
-            format!("expected {}", names::either(known)),
-        );
-        let elsewhere = Class::ELEMENTS
-            .iter()
-            .find(|(_, class)| *class != object.class && names::plugins(*class).contains(&name.as_str()));
-        self.error(match (names::nearest(name, known), elsewhere) {
-            (_, Some((other, _))) => error.with_remedy(format!("did you mean <{other} type=\"{name}\">?")),
-            (Some(near), None) => error.with_remedy(format!("did you mean \"{near}\"?")),
-            (None, None) => error,
-        });
+        self.error(names::unknown_plugin(object.class, &object.plugin, &object.plugin_place));
     }
 
     /// `None` where something without which there is no scene is missing or wrong.
@@ -188,17 +185,18 @@ impl Reader {
             None => integrators::default(&place),
         };
         let sensor = self.sensor(&query);
-        let shapes: Vec<_> =
-            query.objects(Class::Shape).iter().filter_map(|(_, id)| shapes::read(self, *id)).collect();
+        let (shapes, instances) = groups::read(self, &query);
         let lights = self.lights(&query);
         self.definitions(&query);
         query.finish();
-        self.media_under(&shapes);
+        let grouped = instances.iter().flat_map(|instance| &instance.group.shapes);
+        self.media_under(shapes.iter().chain(grouped));
         Some(Description {
             sources: Sources::default(),
             integrator,
             sensor: sensor?,
             shapes,
+            instances,
             lights,
             extensions: Vec::new(),
             assumptions: Vec::new(),
@@ -206,32 +204,43 @@ impl Reader {
         })
     }
 
-    /// The first sensor, which is the one that Mitsuba 3 renders by default. The others are read for their errors.
+    /// The sensor that is asked for, by default the first, as in Mitsuba 3. The others are read for their errors.
     fn sensor(&self, query: &Query<'_>) -> Option<Sensor> {
-        let found = query.objects(Class::Sensor);
-        if found.is_empty()
-            && !query.object.entries.iter().any(|entry| matches!(entry.value, tree::Value::Broken))
-        {
-            self.error(
-                SceneError::at(&query.object.place, "The scene has no sensor", "expected a <sensor> in here")
-                    .with_remedy("add <sensor type=\"perspective\">...</sensor>"),
-            );
-        }
-        let mut sensors = Vec::new();
-        for (index, (entry, id)) in found.into_iter().enumerate() {
-            sensors.push(sensors::read(self, id));
-            if index > 0 {
-                self.remark(&entry.place, "this sensor is not used: the first one is".to_owned());
+        let mut sensors = sensors::of_scene(query);
+        query.objects(Class::Sensor);
+        let place = &query.object.place;
+        let broken = || query.object.entries.iter().any(|entry| matches!(entry.value, tree::Value::Broken));
+        if sensors.is_empty() {
+            if !broken() {
+                self.error(
+                    SceneError::at(place, "The scene has no sensor", "expected a <sensor> in here")
+                        .with_remedy("add <sensor type=\"perspective\">...</sensor>"),
+                );
             }
+            return None;
         }
-        sensors.into_iter().next().flatten()
+        if self.wanted_sensor >= sensors.len() {
+            let problem = format!("There is no sensor {}", self.wanted_sensor);
+            let expected = match sensors.len() {
+                1 => "the scene has one sensor, number 0".to_owned(),
+                count => format!("the scene has {count} sensors, numbers 0 to {}", count - 1),
+            };
+            self.error(SceneError::at(place, problem, expected));
+            return None;
+        }
+        let (_, wanted) = sensors.swap_remove(self.wanted_sensor);
+        for (place, _) in &sensors {
+            let text = format!("this sensor is not used: number {} is", self.wanted_sensor);
+            self.remark(place, text);
+        }
+        wanted
     }
 
     fn lights(&self, query: &Query<'_>) -> Vec<super::description::Light> {
         let mut lights = Vec::new();
         let mut surroundings = 0;
         for (entry, id) in query.objects(Class::Emitter) {
-            if self.tree.get(id).plugin == "constant" {
+            if ["constant", "envmap", "sunsky"].contains(&self.tree.get(id).plugin.as_str()) {
                 surroundings += 1;
             }
             if surroundings == 2 {
@@ -239,10 +248,10 @@ impl Reader {
                 self.error(
                     SceneError::at(
                         &entry.place,
-                        "The scene has two constant lights",
+                        "The scene has two lights from all around",
                         "expected one at most, as in Mitsuba 3",
                     )
-                    .with_remedy("add up their radiances"),
+                    .with_remedy("leave one out, or add them up in one picture"),
                 );
             }
             lights.extend(lights::read(self, id));
@@ -260,6 +269,9 @@ impl Reader {
         }
         for class in [Class::Film, Class::Sampler, Class::Filter, Class::Phase] {
             query.objects(class);
+        }
+        for (_, id) in query.objects(Class::Volume) {
+            textures::volume_plugin(self, id);
         }
         for (entry, id) in query.objects(Class::Spectrum) {
             if entry.name.is_some() {
@@ -279,12 +291,12 @@ impl Reader {
     }
 
     /// Says where a medium means more here than in Mitsuba 3.
-    fn media_under(&self, shapes: &[super::description::Shape]) {
+    fn media_under<'a>(&self, shapes: impl Iterator<Item = &'a super::description::Shape>) {
         let integrator = self.tree.objects.iter().find(|object| object.class == Class::Integrator);
         if integrator.is_some_and(|object| !["path", "direct"].contains(&object.plugin.as_str())) {
             return;
         }
-        for medium in shapes.iter().flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
+        for medium in shapes.flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
             self.assumption(
                 &medium.place,
                 "the medium absorbs, although Mitsuba 3's path and direct would ignore it".to_owned(),

@@ -16,9 +16,11 @@ pub(super) fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     (plausible && !best.1.is_empty()).then_some(best.1)
 }
 
+/// Names that are listed.
+const MOST: usize = 12;
+
 /// Names in a row, the first dozen of them.
 pub(super) fn listing(names: &[&str]) -> String {
-    const MOST: usize = 12;
     let mut text = names.iter().take(MOST).copied().collect::<Vec<_>>().join(", ");
     if names.len() > MOST {
         text.push_str(&format!(" and {} more", names.len() - MOST));
@@ -39,11 +41,31 @@ pub(super) fn either(names: &[&str]) -> String {
 pub(super) fn plugins(class: Class) -> &'static [&'static str] {
     match class {
         Class::Integrator => &["path", "direct", "volpath", "volpathmis", "walk"],
-        Class::Sensor => &["perspective", "thinlens"],
-        Class::Film => &["hdrfilm"],
+        Class::Sensor => &[
+            "perspective",
+            "thinlens",
+            "orthographic",
+            "radiancemeter",
+            "irradiancemeter",
+            "distant",
+            "batch",
+        ],
+        Class::Film => &["hdrfilm", "specfilm"],
         Class::Sampler => &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "sobol"],
         Class::Filter => &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
-        Class::Shape => &["sphere", "rectangle", "disk", "cube", "cylinder", "obj", "ply"],
+        Class::Shape => &[
+            "sphere",
+            "rectangle",
+            "disk",
+            "cube",
+            "cylinder",
+            "obj",
+            "ply",
+            "serialized",
+            "merge",
+            "shapegroup",
+            "instance",
+        ],
         Class::Bsdf => &[
             "diffuse",
             "conductor",
@@ -58,13 +80,30 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "null",
             "diffusetransmitter",
         ],
-        Class::Emitter => &["area", "point", "directional", "constant"],
-        Class::Medium => &["homogeneous"],
-        Class::Spectrum => {
-            &["uniform", "regular", "irregular", "d65", "blackbody", "measured", "sellmeier", "cauchy"]
+        Class::Emitter => {
+            &["area", "constant", "directional", "directionalarea", "point", "projector", "spot"]
         }
+        Class::Medium => &["homogeneous"],
+        Class::Spectrum => &[
+            "uniform",
+            "regular",
+            "irregular",
+            "d65",
+            "blackbody",
+            "rgb",
+            "srgb",
+            "rawconstant",
+            "bitmap",
+            "checkerboard",
+            "mesh_attribute",
+            "volume",
+            "measured",
+            "sellmeier",
+            "cauchy",
+        ],
         Class::Phase => &["isotropic", "hg"],
-        Class::Scene | Class::Volume => &[],
+        Class::Volume => &["constvolume", "gridvolume"],
+        Class::Scene => &[],
     }
 }
 
@@ -73,6 +112,56 @@ pub(super) fn class_of(plugin: &str) -> Option<Class> {
     let classes = || Class::ELEMENTS.iter().map(|&(_, class)| class);
     let here = classes().find(|&class| plugins(class).contains(&plugin));
     here.or_else(|| classes().find(|&class| mitsuba_plugins(class).contains(&plugin)))
+}
+
+/// The message about a plugin that its class does not have.
+pub(super) fn unknown_plugin(class: Class, plugin: &str, place: &Place) -> SceneError {
+    let word = class.word();
+    let known = plugins(class);
+    let expected = format!("expected {}", if known.len() > MOST { listing(known) } else { either(known) });
+    if mitsuba_plugins(class).contains(&plugin) {
+        let problem = super::query::capital(&format!("{word} \"{plugin}\" is not supported"));
+        let error = SceneError::at(place, problem, expected);
+        return match instead(class, plugin) {
+            Some(remedy) => error.with_remedy(remedy),
+            None => error,
+        };
+    }
+    let error = SceneError::at(place, format!("There is no {word} \"{plugin}\""), expected);
+    let elsewhere =
+        Class::ELEMENTS.iter().find(|(_, other)| *other != class && plugins(*other).contains(&plugin));
+    match (nearest(plugin, known), elsewhere) {
+        (_, Some((other, _))) => error.with_remedy(format!("did you mean <{other} type=\"{plugin}\">?")),
+        (Some(near), None) => error.with_remedy(format!("did you mean \"{near}\"?")),
+        (None, None) => error,
+    }
+}
+
+/// What to do without a plugin that Mitsuba 3 has.
+fn instead(class: Class, plugin: &str) -> Option<&'static str> {
+    Some(match (class, plugin) {
+        (Class::Integrator, "aov") => {
+            "write the integrator within it by itself, and ask for images of what is seen with abbe render --aov albedo,normal,depth"
+        }
+        (Class::Integrator, "depth") => "use \"path\", and ask for the depth with abbe render --aov depth",
+        (Class::Integrator, "moment") => {
+            "write the integrator within it by itself: every picture carries its standard error in the channels error.*"
+        }
+        (Class::Integrator, "prbvolpath") => "use \"volpath\": nothing is differentiated here",
+        (Class::Integrator, "prb" | "prb_basic" | "prb_projective" | "direct_projective") => {
+            "use \"path\": nothing is differentiated here"
+        }
+        (Class::Integrator, "stokes") => {
+            "write the integrator within it by itself: light is not polarised here"
+        }
+        (Class::Integrator, _) => "use \"path\": its picture is the same in expectation",
+        (Class::Bsdf, "pplastic") => "use \"plastic\": light is not polarised here",
+        (Class::Bsdf, "polarizer" | "retarder" | "circular" | "measured_polarized") => {
+            "light is not polarised here"
+        }
+        (Class::Medium | Class::Phase, _) => "only media that absorb and do not scatter are rendered",
+        _ => return None,
+    })
 }
 
 /// The message about a plugin that no class has.
@@ -107,20 +196,9 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "stokes",
             "time_gated_path",
         ],
-        Class::Sensor => &["batch", "distant", "irradiancemeter", "orthographic", "radiancemeter"],
-        Class::Film => &["specfilm"],
-        Class::Shape => &[
-            "bsplinecurve",
-            "ellipsoids",
-            "ellipsoidsmesh",
-            "instance",
-            "linearcurve",
-            "merge",
-            "sdfgrid",
-            "serialized",
-            "shapegroup",
-            "blender",
-        ],
+        Class::Shape => {
+            &["bsplinecurve", "ellipsoids", "ellipsoidsmesh", "linearcurve", "sdfgrid", "blender"]
+        }
         Class::Bsdf => &[
             "circular",
             "hair",
@@ -135,23 +213,16 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "roughplastic",
             "thindielectric",
         ],
-        Class::Emitter => {
-            &["directionalarea", "envmap", "projector", "sky", "spot", "sun", "sunsky", "timed_sunsky"]
-        }
+        Class::Emitter => &["envmap", "timed_sunsky"],
         Class::Medium => &["heterogeneous"],
         Class::Phase => &["blendphase", "rayleigh", "sggx", "tabphase"],
-        Class::Spectrum => &[
-            "bitmap",
-            "checkerboard",
-            "mesh_attribute",
-            "rawconstant",
-            "rgb",
-            "srgb",
-            "volume",
-            "vertexattribute",
-        ],
-        Class::Volume => &["constvolume", "gridvolume"],
-        Class::Scene | Class::Sampler | Class::Filter => &[],
+        Class::Scene
+        | Class::Sensor
+        | Class::Film
+        | Class::Spectrum
+        | Class::Volume
+        | Class::Sampler
+        | Class::Filter => &[],
     }
 }
 

@@ -3,7 +3,7 @@
 //! Polygons become fans from their first corner. Names, groups, smoothing groups and materials mean nothing
 //! here, as in Mitsuba 3: a shape has one BSDF. Points and lines have no surface and are passed over.
 
-use super::shapes::{MeshError, MeshFile, MeshOptions, MeshResult, Position};
+use super::meshes::{MeshError, MeshFile, MeshOptions, MeshResult, Position};
 use crate::shape::MeshData;
 
 /// No index: the corner has no texture coordinates, or no normal.

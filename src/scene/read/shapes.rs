@@ -3,16 +3,9 @@
 use super::super::description::{Medium, Shape, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
-use super::spectra::required;
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, files, lights, media, obj, ply};
+use super::{Reader, bsdfs, lights, media, meshes};
 use crate::geometry::Vec3;
-use crate::shape::MeshData;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-/// A larger mesh file would not fit the 32-bit indices of what is made from it.
-const LARGEST_MESH_FILE: u64 = 16 << 30;
 
 /// `None` where the shape is wrong, which is reported.
 pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
@@ -23,11 +16,14 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
             centre: query.vector("center").unwrap_or(Vec3::ZERO),
             radius: query.positive("radius", 1.0),
         }),
-        "rectangle" => Some(ShapeKind::Rectangle),
+        "rectangle" | "cube" => {
+            // They are flat anyway.
+            query.boolean("face_normals", false);
+            Some(if object.plugin == "cube" { ShapeKind::Cube } else { ShapeKind::Rectangle })
+        }
         "disk" => Some(ShapeKind::Disk),
-        "cube" => Some(ShapeKind::Cube),
         "cylinder" => Some(cylinder(&query)),
-        "obj" | "ply" => mesh(&query),
+        "obj" | "ply" | "serialized" => meshes::read(&query),
         _ => {
             reader.unknown_plugin(object);
             return None;
@@ -35,6 +31,8 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
     };
     let to_world = query.transform("to_world");
     let flip_normals = query.boolean("flip_normals", false);
+    // Only derivatives depend on it.
+    query.float("silhouette_sampling_weight");
     let emitter = query.object(Class::Emitter);
     let emission = emitter.and_then(|(_, id)| lights::area(reader, id));
     let bsdf = match query.object(Class::Bsdf) {
@@ -42,6 +40,8 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         None => bsdfs::default(&object.place, emitter.is_some()),
     };
     let [interior, exterior] = media(&query);
+    // It is read with the scene's other sensors.
+    query.object(Class::Sensor);
     query.finish();
     Some(Shape {
         place: object.place.clone(),
@@ -90,123 +90,3 @@ fn media(query: &Query<'_>) -> [Option<Medium>; 2] {
     }
     sides
 }
-
-/// How a mesh file is to be understood.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct MeshOptions {
-    /// Whether normals of the file are to be left out, for flat triangles.
-    pub face_normals: bool,
-    /// Whether v becomes 1 − v.
-    pub flip_tex_coords: bool,
-}
-
-/// What makes two mesh shapes share one mesh.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct MeshKey {
-    path: PathBuf,
-    is_obj: bool,
-    options: MeshOptions,
-}
-
-fn mesh(query: &Query<'_>) -> Option<ShapeKind> {
-    let is_obj = query.object.plugin == "obj";
-    let filename = required(query, "filename", query.text("filename"));
-    let options = MeshOptions {
-        face_normals: query.boolean("face_normals", false),
-        flip_tex_coords: query.boolean("flip_tex_coords", is_obj),
-    };
-    let path = query.reader.search.find(filename?);
-    let key = MeshKey { path: path.clone(), is_obj, options };
-    let known = query.reader.meshes.borrow().get(&key).cloned();
-    let mesh = known.unwrap_or_else(|| {
-        let mesh = load(query, &path, is_obj, options).map(Arc::new);
-        query.reader.meshes.borrow_mut().insert(key, mesh.clone());
-        mesh
-    })?;
-    let compute_normals = mesh.normals.is_none() && !options.face_normals;
-    Some(ShapeKind::Mesh {
-        file: path,
-        plugin: if is_obj { "obj" } else { "ply" },
-        flip_tex_coords: options.flip_tex_coords,
-        mesh,
-        compute_normals,
-    })
-}
-
-fn load(query: &Query<'_>, path: &Path, is_obj: bool, options: MeshOptions) -> Option<MeshData> {
-    let place = query.place("filename");
-    let bytes = match files::read(path, LARGEST_MESH_FILE, &place) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            query.error(error);
-            return None;
-        }
-    };
-    let read = if is_obj { obj::read(&bytes, options) } else { ply::read(&bytes, options) };
-    let made = read.and_then(|file| match file.mesh.indices.len() {
-        0 => Err(MeshError::new("The mesh has no triangles", "expected at least one face")),
-        _ => Ok(file),
-    });
-    match made {
-        Ok(MeshFile { mesh, extension }) => {
-            if let Some(extension) = extension {
-                query.reader.extension(&place, extension.to_owned());
-            }
-            Some(mesh)
-        }
-        Err(error) => {
-            query.error(error.at(path, &place));
-            None
-        }
-    }
-}
-
-/// What is wrong with a mesh file, where in it, and what was expected.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct MeshError {
-    problem: String,
-    expected: String,
-    position: Option<Position>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Position {
-    Line(usize),
-    Byte(usize),
-}
-
-impl MeshError {
-    pub fn new(problem: impl Into<String>, expected: impl Into<String>) -> Self {
-        Self { problem: problem.into(), expected: expected.into(), position: None }
-    }
-
-    pub fn on(mut self, position: Position) -> Self {
-        self.position.get_or_insert(position);
-        self
-    }
-
-    fn at(self, path: &Path, place: &super::super::source::Place) -> SceneError {
-        let position = match self.position {
-            Some(Position::Line(line)) => format!(":{line}"),
-            Some(Position::Byte(byte)) => format!(" at byte {byte}"),
-            None => String::new(),
-        };
-        SceneError::at(
-            place,
-            format!("{} ({}{position})", self.problem, path.display()),
-            "this mesh file is wrong",
-        )
-        .with_remedy(self.expected)
-    }
-}
-
-/// What a mesh file holds.
-#[derive(Debug)]
-pub(super) struct MeshFile {
-    pub mesh: MeshData,
-    /// What of it Mitsuba 3 would refuse.
-    pub extension: Option<&'static str>,
-}
-
-/// What the mesh readers return.
-pub(super) type MeshResult = Result<MeshFile, MeshError>;

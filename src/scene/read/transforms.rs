@@ -4,7 +4,7 @@ use super::super::description::Note;
 use super::super::source::{Place, SceneError};
 use super::attributes::{self, Attributes, Defaults, start_tag};
 use super::names;
-use crate::geometry::Vec3;
+use crate::geometry::{Frame, Vec3};
 use glam::{DMat3, DMat4, DVec4};
 use roxmltree::Node;
 
@@ -55,10 +55,10 @@ impl Context<'_> {
                 attributes::vector(&a, &place, Some(0.0)).and_then(|axis| self.rotation(axis, angle?, &place))
             }
             "lookat" => {
-                let a = self.attributes(node, &["origin", "target", "up"], &[])?;
+                let a = self.attributes(node, &["origin", "target"], &["up"])?;
                 let [origin, target, up] =
                     ["origin", "target", "up"].map(|name| a.get(name).map(|a| attributes::triple(a, false)));
-                match (origin?, target?, up?) {
+                match (origin?, target?, up.transpose()) {
                     (Ok(origin), Ok(target), Ok(up)) => look_at(origin, target, up, &place),
                     (Err(error), ..) | (_, Err(error), _) | (.., Err(error)) => Err(error),
                 }
@@ -120,8 +120,10 @@ fn rotation(axis: Vec3, degrees: f64) -> DMat4 {
 }
 
 /// Local +z looks from `origin` to `target`, local +y is as near to `up` as it can be, local +x is `up` × view.
-fn look_at(origin: Vec3, target: Vec3, up: Vec3, place: &Place) -> Result<DMat4, SceneError> {
+/// Without `up`, +y is what Mitsuba 3 takes, which follows Duff et al. too.
+fn look_at(origin: Vec3, target: Vec3, up: Option<Vec3>, place: &Place) -> Result<DMat4, SceneError> {
     let forward = (target - origin).try_normalize();
+    let up = up.unwrap_or_else(|| forward.map_or(Vec3::Y, |forward| Frame::around(forward).x));
     let left = forward.and_then(|forward| up.normalize_or_zero().cross(forward).try_normalize());
     let (Some(forward), Some(left)) = (forward, left) else {
         let problem = if forward.is_none() {

@@ -160,7 +160,14 @@ impl Tree {
             at.push_str(&format!(" of {}", sources.name(earlier)));
         }
         let problem = format!("The id \"{name}\" is given twice");
-        Err(SceneError::at(place, problem, format!("expected an id of its own; {at} has this one already")))
+        let expected = format!("expected an id of its own; {at} has this one already");
+        let error = SceneError::at(place, problem, expected);
+        let is_again = earlier.file != place.file && sources.name(earlier) == sources.name(place);
+        Err(if is_again {
+            error.with_remedy("a file that gives ids can be included once only")
+        } else {
+            error
+        })
     }
 
     /// Puts objects in the place of references. Those that lead nowhere, in a circle or too deep are reported and

@@ -140,7 +140,7 @@ fn index(told: Told, name: &'static str, index: &IndexSource) -> Told {
         IndexKind::Tabulated(table) => spectra::tell(table),
         IndexKind::NormalReflectance(reflectance) => return told.spectrum("normal_reflectance", reflectance),
     };
-    told.property(Some(name), value, Some(index.place.clone()))
+    told.property(Some(name.into()), value, Some(index.place.clone()))
 }
 
 fn rough(told: Told, roughness: &Option<Roughness>) -> Told {

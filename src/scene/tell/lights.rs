@@ -1,6 +1,6 @@
 use super::super::description::{Light, LightKind};
 use super::super::read::Class;
-use super::Told;
+use super::{Told, sensors};
 
 pub(super) fn tell(light: &Light) -> Told {
     let told = |plugin| Told::new(Class::Emitter, plugin, &light.place);
@@ -8,9 +8,45 @@ pub(super) fn tell(light: &Light) -> Told {
         LightKind::Point { position, intensity } => {
             told("point").vector("position", *position).spectrum("intensity", intensity)
         }
+        LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture } => {
+            let told = told("spot")
+                .transform("to_world", to_world)
+                .spectrum("intensity", intensity)
+                .float("cutoff_angle", *cutoff_angle)
+                .float("beam_width", *beam_width);
+            match texture {
+                Some(texture) => told.spectrum("texture", texture),
+                None => told,
+            }
+        }
+        LightKind::Projector { to_world, irradiance, scale, field_of_view } => {
+            let told = told("projector")
+                .transform("to_world", to_world)
+                .spectrum("irradiance", irradiance)
+                .float("scale", *scale);
+            sensors::field_of_view(told, *field_of_view)
+        }
         LightKind::Directional { travels, irradiance } => {
             told("directional").vector("direction", *travels).spectrum("irradiance", irradiance)
         }
+        LightKind::SunSky {
+            to_world,
+            turbidity,
+            albedo,
+            sun_direction,
+            sky_scale,
+            sun_scale,
+            sun_aperture,
+            complex_sun,
+        } => told("sunsky")
+            .transform("to_world", to_world)
+            .float("turbidity", *turbidity)
+            .spectrum("albedo", albedo)
+            .vector("sun_direction", *sun_direction)
+            .float("sky_scale", *sky_scale)
+            .float("sun_scale", *sun_scale)
+            .float("sun_aperture", *sun_aperture)
+            .boolean("complex_sun", *complex_sun),
         LightKind::Constant { radiance } => told("constant").spectrum("radiance", radiance),
     }
 }

@@ -1,7 +1,9 @@
-use super::super::description::{Medium, Shape, ShapeKind, SpectrumSource};
+use super::super::description::{Instance, Medium, Shape, ShapeGroup, ShapeKind, SpectrumSource};
 use super::super::info::hash_of_mesh;
 use super::super::read::Class;
 use super::{Teller, Told, Value, bsdfs};
+use std::rc::Rc;
+use std::sync::Arc;
 
 pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
     let told = |plugin| Told::new(Class::Shape, plugin, &shape.place).id(&shape.id);
@@ -15,7 +17,7 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
         ShapeKind::Cylinder { from, to, radius } => {
             told("cylinder").vector("p0", *from).vector("p1", *to).float("radius", *radius)
         }
-        ShapeKind::Mesh { file, plugin, flip_tex_coords, mesh, compute_normals } => {
+        ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, compute_normals } => {
             let filename = Value::File {
                 path: file.clone(),
                 content: hash_of_mesh(mesh),
@@ -23,8 +25,11 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
             };
             let told = told(plugin)
                 .with("filename", filename)
-                .boolean("face_normals", mesh.normals.is_none() && !compute_normals)
-                .boolean("flip_tex_coords", *flip_tex_coords);
+                .boolean("face_normals", mesh.normals.is_none() && !compute_normals);
+            let told = match *plugin {
+                "serialized" => told.integer("shape_index", *shape_index),
+                _ => told.boolean("flip_tex_coords", *flip_tex_coords),
+            };
             match (&mesh.normals, compute_normals) {
                 (Some(_), _) => told.remark("normals of the file"),
                 (None, true) => told.remark("smooth normals, computed"),
@@ -48,6 +53,23 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
         Some(exterior) => told.named("exterior", medium(exterior)),
         None => told,
     }
+}
+
+pub(super) fn instance(teller: &mut Teller, instance: &Instance) -> Told {
+    Told::new(Class::Shape, "instance", &instance.place)
+        .id(&instance.id)
+        .transform("to_world", &instance.to_world)
+        .child(group(teller, &instance.group))
+}
+
+fn group(teller: &mut Teller, group: &Arc<ShapeGroup>) -> Rc<Told> {
+    if let Some(told) = teller.groups.get(&Arc::as_ptr(group)) {
+        return told.clone();
+    }
+    let told = Told::new(Class::Shape, "shapegroup", &group.place).id(&group.id);
+    let told = Rc::new(group.shapes.iter().fold(told, |told, shape| told.child(tell(teller, shape))));
+    teller.groups.insert(Arc::as_ptr(group), told.clone());
+    told
 }
 
 fn area(radiance: &SpectrumSource) -> Told {

@@ -2,7 +2,7 @@
 
 use super::Mesh;
 use crate::geometry::Vec3;
-use crate::shape::{AreaSample, ShapeSample, SurfaceHit};
+use crate::shape::{AreaSample, ShapeSample};
 
 /// Running sums of triangle areas.
 #[derive(Clone, Debug)]
@@ -50,7 +50,26 @@ impl Mesh {
         // The square folded along its diagonal, and corrected for the fold (as in
         // Heitz, "A Low-Distortion Map Between Triangle and Square", 2019): continuous, area-preserving.
         let barycentric = square_to_triangle([fraction, u[1]]);
-        Some(AreaSample { surface: self.surface(triangle, barycentric), density: 1.0 / area })
+        let surface = self.surface(triangle, barycentric);
+        Some(AreaSample { surface, triangle, barycentric, density: 1.0 / area })
+    }
+
+    /// Where Mitsuba 3 puts a point of the unit square: a rectangle keeps its coordinates; of any other mesh the second
+    /// coordinate runs through the triangles by area, and the first and what is left of it over the triangle.
+    pub fn unfold(&self, u: [f64; 2]) -> Option<AreaSample> {
+        let area = self.area();
+        if area.is_nan() || area <= 0.0 {
+            return None;
+        }
+        let (triangle, barycentric) = if self.rectangle.is_some() {
+            self.rectangle_place(u)
+        } else {
+            let (triangle, fraction) = self.table.choose(u[1]);
+            let across = (1.0 - u[0]).sqrt();
+            (triangle, [1.0 - across, across * fraction])
+        };
+        let surface = self.surface(triangle, barycentric);
+        Some(AreaSample { surface, density: 1.0 / area, triangle, barycentric })
     }
 
     pub fn area_density(&self) -> f64 {
@@ -61,8 +80,11 @@ impl Mesh {
     /// Uniform in solid angle, where the mesh is a rectangle that appears large enough.
     pub fn sample_rectangle(&self, reference: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
         let seen = self.rectangle?.seen_from(reference)?;
+        let (triangle, barycentric) = self.rectangle_place(seen.sample(u));
         Some(ShapeSample {
-            surface: self.rectangle_surface(seen.sample(u)),
+            surface: self.surface(triangle, barycentric),
+            triangle,
+            barycentric,
             density: 1.0 / seen.solid_angle(),
         })
     }
@@ -72,9 +94,9 @@ impl Mesh {
         Some(1.0 / self.rectangle?.seen_from(reference)?.solid_angle())
     }
 
-    /// The point at fractions of the first rectangle's edges, on the triangle that holds it: rounded
+    /// The triangle that holds the point at fractions of the first rectangle's edges, and where on it: rounded
     /// vertices needn't lie in one plane.
-    fn rectangle_surface(&self, [x, y]: [f64; 2]) -> SurfaceHit {
+    fn rectangle_place(&self, [x, y]: [f64; 2]) -> (u32, [f64; 2]) {
         // Triangle 0 holds the corner (1, 0), triangle 1 the corner (0, 1).
         let triangle = u32::from(y > x);
         let fractions = self.data.indices[triangle as usize].map(|index| CORNERS[index as usize]);
@@ -84,7 +106,7 @@ impl Mesh {
         let (px, py) = (x - a[0], y - a[1]);
         let v = (px * ac[1] - py * ac[0]) / determinant;
         let w = (ab[0] * py - ab[1] * px) / determinant;
-        self.surface(triangle, [v, w])
+        (triangle, [v, w])
     }
 }
 

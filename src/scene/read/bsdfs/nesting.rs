@@ -30,7 +30,7 @@ pub(super) fn bump_map(query: &Query<'_>) -> Option<BsdfKind> {
 
 pub(super) fn normal_map(query: &Query<'_>) -> Option<BsdfKind> {
     let shading = shading(query);
-    let normals = required(query, "normalmap", spectra::read(query, "normalmap", Use::Raw));
+    let normals = required(query, "normalmap", spectra::read(query, "normalmap", Use::Normals));
     let [nested] = held(query)?;
     Some(BsdfKind::NormalMap { normals: normals?, shading, nested })
 }
@@ -45,7 +45,8 @@ fn shading(query: &Query<'_>) -> ReliefShading {
 /// The one texture of a bump map, whatever its name.
 fn map(query: &Query<'_>) -> Option<SpectrumSource> {
     match query.object(Class::Spectrum) {
-        Some((_, id)) => spectra::plugin(query.reader, id),
+        Some((_, id)) => spectra::plugin(query.reader, id)
+            .filter(|source| spectra::check(query.reader, source, "texture", Use::Height)),
         None => {
             refuse_count(query, "texture", 0, "one texture of heights");
             None

@@ -158,6 +158,7 @@ impl Builder<'_> {
                 let place = self.parsed.tree.get(id).place.clone();
                 (place.clone(), place)
             }
+            Value::Reference(_) => (self.place(member.span()), self.place(id_span(&member.value))),
             _ => (self.place(member.span()), self.place(member.value.span.clone())),
         };
         let is_object = matches!(value, Value::Object(_) | Value::Reference(_));
@@ -371,6 +372,13 @@ impl Builder<'_> {
         }
         Some(Value::Transform(matrix))
     }
+}
+
+/// Where a reference says what it refers to.
+fn id_span(node: &Node) -> std::ops::Range<usize> {
+    let Kind::Object(members) = &node.kind else { return node.span.clone() };
+    let id = members.iter().find(|member| member.key == "id");
+    id.map_or_else(|| node.span.clone(), |member| member.value.span.clone())
 }
 
 fn not_a_spectrum(place: &Place) -> SceneError {

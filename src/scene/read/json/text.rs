@@ -105,10 +105,12 @@ impl<'a> Parser<'a> {
     fn wrong(&self, problem: &str, expected: &str) -> SceneError {
         let length = self.peek().map_or(0, char::len_utf8);
         // At the end of the file there is nothing to point at but the last character.
-        let before = self.text[..self.at].char_indices().next_back().map_or(0, |(at, _)| at);
-        let start = if length == 0 { before } else { self.at };
-        let problem = if length == 0 { "The file ends too early" } else { problem };
-        SceneError::at(&self.place(start..self.at + length), problem, expected)
+        if length == 0 {
+            let end = self.text.trim_end().len();
+            let start = self.text[..end].char_indices().next_back().map_or(0, |(at, _)| at);
+            return SceneError::at(&self.place(start..end), "The file ends too early", expected);
+        }
+        SceneError::at(&self.place(self.at..self.at + length), problem, expected)
     }
 
     fn take(&mut self, c: char) -> bool {

@@ -4,7 +4,7 @@
 //! or `t_0 t_1 t_2` (or `t_1 t_2 t_3`) are `t`, `t_r t_g t_b` are `t_color`. An attribute has one number or three. Other
 //! properties are passed over, as there.
 
-use super::super::shapes::MeshError;
+use super::super::meshes::MeshError;
 use super::{Element, Scalar};
 use crate::shape::MeshAttribute;
 

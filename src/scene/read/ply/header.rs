@@ -1,6 +1,6 @@
 //! The header of a PLY file: its format, and which elements and properties follow.
 
-use super::super::shapes::{MeshError, Position};
+use super::super::meshes::{MeshError, Position};
 use super::{Cursor, Element, Format, Property, Scalar};
 
 /// A header names at most this many properties of an element: more are no mesh, and take long to compare.

@@ -6,7 +6,7 @@
 mod attributes;
 mod header;
 
-use super::shapes::{MeshError, MeshFile, MeshOptions, MeshResult, Position};
+use super::meshes::{MeshError, MeshFile, MeshOptions, MeshResult, Position};
 use crate::shape::MeshData;
 use attributes::Columns;
 use header::header;

@@ -7,7 +7,16 @@ use std::sync::Arc;
 /// Transforms and the matrices that Mitsuba 3.9.1 made of them (single precision).
 #[test]
 fn transforms_compose_as_in_mitsuba() {
-    let cases: [(&str, [[f64; 4]; 3]); 7] = [
+    let cases: [(&str, [[f64; 4]; 3]); 8] = [
+        (
+            // Without up.
+            r#"<lookat origin="1,2,3" target="4,-3,5"/>"#,
+            [
+                [-0.29804, 0.821176, 0.486664, 1.0],
+                [-0.503267, 0.29804, -0.811107, 2.0],
+                [-0.811107, -0.486664, 0.324443, 3.0],
+            ],
+        ),
         (
             r#"<rotate y="1" angle="30"/><translate x="1" y="2" z="3"/>"#,
             [[0.866025, 0.0, 0.5, 1.0], [0.0, 1.0, 0.0, 2.0], [-0.5, 0.0, 0.866025, 3.0]],
@@ -82,7 +91,8 @@ fn parameters_are_replaced_anywhere_and_the_first_value_counts() {
         <shape type="$kind" id="a$r"><float name="$property" value="$rr.5"/></shape></scene>"#;
     let radius = |defines: &[(&str, &str)]| {
         let defines = defines.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
-        let scene = read_str(text, Path::new("s.xml"), &ReadOptions { defines }).unwrap();
+        let scene =
+            read_str(text, Path::new("s.xml"), &ReadOptions { defines, ..ReadOptions::default() }).unwrap();
         match scene.shapes[0].kind {
             ShapeKind::Sphere { radius, .. } => radius,
             _ => panic!("not a sphere"),

@@ -1,6 +1,6 @@
 //! Files that mean harm: nothing panics, nothing takes long, nothing is allocated for a promise.
 
-use super::super::shapes::MeshOptions;
+use super::super::meshes::MeshOptions;
 use super::super::{obj, ply};
 use super::read;
 use crate::scene::{ReadOptions, read_str};

@@ -1,8 +1,10 @@
 //! The reader against what Mitsuba 3.9.1 was seen to do, and against files that mean harm.
 
 mod defaults;
+mod files;
 mod grammar;
 mod harm;
+mod sensors;
 
 use super::{ReadOptions, read_str};
 use crate::scene::description::{Description, Shape};

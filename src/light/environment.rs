@@ -1,0 +1,57 @@
+//! Light from beyond the scene.
+
+use super::{EnvironmentMap, Sky};
+use crate::geometry::Vec3;
+use crate::spectrum::{Sampled, Spectrum};
+
+/// Radiance from beyond the scene, W·m⁻²·sr⁻¹·nm⁻¹. Directions have unit length and point away from the scene.
+#[derive(Clone, Debug)]
+pub enum Environment {
+    /// The same from everywhere. Scattering samples it best, so it is not sampled as a light.
+    Constant(Spectrum),
+    /// A picture.
+    Map(Box<EnvironmentMap>),
+    Sky(Box<Sky>),
+}
+
+impl Environment {
+    pub fn radiance<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
+        match self {
+            Self::Constant(radiance) => radiance.sample(nm),
+            Self::Map(map) => map.radiance(direction, nm),
+            Self::Sky(sky) => sky.radiance(direction, nm),
+        }
+    }
+
+    /// Whether directions toward it are sampled.
+    pub fn is_sampled(&self) -> bool {
+        !matches!(self, Self::Constant(_))
+    }
+
+    /// A direction toward the light and its density per steradian. `None` where it is not sampled.
+    pub fn sample(&self, u: [f64; 2]) -> Option<(Vec3, f64)> {
+        match self {
+            Self::Constant(_) => None,
+            Self::Map(map) => Some(map.sample(u)),
+            Self::Sky(sky) => Some(sky.sample(u)),
+        }
+    }
+
+    /// The density of [`Self::sample`] at a direction.
+    pub fn density(&self, direction: Vec3) -> f64 {
+        match self {
+            Self::Constant(_) => 0.0,
+            Self::Map(map) => map.density(direction),
+            Self::Sky(sky) => sky.density(direction),
+        }
+    }
+
+    /// Mean radiance over the sphere, above 0 at every wavelength at which there is any.
+    pub fn mean(&self) -> &Spectrum {
+        match self {
+            Self::Constant(radiance) => radiance,
+            Self::Map(map) => map.mean(),
+            Self::Sky(sky) => sky.mean(),
+        }
+    }
+}

@@ -1,0 +1,304 @@
+//! Light from a picture that surrounds the scene, as Mitsuba 3's `envmap`.
+//!
+//! The picture covers the sphere by longitude and latitude. The middle of column c lies at longitude
+//! 2π (c + ½) / width, counted from −z towards +x; row r lies at the angle π r / (height − 1) from +y, so that the first and
+//! the last row are the poles.
+//!
+//! Each texel is a reflectance times a factor, S(λ) m, and what is interpolated bilinearly are S and m apart:
+//!
+//! L(λ) = E(λ) · Σ wᵢ Sᵢ(λ) · Σ wᵢ mᵢ,
+//!
+//! with the illuminant E. That is not the interpolation of their product, but what Mitsuba 3 does.
+
+use crate::geometry::{Transform, Vec3};
+use crate::sampling::PiecewiseConstantGrid;
+use crate::spectrum::{Extrapolation, Sampled, Spectrum};
+use std::f64::consts::{PI, TAU};
+
+/// A texel: a reflectance S and its factor m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Texel {
+    /// S(λ) = ½ + x / (2 √(1 + x²)) with x = c₀ λ² + c₁ λ + c₂, λ in nm.
+    pub coefficients: [f32; 3],
+    pub factor: f32,
+}
+
+impl Texel {
+    pub const BLACK: Self = Self { coefficients: [0.0, 0.0, f32::NEG_INFINITY], factor: 0.0 };
+
+    fn reflectance(&self, nm: f64) -> f64 {
+        let [a, b, c] = self.coefficients.map(f64::from);
+        if c.is_infinite() {
+            return if c > 0.0 { 1.0 } else { 0.0 };
+        }
+        let x = (a * nm + b) * nm + c;
+        0.5 + 0.5 * x / (1.0 + x * x).sqrt()
+    }
+}
+
+/// A picture at infinity.
+#[derive(Clone, Debug)]
+pub struct EnvironmentMap {
+    width: usize,
+    height: usize,
+    texels: Vec<Texel>,
+    illuminant: Spectrum,
+    to_world: Transform,
+    /// Cells of equal steps in longitude and in the angle from +y, in the picture's own frame; the first column begins in
+    /// the middle of the picture's first.
+    grid: PiecewiseConstantGrid,
+    columns: usize,
+    rows: usize,
+    /// Mean radiance over the sphere.
+    mean: Spectrum,
+}
+
+/// Where a picture has fewer columns than this, the density over directions is finer than the picture.
+const LEAST_COLUMNS: usize = 256;
+
+impl EnvironmentMap {
+    /// From texels row by row, at least 2 columns and 2 rows of them, seen under an illuminant. `to_world` must keep lengths.
+    /// `None` for a picture without any light.
+    pub fn new(
+        [width, height]: [usize; 2],
+        texels: Vec<Texel>,
+        illuminant: Spectrum,
+        to_world: Transform,
+    ) -> Option<Self> {
+        let finer = |cells: usize, least: usize| cells * least.div_ceil(cells).max(1);
+        let columns = finer(width, LEAST_COLUMNS);
+        let rows = finer(height - 1, LEAST_COLUMNS / 2);
+        let picture = Picture { width, height, texels: &texels };
+        let grid = PiecewiseConstantGrid::new(columns, &picture.cells(columns, rows))?;
+        let mut map =
+            Self { width, height, texels, illuminant, to_world, grid, columns, rows, mean: Spectrum::ZERO };
+        map.mean = map.mean_radiance();
+        Some(map)
+    }
+
+    /// Radiance from a direction (unit length, away from the scene).
+    pub fn radiance<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
+        let (reflectance, factor) = self.interpolate(self.angles(direction), nm);
+        if factor == 0.0 { Sampled::ZERO } else { reflectance * self.illuminant.sample(nm) * factor }
+    }
+
+    /// A direction toward the light and its density per steradian.
+    pub fn sample(&self, u: [f64; 2]) -> (Vec3, f64) {
+        let ([x, y], probability) = self.grid.sample(u);
+        let row = (y as usize).min(self.rows - 1);
+        let [above, below] = self.cosines(row);
+        let cos = above + (y - row as f64) * (below - above);
+        let longitude = TAU * (x / self.columns as f64 + 0.5 / self.width as f64);
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        let local = Vec3::new(sin * longitude.sin(), cos, -sin * longitude.cos());
+        (self.to_world.vector(local), self.per_steradian(row, probability))
+    }
+
+    /// The density of [`Self::sample`] at a direction: above 0 wherever light comes from.
+    pub fn density(&self, direction: Vec3) -> f64 {
+        let [u, v] = self.angles(direction);
+        let x = (u - 0.5 / self.width as f64).rem_euclid(1.0) * self.columns as f64;
+        let row = ((v * self.rows as f64) as usize).min(self.rows - 1);
+        self.per_steradian(row, self.grid.probability((x as usize).min(self.columns - 1), row))
+    }
+
+    /// Mean radiance over the sphere.
+    pub fn mean(&self) -> &Spectrum {
+        &self.mean
+    }
+
+    fn per_steradian(&self, row: usize, probability: f64) -> f64 {
+        let [above, below] = self.cosines(row);
+        probability * self.columns as f64 / (TAU * (above - below))
+    }
+
+    /// Of the angles from +y at the upper and lower edge of a row of cells.
+    fn cosines(&self, row: usize) -> [f64; 2] {
+        [row, row + 1].map(|edge| (PI * edge as f64 / self.rows as f64).cos())
+    }
+
+    /// Longitude over 2π and angle from +y over π, in the picture's frame.
+    fn angles(&self, direction: Vec3) -> [f64; 2] {
+        let local = self.to_world.inverse().vector(direction);
+        [(local.x.atan2(-local.z) / TAU).rem_euclid(1.0), local.y.clamp(-1.0, 1.0).acos() / PI]
+    }
+
+    fn interpolate<const C: usize>(&self, [u, v]: [f64; 2], nm: &[f64; C]) -> (Sampled<C>, f64) {
+        let picture = Picture { width: self.width, height: self.height, texels: &self.texels };
+        let mut reflectance = Sampled::ZERO;
+        let mut factor = 0.0;
+        for (weight, texel) in picture.around([u * self.width as f64 - 0.5, v * (self.height - 1) as f64]) {
+            factor += weight * f64::from(texel.factor);
+            for (value, &nm) in reflectance.0.iter_mut().zip(nm) {
+                *value += weight * texel.reflectance(nm);
+            }
+        }
+        (reflectance, factor)
+    }
+
+    /// Estimated from directions that are spread by the density: a small sun is not missed.
+    fn mean_radiance(&self) -> Spectrum {
+        const NODES: usize = 107;
+        const STRATA: usize = 64;
+        let nm: [f64; NODES] = std::array::from_fn(|i| 300.0 + 5.0 * i as f64);
+        let mut sum = Sampled::<NODES>::ZERO;
+        for i in 0..STRATA * STRATA {
+            let u = [i % STRATA, i / STRATA].map(|k| (k as f64 + 0.5) / STRATA as f64);
+            let (direction, density) = self.sample(u);
+            let (reflectance, factor) = self.interpolate(self.angles(direction), &nm);
+            sum += reflectance * (factor / density);
+        }
+        let mean = sum * self.illuminant.sample(&nm) / ((STRATA * STRATA) as f64 * 2.0 * TAU);
+        Spectrum::regular(nm[0], nm[NODES - 1], &mean.0, Extrapolation::Zero).unwrap_or(Spectrum::ZERO)
+    }
+}
+
+/// The texels with their places.
+struct Picture<'a> {
+    width: usize,
+    height: usize,
+    texels: &'a [Texel],
+}
+
+impl Picture<'_> {
+    /// The four texels around a place, given in columns and rows from the middle of the first texel, with their weights.
+    fn around(&self, [x, y]: [f64; 2]) -> [(f64, &Texel); 4] {
+        let left = x.floor();
+        let top = (y as usize).min(self.height - 2);
+        let (fx, fy) = (x - left, y - top as f64);
+        let column = |c: f64| c.rem_euclid(self.width as f64) as usize % self.width;
+        let (left, right) = (column(left), column(left + 1.0));
+        let at = |column: usize, row: usize| &self.texels[row * self.width + column];
+        [
+            ((1.0 - fx) * (1.0 - fy), at(left, top)),
+            (fx * (1.0 - fy), at(right, top)),
+            ((1.0 - fx) * fy, at(left, top + 1)),
+            (fx * fy, at(right, top + 1)),
+        ]
+    }
+
+    /// About the light that comes from each cell of a grid, up to a factor. Zero only where none does.
+    fn cells(&self, columns: usize, rows: usize) -> Vec<f64> {
+        let strength = |x: f64, y: f64| {
+            let (mut reflectance, mut factor) = (0.0, 0.0);
+            for (weight, texel) in self.around([x, y]) {
+                // Where blue, green and red are told apart.
+                reflectance +=
+                    weight * [450.0, 550.0, 610.0].map(|nm| texel.reflectance(nm)).iter().sum::<f64>();
+                factor += weight * f64::from(texel.factor);
+            }
+            reflectance * factor
+        };
+        let step = [self.width as f64 / columns as f64, (self.height - 1) as f64 / rows as f64];
+        let corner = |column: usize, row: usize| strength(column as f64 * step[0], row as f64 * step[1]);
+        let mut cells = Vec::with_capacity(columns * rows);
+        let mut above: Vec<f64> = (0..=columns).map(|column| corner(column, 0)).collect();
+        for row in 0..rows {
+            let below: Vec<f64> = (0..=columns).map(|column| corner(column, row + 1)).collect();
+            let [top, bottom] = [row, row + 1].map(|edge| (PI * edge as f64 / rows as f64).cos());
+            cells.extend((0..columns).map(|column| {
+                let corners = above[column] + above[column + 1] + below[column] + below[column + 1];
+                let middle = strength((column as f64 + 0.5) * step[0], (row as f64 + 0.5) * step[1]);
+                // Where only one corner shines, interpolation leaves little of it in the middle.
+                (top - bottom) * (0.5 * middle + 0.125 * corners)
+            }));
+            above = below;
+        }
+        cells
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::{SphereCells, sphere_chi_square};
+
+    /// Grey texels of different brightness, some of them black.
+    fn map(width: usize, height: usize, to_world: Transform) -> EnvironmentMap {
+        let texels = (0..width * height)
+            .map(|i| match i * 7 % 11 {
+                k @ 0..4 => {
+                    Texel { coefficients: [0.0, 0.001 * k as f32, -0.6], factor: (1 + k * k * k) as f32 }
+                }
+                _ => Texel::BLACK,
+            })
+            .collect();
+        EnvironmentMap::new([width, height], texels, Spectrum::ONE, to_world).unwrap()
+    }
+
+    fn turned() -> Transform {
+        Transform::new(glam::DMat4::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 1.1)).unwrap()
+    }
+
+    #[test]
+    fn directions_follow_their_density() {
+        for (width, height) in [(8, 4), (300, 150)] {
+            let map = map(width, height, turned());
+            let fit = sphere_chi_square(
+                SphereCells::default(),
+                200_000,
+                |[a, b, _]| {
+                    let (direction, density) = map.sample([a, b]);
+                    assert!((map.density(direction) / density - 1.0).abs() < 1e-9 || density < 1e-3);
+                    Some(direction)
+                },
+                |direction| map.density(direction),
+            );
+            assert!(fit.p_value > 1e-3, "{width} × {height}: {fit:?}");
+        }
+    }
+
+    #[test]
+    fn wherever_light_comes_from_there_is_a_density() {
+        let map = map(8, 4, turned());
+        let mut lit = 0;
+        for i in 0..200_000 {
+            let z: f64 = 2.0 * (f64::from(i) + 0.5) / 200_000.0 - 1.0;
+            let (sin, cos) = (f64::from(i) * 2.399_963).sin_cos();
+            let direction = Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
+            if map.radiance(direction, &[500.0]).hero() > 0.0 {
+                lit += 1;
+                assert!(map.density(direction) > 0.0, "{direction}");
+            }
+        }
+        assert!(lit > 50_000);
+    }
+
+    #[test]
+    fn the_mean_is_that_of_the_radiance() {
+        let map = map(8, 4, Transform::IDENTITY);
+        let n = 400_000;
+        let sum: f64 = (0..n)
+            .map(|i| {
+                let z: f64 = 2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0;
+                let (sin, cos) = (f64::from(i) * 2.399_963).sin_cos();
+                let direction = Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
+                map.radiance(direction, &[600.0]).hero()
+            })
+            .sum();
+        assert!((map.mean().at(600.0) / (sum / f64::from(n)) - 1.0).abs() < 0.01);
+    }
+
+    /// Mitsuba 3.9.1: a picture of 8 × 4 that is black but for one white texel, at the middle of that texel and beside it.
+    #[test]
+    fn texels_lie_where_mitsubas_do() {
+        let bright = |row: usize, column: usize| {
+            let mut texels = vec![Texel::BLACK; 32];
+            texels[row * 8 + column] = Texel { coefficients: [0.0; 3], factor: 2.0 };
+            EnvironmentMap::new([8, 4], texels, Spectrum::ONE, Transform::IDENTITY).unwrap()
+        };
+        let at = |map: &EnvironmentMap, direction: [f64; 3]| {
+            map.radiance(Vec3::from(direction).normalize(), &[550.0]).hero()
+        };
+        // 0.9385 = (31/32)²: both factors are interpolated.
+        for (row, column, direction, expected) in [
+            (1, 0, [0.337_496_66, 0.471_396_74, -0.814_789_0], 0.986_336 / 1.050_997),
+            (2, 2, [0.814_789_0, -0.471_396_74, 0.337_496_66], 0.986_335 / 1.050_997),
+            (1, 4, [-0.337_496_66, 0.471_396_74, 0.814_789_0], 0.986_335 / 1.050_997),
+            (0, 0, [0.037_509_54, 0.995_184_73, -0.090_556_03], 0.863_172 / 1.050_997),
+        ] {
+            let found = at(&bright(row, column), direction);
+            assert!((found - expected).abs() < 1e-5, "{row} {column}: {found} {expected}");
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! Lights: what is sampled, and what their emission asks of the wavelengths and of the film.
+
+use super::Compiler;
+use super::spectra;
+use crate::geometry::Transform;
+use crate::light::sky::{self, Sky, SkySettings};
+use crate::light::{AreaGeometry, Environment, Light, Lights, Projector, Spot};
+use crate::scene::description::{LightKind, SpectrumSource};
+use crate::scene::source::SceneError;
+use crate::scene::traceable::FilmPlan;
+use crate::shape::Shape;
+use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
+use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
+use crate::texture::Texture;
+use std::f64::consts::PI;
+
+impl Compiler<'_> {
+    pub(super) fn area_light(&mut self, shape: &Shape, radiance: &SpectrumSource) -> Light {
+        let radiance = self.texture(radiance);
+        let geometry = Box::new(AreaGeometry::new(shape.clone()));
+        Light::Area { geometry, mean: radiance.mean_spectrum(self.options.range), radiance }
+    }
+
+    /// Lights that are no shape's surface; returns that from beyond the scene.
+    pub(super) fn other_lights(&mut self, lights: &mut Vec<Light>, shift: &Transform) -> Option<Environment> {
+        let mut environment = None;
+        for light in &self.description.lights {
+            lights.push(match &light.kind {
+                LightKind::Point { position, intensity } => {
+                    let intensity = self.spectrum(intensity);
+                    Light::Point { position: shift.point(*position), intensity }
+                }
+                LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture } => {
+                    let intensity = self.spectrum(intensity);
+                    let [cutoff, beam] = [cutoff_angle, beam_width].map(|angle| angle.to_radians());
+                    let spot = Spot::new(&to_world.then(shift), intensity, cutoff, beam);
+                    Light::Spot(Box::new(match texture {
+                        Some(slide) => spot.with_slide(self.texture(slide)),
+                        None => spot,
+                    }))
+                }
+                LightKind::Projector { to_world, irradiance, scale, field_of_view } => {
+                    let picture = self.texture(irradiance);
+                    let size = picture.resolution().map(f64::from);
+                    let across = super::sensors::tan_half_width(*field_of_view, size);
+                    let tan_half = [across, across * size[1] / size[0]];
+                    let mean = picture.mean_spectrum(self.options.range);
+                    let projector = Projector::new(&to_world.then(shift), picture, &mean, *scale, tan_half);
+                    Light::Projector(Box::new(projector))
+                }
+                LightKind::Directional { travels, irradiance } => {
+                    Light::Directional { travels: travels.normalize(), irradiance: self.spectrum(irradiance) }
+                }
+                LightKind::Constant { radiance } => {
+                    environment = Some(Environment::Constant(self.spectrum(radiance)));
+                    continue;
+                }
+                sky @ LightKind::SunSky { .. } => {
+                    environment = Some(self.sky(sky));
+                    continue;
+                }
+            });
+        }
+        environment
+    }
+
+    fn sky(&mut self, kind: &LightKind) -> Environment {
+        let LightKind::SunSky {
+            to_world,
+            turbidity,
+            albedo,
+            sun_direction,
+            sky_scale,
+            sun_scale,
+            sun_aperture,
+            complex_sun,
+        } = kind
+        else {
+            return Environment::Constant(Spectrum::ZERO);
+        };
+        let albedo = self.spectrum(albedo);
+        let settings = SkySettings {
+            turbidity: *turbidity,
+            albedo: sky::wavelengths().map(|nm| albedo.at(nm)),
+            sun_direction: sun_direction.normalize(),
+            sky_scale: *sky_scale,
+            sun_scale: *sun_scale,
+            sun_aperture: *sun_aperture,
+            complex_sun: *complex_sun,
+        };
+        match Sky::new(&settings, *to_world) {
+            Some(sky) => Environment::Sky(Box::new(sky)),
+            None => Environment::Constant(Spectrum::ZERO),
+        }
+    }
+
+    pub(super) fn refuse_lights_that_a_walk_misses(&mut self) {
+        for light in &self.description.lights {
+            if !matches!(light.kind, LightKind::Constant { .. } | LightKind::SunSky { .. }) {
+                self.errors.push(
+                    SceneError::at(
+                        &light.place,
+                        "the integrator `walk` cannot find a light without extent",
+                        "no ray ever meets this light",
+                    )
+                    .with_remedy("use the integrator `path`, or an area light"),
+                );
+            }
+        }
+    }
+
+    /// The lights with their shares of the whole power.
+    pub(super) fn weighed(
+        &self,
+        lights: Vec<Light>,
+        environment: Option<Environment>,
+        scene_radius: f64,
+    ) -> Lights {
+        let range = self.options.range;
+        let power = |(spectrum, power): (&Spectrum, f64)| spectrum.integral(range) / range.width() * power;
+        let own = lights.iter().map(|light| (light.spectrum(), self::power(light, scene_radius)));
+        let around = environment.iter().map(|environment| surroundings(environment, scene_radius));
+        let powers: Vec<f64> = own.chain(around).map(power).collect();
+        Lights::new(lights, environment, &powers)
+    }
+
+    /// What sensor and lights make of the wavelengths.
+    pub(super) fn wavelengths(
+        &self,
+        responses: &[(Spectrum, f64)],
+        lights: &Lights,
+        scene_radius: f64,
+    ) -> WavelengthDensity {
+        let own = lights.iter().map(|light| (light.spectrum(), power(light, scene_radius)));
+        let around = lights.environment().map(|environment| surroundings(environment, scene_radius));
+        let emissions: Vec<Emission> =
+            own.chain(around).map(|(spectrum, weight)| Emission { spectrum, weight }).collect();
+        let sensor: Vec<Response> =
+            responses.iter().map(|(spectrum, weight)| Response { spectrum, weight: *weight }).collect();
+        WavelengthDensity::new(self.options.range, &sensor, &emissions)
+    }
+
+    /// Of the order of the largest value that the camera can see: of luminance, or of the mean over a response.
+    pub(super) fn reference(&self, film: &FilmPlan, lights: &Lights, scene_radius: f64) -> f64 {
+        let luminance = |spectrum: &Spectrum| {
+            let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
+            let responses = film.channels.iter().map(|channel| {
+                self.product(spectrum, &channel.response).integral(self.options.range) / channel.integral
+            });
+            responses.fold(y, f64::max)
+        };
+        let area = 4.0 * PI * (scene_radius * scene_radius).max(f64::MIN_POSITIVE);
+        let seen = lights.iter().map(|light| {
+            luminance(light.spectrum())
+                * match light {
+                    Light::Area { .. } => 1.0,
+                    Light::Point { .. } | Light::Spot(_) | Light::Projector(_) => 1.0 / area,
+                    Light::Directional { .. } => 1.0 / PI,
+                }
+        });
+        let around = lights.environment().map(|environment| luminance(environment.mean()));
+        seen.chain(around).fold(0.0, f64::max)
+    }
+
+    fn texture(&mut self, source: &SpectrumSource) -> Texture {
+        match spectra::texture(source, &self.shift) {
+            Ok(texture) => texture,
+            Err(error) => {
+                self.errors.push(error);
+                Texture::Uniform(Spectrum::ZERO)
+            }
+        }
+    }
+}
+
+/// Of the order of the power that a light sends into the scene, over its spectrum's values.
+fn power(light: &Light, scene_radius: f64) -> f64 {
+    match light {
+        Light::Area { geometry, .. } => PI * geometry.area(),
+        Light::Point { .. } => 4.0 * PI,
+        Light::Spot(spot) => spot.solid_angle(),
+        Light::Projector(projector) => projector.solid_angle(),
+        Light::Directional { .. } => PI * scene_radius * scene_radius,
+    }
+}
+
+/// The same for light from all around.
+fn surroundings(environment: &Environment, scene_radius: f64) -> (&Spectrum, f64) {
+    (environment.mean(), PI * 4.0 * PI * scene_radius * scene_radius)
+}

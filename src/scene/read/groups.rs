@@ -1,0 +1,111 @@
+//! Shapes that hold shapes: `merge`, `shapegroup`, and the `instance` that shows a group somewhere.
+
+use super::super::description::{Instance, Shape, ShapeGroup};
+use super::super::source::SceneError;
+use super::query::Query;
+use super::tree::{Class, ObjectId};
+use super::{Reader, shapes};
+use std::sync::Arc;
+
+/// The shapes in an object and those merged into it, and the instances.
+pub(super) fn read(reader: &Reader, query: &Query<'_>) -> (Vec<Shape>, Vec<Instance>) {
+    let (mut shapes, mut instances) = (Vec::new(), Vec::new());
+    collect(reader, query, &mut shapes, &mut instances);
+    (shapes, instances)
+}
+
+fn collect(reader: &Reader, query: &Query<'_>, shapes: &mut Vec<Shape>, instances: &mut Vec<Instance>) {
+    for (_, id) in query.objects(Class::Shape) {
+        match reader.tree.get(id).plugin.as_str() {
+            "merge" => merge(reader, id, shapes, instances),
+            // What an instance shows; by itself it shows nothing.
+            "shapegroup" => drop(group(reader, id)),
+            "instance" => instances.extend(instance(reader, id)),
+            _ => shapes.extend(shapes::read(reader, id)),
+        }
+    }
+}
+
+/// `merge` is nothing but its children: that Mitsuba 3 makes one mesh of those that can be one changes no picture.
+fn merge(reader: &Reader, id: ObjectId, shapes: &mut Vec<Shape>, instances: &mut Vec<Instance>) {
+    let query = Query::new(reader, id);
+    if !reader.merges.borrow_mut().insert(id) {
+        // References could double it as often as they liked.
+        let problem = "A merge is used in two places";
+        let error = SceneError::at(&query.object.place, problem, "expected one use of each merge");
+        query.error(error.with_remedy("put it into a shapegroup and use instances of that"));
+        return;
+    }
+    collect(reader, &query, shapes, instances);
+    query.finish();
+}
+
+fn instance(reader: &Reader, id: ObjectId) -> Option<Instance> {
+    let query = Query::new(reader, id);
+    let found = query.objects(Class::Shape);
+    let to_world = query.transform("to_world");
+    let place = query.object.place.clone();
+    let object_id = query.object.id.clone();
+    let wrong = |problem: &str| {
+        let error = SceneError::at(&place, problem, "expected one <ref> to a shapegroup");
+        reader.error(
+            error.with_remedy("write <shape type=\"shapegroup\" id=\"...\"> and <ref id=\"...\"/> in here"),
+        );
+    };
+    query.finish();
+    match found[..] {
+        [(_, id)] if reader.tree.get(id).plugin == "shapegroup" => {
+            Some(Instance { place, id: object_id, group: group(reader, id), to_world })
+        }
+        [_] => {
+            wrong("An instance shows a shapegroup, no other shape");
+            None
+        }
+        [] => {
+            wrong("The instance shows nothing");
+            None
+        }
+        _ => {
+            wrong("The instance shows several shapes");
+            None
+        }
+    }
+}
+
+/// A group, read once however many instances show it.
+fn group(reader: &Reader, id: ObjectId) -> Arc<ShapeGroup> {
+    if let Some(known) = reader.groups.borrow().get(&id) {
+        return known.clone();
+    }
+    let query = Query::new(reader, id);
+    if query.has("to_world") {
+        query.entry("to_world");
+        let problem = "Mitsuba 3 ignores the transform of a shapegroup";
+        let error = SceneError::at(&query.place("to_world"), problem, "expected none");
+        query.error(error.with_remedy("transform its shapes or its instances"));
+    }
+    let (shapes, instances) = read(reader, &query);
+    if let Some(inner) = instances.first() {
+        let error =
+            SceneError::at(&inner.place, "An instance within a shapegroup", "expected shapes in a group");
+        query.error(
+            error.with_remedy("groups don't nest, as in Mitsuba 3: put the shapes themselves into this one"),
+        );
+    }
+    for shape in &shapes {
+        if let Some(emission) = &shape.emission {
+            let problem = "A light within a shapegroup";
+            let error =
+                SceneError::at(&emission.place, problem, "expected no emitter in a group, as in Mitsuba 3");
+            query.error(error.with_remedy("put the shape directly into the scene"));
+        }
+    }
+    query.finish();
+    let group = Arc::new(ShapeGroup {
+        place: reader.tree.get(id).place.clone(),
+        id: reader.tree.get(id).id.clone(),
+        shapes,
+    });
+    reader.groups.borrow_mut().insert(id, group.clone());
+    group
+}

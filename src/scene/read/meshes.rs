@@ -1,0 +1,155 @@
+//! Meshes from files, whatever they are written in.
+
+use super::super::description::ShapeKind;
+use super::super::source::SceneError;
+use super::query::Query;
+use super::spectra::required;
+use super::{files, obj, ply, serialized};
+use crate::shape::MeshData;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A larger mesh file would not fit the 32-bit indices of what is made from it.
+const LARGEST_MESH_FILE: u64 = 16 << 30;
+
+/// How a mesh file is to be understood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct MeshOptions {
+    /// Whether normals of the file are to be left out, for flat triangles.
+    pub face_normals: bool,
+    /// Whether v becomes 1 − v.
+    pub flip_tex_coords: bool,
+}
+
+/// What a mesh file is written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Format {
+    Obj,
+    Ply,
+    Serialized { shape_index: u32 },
+}
+
+/// What makes two mesh shapes share one mesh.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct MeshKey {
+    path: PathBuf,
+    format: Format,
+    options: MeshOptions,
+}
+
+/// An `obj`, `ply` or `serialized`.
+pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
+    let filename = required(query, "filename", query.text("filename"));
+    let (plugin, format) = match query.object.plugin.as_str() {
+        "obj" => ("obj", Format::Obj),
+        "ply" => ("ply", Format::Ply),
+        _ => {
+            let index = query.integer("shape_index", 0, i64::from(u32::MAX)).unwrap_or(0);
+            ("serialized", Format::Serialized { shape_index: index as u32 })
+        }
+    };
+    let flip_tex_coords = match format {
+        Format::Obj => query.boolean("flip_tex_coords", true),
+        Format::Ply => query.boolean("flip_tex_coords", false),
+        Format::Serialized { .. } => false,
+    };
+    let options = MeshOptions { face_normals: query.boolean("face_normals", false), flip_tex_coords };
+    let path = query.reader.search.find(filename?);
+    let key = MeshKey { path: path.clone(), format, options };
+    let known = query.reader.meshes.borrow().get(&key).cloned();
+    let mesh = known.unwrap_or_else(|| {
+        let mesh = load(query, &path, format, options).map(Arc::new);
+        query.reader.meshes.borrow_mut().insert(key, mesh.clone());
+        mesh
+    })?;
+    Some(ShapeKind::Mesh {
+        file: path,
+        plugin,
+        shape_index: if let Format::Serialized { shape_index } = format { shape_index } else { 0 },
+        flip_tex_coords,
+        compute_normals: mesh.normals.is_none() && !options.face_normals,
+        mesh,
+    })
+}
+
+fn load(query: &Query<'_>, path: &Path, format: Format, options: MeshOptions) -> Option<MeshData> {
+    let place = query.place("filename");
+    let bytes = match files::read(path, LARGEST_MESH_FILE, &place) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            query.error(error);
+            return None;
+        }
+    };
+    let read = match format {
+        Format::Obj => obj::read(&bytes, options),
+        Format::Ply => ply::read(&bytes, options),
+        Format::Serialized { shape_index } => serialized::read(&bytes, shape_index, options),
+    };
+    let made = read.and_then(|file| match file.mesh.indices.len() {
+        0 => Err(MeshError::new("The mesh has no triangles", "expected at least one face")),
+        _ => Ok(file),
+    });
+    match made {
+        Ok(MeshFile { mesh, extension }) => {
+            if let Some(extension) = extension {
+                query.reader.extension(&place, extension.to_owned());
+            }
+            Some(mesh)
+        }
+        Err(error) => {
+            query.error(error.at(path, &place));
+            None
+        }
+    }
+}
+
+/// What is wrong with a mesh file, where in it, and what was expected.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MeshError {
+    problem: String,
+    expected: String,
+    position: Option<Position>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Position {
+    Line(usize),
+    Byte(usize),
+}
+
+impl MeshError {
+    pub fn new(problem: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self { problem: problem.into(), expected: expected.into(), position: None }
+    }
+
+    pub fn on(mut self, position: Position) -> Self {
+        self.position.get_or_insert(position);
+        self
+    }
+
+    fn at(self, path: &Path, place: &super::super::source::Place) -> SceneError {
+        let position = match self.position {
+            Some(Position::Line(line)) => format!(":{line}"),
+            Some(Position::Byte(byte)) => format!(" at byte {byte}"),
+            None => String::new(),
+        };
+        SceneError::at(
+            place,
+            format!("{} ({}{position})", self.problem, path.display()),
+            "this mesh file is wrong",
+        )
+        .with_remedy(self.expected)
+    }
+}
+
+/// What a mesh file holds.
+#[derive(Debug)]
+pub(super) struct MeshFile {
+    pub mesh: MeshData,
+    /// What of it Mitsuba 3 would refuse.
+    pub extension: Option<&'static str>,
+}
+
+/// What the mesh readers return.
+pub(super) type MeshResult = Result<MeshFile, MeshError>;
