@@ -5,6 +5,7 @@ mod files;
 mod grammar;
 mod harm;
 mod sensors;
+mod textures;
 
 use super::{ReadOptions, read_str};
 use crate::scene::description::{Description, Shape};
