@@ -70,7 +70,8 @@ fn a_parameter_that_the_scene_does_not_use_is_refused() {
     let text = "<scene version=\"3.0.0\"><default name=\"spp\" value=\"4\"/><sensor type=\"perspective\">\
                 <sampler type=\"independent\"><integer name=\"sample_count\" value=\"$spp\"/></sampler></sensor></scene>";
     let with = |name: &str, value: &str| {
-        let options = ReadOptions { defines: vec![(name.to_owned(), value.to_owned())] };
+        let options =
+            ReadOptions { defines: vec![(name.to_owned(), value.to_owned())], ..ReadOptions::default() };
         abbe::scene::read_str(text, Path::new("scene.xml"), &options)
     };
     assert_eq!(with("spp", "9").unwrap().sensor.sampler.sample_count, 9);

@@ -1,148 +1,119 @@
-//! Cameras: from a film position to a ray.
+//! Sensors: from a film position to a ray.
 //!
-//! Both cameras weigh every ray 1, as in Mitsuba 3: no cos⁴ falloff, no vignetting.
+//! A pixel's value is the mean over its rays of the radiance along them × the ray's weight × the sensor's response to the
+//! wavelength, as in Mitsuba 3: no cos⁴ falloff, no vignetting.
 
-use crate::geometry::{Ray, Transform, Vec3};
-use crate::sampling::warp;
+mod meters;
+mod projective;
 
-/// A pinhole or thin-lens camera. It looks along its local +z, local +x is the picture's left and +y its top.
+pub use meters::{Distant, IrradianceMeter, RadianceMeter};
+pub use projective::{Projection, Projective, ProjectiveSettings, ThinLens};
+
+use crate::geometry::Ray;
+use crate::spectrum::Spectrum;
+
+/// One view of the scene, or several side by side on one film.
 #[derive(Clone, Debug)]
 pub struct Camera {
-    to_world: Transform,
-    /// Film positions in pixels to the local plane z = 1: scale and offset of each axis.
-    scale: [f64; 2],
-    offset: [f64; 2],
-    /// Depths between which surfaces are seen.
-    near_clip: f64,
-    far_clip: f64,
-    lens: Option<ThinLens>,
+    views: Vec<View>,
+    /// Where there are several, each has a column of the film.
+    columns: Option<Columns>,
 }
 
-/// An ideal lens without thickness that images the plane at `focus_distance` onto the film.
+/// A part of a film, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThinLens {
-    pub aperture_radius: f64,
-    pub focus_distance: f64,
+pub struct Window {
+    pub offset: [f64; 2],
+    pub size: [f64; 2],
 }
 
-/// What [`Camera::new`] is made from.
+impl Window {
+    /// A film position as fractions of the window.
+    pub fn fractions(&self, film: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|i| (film[i] - self.offset[i]) / self.size[i])
+    }
+}
+
+/// How several views share a film.
 #[derive(Clone, Copy, Debug)]
-pub struct CameraSettings {
-    /// A rigid motion or a mirror image of one.
-    pub to_world: Transform,
-    /// Width and height of the whole film in pixels.
-    pub film: [u32; 2],
-    /// Tangent of half the horizontal field of view.
-    pub tan_half_width: f64,
-    /// Offset of the principal point in parts of the film's width and height.
-    pub principal_point: [f64; 2],
-    pub near_clip: f64,
-    pub far_clip: f64,
-    pub lens: Option<ThinLens>,
+struct Columns {
+    /// The exposed part of the film, which all views together fill.
+    window: Window,
+    /// Size in pixels of the film that each view is given positions on.
+    film: [f64; 2],
+}
+
+/// A sensor's rays and how it weighs wavelengths.
+#[derive(Clone, Debug)]
+pub struct View {
+    pub rays: Rays,
+    /// Factor on what is measured; `None` is 1 everywhere.
+    pub response: Option<Spectrum>,
+}
+
+/// Which rays a sensor measures.
+#[derive(Clone, Debug)]
+pub enum Rays {
+    Projective(Projective),
+    Radiance(RadianceMeter),
+    Irradiance(Box<IrradianceMeter>),
+    Distant(Box<Distant>),
+}
+
+/// A ray that a sensor measures.
+#[derive(Clone, Copy, Debug)]
+pub struct SensorRay<'a> {
+    pub ray: Ray,
+    /// Factor on the radiance along it.
+    pub weight: f64,
+    /// Factor by wavelength, where there is one.
+    pub response: Option<&'a Spectrum>,
 }
 
 impl Camera {
-    pub fn new(settings: CameraSettings) -> Self {
-        let [width, height] = settings.film.map(f64::from);
-        let [px, py] = settings.principal_point;
-        // The same for both axes: pixels are square.
-        let per_pixel = 2.0 * settings.tan_half_width / width;
-        Self {
-            to_world: settings.to_world,
-            scale: [-per_pixel; 2],
-            offset: [-per_pixel * width * (px - 0.5), -per_pixel * height * (py - 0.5)],
-            near_clip: settings.near_clip,
-            far_clip: settings.far_clip,
-            lens: settings.lens,
-        }
+    pub fn single(view: View) -> Self {
+        Self { views: vec![view], columns: None }
     }
 
-    /// Whether [`Self::ray`] uses its lens sample.
-    pub fn has_lens(&self) -> bool {
-        self.lens.is_some()
+    /// Several views on columns of equal width of a film's exposed part. Each is made for a film of `film` pixels, the
+    /// whole of which its column shows.
+    pub fn side_by_side(views: Vec<View>, window: Window, film: [f64; 2]) -> Self {
+        Self { views, columns: Some(Columns { window, film }) }
     }
 
-    /// The ray seen at a film position (pixels from the top left corner of the film) through the point of the lens
-    /// that `lens_u` chooses.
-    pub fn ray(&self, film: [f64; 2], lens_u: [f64; 2]) -> Ray {
-        let axis = |i: usize| film[i] * self.scale[i] + self.offset[i];
-        let through_centre = Vec3::new(axis(0), axis(1), 1.0);
-        let (origin, direction) = match self.lens {
-            None => (Vec3::ZERO, through_centre),
-            Some(lens) => {
-                let [x, y] = warp::disk(lens_u).map(|c| c * lens.aperture_radius);
-                let origin = Vec3::new(x, y, 0.0);
-                (origin, through_centre - origin / lens.focus_distance)
+    pub fn views(&self) -> &[View] {
+        &self.views
+    }
+
+    /// Whether [`Self::ray`] uses its second sample.
+    pub fn uses_lens(&self) -> bool {
+        self.views.iter().any(|view| match &view.rays {
+            Rays::Projective(projective) => projective.has_lens(),
+            Rays::Radiance(_) => false,
+            Rays::Irradiance(_) | Rays::Distant(_) => true,
+        })
+    }
+
+    /// The ray seen at a film position (pixels from the top left corner of the film). `lens_u` chooses what a position leaves
+    /// open: the point of the lens, the direction toward an irradiance meter. `None` where a surface to measure at has no
+    /// area.
+    pub fn ray(&self, film: [f64; 2], lens_u: [f64; 2]) -> Option<SensorRay<'_>> {
+        let (view, film) = match &self.columns {
+            None => (self.views.first()?, film),
+            Some(columns) => {
+                let [x, y] = columns.window.fractions(film);
+                let place = x * self.views.len() as f64;
+                let column = place.floor().clamp(0.0, self.views.len() as f64 - 1.0);
+                let on_film = [(place - column) * columns.film[0], y * columns.film[1]];
+                (&self.views[column as usize], on_film)
             }
         };
-        // z is 1 here, so depths along the axis are distances over the direction's length.
-        let length = direction.length();
-        let near = origin + direction * self.near_clip;
-        Ray {
-            origin: self.to_world.point(near),
-            direction: self.to_world.vector(direction / length).normalize(),
-            t_max: (self.far_clip - self.near_clip) * length,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn settings() -> CameraSettings {
-        CameraSettings {
-            to_world: Transform::IDENTITY,
-            film: [200, 100],
-            tan_half_width: 0.5,
-            principal_point: [0.0, 0.0],
-            near_clip: 0.01,
-            far_clip: 1e4,
-            lens: None,
-        }
-    }
-
-    /// Where a ray meets the plane z = 1.
-    fn at_unit_depth(camera: &Camera, film: [f64; 2], lens: [f64; 2]) -> Vec3 {
-        let ray = camera.ray(film, lens);
-        ray.at((1.0 - ray.origin.z) / ray.direction.z)
-    }
-
-    #[test]
-    fn left_of_the_picture_is_local_plus_x_and_top_is_plus_y() {
-        let camera = Camera::new(settings());
-        assert!((at_unit_depth(&camera, [0.0, 0.0], [0.5; 2]) - Vec3::new(0.5, 0.25, 1.0)).length() < 1e-12);
-        assert!((at_unit_depth(&camera, [100.0, 50.0], [0.5; 2]) - Vec3::Z).length() < 1e-12);
-    }
-
-    #[test]
-    fn a_positive_principal_point_moves_content_left_and_up() {
-        let camera = Camera::new(CameraSettings { principal_point: [0.1, 0.2], ..settings() });
-        // What is on the axis is seen a tenth of the width to the left and a fifth of the height higher.
-        assert!((at_unit_depth(&camera, [80.0, 30.0], [0.5; 2]) - Vec3::Z).length() < 1e-12);
-    }
-
-    #[test]
-    fn clips_are_planes() {
-        let camera = Camera::new(CameraSettings { near_clip: 2.0, far_clip: 5.0, ..settings() });
-        let ray = camera.ray([3.0, 7.0], [0.5; 2]);
-        assert!((ray.origin.z - 2.0).abs() < 1e-12);
-        assert!((ray.at(ray.t_max).z - 5.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn the_focal_surface_is_a_plane_and_blur_has_the_diameter_of_similar_triangles() {
-        let lens = ThinLens { aperture_radius: 0.1, focus_distance: 4.0 };
-        let camera = Camera::new(CameraSettings { lens: Some(lens), ..settings() });
-        for film in [[3.0, 7.0], [100.0, 50.0], [199.0, 99.0]] {
-            let at = |depth: f64, u: [f64; 2]| {
-                let ray = camera.ray(film, u);
-                ray.at((depth - ray.origin.z) / ray.direction.z)
-            };
-            let edge = [[0.999_999_9, 0.5], [0.000_000_1, 0.5]];
-            assert!((at(4.0, edge[0]) - at(4.0, edge[1])).length() < 1e-6);
-            let blur = (at(6.0, edge[0]) - at(6.0, edge[1])).length();
-            assert!((blur - 2.0 * 0.1 * (6.0 - 4.0) / 4.0).abs() < 1e-6, "{blur}");
-        }
+        let (ray, weight) = match &view.rays {
+            Rays::Projective(projective) => (projective.ray(film, lens_u), 1.0),
+            Rays::Radiance(meter) => (meter.ray(), 1.0),
+            Rays::Irradiance(meter) => meter.ray(film, lens_u)?,
+            Rays::Distant(distant) => distant.ray(lens_u)?,
+        };
+        Some(SensorRay { ray, weight, response: view.response.as_ref() })
     }
 }

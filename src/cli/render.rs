@@ -2,10 +2,10 @@ use super::Failure;
 use super::progress::{Progress, percent};
 use super::scene_options::SceneOptions;
 use abbe::film::{Film, SpectralBins};
-use abbe::output::{self, Colour, Picture};
+use abbe::output::{self, Colour, Content, Picture};
 use abbe::render::{AuxiliaryKind, Schedule, Settings, WavelengthCount, auxiliary, render};
 use abbe::sampling::SamplerKind;
-use abbe::scene::description::{Description, Note, PixelFormat};
+use abbe::scene::description::{self, Description, FilmContent, Note, PixelFormat};
 use abbe::scene::{CompileOptions, Scene, compile};
 use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
@@ -55,9 +55,9 @@ pub struct Args {
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "47", value_parser = clap::value_parser!(u32).range(1..=4096))]
     spectral: Option<u32>,
 
-    /// Wavelengths that are simulated, in nm
-    #[arg(long, value_name = "MIN:MAX", default_value = "360:830", value_parser = parse_range)]
-    range: WavelengthRange,
+    /// Wavelengths that are simulated, in nm [default: 360:830 and whatever else a specfilm responds to]
+    #[arg(long, value_name = "MIN:MAX", value_parser = parse_range)]
+    range: Option<WavelengthRange>,
 
     /// Colour matching functions: cie1931, cie1931-5nm (as Mitsuba tabulates it), cie1964, cie2015-2 or cie2015-10
     #[arg(long, value_name = "NAME", default_value = "cie1931", value_parser = parse_observer)]
@@ -75,8 +75,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut description = args.scene.read()?;
     args.apply_to(&mut description);
-    let options =
-        CompileOptions { range: args.range, observer: args.observer, spectral: args.spectral.is_some() };
+    let range = args.range.unwrap_or_else(|| description.sensor.film.wavelength_range());
+    let options = CompileOptions { range, observer: args.observer, spectral: args.spectral.is_some() };
     let scene = compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
     let path = args.output_path()?;
     let sampler = &description.sensor.sampler;
@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         seed: sampler.seed,
         sampler: sampler.kind,
         wavelengths: args.wavelengths,
-        bins: args.spectral.map(|count| SpectralBins { range: args.range, count: count as usize }),
+        bins: args.spectral.map(|count| SpectralBins { range, count: count as usize }),
     };
     if !args.quiet {
         for assumption in distinct(&description.assumptions) {
@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             );
         }
     }
-    refuse_what_no_memory_holds(scene.film.size, &settings)?;
+    refuse_what_no_memory_holds(&scene, &settings)?;
     let pool = thread_pool(args.threads)?;
     let stop = stop_on_interrupt()?;
     let pixels = u64::from(scene.film.size[0]) * u64::from(scene.film.size[1]);
@@ -109,11 +109,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     progress.finish();
     let picture = Picture {
         film: &film,
-        colour: colour(description.sensor.film.pixel_format),
+        content: content(&description.sensor.film),
         full_size: scene.film.full_size,
         offset: scene.film.offset,
-        auxiliary: pool.install(|| auxiliary(&scene, &args.aov, args.range, settings.seed)),
-        attributes: attributes(args, &description, &scene, &settings, &film),
+        auxiliary: pool.install(|| auxiliary(&scene, &args.aov, range, settings.seed)),
+        attributes: attributes(args, range, &description, &scene, &settings, &film),
     };
     let png = path.with_extension("png");
     output::exr::write(&path, &picture).map_err(|error| cannot_write(&path, &error))?;
@@ -171,24 +171,30 @@ fn scene_name(scene: &Path) -> String {
     folder.map_or(stem, |folder| folder.to_string_lossy().into_owned())
 }
 
-fn colour(format: PixelFormat) -> Colour {
-    match format {
-        PixelFormat::Rgb => Colour::Rec709,
-        PixelFormat::Xyz => Colour::Xyz,
-        PixelFormat::Luminance => Colour::Luminance,
+fn content(film: &description::Film) -> Content {
+    match &film.content {
+        FilmContent::Colour { format, .. } => Content::Colour(match format {
+            PixelFormat::Rgb => Colour::Rec709,
+            PixelFormat::Xyz => Colour::Xyz,
+            PixelFormat::Luminance => Colour::Luminance,
+        }),
+        FilmContent::Responses(channels) => {
+            Content::Responses(channels.iter().map(|channel| channel.name.clone()).collect())
+        }
     }
 }
 
 /// Largest film that is begun, bytes.
 const LARGEST_FILM: u128 = 32 << 30;
 
-fn refuse_what_no_memory_holds([width, height]: [u32; 2], settings: &Settings) -> Result<(), Failure> {
+fn refuse_what_no_memory_holds(scene: &Scene, settings: &Settings) -> Result<(), Failure> {
+    let [width, height] = scene.film.size;
     let replicates = settings.schedule.replicates;
-    let bins = settings.bins.map_or(0, |bins| bins.count);
-    let bytes = Film::bytes(width, height, replicates, bins);
+    let bytes = Film::bytes(width, height, replicates, &settings.extras(scene));
     if bytes <= LARGEST_FILM {
         return Ok(());
     }
+    let bins = settings.bins.map_or(0, |bins| bins.count);
     Err(Failure::Input(format!(
         "error: {width}×{height} pixels, {replicates} replicates and {bins} spectral bins take {} GiB of memory\n\
          help: render parts of it by the crop of its film, or fewer bins",
@@ -223,6 +229,7 @@ fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
 /// How the picture was made. Nothing that differs between equal renders: no time, no threads.
 fn attributes(
     args: &Args,
+    range: WavelengthRange,
     description: &Description,
     scene: &Scene,
     settings: &Settings,
@@ -238,7 +245,7 @@ fn attributes(
         ("samples", film.total_samples().to_string()),
         ("replicates", settings.schedule.replicates.to_string()),
         ("wavelengthsPerPath", settings.wavelengths.get().to_string()),
-        ("wavelengthRange", format!("{} nm to {} nm", args.range.min, args.range.max)),
+        ("wavelengthRange", format!("{} nm to {} nm", range.min, range.max)),
         ("observer", args.observer.name().to_owned()),
         ("whitePoint", "D65, x = 0.3127, y = 0.3290 (linear Rec. 709)".to_owned()),
         ("badValues", film.bad.total().to_string()),

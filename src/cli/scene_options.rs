@@ -11,11 +11,15 @@ pub struct SceneOptions {
     /// Give a value to a parameter that the scene declares with <default>; may be repeated
     #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = parse_define)]
     pub defines: Vec<(String, String)>,
+
+    /// Which of the scene's sensors is meant, counted from 0
+    #[arg(short = 's', long, value_name = "N", default_value = "0")]
+    pub sensor: usize,
 }
 
 impl SceneOptions {
     pub fn read(&self) -> Result<Description, Failure> {
-        scene::read(&self.scene, &ReadOptions { defines: self.defines.clone() })
+        scene::read(&self.scene, &ReadOptions { defines: self.defines.clone(), sensor: self.sensor })
             .map_err(|errors| Failure::Input(errors.to_string()))
     }
 }

@@ -79,7 +79,7 @@ const BINS: f64 = 64.0;
 
 /// Where a pixel's samples fall, for every pixel of a film.
 ///
-/// No sample falls outside the film: at its border a filter is cut off and normalised again, as in Mitsuba 3.
+/// Where no samples are taken outside the film, a filter is cut off at its border and normalised again, as in Mitsuba 3.
 #[derive(Clone, Debug)]
 pub struct FilterSampler {
     kind: FilterKind,
@@ -104,8 +104,10 @@ struct Cut {
 }
 
 impl FilterSampler {
-    pub fn new(kind: FilterKind, width: u32, height: u32) -> Self {
-        Self { kind, columns: Axis::new(kind, width), rows: Axis::new(kind, height) }
+    /// `sample_border`: whether pixels at the border have samples outside the film.
+    pub fn new(kind: FilterKind, [width, height]: [u32; 2], sample_border: bool) -> Self {
+        let axis = |size| Axis::new(kind, size, sample_border);
+        Self { kind, columns: axis(width), rows: axis(height) }
     }
 
     /// The film position of a sample of the pixel at (`x`, `y`), in pixels from the film's corner, and its weight:
@@ -122,13 +124,16 @@ impl FilterSampler {
 }
 
 impl Axis {
-    fn new(kind: FilterKind, size: u32) -> Self {
+    fn new(kind: FilterKind, size: u32, sample_border: bool) -> Self {
         let radius = kind.radius();
         let mut cuts: Vec<Cut> = Vec::new();
         let cut_of = (0..size)
             .map(|pixel| {
-                let low = (-radius).max(-0.5 - f64::from(pixel));
-                let high = radius.min(f64::from(size - pixel) - 0.5);
+                let (low, high) = if sample_border {
+                    (-radius, radius)
+                } else {
+                    ((-radius).max(-0.5 - f64::from(pixel)), radius.min(f64::from(size - pixel) - 0.5))
+                };
                 let known = cuts.iter().position(|cut| cut.low == low && cut.high == high);
                 known.unwrap_or_else(|| {
                     cuts.push(Cut::new(kind, low, high));
@@ -176,37 +181,53 @@ mod tests {
         FilterKind::Lanczos { lobes: 3 },
     ];
 
-    /// ∫ f·g / ∫ f with g = exp(x) over the part of a filter at `pixel` that lies on a film `size` wide, by brute force.
-    fn expected(kind: FilterKind, pixel: u32, size: u32) -> f64 {
+    /// ∫ f·g / ∫ f with g = exp(x) over the part of a filter that lies between two distances from its centre, by brute force.
+    fn expected(kind: FilterKind, low: f64, high: f64) -> f64 {
         let (mut product, mut sum, n) = (0.0, 0.0, 1_000_000);
         for i in 0..n {
-            let film = f64::from(size) * (f64::from(i) + 0.5) / f64::from(n);
-            let value = kind.at(film - f64::from(pixel) - 0.5);
-            product += value * (film - f64::from(pixel) - 0.5).exp();
+            let x = low + (high - low) * (f64::from(i) + 0.5) / f64::from(n);
+            let value = kind.at(x);
+            product += value * x.exp();
             sum += value;
         }
         product / sum
     }
 
+    /// The same by the samples of a pixel, whose distances must lie in the same range.
+    fn sampled(sampler: &FilterSampler, pixel: u32, low: f64, high: f64) -> f64 {
+        // Equal steps of u: the quadrature error falls as 1/n.
+        let n = 400_000;
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for i in 0..n {
+            let u = (f64::from(i) + 0.5) / f64::from(n);
+            let ([x, _], weight) = sampler.sample([pixel, 0], [u, 0.5]);
+            let distance = x - f64::from(pixel) - 0.5;
+            assert!((low..=high).contains(&distance), "{sampler:?} {x}");
+            sum += weight * distance.exp();
+            weights += weight;
+        }
+        // 0.5 in the other axis is the centre of the only row, where a weight is not 1 for filters with
+        // a table; it cancels in the ratio.
+        sum / weights
+    }
+
     #[test]
     fn samples_weigh_as_the_filter_does_inside_and_at_the_border() {
         for kind in ALL {
-            let sampler = FilterSampler::new(kind, 9, 1);
-            for pixel in [0, 1, 4, 8] {
-                // Equal steps of u: the quadrature error falls as 1/n.
-                let n = 400_000;
-                let (mut sum, mut weights) = (0.0, 0.0);
-                for i in 0..n {
-                    let u = (f64::from(i) + 0.5) / f64::from(n);
-                    let ([x, _], weight) = sampler.sample([pixel, 0], [u, 0.5]);
-                    assert!((0.0..=9.0).contains(&x), "{kind:?} {x}");
-                    sum += weight * (x - f64::from(pixel) - 0.5).exp();
-                    weights += weight;
+            for sample_border in [false, true] {
+                let sampler = FilterSampler::new(kind, [9, 1], sample_border);
+                for pixel in [0, 1, 4, 8] {
+                    let (mut low, mut high) = (-kind.radius(), kind.radius());
+                    if !sample_border {
+                        low = low.max(-0.5 - f64::from(pixel));
+                        high = high.min(8.5 - f64::from(pixel));
+                    }
+                    let (found, truth) = (sampled(&sampler, pixel, low, high), expected(kind, low, high));
+                    assert!(
+                        (found / truth - 1.0).abs() < 1e-4,
+                        "{kind:?} at {pixel}, {sample_border}: {found} against {truth}"
+                    );
                 }
-                // 0.5 in the other axis is the centre of the only row, where a weight is not 1 for filters with
-                // a table; it cancels in the ratio.
-                let (found, truth) = (sum / weights, expected(kind, pixel, 9));
-                assert!((found / truth - 1.0).abs() < 1e-4, "{kind:?} at {pixel}: {found} against {truth}");
             }
         }
     }

@@ -60,6 +60,9 @@ pub struct FixedPoint {
 const TOO_LARGE: f64 = 4_611_686_018_427_387_904.0;
 
 impl FixedPoint {
+    /// For shares: numbers of the order of 1.
+    pub const SHARE: Self = Self { quantum: 1.0 / (1u64 << 40) as f64 };
+
     /// For contributions of the order of `reference`, the radiance of the brightest light.
     pub fn for_reference(reference: f64) -> Self {
         let exponent = if reference.is_normal() { reference.abs().log2().ceil() as i32 } else { 0 };
@@ -67,7 +70,35 @@ impl FixedPoint {
     }
 }
 
-/// Sums of some samples of one pixel: for each replicate, X, Y, Z and the spectral bins.
+/// The channel of alpha in a film that has it.
+pub const ALPHA: usize = 3;
+
+/// What a film measures beside X, Y and Z.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Extras {
+    /// The share of the samples that meet something.
+    pub alpha: bool,
+    /// For each further channel of the sensor the integral of its response, nm: what is added to the channel is over it.
+    pub responses: Vec<f64>,
+    pub bins: Option<SpectralBins>,
+}
+
+impl Extras {
+    /// Channels in all, X, Y and Z included.
+    fn channels(&self) -> usize {
+        self.bin_channel(0) + self.bins.map_or(0, |bins| bins.count)
+    }
+
+    pub fn response_channel(&self, response: usize) -> usize {
+        ALPHA + usize::from(self.alpha) + response
+    }
+
+    pub fn bin_channel(&self, bin: usize) -> usize {
+        self.response_channel(self.responses.len()) + bin
+    }
+}
+
+/// Sums of some samples of one pixel: for each replicate, the film's channels.
 #[derive(Clone, Debug)]
 pub struct PixelSums {
     channels: usize,
@@ -101,14 +132,14 @@ impl PixelSums {
     }
 }
 
-/// A rectangular film that measures X, Y, Z and optionally spectral bins.
+/// A rectangular film that measures X, Y, Z and what else it is asked for.
 #[derive(Clone, Debug)]
 pub struct Film {
     pub width: u32,
     pub height: u32,
     /// Independent sequences of samples that each pixel is measured by.
     pub replicates: u32,
-    pub bins: Option<SpectralBins>,
+    pub extras: Extras,
     pub bad: BadValues,
     scale: FixedPoint,
     /// By pixel, replicate and channel.
@@ -151,20 +182,14 @@ pub struct Measured {
 }
 
 impl Film {
-    pub fn new(
-        width: u32,
-        height: u32,
-        replicates: u32,
-        bins: Option<SpectralBins>,
-        scale: FixedPoint,
-    ) -> Self {
+    pub fn new(width: u32, height: u32, replicates: u32, extras: Extras, scale: FixedPoint) -> Self {
         let pixels = width as usize * height as usize;
-        let channels = 3 + bins.map_or(0, |bins| bins.count);
+        let channels = extras.channels();
         Self {
             width,
             height,
             replicates,
-            bins,
+            extras,
             bad: BadValues::default(),
             scale,
             sums: vec![0; pixels * replicates as usize * channels],
@@ -173,8 +198,8 @@ impl Film {
     }
 
     /// Memory that a film takes, bytes.
-    pub fn bytes(width: u32, height: u32, replicates: u32, bins: usize) -> u128 {
-        let pixel = u128::from(replicates) * (3 + bins as u128) * size_of::<i64>() as u128;
+    pub fn bytes(width: u32, height: u32, replicates: u32, extras: &Extras) -> u128 {
+        let pixel = u128::from(replicates) * extras.channels() as u128 * size_of::<i64>() as u128;
         u128::from(width) * u128::from(height) * (pixel + size_of::<u32>() as u128)
     }
 
@@ -182,14 +207,9 @@ impl Film {
         self.scale
     }
 
-    /// X, Y, Z and the bins.
-    fn channels(&self) -> usize {
-        3 + self.bins.map_or(0, |bins| bins.count)
-    }
-
     /// Empty sums for a pixel of this film.
     pub fn pixel_sums(&self) -> PixelSums {
-        let channels = self.channels();
+        let channels = self.extras.channels();
         PixelSums { channels, sums: vec![0; self.replicates as usize * channels], samples: 0 }
     }
 
@@ -218,18 +238,30 @@ impl Film {
 
     /// The pixel's mean of Σ wᵢ·XYZᵢ for three weights, with its standard error.
     pub fn combined(&self, x: u32, y: u32, weights: [f64; 3]) -> Measured {
-        self.measured(x, y, |sums| (0..3).map(|i| weights[i] * sums[i] as f64).sum())
+        self.measured(x, y, self.scale, |sums| (0..3).map(|i| weights[i] * sums[i] as f64).sum())
+    }
+
+    /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that measures it.
+    pub fn alpha(&self, x: u32, y: u32) -> Measured {
+        self.measured(x, y, FixedPoint::SHARE, |sums| sums[ALPHA] as f64)
+    }
+
+    /// The integral of the pixel's mean spectral radiance over a response of the sensor, with its standard error.
+    pub fn response(&self, x: u32, y: u32, response: usize) -> Measured {
+        let (channel, integral) = (self.extras.response_channel(response), self.extras.responses[response]);
+        self.measured(x, y, self.scale, |sums| integral * sums[channel] as f64)
     }
 
     /// The pixel's mean spectral radiance within a bin, per nm, with its standard error.
     pub fn bin(&self, x: u32, y: u32, bin: usize) -> Measured {
-        self.measured(x, y, |sums| sums[3 + bin] as f64)
+        let channel = self.extras.bin_channel(bin);
+        self.measured(x, y, self.scale, |sums| sums[channel] as f64)
     }
 
     /// Mean over replicates and its standard error, of a linear function of a replicate's channels.
-    fn measured(&self, x: u32, y: u32, of_replicate: impl Fn(&[i64]) -> f64) -> Measured {
+    fn measured(&self, x: u32, y: u32, scale: FixedPoint, of_replicate: impl Fn(&[i64]) -> f64) -> Measured {
         let index = self.index(x, y);
-        let (channels, replicates) = (self.channels(), self.replicates as usize);
+        let (channels, replicates) = (self.extras.channels(), self.replicates as usize);
         let sums = self.sums[index * replicates * channels..][..replicates * channels].chunks_exact(channels);
         let (samples, r) = (f64::from(self.samples[index]), f64::from(self.replicates));
         if samples == 0.0 {
@@ -243,18 +275,24 @@ impl Film {
                 sums.map(|sums| (of_replicate(sums) - mean) * (of_replicate(sums) - mean)).sum();
             (spread / (r * (r - 1.0))).sqrt()
         };
-        let unit = self.scale.quantum / samples;
+        let unit = scale.quantum / samples;
         Measured { mean: mean * unit, error: error * unit }
     }
 
-    /// Over all pixels, the mean standard error of Y over the mean of Y; `None` where it is not known.
+    /// Over all pixels, the mean standard error of Y over the mean of Y; of all responses instead of Y where the sensor has
+    /// its own. `None` where it is not known.
     pub fn relative_error(&self) -> Option<f64> {
         let (mut mean, mut error) = (0.0, 0.0);
+        let mut add = |measured: Measured| {
+            mean += measured.mean;
+            error += measured.error;
+        };
         for y in 0..self.height {
             for x in 0..self.width {
-                let luminance = self.combined(x, y, [0.0, 1.0, 0.0]);
-                mean += luminance.mean;
-                error += luminance.error;
+                match self.extras.responses.len() {
+                    0 => add(self.combined(x, y, [0.0, 1.0, 0.0])),
+                    responses => (0..responses).for_each(|response| add(self.response(x, y, response))),
+                }
             }
         }
         (error.is_finite() && mean > 0.0).then(|| error / mean)
@@ -271,7 +309,8 @@ mod tests {
     use crate::units::WavelengthRange;
 
     fn film(reference: f64, replicates: usize, bins: Option<SpectralBins>) -> Film {
-        Film::new(2, 1, replicates as u32, bins, FixedPoint::for_reference(reference))
+        let extras = Extras { bins, ..Extras::default() };
+        Film::new(2, 1, replicates as u32, extras, FixedPoint::for_reference(reference))
     }
 
     /// A film whose first pixel has had one sample in each replicate.

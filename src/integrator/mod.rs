@@ -41,6 +41,37 @@ pub struct Limits {
     /// light samples, too.
     pub passing_counts: bool,
     pub techniques: Techniques,
+    pub coverage: Coverage,
+}
+
+impl Limits {
+    /// Whether rays that meet no surface count as having met something.
+    fn sky_covers(&self, scene: &Scene) -> bool {
+        self.coverage == Coverage::Obstacle && scene.lights.environment().is_some() && !self.hide_emitters
+    }
+
+    /// Whether a surface that a ray meets counts. `passes`: whether the ray goes on as if there were none.
+    fn surface_covers(&self, passes: bool) -> bool {
+        self.coverage == Coverage::Surface || !passes
+    }
+}
+
+/// What a camera ray has led to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen<const C: usize> {
+    pub radiance: Sampled<C>,
+    /// Whether it met something, as the film's alpha means it.
+    pub met: bool,
+}
+
+/// What alpha counts as something (Mitsuba 3.9.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coverage {
+    /// A surface of any kind (`direct`).
+    Surface,
+    /// Light from beyond the scene, if there is any and the camera sees it, or a surface that the ray does not pass as if
+    /// there were none.
+    Obstacle,
 }
 
 /// Spectral radiance that arrives along a camera ray, W·m⁻²·sr⁻¹·nm⁻¹, one estimate for each wavelength of the path. They
@@ -51,7 +82,10 @@ pub fn radiance<const C: usize>(
     ray: Ray,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
-) -> Sampled<C> {
+) -> Seen<C> {
+    if scene.limits.max_depth == 0 {
+        return Seen { radiance: Sampled::ZERO, met: false };
+    }
     match scene.integrator {
         Integrator::Path => path::radiance(scene, ray, wavelengths, stream),
         Integrator::Walk => walk::radiance(scene, ray, wavelengths, stream),

@@ -13,7 +13,7 @@
 //! the balance heuristic over wavelengths and the power heuristic over the two techniques. A path keeps fᵢ and pⱼ relative
 //! to the hero's density, so with one wavelength nothing of this remains.
 
-use super::Techniques;
+use super::{Seen, Techniques};
 use crate::bsdf::Density;
 use crate::geometry::{Ray, SurfacePoint};
 use crate::material::Shading;
@@ -58,13 +58,14 @@ pub fn radiance<const C: usize>(
     mut ray: Ray,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
-) -> Sampled<C> {
+) -> Seen<C> {
     let mut path = Path::<C>::from_camera(scene);
     let mut arriving = Sampled::ZERO;
     // Segments behind this vertex. A surface that a ray passes as if there were none may leave it as it is.
     let mut depth = 0;
     // Whether nothing but such surfaces has been met.
     let mut straight = true;
+    let mut met = scene.limits.sky_covers(scene);
     for vertex in 0.. {
         let Some(hit) = scene.intersect(&ray, depth == 0) else {
             path.cross(scene, f64::INFINITY, wavelengths);
@@ -73,20 +74,25 @@ pub fn radiance<const C: usize>(
         };
         path.cross(scene, hit.t, wavelengths);
         arriving += path.emitted(scene, &ray, &hit, wavelengths);
-        if depth + 1 >= scene.limits.max_depth {
+        let last = depth + 1 >= scene.limits.max_depth;
+        // Past the last segment only alpha asks whether this surface is in the way.
+        if last && (met || !scene.film.alpha) {
             break;
         }
         let light_values = Dimensions::Light(vertex);
         let choice = if scene.needs().choices { stream.draw(light_values)[3] } else { 0.0 };
         let shading = scene.shade(&hit, -ray.direction, &path.media, wavelengths, choice);
-        if !shading.bsdf.is_discrete() && !scene.lights.is_empty() {
+        if !last && !shading.bsdf.is_discrete() && !scene.lights.is_empty() {
             arriving +=
                 path.direct_light(scene, &ray, &hit, &shading, wavelengths, stream.draw(light_values));
         }
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
-        let Some(scatter) = shading.sample(lobe, [u, v]) else { break };
+        let scatter = shading.sample(lobe, [u, v]);
+        let passes =
+            scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
+        met |= scene.limits.surface_covers(passes);
+        let Some(scatter) = scatter.filter(|_| !last) else { break };
         let direction = scatter.toward_light;
-        let passes = scatter.transmitted && shading.bsdf.passes_straight();
         let prior = path.ratio.sum();
         path.throughput *= scatter.weight;
         path.ratio *= scatter.ratio;
@@ -111,7 +117,7 @@ pub fn radiance<const C: usize>(
         }
         ray = hit.point.ray(direction);
     }
-    arriving
+    Seen { radiance: arriving, met }
 }
 
 impl<const C: usize> Path<C> {

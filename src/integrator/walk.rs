@@ -1,6 +1,7 @@
 //! The slow, obvious estimate that the clever one must agree with: a random walk of one wavelength that finds lights by
 //! running into them. No light sampling, no weights between techniques, no companions.
 
+use super::Seen;
 use crate::geometry::Ray;
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::Scene;
@@ -12,10 +13,11 @@ pub fn radiance<const C: usize>(
     mut ray: Ray,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
-) -> Sampled<C> {
+) -> Seen<C> {
     let hero = Wavelengths::<1> { nm: [wavelengths.nm[0]], density: Sampled([wavelengths.density[0]]) };
     let mut media = scene.media_at_camera();
     let (mut arriving, mut throughput) = (0.0, 1.0);
+    let mut met = scene.limits.sky_covers(scene);
     for vertex in 0.. {
         let shown = vertex > 0 || !scene.limits.hide_emitters;
         let hit = scene.intersect(&ray, vertex == 0);
@@ -35,13 +37,18 @@ pub fn radiance<const C: usize>(
             arriving +=
                 throughput * scene.lights.radiance(light, &scene.texture_point(&hit), &hero.nm).hero();
         }
-        if vertex + 1 >= scene.limits.max_depth {
+        let last = vertex + 1 >= scene.limits.max_depth;
+        if last && (met || !scene.film.alpha) {
             break;
         }
         let choice = if scene.needs().choices { stream.draw(Dimensions::Light(vertex))[3] } else { 0.0 };
         let shading = scene.shade(&hit, -ray.direction, &media, &hero, choice);
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
-        let Some(scatter) = shading.sample(lobe, [u, v]) else { break };
+        let scatter = shading.sample(lobe, [u, v]);
+        let passes =
+            scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
+        met |= scene.limits.surface_covers(passes);
+        let Some(scatter) = scatter.filter(|_| !last) else { break };
         let direction = scatter.toward_light;
         if scatter.transmitted {
             scene.pass_through(&hit, direction, &mut media);
@@ -54,5 +61,5 @@ pub fn radiance<const C: usize>(
         throughput /= chance;
         ray = hit.point.ray(direction);
     }
-    Sampled::hero_alone(arriving)
+    Seen { radiance: Sampled::hero_alone(arriving), met }
 }

@@ -1,6 +1,6 @@
 //! Light from beyond the scene.
 
-use super::EnvironmentMap;
+use super::{EnvironmentMap, Sky};
 use crate::geometry::Vec3;
 use crate::spectrum::{Sampled, Spectrum};
 
@@ -11,6 +11,7 @@ pub enum Environment {
     Constant(Spectrum),
     /// A picture.
     Map(Box<EnvironmentMap>),
+    Sky(Box<Sky>),
 }
 
 impl Environment {
@@ -18,6 +19,7 @@ impl Environment {
         match self {
             Self::Constant(radiance) => radiance.sample(nm),
             Self::Map(map) => map.radiance(direction, nm),
+            Self::Sky(sky) => sky.radiance(direction, nm),
         }
     }
 
@@ -31,6 +33,7 @@ impl Environment {
         match self {
             Self::Constant(_) => None,
             Self::Map(map) => Some(map.sample(u)),
+            Self::Sky(sky) => Some(sky.sample(u)),
         }
     }
 
@@ -39,6 +42,7 @@ impl Environment {
         match self {
             Self::Constant(_) => 0.0,
             Self::Map(map) => map.density(direction),
+            Self::Sky(sky) => sky.density(direction),
         }
     }
 
@@ -47,6 +51,7 @@ impl Environment {
         match self {
             Self::Constant(radiance) => radiance,
             Self::Map(map) => map.mean(),
+            Self::Sky(sky) => sky.mean(),
         }
     }
 }

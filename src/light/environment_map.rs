@@ -12,13 +12,13 @@
 
 use crate::geometry::{Transform, Vec3};
 use crate::sampling::PiecewiseConstantGrid;
-use crate::spectrum::{Extrapolation, Sampled, Spectrum};
+use crate::spectrum::{Extrapolation, Sampled, Sigmoid, Spectrum, upsample};
 use std::f64::consts::{PI, TAU};
 
 /// A texel: a reflectance S and its factor m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texel {
-    /// S(λ) = ½ + x / (2 √(1 + x²)) with x = c₀ λ² + c₁ λ + c₂, λ in nm.
+    /// Of the [`Sigmoid`] that the reflectance is.
     pub coefficients: [f32; 3],
     pub factor: f32,
 }
@@ -26,13 +26,22 @@ pub struct Texel {
 impl Texel {
     pub const BLACK: Self = Self { coefficients: [0.0, 0.0, f32::NEG_INFINITY], factor: 0.0 };
 
-    fn reflectance(&self, nm: f64) -> f64 {
-        let [a, b, c] = self.coefficients.map(f64::from);
-        if c.is_infinite() {
-            return if c > 0.0 { 1.0 } else { 0.0 };
+    /// From values of at least 0, proportional to light, for the primaries of sRGB: a reflectance whose greatest component is ½.
+    pub fn from_rgb(rgb: [f64; 3]) -> Self {
+        let factor = 2.0 * rgb.into_iter().fold(0.0, f64::max);
+        // Also what is too little to be divided by.
+        if factor < f64::from(f32::MIN_POSITIVE) {
+            return Self::BLACK;
         }
-        let x = (a * nm + b) * nm + c;
-        0.5 + 0.5 * x / (1.0 + x * x).sqrt()
+        let Sigmoid { coefficients } = upsample(rgb.map(|value| value / factor));
+        Self { coefficients: coefficients.map(|c| c as f32), factor: factor as f32 }
+    }
+
+    fn reflectance(&self, nm: f64) -> f64 {
+        if self.factor == 0.0 {
+            return 0.0;
+        }
+        Sigmoid { coefficients: self.coefficients.map(f64::from) }.at(nm)
     }
 }
 
@@ -211,73 +220,6 @@ impl Picture<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stats::{SphereCells, sphere_chi_square};
-
-    /// Grey texels of different brightness, some of them black.
-    fn map(width: usize, height: usize, to_world: Transform) -> EnvironmentMap {
-        let texels = (0..width * height)
-            .map(|i| match i * 7 % 11 {
-                k @ 0..4 => {
-                    Texel { coefficients: [0.0, 0.001 * k as f32, -0.6], factor: (1 + k * k * k) as f32 }
-                }
-                _ => Texel::BLACK,
-            })
-            .collect();
-        EnvironmentMap::new([width, height], texels, Spectrum::ONE, to_world).unwrap()
-    }
-
-    fn turned() -> Transform {
-        Transform::new(glam::DMat4::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 1.1)).unwrap()
-    }
-
-    #[test]
-    fn directions_follow_their_density() {
-        for (width, height) in [(8, 4), (300, 150)] {
-            let map = map(width, height, turned());
-            let fit = sphere_chi_square(
-                SphereCells::default(),
-                200_000,
-                |[a, b, _]| {
-                    let (direction, density) = map.sample([a, b]);
-                    assert!((map.density(direction) / density - 1.0).abs() < 1e-9 || density < 1e-3);
-                    Some(direction)
-                },
-                |direction| map.density(direction),
-            );
-            assert!(fit.p_value > 1e-3, "{width} × {height}: {fit:?}");
-        }
-    }
-
-    #[test]
-    fn wherever_light_comes_from_there_is_a_density() {
-        let map = map(8, 4, turned());
-        let mut lit = 0;
-        for i in 0..200_000 {
-            let z: f64 = 2.0 * (f64::from(i) + 0.5) / 200_000.0 - 1.0;
-            let (sin, cos) = (f64::from(i) * 2.399_963).sin_cos();
-            let direction = Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
-            if map.radiance(direction, &[500.0]).hero() > 0.0 {
-                lit += 1;
-                assert!(map.density(direction) > 0.0, "{direction}");
-            }
-        }
-        assert!(lit > 50_000);
-    }
-
-    #[test]
-    fn the_mean_is_that_of_the_radiance() {
-        let map = map(8, 4, Transform::IDENTITY);
-        let n = 400_000;
-        let sum: f64 = (0..n)
-            .map(|i| {
-                let z: f64 = 2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0;
-                let (sin, cos) = (f64::from(i) * 2.399_963).sin_cos();
-                let direction = Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z;
-                map.radiance(direction, &[600.0]).hero()
-            })
-            .sum();
-        assert!((map.mean().at(600.0) / (sum / f64::from(n)) - 1.0).abs() < 0.01);
-    }
 
     /// Mitsuba 3.9.1: a picture of 8 × 4 that is black but for one white texel, at the middle of that texel and beside it.
     #[test]

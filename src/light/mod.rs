@@ -8,12 +8,16 @@ mod area;
 mod environment;
 mod environment_map;
 mod projector;
+pub mod sky;
 mod spot;
+#[cfg(test)]
+mod tests;
 
 pub use area::AreaGeometry;
 pub use environment::Environment;
 pub use environment_map::{EnvironmentMap, Texel};
 pub use projector::Projector;
+pub use sky::Sky;
 pub use spot::Spot;
 
 use crate::bsdf::Density;

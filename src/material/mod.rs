@@ -41,8 +41,8 @@ pub enum Material {
     },
     /// A metal: complex index n + i·k against vacuum.
     Conductor {
-        n: Spectrum,
-        k: Spectrum,
+        n: Texture,
+        k: Texture,
         specular_reflectance: Texture,
         facets: Option<Facets>,
     },
@@ -207,8 +207,8 @@ impl Material {
         match self {
             Self::Diffuse { reflectance } => vec![reflectance],
             Self::DiffuseTransmitter { reflectance, transmittance } => vec![reflectance, transmittance],
-            Self::Conductor { specular_reflectance, facets, .. } => {
-                facets.iter().flat_map(Facets::textures).chain([specular_reflectance]).collect()
+            Self::Conductor { n, k, specular_reflectance, facets } => {
+                facets.iter().flat_map(Facets::textures).chain([n, k, specular_reflectance]).collect()
             }
             Self::Dielectric(dielectric) => {
                 let factors = [&dielectric.specular_reflectance, &dielectric.specular_transmittance];
@@ -244,8 +244,8 @@ impl Material {
             }
             Self::Conductor { n, k, specular_reflectance, facets } => {
                 let facet = Conductor {
-                    eta: n.sample(nm),
-                    k: k.sample(nm),
+                    eta: n.sample(at, nm),
+                    k: k.sample(at, nm),
                     specular_reflectance: specular_reflectance.sample(at, nm),
                 };
                 match facets {

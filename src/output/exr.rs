@@ -1,12 +1,13 @@
 //! The EXR file: the picture, its standard errors, its spectral bins and how it was made. The only file that names
 //! the exr crate.
 //!
-//! Channels are 32-bit floats. `R G B` (linear Rec. 709) or `X Y Z` or `Y`, `error.*` with one standard error of each,
-//! `samples` per pixel; auxiliary images on request. Spectral bins follow Fichet, Pacanowski and Wilkie, "An OpenEXR
+//! Channels are 32-bit floats. `R G B` (linear Rec. 709) or `X Y Z` or `Y`, with `A` where the film has alpha, or the
+//! responses of the film under their own names; `error.*` with one standard error of each, `samples` per pixel; auxiliary
+//! images on request. Spectral bins follow Fichet, Pacanowski and Wilkie, "An OpenEXR
 //! Layout for Spectral Images", JCGT 10(3), 2021: `S0.<nm>nm` with a decimal comma.
 
-use super::Picture;
-use crate::film::Film;
+use super::{Content, Picture};
+use crate::film::{Film, Measured};
 use crate::render::Auxiliary;
 use exr::prelude::*;
 use smallvec::SmallVec;
@@ -27,27 +28,35 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
     let size = Vec2(film.width as usize, film.height as usize);
     let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
     let mut add = |name: &str, values: Vec<f32>| {
-        channels.push(AnyChannel::new(name, FlatSamples::F32(values)));
+        channels.push(AnyChannel { name: utf8(name), ..AnyChannel::new("", FlatSamples::F32(values)) });
     };
-    for (name, weights) in picture.colour.channels() {
-        let measured = |f: &dyn Fn(crate::film::Measured) -> f64| {
-            pixels(film, |x, y| f(film.combined(x, y, *weights)) as f32)
-        };
-        add(name, measured(&|m| m.mean));
+    let mut measured = |name: &str, value: &dyn Fn(u32, u32) -> Measured| {
+        add(name, pixels(film, |x, y| value(x, y).mean as f32));
         if picture.has_errors() {
-            add(&format!("error.{name}"), measured(&|m| m.error));
+            add(&format!("error.{name}"), pixels(film, |x, y| value(x, y).error as f32));
         }
-    }
-    add("samples", pixels(film, |x, y| film.samples(x, y) as f32));
-    if let Some(bins) = film.bins {
-        for bin in 0..bins.count {
-            let name = spectral_channel(bins.centre(bin));
-            add(&name, pixels(film, |x, y| film.bin(x, y, bin).mean as f32));
-            if picture.has_errors() {
-                add(&format!("error.{name}"), pixels(film, |x, y| film.bin(x, y, bin).error as f32));
+    };
+    match &picture.content {
+        Content::Colour(colour) => {
+            for (name, weights) in colour.channels() {
+                measured(name, &|x, y| film.combined(x, y, *weights));
+            }
+            if film.extras.alpha {
+                measured("A", &|x, y| film.alpha(x, y));
+            }
+        }
+        Content::Responses(names) => {
+            for (index, name) in names.iter().enumerate() {
+                measured(name, &|x, y| film.response(x, y, index));
             }
         }
     }
+    if let Some(bins) = film.extras.bins {
+        for bin in 0..bins.count {
+            measured(&spectral_channel(bins.centre(bin)), &|x, y| film.bin(x, y, bin));
+        }
+    }
+    add("samples", pixels(film, |x, y| film.samples(x, y) as f32));
     for Auxiliary { name, values } in &picture.auxiliary {
         add(name, values.clone());
     }
@@ -62,7 +71,9 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
     let mut image = Image::from_layer(layer);
     let full = Vec2(picture.full_size[0] as usize, picture.full_size[1] as usize);
     image.attributes.display_window = IntegerBounds::new((0, 0), full);
-    image.attributes.chromaticities = Some(picture.colour.chromaticities());
+    if let Content::Colour(colour) = &picture.content {
+        image.attributes.chromaticities = Some(colour.chromaticities());
+    }
     let mut bytes = Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes)?;
     let mut bytes = bytes.into_inner();
@@ -79,12 +90,16 @@ fn spectral_channel(nm: f64) -> String {
     format!("S0.{nm:.6}nm").replacen('.', "\u{1}", 1).replace('.', ",").replace('\u{1}', ".")
 }
 
+/// Strings in EXR files are UTF-8. The crate's own conversion takes Latin-1 only, and writes bytes as they are.
+fn utf8(text: &str) -> Text {
+    Text::from_slice_unchecked(text.as_bytes())
+}
+
 fn attributes(picture: &Picture) -> HashMap<Text, AttributeValue> {
-    // Strings in EXR files are UTF-8. The crate's own conversion takes Latin-1 only, and writes bytes as they are.
-    let text = |value: &str| AttributeValue::Text(Text::from_slice_unchecked(value.as_bytes()));
+    let text = |value: &str| AttributeValue::Text(utf8(value));
     let mut attributes: HashMap<Text, AttributeValue> =
         picture.attributes.iter().map(|(name, value)| (Text::from(name.as_str()), text(value))).collect();
-    if picture.film.bins.is_some() {
+    if picture.film.extras.bins.is_some() {
         attributes.insert(Text::from("spectralLayoutVersion"), text("1.0"));
         // The layout's reader knows this string alone; what is stored is a density per nanometre.
         attributes.insert(Text::from("emissiveUnits"), text("W.m^-2.sr^-1"));

@@ -13,7 +13,7 @@ use std::path::Path;
 #[derive(Clone, Debug)]
 pub struct Picture<'a> {
     pub film: &'a Film,
-    pub colour: Colour,
+    pub content: Content,
     /// Size of the whole film of which this is a crop, and where the crop begins.
     pub full_size: [u32; 2],
     pub offset: [u32; 2],
@@ -21,6 +21,16 @@ pub struct Picture<'a> {
     pub auxiliary: Vec<Auxiliary>,
     /// How it was made: name and text.
     pub attributes: Vec<(String, String)>,
+}
+
+/// What the main channels of a file are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content {
+    /// With alpha if the film has it. Colours are those of what the pixel sees, whatever share of it that is: they
+    /// need not be multiplied by alpha.
+    Colour(Colour),
+    /// The names of the film's responses.
+    Responses(Vec<String>),
 }
 
 /// What the colour channels of a file are.

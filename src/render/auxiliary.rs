@@ -57,7 +57,7 @@ pub fn auxiliary(
     seed: u64,
 ) -> Vec<Auxiliary> {
     let [width, height] = scene.film.size;
-    let filter = FilterSampler::new(scene.film.filter, width, height);
+    let filter = scene.filter_sampler();
     let wavelengths = WavelengthDensity::new(
         range,
         &scene.observer.spectra().each_ref().map(|spectrum| Response { spectrum, weight: 1.0 }),
@@ -87,8 +87,9 @@ fn pixel(
     let mut sum = [0.0; 3];
     for index in 0..SAMPLES {
         let stream = Stream::new(SamplerKind::Sobol, seed, pixel, SEQUENCE, index);
-        let (ray, weight, wavelength_u) = scene.camera_ray(filter, pixel, &stream);
-        let path = wavelengths.sample::<8>(wavelength_u);
+        let Some(sample) = scene.camera_ray(filter, pixel, &stream) else { continue };
+        let (ray, weight) = (sample.sensor.ray, sample.filter_weight);
+        let path = wavelengths.sample::<8>(sample.wavelength);
         let hit = scene.intersect(&ray, true);
         let value = match (kind, hit) {
             (AuxiliaryKind::Depth, hit) => [hit.map_or(f64::INFINITY, |hit| hit.t), 0.0, 0.0],

@@ -4,8 +4,8 @@ mod auxiliary;
 
 pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
 
-use crate::film::{BadValues, Film, FilterSampler, FixedPoint, PixelSums, SpectralBins};
-use crate::integrator;
+use crate::film::{ALPHA, BadValues, Extras, Film, FilterSampler, FixedPoint, PixelSums, SpectralBins};
+use crate::integrator::{self, Seen};
 use crate::sampling::{SamplerKind, Stream};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
@@ -74,6 +74,17 @@ impl Schedule {
 
     pub fn samples(self) -> u64 {
         u64::from(self.replicates) * u64::from(self.samples_per_replicate)
+    }
+}
+
+impl Settings {
+    /// What a film of this scene measures beside X, Y and Z.
+    pub fn extras(&self, scene: &Scene) -> Extras {
+        Extras {
+            alpha: scene.film.alpha,
+            responses: scene.film.channels.iter().map(|channel| channel.integral).collect(),
+            bins: self.bins,
+        }
     }
 }
 
@@ -146,15 +157,16 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         width,
         height,
         settings.schedule.replicates,
-        settings.bins,
+        settings.extras(scene),
         FixedPoint::for_reference(scene.reference_radiance),
     );
     let exposure = Exposure {
         scene,
         settings,
-        filter: FilterSampler::new(scene.film.filter, width, height),
+        filter: scene.filter_sampler(),
         scale: film.scale(),
         empty: film.pixel_sums(),
+        extras: film.extras.clone(),
     };
     let tiles: Vec<[u32; 2]> = (0..height.div_ceil(TILE))
         .flat_map(|y| (0..width.div_ceil(TILE)).map(move |x| [x * TILE, y * TILE]))
@@ -198,6 +210,7 @@ struct Exposure<'a> {
     filter: FilterSampler,
     scale: FixedPoint,
     empty: PixelSums,
+    extras: Extras,
 }
 
 impl Exposure<'_> {
@@ -223,24 +236,35 @@ impl Exposure<'_> {
         bad: &mut BadValues,
     ) {
         let scene = self.scene;
-        let (ray, filter_weight, wavelength_u) = scene.camera_ray(&self.filter, pixel, stream);
-        let wavelengths = scene.wavelengths.sample::<C>(wavelength_u);
-        let radiance = integrator::radiance(scene, ray, &wavelengths, stream);
+        let Some(sample) = scene.camera_ray(&self.filter, pixel, stream) else { return };
+        let wavelengths = scene.wavelengths.sample::<C>(sample.wavelength);
+        let Seen { mut radiance, met } = integrator::radiance(scene, sample.sensor.ray, &wavelengths, stream);
+        if met && self.extras.alpha {
+            sums.add(replicate, ALPHA, sample.filter_weight, FixedPoint::SHARE, bad);
+        }
+        if let Some(response) = sample.sensor.response {
+            radiance *= response.sample(&wavelengths.nm);
+        }
         let mut xyz = [0.0; 3];
         for lane in 0..C {
             if radiance[lane] == 0.0 || !bad.admits(radiance[lane]) {
                 continue;
             }
             let nm = wavelengths.nm[lane];
-            let weight = filter_weight * radiance[lane] / wavelengths.density[lane];
+            let weight =
+                sample.filter_weight * sample.sensor.weight * radiance[lane] / wavelengths.density[lane];
             let response = scene.observer.at(nm);
             for channel in 0..3 {
                 xyz[channel] += weight * response[channel];
             }
-            if let Some(bins) = &self.settings.bins
+            for (index, channel) in scene.film.channels.iter().enumerate() {
+                let value = weight * channel.response.at(nm) / channel.integral;
+                sums.add(replicate, self.extras.response_channel(index), value, self.scale, bad);
+            }
+            if let Some(bins) = &self.extras.bins
                 && let Some(bin) = bins.of(nm)
             {
-                sums.add(replicate, 3 + bin, weight / bins.width(), self.scale, bad);
+                sums.add(replicate, self.extras.bin_channel(bin), weight / bins.width(), self.scale, bad);
             }
         }
         for (channel, value) in xyz.into_iter().enumerate() {

@@ -5,9 +5,11 @@ use super::source::{Place, Sources};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
+use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
 use crate::shape::MeshData;
 use crate::spectrum::DispersionFormula;
+use crate::texture::{Filter, Wrap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -72,6 +74,67 @@ pub enum SpectrumKind {
     },
     /// One of the measured spectra compiled into the program (an extension).
     Named(String),
+    /// A smooth spectrum that has a colour: linear values for the primaries of sRGB.
+    Rgb {
+        rgb: [f64; 3],
+        role: RgbRole,
+    },
+    /// An image on the surface.
+    Bitmap(Arc<BitmapSource>),
+    /// Two textures in turn.
+    Checkerboard(Arc<CheckerboardSource>),
+    /// What the vertices or faces of a mesh carry under a name that begins with `vertex_` or `face_`.
+    MeshAttribute {
+        name: String,
+    },
+    /// Values in space.
+    Volume(Arc<VolumeSource>),
+    /// Another spectrum or texture times D65.
+    Daylit(Arc<SpectrumSource>),
+}
+
+/// What a colour is made into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RgbRole {
+    /// Values from 0 to 1.
+    Reflectance,
+    /// Values above 1 count as 1: what Mitsuba 3 makes of colours where it expects no reflectance.
+    Clipped,
+    /// A reflectance times D65, scaled to the brightness of the colour.
+    Illuminant,
+}
+
+#[derive(Clone, Debug)]
+pub struct BitmapSource {
+    pub file: PathBuf,
+    pub image: Arc<Image>,
+    pub filter: Filter,
+    pub wrap: Wrap,
+    /// Whether values are taken as they stand in the file, not decoded and not made into spectra.
+    pub raw: bool,
+    /// Whether what is looked up is kept in half precision (`format` "fp16").
+    pub half: bool,
+    pub to_uv: Transform,
+}
+
+#[derive(Clone, Debug)]
+pub struct CheckerboardSource {
+    /// At the origin, and beside it.
+    pub colours: [SpectrumSource; 2],
+    pub to_uv: Transform,
+}
+
+/// `gridvolume`; a `constvolume` is the spectrum that it holds.
+#[derive(Clone, Debug)]
+pub struct VolumeSource {
+    pub file: PathBuf,
+    pub grid: Arc<Grid>,
+    pub to_world: Transform,
+    pub filter: Filter,
+    pub wrap: Wrap,
+    pub raw: bool,
+    /// Whether the grid fills the box that its file states, and not the unit cube.
+    pub use_grid_bbox: bool,
 }
 
 impl SpectrumSource {
@@ -201,6 +264,8 @@ pub enum BsdfKind {
     TwoSided {
         front: Arc<Bsdf>,
         back: Option<Arc<Bsdf>>,
+        /// Whether light may get through: the far side then looks like the near one from behind.
+        allow_transmission: bool,
     },
 }
 
@@ -382,6 +447,34 @@ pub enum LightKind {
     Directional { travels: Vec3, irradiance: SpectrumSource },
     /// The same radiance from everywhere.
     Constant { radiance: SpectrumSource },
+    /// A picture all around, in values for the primaries of sRGB under D65, with +y of the local frame at its top.
+    EnvironmentMap { to_world: Transform, file: PathBuf, image: Arc<Image>, scale: f64 },
+    /// Clear sky and sun, the zenith at the local +z.
+    SunSky {
+        to_world: Transform,
+        turbidity: f64,
+        /// Reflectance of the ground.
+        albedo: SpectrumSource,
+        /// In the local frame, of any length.
+        sun_direction: Vec3,
+        sky_scale: f64,
+        sun_scale: f64,
+        /// Angle across the sun, degrees.
+        sun_aperture: f64,
+        complex_sun: bool,
+    },
+}
+
+impl LightKind {
+    /// Whether the light comes from all around.
+    pub fn is_environment(&self) -> bool {
+        match self {
+            Self::Constant { .. } | Self::EnvironmentMap { .. } | Self::SunSky { .. } => true,
+            Self::Point { .. } | Self::Spot { .. } | Self::Projector { .. } | Self::Directional { .. } => {
+                false
+            }
+        }
+    }
 }
 
 // ----------------------------------------------------------------------------------- camera
@@ -389,19 +482,60 @@ pub enum LightKind {
 #[derive(Clone, Debug)]
 pub struct Sensor {
     pub place: Place,
-    /// The camera looks along its local +z, its local +x is the image's left, +y is up (Mitsuba 3).
-    pub to_world: Transform,
-    pub field_of_view: FieldOfView,
-    /// Offset of the principal point as fractions of the film's width and height.
-    pub principal_point: [f64; 2],
-    pub near_clip: f64,
-    pub far_clip: f64,
-    /// `thinlens`; `None` is a pinhole.
-    pub lens: Option<Lens>,
-    /// What the camera is in.
+    pub kind: SensorKind,
+    /// `srf`: factor on what is measured, by wavelength. `None` is 1 everywhere.
+    pub response: Option<SpectrumSource>,
+    /// What the sensor is in.
     pub medium: Option<Medium>,
     pub film: Film,
     pub sampler: Sampler,
+}
+
+#[derive(Clone, Debug)]
+pub enum SensorKind {
+    /// `perspective` and `thinlens`.
+    Perspective {
+        /// The camera looks along its local +z, its local +x is the image's left, +y is up (Mitsuba 3).
+        to_world: Transform,
+        field_of_view: FieldOfView,
+        /// Offset of the principal point as fractions of the film's width and height.
+        principal_point: [f64; 2],
+        near_clip: f64,
+        far_clip: f64,
+        /// `thinlens`; `None` is a pinhole.
+        lens: Option<Lens>,
+    },
+    /// Sees local x from −1 to 1 across the whole film, along +z.
+    Orthographic {
+        to_world: Transform,
+        near_clip: f64,
+        far_clip: f64,
+    },
+    RadianceMeter {
+        origin: Vec3,
+        direction: Vec3,
+    },
+    /// Measures on a surface, which may be part of the scene.
+    IrradianceMeter {
+        surface: Arc<Shape>,
+    },
+    /// Looks along `direction` from infinity.
+    Distant {
+        direction: Vec3,
+        target: DistantTarget,
+    },
+    /// Sensors side by side, from left to right. Their own films and samplers don't matter.
+    Batch(Vec<Sensor>),
+}
+
+/// What a distant sensor looks at.
+#[derive(Clone, Debug)]
+pub enum DistantTarget {
+    /// The cross-section of a sphere around the scene's bounding box.
+    Scene,
+    Point(Vec3),
+    /// A surface that need not be part of the scene.
+    Surface(Arc<Shape>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -436,7 +570,24 @@ pub struct Film {
     pub height: u32,
     pub crop: Option<Crop>,
     pub filter: FilterKind,
-    pub pixel_format: PixelFormat,
+    /// Whether pixels at the border see what lies outside the film.
+    pub sample_border: bool,
+    pub content: FilmContent,
+}
+
+/// What the pixels of a film hold.
+#[derive(Clone, Debug)]
+pub enum FilmContent {
+    /// `hdrfilm`.
+    Colour { format: PixelFormat, alpha: bool },
+    /// `specfilm`: for each channel its name and the sensor's response, over which radiance is integrated.
+    Responses(Vec<FilmChannel>),
+}
+
+#[derive(Clone, Debug)]
+pub struct FilmChannel {
+    pub name: String,
+    pub response: SpectrumSource,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -479,9 +630,11 @@ pub struct Integrator {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorKind {
-    /// `path`, `direct` (a path of at most two segments). To pass through a surface that is not there (a mask, `null`)
-    /// is a segment of its own, and light samples are stopped there.
+    /// To pass through a surface that is not there (a mask, `null`) is a segment of its own, and light samples are stopped
+    /// there.
     Path,
+    /// A path of at most two segments.
+    Direct,
     /// `volpath`, `volpathmis`: paths and light samples go through such a surface as if there were none.
     VolPath,
     /// Scattering alone finds the lights: the slow oracle (an extension, `walk`).

@@ -13,4 +13,4 @@ pub use description::Description;
 pub use info::{json, outline};
 pub use read::{ReadOptions, read, read_str};
 pub use source::{Place, SceneError, SceneErrors};
-pub use traceable::{FilmPlan, Intersection, Needs, Scene};
+pub use traceable::{CameraSample, FilmChannel, FilmPlan, Intersection, Needs, Scene};

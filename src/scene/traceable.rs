@@ -1,7 +1,7 @@
 //! A compiled scene: immutable, with only what is needed to trace it.
 
 use crate::accel::Accel;
-use crate::camera::Camera;
+use crate::camera::{Camera, SensorRay};
 use crate::film::{FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Integrator, Limits};
@@ -40,13 +40,36 @@ pub struct Scene {
 }
 
 /// The part of the film that is rendered.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FilmPlan {
     pub size: [u32; 2],
     /// Where the crop begins within the whole film.
     pub offset: [u32; 2],
     pub full_size: [u32; 2],
     pub filter: FilterKind,
+    pub sample_border: bool,
+    pub alpha: bool,
+    /// The sensor's own channels, if it has any.
+    pub channels: Vec<FilmChannel>,
+}
+
+/// A channel of the sensor: what it measures is the integral of spectral radiance over its response.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmChannel {
+    pub name: String,
+    pub response: Spectrum,
+    /// Of the response over the range of wavelengths, nm. Above 0.
+    pub integral: f64,
+}
+
+/// What begins a path.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraSample<'a> {
+    pub sensor: SensorRay<'a>,
+    /// Weight of the film position by the filter: 1 on average.
+    pub filter_weight: f64,
+    /// The sample value that chooses the wavelengths.
+    pub wavelength: f64,
 }
 
 /// What one shape's surface is.
@@ -135,18 +158,29 @@ impl Scene {
         self.needs
     }
 
-    /// The ray of a pixel's sample, its weight by the filter, and the sample value that chooses its wavelengths.
-    pub fn camera_ray(&self, filter: &FilterSampler, pixel: [u32; 2], stream: &Stream) -> (Ray, f64, f64) {
+    /// Where a pixel's samples fall on the film.
+    pub fn filter_sampler(&self) -> FilterSampler {
+        FilterSampler::new(self.film.filter, self.film.size, self.film.sample_border)
+    }
+
+    /// The ray of a pixel's sample. `None` where the sensor has nothing to measure at.
+    pub fn camera_ray(
+        &self,
+        filter: &FilterSampler,
+        pixel: [u32; 2],
+        stream: &Stream,
+    ) -> Option<CameraSample<'_>> {
         let [film_x, film_y, wavelength, _time] = stream.draw(Dimensions::Camera);
-        let ([x, y], weight) = filter.sample(pixel, [film_x, film_y]);
-        let lens = if self.camera.has_lens() {
+        let ([x, y], filter_weight) = filter.sample(pixel, [film_x, film_y]);
+        let lens = if self.needs.lens {
             let [u, v, ..] = stream.draw(Dimensions::Lens);
             [u, v]
         } else {
             [0.5; 2]
         };
         let [left, top] = self.film.offset.map(f64::from);
-        (self.camera.ray([x + left, y + top], lens), weight, wavelength)
+        let sensor = self.camera.ray([x + left, y + top], lens)?;
+        Some(CameraSample { sensor, filter_weight, wavelength })
     }
 
     /// Where a ray first meets a surface. Camera rays pass through hidden lights.

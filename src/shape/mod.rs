@@ -219,6 +219,17 @@ impl Shape {
         }
     }
 
+    /// The point where Mitsuba 3 puts the point `u` of the unit square, with the density that spreading the square evenly
+    /// gives it. Unlike [`Shape::sample`] it promises which point that is.
+    pub fn unfold(&self, u: [f64; 2]) -> Option<AreaSample> {
+        match self {
+            Self::Sphere(sphere) => Some(sphere.sample([u[1], u[0]])),
+            Self::Disk(disk) => Some(disk.sample(u)),
+            Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
+            Self::Mesh(mesh) => mesh.unfold(u),
+        }
+    }
+
     /// Density per unit area with which [`Shape::sample`] chooses `point` of this shape.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         match self {

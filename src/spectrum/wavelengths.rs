@@ -54,7 +54,8 @@ impl WavelengthDensity {
     ///
     /// Without any emission within the range all wavelengths are alike.
     pub fn new(range: WavelengthRange, sensor: &[Response], lights: &[Emission]) -> Self {
-        let edges = edges(range, lights.iter().flat_map(|light| light.spectrum.nodes()));
+        let spectra = lights.iter().map(|l| l.spectrum).chain(sensor.iter().map(|channel| channel.spectrum));
+        let edges = edges(range, spectra.flat_map(Spectrum::nodes));
         // The trapezoid rule on the halves of each bin: no node lies within a bin.
         let integrate = |light: &Emission| -> Vec<f64> {
             let part = |a: f64, b: f64| {

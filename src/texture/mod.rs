@@ -43,7 +43,7 @@ pub enum Texture {
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint<'a> {
     pub uv: [f64; 2],
-    /// In the coordinates of the scene file.
+    /// In the coordinates of the compiled scene.
     pub position: Vec3,
     /// The place on a mesh, for what its vertices and faces carry.
     pub mesh: Option<MeshPoint<'a>>,

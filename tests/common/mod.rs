@@ -25,7 +25,8 @@ pub fn spectral_scene(file: &str, defines: &[(&str, &str)], range: WavelengthRan
 fn compiled(file: &str, defines: &[(&str, &str)], options: CompileOptions) -> Scene {
     let defines = defines.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
-    let description = read(&path, &ReadOptions { defines }).unwrap_or_else(|errors| panic!("{errors}"));
+    let description = read(&path, &ReadOptions { defines, ..ReadOptions::default() })
+        .unwrap_or_else(|errors| panic!("{errors}"));
     compile(&description, &options).unwrap_or_else(|errors| panic!("{errors}"))
 }
 

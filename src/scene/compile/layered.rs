@@ -1,19 +1,25 @@
 //! Panes, plastic and "principled" surfaces.
 
 use super::materials::shape;
-use super::spectra::{index, texture};
+use super::spectra::{self, index};
 use crate::bsdf::RoughCoat;
+use crate::geometry::Transform;
 use crate::material::{
     AIR_INDEX, Material, PlasticMaterial, PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial,
     ThinDielectricMaterial,
 };
-use crate::scene::description::{BsdfKind, CoatRoughness, IndexSource, PrincipledBase};
+use crate::scene::description::{BsdfKind, CoatRoughness, IndexSource, PrincipledBase, SpectrumSource};
 use crate::scene::source::SceneError;
 use crate::spectrum::Spectrum;
 use crate::units::WavelengthRange;
 
 /// A BSDF of one of these kinds; any other is black.
-pub(super) fn compiled(kind: &BsdfKind, range: WavelengthRange) -> Result<Material, SceneError> {
+pub(super) fn compiled(
+    kind: &BsdfKind,
+    range: WavelengthRange,
+    shift: &Transform,
+) -> Result<Material, SceneError> {
+    let texture = |source: &SpectrumSource| spectra::texture(source, shift);
     Ok(match kind {
         BsdfKind::ThinDielectric { interior, exterior, specular_reflectance, specular_transmittance } => {
             Material::ThinDielectric(ThinDielectricMaterial {
@@ -44,7 +50,7 @@ pub(super) fn compiled(kind: &BsdfKind, range: WavelengthRange) -> Result<Materi
         }
         BsdfKind::Principled { base, metallic, clearcoat, clearcoat_gloss, eta } => {
             Material::Principled(Box::new(PrincipledMaterial {
-                textures: textures(base)?,
+                textures: textures(base, shift)?,
                 metallic: texture(metallic)?,
                 clearcoat: texture(clearcoat)?,
                 clearcoat_gloss: texture(clearcoat_gloss)?,
@@ -54,7 +60,7 @@ pub(super) fn compiled(kind: &BsdfKind, range: WavelengthRange) -> Result<Materi
         }
         BsdfKind::PrincipledThin { base, diff_trans, eta } => {
             Material::PrincipledThin(Box::new(PrincipledThinMaterial {
-                textures: textures(base)?,
+                textures: textures(base, shift)?,
                 diff_trans: texture(diff_trans)?,
                 eta: texture(eta)?,
             }))
@@ -63,7 +69,8 @@ pub(super) fn compiled(kind: &BsdfKind, range: WavelengthRange) -> Result<Materi
     })
 }
 
-fn textures(base: &PrincipledBase) -> Result<PrincipledTextures, SceneError> {
+fn textures(base: &PrincipledBase, shift: &Transform) -> Result<PrincipledTextures, SceneError> {
+    let texture = |source: &SpectrumSource| spectra::texture(source, shift);
     Ok(PrincipledTextures {
         base_color: texture(&base.base_color)?,
         roughness: texture(&base.roughness)?,

@@ -3,13 +3,18 @@
 use super::Compiler;
 use super::spectra;
 use crate::geometry::Transform;
-use crate::light::{AreaGeometry, Environment, Light, Lights, Projector, Spot};
-use crate::scene::description::{LightKind, SpectrumSource};
-use crate::scene::source::SceneError;
+use crate::light::sky::{self, Sky, SkySettings};
+use crate::light::{AreaGeometry, Environment, EnvironmentMap, Light, Lights, Projector, Spot, Texel};
+use crate::raster::Image;
+use crate::scene::description::{LightKind, SpectrumKind, SpectrumSource};
+use crate::scene::source::{Place, SceneError};
+use crate::scene::traceable::FilmPlan;
 use crate::shape::Shape;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
 use crate::texture::Texture;
+use glam::{DMat3, DMat4};
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 impl Compiler<'_> {
@@ -40,7 +45,7 @@ impl Compiler<'_> {
                 LightKind::Projector { to_world, irradiance, scale, field_of_view } => {
                     let picture = self.texture(irradiance);
                     let size = picture.resolution().map(f64::from);
-                    let across = super::tan_half_width(*field_of_view, size);
+                    let across = super::sensors::tan_half_width(*field_of_view, size);
                     let tan_half = [across, across * size[1] / size[0]];
                     let mean = picture.mean_spectrum(self.options.range);
                     let projector = Projector::new(&to_world.then(shift), picture, &mean, *scale, tan_half);
@@ -53,14 +58,78 @@ impl Compiler<'_> {
                     environment = Some(Environment::Constant(self.spectrum(radiance)));
                     continue;
                 }
+                LightKind::EnvironmentMap { to_world, image, scale, .. } => {
+                    environment = Some(self.environment_map(&light.place, to_world, image, *scale));
+                    continue;
+                }
+                sky @ LightKind::SunSky { .. } => {
+                    environment = Some(self.sky(sky));
+                    continue;
+                }
             });
         }
         environment
     }
 
+    /// A picture is seen under D65.
+    fn environment_map(
+        &mut self,
+        place: &Place,
+        to_world: &Transform,
+        image: &Image,
+        scale: f64,
+    ) -> Environment {
+        let illuminant =
+            self.spectrum(&SpectrumSource { place: place.clone(), kind: SpectrumKind::D65, scale });
+        let texel = |values: &[f32]| {
+            let light = |channel: usize| image.light(values[channel % image.channels]).max(0.0);
+            Texel::from_rgb([light(0), light(1), light(2)])
+        };
+        let texels: Vec<Texel> = image.values.par_chunks_exact(image.channels).map(texel).collect();
+        let (size, texels) = match texels.as_slice() {
+            // The same from everywhere.
+            [only] => ([2, 2], vec![*only; 4]),
+            _ => ([image.width, image.height], texels),
+        };
+        match EnvironmentMap::new(size, texels, illuminant, rotation(to_world)) {
+            Some(map) if scale > 0.0 => Environment::Map(Box::new(map)),
+            _ => Environment::Constant(Spectrum::ZERO),
+        }
+    }
+
+    fn sky(&mut self, kind: &LightKind) -> Environment {
+        let LightKind::SunSky {
+            to_world,
+            turbidity,
+            albedo,
+            sun_direction,
+            sky_scale,
+            sun_scale,
+            sun_aperture,
+            complex_sun,
+        } = kind
+        else {
+            return Environment::Constant(Spectrum::ZERO);
+        };
+        let albedo = self.spectrum(albedo);
+        let settings = SkySettings {
+            turbidity: *turbidity,
+            albedo: sky::wavelengths().map(|nm| albedo.at(nm)),
+            sun_direction: sun_direction.normalize(),
+            sky_scale: *sky_scale,
+            sun_scale: *sun_scale,
+            sun_aperture: *sun_aperture,
+            complex_sun: *complex_sun,
+        };
+        match Sky::new(&settings, rotation(to_world)) {
+            Some(sky) => Environment::Sky(Box::new(sky)),
+            None => Environment::Constant(Spectrum::ZERO),
+        }
+    }
+
     pub(super) fn refuse_lights_that_a_walk_misses(&mut self) {
         for light in &self.description.lights {
-            if !matches!(light.kind, LightKind::Constant { .. }) {
+            if !light.kind.is_environment() {
                 self.errors.push(
                     SceneError::at(
                         &light.place,
@@ -89,23 +158,29 @@ impl Compiler<'_> {
     }
 
     /// What sensor and lights make of the wavelengths.
-    pub(super) fn wavelengths(&self, lights: &Lights, scene_radius: f64) -> WavelengthDensity {
+    pub(super) fn wavelengths(
+        &self,
+        responses: &[(Spectrum, f64)],
+        lights: &Lights,
+        scene_radius: f64,
+    ) -> WavelengthDensity {
         let own = lights.iter().map(|light| (light.spectrum(), power(light, scene_radius)));
         let around = lights.environment().map(|environment| surroundings(environment, scene_radius));
         let emissions: Vec<Emission> =
             own.chain(around).map(|(spectrum, weight)| Emission { spectrum, weight }).collect();
-        let [x, y, z] = self.options.observer.spectra();
-        // Luminance counts double, and spectral bins, where they are measured, as much as all colours together.
-        let bins = if self.options.spectral { 4.0 } else { 0.0 };
-        let sensor = [(&x, 1.0), (&y, 2.0), (&z, 1.0), (&Spectrum::ONE, bins)]
-            .map(|(spectrum, weight)| Response { spectrum, weight });
+        let sensor: Vec<Response> =
+            responses.iter().map(|(spectrum, weight)| Response { spectrum, weight: *weight }).collect();
         WavelengthDensity::new(self.options.range, &sensor, &emissions)
     }
 
-    /// Of the order of the largest luminance that the camera can see.
-    pub(super) fn reference(&self, lights: &Lights, scene_radius: f64) -> f64 {
+    /// Of the order of the largest value that the camera can see: of luminance, or of the mean over a response.
+    pub(super) fn reference(&self, film: &FilmPlan, lights: &Lights, scene_radius: f64) -> f64 {
         let luminance = |spectrum: &Spectrum| {
-            self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL
+            let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
+            let responses = film.channels.iter().map(|channel| {
+                self.product(spectrum, &channel.response).integral(self.options.range) / channel.integral
+            });
+            responses.fold(y, f64::max)
         };
         let area = 4.0 * PI * (scene_radius * scene_radius).max(f64::MIN_POSITIVE);
         let seen = lights.iter().map(|light| {
@@ -121,7 +196,7 @@ impl Compiler<'_> {
     }
 
     fn texture(&mut self, source: &SpectrumSource) -> Texture {
-        match spectra::texture(source) {
+        match spectra::texture(source, &self.shift) {
             Ok(texture) => texture,
             Err(error) => {
                 self.errors.push(error);
@@ -129,6 +204,15 @@ impl Compiler<'_> {
             }
         }
     }
+}
+
+/// The rotation (and mirroring) that a transform written with few digits stands for.
+fn rotation(to_world: &Transform) -> Transform {
+    let DMat3 { x_axis, y_axis, z_axis } = DMat3::from_mat4(to_world.matrix());
+    let x = x_axis.normalize();
+    let y = (y_axis - x * x.dot(y_axis)).normalize();
+    let z = (z_axis - x * x.dot(z_axis) - y * y.dot(z_axis)).normalize();
+    Transform::new(DMat4::from_mat3(DMat3::from_cols(x, y, z))).unwrap_or(Transform::IDENTITY)
 }
 
 /// Of the order of the power that a light sends into the scene, over its spectrum's values.

@@ -1,6 +1,7 @@
 use super::layered;
-use super::spectra::{index, spectrum, texture};
+use super::spectra::{self, index, spectrum};
 use crate::bsdf::microfacet;
+use crate::geometry::Transform;
 use crate::material::{DielectricMaterial, Facets, Material, MaterialId, Materials, Relief, ReliefMap};
 use crate::medium::{Body, Filling};
 use crate::scene::description::{
@@ -10,6 +11,7 @@ use crate::scene::description::{
 use crate::scene::source::SceneError;
 use crate::scene::traceable::Surface;
 use crate::spectrum::{NormalReflectance, Spectrum, catalogue};
+use crate::texture::Texture;
 use crate::units::WavelengthRange;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,6 +19,8 @@ use std::sync::Arc;
 /// The materials of a scene, each compiled once however many shapes have it, and what they enclose.
 pub(super) struct MaterialCompiler {
     range: WavelengthRange,
+    /// From the coordinates of the file to those of the scene.
+    shift: Transform,
     pub materials: Materials,
     pub bodies: Vec<Body>,
     pub media: Vec<Option<Spectrum>>,
@@ -27,9 +31,10 @@ pub(super) struct MaterialCompiler {
 }
 
 impl MaterialCompiler {
-    pub fn new(range: WavelengthRange) -> Self {
+    pub fn new(range: WavelengthRange, shift: Transform) -> Self {
         Self {
             range,
+            shift,
             materials: Materials::default(),
             bodies: Vec::new(),
             media: Vec::new(),
@@ -110,6 +115,9 @@ impl MaterialCompiler {
     }
 
     fn compiled(&mut self, bsdf: &Bsdf) -> Result<Material, SceneError> {
+        let shift = self.shift;
+        let texture = |source: &SpectrumSource| spectra::texture(source, &shift);
+        let facets = |roughness: &Roughness| facets(roughness, &shift);
         Ok(match &bsdf.kind {
             BsdfKind::Diffuse { reflectance } => {
                 let reflectance = texture(reflectance)?;
@@ -148,7 +156,7 @@ impl MaterialCompiler {
             BsdfKind::ThinDielectric { .. }
             | BsdfKind::Plastic { .. }
             | BsdfKind::Principled { .. }
-            | BsdfKind::PrincipledThin { .. } => layered::compiled(&bsdf.kind, self.range)?,
+            | BsdfKind::PrincipledThin { .. } => layered::compiled(&bsdf.kind, self.range, &shift)?,
             BsdfKind::Null => Material::Null,
             BsdfKind::Mask { opacity, nested } => {
                 Material::Mask { opacity: texture(opacity)?, nested: self.material(nested)? }
@@ -165,7 +173,7 @@ impl MaterialCompiler {
                 relief: relief(ReliefMap::Normals(texture(normals)?), *shading),
                 nested: self.material(nested)?,
             },
-            BsdfKind::TwoSided { front, back } => {
+            BsdfKind::TwoSided { front, back, .. } => {
                 let front = self.material(front)?;
                 let back = back.as_ref().map(|back| self.material(back)).transpose()?;
                 Material::TwoSided { front, back: back.unwrap_or(front) }
@@ -174,17 +182,20 @@ impl MaterialCompiler {
     }
 
     /// n and k of a metal.
-    fn metal(&self, metal: &ConductorIndex) -> Result<(Spectrum, Spectrum), SceneError> {
-        match metal {
+    fn metal(&self, metal: &ConductorIndex) -> Result<(Texture, Texture), SceneError> {
+        let (n, k) = match metal {
             // n = 0 reflects everything at every angle.
-            ConductorIndex::Mirror => Ok((Spectrum::ZERO, Spectrum::ONE)),
-            ConductorIndex::Complex { n, k } => Ok((spectrum(n)?, spectrum(k)?)),
-            ConductorIndex::Named { place, name } => catalogue::conductor(name)
-                .map_err(|unknown| SceneError::at(place, unknown.to_string(), "the name of a conductor")),
-            ConductorIndex::NormalReflectance { reflectance, assumption } => {
-                self.metal_from_reflectance(reflectance, assumption)
+            ConductorIndex::Mirror => (Spectrum::ZERO, Spectrum::ONE),
+            ConductorIndex::Complex { n, k } => {
+                return Ok((spectra::texture(n, &self.shift)?, spectra::texture(k, &self.shift)?));
             }
-        }
+            ConductorIndex::Named { place, name } => catalogue::conductor(name)
+                .map_err(|unknown| SceneError::at(place, unknown.to_string(), "the name of a conductor"))?,
+            ConductorIndex::NormalReflectance { reflectance, assumption } => {
+                self.metal_from_reflectance(reflectance, assumption)?
+            }
+        };
+        Ok((Texture::Uniform(n), Texture::Uniform(k)))
     }
 
     fn metal_from_reflectance(
@@ -209,7 +220,7 @@ impl MaterialCompiler {
                 "a reflectance from 0 up to, but not, 1 that the given index can have",
             )
         })?;
-        super::spectra::complex_index(&optics, self.range).map_err(|error| {
+        spectra::complex_index(&optics, self.range).map_err(|error| {
             SceneError::at(&source.place, error.to_string(), "a reflectance with a finite index")
         })
     }
@@ -223,7 +234,8 @@ fn relief(map: ReliefMap, shading: ReliefShading) -> Relief {
     }
 }
 
-fn facets(roughness: &Roughness) -> Result<Facets, SceneError> {
+fn facets(roughness: &Roughness, shift: &Transform) -> Result<Facets, SceneError> {
+    let texture = |source: &SpectrumSource| spectra::texture(source, shift);
     let alpha = match &roughness.alpha {
         Alpha::Isotropic(alpha) => [texture(alpha)?, texture(alpha)?],
         Alpha::Anisotropic([u, v]) => [texture(u)?, texture(v)?],

@@ -8,14 +8,14 @@ mod groups;
 mod layered;
 mod lights;
 mod materials;
+mod sensors;
 mod spectra;
 
-use super::description::{self, Description, FieldOfView, FovAxis, IntegratorKind, ShapeKind};
+use super::description::{self, Description, IntegratorKind, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
-use super::traceable::{FilmPlan, Needs, Scene, Surface};
-use crate::camera::{Camera, CameraSettings, ThinLens};
+use super::traceable::{Needs, Scene, Surface};
 use crate::geometry::{Bounds, Transform};
-use crate::integrator::{Integrator, Limits};
+use crate::integrator::{Coverage, Integrator, Limits};
 use crate::material::Material;
 use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
 use crate::spectrum::Spectrum;
@@ -45,12 +45,14 @@ impl Default for CompileOptions {
 /// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no physics over
 /// the range of wavelengths, a walk in a scene whose lights it can't find.
 pub fn compile(description: &Description, options: &CompileOptions) -> Result<Scene, SceneErrors> {
-    Compiler { description, options, errors: Vec::new() }.run()
+    Compiler { description, options, shift: Transform::IDENTITY, errors: Vec::new() }.run()
 }
 
 struct Compiler<'a> {
     description: &'a Description,
     options: &'a CompileOptions,
+    /// From the coordinates of the file to those of the scene.
+    shift: Transform,
     errors: Vec<SceneError>,
 }
 
@@ -59,7 +61,8 @@ impl Compiler<'_> {
         let description = self.description;
         let groups = Groups::new(description);
         let shift = Transform::translation(-groups::centre(groups.scene_bounds()));
-        let mut materials = MaterialCompiler::new(self.options.range);
+        self.shift = shift;
+        let mut materials = MaterialCompiler::new(self.options.range, shift);
         let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
         let own = description.shapes.iter().map(|shape| (shape, shift));
         for (shape, shift) in own.chain(groups.shapes()) {
@@ -93,6 +96,7 @@ impl Compiler<'_> {
         if description.integrator.kind == IntegratorKind::Walk {
             self.refuse_lights_that_a_walk_misses();
         }
+        let film = self.film();
         if !self.errors.is_empty() {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         }
@@ -103,6 +107,9 @@ impl Compiler<'_> {
             }
             SceneErrors { sources: description.sources.clone(), errors: std::mem::take(&mut self.errors) }
         })?;
+        let Some(camera) = self.camera(&shift, accel.bounds()).filter(|_| self.errors.is_empty()) else {
+            return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
+        };
         let scene_radius = 0.5 * accel.bounds().diameter();
         let own = description.shapes.len();
         let bodies_may_nest = may_nest(&shapes[..own], &surfaces[..own]) || groups.hold_bodies(&surfaces);
@@ -113,7 +120,7 @@ impl Compiler<'_> {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
             medium_stack: absorption || bodies_may_nest,
-            lens: description.sensor.lens.is_some(),
+            lens: camera.uses_lens(),
             light_samples: !lights.is_empty(),
             rough_surfaces: materials.iter().any(Material::is_rough),
             choices: materials.iter().any(Material::chooses),
@@ -121,11 +128,9 @@ impl Compiler<'_> {
             textures: surfaces.iter().any(|surface| surface.parametrised),
         };
         Ok(Scene {
-            camera: self.camera(&shift),
-            film: self.film(),
             observer: self.options.observer,
             integrator: match description.integrator.kind {
-                IntegratorKind::Path | IntegratorKind::VolPath => Integrator::Path,
+                IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::VolPath => Integrator::Path,
                 IntegratorKind::Walk => Integrator::Walk,
             },
             limits: Limits {
@@ -134,9 +139,15 @@ impl Compiler<'_> {
                 hide_emitters: description.integrator.hide_emitters,
                 passing_counts: !volumetric,
                 techniques: description.integrator.techniques,
+                coverage: match description.integrator.kind {
+                    IntegratorKind::Direct => Coverage::Surface,
+                    _ => Coverage::Obstacle,
+                },
             },
-            wavelengths: self.wavelengths(&lights, scene_radius),
-            reference_radiance: self.reference(&lights, scene_radius),
+            wavelengths: self.wavelengths(&self.responses(&camera, &film), &lights, scene_radius),
+            reference_radiance: self.reference(&film, &lights, scene_radius),
+            camera,
+            film,
             lights,
             needs,
             accel,
@@ -146,33 +157,6 @@ impl Compiler<'_> {
             bodies,
             media,
             camera_medium,
-        })
-    }
-
-    fn film(&self) -> FilmPlan {
-        let film = &self.description.sensor.film;
-        let full_size = [film.width, film.height];
-        let (size, offset) = match film.crop {
-            Some(crop) => ([crop.width, crop.height], [crop.x, crop.y]),
-            None => (full_size, [0, 0]),
-        };
-        FilmPlan { size, offset, full_size, filter: film.filter }
-    }
-
-    fn camera(&self, shift: &Transform) -> Camera {
-        let sensor = &self.description.sensor;
-        let film = [sensor.film.width, sensor.film.height];
-        Camera::new(CameraSettings {
-            to_world: sensor.to_world.then(shift),
-            film,
-            tan_half_width: tan_half_width(sensor.field_of_view, film.map(f64::from)),
-            principal_point: sensor.principal_point,
-            near_clip: sensor.near_clip,
-            far_clip: sensor.far_clip,
-            lens: sensor.lens.map(|lens| ThinLens {
-                aperture_radius: lens.aperture_radius,
-                focus_distance: lens.focus_distance,
-            }),
         })
     }
 
@@ -230,46 +214,4 @@ fn may_nest(shapes: &[Shape], surfaces: &[Surface]) -> bool {
         .map(|(shape, _)| shape.bounds())
         .collect();
     boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| a.overlaps(*b)))
-}
-
-/// Tangent of half the horizontal field of view, for a film of this width and height.
-fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64 {
-    let diagonal = width.hypot(height);
-    match fov {
-        // Half of the diagonal of 36 mm × 24 mm over the focal length, along the film's own diagonal (Mitsuba 3).
-        FieldOfView::FocalLength(mm) => 0.5 * 36f64.hypot(24.0) / mm * width / diagonal,
-        FieldOfView::Degrees { angle, axis } => {
-            let edge = match axis {
-                FovAxis::X => width,
-                FovAxis::Y => height,
-                FovAxis::Diagonal => diagonal,
-                FovAxis::Smaller => width.min(height),
-                FovAxis::Larger => width.max(height),
-            };
-            (0.5 * angle).to_radians().tan() * width / edge
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Horizontal field of view in degrees.
-    fn x_fov(fov: FieldOfView, film: [f64; 2]) -> f64 {
-        2.0 * tan_half_width(fov, film).atan().to_degrees()
-    }
-
-    #[test]
-    fn fields_of_view_are_mitsubas() {
-        // Seen in Mitsuba 3.9.1 (validation/mitsuba/FACTS.md, 4 to 6).
-        assert!((x_fov(FieldOfView::FocalLength(50.0), [768.0, 576.0]) - 38.1848).abs() < 1e-4);
-        assert!((x_fov(FieldOfView::FocalLength(35.0), [200.0, 100.0]) - 57.8712).abs() < 1e-4);
-        let degrees = |axis| x_fov(FieldOfView::Degrees { angle: 30.0, axis }, [200.0, 100.0]);
-        assert!((degrees(FovAxis::X) - 30.0).abs() < 1e-12);
-        assert!((degrees(FovAxis::Y) - 56.3736).abs() < 1e-4);
-        assert!((degrees(FovAxis::Smaller) - 56.3736).abs() < 1e-4);
-        assert!((degrees(FovAxis::Larger) - 30.0).abs() < 1e-12);
-        assert!((degrees(FovAxis::Diagonal) - 26.9547).abs() < 1e-4);
-    }
 }

@@ -1,7 +1,10 @@
-use crate::scene::description::{IndexKind, IndexSource, SpectrumKind, SpectrumSource};
+use crate::geometry::Transform;
+use crate::scene::description::{
+    BitmapSource, IndexKind, IndexSource, RgbRole, SpectrumKind, SpectrumSource, VolumeSource,
+};
 use crate::scene::source::{Place, SceneError};
-use crate::spectrum::{Extrapolation, NormalReflectance, Spectrum, SpectrumError, catalogue};
-use crate::texture::Texture;
+use crate::spectrum::{Extrapolation, NormalReflectance, Spectrum, SpectrumError, catalogue, upsample};
+use crate::texture::{Attribute, Bitmap, Checkerboard, Placing, Texture, UvTransform, Volume, from_box};
 use crate::units::WavelengthRange;
 
 /// A spectrum that can be looked up. Tables of a file are zero beyond their ends, as in Mitsuba 3; measured ones of the
@@ -22,21 +25,113 @@ pub(super) fn spectrum(source: &SpectrumSource) -> Result<Spectrum, SceneError> 
         SpectrumKind::Regular { min_nm, max_nm, values } => {
             Spectrum::regular(*min_nm, *max_nm, values, Extrapolation::Zero).map_err(|error| wrong(&error))?
         }
-        SpectrumKind::D65 => {
-            let published = named(&source.place, "D65")?;
-            published.scaled(1.0 / MITSUBA_D65_SCALE)
-        }
+        SpectrumKind::D65 => d65(&source.place)?,
         SpectrumKind::Blackbody { kelvin, min_nm, max_nm } => {
             thermal(*kelvin, WavelengthRange { min: *min_nm, max: *max_nm }).map_err(|error| wrong(&error))?
         }
         SpectrumKind::Named(name) => named(&source.place, name)?,
+        SpectrumKind::Rgb { rgb, role } => colour(&source.place, *rgb, *role)?,
+        SpectrumKind::Daylit(nested) => product(&spectrum(nested)?, &d65(&source.place)?),
+        SpectrumKind::Bitmap(_)
+        | SpectrumKind::Checkerboard(_)
+        | SpectrumKind::MeshAttribute { .. }
+        | SpectrumKind::Volume(_) => {
+            return Err(SceneError::at(
+                &source.place,
+                "A texture stands where nothing can vary over a surface",
+                "expected a spectrum, a colour or a number",
+            ));
+        }
     };
     Ok(if source.scale == 1.0 { unscaled } else { unscaled.scaled(source.scale) })
 }
 
-/// A quantity that may vary over a surface.
-pub(super) fn texture(source: &SpectrumSource) -> Result<Texture, SceneError> {
-    spectrum(source).map(Texture::Uniform)
+/// A quantity that may vary over a surface. `shift` leads from the coordinates of the file to those of the scene.
+pub(super) fn texture(source: &SpectrumSource, shift: &Transform) -> Result<Texture, SceneError> {
+    let unscaled = match &source.kind {
+        SpectrumKind::Bitmap(bitmap) => Texture::Bitmap(Box::new(image(bitmap))),
+        SpectrumKind::Checkerboard(board) => {
+            let [first, second] = &board.colours;
+            Texture::Checkerboard(Box::new(Checkerboard {
+                colours: [texture(first, shift)?, texture(second, shift)?],
+                to_uv: to_uv(&board.to_uv),
+            }))
+        }
+        SpectrumKind::MeshAttribute { name } => {
+            return Ok(Texture::Attribute(Attribute { name: name.clone(), scale: source.scale }));
+        }
+        SpectrumKind::Volume(volume) => Texture::Volume(Box::new(grid(volume, &source.place, shift)?)),
+        SpectrumKind::Daylit(nested) => match texture(nested, shift)? {
+            Texture::Uniform(_) => return spectrum(source).map(Texture::Uniform),
+            texture => Texture::Filtered { texture: Box::new(texture), by: d65(&source.place)? },
+        },
+        _ => return spectrum(source).map(Texture::Uniform),
+    };
+    Ok(match source.scale {
+        1.0 => unscaled,
+        scale => Texture::Filtered { texture: Box::new(unscaled), by: Spectrum::Constant(scale) },
+    })
+}
+
+fn image(source: &BitmapSource) -> Bitmap {
+    let placing = Placing { to_uv: to_uv(&source.to_uv), filter: source.filter, wrap: source.wrap };
+    Bitmap::new(&source.image, placing, source.raw, source.half)
+}
+
+fn grid(source: &VolumeSource, place: &Place, shift: &Transform) -> Result<Volume, SceneError> {
+    let in_file = shift.inverse().then(&source.to_world.inverse());
+    let to_local = if source.use_grid_bbox {
+        let normalise = from_box(source.grid.corners).ok_or_else(|| {
+            SceneError::at(place, "The box of the grid is flat", "expected a box with a volume")
+        })?;
+        in_file.then(&normalise)
+    } else {
+        in_file
+    };
+    Ok(Volume::new(&source.grid, to_local, source.filter, source.wrap, source.raw))
+}
+
+/// Mitsuba 3 takes of a transform in space what it does to x and y.
+fn to_uv(transform: &Transform) -> UvTransform {
+    let matrix = transform.matrix();
+    UvTransform([0, 1].map(|row| {
+        let row = matrix.row(row);
+        [row.x, row.y, row.w]
+    }))
+}
+
+/// The spectrum of a colour.
+fn colour(place: &Place, rgb: [f64; 3], role: RgbRole) -> Result<Spectrum, SceneError> {
+    let reflectance = |rgb: [f64; 3]| match rgb {
+        [r, g, b] if r == g && g == b => Spectrum::Constant(r.clamp(0.0, 1.0)),
+        _ => Spectrum::Sigmoid { shape: upsample(rgb), factor: 1.0 },
+    };
+    match role {
+        RgbRole::Reflectance | RgbRole::Clipped => Ok(reflectance(rgb)),
+        RgbRole::Illuminant => {
+            let scale = 2.0 * rgb.into_iter().fold(0.0, f64::max);
+            if scale == 0.0 {
+                return Ok(Spectrum::ZERO);
+            }
+            let daylight = d65(place)?;
+            Ok(match reflectance(rgb.map(|component| component / scale)) {
+                Spectrum::Constant(grey) => daylight.scaled(grey * scale),
+                smooth => product(&smooth, &daylight).scaled(scale),
+            })
+        }
+    }
+}
+
+/// A function times a table, as a table of the same extent, so fine that it makes no difference.
+fn product(function: &Spectrum, table: &Spectrum) -> Spectrum {
+    let Some(range) = table.domain() else { return function.clone() };
+    let values: Vec<f64> = steps(range).iter().map(|&nm| function.at(nm) * table.at(nm)).collect();
+    Spectrum::regular(range.min, range.max, &values, Extrapolation::Zero).unwrap_or_else(|_| function.clone())
+}
+
+/// D65 as Mitsuba 3 scales it.
+fn d65(place: &Place) -> Result<Spectrum, SceneError> {
+    named(place, "D65").map(|published| published.scaled(1.0 / MITSUBA_D65_SCALE))
 }
 
 /// Planck's law, cut off at the ends of a range unless that holds all that can be seen.

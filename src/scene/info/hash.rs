@@ -23,7 +23,7 @@ impl Hasher {
         let mut words = vec![text(told.plugin)];
         for property in &told.properties {
             // Names such as `bsdf` and `bsdf_2` say nothing; the order does.
-            words.push(text(property.name.unwrap_or("")));
+            words.push(text(property.name.as_deref().unwrap_or("")));
             words.push(self.value(&property.value));
         }
         fnv1a(words.into_iter())
@@ -42,6 +42,7 @@ impl Hasher {
             Value::Flat(value) => tagged(8, &[bits(*value)]),
             Value::List { nm, values, .. } => tagged(9, &[floats(nm), floats(values)]),
             Value::File { content, .. } => tagged(10, &[*content]),
+            Value::Rgb(rgb) => tagged(12, &[floats(rgb)]),
             Value::Object(object) => tagged(11, &[self.shared(object)]),
         }
     }
@@ -74,6 +75,12 @@ fn text(text: &str) -> u64 {
 /// Source: G. Fowler, L. C. Noll, K.-P. Vo, D. Eastlake, "The FNV Non-Cryptographic Hash Algorithm".
 fn fnv1a(words: impl Iterator<Item = u64>) -> u64 {
     words.fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
+/// Of what a file of texels or cells holds.
+pub(in crate::scene) fn hash_of_values(shape: &[usize], values: &[f32]) -> u64 {
+    let shape = shape.iter().map(|&size| size as u64);
+    fnv1a(shape.chain(values.iter().map(|value| u64::from(value.to_bits()))))
 }
 
 pub(in crate::scene) fn hash_of_mesh(mesh: &MeshData) -> u64 {

@@ -109,9 +109,11 @@ impl Writer {
         }
         let is_scene = key.is_none();
         let mut used: BTreeSet<String> = ["type".to_owned(), "id".to_owned()].into();
-        used.extend(told.properties.iter().filter_map(|property| property.name.map(str::to_owned)));
+        used.extend(
+            told.properties.iter().filter_map(|property| property.name.as_deref().map(str::to_owned)),
+        );
         for property in &told.properties {
-            let key = match (property.name, &property.value) {
+            let key = match (property.name.as_deref(), &property.value) {
                 (Some(name), _) => name.to_owned(),
                 (None, Value::Object(object)) => self.key_of(object, is_scene, &mut used),
                 (None, _) => continue,
@@ -156,6 +158,7 @@ impl Writer {
             }
             Value::Vector(value) => row(&value.to_array()),
             Value::Transform(transform) => matrix(transform),
+            Value::Rgb(rgb) => format!("{{\"type\": \"rgb\", \"value\": {}}}", row(rgb)),
             Value::Flat(value) => format!("{{\"type\": \"spectrum\", \"value\": {}}}", number(*value)),
             Value::List { nm, values, .. } => {
                 let pairs: Vec<String> =

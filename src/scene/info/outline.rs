@@ -49,12 +49,12 @@ impl Outline<'_> {
     }
 
     fn property(&mut self, owner: &Told, property: &Property) {
-        let name = property.name.unwrap_or("");
+        let name = property.name.as_deref().unwrap_or("");
         // A default has its object's place, which says nothing of the default.
         let place = property.place.as_ref().filter(|&place| *place != owner.place);
         let mark = if place.is_some_and(|place| self.is_extension(place)) { " (extension)" } else { "" };
         match &property.value {
-            Value::Object(object) => self.object(property.name, object),
+            Value::Object(object) => self.object(property.name.as_deref(), object),
             Value::Transform(transform) => self.transform(name, transform),
             other => self.line(&format!("{name}: {}{mark}", value(other))),
         }
@@ -123,6 +123,7 @@ fn value(value: &Value) -> String {
         Value::Text(value) => value.clone(),
         Value::Numbers(values) => numbers(values),
         Value::Vector(value) => vector(*value),
+        Value::Rgb(rgb) => format!("rgb {}", numbers(rgb)),
         Value::List { nm, values, file } => {
             let ends = (nm.first().copied().unwrap_or(0.0), nm.last().copied().unwrap_or(0.0));
             let file = file.as_ref().map_or(String::new(), |file| format!(", {}", file_name(file)));
@@ -144,7 +145,7 @@ fn numbers(values: &[f64]) -> String {
 }
 
 fn vector(vector: Vec3) -> String {
-    format!("({}, {}, {})", vector.x, vector.y, vector.z)
+    format!("({}, {}, {})", short(vector.x), short(vector.y), short(vector.z))
 }
 
 /// At most six significant digits, and no minus before a zero.

@@ -1,9 +1,11 @@
 //! Film and reconstruction filter.
 
-use super::super::description::{Crop, Film, PixelFormat};
+use super::super::description::{Crop, Film, FilmChannel, FilmContent, PixelFormat, SpectrumKind};
 use super::super::source::{Place, SceneError};
 use super::Reader;
+use super::names;
 use super::query::Query;
+use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId};
 use crate::film::FilterKind;
 
@@ -26,14 +28,15 @@ pub(super) fn default(place: &Place) -> Film {
         height: DEFAULT_SIZE[1],
         crop: None,
         filter: DEFAULT_FILTER,
-        pixel_format: PixelFormat::Rgb,
+        sample_border: false,
+        content: FilmContent::Colour { format: PixelFormat::Rgb, alpha: false },
     }
 }
 
 pub(super) fn read(reader: &Reader, id: ObjectId) -> Film {
     let query = Query::new(reader, id);
     let object = query.object;
-    if object.plugin != "hdrfilm" {
+    if !names::plugins(Class::Film).contains(&object.plugin.as_str()) {
         reader.unknown_plugin(object);
         return default(&object.place);
     }
@@ -53,10 +56,11 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Film {
         height,
         crop: crop(&query, width, height),
         filter: filter(&query),
-        pixel_format: pixel_format(&query),
+        sample_border: query.boolean("sample_border", false),
+        content: if object.plugin == "specfilm" { responses(&query) } else { colour(&query) },
     };
-    formats(&query);
-    sample_border(&query, film.filter);
+    component_format(&query);
+    without_effect(&query, "compensate");
     query.finish();
     film
 }
@@ -84,7 +88,8 @@ fn crop(query: &Query<'_>, width: u32, height: u32) -> Option<Crop> {
     (!whole).then_some(Crop { x, y, width: crop_width, height: crop_height })
 }
 
-fn pixel_format(query: &Query<'_>) -> PixelFormat {
+/// What an `hdrfilm` holds.
+fn colour(query: &Query<'_>) -> FilmContent {
     const FORMATS: [(&str, (PixelFormat, bool)); 6] = [
         ("rgb", (PixelFormat::Rgb, false)),
         ("xyz", (PixelFormat::Xyz, false)),
@@ -93,62 +98,91 @@ fn pixel_format(query: &Query<'_>) -> PixelFormat {
         ("xyza", (PixelFormat::Xyz, true)),
         ("luminance_alpha", (PixelFormat::Luminance, true)),
     ];
-    let (format, alpha) = query.choice("pixel_format", &FORMATS, true).unwrap_or((PixelFormat::Rgb, false));
-    if alpha {
-        query.reader.remark(&query.place("pixel_format"), "no alpha channel is written".to_owned());
+    /// What a file can hold beside OpenEXR: whether luminance alone is possible.
+    const FILES: [(&str, Option<bool>); 4] =
+        [("openexr", None), ("exr", None), ("pfm", Some(true)), ("rgbe", Some(false))];
+    without_effect(query, "banner");
+    let (mut format, mut alpha) =
+        query.choice("pixel_format", &FORMATS, true).unwrap_or((PixelFormat::Rgb, false));
+    if let Some(Some(luminance)) = query.choice("file_format", &FILES, true) {
+        let place = query.place("file_format");
+        query.reader.remark(&place, "the file is written as OpenEXR".to_owned());
+        let kept = !alpha && (format == PixelFormat::Rgb || luminance && format == PixelFormat::Luminance);
+        if !kept {
+            (format, alpha) = (PixelFormat::Rgb, false);
+            let text = "pixel_format is rgb with this file_format, as in Mitsuba 3".to_owned();
+            query.reader.remark(&query.place("pixel_format"), text);
+        }
     }
-    format
+    FilmContent::Colour { format, alpha }
 }
 
-/// What Mitsuba 3 says about the file that it writes; pixels here are always 32-bit floats in OpenEXR.
-fn formats(query: &Query<'_>) {
+/// What a `specfilm` holds: every spectrum in it is a sensor's response, under the name of its channel.
+fn responses(query: &Query<'_>) -> FilmContent {
+    let mut channels: Vec<FilmChannel> = Vec::new();
+    for entry in query.spectra() {
+        let name = entry.name.clone().unwrap_or_else(|| query.unnamed(entry));
+        if channels.iter().any(|channel| channel.name == name)
+            || name == "samples"
+            || name.starts_with("error.")
+        {
+            query.error(
+                SceneError::at(
+                    &entry.name_place,
+                    format!("The film cannot have a channel \"{name}\""),
+                    "the file has another channel of this name",
+                )
+                .with_remedy("give the response another name"),
+            );
+            continue;
+        }
+        let Some(response) = spectra::entry(query, entry, &name, Use::Response) else { continue };
+        if matches!(response.kind, SpectrumKind::Constant(_)) {
+            query.error(
+                SceneError::at(
+                    &entry.value_place,
+                    "A response without a range of wavelengths",
+                    "expected a table, as Mitsuba 3 does",
+                )
+                .with_remedy("write for instance value=\"360:1, 830:1\""),
+            );
+            continue;
+        }
+        channels.push(FilmChannel { name, response });
+    }
+    if channels.is_empty() {
+        query.error(
+            SceneError::at(
+                &query.object.place,
+                "The film has no response",
+                "expected at least one spectrum in it",
+            )
+            .with_remedy("add one a channel, for instance <spectrum name=\"band1\" value=\"400:1, 500:1\"/>"),
+        );
+    }
+    FilmContent::Responses(channels)
+}
+
+/// What Mitsuba 3 says about the numbers that it writes; here they are always 32-bit floats.
+fn component_format(query: &Query<'_>) {
     const COMPONENTS: [(&str, bool); 3] = [("float16", true), ("float32", false), ("uint32", true)];
     if query.choice("component_format", &COMPONENTS, true) == Some(true) {
         query.reader.remark(&query.place("component_format"), "channels are written as float32".to_owned());
     }
-    if let Some(format) = query.text("file_format")
-        && !format.eq_ignore_ascii_case("openexr")
-    {
-        query.error(
-            SceneError::at(
-                &query.place("file_format"),
-                format!("The file format \"{format}\" is not written"),
-                "expected openexr",
-            )
-            .with_remedy("a PNG preview is written beside the OpenEXR file"),
-        );
-    }
-    for name in ["banner", "compensate"] {
-        if query.has(name) {
-            query.boolean(name, false);
-            query.reader.remark(&query.place(name), format!("{name} changes nothing"));
-        }
-    }
 }
 
-/// Samples beyond the edge matter only to filters that reach over it.
-fn sample_border(query: &Query<'_>, filter: FilterKind) {
-    if !query.boolean("sample_border", false) {
-        return;
+fn without_effect(query: &Query<'_>, name: &'static str) {
+    if query.has(name) {
+        query.boolean(name, false);
+        query.reader.remark(&query.place(name), format!("{name} changes nothing"));
     }
-    let place = query.place("sample_border");
-    if filter == FilterKind::Box {
-        query.reader.remark(&place, "sample_border changes nothing with the box filter".to_owned());
-        return;
-    }
-    query.error(
-        SceneError::at(
-            &place,
-            "Samples outside the picture are not supported yet",
-            "expected false, or the box filter",
-        )
-        .with_remedy("render a larger picture and crop it"),
-    );
 }
 
 fn filter(query: &Query<'_>) -> FilterKind {
     let Some((_, id)) = query.object(Class::Filter) else { return DEFAULT_FILTER };
-    let query = Query::new(query.reader, id);
+    let reader = query.reader;
+    let query = Query::new(reader, id);
+    let place = query.object.place.clone();
     let third = |name| query.float(name).unwrap_or(1.0 / 3.0);
     let filter = match query.object.plugin.as_str() {
         "box" => FilterKind::Box,
@@ -165,5 +199,11 @@ fn filter(query: &Query<'_>) -> FilterKind {
         }
     };
     query.finish();
+    // Mitsuba 3 takes every filter that is just a pixel wide for a box.
+    if filter.radius() == 0.5 && filter != FilterKind::Box {
+        let text = "a filter of radius 0.5 is a box, as in Mitsuba 3".to_owned();
+        reader.remark(&place, text);
+        return FilterKind::Box;
+    }
     filter
 }

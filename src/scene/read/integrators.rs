@@ -47,7 +47,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Integrator {
         }
         "direct" => {
             techniques = shading_samples(&query);
-            (IntegratorKind::Path, Some(2), DEFAULT_RR_DEPTH)
+            (IntegratorKind::Direct, Some(2), DEFAULT_RR_DEPTH)
         }
         _ => {
             reader.unknown_plugin(object);

@@ -20,6 +20,7 @@ mod obj;
 mod parsed;
 mod ply;
 mod query;
+mod samplers;
 mod sensors;
 mod serialized;
 mod shapes;
@@ -27,12 +28,14 @@ mod spd;
 mod spectra;
 #[cfg(test)]
 mod tests;
+mod textures;
 mod transforms;
 mod tree;
 mod xml;
 
 use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, SpectrumSource};
 use super::source::{Place, SceneError, SceneErrors, Sources};
+use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
 use files::Search;
 use query::Query;
@@ -48,6 +51,8 @@ use tree::{Object, ObjectId, Tree};
 pub struct ReadOptions {
     /// Values for `$name`, which come before the file's `<default>`.
     pub defines: Vec<(String, String)>,
+    /// Which of the scene's sensors is rendered, counted from 0.
+    pub sensor: usize,
 }
 
 /// Reads the scene file at `path`. Files that it names are sought relative to its folder.
@@ -89,6 +94,7 @@ pub fn read_str(
     let fatal = parsed.tree.objects.is_empty();
     let reader = Reader {
         tree: parsed.tree,
+        wanted_sensor: options.sensor,
         search: parsed.search,
         errors: RefCell::new(parsed.errors),
         extensions: RefCell::default(),
@@ -97,6 +103,8 @@ pub fn read_str(
         bsdfs: RefCell::default(),
         spectra: RefCell::default(),
         meshes: RefCell::default(),
+        images: textures::Loaded::default(),
+        grids: textures::Loaded::default(),
         groups: RefCell::default(),
         merges: RefCell::default(),
     };
@@ -130,6 +138,7 @@ fn in_order(mut notes: Vec<Note>) -> Vec<Note> {
 /// A tree being understood, with what has been said about it so far.
 struct Reader {
     tree: Tree,
+    wanted_sensor: usize,
     search: Search,
     errors: RefCell<Vec<SceneError>>,
     extensions: RefCell<Vec<Note>>,
@@ -138,6 +147,8 @@ struct Reader {
     /// What several objects may refer to is read once.
     bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
+    images: textures::Loaded<Image>,
+    grids: textures::Loaded<Grid>,
     meshes: RefCell<BTreeMap<meshes::MeshKey, Option<Arc<MeshData>>>>,
     groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
     /// The `merge` shapes that were read already.
@@ -193,25 +204,36 @@ impl Reader {
         })
     }
 
-    /// The first sensor, which is the one that Mitsuba 3 renders by default. The others are read for their errors.
+    /// The sensor that is asked for, by default the first, as in Mitsuba 3. The others are read for their errors.
     fn sensor(&self, query: &Query<'_>) -> Option<Sensor> {
-        let found = query.objects(Class::Sensor);
-        if found.is_empty()
-            && !query.object.entries.iter().any(|entry| matches!(entry.value, tree::Value::Broken))
-        {
-            self.error(
-                SceneError::at(&query.object.place, "The scene has no sensor", "expected a <sensor> in here")
-                    .with_remedy("add <sensor type=\"perspective\">...</sensor>"),
-            );
-        }
-        let mut sensors = Vec::new();
-        for (index, (entry, id)) in found.into_iter().enumerate() {
-            sensors.push(sensors::read(self, id));
-            if index > 0 {
-                self.remark(&entry.place, "this sensor is not used: the first one is".to_owned());
+        let mut sensors = sensors::of_scene(query);
+        query.objects(Class::Sensor);
+        let place = &query.object.place;
+        let broken = || query.object.entries.iter().any(|entry| matches!(entry.value, tree::Value::Broken));
+        if sensors.is_empty() {
+            if !broken() {
+                self.error(
+                    SceneError::at(place, "The scene has no sensor", "expected a <sensor> in here")
+                        .with_remedy("add <sensor type=\"perspective\">...</sensor>"),
+                );
             }
+            return None;
         }
-        sensors.into_iter().next().flatten()
+        if self.wanted_sensor >= sensors.len() {
+            let problem = format!("There is no sensor {}", self.wanted_sensor);
+            let expected = match sensors.len() {
+                1 => "the scene has one sensor, number 0".to_owned(),
+                count => format!("the scene has {count} sensors, numbers 0 to {}", count - 1),
+            };
+            self.error(SceneError::at(place, problem, expected));
+            return None;
+        }
+        let (_, wanted) = sensors.swap_remove(self.wanted_sensor);
+        for (place, _) in &sensors {
+            let text = format!("this sensor is not used: number {} is", self.wanted_sensor);
+            self.remark(place, text);
+        }
+        wanted
     }
 
     fn lights(&self, query: &Query<'_>) -> Vec<super::description::Light> {
@@ -247,6 +269,9 @@ impl Reader {
         }
         for class in [Class::Film, Class::Sampler, Class::Filter, Class::Phase] {
             query.objects(class);
+        }
+        for (_, id) in query.objects(Class::Volume) {
+            textures::volume_plugin(self, id);
         }
         for (entry, id) in query.objects(Class::Spectrum) {
             if entry.name.is_some() {

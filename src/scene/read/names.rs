@@ -41,8 +41,16 @@ pub(super) fn either(names: &[&str]) -> String {
 pub(super) fn plugins(class: Class) -> &'static [&'static str] {
     match class {
         Class::Integrator => &["path", "direct", "volpath", "volpathmis", "walk"],
-        Class::Sensor => &["perspective", "thinlens"],
-        Class::Film => &["hdrfilm"],
+        Class::Sensor => &[
+            "perspective",
+            "thinlens",
+            "orthographic",
+            "radiancemeter",
+            "irradiancemeter",
+            "distant",
+            "batch",
+        ],
+        Class::Film => &["hdrfilm", "specfilm"],
         Class::Sampler => &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "sobol"],
         Class::Filter => &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
         Class::Shape => &[
@@ -72,15 +80,38 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "null",
             "diffusetransmitter",
         ],
-        Class::Emitter => {
-            &["area", "constant", "directional", "directionalarea", "point", "projector", "spot"]
-        }
+        Class::Emitter => &[
+            "area",
+            "constant",
+            "directional",
+            "directionalarea",
+            "envmap",
+            "point",
+            "projector",
+            "spot",
+            "sunsky",
+        ],
         Class::Medium => &["homogeneous"],
-        Class::Spectrum => {
-            &["uniform", "regular", "irregular", "d65", "blackbody", "measured", "sellmeier", "cauchy"]
-        }
+        Class::Spectrum => &[
+            "uniform",
+            "regular",
+            "irregular",
+            "d65",
+            "blackbody",
+            "rgb",
+            "srgb",
+            "rawconstant",
+            "bitmap",
+            "checkerboard",
+            "mesh_attribute",
+            "volume",
+            "measured",
+            "sellmeier",
+            "cauchy",
+        ],
         Class::Phase => &["isotropic", "hg"],
-        Class::Scene | Class::Volume => &[],
+        Class::Volume => &["constvolume", "gridvolume"],
+        Class::Scene => &[],
     }
 }
 
@@ -173,8 +204,6 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "stokes",
             "time_gated_path",
         ],
-        Class::Sensor => &["batch", "distant", "irradiancemeter", "orthographic", "radiancemeter"],
-        Class::Film => &["specfilm"],
         Class::Shape => {
             &["bsplinecurve", "ellipsoids", "ellipsoidsmesh", "linearcurve", "sdfgrid", "blender"]
         }
@@ -192,21 +221,16 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "roughplastic",
             "thindielectric",
         ],
-        Class::Emitter => &["envmap", "sunsky", "timed_sunsky"],
+        Class::Emitter => &["timed_sunsky"],
         Class::Medium => &["heterogeneous"],
         Class::Phase => &["blendphase", "rayleigh", "sggx", "tabphase"],
-        Class::Spectrum => &[
-            "bitmap",
-            "checkerboard",
-            "mesh_attribute",
-            "rawconstant",
-            "rgb",
-            "srgb",
-            "volume",
-            "vertexattribute",
-        ],
-        Class::Volume => &["constvolume", "gridvolume"],
-        Class::Scene | Class::Sampler | Class::Filter => &[],
+        Class::Scene
+        | Class::Sensor
+        | Class::Film
+        | Class::Spectrum
+        | Class::Volume
+        | Class::Sampler
+        | Class::Filter => &[],
     }
 }
 
@@ -222,6 +246,15 @@ mod tests {
         assert_eq!(nearest("CENTRE", &known), Some("center"));
         assert_eq!(nearest("banana", &known), None);
         assert_eq!(nearest("x", &[]), None);
+    }
+
+    /// JSON tells the class of an object by its plugin alone.
+    #[test]
+    fn no_two_classes_share_a_plugin() {
+        let all = || Class::ELEMENTS.iter().flat_map(|&(_, class)| plugins(class));
+        for name in all() {
+            assert_eq!(all().filter(|other| *other == name).count(), 1, "{name}");
+        }
     }
 
     #[test]

@@ -189,6 +189,30 @@ impl<'a> Query<'a> {
         found
     }
 
+    /// What is left of spectra, whatever their names, and marks them as used.
+    pub fn spectra(&self) -> Vec<&'a Entry> {
+        let mut found = Vec::new();
+        for (index, entry) in self.object.entries.iter().enumerate() {
+            let is_spectrum = match &entry.value {
+                Value::Flat(_) | Value::List { .. } => true,
+                Value::Object(id) => self.reader.tree.get(*id).class == Class::Spectrum,
+                _ => false,
+            };
+            if is_spectrum && !self.used.borrow()[index] {
+                self.used.borrow_mut()[index] = true;
+                found.push(entry);
+            }
+        }
+        found
+    }
+
+    /// The name that Mitsuba 3 makes up for an object without one: objects without names are numbered.
+    pub fn unnamed(&self, entry: &Entry) -> String {
+        let unnamed = self.object.entries.iter().filter(|entry| entry.name.is_none());
+        let before = unnamed.take_while(|other| !std::ptr::eq(*other, entry)).count();
+        format!("_arg_{before}")
+    }
+
     /// At most one object of a class; further ones are refused.
     pub fn object(&self, class: Class) -> Option<(&'a Entry, ObjectId)> {
         let found = self.objects(class);

@@ -1,33 +1,138 @@
 //! Sensors: where the camera stands, what it sees, and with which film and sampler.
 
-use super::super::description::{FieldOfView, Film, FovAxis, Lens, Medium, Sampler, Sensor};
+use super::super::description::{
+    DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, Medium, Sensor, SensorKind, Shape,
+};
 use super::super::source::{Place, SceneError};
 use super::query::Query;
-use super::spectra::required;
-use super::tree::{Class, ObjectId};
-use super::{Reader, films, media};
-use crate::geometry::Transform;
-use crate::sampling::SamplerKind;
+use super::spectra::{self, Use, required};
+use super::tree::{Class, ObjectId, Value};
+use super::{Reader, films, media, samplers, shapes};
+use crate::geometry::{Transform, Vec3};
 use glam::DMat3;
-
-/// Mitsuba 3's default number of samples per pixel.
-const DEFAULT_SAMPLES: u32 = 4;
+use std::sync::Arc;
 
 /// How far a camera's axes may be from orthonormal, as matrices written with few digits are.
 const LOOSEST_FRAME: f64 = 1e-3;
 
-/// `None` where the sensor is wrong, which is reported.
-pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Sensor> {
-    let query = Query::new(reader, id);
+/// A sensor where it stands: in the scene, in a batch, or in the shape on which it measures.
+#[derive(Clone, Copy)]
+struct Found {
+    sensor: ObjectId,
+    shape: Option<ObjectId>,
+}
+
+/// Shapes that are no meshes: their sensors come before those of meshes.
+const ANALYTIC: [&str; 3] = ["sphere", "disk", "cylinder"];
+
+/// The scene's sensors in Mitsuba 3's order, which numbers them; `None` for those that are wrong, which is reported.
+pub(super) fn of_scene(query: &Query<'_>) -> Vec<(Place, Option<Sensor>)> {
+    let (mut found, mut on_meshes) = (Vec::new(), Vec::new());
+    for child in children(query) {
+        let on_mesh = |shape| !ANALYTIC.contains(&query.reader.tree.get(shape).plugin.as_str());
+        if child.shape.is_some_and(on_mesh) { &mut on_meshes } else { &mut found }.push(child);
+    }
+    found.extend(on_meshes.into_iter().rev());
+    let read_one = |child: Found| {
+        let place = query.reader.tree.get(child.sensor).place.clone();
+        (place, read(query.reader, child, false))
+    };
+    found.into_iter().map(read_one).collect()
+}
+
+/// The sensors that stand in an object or in a shape within it, in the order of the file.
+fn children(query: &Query<'_>) -> Vec<Found> {
+    let tree = &query.reader.tree;
+    let mut found = Vec::new();
+    for entry in &query.object.entries {
+        let Value::Object(id) = entry.value else { continue };
+        match tree.get(id).class {
+            Class::Sensor => found.push(Found { sensor: id, shape: None }),
+            Class::Shape => {
+                let within = tree.get(id).entries.iter().find_map(|entry| match entry.value {
+                    Value::Object(sensor) if tree.get(sensor).class == Class::Sensor => Some(sensor),
+                    _ => None,
+                });
+                found.extend(within.map(|sensor| Found { sensor, shape: Some(id) }));
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+fn read(reader: &Reader, found: Found, in_batch: bool) -> Option<Sensor> {
+    let query = Query::new(reader, found.sensor);
     let object = query.object;
-    let thin_lens = match object.plugin.as_str() {
-        "perspective" => false,
-        "thinlens" => true,
+    let kind = match object.plugin.as_str() {
+        "perspective" => Some(perspective(&query, false)),
+        "thinlens" => Some(perspective(&query, true)),
+        "orthographic" => Some(orthographic(&query)),
+        "radiancemeter" => radiance_meter(&query),
+        "irradiancemeter" => irradiance_meter(&query, found.shape),
+        "distant" => Some(distant(&query)),
+        "batch" if !in_batch => batch(&query),
+        "batch" => {
+            query.error(
+                SceneError::at(&object.place, "A batch stands in a batch", "expected sensors of other kinds")
+                    .with_remedy("list all sensors in the outer one"),
+            );
+            return None;
+        }
         _ => {
             reader.unknown_plugin(object);
             return None;
         }
     };
+    let response = response(&query);
+    let medium = medium(&query);
+    let film = film(&query);
+    let sampler = samplers::of_sensor(&query);
+    shutter(&query);
+    query.finish();
+    let kind = kind?;
+    let sensor = Sensor { place: object.place.clone(), kind, response, medium, film, sampler };
+    check_film(reader, &sensor);
+    check_response(reader, &sensor);
+    Some(sensor)
+}
+
+fn perspective(query: &Query<'_>, thin_lens: bool) -> SensorKind {
+    let [near_clip, far_clip] = clips(query);
+    let principal_point = if thin_lens {
+        [0.0; 2]
+    } else {
+        ["principal_point_offset_x", "principal_point_offset_y"].map(|name| query.float(name).unwrap_or(0.0))
+    };
+    let lens = if thin_lens { lens(query, far_clip) } else { None };
+    if !thin_lens {
+        without_focus(query);
+    }
+    SensorKind::Perspective {
+        to_world: to_world(query),
+        field_of_view: field_of_view(query),
+        principal_point,
+        near_clip,
+        far_clip,
+        lens,
+    }
+}
+
+fn orthographic(query: &Query<'_>) -> SensorKind {
+    let [near_clip, far_clip] = clips(query);
+    without_focus(query);
+    SensorKind::Orthographic { to_world: query.transform("to_world"), near_clip, far_clip }
+}
+
+/// Mitsuba 3 reads and ignores where a camera without a lens focuses.
+fn without_focus(query: &Query<'_>) {
+    if query.float("focus_distance").is_some() {
+        let text = "focus_distance changes nothing: there is no lens".to_owned();
+        query.reader.remark(&query.place("focus_distance"), text);
+    }
+}
+
+fn clips(query: &Query<'_>) -> [f64; 2] {
     let near_clip = query.positive("near_clip", 1e-2);
     let far_clip = query.positive("far_clip", 1e4);
     if near_clip >= far_clip {
@@ -35,26 +140,204 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Sensor> {
         let place = query.place(if query.has("near_clip") { "near_clip" } else { "far_clip" });
         query.error(SceneError::at(&place, problem, "expected near_clip below far_clip"));
     }
-    let principal_point = if thin_lens {
-        [0.0; 2]
-    } else {
-        ["principal_point_offset_x", "principal_point_offset_y"].map(|name| query.float(name).unwrap_or(0.0))
+    [near_clip, far_clip]
+}
+
+fn radiance_meter(query: &Query<'_>) -> Option<SensorKind> {
+    let (origin, direction) = (query.vector("origin"), query.vector("direction"));
+    let (given_origin, given_direction) = (query.has("origin"), query.has("direction"));
+    if query.has("to_world") {
+        let to_world = query.transform("to_world");
+        if given_origin || given_direction {
+            let place = query.place(if given_origin { "origin" } else { "direction" });
+            query.reader.remark(&place, "to_world goes before origin and direction".to_owned());
+        }
+        let (origin, direction) = (to_world.point(Vec3::ZERO), to_world.vector(Vec3::Z));
+        return Some(SensorKind::RadianceMeter { origin, direction });
+    }
+    if given_origin != given_direction {
+        let (given, missing) = if given_origin { ("origin", "direction") } else { ("direction", "origin") };
+        query.error(
+            SceneError::at(
+                &query.place(given),
+                format!("The radiance meter has {given} but no {missing}"),
+                "expected both or neither",
+            )
+            .with_remedy("a transform named to_world can stand for both"),
+        );
+        return None;
+    }
+    if !given_origin {
+        return Some(SensorKind::RadianceMeter { origin: Vec3::ZERO, direction: Vec3::Z });
+    }
+    Some(SensorKind::RadianceMeter { origin: origin?, direction: some_way(query, direction?) })
+}
+
+/// A direction that has a length.
+fn some_way(query: &Query<'_>, direction: Vec3) -> Vec3 {
+    if direction.length() > 0.0 && direction.is_finite() {
+        return direction;
+    }
+    query.error(SceneError::at(
+        &query.place("direction"),
+        "The sensor looks in no direction",
+        "expected a vector that is not 0",
+    ));
+    Vec3::Z
+}
+
+fn irradiance_meter(query: &Query<'_>, shape: Option<ObjectId>) -> Option<SensorKind> {
+    if query.entry("to_world").is_some() {
+        query.error(
+            SceneError::at(
+                &query.place("to_world"),
+                "An irradiance meter has no transform of its own",
+                "its place is that of the shape around it",
+            )
+            .with_remedy("move the transform into the <shape>"),
+        );
+    }
+    let Some(shape) = shape else {
+        query.error(
+            SceneError::at(
+                &query.object.place,
+                "The irradiance meter stands in no shape",
+                "expected to measure on the surface of a shape",
+            )
+            .with_remedy("put it into a <shape>"),
+        );
+        return None;
     };
-    let sensor = Sensor {
-        place: object.place.clone(),
-        to_world: to_world(&query),
-        field_of_view: field_of_view(&query),
-        principal_point,
-        near_clip,
-        far_clip,
-        lens: if thin_lens { lens(&query, far_clip) } else { None },
-        medium: medium(&query),
-        film: film(&query),
-        sampler: sampler(&query),
-    };
-    shutter(&query);
-    query.finish();
-    Some(sensor)
+    surface(query.reader, shape).map(|surface| SensorKind::IrradianceMeter { surface })
+}
+
+fn surface(reader: &Reader, shape: ObjectId) -> Option<Arc<Shape>> {
+    shapes::read(reader, shape).map(Arc::new)
+}
+
+fn distant(query: &Query<'_>) -> SensorKind {
+    let direction = query.vector("direction").map(|direction| some_way(query, direction));
+    if query.has("direction") && query.has("to_world") {
+        query.error(SceneError::at(
+            &query.place("to_world"),
+            "The direction is given twice",
+            "expected either direction or to_world",
+        ));
+    }
+    let to_world = query.transform("to_world");
+    SensorKind::Distant {
+        direction: direction.unwrap_or_else(|| to_world.vector(Vec3::Z)),
+        target: target(query).unwrap_or(DistantTarget::Scene),
+    }
+}
+
+fn target(query: &Query<'_>) -> Option<DistantTarget> {
+    let entry = query.entry("target")?;
+    match entry.value {
+        Value::Vector(point) => Some(DistantTarget::Point(point)),
+        Value::Object(id) if query.reader.tree.get(id).class == Class::Shape => {
+            surface(query.reader, id).map(DistantTarget::Surface)
+        }
+        _ => {
+            query.error(query.wrong_type(entry, "target", "<point> or <shape>"));
+            None
+        }
+    }
+}
+
+fn batch(query: &Query<'_>) -> Option<SensorKind> {
+    let found = children(query);
+    query.objects(Class::Sensor);
+    for (entry, shape) in query.objects(Class::Shape) {
+        if !found.iter().any(|child| child.shape == Some(shape)) {
+            query.error(
+                SceneError::at(&entry.place, "A shape in a batch holds no sensor", "expected a sensor in it")
+                    .with_remedy("a shape that is to be seen belongs directly into the <scene>"),
+            );
+        }
+    }
+    if query.has("to_world") {
+        query.transform("to_world");
+        let text = "to_world of a batch changes nothing: each of its sensors has its own".to_owned();
+        query.reader.remark(&query.place("to_world"), text);
+    }
+    if found.is_empty() {
+        query.error(
+            SceneError::at(
+                &query.object.place,
+                "The batch has no sensors",
+                "expected at least one <sensor> in it",
+            )
+            .with_remedy("each of them is shown in a column of the film"),
+        );
+        return None;
+    }
+    let read: Vec<_> = found.into_iter().map(|child| read(query.reader, child, true)).collect();
+    read.into_iter().collect::<Option<_>>().map(SensorKind::Batch)
+}
+
+/// What only some films can show.
+fn check_film(reader: &Reader, sensor: &Sensor) {
+    let film = &sensor.film;
+    match &sensor.kind {
+        SensorKind::RadianceMeter { .. } | SensorKind::Distant { .. } => {
+            if film.width != 1 && film.height != 1 {
+                reader.error(
+                    SceneError::at(
+                        &film.place,
+                        format!("The film of this sensor has {} × {} pixels", film.width, film.height),
+                        "expected a single pixel, as in Mitsuba 3",
+                    )
+                    .with_remedy("give it a film with width and height 1 and the filter box"),
+                );
+            }
+        }
+        SensorKind::Batch(sensors) => {
+            if !(film.width as usize).is_multiple_of(sensors.len()) {
+                let problem = format!(
+                    "A film {} pixels wide cannot be shared by {} sensors",
+                    film.width,
+                    sensors.len()
+                );
+                reader.error(SceneError::at(
+                    &film.place,
+                    problem,
+                    "expected a width that the number of sensors divides",
+                ));
+            }
+            for (place, what) in
+                sensors.iter().filter_map(|child| Some((&child.medium.as_ref()?.place, "medium")))
+            {
+                reader.remark(place, format!("this {what} changes nothing: that of the batch counts"));
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Mitsuba 3 takes a response from the sensor or from its film.
+fn check_response(reader: &Reader, sensor: &Sensor) {
+    if let (Some(response), FilmContent::Responses(_)) = (&sensor.response, &sensor.film.content) {
+        reader.error(
+            SceneError::at(
+                &response.place,
+                "Both the sensor and its film have spectral responses",
+                "expected none in the sensor where the film is a specfilm",
+            )
+            .with_remedy("multiply the film's responses by this one"),
+        );
+    }
+}
+
+/// `srf`. A batch leaves wavelengths to its sensors.
+fn response(query: &Query<'_>) -> Option<super::super::description::SpectrumSource> {
+    let response = spectra::read(query, "srf", Use::Response);
+    if response.is_some() && query.object.plugin == "batch" {
+        let text = "srf of a batch changes nothing: each of its sensors has its own".to_owned();
+        query.reader.remark(&query.place("srf"), text);
+        return None;
+    }
+    response
 }
 
 fn to_world(query: &Query<'_>) -> Transform {
@@ -82,7 +365,7 @@ pub(super) fn field_of_view(query: &Query<'_>) -> FieldOfView {
         ("smaller", FovAxis::Smaller),
         ("larger", FovAxis::Larger),
     ];
-    let axis = query.choice("fov_axis", &AXES, false);
+    let axis = query.choice("fov_axis", &AXES, true);
     let fov = query.float("fov");
     let focal_length = query.text("focal_length");
     match (fov, focal_length) {
@@ -160,7 +443,7 @@ fn shutter(query: &Query<'_>) {
     }
 }
 
-/// What the camera is in. Mitsuba 3 takes it under any name.
+/// What the sensor is in. Mitsuba 3 takes it under any name.
 fn medium(query: &Query<'_>) -> Option<Medium> {
     let (_, id) = query.object(Class::Medium)?;
     media::read(query.reader, id)
@@ -170,53 +453,5 @@ fn film(query: &Query<'_>) -> Film {
     match query.object(Class::Film) {
         Some((_, id)) => films::read(query.reader, id),
         None => films::default(&query.object.place),
-    }
-}
-
-fn sampler(query: &Query<'_>) -> Sampler {
-    // Mitsuba 3 takes independent numbers where a file names no sampler; the picture is the same in expectation.
-    let default = |place: &Place| Sampler {
-        place: place.clone(),
-        kind: SamplerKind::Sobol,
-        sample_count: DEFAULT_SAMPLES,
-        seed: 0,
-    };
-    let Some((_, id)) = query.object(Class::Sampler) else { return default(&query.object.place) };
-    let query = Query::new(query.reader, id);
-    let object = query.object;
-    let kind = match object.plugin.as_str() {
-        "independent" => SamplerKind::Independent,
-        "sobol" => {
-            query
-                .reader
-                .extension(&object.plugin_place, "sampler \"sobol\": Owen-scrambled Sobol".to_owned());
-            SamplerKind::Sobol
-        }
-        name @ ("stratified" | "multijitter" | "orthogonal" | "ldsampler") => {
-            query
-                .reader
-                .remark(&object.plugin_place, format!("sampler \"{name}\" stands for \"sobol\" here"));
-            if query.has("jitter") {
-                query.boolean("jitter", true);
-                query.reader.remark(&query.place("jitter"), "jitter changes nothing".to_owned());
-            }
-            if name == "orthogonal" && query.integer("strength", 1, i64::MAX).is_some() {
-                query.reader.remark(&query.place("strength"), "strength changes nothing".to_owned());
-            }
-            SamplerKind::Sobol
-        }
-        _ => {
-            query.reader.unknown_plugin(object);
-            return default(&object.place);
-        }
-    };
-    let sample_count = query.integer("sample_count", 1, i64::from(u32::MAX));
-    let seed = query.integer("seed", 0, i64::MAX);
-    query.finish();
-    Sampler {
-        place: object.place.clone(),
-        kind,
-        sample_count: sample_count.map_or(DEFAULT_SAMPLES, |count| count as u32),
-        seed: seed.unwrap_or(0) as u64,
     }
 }

@@ -40,6 +40,8 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         None => bsdfs::default(&object.place, emitter.is_some()),
     };
     let [interior, exterior] = media(&query);
+    // It is read with the scene's other sensors.
+    query.object(Class::Sensor);
     query.finish();
     Some(Shape {
         place: object.place.clone(),

@@ -1,12 +1,12 @@
 //! Spectra of reflectance, emission and absorption, with the checks that each use asks for.
 
-use super::super::description::{SpectrumKind, SpectrumSource};
+use super::super::description::{RgbRole, SpectrumKind, SpectrumSource};
 use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::tree::{Class, Entry, ObjectId, Value};
-use super::{Reader, names};
+use super::{Reader, names, textures};
 use crate::spectrum::catalogue::{self, Kind, Quantity};
-use crate::spectrum::{Extrapolation, Spectrum};
+use crate::spectrum::{Extrapolation, Spectrum, upsample};
 use crate::units::WavelengthRange;
 
 /// What a spectrum is for: which values make sense, and what a bare number means.
@@ -30,13 +30,19 @@ pub(super) enum Use {
     Fraction,
     /// A strength or a roughness, at least 0.
     Amount,
-    /// Heights and components of normals: any number.
-    Raw,
+    /// What a sensor makes of each wavelength, at least 0.
+    Response,
+    /// A part of a texture: any number, until it is known what the texture is for.
+    Part,
+    /// A height, of which the slope counts.
+    Height,
+    /// Normals, in three channels.
+    Normals,
 }
 
 impl Use {
     /// What messages call the property `name`.
-    fn title(self, name: &str) -> String {
+    pub fn title(self, name: &str) -> String {
         let word = match self {
             Self::Reflectance => "reflectance",
             Self::NormalReflectance => "normal-incidence reflectance",
@@ -44,7 +50,10 @@ impl Use {
             Self::Absorption => "absorption",
             Self::ConductorIndex | Self::Index => "refractive index",
             Self::Share => "share",
-            Self::Fraction | Self::Amount | Self::Raw => "value",
+            Self::Fraction | Self::Amount | Self::Part => "value",
+            Self::Response => "response",
+            Self::Height => "height",
+            Self::Normals => "normal",
         };
         if word == name { format!("The {word}") } else { format!("The {word} \"{name}\"") }
     }
@@ -57,33 +66,66 @@ impl Use {
             Self::Absorption => Some(Kind::Absorption),
             Self::Index => Some(Kind::Dielectric),
             // A metal has n and k together.
-            Self::ConductorIndex | Self::Share | Self::Fraction | Self::Amount | Self::Raw => None,
+            Self::ConductorIndex
+            | Self::Share
+            | Self::Fraction
+            | Self::Amount
+            | Self::Response
+            | Self::Part
+            | Self::Height
+            | Self::Normals => None,
         }
     }
 
-    fn expected(self) -> &'static str {
+    pub fn expected(self) -> &'static str {
         match self {
             Self::Reflectance | Self::Fraction => "expected values from 0 to 1",
             Self::NormalReflectance => "expected values of at least 0 and below 1",
-            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount => {
+            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount | Self::Response => {
                 "expected values of at least 0"
             }
             Self::Index => "expected values above 0",
-            Self::Share | Self::Raw => "expected finite values",
+            Self::Share | Self::Part | Self::Height | Self::Normals => "expected finite values",
         }
     }
 
-    fn allows(self, value: f64) -> bool {
+    pub fn allows(self, value: f64) -> bool {
         match self {
             Self::Reflectance | Self::Fraction => (0.0..=1.0).contains(&value),
             Self::NormalReflectance => (0.0..1.0).contains(&value),
-            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount => value >= 0.0,
+            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount | Self::Response => {
+                value >= 0.0
+            }
             Self::Index => value > 0.0,
-            Self::Share | Self::Raw => value.is_finite(),
+            Self::Share | Self::Part | Self::Height | Self::Normals => value.is_finite(),
         }
     }
 
-    fn remedy(self, value: f64) -> &'static str {
+    /// Whether a spectrum is looked up, and not a number.
+    pub fn is_spectral(self) -> bool {
+        match self {
+            Self::Reflectance
+            | Self::NormalReflectance
+            | Self::Emission
+            | Self::Absorption
+            | Self::ConductorIndex
+            | Self::Index
+            | Self::Response
+            | Self::Part => true,
+            Self::Share | Self::Fraction | Self::Amount | Self::Height | Self::Normals => false,
+        }
+    }
+
+    /// Whether a colour may have such a component.
+    pub fn allows_colour(self, value: f64) -> bool {
+        match self {
+            // No colour says what an index is.
+            Self::Index => false,
+            _ => self.allows(value),
+        }
+    }
+
+    pub fn remedy(self, value: f64) -> &'static str {
         match self {
             Self::Reflectance if (2.0..=100.0).contains(&value) => {
                 "a surface cannot reflect more than it receives; per cent must be divided by 100"
@@ -94,8 +136,10 @@ impl Use {
             Self::Absorption => "a medium that amplifies cannot be rendered",
             Self::Index => "the index of vacuum is 1",
             Self::Fraction => "it is a share of the whole",
-            Self::Amount => "0 leaves it out",
-            Self::Share | Self::Raw => "check the table for what is no number",
+            Self::Amount | Self::Response => "0 leaves it out",
+            Self::Share | Self::Part | Self::Height | Self::Normals => {
+                "check the table for what is no number"
+            }
             Self::Reflectance | Self::NormalReflectance | Self::ConductorIndex => {
                 "check the table for a sign that should not be there"
             }
@@ -118,13 +162,32 @@ pub(super) fn read(query: &Query<'_>, name: &'static str, purpose: Use) -> Optio
     check(query.reader, &source, name, purpose).then_some(source)
 }
 
+/// The spectrum in an entry that the query found by other means than its name. `None` where it is wrong.
+pub(super) fn entry(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option<SpectrumSource> {
+    let source = written(query, entry, name, purpose)?;
+    check(query.reader, &source, name, purpose).then_some(source)
+}
+
 /// The spectrum `name`, or a constant.
 pub(super) fn read_or(query: &Query<'_>, name: &'static str, purpose: Use, default: f64) -> SpectrumSource {
     read(query, name, purpose).unwrap_or_else(|| constant(&query.object.place, default))
 }
 
-/// What an emitter sends out: Mitsuba 3's D65 where the file says nothing.
+/// What an emitter sends out everywhere: Mitsuba 3's D65 where the file says nothing.
 pub(super) fn emission(query: &Query<'_>, name: &'static str) -> SpectrumSource {
+    let source = radiance(query, name);
+    if textures::varies(&source) {
+        let problem = format!("{} cannot vary", Use::Emission.title(name));
+        query.error(
+            SceneError::at(&source.place, problem, "expected a spectrum, a colour or a number")
+                .with_remedy("emitters with a texture are area, directionalarea, envmap, projector and spot"),
+        );
+    }
+    source
+}
+
+/// What a surface sends out, which may vary: D65 where the file says nothing.
+pub(super) fn radiance(query: &Query<'_>, name: &'static str) -> SpectrumSource {
     read(query, name, Use::Emission).unwrap_or_else(|| SpectrumSource {
         place: query.object.place.clone(),
         kind: SpectrumKind::D65,
@@ -132,7 +195,16 @@ pub(super) fn emission(query: &Query<'_>, name: &'static str) -> SpectrumSource 
     })
 }
 
-fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -> Option<SpectrumSource> {
+/// A part of a texture. What it is worth is checked where the texture is used. `None` where it is wrong.
+pub(super) fn part(query: &Query<'_>, name: &'static str, default: f64) -> Option<SpectrumSource> {
+    match query.entry(name) {
+        Some(entry) => written(query, entry, name, Use::Part),
+        None if query.has(name) => None,
+        None => Some(constant(&query.object.place, default)),
+    }
+}
+
+fn written(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option<SpectrumSource> {
     let place = entry.value_place.clone();
     let bare = |value: f64| match purpose {
         Use::Emission => SpectrumSource { place: place.clone(), kind: SpectrumKind::D65, scale: value },
@@ -155,17 +227,23 @@ fn written(query: &Query<'_>, entry: &Entry, name: &'static str, purpose: Use) -
             // The place where it is used says more than the one where it is defined.
             Some(SpectrumSource { place, ..source })
         }
-        Value::Rgb(_) => {
-            query.error(
-                SceneError::at(&entry.place, "<rgb> is not supported yet", "expected a spectrum or a number")
-                    .with_remedy(format!(
-                        "give measured values: <spectrum name=\"{name}\" value=\"400:0.1, 700:0.8\"/>"
-                    )),
-            );
-            None
+        Value::Object(id)
+            if query.object.class == Class::Medium && query.reader.tree.get(*id).class == Class::Volume =>
+        {
+            let source = textures::volume_plugin(query.reader, *id)?;
+            Some(SpectrumSource { place, ..source })
+        }
+        Value::Rgb(rgb) => {
+            let role = match purpose {
+                Use::Emission => RgbRole::Illuminant,
+                Use::ConductorIndex => RgbRole::Clipped,
+                _ if query.object.class == Class::Volume => RgbRole::Clipped,
+                _ => RgbRole::Reflectance,
+            };
+            Some(SpectrumSource { place, kind: SpectrumKind::Rgb { rgb: *rgb, role }, scale: 1.0 })
         }
         _ => {
-            query.error(query.wrong_type(entry, name, "<spectrum>, <float> or <integer>"));
+            query.error(query.wrong_type(entry, name, "<spectrum>, <rgb>, <texture>, <float> or <integer>"));
             None
         }
     }
@@ -182,7 +260,10 @@ fn function(source: &SpectrumSource) -> Option<Spectrum> {
             Spectrum::regular(*min_nm, *max_nm, values, Extrapolation::Zero).ok()?
         }
         SpectrumKind::Named(name) => catalogue::reflectance(name).ok()?,
-        SpectrumKind::D65 | SpectrumKind::Blackbody { .. } => return None,
+        SpectrumKind::Rgb { rgb, role: RgbRole::Reflectance } => {
+            Spectrum::Sigmoid { shape: upsample(*rgb), factor: 1.0 }
+        }
+        _ => return None,
     };
     Some(spectrum.scaled(source.scale))
 }
@@ -197,11 +278,14 @@ pub(super) fn greatest_sum(a: &SpectrumSource, b: &SpectrumSource) -> Option<(f6
 }
 
 /// Refuses values that the use does not allow, and lists without any light.
-fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> bool {
+pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> bool {
     if source.scale < 0.0 || !source.scale.is_finite() {
         let problem = format!("{} is scaled by {}", purpose.title(name), source.scale);
         reader.error(SceneError::at(&source.place, problem, "expected a factor of at least 0"));
         return false;
+    }
+    if let Some(fits) = textures::check(reader, source, name, purpose) {
+        return fits;
     }
     let Some(values) = extremes(reader, source, name, purpose) else { return false };
     for (nm, value) in values {
@@ -257,14 +341,14 @@ fn extremes(
         }
         SpectrumKind::Named(measured) => {
             let Some(kind) = purpose.kind() else {
-                reader.error(
-                    SceneError::at(
-                        &source.place,
-                        format!("\"{name}\" cannot be measured by itself"),
-                        "expected a table of numbers",
-                    )
-                    .with_remedy("a metal has n and k together: <string name=\"material\" value=\"Au\"/>"),
-                );
+                let problem = format!("\"{name}\" cannot be measured by itself");
+                let error = SceneError::at(&source.place, problem, "expected a table of numbers");
+                reader.error(match purpose {
+                    Use::ConductorIndex => error.with_remedy(
+                        "a metal has n and k together: <string name=\"material\" value=\"Au\"/>",
+                    ),
+                    _ => error,
+                });
                 return None;
             };
             let entry = lookup(reader, &source.place, kind, measured)?;
@@ -272,6 +356,13 @@ fn extremes(
             let (least, greatest) = spectrum.bounds(WavelengthRange::VISIBLE);
             Some(vec![(None, least), (None, greatest)])
         }
+        // Checked by themselves.
+        SpectrumKind::Rgb { .. }
+        | SpectrumKind::Bitmap(_)
+        | SpectrumKind::Checkerboard(_)
+        | SpectrumKind::MeshAttribute { .. }
+        | SpectrumKind::Volume(_)
+        | SpectrumKind::Daylit(_) => Some(Vec::new()),
     }
 }
 
@@ -356,14 +447,21 @@ fn kind(query: &Query<'_>) -> Option<(SpectrumKind, f64)> {
                 Err(error) => refuse_table(query, "wavelengths", &error.to_string()),
             }
         }
-        "d65" => Some((SpectrumKind::D65, query.float("scale").unwrap_or(1.0))),
+        "d65" => {
+            let scale = query.float("scale").unwrap_or(1.0);
+            textures::daylit(query).map(|kind| (kind, scale))
+        }
+        "mesh_attribute" => {
+            let scale = query.float("scale").unwrap_or(1.0);
+            textures::kind(query).map(|kind| (kind, scale))
+        }
         "blackbody" => blackbody(query).map(|kind| (kind, 1.0)),
         "measured" => {
             let name = measured(query);
             let scale = query.float("scale").unwrap_or(1.0);
             name.map(|name| (SpectrumKind::Named(name), scale))
         }
-        _ => None,
+        _ => textures::kind(query).map(|kind| (kind, 1.0)),
     }
 }
 

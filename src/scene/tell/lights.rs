@@ -1,6 +1,6 @@
 use super::super::description::{Light, LightKind};
 use super::super::read::Class;
-use super::{Told, sensors};
+use super::{Told, sensors, spectra};
 
 pub(super) fn tell(light: &Light) -> Told {
     let told = |plugin| Told::new(Class::Emitter, plugin, &light.place);
@@ -29,6 +29,28 @@ pub(super) fn tell(light: &Light) -> Told {
         LightKind::Directional { travels, irradiance } => {
             told("directional").vector("direction", *travels).spectrum("irradiance", irradiance)
         }
+        LightKind::EnvironmentMap { to_world, file, image, scale } => told("envmap")
+            .transform("to_world", to_world)
+            .with("filename", spectra::picture(file, image))
+            .float("scale", *scale),
+        LightKind::SunSky {
+            to_world,
+            turbidity,
+            albedo,
+            sun_direction,
+            sky_scale,
+            sun_scale,
+            sun_aperture,
+            complex_sun,
+        } => told("sunsky")
+            .transform("to_world", to_world)
+            .float("turbidity", *turbidity)
+            .spectrum("albedo", albedo)
+            .vector("sun_direction", *sun_direction)
+            .float("sky_scale", *sky_scale)
+            .float("sun_scale", *sun_scale)
+            .float("sun_aperture", *sun_aperture)
+            .boolean("complex_sun", *complex_sun),
         LightKind::Constant { radiance } => told("constant").spectrum("radiance", radiance),
     }
 }

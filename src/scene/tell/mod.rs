@@ -15,6 +15,7 @@ use super::read::Class;
 use super::source::Place;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -34,7 +35,7 @@ pub(super) struct Told {
 #[derive(Debug)]
 pub(super) struct Property {
     /// `None` for an object that needs no name.
-    pub name: Option<&'static str>,
+    pub name: Option<Cow<'static, str>>,
     pub value: Value,
     /// Where the file gives the value, as far as that is known.
     pub place: Option<Place>,
@@ -50,6 +51,8 @@ pub(super) enum Value {
     Numbers(Vec<f64>),
     Vector(Vec3),
     Transform(Transform),
+    /// `<rgb value="0.1 0.2 0.3">`.
+    Rgb([f64; 3]),
     /// `<spectrum value="0.5">`.
     Flat(f64),
     /// `<spectrum value="400:1, 700:2">`; by value even where it came from a file.
@@ -79,13 +82,13 @@ impl Told {
         self
     }
 
-    fn property(mut self, name: Option<&'static str>, value: Value, place: Option<Place>) -> Self {
+    fn property(mut self, name: Option<Cow<'static, str>>, value: Value, place: Option<Place>) -> Self {
         self.properties.push(Property { name, value, place });
         self
     }
 
     pub fn with(self, name: &'static str, value: Value) -> Self {
-        self.property(Some(name), value, None)
+        self.property(Some(name.into()), value, None)
     }
 
     pub fn boolean(self, name: &'static str, value: bool) -> Self {
@@ -117,8 +120,8 @@ impl Told {
         if *value == Transform::IDENTITY { self } else { self.with(name, Value::Transform(*value)) }
     }
 
-    pub fn spectrum(self, name: &'static str, source: &SpectrumSource) -> Self {
-        self.property(Some(name), spectra::tell(source), Some(source.place.clone()))
+    pub fn spectrum(self, name: impl Into<Cow<'static, str>>, source: &SpectrumSource) -> Self {
+        self.property(Some(name.into()), spectra::tell(source), Some(source.place.clone()))
     }
 
     /// An object that a name tells apart from others of its class.
@@ -148,14 +151,21 @@ pub(super) struct Teller {
 pub(super) fn scene(description: &Description) -> Told {
     let mut teller = Teller::default();
     let place = Place { file: description.sensor.place.file, span: 0..0 };
-    let mut scene = Told::new(Class::Scene, "scene", &place)
-        .child(integrator(&description.integrator))
-        .child(sensors::tell(&description.sensor));
+    let mut scene = Told::new(Class::Scene, "scene", &place).child(integrator(&description.integrator));
+    // An irradiance meter stands in its shape.
+    let meter = sensors::surface(&description.sensor);
+    let sensor = sensors::tell(&mut teller, &description.sensor);
+    let mut sensor = Some(sensor);
+    if meter.is_none() {
+        scene = sensor.take().into_iter().fold(scene, Told::child);
+    }
     for light in &description.lights {
         scene = scene.child(lights::tell(light));
     }
     for shape in &description.shapes {
-        scene = scene.child(shapes::tell(&mut teller, shape));
+        let told = shapes::tell(&mut teller, shape);
+        let own = sensor.take_if(|_| meter.is_some_and(|surface| surface.place == shape.place));
+        scene = scene.child(own.into_iter().fold(told, Told::child));
     }
     for instance in &description.instances {
         scene = scene.child(shapes::instance(&mut teller, instance));
@@ -164,19 +174,21 @@ pub(super) fn scene(description: &Description) -> Told {
 }
 
 fn integrator(integrator: &Integrator) -> Told {
-    if integrator.techniques != Techniques::Both {
+    let plugin = match integrator.kind {
+        IntegratorKind::Path => "path",
+        IntegratorKind::Direct => "direct",
+        IntegratorKind::VolPath => "volpath",
+        IntegratorKind::Walk => "walk",
+    };
+    let told = Told::new(Class::Integrator, plugin, &integrator.place);
+    if integrator.kind == IntegratorKind::Direct {
         let samples = |left_out| i64::from(integrator.techniques != left_out);
-        return Told::new(Class::Integrator, "direct", &integrator.place)
+        return told
             .integer("emitter_samples", samples(Techniques::Scattering))
             .integer("bsdf_samples", samples(Techniques::LightSamples))
             .boolean("hide_emitters", integrator.hide_emitters);
     }
-    let plugin = match integrator.kind {
-        IntegratorKind::Path => "path",
-        IntegratorKind::VolPath => "volpath",
-        IntegratorKind::Walk => "walk",
-    };
-    let told = Told::new(Class::Integrator, plugin, &integrator.place)
+    let told = told
         .integer("max_depth", integrator.max_depth.map_or(-1, i64::from))
         .integer("rr_depth", integrator.rr_depth)
         .boolean("hide_emitters", integrator.hide_emitters);

@@ -1,29 +1,71 @@
-use super::super::description::{Crop, FieldOfView, Film, FovAxis, PixelFormat, Sampler, Sensor};
+use super::super::description::{
+    Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, PixelFormat, Sampler, Sensor, SensorKind,
+    Shape,
+};
 use super::super::read::Class;
-use super::Told;
+use super::{Teller, Told, shapes};
 use crate::film::FilterKind;
 use crate::sampling::SamplerKind;
 
-pub(super) fn tell(sensor: &Sensor) -> Told {
-    let plugin = if sensor.lens.is_some() { "thinlens" } else { "perspective" };
-    let told = Told::new(Class::Sensor, plugin, &sensor.place).transform("to_world", &sensor.to_world);
-    let told = field_of_view(told, sensor.field_of_view);
-    let told = match sensor.lens {
-        Some(lens) => {
-            told.float("aperture_radius", lens.aperture_radius).float("focus_distance", lens.focus_distance)
+/// The sensor as such. One that measures on a surface is to be put into the shape that [`surface`] gives.
+pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
+    let told = |plugin| Told::new(Class::Sensor, plugin, &sensor.place);
+    let told = match &sensor.kind {
+        SensorKind::Perspective { to_world, field_of_view, principal_point, near_clip, far_clip, lens } => {
+            let told = told(if lens.is_some() { "thinlens" } else { "perspective" });
+            let told = told.transform("to_world", to_world);
+            let told = self::field_of_view(told, *field_of_view);
+            let told = match lens {
+                Some(lens) => told
+                    .float("aperture_radius", lens.aperture_radius)
+                    .float("focus_distance", lens.focus_distance),
+                None => told
+                    .float("principal_point_offset_x", principal_point[0])
+                    .float("principal_point_offset_y", principal_point[1]),
+            };
+            told.float("near_clip", *near_clip).float("far_clip", *far_clip)
         }
-        None => told
-            .float("principal_point_offset_x", sensor.principal_point[0])
-            .float("principal_point_offset_y", sensor.principal_point[1]),
+        SensorKind::Orthographic { to_world, near_clip, far_clip } => told("orthographic")
+            .transform("to_world", to_world)
+            .float("near_clip", *near_clip)
+            .float("far_clip", *far_clip),
+        SensorKind::RadianceMeter { origin, direction } => {
+            told("radiancemeter").vector("origin", *origin).vector("direction", *direction)
+        }
+        SensorKind::IrradianceMeter { .. } => told("irradiancemeter"),
+        SensorKind::Distant { direction, target } => {
+            let told = told("distant").vector("direction", *direction);
+            match target {
+                DistantTarget::Scene => told.remark("looks at all of the scene"),
+                DistantTarget::Point(point) => told.vector("target", *point),
+                DistantTarget::Surface(surface) => told.named("target", shapes::tell(teller, surface)),
+            }
+        }
+        SensorKind::Batch(sensors) => sensors.iter().fold(told("batch"), |told, sensor| {
+            let child = tell(teller, sensor);
+            told.child(match surface(sensor) {
+                Some(surface) => shapes::tell(teller, surface).child(child),
+                None => child,
+            })
+        }),
     };
-    let told = match &sensor.medium {
-        Some(medium) => told.child(super::shapes::medium(medium)),
+    let told = match &sensor.response {
+        Some(response) => told.spectrum("srf", response),
         None => told,
     };
-    told.float("near_clip", sensor.near_clip)
-        .float("far_clip", sensor.far_clip)
-        .child(film(&sensor.film))
-        .child(sampler(&sensor.sampler))
+    let told = match &sensor.medium {
+        Some(medium) => told.child(shapes::medium(medium)),
+        None => told,
+    };
+    told.child(film(&sensor.film)).child(sampler(&sensor.sampler))
+}
+
+/// What a sensor measures on.
+pub(super) fn surface(sensor: &Sensor) -> Option<&Shape> {
+    match &sensor.kind {
+        SensorKind::IrradianceMeter { surface } => Some(surface),
+        _ => None,
+    }
 }
 
 pub(super) fn field_of_view(told: Told, field_of_view: FieldOfView) -> Told {
@@ -44,7 +86,11 @@ fn axis_name(axis: FovAxis) -> &'static str {
 }
 
 fn film(film: &Film) -> Told {
-    let told = Told::new(Class::Film, "hdrfilm", &film.place)
+    let plugin = match film.content {
+        FilmContent::Colour { .. } => "hdrfilm",
+        FilmContent::Responses(_) => "specfilm",
+    };
+    let told = Told::new(Class::Film, plugin, &film.place)
         .integer("width", film.width)
         .integer("height", film.height);
     let told = match film.crop {
@@ -55,16 +101,23 @@ fn film(film: &Film) -> Told {
             .integer("crop_height", height),
         None => told,
     };
-    told.text(
-        "pixel_format",
-        match film.pixel_format {
-            PixelFormat::Rgb => "rgb",
-            PixelFormat::Xyz => "xyz",
-            PixelFormat::Luminance => "luminance",
-        },
-    )
-    .text("component_format", "float32")
-    .child(filter(film))
+    let told = match &film.content {
+        FilmContent::Colour { format, alpha } => told.text(
+            "pixel_format",
+            match (format, alpha) {
+                (PixelFormat::Rgb, false) => "rgb",
+                (PixelFormat::Rgb, true) => "rgba",
+                (PixelFormat::Xyz, false) => "xyz",
+                (PixelFormat::Xyz, true) => "xyza",
+                (PixelFormat::Luminance, false) => "luminance",
+                (PixelFormat::Luminance, true) => "luminance_alpha",
+            },
+        ),
+        FilmContent::Responses(channels) => {
+            channels.iter().fold(told, |told, channel| told.spectrum(channel.name.clone(), &channel.response))
+        }
+    };
+    told.text("component_format", "float32").boolean("sample_border", film.sample_border).child(filter(film))
 }
 
 fn filter(film: &Film) -> Told {

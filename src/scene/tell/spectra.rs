@@ -1,8 +1,12 @@
-use super::super::description::{SpectrumKind, SpectrumSource};
+use super::super::description::{BitmapSource, RgbRole, SpectrumKind, SpectrumSource, VolumeSource};
+use super::super::info::hash_of_values;
 use super::super::read::Class;
 use super::super::source::Place;
 use super::{Told, Value};
+use crate::raster::{Grid, Image};
 use crate::spectrum::{DispersionFormula, FormulaKind};
+use crate::texture::{Filter, Wrap};
+use std::path::Path;
 use std::rc::Rc;
 
 pub(super) fn tell(source: &SpectrumSource) -> Value {
@@ -24,8 +28,92 @@ pub(super) fn tell(source: &SpectrumSource) -> Value {
             .float("wavelength_min", *min_nm)
             .float("wavelength_max", *max_nm),
         SpectrumKind::Named(name) => return measured(place, name, *scale),
+        SpectrumKind::Rgb { rgb, role: RgbRole::Reflectance } => return Value::Rgb(*rgb),
+        SpectrumKind::Rgb { rgb, role: RgbRole::Clipped } => {
+            told("srgb").with("color", Value::Rgb(*rgb)).boolean("unbounded", true)
+        }
+        SpectrumKind::Rgb { rgb, role: RgbRole::Illuminant } => {
+            told("d65").with("color", Value::Rgb(*rgb)).float("scale", *scale)
+        }
+        SpectrumKind::Bitmap(source) => bitmap(told("bitmap"), source),
+        SpectrumKind::Checkerboard(board) => told("checkerboard")
+            .spectrum("color0", &board.colours[0])
+            .spectrum("color1", &board.colours[1])
+            .transform("to_uv", &board.to_uv),
+        SpectrumKind::MeshAttribute { name } => {
+            told("mesh_attribute").text("name", name).float("scale", *scale)
+        }
+        SpectrumKind::Volume(source) => told("volume").named("volume", volume(place, source)),
+        SpectrumKind::Daylit(nested) => {
+            let nested = match tell(nested) {
+                Value::Object(object) => object,
+                // A value by itself cannot stand in there.
+                value => Rc::new(plugin_of(&nested.place, value)),
+            };
+            told("d65").child(nested).float("scale", *scale)
+        }
     };
     Value::Object(Rc::new(object))
+}
+
+/// The file of an image.
+pub(super) fn picture(file: &Path, image: &Image) -> Value {
+    let Image { width, height, channels, values, .. } = image;
+    Value::File {
+        path: file.to_owned(),
+        content: hash_of_values(&[*width, *height, *channels], values),
+        summary: format!("{width} × {height} texels, {}", if *channels == 1 { "grey" } else { "in colour" }),
+    }
+}
+
+fn bitmap(told: Told, source: &BitmapSource) -> Told {
+    let told = told
+        .with("filename", picture(&source.file, &source.image))
+        .text("filter_type", if source.filter == Filter::Linear { "bilinear" } else { "nearest" })
+        .text("wrap_mode", wrap_name(source.wrap))
+        .boolean("raw", source.raw)
+        .transform("to_uv", &source.to_uv);
+    if source.half { told.text("format", "fp16") } else { told }
+}
+
+fn volume(place: &Place, source: &VolumeSource) -> Told {
+    let Grid { size, channels, values, .. } = &*source.grid;
+    let [x, y, z] = *size;
+    Told::new(Class::Volume, "gridvolume", place)
+        .with(
+            "filename",
+            Value::File {
+                path: source.file.clone(),
+                content: hash_of_values(&[x, y, z, *channels], values),
+                summary: format!("{x} × {y} × {z} cells, {channels} values each"),
+            },
+        )
+        .text("filter_type", if source.filter == Filter::Linear { "trilinear" } else { "nearest" })
+        .text("wrap_mode", wrap_name(source.wrap))
+        .boolean("raw", source.raw)
+        .boolean("use_grid_bbox", source.use_grid_bbox)
+        .transform("to_world", &source.to_world)
+}
+
+fn wrap_name(wrap: Wrap) -> &'static str {
+    match wrap {
+        Wrap::Repeat => "repeat",
+        Wrap::Mirror => "mirror",
+        Wrap::Clamp => "clamp",
+    }
+}
+
+/// A value that is told without a plugin, as one.
+fn plugin_of(place: &Place, value: Value) -> Told {
+    let told = |plugin| Told::new(Class::Spectrum, plugin, place);
+    match value {
+        Value::List { nm, values, .. } => {
+            told("irregular").numbers("wavelengths", &nm).numbers("values", &values)
+        }
+        Value::Rgb(rgb) => told("rgb").with("value", Value::Rgb(rgb)),
+        Value::Flat(value) => told("uniform").float("value", value),
+        other => told("uniform").with("value", other),
+    }
 }
 
 /// One of the measured spectra or materials that come with the program.

@@ -54,6 +54,24 @@ impl Mesh {
         Some(AreaSample { surface, triangle, barycentric, density: 1.0 / area })
     }
 
+    /// Where Mitsuba 3 puts a point of the unit square: a rectangle keeps its coordinates; of any other mesh the second
+    /// coordinate runs through the triangles by area, and the first and what is left of it over the triangle.
+    pub fn unfold(&self, u: [f64; 2]) -> Option<AreaSample> {
+        let area = self.area();
+        if area.is_nan() || area <= 0.0 {
+            return None;
+        }
+        let (triangle, barycentric) = if self.rectangle.is_some() {
+            self.rectangle_place(u)
+        } else {
+            let (triangle, fraction) = self.table.choose(u[1]);
+            let across = (1.0 - u[0]).sqrt();
+            (triangle, [1.0 - across, across * fraction])
+        };
+        let surface = self.surface(triangle, barycentric);
+        Some(AreaSample { surface, density: 1.0 / area, triangle, barycentric })
+    }
+
     pub fn area_density(&self) -> f64 {
         let area = self.area();
         if area > 0.0 { 1.0 / area } else { 0.0 }

@@ -30,7 +30,7 @@ pub(super) fn bump_map(query: &Query<'_>) -> Option<BsdfKind> {
 
 pub(super) fn normal_map(query: &Query<'_>) -> Option<BsdfKind> {
     let shading = shading(query);
-    let normals = required(query, "normalmap", spectra::read(query, "normalmap", Use::Raw));
+    let normals = required(query, "normalmap", spectra::read(query, "normalmap", Use::Normals));
     let [nested] = held(query)?;
     Some(BsdfKind::NormalMap { normals: normals?, shading, nested })
 }
@@ -45,7 +45,8 @@ fn shading(query: &Query<'_>) -> ReliefShading {
 /// The one texture of a bump map, whatever its name.
 fn map(query: &Query<'_>) -> Option<SpectrumSource> {
     match query.object(Class::Spectrum) {
-        Some((_, id)) => spectra::plugin(query.reader, id),
+        Some((_, id)) => spectra::plugin(query.reader, id)
+            .filter(|source| spectra::check(query.reader, source, "texture", Use::Height)),
         None => {
             refuse_count(query, "texture", 0, "one texture of heights");
             None
@@ -55,6 +56,7 @@ fn map(query: &Query<'_>) -> Option<SpectrumSource> {
 
 /// A BSDF on both sides, or one on either.
 pub(super) fn two_sided(query: &Query<'_>) -> Option<BsdfKind> {
+    let allow_transmission = query.boolean("allow_transmission", false);
     let nested = query.objects(Class::Bsdf);
     if nested.is_empty() && is_broken(query) {
         return None;
@@ -66,7 +68,7 @@ pub(super) fn two_sided(query: &Query<'_>) -> Option<BsdfKind> {
     let mut sides = nested.into_iter().map(|(entry, id)| {
         let bsdf = read(query.reader, id);
         let plugin = &query.reader.tree.get(id).plugin;
-        let problem = if transmits(&bsdf) {
+        let problem = if transmits(&bsdf) && !allow_transmission {
             Some(format!("\"twosided\" cannot hold \"{plugin}\", which lets light through"))
         } else if matches!(bsdf.kind, BsdfKind::TwoSided { .. }) {
             Some("\"twosided\" cannot hold another \"twosided\"".to_owned())
@@ -82,7 +84,7 @@ pub(super) fn two_sided(query: &Query<'_>) -> Option<BsdfKind> {
         bsdf
     });
     let front = sides.next()?;
-    Some(BsdfKind::TwoSided { front, back: sides.next() })
+    Some(BsdfKind::TwoSided { front, back: sides.next(), allow_transmission })
 }
 
 /// Whether light can get through.

@@ -1,12 +1,12 @@
 //! Each default, as `print` shows it in Mitsuba 3.9.1 (validation/mitsuba/FACTS.md).
 
-use super::{errors, read, scene, shape};
+use super::{errors, scene, shape};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
 use crate::scene::description::{
-    Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, FieldOfView, FovAxis, IndexKind, IntegratorKind,
-    LightKind, MetalAssumption, PixelFormat, Roughness, ShapeKind, SpectrumKind, SpectrumSource,
+    Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, FieldOfView, FilmContent, IndexKind, IntegratorKind,
+    LightKind, MetalAssumption, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind, SpectrumSource,
 };
 
 fn bsdf(content: &str) -> Bsdf {
@@ -24,79 +24,21 @@ fn a_bare_scene_is_seen_as_in_mitsuba() {
     assert_eq!((scene.integrator.max_depth, scene.integrator.rr_depth), (None, 5));
     assert!(!scene.integrator.hide_emitters);
     let sensor = &scene.sensor;
-    assert_eq!((sensor.near_clip, sensor.far_clip), (0.01, 10_000.0));
-    assert_eq!(sensor.field_of_view, FieldOfView::FocalLength(50.0));
-    assert_eq!(sensor.to_world, Transform::IDENTITY);
-    assert!(sensor.lens.is_none() && sensor.principal_point == [0.0; 2]);
-    assert_eq!((sensor.film.width, sensor.film.height, sensor.film.crop), (768, 576, None));
-    assert_eq!(sensor.film.filter, FilterKind::Gaussian { stddev: 0.5 });
-    assert_eq!(sensor.film.pixel_format, PixelFormat::Rgb);
+    let SensorKind::Perspective { to_world, field_of_view, principal_point, near_clip, far_clip, lens: None } =
+        sensor.kind
+    else {
+        panic!("{:?}", sensor.kind)
+    };
+    assert_eq!((near_clip, far_clip), (0.01, 10_000.0));
+    assert_eq!(field_of_view, FieldOfView::FocalLength(50.0));
+    assert_eq!((to_world, principal_point), (Transform::IDENTITY, [0.0; 2]));
+    assert!(sensor.response.is_none() && sensor.medium.is_none());
+    let film = &sensor.film;
+    assert_eq!((film.width, film.height, film.crop, film.sample_border), (768, 576, None, false));
+    assert_eq!(film.filter, FilterKind::Gaussian { stddev: 0.5 });
+    assert!(matches!(film.content, FilmContent::Colour { format: PixelFormat::Rgb, alpha: false }));
     assert_eq!((sensor.sampler.kind, sensor.sampler.sample_count), (SamplerKind::Sobol, 4));
     assert_eq!(sensor.sampler.seed, 0);
-}
-
-#[test]
-fn sensors() {
-    let sensor = |kind: &str, content: &str| {
-        read(&format!(r#"<scene version="3.0.0"><sensor type="{kind}">{content}</sensor></scene>"#))
-            .map(|s| s.sensor)
-    };
-    let lens = sensor("thinlens", r#"<float name="aperture_radius" value="0.5"/>"#).unwrap().lens.unwrap();
-    assert_eq!((lens.aperture_radius, lens.focus_distance), (0.5, 10_000.0));
-    let far = r#"<float name="aperture_radius" value="0.5"/><integer name="far_clip" value="70"/>"#;
-    assert_eq!(sensor("thinlens", far).unwrap().lens.unwrap().focus_distance, 70.0);
-    assert!(sensor("thinlens", r#"<float name="principal_point_offset_x" value="0.5"/>"#).is_err());
-    let fov = sensor("perspective", r#"<integer name="fov" value="40"/>"#).unwrap().field_of_view;
-    assert_eq!(fov, FieldOfView::Degrees { angle: 40.0, axis: FovAxis::X });
-    for text in ["35", "35mm", "35 mm"] {
-        let content = format!(r#"<string name="focal_length" value="{text}"/>"#);
-        assert_eq!(sensor("perspective", &content).unwrap().field_of_view, FieldOfView::FocalLength(35.0));
-    }
-    for bad in [
-        r#"<float name="focal_length" value="35"/>"#,
-        r#"<string name="focal_length" value="5cm"/>"#,
-        r#"<string name="fov_axis" value="y"/>"#,
-        r#"<float name="fov" value="40"/><string name="fov_axis" value="X"/>"#,
-        r#"<transform name="to_world"><scale value="1.01"/></transform>"#,
-    ] {
-        assert!(sensor("perspective", bad).is_err(), "{bad}");
-    }
-    sensor("perspective", r#"<transform name="to_world"><scale x="-1"/></transform>"#).unwrap();
-}
-
-#[test]
-fn films_filters_and_samplers() {
-    let sensor = |content: &str| {
-        read(&format!(r#"<scene version="3.0.0"><sensor type="perspective">{content}</sensor></scene>"#))
-            .unwrap_or_else(|errors| panic!("{errors}"))
-    };
-    let filter =
-        |content: &str| sensor(&format!(r#"<film type="hdrfilm">{content}</film>"#)).sensor.film.filter;
-    assert_eq!(filter(r#"<rfilter type="box"/>"#), FilterKind::Box);
-    assert_eq!(filter(r#"<rfilter type="tent"/>"#), FilterKind::Tent { radius: 1.0 });
-    assert_eq!(filter(r#"<rfilter type="mitchell"/>"#), FilterKind::Mitchell { b: 1.0 / 3.0, c: 1.0 / 3.0 });
-    assert_eq!(filter(r#"<rfilter type="catmullrom"/>"#), FilterKind::CatmullRom);
-    assert_eq!(filter(r#"<rfilter type="lanczos"/>"#), FilterKind::Lanczos { lobes: 3 });
-    let film = sensor(
-        r#"<film type="hdrfilm"><integer name="width" value="100"/><integer name="crop_offset_x" value="10"/>
-           <integer name="crop_width" value="20"/><string name="pixel_format" value="XYZ"/>
-           <string name="component_format" value="float32"/></film>"#,
-    );
-    let crop = film.sensor.film.crop.unwrap();
-    assert_eq!((crop.x, crop.y, crop.width, crop.height), (10, 0, 20, 576));
-    assert_eq!(film.sensor.film.pixel_format, PixelFormat::Xyz);
-    assert!(film.remarks.is_empty());
-    for (name, kind, remarks) in [
-        ("independent", SamplerKind::Independent, 0),
-        ("stratified", SamplerKind::Sobol, 1),
-        ("multijitter", SamplerKind::Sobol, 1),
-        ("orthogonal", SamplerKind::Sobol, 1),
-        ("ldsampler", SamplerKind::Sobol, 1),
-        ("sobol", SamplerKind::Sobol, 0),
-    ] {
-        let scene = sensor(&format!(r#"<sampler type="{name}"/>"#));
-        assert_eq!((scene.sensor.sampler.kind, scene.remarks.len()), (kind, remarks), "{name}");
-    }
 }
 
 #[test]

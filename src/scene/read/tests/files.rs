@@ -7,7 +7,7 @@ use std::path::Path;
 
 fn file(name: &str, defines: &[(&str, &str)]) -> Description {
     let defines = defines.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
-    read(&Path::new("tests/scenes/grammar").join(name), &ReadOptions { defines })
+    read(&Path::new("tests/scenes/grammar").join(name), &ReadOptions { defines, ..ReadOptions::default() })
         .unwrap_or_else(|errors| panic!("{errors}"))
 }
 

@@ -91,7 +91,8 @@ fn parameters_are_replaced_anywhere_and_the_first_value_counts() {
         <shape type="$kind" id="a$r"><float name="$property" value="$rr.5"/></shape></scene>"#;
     let radius = |defines: &[(&str, &str)]| {
         let defines = defines.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
-        let scene = read_str(text, Path::new("s.xml"), &ReadOptions { defines }).unwrap();
+        let scene =
+            read_str(text, Path::new("s.xml"), &ReadOptions { defines, ..ReadOptions::default() }).unwrap();
         match scene.shapes[0].kind {
             ShapeKind::Sphere { radius, .. } => radius,
             _ => panic!("not a sphere"),

@@ -5,6 +5,7 @@ mod files;
 mod grammar;
 mod groups;
 mod harm;
+mod sensors;
 
 use super::{ReadOptions, read_str};
 use crate::scene::description::{Description, Shape};

@@ -1,13 +1,17 @@
 //! Emitters.
 
-use super::super::description::{Light, LightKind, SpectrumSource};
-use super::super::source::SceneError;
+mod sunsky;
+
 use super::Reader;
 use super::query::Query;
 use super::sensors;
 use super::spectra::{self, Use};
-use super::tree::ObjectId;
-use crate::geometry::Vec3;
+use super::textures;
+use super::tree::{Class, ObjectId};
+use crate::geometry::{Transform, Vec3};
+use crate::scene::description::{Light, LightKind, SpectrumSource};
+use crate::scene::source::SceneError;
+use glam::DMat3;
 
 /// By how much the length of a transformed axis may differ from 1: transforms are often written with few digits.
 const LOOSEST_LENGTH: f64 = 1e-3;
@@ -31,6 +35,8 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
             }
             Some(LightKind::Constant { radiance: spectra::emission(&query, "radiance") })
         }
+        "envmap" => environment_map(&query),
+        "sunsky" => sunsky::read(&query),
         name @ ("area" | "directionalarea") => {
             let problem = match name {
                 "area" => "An area light needs a shape",
@@ -48,10 +54,14 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
         }
     };
     let weight = sampling_weight(&query);
+    for (entry, _) in query.objects(Class::Medium) {
+        let text = "the medium of a light changes nothing: rays know what they are in".to_owned();
+        reader.remark(&entry.place, text);
+    }
     let weight_place = query.place("sampling_weight");
     query.finish();
     let kind = kind?;
-    if weight == Some(0.0) && !matches!(kind, LightKind::Constant { .. }) {
+    if weight == Some(0.0) && !kind.is_environment() {
         reader.remark(
             &weight_place,
             "the light is dark: with a sampling_weight of 0 nothing in Mitsuba 3 finds a light without extent".to_owned(),
@@ -67,7 +77,7 @@ pub(super) fn area(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     let object = query.object;
     match object.plugin.as_str() {
         name @ ("area" | "directionalarea") => {
-            let radiance = spectra::emission(&query, "radiance");
+            let radiance = spectra::radiance(&query, "radiance");
             sampling_weight(&query);
             if query.has("to_world") {
                 query.entry("to_world");
@@ -125,6 +135,52 @@ fn sampling_weight(query: &Query<'_>) -> Option<f64> {
     Some(weight)
 }
 
+/// `to_world` of light from beyond the scene, which has no place and no size.
+fn rotation(query: &Query<'_>) -> Transform {
+    let to_world = query.transform("to_world");
+    let axes = DMat3::from_mat4(to_world.matrix());
+    if !(axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, LOOSEST_LENGTH) {
+        query.error(
+            SceneError::at(
+                &query.place("to_world"),
+                "The transform of light from all around scales",
+                "expected a transform that only rotates",
+            )
+            .with_remedy("leave out <scale>: it would not make the surroundings larger, only distort them"),
+        );
+        return Transform::IDENTITY;
+    }
+    to_world
+}
+
+fn environment_map(query: &Query<'_>) -> Option<LightKind> {
+    let to_world = rotation(query);
+    let scale = factor(query);
+    if query.has("mis_compensation") {
+        query.boolean("mis_compensation", false);
+        let text = "mis_compensation changes nothing: it is a matter of noise";
+        query.reader.remark(&query.place("mis_compensation"), text.to_owned());
+    }
+    let (file, image) = textures::image(query, "filename")?;
+    let [width, height] = [image.width, image.height];
+    if (width < 2 || height < 3) && (width, height) != (1, 1) {
+        query.error(
+            SceneError::at(
+                &query.place("filename"),
+                format!("A picture of {width} × {height} pixels cannot surround a scene"),
+                "expected at least 2 columns and 3 rows, or a single pixel",
+            )
+            .with_remedy("the first and the last row are the poles"),
+        );
+        return None;
+    }
+    if image.values.iter().any(|&value| value < 0.0) {
+        let text = "negative values of the picture count as 0, as in Mitsuba 3";
+        query.reader.assumption(&query.place("filename"), text.to_owned());
+    }
+    Some(LightKind::EnvironmentMap { to_world, file, image, scale })
+}
+
 fn point(query: &Query<'_>) -> LightKind {
     let to_world = query.transform("to_world");
     let position = query.vector("position");
@@ -164,13 +220,23 @@ fn spot(query: &Query<'_>) -> LightKind {
         ));
     }
     let texture = spectra::read(query, "texture", Use::Emission);
+    if let Some(texture) = texture.as_ref().filter(|texture| !textures::varies(texture)) {
+        query.error(
+            SceneError::at(
+                &texture.place,
+                "The texture of a spot must vary",
+                "expected a texture such as a bitmap",
+            )
+            .with_remedy("what is the same everywhere is the intensity"),
+        );
+    }
     LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture }
 }
 
 fn projector(query: &Query<'_>) -> LightKind {
     LightKind::Projector {
         to_world: query.transform("to_world"),
-        irradiance: spectra::emission(query, "irradiance"),
+        irradiance: spectra::radiance(query, "irradiance"),
         scale: factor(query),
         field_of_view: sensors::field_of_view(query),
     }

@@ -1,0 +1,160 @@
+//! Cameras that project the scene onto a plane.
+
+use crate::geometry::{Ray, Transform, Vec3};
+use crate::sampling::warp;
+
+/// A pinhole, thin-lens or orthographic camera. It looks along its local +z, local +x is the picture's left and +y its top.
+#[derive(Clone, Debug)]
+pub struct Projective {
+    to_world: Transform,
+    projection: Projection,
+    /// Film positions in pixels to the local plane z = 1: scale and offset of each axis.
+    scale: [f64; 2],
+    offset: [f64; 2],
+    /// Depths between which surfaces are seen.
+    near_clip: f64,
+    far_clip: f64,
+}
+
+/// How rays run through the film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// All through one point.
+    Pinhole,
+    /// Through one point of the lens each.
+    ThinLens(ThinLens),
+    /// All along the axis.
+    Orthographic,
+}
+
+/// An ideal lens without thickness that images the plane at `focus_distance` onto the film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThinLens {
+    pub aperture_radius: f64,
+    pub focus_distance: f64,
+}
+
+/// What [`Projective::new`] is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct ProjectiveSettings {
+    /// A rigid motion or a mirror image of one; any affine map for an orthographic camera.
+    pub to_world: Transform,
+    pub projection: Projection,
+    /// Width and height of the whole film in pixels.
+    pub film: [f64; 2],
+    /// Half the width of what is seen at distance 1: the tangent of half the horizontal field of view.
+    pub half_width: f64,
+    /// Offset of the principal point in parts of the film's width and height.
+    pub principal_point: [f64; 2],
+    pub near_clip: f64,
+    pub far_clip: f64,
+}
+
+impl Projective {
+    pub fn new(settings: ProjectiveSettings) -> Self {
+        let [width, height] = settings.film;
+        let [px, py] = settings.principal_point;
+        // The same for both axes: pixels are square.
+        let per_pixel = 2.0 * settings.half_width / width;
+        Self {
+            to_world: settings.to_world,
+            projection: settings.projection,
+            scale: [-per_pixel; 2],
+            offset: [-per_pixel * width * (px - 0.5), -per_pixel * height * (py - 0.5)],
+            near_clip: settings.near_clip,
+            far_clip: settings.far_clip,
+        }
+    }
+
+    /// Whether [`Self::ray`] uses its lens sample.
+    pub fn has_lens(&self) -> bool {
+        matches!(self.projection, Projection::ThinLens(_))
+    }
+
+    /// The ray seen at a film position (pixels from the top left corner of the film) through the point of the lens
+    /// that `lens_u` chooses.
+    pub fn ray(&self, film: [f64; 2], lens_u: [f64; 2]) -> Ray {
+        let axis = |i: usize| film[i] * self.scale[i] + self.offset[i];
+        let on_plane = Vec3::new(axis(0), axis(1), 1.0);
+        let (origin, direction) = match self.projection {
+            Projection::Pinhole => (Vec3::ZERO, on_plane),
+            Projection::ThinLens(lens) => {
+                let [x, y] = warp::disk(lens_u).map(|c| c * lens.aperture_radius);
+                let origin = Vec3::new(x, y, 0.0);
+                (origin, on_plane - origin / lens.focus_distance)
+            }
+            Projection::Orthographic => (on_plane.with_z(0.0), Vec3::Z),
+        };
+        // z is 1 here, so depths along the axis are distances over the direction's length.
+        let length = direction.length();
+        let near = origin + direction * self.near_clip;
+        Ray {
+            origin: self.to_world.point(near),
+            direction: self.to_world.vector(direction / length).normalize(),
+            // In world units even where `to_world` scales, as in Mitsuba 3.
+            t_max: (self.far_clip - self.near_clip) * length,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings() -> ProjectiveSettings {
+        ProjectiveSettings {
+            to_world: Transform::IDENTITY,
+            projection: Projection::Pinhole,
+            film: [200.0, 100.0],
+            half_width: 0.5,
+            principal_point: [0.0, 0.0],
+            near_clip: 0.01,
+            far_clip: 1e4,
+        }
+    }
+
+    /// Where a ray meets the plane z = 1.
+    fn at_unit_depth(camera: &Projective, film: [f64; 2], lens: [f64; 2]) -> Vec3 {
+        let ray = camera.ray(film, lens);
+        ray.at((1.0 - ray.origin.z) / ray.direction.z)
+    }
+
+    #[test]
+    fn left_of_the_picture_is_local_plus_x_and_top_is_plus_y() {
+        let camera = Projective::new(settings());
+        assert!((at_unit_depth(&camera, [0.0, 0.0], [0.5; 2]) - Vec3::new(0.5, 0.25, 1.0)).length() < 1e-12);
+        assert!((at_unit_depth(&camera, [100.0, 50.0], [0.5; 2]) - Vec3::Z).length() < 1e-12);
+    }
+
+    #[test]
+    fn a_positive_principal_point_moves_content_left_and_up() {
+        let camera = Projective::new(ProjectiveSettings { principal_point: [0.1, 0.2], ..settings() });
+        // What is on the axis is seen a tenth of the width to the left and a fifth of the height higher.
+        assert!((at_unit_depth(&camera, [80.0, 30.0], [0.5; 2]) - Vec3::Z).length() < 1e-12);
+    }
+
+    #[test]
+    fn clips_are_planes() {
+        let camera = Projective::new(ProjectiveSettings { near_clip: 2.0, far_clip: 5.0, ..settings() });
+        let ray = camera.ray([3.0, 7.0], [0.5; 2]);
+        assert!((ray.origin.z - 2.0).abs() < 1e-12);
+        assert!((ray.at(ray.t_max).z - 5.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_focal_surface_is_a_plane_and_blur_has_the_diameter_of_similar_triangles() {
+        let lens = ThinLens { aperture_radius: 0.1, focus_distance: 4.0 };
+        let camera =
+            Projective::new(ProjectiveSettings { projection: Projection::ThinLens(lens), ..settings() });
+        for film in [[3.0, 7.0], [100.0, 50.0], [199.0, 99.0]] {
+            let at = |depth: f64, u: [f64; 2]| {
+                let ray = camera.ray(film, u);
+                ray.at((depth - ray.origin.z) / ray.direction.z)
+            };
+            let edge = [[0.999_999_9, 0.5], [0.000_000_1, 0.5]];
+            assert!((at(4.0, edge[0]) - at(4.0, edge[1])).length() < 1e-6);
+            let blur = (at(6.0, edge[0]) - at(6.0, edge[1])).length();
+            assert!((blur - 2.0 * 0.1 * (6.0 - 4.0) / 4.0).abs() < 1e-6, "{blur}");
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! What holds for every environment that is sampled.
+
+use super::sky::{Sky, SkySettings};
+use super::{Environment, EnvironmentMap, Texel};
+use crate::geometry::{Transform, Vec3};
+use crate::sampling::warp;
+use crate::spectrum::Spectrum;
+use crate::stats::{Moments, sidak, welch};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+use std::f64::consts::PI;
+
+const NM: f64 = 560.0;
+
+fn turned() -> Transform {
+    Transform::new(glam::DMat4::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 1.1)).unwrap()
+}
+
+/// Grey texels of different brightness, most of them black.
+fn map(width: usize, height: usize) -> Environment {
+    let texels = (0..width * height)
+        .map(|i| match i * 7 % 11 {
+            k @ 0..4 => Texel { coefficients: [0.0, 0.001 * k as f32, -0.6], factor: (1 + k * k * k) as f32 },
+            _ => Texel::BLACK,
+        })
+        .collect();
+    let map = EnvironmentMap::new([width, height], texels, Spectrum::ONE, turned()).unwrap();
+    Environment::Map(Box::new(map))
+}
+
+fn sky(sun: Vec3, sun_aperture: f64, complex_sun: bool) -> Environment {
+    let settings = SkySettings {
+        turbidity: 3.0,
+        albedo: [0.3; 11],
+        sun_direction: sun.normalize(),
+        sky_scale: 1.0,
+        sun_scale: 0.01,
+        sun_aperture,
+        complex_sun,
+    };
+    Environment::Sky(Box::new(Sky::new(&settings, turned()).unwrap()))
+}
+
+fn environments() -> [Environment; 4] {
+    [
+        map(8, 4),
+        map(300, 151),
+        sky(Vec3::new(0.3, 0.2, 0.8), 30.0, false),
+        sky(Vec3::new(1.0, 0.0, 0.05), 8.0, true),
+    ]
+}
+
+fn uniform_direction(u: [f64; 2]) -> Vec3 {
+    let z = 2.0 * u[0] - 1.0;
+    let (sin, cos) = (2.0 * PI * u[1]).sin_cos();
+    Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z
+}
+
+struct Numbers(Pcg64);
+
+impl Numbers {
+    fn pair(&mut self) -> [f64; 2] {
+        [0; 2].map(|_| (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64)
+    }
+}
+
+/// The light from each of 24 parts of the sphere, by sampled and by uniform directions; and the density's integral is 1, over
+/// the whole and as a histogram of what was sampled.
+#[test]
+fn sampled_directions_follow_the_density_and_bring_all_the_light() {
+    const PARTS: usize = 24;
+    const SAMPLES: usize = 400_000;
+    let part = |d: Vec3| {
+        let octant = usize::from(d.x > 0.0) + 2 * usize::from(d.y > 0.0) + 4 * usize::from(d.z > 0.0);
+        let a = d.abs();
+        octant * 3 + if a.x > a.y.max(a.z) { 0 } else { 1 + usize::from(a.z > a.y) }
+    };
+    let least = sidak(0.01, 2 * PARTS * environments().len());
+    for (number, environment) in environments().into_iter().enumerate() {
+        let mut numbers = Numbers(Pcg64::new(number as u128, 1));
+        let [mut light, mut plain_light, mut seen, mut density] =
+            std::array::from_fn(|_| vec![Moments::default(); PARTS]);
+        for _ in 0..SAMPLES {
+            let (sampled, p) = environment.sample(numbers.pair()).unwrap();
+            assert!((sampled.length() - 1.0).abs() < 1e-9);
+            let plain = uniform_direction(numbers.pair());
+            let of_sampled = environment.radiance(sampled, &[NM]).hero() / p;
+            let of_plain = environment.radiance(plain, &[NM]).hero();
+            assert!(of_plain == 0.0 || environment.density(plain) > 0.0, "{number}: {plain}");
+            for i in 0..PARTS {
+                let [in_sampled, in_plain] = [sampled, plain].map(|d| f64::from(part(d) == i));
+                light[i].push(of_sampled * in_sampled);
+                plain_light[i].push(of_plain * 4.0 * PI * in_plain);
+                seen[i].push(in_sampled);
+                density[i].push(environment.density(plain) * 4.0 * PI * in_plain);
+            }
+        }
+        for i in 0..PARTS {
+            for (what, a, b) in [("light", &light, &plain_light), ("density", &seen, &density)] {
+                let test = welch(&a[i].estimate(), &b[i].estimate());
+                assert!(test.p_value > least, "environment {number}, part {i}, {what}: {test}");
+            }
+        }
+    }
+}
+
+/// The density that `sample` states is that of `density`, but where the two fall on different sides of an edge by rounding.
+#[test]
+fn both_ways_to_ask_for_a_density_agree() {
+    for environment in environments() {
+        let mut numbers = Numbers(Pcg64::new(7, 1));
+        let apart = (0..20_000)
+            .filter(|_| {
+                let (direction, p) = environment.sample(numbers.pair()).unwrap();
+                (environment.density(direction) / p - 1.0).abs() > 1e-9
+            })
+            .count();
+        assert!(apart < 20, "{apart}");
+    }
+}
+
+/// The irradiance of a plane, by directions to the light and by those that a diffuse surface scatters to.
+#[test]
+fn a_plane_receives_the_same_by_light_samples_and_by_scattering() {
+    for (number, environment) in environments().into_iter().enumerate() {
+        let mut numbers = Numbers(Pcg64::new(number as u128, 2));
+        let [mut by_light, mut by_scattering] = [Moments::default(); 2];
+        for _ in 0..300_000 {
+            let (direction, p) = environment.sample(numbers.pair()).unwrap();
+            by_light.push(environment.radiance(direction, &[NM]).hero() * direction.z.max(0.0) / p);
+            let direction = warp::cosine_hemisphere(numbers.pair());
+            by_scattering.push(environment.radiance(direction, &[NM]).hero() * PI);
+        }
+        let test = welch(&by_light.estimate(), &by_scattering.estimate());
+        assert!(test.p_value > sidak(0.01, 4), "environment {number}: {test}");
+        // Otherwise it would not be worth it.
+        assert!(by_light.variance() < by_scattering.variance());
+    }
+}
+
+#[test]
+fn the_mean_is_that_of_the_radiance() {
+    for environment in environments() {
+        let mut numbers = Numbers(Pcg64::new(3, 3));
+        let mean: Moments = (0..200_000)
+            .map(|_| environment.radiance(uniform_direction(numbers.pair()), &[NM]).hero())
+            .collect();
+        // It steers the choice of lights and wavelengths, nothing else: a few per cent do no harm.
+        assert!((environment.mean().at(NM) / mean.mean() - 1.0).abs() < 0.05);
+    }
+}

@@ -1,0 +1,490 @@
+//! The sensor: which rays it measures, on which film, and which wavelengths matter to it.
+
+use super::{Compiler, place, spectra};
+use crate::camera::{
+    Camera, Distant, IrradianceMeter, Projection, Projective, ProjectiveSettings, RadianceMeter, Rays,
+    ThinLens, View, Window,
+};
+use crate::geometry::{Bounds, Transform, Vec3};
+use crate::scene::description::{
+    self, DistantTarget, FieldOfView, FilmContent, FovAxis, Sensor, SensorKind, SpectrumKind,
+};
+use crate::scene::source::SceneError;
+use crate::scene::traceable::{FilmChannel, FilmPlan};
+use crate::shape::Shape;
+use crate::spectrum::{Extrapolation, Spectrum};
+use crate::units::WavelengthRange;
+
+/// By this factor Mitsuba 3 enlarges the sphere around a scene that a distant sensor looks at.
+const SPHERE_MARGIN: f64 = 1.0 + 1500.0 / 16_777_216.0;
+
+impl description::Film {
+    /// All wavelengths that can be seen or that the film has a response to.
+    pub fn wavelength_range(&self) -> WavelengthRange {
+        let visible = WavelengthRange::VISIBLE;
+        let FilmContent::Responses(channels) = &self.content else { return visible };
+        channels.iter().fold(visible, |range, channel| {
+            let (min, max) = match &channel.response.kind {
+                SpectrumKind::Irregular { nm, .. } => (nm[0], nm[nm.len() - 1]),
+                SpectrumKind::Regular { min_nm, max_nm, .. } => (*min_nm, *max_nm),
+                _ => return range,
+            };
+            WavelengthRange { min: range.min.min(min), max: range.max.max(max) }
+        })
+    }
+}
+
+/// A film as a sensor is told of it: one of a batch has one of its own, which its column shows.
+#[derive(Clone, Copy)]
+struct FilmShare {
+    /// Pixels of the whole film.
+    size: [f64; 2],
+    exposed: Window,
+}
+
+impl Compiler<'_> {
+    pub(super) fn film(&mut self) -> FilmPlan {
+        let film = &self.description.sensor.film;
+        let full_size = [film.width, film.height];
+        let (size, offset) = match film.crop {
+            Some(crop) => ([crop.width, crop.height], [crop.x, crop.y]),
+            None => (full_size, [0, 0]),
+        };
+        let (alpha, channels) = match &film.content {
+            FilmContent::Colour { alpha, .. } => (*alpha, Vec::new()),
+            FilmContent::Responses(channels) => {
+                (false, channels.iter().filter_map(|channel| self.channel(channel)).collect())
+            }
+        };
+        let (filter, sample_border) = (film.filter, film.sample_border);
+        FilmPlan { size, offset, full_size, filter, sample_border, alpha, channels }
+    }
+
+    fn channel(&mut self, channel: &description::FilmChannel) -> Option<FilmChannel> {
+        let response = self.sensor_spectrum(&channel.response)?;
+        let integral = response.integral(self.options.range);
+        if integral > 0.0 {
+            return Some(FilmChannel { name: channel.name.clone(), response, integral });
+        }
+        let range = self.options.range;
+        self.errors.push(SceneError::at(
+            &channel.response.place,
+            format!(
+                "The channel \"{}\" does not respond between {} and {} nm",
+                channel.name, range.min, range.max
+            ),
+            "expected a response to some wavelength that is simulated",
+        ));
+        None
+    }
+
+    fn sensor_spectrum(&mut self, source: &description::SpectrumSource) -> Option<Spectrum> {
+        spectra::spectrum(source).map_err(|error| self.errors.push(error)).ok()
+    }
+
+    /// `None` where the sensor is wrong, which is reported. `scene` bounds all shapes, once moved by `shift`.
+    pub(super) fn camera(&mut self, shift: &Transform, scene: Bounds) -> Option<Camera> {
+        let sensor = &self.description.sensor;
+        let film = &sensor.film;
+        let size = [film.width, film.height].map(f64::from);
+        let exposed = film.crop.map_or(Window { offset: [0.0; 2], size }, |crop| Window {
+            offset: [crop.x, crop.y].map(f64::from),
+            size: [crop.width, crop.height].map(f64::from),
+        });
+        let SensorKind::Batch(sensors) = &sensor.kind else {
+            return self.view(sensor, FilmShare { size, exposed }, shift, scene).map(Camera::single);
+        };
+        let column = [size[0] / sensors.len() as f64, size[1]];
+        let share = FilmShare { size: column, exposed: Window { offset: [0.0; 2], size: column } };
+        let views: Vec<_> = sensors.iter().map(|sensor| self.view(sensor, share, shift, scene)).collect();
+        let views: Option<Vec<View>> = views.into_iter().collect();
+        Some(Camera::side_by_side(views?, exposed, column))
+    }
+
+    fn view(&mut self, sensor: &Sensor, film: FilmShare, shift: &Transform, scene: Bounds) -> Option<View> {
+        let response = match &sensor.response {
+            Some(response) => Some(self.sensor_spectrum(response)?),
+            None => None,
+        };
+        let projective = |projection, to_world: &Transform, half_width, principal_point, clips: [f64; 2]| {
+            Rays::Projective(Projective::new(ProjectiveSettings {
+                to_world: to_world.then(shift),
+                projection,
+                film: film.size,
+                half_width,
+                principal_point,
+                near_clip: clips[0],
+                far_clip: clips[1],
+            }))
+        };
+        let rays = match &sensor.kind {
+            SensorKind::Perspective {
+                to_world,
+                field_of_view,
+                principal_point,
+                near_clip,
+                far_clip,
+                lens,
+            } => {
+                let projection = lens.map_or(Projection::Pinhole, |lens| {
+                    let (aperture_radius, focus_distance) = (lens.aperture_radius, lens.focus_distance);
+                    Projection::ThinLens(ThinLens { aperture_radius, focus_distance })
+                });
+                let half_width = tan_half_width(*field_of_view, film.size);
+                projective(projection, to_world, half_width, *principal_point, [*near_clip, *far_clip])
+            }
+            SensorKind::Orthographic { to_world, near_clip, far_clip } => {
+                projective(Projection::Orthographic, to_world, 1.0, [0.0; 2], [*near_clip, *far_clip])
+            }
+            SensorKind::RadianceMeter { origin, direction } => {
+                Rays::Radiance(RadianceMeter::new(shift.point(*origin), *direction))
+            }
+            SensorKind::IrradianceMeter { surface } => {
+                let surface = self.measured_surface(surface, shift)?;
+                Rays::Irradiance(Box::new(IrradianceMeter::new(surface, film.exposed)))
+            }
+            SensorKind::Distant { direction, target } => {
+                Rays::Distant(Box::new(self.distant(*direction, target, shift, scene)?))
+            }
+            // The reader refuses a batch in a batch.
+            SensorKind::Batch(_) => return None,
+        };
+        Some(View { rays, response })
+    }
+
+    fn distant(
+        &mut self,
+        direction: Vec3,
+        target: &DistantTarget,
+        shift: &Transform,
+        scene: Bounds,
+    ) -> Option<Distant> {
+        let (centre, radius) = if scene.is_empty() {
+            (Vec3::ZERO, 1.0)
+        } else {
+            (scene.centre(), 0.5 * scene.diameter() * SPHERE_MARGIN)
+        };
+        Some(match target {
+            DistantTarget::Scene => Distant::at_sphere(direction, centre, radius),
+            DistantTarget::Point(point) => Distant::at_point(direction, shift.point(*point), 2.0 * radius),
+            DistantTarget::Surface(surface) => {
+                Distant::at_surface(direction, self.measured_surface(surface, shift)?, 2.0 * radius)
+            }
+        })
+    }
+
+    /// A surface that a sensor measures at, where points can be chosen.
+    fn measured_surface(&mut self, shape: &description::Shape, shift: &Transform) -> Option<Shape> {
+        let surface = self.keep(&shape.place, place(shape, &shape.to_world.then(shift)))?;
+        let area = surface.area();
+        if area > 0.0 && area.is_finite() {
+            return Some(surface);
+        }
+        self.errors.push(SceneError::at(
+            &shape.place,
+            "The shape has no area to measure at",
+            "expected a surface of positive, finite area",
+        ));
+        None
+    }
+
+    /// What the sensor sees of each wavelength: for each of its channels a response and its share.
+    pub(super) fn responses(&self, camera: &Camera, film: &FilmPlan) -> Vec<(Spectrum, f64)> {
+        let [x, y, z] = self.options.observer.spectra();
+        let mut channels: Vec<(Spectrum, f64)> = if film.channels.is_empty() {
+            // Luminance counts double.
+            vec![(x, 1.0), (y, 2.0), (z, 1.0)]
+        } else {
+            // Colours are for the preview alone.
+            let own = film.channels.iter().map(|channel| (channel.response.clone(), 1.0));
+            own.chain([x, y, z].map(|spectrum| (spectrum, 0.03))).collect()
+        };
+        if self.options.spectral {
+            // As much as all colours together.
+            channels.push((Spectrum::ONE, 4.0));
+        }
+        let seen = |view: &View| -> Vec<(Spectrum, f64)> {
+            match &view.response {
+                None => channels.clone(),
+                Some(factor) => {
+                    channels.iter().map(|(channel, w)| (self.product(channel, factor), *w)).collect()
+                }
+            }
+        };
+        camera.views().iter().flat_map(seen).collect()
+    }
+
+    /// The product of two spectra, good enough to choose wavelengths by.
+    pub(super) fn product(&self, a: &Spectrum, b: &Spectrum) -> Spectrum {
+        let range = self.options.range;
+        let steps = range.width().ceil().max(1.0) as usize;
+        let grid = (0..=steps).map(|i| range.min + range.width() * i as f64 / steps as f64);
+        let mut nm: Vec<f64> =
+            grid.chain(a.nodes()).chain(b.nodes()).filter(|nm| range.contains(*nm)).collect();
+        nm.sort_by(f64::total_cmp);
+        nm.dedup();
+        let values: Vec<f64> = nm.iter().map(|&nm| a.at(nm) * b.at(nm)).collect();
+        Spectrum::irregular(&nm, &values, Extrapolation::Zero).unwrap_or(Spectrum::ONE)
+    }
+}
+
+/// Tangent of half the horizontal field of view, for a film of this width and height.
+pub(super) fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64 {
+    let diagonal = width.hypot(height);
+    match fov {
+        // Half of the diagonal of 36 mm × 24 mm over the focal length, along the film's own diagonal (Mitsuba 3).
+        FieldOfView::FocalLength(mm) => 0.5 * 36f64.hypot(24.0) / mm * width / diagonal,
+        FieldOfView::Degrees { angle, axis } => {
+            let edge = match axis {
+                FovAxis::X => width,
+                FovAxis::Y => height,
+                FovAxis::Diagonal => diagonal,
+                FovAxis::Smaller => width.min(height),
+                FovAxis::Larger => width.max(height),
+            };
+            (0.5 * angle).to_radians().tan() * width / edge
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{CompileOptions, ReadOptions, Scene, compile, read_str};
+    use std::path::Path;
+
+    fn scene(content: &str) -> Scene {
+        let text = format!(r#"<scene version="3.0.0">{content}</scene>"#);
+        let description = read_str(text, Path::new("scene.xml"), &ReadOptions::default());
+        let description = description.unwrap_or_else(|errors| panic!("{errors}"));
+        compile(&description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"))
+    }
+
+    const FILM: &str =
+        r#"<film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="4"/></film>"#;
+    const PIXEL: &str =
+        r#"<film type="hdrfilm"><integer name="width" value="1"/><integer name="height" value="1"/></film>"#;
+
+    /// Origin, direction and weight of the ray at a place of the exposed film, and its length.
+    fn ray(scene: &Scene, place: [f64; 2], second: [f64; 2]) -> ([f64; 3], [f64; 3], f64, f64) {
+        let film = [0, 1].map(|i| f64::from(scene.film.offset[i]) + place[i] * f64::from(scene.film.size[i]));
+        let seen = scene.camera.ray(film, second).unwrap();
+        (seen.ray.origin.into(), seen.ray.direction.into(), seen.weight, seen.ray.t_max)
+    }
+
+    #[track_caller]
+    fn assert_near(found: [f64; 3], seen: [f64; 3], tolerance: f64) {
+        assert!(found.iter().zip(seen).all(|(a, b)| (a - b).abs() < tolerance), "{found:?} {seen:?}");
+    }
+
+    #[test]
+    fn cameras_have_mitsubas_rays() {
+        // `sensor.sample_ray` of Mitsuba 3.9.1 (scalar_spectral): content of the sensor, place on the film, place on the
+        // lens, origin, direction, length.
+        let crop = r#"<film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="4"/>
+            <integer name="crop_width" value="4"/><integer name="crop_height" value="2"/>
+            <integer name="crop_offset_x" value="1"/><integer name="crop_offset_y" value="2"/></film>"#;
+        let fov = r#"<float name="fov" value="40"/>"#;
+        let principal = r#"<float name="principal_point_offset_x" value=".25"/>
+            <float name="principal_point_offset_y" value=".125"/>"#;
+        let lens = r#"<float name="aperture_radius" value="1"/><float name="focus_distance" value="3"/>"#;
+        let stretched = r#"<transform name="to_world"><scale x="2" y="3" z="4"/></transform>"#;
+        let cases: [(&str, String, [f64; 3], [f64; 3], f64); 8] = [
+            (
+                "perspective",
+                format!("{fov}{FILM}"),
+                [0.00181985, 0.00090993, 0.01],
+                [0.17833126, 0.08916563, 0.9799222],
+                10204.8818359375,
+            ),
+            (
+                "perspective",
+                format!(r#"<float name="near_clip" value="1"/><float name="far_clip" value="5"/>{FILM}"#),
+                [0.19349422, 0.09674711, 1.0],
+                [0.18911943, 0.09455971, 0.9773906],
+                4.092529773712158,
+            ),
+            (
+                "perspective",
+                format!("{fov}{crop}"),
+                [0.00181985, -0.00045496, 0.01],
+                [0.17886531, -0.04471631, 0.9828568],
+                10174.412109375,
+            ),
+            (
+                "perspective",
+                format!(r#"{fov}<string name="fov_axis" value="y"/>{crop}"#),
+                [0.0036397, -0.00090993, 0.01],
+                [0.34077668, -0.08519413, 0.9362762],
+                10680.59765625,
+            ),
+            (
+                "perspective",
+                format!("{principal}{crop}"),
+                [0.0, -0.00096747, 0.01],
+                [0.0, -0.09629744, 0.99535263],
+                10046.6806640625,
+            ),
+            (
+                "thinlens",
+                format!("{lens}{FILM}"),
+                [-0.30319133, 0.73760736, 0.01],
+                [0.28055096, -0.14203086, 0.9492725],
+                10534.3720703125,
+            ),
+            ("orthographic", FILM.to_owned(), [0.5, 0.25, 0.01], [0.0, 0.0, 1.0], 9999.990234375),
+            (
+                "orthographic",
+                format!("{stretched}{FILM}"),
+                [1.0, 0.75, 0.04],
+                [0.0, 0.0, 1.0],
+                9999.990234375,
+            ),
+        ];
+        for (plugin, content, origin, direction, length) in cases {
+            let scene = scene(&format!(r#"<sensor type="{plugin}">{content}</sensor>"#));
+            let found = ray(&scene, [0.25, 0.25], [0.3, 0.9]);
+            assert_near(found.0, origin, 1e-6);
+            assert_near(found.1, direction, 1e-6);
+            assert!((found.3 / length - 1.0).abs() < 1e-6 && found.2 == 1.0, "{plugin} {content} {found:?}");
+        }
+    }
+
+    #[test]
+    fn irradiance_is_measured_where_mitsuba_puts_a_film_on_a_shape() {
+        // Places of four points of the film on five shapes, for directions along the normal (Mitsuba 3.9.1).
+        let places = [[0.1, 0.2], [0.3, 0.4], [0.8, 0.35], [0.45, 0.95]];
+        let shapes: [(&str, [[f64; 3]; 4]); 5] = [
+            (
+                "sphere",
+                [
+                    [0.647272, 0.47027, 0.600054],
+                    [-0.302801, 0.931925, 0.200018],
+                    [0.29481, -0.907331, 0.300027],
+                    [-0.414593, 0.134709, -0.90008],
+                ],
+            ),
+            (
+                "cylinder",
+                [
+                    [0.309045, 0.951142, 0.1],
+                    [-0.809089, 0.587838, 0.3],
+                    [-0.587838, 0.809089, 0.8],
+                    [0.951142, -0.309045, 0.45],
+                ],
+            ),
+            (
+                "disk",
+                [
+                    [-0.665176, -0.444456, 0.0],
+                    [-0.369552, -0.153073, 0.0],
+                    [0.554328, -0.22961, 0.0],
+                    [-0.07844, 0.896575, 0.0],
+                ],
+            ),
+            ("rectangle", [[-0.8, -0.6, 0.0], [-0.4, -0.2, 0.0], [0.6, -0.3, 0.0], [-0.1, 0.9, 0.0]]),
+            (
+                "cube",
+                [
+                    [0.13842, 1.0, -0.241053],
+                    [1.0, 0.665336, 0.338656],
+                    [1.0, 0.284458, -0.821115],
+                    [-0.48324, 0.406705, -1.0],
+                ],
+            ),
+        ];
+        for (shape, seen) in shapes {
+            let scene = scene(&format!(
+                r#"<shape type="{shape}"><sensor type="irradiancemeter">{PIXEL}</sensor></shape>"#
+            ));
+            let centre = if shape == "cylinder" { 0.5 } else { 0.0 };
+            for (place, [x, y, z]) in places.into_iter().zip(seen) {
+                let (origin, _, weight, _) = ray(&scene, place, [0.5, 0.5]);
+                // There, rays start 1e-4 above the surface.
+                assert_near(origin, [x, y, z - centre], 1.2e-4);
+                assert!((weight / std::f64::consts::PI - 1.0).abs() < 1e-12, "{shape} {weight}");
+            }
+        }
+    }
+
+    #[test]
+    fn distant_sensors_look_at_a_sphere_a_point_or_a_surface() {
+        // A sphere of radius 2 has a bounding box of half diagonal √12, which Mitsuba 3.9.1 enlarges to 3.464411.
+        let rays = |content: &str, second: [f64; 2]| {
+            let scene = scene(&format!(
+                r#"<shape type="sphere"><float name="radius" value="2"/></shape>
+                   <sensor type="distant"><vector name="direction" value="0 0 -3"/>{content}{PIXEL}</sensor>"#
+            ));
+            ray(&scene, [0.1, 0.2], second)
+        };
+        let (origin, direction, weight, _) = rays("", [0.5, 0.5]);
+        assert_near(origin, [0.0, 0.0, 3.464411], 1e-6);
+        assert_eq!((direction, weight), ([0.0, 0.0, -1.0], 1.0));
+        let (origin, ..) = rays("", [0.9, 0.5]);
+        // 0.8 of the radius from the axis; around the axis it may lie anywhere.
+        assert!((origin[0].hypot(origin[1]) - 2.771529).abs() < 1e-6 && (origin[2] - 3.464411).abs() < 1e-6);
+        let (origin, ..) = rays(r#"<point name="target" value=".5 .25 0"/>"#, [0.3, 0.7]);
+        assert_near(origin, [0.5, 0.25, 6.928823], 1e-6);
+        let target = r#"<shape type="rectangle" name="target"><transform name="to_world"><scale x="3"/>
+            <rotate y="1" angle="60"/></transform></shape>"#;
+        let (origin, _, weight, _) = rays(target, [0.9, 0.2]);
+        // Evenly over the surface, whatever its slope.
+        assert!(weight == 1.0 && origin[0].abs() <= 1.5 && origin[1].abs() <= 1.0);
+    }
+
+    #[test]
+    fn a_batch_shows_each_sensor_in_its_column() {
+        let lookat = |from: &str| {
+            format!(
+                r#"<transform name="to_world"><lookat origin="{from}" target="0 0 0" up="0 1 0"/></transform>"#
+            )
+        };
+        let first =
+            format!(r#"<sensor type="perspective"><float name="fov" value="40"/>{}"#, lookat("0 0 -5"));
+        let second = format!(r#"<sensor type="orthographic">{}"#, lookat("5 0 0"));
+        let film = |width: u32, height: u32, crop: &str| {
+            format!(
+                r#"<film type="hdrfilm"><integer name="width" value="{width}"/><integer name="height" value="{height}"/>{crop}</film>"#
+            )
+        };
+        let batch = |film: &str| {
+            scene(&format!(r#"<sensor type="batch">{first}</sensor>{second}</sensor>{film}</sensor>"#))
+        };
+        let alone = |sensor: &str| scene(&format!("{sensor}{}</sensor>", film(4, 4, "")));
+        let both = batch(&film(8, 4, ""));
+        // A crop window takes all of both, squeezed (Mitsuba 3.9.1).
+        let squeezed = batch(&film(
+            8,
+            4,
+            r#"<integer name="crop_width" value="3"/><integer name="crop_offset_x" value="2"/>"#,
+        ));
+        for place in [[0.1, 0.3], [0.49, 0.9], [0.51, 0.0], [1.0, 1.0]] {
+            let column = if place[0] < 0.5 { 0.0 } else { 1.0 };
+            let single = alone(if column == 0.0 { &first } else { &second });
+            let (origin, direction, ..) = ray(&single, [2.0 * place[0] - column, place[1]], [0.5; 2]);
+            for batch in [&both, &squeezed] {
+                let found = ray(batch, place, [0.5; 2]);
+                assert_near(found.0, origin, 1e-12);
+                assert_near(found.1, direction, 1e-12);
+            }
+        }
+    }
+
+    /// Horizontal field of view in degrees.
+    fn x_fov(fov: FieldOfView, film: [f64; 2]) -> f64 {
+        2.0 * tan_half_width(fov, film).atan().to_degrees()
+    }
+
+    #[test]
+    fn fields_of_view_are_mitsubas() {
+        // Seen in Mitsuba 3.9.1 (validation/mitsuba/FACTS.md, 4 to 6).
+        assert!((x_fov(FieldOfView::FocalLength(50.0), [768.0, 576.0]) - 38.1848).abs() < 1e-4);
+        assert!((x_fov(FieldOfView::FocalLength(35.0), [200.0, 100.0]) - 57.8712).abs() < 1e-4);
+        let degrees = |axis| x_fov(FieldOfView::Degrees { angle: 30.0, axis }, [200.0, 100.0]);
+        assert!((degrees(FovAxis::X) - 30.0).abs() < 1e-12);
+        assert!((degrees(FovAxis::Y) - 56.3736).abs() < 1e-4);
+        assert!((degrees(FovAxis::Smaller) - 56.3736).abs() < 1e-4);
+        assert!((degrees(FovAxis::Larger) - 30.0).abs() < 1e-12);
+        assert!((degrees(FovAxis::Diagonal) - 26.9547).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,338 @@
+//! Textures and colours: plugins that vary over a surface, the files that they name, and what fits where.
+
+use super::super::description::{
+    BitmapSource, CheckerboardSource, RgbRole, SpectrumKind, SpectrumSource, VolumeSource,
+};
+use super::super::source::{Place, SceneError};
+use super::query::Query;
+use super::spectra::{self, Use, required};
+use super::tree::{Class, ObjectId, Value};
+use super::{Reader, files};
+use crate::raster::{Grid, Image, ImageError};
+use crate::texture::{Filter, Wrap};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A larger file is refused.
+const LARGEST_FILE: u64 = 2 << 30;
+
+const WRAP_MODES: [(&str, Wrap); 3] =
+    [("repeat", Wrap::Repeat), ("mirror", Wrap::Mirror), ("clamp", Wrap::Clamp)];
+
+/// Files that were read already; `None` for one that is wrong, which was reported.
+#[derive(Debug)]
+pub(super) struct Loaded<T>(RefCell<BTreeMap<PathBuf, Option<Arc<T>>>>);
+
+impl<T> Default for Loaded<T> {
+    fn default() -> Self {
+        Self(RefCell::default())
+    }
+}
+
+impl<T> Loaded<T> {
+    fn get(
+        &self,
+        reader: &Reader,
+        path: &Path,
+        place: &Place,
+        decode: impl FnOnce(&[u8]) -> Result<T, ImageError>,
+    ) -> Option<Arc<T>> {
+        if let Some(known) = self.0.borrow().get(path) {
+            return known.clone();
+        }
+        let decoded = files::read(path, LARGEST_FILE, place).and_then(|bytes| {
+            decode(&bytes).map_err(|error| {
+                SceneError::at(place, format!("{}: {}", path.display(), error.problem), error.expected)
+            })
+        });
+        let loaded = decoded.map_err(|error| reader.error(error)).ok().map(Arc::new);
+        self.0.borrow_mut().insert(path.to_owned(), loaded.clone());
+        loaded
+    }
+}
+
+/// The image that a property names, with its path.
+pub(super) fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, Arc<Image>)> {
+    let reader = query.reader;
+    let path = reader.search.find(required(query, name, query.text(name))?);
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    let decode = |bytes: &[u8]| Image::decode(bytes, extension);
+    let image = reader.images.get(reader, &path, &query.place(name), decode)?;
+    Some((path, image))
+}
+
+/// What a plugin of this file describes; `None` where it is wrong, which is reported.
+pub(super) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
+    match query.object.plugin.as_str() {
+        "rgb" => required(query, "value", colour(query, "value"))
+            .map(|rgb| SpectrumKind::Rgb { rgb, role: RgbRole::Reflectance }),
+        "srgb" => {
+            let role =
+                if query.boolean("unbounded", false) { RgbRole::Clipped } else { RgbRole::Reflectance };
+            required(query, "color", colour(query, "color")).map(|rgb| SpectrumKind::Rgb { rgb, role })
+        }
+        "rawconstant" => required(query, "value", query.float("value")).map(SpectrumKind::Constant),
+        "bitmap" => bitmap(query),
+        "checkerboard" => Some(SpectrumKind::Checkerboard(Arc::new(CheckerboardSource {
+            colours: [spectra::part(query, "color0", 0.4)?, spectra::part(query, "color1", 0.2)?],
+            to_uv: query.transform("to_uv"),
+        }))),
+        "mesh_attribute" => mesh_attribute(query),
+        "volume" => volume(query),
+        _ => None,
+    }
+}
+
+/// What `d65` illuminates, if anything: a colour, or another texture of any name.
+pub(super) fn daylit(query: &Query<'_>) -> Option<SpectrumKind> {
+    if query.has("color") {
+        return colour(query, "color").map(|rgb| SpectrumKind::Rgb { rgb, role: RgbRole::Illuminant });
+    }
+    match query.object(Class::Spectrum) {
+        Some((_, id)) => {
+            spectra::plugin(query.reader, id).map(|nested| SpectrumKind::Daylit(Arc::new(nested)))
+        }
+        None => Some(SpectrumKind::D65),
+    }
+}
+
+/// Linear values for the primaries of sRGB, which Mitsuba 3 also takes from a vector.
+fn colour(query: &Query<'_>, name: &'static str) -> Option<[f64; 3]> {
+    let entry = query.entry(name)?;
+    match &entry.value {
+        Value::Rgb(rgb) => Some(*rgb),
+        Value::Vector(vector) if query.object.plugin != "rgb" => Some(vector.to_array()),
+        _ => {
+            query.error(query.wrong_type(entry, name, "<rgb>"));
+            None
+        }
+    }
+}
+
+fn bitmap(query: &Query<'_>) -> Option<SpectrumKind> {
+    let found = image(query, "filename");
+    let filters = [("bilinear", Filter::Linear), ("nearest", Filter::Nearest)];
+    let filter = query.choice("filter_type", &filters, false).unwrap_or(Filter::Linear);
+    let wrap = query.choice("wrap_mode", &WRAP_MODES, false).unwrap_or(Wrap::Repeat);
+    let raw = query.boolean("raw", false);
+    let formats = [("auto", false), ("variant", false), ("fp16", true), ("float16", true)];
+    let half = query.choice("format", &formats, false).unwrap_or(false);
+    let to_uv = query.transform("to_uv");
+    query.boolean("accel", true);
+    let (file, image) = found?;
+    Some(SpectrumKind::Bitmap(Arc::new(BitmapSource { file, image, filter, wrap, raw, half, to_uv })))
+}
+
+fn mesh_attribute(query: &Query<'_>) -> Option<SpectrumKind> {
+    let name = required(query, "name", query.text("name"))?;
+    if !name.starts_with("vertex_") && !name.starts_with("face_") {
+        query.error(
+            SceneError::at(
+                &query.place("name"),
+                format!("\"{name}\" is not the name of an attribute"),
+                "expected a name that begins with vertex_ or face_",
+            )
+            .with_remedy(format!(
+                "write vertex_{name} for values of the vertices, face_{name} for those of the faces"
+            )),
+        );
+        return None;
+    }
+    Some(SpectrumKind::MeshAttribute { name: name.to_owned() })
+}
+
+fn volume(query: &Query<'_>) -> Option<SpectrumKind> {
+    let entry = required(query, "volume", query.entry("volume"))?;
+    match entry.value {
+        Value::Object(id) if query.reader.tree.get(id).class == Class::Volume => {
+            volume_plugin(query.reader, id).map(|source| source.kind)
+        }
+        _ => {
+            query.error(query.wrong_type(entry, "volume", "<volume>"));
+            None
+        }
+    }
+}
+
+/// A `<volume>`, wherever it stands. One that is the same everywhere is a spectrum.
+pub(super) fn volume_plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
+    let query = Query::new(reader, id);
+    let to_world = query.transform("to_world");
+    let source = match query.object.plugin.as_str() {
+        // Where it is the same everywhere, its place does not matter.
+        "constvolume" => spectra::part(&query, "value", 1.0),
+        "gridvolume" => grid_volume(&query, to_world).map(|volume| SpectrumSource {
+            place: query.object.place.clone(),
+            kind: SpectrumKind::Volume(Arc::new(volume)),
+            scale: 1.0,
+        }),
+        _ => {
+            reader.unknown_plugin(query.object);
+            return None;
+        }
+    };
+    query.finish();
+    source
+}
+
+fn grid_volume(query: &Query<'_>, to_world: crate::geometry::Transform) -> Option<VolumeSource> {
+    let reader = query.reader;
+    let name = required(query, "filename", query.text("filename"));
+    let filters = [("trilinear", Filter::Linear), ("nearest", Filter::Nearest)];
+    let filter = query.choice("filter_type", &filters, false).unwrap_or(Filter::Linear);
+    let wrap = query.choice("wrap_mode", &WRAP_MODES, false).unwrap_or(Wrap::Clamp);
+    let raw = query.boolean("raw", false);
+    let use_grid_bbox = query.boolean("use_grid_bbox", false);
+    query.boolean("accel", true);
+    let file = reader.search.find(name?);
+    let place = query.place("filename");
+    let grid = reader.grids.get(reader, &file, &place, Grid::decode)?;
+    if use_grid_bbox && crate::texture::from_box(grid.corners).is_none() {
+        query.error(SceneError::at(
+            &place,
+            "The box of the grid is flat",
+            "expected a box that has a volume",
+        ));
+        return None;
+    }
+    Some(VolumeSource { file, grid, to_world, filter, wrap, raw, use_grid_bbox })
+}
+
+/// Whether the values depend on the place on a surface.
+pub(super) fn varies(source: &SpectrumSource) -> bool {
+    match &source.kind {
+        SpectrumKind::Bitmap(_)
+        | SpectrumKind::Checkerboard(_)
+        | SpectrumKind::MeshAttribute { .. }
+        | SpectrumKind::Volume(_) => true,
+        SpectrumKind::Daylit(nested) => varies(nested),
+        _ => false,
+    }
+}
+
+/// Whether a texture or colour gives what a use asks of it, within the bounds of that use; reports it where not.
+/// `None` for what is neither.
+pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> Option<bool> {
+    let refuse = |problem: String, expected: &str, remedy: &str| {
+        let error = SceneError::at(&source.place, problem, expected);
+        reader.error(if remedy.is_empty() { error } else { error.with_remedy(remedy) });
+        Some(false)
+    };
+    let title = purpose.title(name);
+    if varies(source)
+        && matches!(purpose, Use::NormalReflectance | Use::Absorption | Use::Index | Use::Response)
+    {
+        return refuse(format!("{title} cannot vary over a surface"), "expected a spectrum", "");
+    }
+    if !purpose.is_spectral()
+        && matches!(
+            source.kind,
+            SpectrumKind::Irregular { .. }
+                | SpectrumKind::Regular { .. }
+                | SpectrumKind::D65
+                | SpectrumKind::Blackbody { .. }
+                | SpectrumKind::Named(_)
+                | SpectrumKind::Daylit(_)
+        )
+    {
+        let expected = "expected a number, or a texture that gives one";
+        return refuse(format!("{title} does not depend on the wavelength"), expected, "");
+    }
+    let sloped = matches!(source.kind, SpectrumKind::Bitmap(_));
+    if purpose == Use::Height && !sloped {
+        return refuse(format!("{title} has no slope"), "expected a bitmap", "");
+    }
+    match &source.kind {
+        SpectrumKind::Rgb { rgb, role } => {
+            let most = if *role == RgbRole::Reflectance { 1.0 } else { f64::INFINITY };
+            let wrong =
+                rgb.iter().find(|&&value| !(0.0..=most).contains(&value) || !purpose.allows_colour(value));
+            if let Some(value) = wrong {
+                let expected =
+                    if most == 1.0 { "expected components from 0 to 1" } else { purpose.expected() };
+                return refuse(
+                    format!("{title} has a colour component of {value}"),
+                    expected,
+                    purpose.remedy(*value),
+                );
+            }
+            if *role == RgbRole::Clipped && rgb.iter().any(|&value| value > 1.0) {
+                reader.assumption(
+                    &source.place,
+                    "components of the colour above 1 count as 1, as in Mitsuba 3; give a spectrum for other values"
+                        .to_owned(),
+                );
+            }
+            Some(true)
+        }
+        SpectrumKind::Bitmap(bitmap) => {
+            let channels = if bitmap.raw {
+                Some(bitmap.image.channels)
+            } else {
+                (bitmap.image.channels == 1).then_some(1)
+            };
+            if let Some((problem, expected, remedy)) = unfit(purpose, channels) {
+                return refuse(format!("{title} is {problem}"), expected, remedy);
+            }
+            if bitmap.image.channels == 3 {
+                return Some(true);
+            }
+            let image = &bitmap.image;
+            let value = |value: f32| if bitmap.raw { f64::from(value) } else { image.light(value) };
+            let bad = image.values.iter().position(|&v| !purpose.allows(value(v) * source.scale));
+            bad.map_or(Some(true), |at| {
+                let (x, y, found) =
+                    (at % image.width, at / image.width, value(image.values[at]) * source.scale);
+                refuse(
+                    format!("{title} is {found} at the texel {x}, {y}"),
+                    purpose.expected(),
+                    purpose.remedy(found),
+                )
+            })
+        }
+        SpectrumKind::Checkerboard(board) => {
+            Some(board.colours.iter().all(|colour| spectra::check(reader, colour, name, purpose)))
+        }
+        SpectrumKind::MeshAttribute { .. } if purpose == Use::Normals => {
+            refuse(format!("{title} cannot come from a mesh"), "expected a bitmap of three raw channels", "")
+        }
+        SpectrumKind::MeshAttribute { .. } => Some(true),
+        SpectrumKind::Volume(volume) => {
+            let grid = &volume.grid;
+            let channels = if volume.raw { Some(grid.channels) } else { (grid.channels == 1).then_some(1) };
+            if let Some((problem, expected, remedy)) = unfit(purpose, channels) {
+                return refuse(format!("{title} is {problem}"), expected, remedy);
+            }
+            let bad = grid.values.iter().find(|&&value| !purpose.allows(f64::from(value) * source.scale));
+            bad.map_or(Some(true), |&value| {
+                refuse(
+                    format!("{title} is {value} in a cell"),
+                    purpose.expected(),
+                    purpose.remedy(f64::from(value)),
+                )
+            })
+        }
+        SpectrumKind::Daylit(nested) => Some(spectra::check(reader, nested, name, purpose)),
+        _ => None,
+    }
+}
+
+/// Why an image or grid does not fit, what was expected, and what to do. `channels` are those of numbers; a colour has
+/// none.
+fn unfit(purpose: Use, channels: Option<usize>) -> Option<(&'static str, &'static str, &'static str)> {
+    const RAW: &str = "<boolean name=\"raw\" value=\"true\"/> in the texture takes the values as they are";
+    match channels {
+        Some(3) if purpose.is_spectral() => {
+            Some(("three numbers, not a colour", "expected a texture without raw", "leave out raw"))
+        }
+        None if !purpose.is_spectral() => {
+            Some(("a colour, not a number", "expected a raw or a grey image", RAW))
+        }
+        Some(1) if purpose == Use::Normals => {
+            Some(("one number, not a normal", "expected an image of three channels", ""))
+        }
+        _ => None,
+    }
+}
