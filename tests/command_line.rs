@@ -165,3 +165,26 @@ fn info_says_what_is_used_and_what_is_skipped() {
         "{told}"
     );
 }
+
+#[test]
+fn a_scene_told_in_json_renders_to_the_same_file() {
+    let folder = Folder::new("json");
+    let scene = scene("validation/mitsuba/scenes/meshes.xml");
+    let scene = scene.to_str().unwrap();
+    let told = abbe(&folder, &["info", scene, "--json", "-o", "told.json"]);
+    assert_eq!(told.status.code(), Some(0), "{}", stderr(&told));
+    // Without a file to be relative to, names are whole.
+    let printed = abbe(&folder, &["info", scene, "--json"]);
+    std::fs::create_dir(folder.0.join("elsewhere")).expect("a folder can be made");
+    std::fs::write(folder.0.join("elsewhere/printed.json"), &printed.stdout).expect("a file can be written");
+    for (from, to) in
+        [(scene, "xml.exr"), ("told.json", "told.exr"), ("elsewhere/printed.json", "printed.exr")]
+    {
+        let output = abbe(&folder, &["render", from, "-q", "--spp=16", "--size=12x9", "-o", to]);
+        assert_eq!(output.status.code(), Some(0), "{from}: {}", stderr(&output));
+    }
+    let file = |name: &str| std::fs::read(folder.0.join(name)).expect("the picture is there");
+    assert!(file("xml.exr") == file("told.exr") && file("xml.exr") == file("printed.exr"));
+    let unused = abbe(&folder, &["info", "told.json", "-D", "spp=4"]);
+    assert_eq!(unused.status.code(), Some(2));
+}

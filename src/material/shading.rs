@@ -87,7 +87,9 @@ impl Materials {
     ) -> Sampled<C> {
         let of = |id: MaterialId| self.passing(id, at, toward_eye, nm, around);
         match self.get(id) {
-            Material::TwoSided { .. } => Sampled::ZERO,
+            Material::TwoSided { front, back } => {
+                of(if at.frame.z.dot(toward_eye) < 0.0 { *back } else { *front })
+            }
             Material::Mask { opacity, nested } => {
                 let opacity = opacity.value(&at.texture).clamp(0.0, 1.0);
                 of(*nested) * opacity + Sampled::splat(1.0 - opacity)

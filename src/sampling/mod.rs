@@ -7,6 +7,7 @@
 
 mod grid;
 mod independent;
+pub mod quadrature;
 mod sobol;
 mod table;
 pub mod warp;

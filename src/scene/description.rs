@@ -264,6 +264,8 @@ pub enum BsdfKind {
     TwoSided {
         front: Arc<Bsdf>,
         back: Option<Arc<Bsdf>>,
+        /// Whether light may get through: the far side then looks like the near one from behind.
+        allow_transmission: bool,
     },
 }
 

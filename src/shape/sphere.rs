@@ -3,6 +3,7 @@
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, ShapeSample, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
+use crate::sampling::quadrature::gauss_legendre;
 use std::f64::consts::{PI, TAU};
 
 #[derive(Clone, Debug)]
@@ -201,22 +202,4 @@ fn ellipsoid_area(placement: &Placement) -> f64 {
         sum += weight * ring * TAU / SECTORS as f64;
     }
     placement.volume * sum
-}
-
-/// Nodes and weights on [-1, 1], by Newton's method on the Legendre polynomial.
-fn gauss_legendre(count: usize) -> impl Iterator<Item = (f64, f64)> {
-    (0..count).map(move |i| {
-        let mut x = (PI * (i as f64 + 0.75) / (count as f64 + 0.5)).cos();
-        let mut slope = 1.0;
-        for _ in 0..10 {
-            let (mut previous, mut value) = (1.0, x);
-            for k in 2..=count {
-                let k = k as f64;
-                (previous, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * previous) / k);
-            }
-            slope = count as f64 * (x * value - previous) / (x * x - 1.0);
-            x -= value / slope;
-        }
-        (x, 2.0 / ((1.0 - x * x) * slope * slope))
-    })
 }

@@ -151,9 +151,10 @@ impl Columns {
     }
 }
 
+/// A number of at most what single precision holds: sums and products of larger ones would overflow.
 fn number_of(word: &str) -> Result<f64, TextProblem> {
     match word.parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
+        Ok(number) if number.abs() <= f64::from(f32::MAX) => Ok(number),
         _ => Err(TextProblem::NotANumber(word.to_owned())),
     }
 }

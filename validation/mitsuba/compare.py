@@ -55,7 +55,7 @@ class Mitsuba:
     def __init__(self, work, variant):
         self.mitsuba, self.work = load_mitsuba(variant), work
 
-    def stack(self, scene, spp, seeds, names=None, **defines):
+    def stack(self, scene, spp, seeds, defines, names=None):
         digest = hashlib.sha256(coverage.fingerprint(scene))
         digest.update(repr((self.mitsuba.__version__, self.mitsuba.variant(), spp, list(seeds), sorted(defines.items()))).encode())
         kept = self.work / f"{scene.stem}-{digest.hexdigest()[:16]}.npz"
@@ -78,7 +78,7 @@ class Abbe:
     def __init__(self, binary, work, extra):
         self.binary, self.work, self.extra = binary, work, extra
 
-    def stack(self, scene, spp, seeds, names=None, **defines):
+    def stack(self, scene, spp, seeds, defines, names=None):
         import OpenEXR
 
         pictures, errors = [], []
@@ -154,6 +154,10 @@ def own_seed(name, seed):
     return seed + zlib.crc32(name.encode()) % 1000 * 1_000_000
 
 
+def scene_file(name, settings):
+    return (HERE / settings.get("file", f"scenes/{name}.xml")).resolve()
+
+
 def samples(settings, options):
     return settings["spp"] // (4 if options.quick else 1)
 
@@ -161,7 +165,8 @@ def samples(settings, options):
 def first_draw(name, settings, reference, options):
     """Mitsuba's renders for the first comparison of a scene."""
     seed = own_seed(name, options.seed) + REFERENCE
-    return reference.stack(HERE / "scenes" / f"{name}.xml", samples(settings, options), range(seed, seed + replicates(options)))
+    seeds = range(seed, seed + replicates(options))
+    return reference.stack(scene_file(name, settings), samples(settings, options), seeds, settings.get("defines", {}))
 
 
 def replicates(options):
@@ -170,11 +175,11 @@ def replicates(options):
 
 def pair(name, settings, ours, reference, options, work, ours_defines={}, seed=1, repeats=1):
     """One scene through both programs: the result, and the CPU seconds of each."""
-    scene = HERE / "scenes" / f"{name}.xml"
+    scene, defines = scene_file(name, settings), settings.get("defines", {})
     spp, count = samples(settings, options), replicates(options) * repeats
     seed = own_seed(name, seed)
-    b, seconds_b = reference.stack(scene, spp, range(seed + REFERENCE, seed + REFERENCE + count))
-    a, seconds_a = ours.stack(scene, spp, range(seed, seed + count), names=b.names, **ours_defines)
+    b, seconds_b = reference.stack(scene, spp, range(seed + REFERENCE, seed + REFERENCE + count), defines)
+    a, seconds_a = ours.stack(scene, spp, range(seed, seed + count), defines | ours_defines, b.names)
     result = welch.compare(name, a.pictures, b.pictures, b.names, settings.get("correlated", False))
     if options.quick or options.calibrate or options.controls:
         result.failures = [f for f in result.failures if f[0] not in ("noisy", "0.3 %")]
@@ -239,8 +244,8 @@ class Louder:
     def __init__(self, inner):
         self.inner = inner
 
-    def stack(self, scene, spp, seeds, names=None, **defines):
-        return self.inner.stack(scene, max(spp // 4, 1), seeds, **defines)
+    def stack(self, scene, spp, seeds, defines, names=None):
+        return self.inner.stack(scene, max(spp // 4, 1), seeds, defines)
 
 
 def main():

@@ -142,11 +142,12 @@ CLASSES = {"texture": ("texture", "spectrum"), "spectrum": ("texture", "spectrum
 FILES = re.compile(r'<(?:string\s+name="filename"\s+value|include\s+filename|spectrum[^>]*\sfilename)="([^"]+)"')
 
 
-def included(path):
-    """The file and all files that it includes (`$folder` in scenes/ means parts)."""
+def included(path, folder=None):
+    """The file and all files that it includes, by paths from the first one's folder (`$folder` in scenes/ means parts)."""
+    folder = folder or path.parent
     found = [path]
     for name in re.findall(r'<include\s+filename="([^"]+)"', path.read_text()):
-        found += included(SCENES / name.replace("$folder", "parts"))
+        found += included(folder / name.replace("$folder", "parts"), folder)
     return found
 
 

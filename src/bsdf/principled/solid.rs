@@ -91,28 +91,23 @@ impl<const C: usize> Principled<C> {
         }
         let eye = if above { toward_eye } else { flipped(toward_eye) };
         let (lobe, rest) = choose(self.lobes(eye.z, above)[0], lobe)?;
-        let light = match lobe {
-            MATT => warp::cosine_hemisphere(u),
-            COAT => reflected(eye, ClearCoat::new(self.clearcoat_gloss).sample(u)),
+        let (light, transmitted) = match lobe {
+            MATT => (warp::cosine_hemisphere(u), false),
+            COAT => (reflected(eye, ClearCoat::new(self.clearcoat_gloss).sample(u)), false),
             _ => {
                 let m = self.base.microfacets(1.0).sample_visible(eye, u);
                 let cos = eye.dot(m).clamp(0.0, 1.0);
                 let eta = self.eta_toward(above);
                 let interface = interface(cos, eta);
                 if rest < self.facets(0, cos, eta, interface, above).reflection_probability() {
-                    reflected(eye, m)
+                    (reflected(eye, m), false)
                 } else {
-                    let refracted = m * (cos / eta - interface.cos_refracted) - eye / eta;
-                    if refracted.z >= 0.0 {
-                        return None;
-                    }
-                    refracted
+                    (m * (cos / eta - interface.cos_refracted) - eye / eta, true)
                 }
             }
         };
-        // What is reflected downwards meets another facet, and is lost.
-        let transmitted = light.z < 0.0;
-        if transmitted && !self.transmits() {
+        // What ends on the wrong side meets another facet, and is lost.
+        if light.z == 0.0 || (light.z < 0.0) != transmitted {
             return None;
         }
         let toward_light = if above { light } else { flipped(light) };

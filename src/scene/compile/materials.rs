@@ -173,7 +173,7 @@ impl MaterialCompiler {
                 relief: relief(ReliefMap::Normals(texture(normals)?), *shading),
                 nested: self.material(nested)?,
             },
-            BsdfKind::TwoSided { front, back } => {
+            BsdfKind::TwoSided { front, back, .. } => {
                 let front = self.material(front)?;
                 let back = back.as_ref().map(|back| self.material(back)).transpose()?;
                 Material::TwoSided { front, back: back.unwrap_or(front) }

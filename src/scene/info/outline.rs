@@ -145,7 +145,7 @@ fn numbers(values: &[f64]) -> String {
 }
 
 fn vector(vector: Vec3) -> String {
-    format!("({}, {}, {})", vector.x, vector.y, vector.z)
+    format!("({}, {}, {})", short(vector.x), short(vector.y), short(vector.z))
 }
 
 /// At most six significant digits, and no minus before a zero.

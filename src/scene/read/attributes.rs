@@ -35,7 +35,7 @@ impl Defaults {
         while let Some(dollar) = rest.find('$') {
             result.push_str(&rest[..dollar]);
             rest = &rest[dollar + 1..];
-            let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());
+            let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
             let (name, after) = rest.split_at(end);
             result.push_str(self.values.get(name).ok_or_else(|| Unreplaced::Undefined(name.to_owned()))?);
             // Parameters made of parameters can double and double again.
@@ -215,18 +215,26 @@ pub(super) fn start_tag(node: Node<'_, '_>, file: usize) -> Place {
     Place { file, span: range.start..end.max(range.start) }
 }
 
-/// A number as Mitsuba 3 writes it, finite.
+/// Numbers beyond single precision are infinite in Mitsuba 3. Here they would become so when they are multiplied.
+pub(super) const GREATEST: f64 = f32::MAX as f64;
+
+/// A number as Mitsuba 3 writes it, at most [`GREATEST`].
 pub(super) fn number(text: &str) -> Option<f64> {
-    text.trim().parse::<f64>().ok().filter(|number| number.is_finite())
+    text.trim().parse::<f64>().ok().filter(|number| number.abs() <= GREATEST)
+}
+
+/// The message about a text that is no [`number`].
+fn not_a_number(text: &str, place: &Place, expected: &str) -> SceneError {
+    let error = SceneError::at(place, format!("\"{text}\" is not a number"), expected);
+    match text.trim().parse::<f64>() {
+        Ok(number) if !number.is_nan() => error.with_remedy("numbers may be as large as 3.4e38"),
+        _ => error,
+    }
 }
 
 pub(super) fn float(attribute: &Attribute) -> Result<f64, SceneError> {
     number(&attribute.text).ok_or_else(|| {
-        SceneError::at(
-            &attribute.place,
-            format!("\"{}\" is not a number", attribute.text),
-            "expected a finite number such as 0.5 or 2e-3",
-        )
+        not_a_number(&attribute.text, &attribute.place, "expected a finite number such as 0.5 or 2e-3")
     })
 }
 
@@ -264,11 +272,8 @@ pub(super) fn numbers(attribute: &Attribute) -> Result<Vec<f64>, SceneError> {
         .map(|word| {
             number(word).ok_or_else(|| {
                 let offset = word.as_ptr() as usize - attribute.text.as_ptr() as usize;
-                SceneError::at(
-                    &attribute.part(offset, word.len()),
-                    format!("\"{word}\" is not a number"),
-                    "expected finite numbers separated by commas or blanks",
-                )
+                let place = attribute.part(offset, word.len());
+                not_a_number(word, &place, "expected finite numbers separated by commas or blanks")
             })
         })
         .collect()

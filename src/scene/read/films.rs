@@ -136,7 +136,7 @@ fn responses(query: &Query<'_>) -> FilmContent {
             );
             continue;
         }
-        let Some(response) = spectra::entry(query, entry, &name, Use::Amount) else { continue };
+        let Some(response) = spectra::entry(query, entry, &name, Use::Response) else { continue };
         if matches!(response.kind, SpectrumKind::Constant(_)) {
             query.error(
                 SceneError::at(

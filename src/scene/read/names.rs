@@ -248,6 +248,15 @@ mod tests {
         assert_eq!(nearest("x", &[]), None);
     }
 
+    /// JSON tells the class of an object by its plugin alone.
+    #[test]
+    fn no_two_classes_share_a_plugin() {
+        let all = || Class::ELEMENTS.iter().flat_map(|&(_, class)| plugins(class));
+        for name in all() {
+            assert_eq!(all().filter(|other| *other == name).count(), 1, "{name}");
+        }
+    }
+
     #[test]
     fn lists_read_well() {
         assert_eq!(either(&["a", "b", "c"]), "a, b or c");

@@ -331,7 +331,7 @@ fn check_response(reader: &Reader, sensor: &Sensor) {
 
 /// `srf`. A batch leaves wavelengths to its sensors.
 fn response(query: &Query<'_>) -> Option<super::super::description::SpectrumSource> {
-    let response = spectra::read(query, "srf", Use::Amount);
+    let response = spectra::read(query, "srf", Use::Response);
     if response.is_some() && query.object.plugin == "batch" {
         let text = "srf of a batch changes nothing: each of its sensors has its own".to_owned();
         query.reader.remark(&query.place("srf"), text);

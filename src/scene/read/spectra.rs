@@ -30,6 +30,8 @@ pub(super) enum Use {
     Fraction,
     /// A strength or a roughness, at least 0.
     Amount,
+    /// What a sensor makes of each wavelength, at least 0.
+    Response,
     /// A part of a texture: any number, until it is known what the texture is for.
     Part,
     /// A height, of which the slope counts.
@@ -49,6 +51,7 @@ impl Use {
             Self::ConductorIndex | Self::Index => "refractive index",
             Self::Share => "share",
             Self::Fraction | Self::Amount | Self::Part => "value",
+            Self::Response => "response",
             Self::Height => "height",
             Self::Normals => "normal",
         };
@@ -67,6 +70,7 @@ impl Use {
             | Self::Share
             | Self::Fraction
             | Self::Amount
+            | Self::Response
             | Self::Part
             | Self::Height
             | Self::Normals => None,
@@ -77,7 +81,7 @@ impl Use {
         match self {
             Self::Reflectance | Self::Fraction => "expected values from 0 to 1",
             Self::NormalReflectance => "expected values of at least 0 and below 1",
-            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount => {
+            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount | Self::Response => {
                 "expected values of at least 0"
             }
             Self::Index => "expected values above 0",
@@ -89,7 +93,9 @@ impl Use {
         match self {
             Self::Reflectance | Self::Fraction => (0.0..=1.0).contains(&value),
             Self::NormalReflectance => (0.0..1.0).contains(&value),
-            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount => value >= 0.0,
+            Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount | Self::Response => {
+                value >= 0.0
+            }
             Self::Index => value > 0.0,
             Self::Share | Self::Part | Self::Height | Self::Normals => value.is_finite(),
         }
@@ -104,6 +110,7 @@ impl Use {
             | Self::Absorption
             | Self::ConductorIndex
             | Self::Index
+            | Self::Response
             | Self::Part => true,
             Self::Share | Self::Fraction | Self::Amount | Self::Height | Self::Normals => false,
         }
@@ -129,7 +136,7 @@ impl Use {
             Self::Absorption => "a medium that amplifies cannot be rendered",
             Self::Index => "the index of vacuum is 1",
             Self::Fraction => "it is a share of the whole",
-            Self::Amount => "0 leaves it out",
+            Self::Amount | Self::Response => "0 leaves it out",
             Self::Share | Self::Part | Self::Height | Self::Normals => {
                 "check the table for what is no number"
             }

@@ -221,7 +221,9 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
         Some(false)
     };
     let title = purpose.title(name);
-    if varies(source) && matches!(purpose, Use::NormalReflectance | Use::Absorption | Use::Index) {
+    if varies(source)
+        && matches!(purpose, Use::NormalReflectance | Use::Absorption | Use::Index | Use::Response)
+    {
         return refuse(format!("{title} cannot vary over a surface"), "expected a spectrum", "");
     }
     if !purpose.is_spectral()

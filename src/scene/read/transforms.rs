@@ -2,7 +2,7 @@
 
 use super::super::description::Note;
 use super::super::source::{Place, SceneError};
-use super::attributes::{self, Attributes, Defaults, start_tag};
+use super::attributes::{self, Attributes, Defaults, GREATEST, start_tag};
 use super::names;
 use crate::geometry::{Frame, Vec3};
 use glam::{DMat3, DMat4, DVec4};
@@ -28,11 +28,12 @@ impl Context<'_> {
                 matrix = next * matrix;
             }
         }
-        if !matrix.is_finite() && self.errors.len() == before {
+        let most = matrix.to_cols_array().iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        if !(matrix.is_finite() && most <= GREATEST) && self.errors.len() == before {
             self.errors.push(SceneError::at(
                 &start_tag(node, self.file),
                 "The transform is too large for numbers",
-                "its parts multiply to something that is not finite",
+                "its parts multiply to more than 3.4e38",
             ));
         }
         (self.errors.len() == before).then_some(matrix)

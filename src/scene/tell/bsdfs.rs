@@ -99,8 +99,10 @@ fn kind(teller: &mut Teller, bsdf: &Bsdf) -> Told {
         BsdfKind::NormalMap { normals, shading, nested } => {
             relief(told("normalmap"), *shading).spectrum("normalmap", normals).child(tell(teller, nested))
         }
-        BsdfKind::TwoSided { front, back } => {
-            let told = told("twosided").child(tell(teller, front));
+        BsdfKind::TwoSided { front, back, allow_transmission } => {
+            let told = told("twosided")
+                .boolean("allow_transmission", *allow_transmission)
+                .child(tell(teller, front));
             match back {
                 None => told.remark("the same on both sides"),
                 Some(back) => {

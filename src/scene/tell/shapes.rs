@@ -80,6 +80,7 @@ pub(super) fn medium(medium: &Medium) -> Told {
     // The factor is told by itself: multiplied into the values it could round to others.
     let unscaled = SpectrumSource { scale: 1.0, ..medium.absorption.clone() };
     Told::new(Class::Medium, "homogeneous", &medium.place)
+        .id(&medium.id)
         .spectrum("sigma_t", &unscaled)
         .float("scale", medium.absorption.scale)
         .float("albedo", 0.0)

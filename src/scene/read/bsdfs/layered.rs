@@ -70,7 +70,7 @@ pub(super) fn principled_thin(query: &Query<'_>) -> BsdfKind {
     BsdfKind::PrincipledThin {
         base: base(query),
         diff_trans,
-        eta: spectra::read_or(query, "eta", Use::Index, 1.5),
+        eta: spectra::read_or(query, "eta", Use::Amount, 1.5),
     }
 }
 

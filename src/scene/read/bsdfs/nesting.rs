@@ -56,6 +56,7 @@ fn map(query: &Query<'_>) -> Option<SpectrumSource> {
 
 /// A BSDF on both sides, or one on either.
 pub(super) fn two_sided(query: &Query<'_>) -> Option<BsdfKind> {
+    let allow_transmission = query.boolean("allow_transmission", false);
     let nested = query.objects(Class::Bsdf);
     if nested.is_empty() && is_broken(query) {
         return None;
@@ -67,7 +68,7 @@ pub(super) fn two_sided(query: &Query<'_>) -> Option<BsdfKind> {
     let mut sides = nested.into_iter().map(|(entry, id)| {
         let bsdf = read(query.reader, id);
         let plugin = &query.reader.tree.get(id).plugin;
-        let problem = if transmits(&bsdf) {
+        let problem = if transmits(&bsdf) && !allow_transmission {
             Some(format!("\"twosided\" cannot hold \"{plugin}\", which lets light through"))
         } else if matches!(bsdf.kind, BsdfKind::TwoSided { .. }) {
             Some("\"twosided\" cannot hold another \"twosided\"".to_owned())
@@ -83,7 +84,7 @@ pub(super) fn two_sided(query: &Query<'_>) -> Option<BsdfKind> {
         bsdf
     });
     let front = sides.next()?;
-    Some(BsdfKind::TwoSided { front, back: sides.next() })
+    Some(BsdfKind::TwoSided { front, back: sides.next(), allow_transmission })
 }
 
 /// Whether light can get through.

@@ -1,6 +1,7 @@
 //! JSON as RFC 8259 has it, with the place of each value.
 
 use super::super::super::source::{Place, SceneError};
+use super::super::attributes::GREATEST;
 use std::ops::Range;
 
 /// Arrays and objects deeper than this are refused: recursion must not exhaust the stack.
@@ -181,11 +182,11 @@ impl<'a> Parser<'a> {
             return Ok(Kind::Integer(value));
         }
         match text.parse::<f64>() {
-            Ok(value) if value.is_finite() && !leading_zero && !bare_point => Ok(Kind::Float(value)),
+            Ok(value) if value.abs() <= GREATEST && !leading_zero && !bare_point => Ok(Kind::Float(value)),
             _ => Err(SceneError::at(
                 &self.place(start..self.at),
                 format!("\"{text}\" is not a number"),
-                "expected a finite number such as 3, 0.5 or 2e-3",
+                "expected a number such as 3, 0.5 or 2e-3, at most 3.4e38",
             )),
         }
     }
@@ -331,7 +332,7 @@ mod tests {
 
     #[test]
     fn numbers_keep_every_bit() {
-        for number in [0.1 + 0.2, -0.0, f64::MIN_POSITIVE, f64::MAX, 1e16, 5e-324] {
+        for number in [0.1 + 0.2, -0.0, f64::MIN_POSITIVE, f64::from(f32::MAX), 1e16, 5e-324] {
             let node = parse(&format!("{number:?}"), 0).unwrap();
             assert_eq!(node.number().unwrap().to_bits(), number.to_bits());
         }

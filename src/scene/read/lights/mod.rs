@@ -7,7 +7,7 @@ use super::query::Query;
 use super::sensors;
 use super::spectra::{self, Use};
 use super::textures;
-use super::tree::ObjectId;
+use super::tree::{Class, ObjectId};
 use crate::geometry::{Transform, Vec3};
 use crate::scene::description::{Light, LightKind, SpectrumKind, SpectrumSource};
 use crate::scene::source::SceneError;
@@ -54,6 +54,10 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
         }
     };
     let weight = sampling_weight(&query);
+    for (entry, _) in query.objects(Class::Medium) {
+        let text = "the medium of a light changes nothing: rays know what they are in".to_owned();
+        reader.remark(&entry.place, text);
+    }
     let weight_place = query.place("sampling_weight");
     query.finish();
     let kind = kind?;

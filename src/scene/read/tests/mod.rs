@@ -3,6 +3,7 @@
 mod defaults;
 mod files;
 mod grammar;
+mod groups;
 mod harm;
 mod sensors;
 

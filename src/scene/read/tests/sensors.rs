@@ -166,7 +166,8 @@ fn films_and_filters() {
     assert_eq!((crop.x, crop.y, crop.width, crop.height), (10, 0, 20, 576));
     assert!(cropped.sensor.film.sample_border && cropped.remarks.is_empty());
     let content = |text: &str| {
-        let text = text.replace('(', r#"<string name=""#).replace('=', r#"" value=""#).replace(')', r#""/>"#);
+        let text = text.replace('=', r#"" value=""#);
+        let text = text.replace('(', r#"<string name=""#).replace(')', r#""/>"#);
         match film(&format!(r#"<film type="hdrfilm">{text}</film>"#)).sensor.film.content {
             FilmContent::Colour { format, alpha } => (format, alpha),
             other => panic!("{other:?}"),
