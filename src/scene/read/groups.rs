@@ -19,6 +19,11 @@ fn collect(reader: &Reader, query: &Query<'_>, shapes: &mut Vec<Shape>, instance
         match reader.tree.get(id).plugin.as_str() {
             "merge" => merge(reader, id, shapes, instances),
             // What an instance shows; by itself it shows nothing.
+            "shapegroup" if query.object.plugin == "shapegroup" => {
+                let problem = "A shapegroup within a shapegroup";
+                let error = SceneError::at(&reader.tree.get(id).place, problem, "expected shapes in a group");
+                query.error(error.with_remedy("groups don't nest, as in Mitsuba 3"));
+            }
             "shapegroup" => drop(group(reader, id)),
             "instance" => instances.extend(instance(reader, id)),
             _ => shapes.extend(shapes::read(reader, id)),

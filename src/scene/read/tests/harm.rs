@@ -1,7 +1,7 @@
 //! Files that mean harm: nothing panics, nothing takes long, nothing is allocated for a promise.
 
 use super::super::meshes::MeshOptions;
-use super::super::{obj, ply};
+use super::super::{obj, ply, serialized};
 use super::read;
 use crate::scene::{ReadOptions, read_str};
 use std::path::Path;
@@ -17,6 +17,9 @@ const SCENE: &str = include_str!("everything.xml");
 const OBJ: &str = "# all\nv 0 0 0\nv 1 0 0 1\nv 0 1 0\nv 1 1 0\nvt 0 1\nvn 0 0 1\no x\nf 1/1/1 2/1/1 4/1/1 3/1/1\nf -4/1/1 -3/1/1 -2/1/1\n";
 
 const ASCII: &str = "ply\nformat ascii 1.0\ncomment c\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nproperty float quality\nend_header\n0 0 0 7\n1 0 0 7\n0 1 0 7\n3 0 1 2 0.5\n";
+
+/// A square.
+const SERIALIZED: &[u8] = include_bytes!("../../../../tests/scenes/broken/one.serialized");
 
 /// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
 fn splitmix(state: &mut u64) -> u64 {
@@ -163,10 +166,16 @@ fn mutated_files_do_not_panic() {
             within(Duration::from_secs(5), &text, || drop(read(&text)));
         }
         for _ in 0..20_000 {
-            for original in [OBJ.as_bytes(), ASCII.as_bytes(), &binary_ply(false), &binary_ply(true)] {
+            for original in
+                [OBJ.as_bytes(), ASCII.as_bytes(), &binary_ply(false), &binary_ply(true), SERIALIZED]
+            {
                 let bytes = mutated(original, &mut state);
                 for options in OPTIONS {
-                    let meshes = [obj::read(&bytes, options), ply::read(&bytes, options)];
+                    let meshes = [
+                        obj::read(&bytes, options),
+                        ply::read(&bytes, options),
+                        serialized::read(&bytes, 0, options),
+                    ];
                     for file in meshes.into_iter().flatten().filter(|file| !file.mesh.indices.is_empty()) {
                         // Whatever is accepted can be traced.
                         crate::shape::Mesh::new(file.mesh).unwrap_or_else(|error| panic!("{error}"));

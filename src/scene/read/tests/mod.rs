@@ -3,8 +3,10 @@
 mod defaults;
 mod files;
 mod grammar;
+mod groups;
 mod harm;
 mod sensors;
+mod textures;
 
 use super::{ReadOptions, read_str};
 use crate::scene::description::{Description, Shape};
