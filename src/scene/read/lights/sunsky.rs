@@ -58,7 +58,7 @@ fn between(query: &Query<'_>, name: &'static str, default: f64, least: f64, most
     value
 }
 
-/// In world space. As in Mitsuba 3, `to_world` turns the sky's zenith and the sun of a time and place, but not a direction that is given.
+/// In the world. A given direction is one of the world already, a computed one is turned with the sky (Mitsuba 3).
 fn sun(query: &Query<'_>, to_world: &Transform) -> Option<Vec3> {
     let given = query.vector("sun_direction");
     let time = time(query);
