@@ -106,7 +106,6 @@ impl Compiler<'_> {
             Some(response) => Some(self.sensor_spectrum(response)?),
             None => None,
         };
-        let own_film = [sensor.film.width, sensor.film.height].map(f64::from);
         let projective = |projection, to_world: &Transform, half_width, principal_point, clips: [f64; 2]| {
             Rays::Projective(Projective::new(ProjectiveSettings {
                 to_world: to_world.then(shift),
@@ -131,7 +130,8 @@ impl Compiler<'_> {
                     let (aperture_radius, focus_distance) = (lens.aperture_radius, lens.focus_distance);
                     Projection::ThinLens(ThinLens { aperture_radius, focus_distance })
                 });
-                // In a batch the field of view is still that of the sensor's own film, as in Mitsuba 3.
+                // In a batch the angle is that on the sensor's own film, which else does not count (Mitsuba 3.9.1).
+                let own_film = [sensor.film.width, sensor.film.height].map(f64::from);
                 let half_width = tan_half_width(*field_of_view, own_film);
                 projective(projection, to_world, half_width, *principal_point, [*near_clip, *far_clip])
             }
