@@ -112,6 +112,14 @@ impl Materials {
         has(material) || material.nested().into_iter().flatten().any(|nested| self.any(nested, has))
     }
 
+    /// The attributes that textures of a material and those within it want of a mesh.
+    pub fn attributes(&self, id: MaterialId) -> Vec<&str> {
+        let material = self.get(id);
+        let own = material.textures().into_iter().flat_map(Texture::attributes);
+        let nested = material.nested().into_iter().flatten().flat_map(|nested| self.attributes(nested));
+        own.chain(nested).collect()
+    }
+
     /// The index on the inside of the first dielectric within a material.
     pub fn interior_index(&self, id: MaterialId) -> Option<&Spectrum> {
         match self.get(id) {

@@ -11,6 +11,7 @@ pub use grid::Grid;
 
 use crate::spectrum::colour::srgb_decode;
 use crate::spectrum::upsample;
+use ::image::codecs::hdr::HdrDecoder;
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use rayon::prelude::*;
 use std::io::Cursor;
@@ -65,6 +66,9 @@ impl Image {
             exr::decode(bytes)?
         } else if pfm::is_pfm(bytes) {
             pfm::decode(bytes)?
+        } else if bytes.starts_with(b"#?") {
+            // Radiance's own files say RADIANCE here, those of other programs RGBE.
+            decoded(HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(damaged)?, bytes.len())?
         } else {
             let tga = extension.is_some_and(|extension| extension.eq_ignore_ascii_case("tga"));
             let format = ::image::guess_format(bytes).ok().or(tga.then_some(ImageFormat::Tga));
@@ -74,9 +78,11 @@ impl Image {
                     | ImageFormat::Jpeg
                     | ImageFormat::Bmp
                     | ImageFormat::Tga
-                    | ImageFormat::Pnm
-                    | ImageFormat::Hdr),
-                ) => common(bytes, format)?,
+                    | ImageFormat::Pnm),
+                ) => {
+                    let reader = ImageReader::with_format(Cursor::new(bytes), format);
+                    decoded(reader.into_decoder().map_err(damaged)?, bytes.len())?
+                }
                 _ => {
                     return Err(ImageError::new(
                         "The file is no image of a known format",
@@ -159,23 +165,20 @@ fn check_size(width: usize, height: usize, bytes_a_texel: usize, length: usize) 
     Ok(())
 }
 
-/// The formats that the image crate decodes.
-fn common(bytes: &[u8], format: ImageFormat) -> Result<Image, ImageError> {
-    let damaged = |error: ::image::ImageError| {
-        ImageError::new(
-            format!("The image cannot be decoded: {error}"),
-            "expected a complete, undamaged file",
-        )
-    };
-    let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(damaged)?;
+fn damaged(error: ::image::ImageError) -> ImageError {
+    ImageError::new(format!("The image cannot be decoded: {error}"), "expected a complete, undamaged file")
+}
+
+/// What the image crate decodes from a file of `length` bytes.
+fn decoded(decoder: impl ImageDecoder, length: usize) -> Result<Image, ImageError> {
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
-    check_size(width, height, usize::from(decoder.color_type().bytes_per_pixel()), bytes.len())?;
-    let decoded = DynamicImage::from_decoder(decoder).map_err(damaged)?;
+    check_size(width, height, usize::from(decoder.color_type().bytes_per_pixel()), length)?;
+    let pixels = DynamicImage::from_decoder(decoder).map_err(damaged)?;
     let image = |channels, encoded, values| Image::new(width, height, channels, values, encoded);
     let byte = |value: u8| f32::from(value) / 255.0;
     let word = |value: u16| f32::from(value) / 65535.0;
-    Ok(match decoded {
+    Ok(match pixels {
         DynamicImage::ImageLuma8(pixels) => image(1, true, pixels.iter().copied().map(byte).collect()),
         DynamicImage::ImageLumaA8(pixels) => image(1, true, pixels.pixels().map(|p| byte(p.0[0])).collect()),
         DynamicImage::ImageRgb8(pixels) => image(3, true, pixels.iter().copied().map(byte).collect()),

@@ -44,6 +44,17 @@ fn integers_are_encoded_and_floats_are_not() {
 }
 
 #[test]
+fn radiance_files_of_either_name_are_read() {
+    for name in ["RADIANCE", "RGBE"] {
+        let mut bytes = format!("#?{name}\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n").into_bytes();
+        // The greatest mantissa is 230 of 256, at exponent 0.
+        bytes.extend([230, 25, 128, 128]);
+        let image = Image::decode(&bytes, None).unwrap();
+        assert_eq!(image.values, [0.898_437_5, 25.0 / 256.0, 0.5]);
+    }
+}
+
+#[test]
 fn exr_channels_are_found_by_name() {
     let values = |channels| Image::decode(&exr(channels), None).map(|image| image.values);
     assert_eq!(

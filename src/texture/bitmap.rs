@@ -46,7 +46,7 @@ enum Texels {
 
 impl Bitmap {
     /// With `raw`, values are taken as they stand in the file: not decoded, and not made into spectra.
-    /// With `half`, what is looked up is rounded to half precision.
+    /// With `half`, colours and what is looked up are rounded to half precision.
     pub fn new(image: &Image, placing: Placing, raw: bool, half: bool) -> Self {
         let value = |value: f32| if raw { f64::from(value) } else { image.light(value) };
         let texels = (image.width * image.height) as f64;
@@ -66,7 +66,13 @@ impl Bitmap {
         let texels = match image.channels {
             1 => Texels::Grey(numbers()),
             _ if raw => Texels::Raw(numbers()),
-            _ if half => Texels::Spectra(image.spectra().iter().map(|texel| texel.map(round)).collect()),
+            _ if half => {
+                let spectrum = |texel: &[f32]| {
+                    let rgb = [0, 1, 2].map(|channel| f64::from(round(value(texel[channel]) as f32)));
+                    upsample(rgb).coefficients.map(|coefficient| round(coefficient as f32))
+                };
+                Texels::Spectra(image.values.chunks_exact(3).map(spectrum).collect())
+            }
             _ => Texels::Spectra(image.spectra()),
         };
         Self { size: [image.width, image.height], texels, placing, mean, least, greatest }

@@ -16,6 +16,7 @@ use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{Needs, Scene, Surface};
 use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Coverage, Integrator, Limits};
+use crate::light::Light;
 use crate::material::Material;
 use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
 use crate::spectrum::Spectrum;
@@ -76,10 +77,15 @@ impl Compiler<'_> {
                     continue;
                 }
             };
+            self.check_attributes(shape, &geometry, &materials.materials.attributes(surface.material));
             let light = match &shape.emission {
                 None => None,
                 Some(source) => {
-                    lights.push(self.area_light(&geometry, source));
+                    let light = self.area_light(&geometry, source);
+                    if let Light::Area { radiance, .. } = &light {
+                        self.check_attributes(shape, &geometry, &radiance.attributes());
+                    }
+                    lights.push(light);
                     Some(lights.len() as u32 - 1)
                 }
             };
@@ -167,6 +173,27 @@ impl Compiler<'_> {
                 self.errors.push(error);
                 Spectrum::ZERO
             }
+        }
+    }
+
+    /// Textures can only show what a mesh carries.
+    fn check_attributes(&mut self, shape: &description::Shape, geometry: &Shape, wanted: &[&str]) {
+        let known: Vec<&str> = match geometry {
+            Shape::Mesh(mesh) => {
+                mesh.data().attributes.iter().map(|attribute| attribute.name.as_str()).collect()
+            }
+            _ => Vec::new(),
+        };
+        for name in wanted.iter().filter(|name| !known.contains(name)) {
+            let error = SceneError::at(
+                &shape.place,
+                format!("A texture asks this shape for \"{name}\", which it does not have"),
+                "expected a mesh with this attribute",
+            );
+            self.errors.push(match known.is_empty() {
+                true => error,
+                false => error.with_remedy(format!("it has {}", known.join(", "))),
+            });
         }
     }
 

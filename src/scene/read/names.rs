@@ -115,6 +115,11 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
     }
 }
 
+/// Whether what a plugin of class [`Class::Spectrum`] describes varies over surfaces.
+pub(super) fn is_texture(plugin: &str) -> bool {
+    ["bitmap", "checkerboard", "mesh_attribute", "volume"].contains(&plugin)
+}
+
 /// The class that has a plugin of this name, here or in Mitsuba 3.
 pub(super) fn class_of(plugin: &str) -> Option<Class> {
     let classes = || Class::ELEMENTS.iter().map(|&(_, class)| class);

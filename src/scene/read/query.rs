@@ -72,6 +72,9 @@ impl<'a> Query<'a> {
     pub fn title(&self) -> String {
         match self.object.class {
             Class::Scene => "the scene".to_owned(),
+            Class::Spectrum if names::is_texture(&self.object.plugin) => {
+                format!("texture \"{}\"", self.object.plugin)
+            }
             class => format!("{} \"{}\"", class.word(), self.object.plugin),
         }
     }

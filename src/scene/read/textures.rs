@@ -44,7 +44,7 @@ impl<T> Loaded<T> {
         }
         let decoded = files::read(path, LARGEST_FILE, place).and_then(|bytes| {
             decode(&bytes).map_err(|error| {
-                SceneError::at(place, format!("{}: {}", path.display(), error.problem), error.expected)
+                SceneError::at(place, format!("{} ({})", error.problem, path.display()), error.expected)
             })
         });
         let loaded = decoded.map_err(|error| reader.error(error)).ok().map(Arc::new);

@@ -6,6 +6,7 @@ mod grammar;
 mod groups;
 mod harm;
 mod sensors;
+mod textures;
 
 use super::{ReadOptions, read_str};
 use crate::scene::description::{Description, Shape};
