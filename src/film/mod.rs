@@ -70,8 +70,8 @@ impl FixedPoint {
     }
 }
 
-/// The channel of alpha in a film that has it.
-pub const ALPHA: usize = 3;
+/// The channels of alpha in a film that has it: the filter's weights of the samples that meet something, and of all.
+pub const ALPHA: [usize; 2] = [3, 4];
 
 /// What a film measures beside X, Y and Z.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -90,7 +90,7 @@ impl Extras {
     }
 
     pub fn response_channel(&self, response: usize) -> usize {
-        ALPHA + usize::from(self.alpha) + response
+        3 + if self.alpha { ALPHA.len() } else { 0 } + response
     }
 
     pub fn bin_channel(&self, bin: usize) -> usize {
@@ -242,8 +242,19 @@ impl Film {
     }
 
     /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that measures it.
+    ///
+    /// It is divided by the sum of all weights, so that it is exactly 1 where every sample meets something. The bias is of
+    /// the order of 1 / samples of the standard error where only some do.
     pub fn alpha(&self, x: u32, y: u32) -> Measured {
-        self.measured(x, y, FixedPoint::SHARE, |sums| sums[ALPHA] as f64)
+        let weight = |sums: &[i64], channel: usize| sums[channel] as f64;
+        let [met, all] =
+            ALPHA.map(|channel| self.measured(x, y, FixedPoint::SHARE, |sums| weight(sums, channel)));
+        let mean = if all.mean == 0.0 { 0.0 } else { met.mean / all.mean };
+        // The spread of what each replicate adds to the ratio, to first order.
+        let rest = self.measured(x, y, FixedPoint::SHARE, |sums| {
+            (weight(sums, ALPHA[0]) - mean * weight(sums, ALPHA[1])) / all.mean
+        });
+        Measured { mean, error: rest.error }
     }
 
     /// The integral of the pixel's mean spectral radiance over a response of the sensor, with its standard error.

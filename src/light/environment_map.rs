@@ -53,6 +53,7 @@ pub struct EnvironmentMap {
     texels: Vec<Texel>,
     illuminant: Spectrum,
     to_world: Transform,
+    from_world: Transform,
     /// Cells of equal steps in longitude and in the angle from +y, in the picture's own frame; the first column begins in
     /// the middle of the picture's first.
     grid: PiecewiseConstantGrid,
@@ -79,8 +80,18 @@ impl EnvironmentMap {
         let rows = finer(height - 1, LEAST_COLUMNS / 2);
         let picture = Picture { width, height, texels: &texels };
         let grid = PiecewiseConstantGrid::new(columns, &picture.cells(columns, rows))?;
-        let mut map =
-            Self { width, height, texels, illuminant, to_world, grid, columns, rows, mean: Spectrum::ZERO };
+        let mut map = Self {
+            width,
+            height,
+            texels,
+            illuminant,
+            from_world: to_world.inverse(),
+            to_world,
+            grid,
+            columns,
+            rows,
+            mean: Spectrum::ZERO,
+        };
         map.mean = map.mean_radiance();
         Some(map)
     }
@@ -128,7 +139,7 @@ impl EnvironmentMap {
 
     /// Longitude over 2π and angle from +y over π, in the picture's frame.
     fn angles(&self, direction: Vec3) -> [f64; 2] {
-        let local = self.to_world.inverse().vector(direction);
+        let local = self.from_world.vector(direction);
         [(local.x.atan2(-local.z) / TAU).rem_euclid(1.0), local.y.clamp(-1.0, 1.0).acos() / PI]
     }
 

@@ -133,8 +133,6 @@ fn a_plane_receives_the_same_by_light_samples_and_by_scattering() {
         }
         let test = welch(&by_light.estimate(), &by_scattering.estimate());
         assert!(test.p_value > sidak(0.01, 4), "environment {number}: {test}");
-        // Otherwise it would not be worth it.
-        assert!(by_light.variance() < by_scattering.variance());
     }
 }
 

@@ -239,8 +239,11 @@ impl Exposure<'_> {
         let Some(sample) = scene.camera_ray(&self.filter, pixel, stream) else { return };
         let wavelengths = scene.wavelengths.sample::<C>(sample.wavelength);
         let Seen { mut radiance, met } = integrator::radiance(scene, sample.sensor.ray, &wavelengths, stream);
-        if met && self.extras.alpha {
-            sums.add(replicate, ALPHA, sample.filter_weight, FixedPoint::SHARE, bad);
+        if self.extras.alpha {
+            let weight = sample.filter_weight;
+            for (channel, weight) in ALPHA.into_iter().zip([if met { weight } else { 0.0 }, weight]) {
+                sums.add(replicate, channel, weight, FixedPoint::SHARE, bad);
+            }
         }
         if let Some(response) = sample.sensor.response {
             radiance *= response.sample(&wavelengths.nm);

@@ -78,10 +78,14 @@ tables! {
     "reflectance/derived_normal_incidence_metals_5nm",
     "reflectance/usgs_splib07a_minerals_vegetation_2nm",
     "rgb_upsampling/mallett_yuksel_2019_srgb_5nm",
+    "sky/hosek_wilkie_limb_darkening",
+    "sky/hosek_wilkie_sky",
+    "sky/hosek_wilkie_sun",
+    "sky/mitsuba_sun_irradiance",
 }
 
 /// The text of one table; empty if there is none of that name.
-pub(super) fn text(name: &str) -> &'static str {
+pub(crate) fn text(name: &str) -> &'static str {
     FILES.iter().find(|(file, _)| *file == name).map_or("", |(_, text)| text)
 }
 
@@ -96,8 +100,10 @@ mod tests {
         let mut found = Vec::new();
         for folder in std::fs::read_dir(&root).unwrap().map(|entry| entry.unwrap().path()) {
             for path in std::fs::read_dir(&folder).into_iter().flatten().map(|entry| entry.unwrap().path()) {
-                let relative = path.strip_prefix(&root).unwrap().with_extension("");
-                found.push(relative.to_str().unwrap().replace('\\', "/"));
+                if path.extension().is_some_and(|extension| extension == "csv") {
+                    let relative = path.strip_prefix(&root).unwrap().with_extension("");
+                    found.push(relative.to_str().unwrap().replace('\\', "/"));
+                }
             }
         }
         found.sort();

@@ -8,7 +8,7 @@
 mod blackbody;
 pub mod catalogue;
 pub mod colour;
-mod data;
+pub(crate) mod data;
 pub mod daylight;
 pub mod dispersion;
 mod error;

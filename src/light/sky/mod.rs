@@ -54,6 +54,7 @@ pub struct Sky {
     sun: Option<Sun>,
     sun_direction: Vec3,
     to_world: Transform,
+    from_world: Transform,
     /// Over azimuth and over the square root of cos θ.
     grid: PiecewiseConstantGrid,
     /// Probability with which a direction to the sun is sampled.
@@ -104,6 +105,7 @@ impl Sky {
             dome,
             sun,
             sun_direction,
+            from_world: to_world.inverse(),
             to_world,
             sun_share: 0.0,
             mean: Spectrum::ZERO,
@@ -115,7 +117,7 @@ impl Sky {
 
     /// Radiance from a direction (unit length, away from the scene). The sky ends at the horizon.
     pub fn radiance<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
-        let local = self.to_world.inverse().vector(direction);
+        let local = self.from_world.vector(direction);
         if local.z < 0.0 {
             return Sampled::ZERO;
         }
@@ -161,7 +163,7 @@ impl Sky {
 
     /// The density of [`Self::sample`] at a direction: above 0 wherever light comes from.
     pub fn density(&self, direction: Vec3) -> f64 {
-        let local = self.to_world.inverse().vector(direction);
+        let local = self.from_world.vector(direction);
         let mut density = 0.0;
         if local.z >= 0.0 {
             let azimuth = (local.y.atan2(local.x) / TAU).rem_euclid(1.0);

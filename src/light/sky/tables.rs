@@ -1,6 +1,7 @@
 //! The published coefficients of the model, for given turbidity, ground and sun.
 
 use super::WAVELENGTHS;
+use crate::spectrum::data;
 use std::f64::consts::FRAC_PI_2;
 
 /// Radiance over the dome at one wavelength.
@@ -19,14 +20,14 @@ const SEGMENTS: usize = 45;
 /// Elevations at which the sun's irradiance is given: from 2° in steps of 3°.
 const ELEVATIONS: usize = 30;
 
-const SKY: &str = include_str!("../../../data/sky/hosek_wilkie_sky.csv");
-const SUN: &str = include_str!("../../../data/sky/hosek_wilkie_sun.csv");
-const LIMB: &str = include_str!("../../../data/sky/hosek_wilkie_limb_darkening.csv");
-const IRRADIANCE: &str = include_str!("../../../data/sky/mitsuba_sun_irradiance.csv");
+const SKY: &str = "sky/hosek_wilkie_sky";
+const SUN: &str = "sky/hosek_wilkie_sun";
+const LIMB: &str = "sky/hosek_wilkie_limb_darkening";
+const IRRADIANCE: &str = "sky/mitsuba_sun_irradiance";
 
 /// All numbers of a table, row by row.
-fn numbers(text: &str) -> Vec<f64> {
-    let rows = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+fn numbers(name: &str) -> Vec<f64> {
+    let rows = data::text(name).lines().filter(|line| !line.starts_with('#')).skip(1);
     rows.flat_map(|row| row.split(',').filter_map(|cell| cell.parse().ok())).collect()
 }
 

@@ -137,12 +137,19 @@ fn responses(query: &Query<'_>) -> FilmContent {
             continue;
         }
         let Some(response) = spectra::entry(query, entry, &name, Use::Response) else { continue };
-        if matches!(response.kind, SpectrumKind::Constant(_)) {
+        let is_table = matches!(
+            response.kind,
+            SpectrumKind::Irregular { .. }
+                | SpectrumKind::Regular { .. }
+                | SpectrumKind::D65
+                | SpectrumKind::Named(_)
+        );
+        if !is_table {
             query.error(
                 SceneError::at(
                     &entry.value_place,
-                    "A response without a range of wavelengths",
-                    "expected a table, as Mitsuba 3 does",
+                    format!("The response \"{name}\" is not a table"),
+                    "expected values over a range of wavelengths, as Mitsuba 3 does",
                 )
                 .with_remedy("write for instance value=\"360:1, 830:1\""),
             );

@@ -7,7 +7,7 @@ use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::spectra::{self, Use, required};
 use super::tree::{Class, ObjectId, Value};
-use super::{Reader, films, media, samplers, shapes};
+use super::{Reader, films, media, samplers, shapes, textures};
 use crate::geometry::{Transform, Vec3};
 use glam::DMat3;
 use std::sync::Arc;
@@ -331,13 +331,18 @@ fn check_response(reader: &Reader, sensor: &Sensor) {
 
 /// `srf`. A batch leaves wavelengths to its sensors.
 fn response(query: &Query<'_>) -> Option<super::super::description::SpectrumSource> {
-    let response = spectra::read(query, "srf", Use::Response);
-    if response.is_some() && query.object.plugin == "batch" {
+    let response = spectra::read(query, "srf", Use::Response)?;
+    if textures::varies(&response) {
+        let expected = "expected a spectrum, a colour or a number";
+        query.error(SceneError::at(&response.place, "The response of a sensor cannot vary", expected));
+        return None;
+    }
+    if query.object.plugin == "batch" {
         let text = "srf of a batch changes nothing: each of its sensors has its own".to_owned();
         query.reader.remark(&query.place("srf"), text);
         return None;
     }
-    response
+    Some(response)
 }
 
 fn to_world(query: &Query<'_>) -> Transform {

@@ -9,7 +9,7 @@ use super::spectra::{self, Use};
 use super::textures;
 use super::tree::{Class, ObjectId};
 use crate::geometry::{Transform, Vec3};
-use crate::scene::description::{Light, LightKind, SpectrumSource};
+use crate::scene::description::{Light, LightKind, SpectrumKind, SpectrumSource};
 use crate::scene::source::SceneError;
 use glam::DMat3;
 
@@ -220,7 +220,10 @@ fn spot(query: &Query<'_>) -> LightKind {
         ));
     }
     let texture = spectra::read(query, "texture", Use::Emission);
-    if let Some(texture) = texture.as_ref().filter(|texture| !textures::varies(texture)) {
+    let slide = |source: &SpectrumSource| {
+        textures::varies(source) && !matches!(source.kind, SpectrumKind::MeshAttribute { .. })
+    };
+    if let Some(texture) = texture.as_ref().filter(|texture| !slide(texture)) {
         query.error(
             SceneError::at(
                 &texture.place,
@@ -234,9 +237,17 @@ fn spot(query: &Query<'_>) -> LightKind {
 }
 
 fn projector(query: &Query<'_>) -> LightKind {
+    let irradiance = spectra::radiance(query, "irradiance");
+    if matches!(irradiance.kind, SpectrumKind::MeshAttribute { .. } | SpectrumKind::Volume(_)) {
+        query.error(SceneError::at(
+            &irradiance.place,
+            "A projector has no surface and no place to look its picture up at",
+            "expected a bitmap, a checkerboard, or what is the same everywhere",
+        ));
+    }
     LightKind::Projector {
         to_world: query.transform("to_world"),
-        irradiance: spectra::radiance(query, "irradiance"),
+        irradiance,
         scale: factor(query),
         field_of_view: sensors::field_of_view(query),
     }
