@@ -43,7 +43,7 @@ fn assert_is(found: Measured, truth: f64, film: &Film) {
     let p = 2.0 * t.sf(difference / found.error);
     assert!(p > sidak(0.01, TESTS), "{found:?} instead of {truth}: p = {p}");
     // A test that cannot tell 1 % from nothing is none.
-    assert!(found.error < 3e-3 * truth.abs().max(0.1), "{found:?} is too uncertain");
+    assert!(found.error < 3e-3 * truth.abs().max(0.25), "{found:?} is too uncertain");
 }
 
 fn film(plugin: &str, width: u32, content: &str) -> String {

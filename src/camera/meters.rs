@@ -67,7 +67,7 @@ enum Target {
     /// Rays start so far before their target.
     Point { point: Vec3, before: f64 },
     /// Evenly over a surface.
-    Surface { surface: Shape, before: f64, per_area: f64 },
+    Surface { surface: Box<Shape>, before: f64, per_area: f64 },
 }
 
 impl Distant {
@@ -85,6 +85,7 @@ impl Distant {
     /// Looks along `direction` at points all over a surface, which need not be part of the scene, from `before` them.
     pub fn at_surface(direction: Vec3, surface: Shape, before: f64) -> Self {
         let per_area = 1.0 / surface.area();
+        let surface = Box::new(surface);
         Self { direction: direction.normalize(), target: Target::Surface { surface, before, per_area } }
     }
 

@@ -54,7 +54,7 @@ pub struct View {
 /// Which rays a sensor measures.
 #[derive(Clone, Debug)]
 pub enum Rays {
-    Projective(Projective),
+    Projective(Box<Projective>),
     Radiance(RadianceMeter),
     Irradiance(Box<IrradianceMeter>),
     Distant(Box<Distant>),

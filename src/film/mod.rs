@@ -243,8 +243,8 @@ impl Film {
 
     /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that measures it.
     ///
-    /// It is divided by the sum of all weights, so that it is exactly 1 where every sample meets something. The bias is of
-    /// the order of 1 / samples of the standard error where only some do.
+    /// It is divided by the sum of all weights, so that it is exactly 1 where every sample meets something. Where only some
+    /// do, that biases it by less than its error.
     pub fn alpha(&self, x: u32, y: u32) -> Measured {
         let weight = |sums: &[i64], channel: usize| sums[channel] as f64;
         let [met, all] =

@@ -63,7 +63,7 @@ pub fn radiance<const C: usize>(
     let mut arriving = Sampled::ZERO;
     // Segments behind this vertex. A surface that a ray passes as if there were none may leave it as it is.
     let mut depth = 0;
-    // Whether nothing but such surfaces has been met.
+    // Whether nothing has been met that alpha counts: such rays do not see what is hidden from the camera.
     let mut straight = true;
     let mut met = scene.limits.sky_covers(scene);
     for vertex in 0.. {
@@ -98,7 +98,7 @@ pub fn radiance<const C: usize>(
         let prior = path.ratio.sum();
         path.throughput *= scatter.weight;
         path.ratio *= scatter.ratio;
-        straight &= passes;
+        straight &= !scene.limits.surface_covers(passes);
         if !passes || scene.limits.passing_counts {
             path.last = match scatter.density {
                 Density::Discrete => LastChoice::Discrete,

@@ -107,7 +107,7 @@ impl Compiler<'_> {
             None => None,
         };
         let projective = |projection, to_world: &Transform, half_width, principal_point, clips: [f64; 2]| {
-            Rays::Projective(Projective::new(ProjectiveSettings {
+            Rays::Projective(Box::new(Projective::new(ProjectiveSettings {
                 to_world: to_world.then(shift),
                 projection,
                 film: film.size,
@@ -115,7 +115,7 @@ impl Compiler<'_> {
                 principal_point,
                 near_clip: clips[0],
                 far_clip: clips[1],
-            }))
+            })))
         };
         let rays = match &sensor.kind {
             SensorKind::Perspective {
@@ -274,6 +274,9 @@ mod tests {
         (seen.ray.origin.into(), seen.ray.direction.into(), seen.weight, seen.ray.t_max)
     }
 
+    /// Plugin, content of the sensor, and origin, direction and length of a ray.
+    type Case = (&'static str, String, [f64; 3], [f64; 3], f64);
+
     #[track_caller]
     fn assert_near(found: [f64; 3], seen: [f64; 3], tolerance: f64) {
         assert!(found.iter().zip(seen).all(|(a, b)| (a - b).abs() < tolerance), "{found:?} {seen:?}");
@@ -281,8 +284,7 @@ mod tests {
 
     #[test]
     fn cameras_have_mitsubas_rays() {
-        // `sensor.sample_ray` of Mitsuba 3.9.1 (scalar_spectral): content of the sensor, place on the film, place on the
-        // lens, origin, direction, length.
+        // `sensor.sample_ray` of Mitsuba 3.9.1 (scalar_spectral) for the place (.25, .25) of the film and (.3, .9) of the lens.
         let crop = r#"<film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="4"/>
             <integer name="crop_width" value="4"/><integer name="crop_height" value="2"/>
             <integer name="crop_offset_x" value="1"/><integer name="crop_offset_y" value="2"/></film>"#;
@@ -291,7 +293,7 @@ mod tests {
             <float name="principal_point_offset_y" value=".125"/>"#;
         let lens = r#"<float name="aperture_radius" value="1"/><float name="focus_distance" value="3"/>"#;
         let stretched = r#"<transform name="to_world"><scale x="2" y="3" z="4"/></transform>"#;
-        let cases: [(&str, String, [f64; 3], [f64; 3], f64); 8] = [
+        let cases: [Case; 8] = [
             (
                 "perspective",
                 format!("{fov}{FILM}"),

@@ -280,19 +280,31 @@ fn batch(query: &Query<'_>) -> Option<SensorKind> {
 fn check_film(reader: &Reader, sensor: &Sensor) {
     let film = &sensor.film;
     match &sensor.kind {
-        SensorKind::RadianceMeter { .. } | SensorKind::Distant { .. } => {
-            if film.width != 1 && film.height != 1 {
+        SensorKind::RadianceMeter { .. } | SensorKind::Distant { .. }
+            if film.width != 1 && film.height != 1 =>
+        {
+            reader.error(
+                SceneError::at(
+                    &film.place,
+                    format!("The film of this sensor has {} × {} pixels", film.width, film.height),
+                    "expected a single pixel, as in Mitsuba 3",
+                )
+                .with_remedy("give it a film with width and height 1 and the filter box"),
+            );
+        }
+        SensorKind::Batch(sensors) => {
+            if let FilmContent::Responses(_) = film.content {
                 reader.error(
                     SceneError::at(
                         &film.place,
-                        format!("The film of this sensor has {} × {} pixels", film.width, film.height),
-                        "expected a single pixel, as in Mitsuba 3",
+                        "A batch cannot have a specfilm",
+                        "expected an hdrfilm: in a batch Mitsuba 3 weighs responses wrongly",
                     )
-                    .with_remedy("give it a film with width and height 1 and the filter box"),
+                    .with_remedy(
+                        "give each sensor its own specfilm outside of a batch; -s chooses one of them",
+                    ),
                 );
             }
-        }
-        SensorKind::Batch(sensors) => {
             if !(film.width as usize).is_multiple_of(sensors.len()) {
                 let problem = format!(
                     "A film {} pixels wide cannot be shared by {} sensors",
@@ -305,10 +317,9 @@ fn check_film(reader: &Reader, sensor: &Sensor) {
                     "expected a width that the number of sensors divides",
                 ));
             }
-            for (place, what) in
-                sensors.iter().filter_map(|child| Some((&child.medium.as_ref()?.place, "medium")))
-            {
-                reader.remark(place, format!("this {what} changes nothing: that of the batch counts"));
+            for medium in sensors.iter().filter_map(|sensor| sensor.medium.as_ref()) {
+                let text = "this medium changes nothing: that of the batch counts".to_owned();
+                reader.remark(&medium.place, text);
             }
         }
         _ => {}
