@@ -75,8 +75,9 @@ pub fn radiance<const C: usize>(
         path.cross(scene, hit.t, wavelengths);
         arriving += path.emitted(scene, &ray, &hit, wavelengths);
         let last = depth + 1 >= scene.limits.max_depth;
-        // Past the last segment only alpha asks whether this surface is in the way.
-        if last && (met || !scene.film.alpha) {
+        // Past the last segment only alpha asks whether this surface is in the way, and light that may pass it as if there
+        // were none: a light sample passes it too.
+        if last && !scene.needs().clear_shadows && (met || !scene.film.alpha) {
             break;
         }
         let light_values = Dimensions::Light(vertex);
@@ -91,7 +92,8 @@ pub fn radiance<const C: usize>(
         let passes =
             scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
         met |= scene.limits.surface_covers(passes);
-        let Some(scatter) = scatter.filter(|_| !last) else { break };
+        let goes_on = !last || (passes && !scene.limits.passing_counts);
+        let Some(scatter) = scatter.filter(|_| goes_on) else { break };
         let direction = scatter.toward_light;
         let prior = path.ratio.sum();
         path.throughput *= scatter.weight;

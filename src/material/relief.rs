@@ -38,7 +38,7 @@ impl Relief {
     pub(super) fn turn(&self, frame: &Frame, at: &ShadingPoint, toward_eye: Vec3) -> (Frame, Guard) {
         let mut local = self.normal(frame, at);
         let eye = frame.to_local(toward_eye);
-        if self.flip_invalid_normals && local.dot(eye) < 0.0 {
+        if self.flip_invalid_normals && local.dot(eye) * eye.z < 0.0 {
             local = Vec3::new(-local.x, -local.y, local.z);
         }
         let turned = Frame::with_tangent(local, Vec3::X);

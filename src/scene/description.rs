@@ -455,7 +455,7 @@ pub enum LightKind {
         turbidity: f64,
         /// Reflectance of the ground.
         albedo: SpectrumSource,
-        /// In the local frame, of any length.
+        /// In the world, of any length.
         sun_direction: Vec3,
         sky_scale: f64,
         sun_scale: f64,

@@ -4,12 +4,13 @@
 //! Graphics Forum 38(2), 2019: the spectrum is a sigmoid of a quadratic in wavelength, whose three coefficients are
 //! such that under D65 the CIE 1931 observer sees the colour. They are found by Newton's method on a grid of colours
 //! and interpolated in between. The grid is the paper's, which Mitsuba 3 has as a file, so that both programs
-//! see the same spectrum; here its columns are computed when a colour first asks for them.
+//! see the same spectrum; here its nodes are computed when a colour first asks for them.
 
 use super::colour::Observer;
 use super::{Spectrum, catalogue};
 use crate::units::WavelengthRange;
 use std::sync::OnceLock;
+use wide::f64x4;
 
 /// A smooth spectrum between 0 and 1: S(a·λ² + b·λ + c) with S(x) = ½ + x / (2·√(1 + x²)) and λ in nm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,17 +91,26 @@ const SIDE: usize = 64;
 /// spectrum, not so dark that the sigmoid is flat.
 const FIRST_NODE: usize = SIDE / 5;
 
-type Column = Box<[[f64; 3]; SIDE]>;
+/// Every so many nodes across, a column is solved from one end to the other; its nodes are where others begin.
+const COARSE: usize = 9;
 
-/// Coefficients at the nodes. A colour's largest component z chooses one of three cubes (the first of equal ones the
-/// last); within it, the other two divided by z are the first coordinates, and z itself, on a scale that is finer at both ends,
-/// is the third.
+type Coefficients = [f64; 3];
+
+/// Nodes over z, each solved when first asked for.
+type Column = Box<[OnceLock<Coefficients>; SIDE]>;
+
+/// Coefficients at the nodes. A colour's largest component z chooses one of three cubes; within it, the other two divided
+/// by z are the first coordinates, and z itself, on a scale that is finer at both ends, is the third.
+///
+/// Whoever asks first, a node is found from the same start, so that it always has the same bits.
 struct Grid {
     observer: Quadrature,
     /// The place of each node on the scale of z.
     scale: [f64; SIDE],
-    /// Over z: for each cube and pair of the other coordinates.
+    /// For each cube and pair of the other coordinates.
     columns: Vec<OnceLock<Column>>,
+    /// Whole columns at every [`COARSE`]th pair.
+    coarse: Vec<OnceLock<Box<[Coefficients; SIDE]>>>,
 }
 
 impl Grid {
@@ -108,10 +118,12 @@ impl Grid {
         static GRID: OnceLock<Grid> = OnceLock::new();
         GRID.get_or_init(|| {
             let smooth = |x: f64| x * x * (3.0 - 2.0 * x);
+            let across = (SIDE - 1) / COARSE + 1;
             Self {
                 observer: Quadrature::new(),
                 scale: std::array::from_fn(|k| smooth(smooth(k as f64 / (SIDE - 1) as f64))),
                 columns: (0..3 * SIDE * SIDE).map(|_| OnceLock::new()).collect(),
+                coarse: (0..3 * across * across).map(|_| OnceLock::new()).collect(),
             }
         })
     }
@@ -135,46 +147,62 @@ impl Grid {
         let k = self.scale.partition_point(|&node| node <= z).clamp(1, SIDE - 1) - 1;
         let height = (z - self.scale[k]) / (self.scale[k + 1] - self.scale[k]);
         let mut coefficients = [0.0; 3];
-        for (di, dj) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let weight = (if di == 0 { 1.0 - x } else { x }) * (if dj == 0 { 1.0 - y } else { y });
-            if weight == 0.0 {
-                continue;
-            }
-            let column = self.column(largest, i + di, j + dj);
-            for (sum, (low, high)) in coefficients.iter_mut().zip(column[k].iter().zip(column[k + 1])) {
-                *sum += weight * (low * (1.0 - height) + high * height);
+        for corner in 0..8 {
+            let [di, dj, dk] = [corner & 1, corner >> 1 & 1, corner >> 2];
+            let share = |second: usize, place: f64| if second == 0 { 1.0 - place } else { place };
+            let weight = share(di, x) * share(dj, y) * share(dk, height);
+            if weight != 0.0 {
+                let node = self.node(largest, [i + di, j + dj, k + dk]);
+                for (sum, coefficient) in coefficients.iter_mut().zip(node) {
+                    *sum += weight * coefficient;
+                }
             }
         }
         Sigmoid { coefficients: in_nanometres(coefficients) }
     }
 
-    fn column(&self, largest: usize, i: usize, j: usize) -> &Column {
-        self.columns[(largest * SIDE + j) * SIDE + i].get_or_init(|| self.solve(largest, i, j))
+    fn node(&self, largest: usize, [i, j, k]: [usize; 3]) -> Coefficients {
+        let column = self.columns[(largest * SIDE + j) * SIDE + i]
+            .get_or_init(|| Box::new([const { OnceLock::new() }; SIDE]));
+        *column[k].get_or_init(|| {
+            let [near_i, near_j] = [i, j].map(|place| (place + COARSE / 2) / COARSE);
+            let start = self.coarse(largest, near_i, near_j)[k];
+            if [near_i * COARSE, near_j * COARSE] == [i, j] {
+                return start;
+            }
+            self.observer.fit(self.colour(largest, [i, j, k]), start)
+        })
     }
 
-    fn solve(&self, largest: usize, i: usize, j: usize) -> Column {
-        let mut column = Box::new([[0.0; 3]; SIDE]);
-        let colour = |k: usize| {
-            let mut rgb = [0.0; 3];
-            rgb[largest] = self.scale[k];
-            rgb[(largest + 1) % 3] = self.scale[k] * i as f64 / (SIDE - 1) as f64;
-            rgb[(largest + 2) % 3] = self.scale[k] * j as f64 / (SIDE - 1) as f64;
-            rgb
-        };
-        let first = self.observer.fit(colour(FIRST_NODE), [0.0; 3]);
-        column[FIRST_NODE] = first;
-        for k in FIRST_NODE + 1..SIDE {
-            column[k] = self.observer.fit(colour(k), column[k - 1]);
-        }
-        for k in (0..FIRST_NODE).rev() {
-            column[k] = self.observer.fit(colour(k), column[k + 1]);
-        }
-        column
+    fn colour(&self, largest: usize, [i, j, k]: [usize; 3]) -> [f64; 3] {
+        let z = self.scale[k];
+        let mut rgb = [z; 3];
+        rgb[(largest + 1) % 3] = z * i as f64 / (SIDE - 1) as f64;
+        rgb[(largest + 2) % 3] = z * j as f64 / (SIDE - 1) as f64;
+        rgb
+    }
+
+    fn coarse(&self, largest: usize, i: usize, j: usize) -> &[Coefficients; SIDE] {
+        let across = (SIDE - 1) / COARSE + 1;
+        self.coarse[(largest * across + j) * across + i].get_or_init(|| {
+            let fit = |k: usize, start: Coefficients| {
+                self.observer.fit(self.colour(largest, [i * COARSE, j * COARSE, k]), start)
+            };
+            let mut column = Box::new([[0.0; 3]; SIDE]);
+            column[FIRST_NODE] = fit(FIRST_NODE, [0.0; 3]);
+            for k in FIRST_NODE + 1..SIDE {
+                column[k] = fit(k, column[k - 1]);
+            }
+            for k in (0..FIRST_NODE).rev() {
+                column[k] = fit(k, column[k + 1]);
+            }
+            column
+        })
     }
 }
 
 /// The coefficients for t ∈ [−1, 1] over the visible range, as coefficients for nanometres.
-fn in_nanometres([a, b, c]: [f64; 3]) -> [f64; 3] {
+fn in_nanometres([a, b, c]: Coefficients) -> Coefficients {
     let range = WavelengthRange::VISIBLE;
     let (middle, half) = (0.5 * (range.min + range.max), 0.5 * range.width());
     let (a, b) = (a / (half * half), b / half);
@@ -184,9 +212,9 @@ fn in_nanometres([a, b, c]: [f64; 3]) -> [f64; 3] {
 /// A reflectance's colour as a weighted sum of its values.
 struct Quadrature {
     /// Wavelengths, from −1 to 1 over the visible range.
-    t: Vec<f64>,
+    t: Vec<f64x4>,
     /// The weight of each value in red, green and blue.
-    weights: [Vec<f64>; 3],
+    weights: [Vec<f64x4>; 3],
 }
 
 /// From XYZ to the primaries of Rec. 709, with the white (0.950456, 1, 1.088754) that Mitsuba 3 has for D65: the matrix
@@ -219,15 +247,20 @@ impl Quadrature {
                 weights.push(row[0] * xyz[0] + row[1] * xyz[1] + row[2] * xyz[2]);
             }
         }
-        for weight in weights.iter_mut().flatten() {
-            *weight /= white;
-        }
-        Self { t, weights }
+        // The last group is filled up with points that do not count.
+        let grouped = |values: &[f64]| {
+            let group =
+                |values: &[f64]| f64x4::from(std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0)));
+            values.chunks(4).map(group).collect::<Vec<_>>()
+        };
+        let weights =
+            weights.map(|weights| grouped(&weights.iter().map(|weight| weight / white).collect::<Vec<_>>()));
+        Self { t: grouped(&t), weights }
     }
 
     /// Coefficients whose spectrum has a colour, by Newton's method from a start near by. Where no spectrum of the family
     /// has it (black, white), the nearest that the method comes to.
-    fn fit(&self, rgb: [f64; 3], start: [f64; 3]) -> [f64; 3] {
+    fn fit(&self, rgb: [f64; 3], start: Coefficients) -> Coefficients {
         const MOST_STEPS: usize = 30;
         const TOLERANCE: f64 = 1e-9;
         let mut best = start;
@@ -261,15 +294,17 @@ impl Quadrature {
     }
 
     /// By how much the colour of some coefficients misses the one that is wanted, and the derivatives of that.
-    fn residual(&self, rgb: [f64; 3], [a, b, c]: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
-        let mut colour = [0.0; 3];
-        let mut jacobian = [[0.0; 3]; 3];
+    fn residual(&self, rgb: [f64; 3], coefficients: Coefficients) -> ([f64; 3], [[f64; 3]; 3]) {
+        let [a, b, c] = coefficients.map(f64x4::splat);
+        let (one, half) = (f64x4::splat(1.0), f64x4::splat(0.5));
+        let mut colour = [f64x4::splat(0.0); 3];
+        let mut jacobian = [[f64x4::splat(0.0); 3]; 3];
         let [red, green, blue] = &self.weights;
         for (((&t, &r), &g), &b_weight) in self.t.iter().zip(red).zip(green).zip(blue) {
             let x = (a * t + b) * t + c;
-            let inverse = 1.0 / (1.0 + x * x).sqrt();
-            let value = 0.5 + 0.5 * x * inverse;
-            let slope = 0.5 * inverse * inverse * inverse;
+            let inverse = one / (one + x * x).sqrt();
+            let value = half + half * x * inverse;
+            let slope = half * inverse * inverse * inverse;
             for (channel, weight) in [r, g, b_weight].into_iter().enumerate() {
                 colour[channel] += weight * value;
                 let change = weight * slope;
@@ -278,7 +313,8 @@ impl Quadrature {
                 jacobian[channel][0] += change * t * t;
             }
         }
-        ([0, 1, 2].map(|i| colour[i] - rgb[i]), jacobian)
+        let residual = [0, 1, 2].map(|i| colour[i].reduce_add() - rgb[i]);
+        (residual, jacobian.map(|row| row.map(|sum| sum.reduce_add())))
     }
 }
 
@@ -306,7 +342,8 @@ mod tests {
         let nm = |t: f64| range.min + 0.5 * (t + 1.0) * range.width();
         [0, 1, 2].map(|channel| {
             let weights = quadrature.t.iter().zip(&quadrature.weights[channel]);
-            weights.map(|(&t, weight)| weight * sigmoid.at(nm(t))).sum()
+            let lanes = weights.flat_map(|(t, weight)| t.to_array().into_iter().zip(weight.to_array()));
+            lanes.map(|(t, weight)| weight * sigmoid.at(nm(t))).sum()
         })
     }
 

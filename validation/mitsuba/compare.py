@@ -138,7 +138,7 @@ def row(result, seconds):
     failures = ", ".join(sorted({test for test, _ in result.failures}))
     return (
         f"| {result.name} | {result.mean[middle(result.channels)]:.4g} | {triple(result.bias, '+.3f', 100)} | {triple(result.sigma, '+.1f')} |"
-        f" {result.detectable.max():.3%} | {np.nanmax(result.tile_detectable):.2%} | {result.pixel_t.max():.1f}, {result.tile_t.max():.1f} |"
+        f" {result.detectable.max():.3%} | {np.nanmax(result.tile_detectable):.2%} | {np.nanmax(result.pixel_t):.1f}, {np.nanmax(result.tile_t):.1f} |"
         f" {result.uniform_p.min():.2g} | {triple(result.noise, '.2f')} | {seconds[0]:.1f}, {seconds[1]:.1f} |"
         f" {'pass' if result.passed else '**FAIL**: ' + failures} |"
     ).replace("%", "")
@@ -283,6 +283,9 @@ def main():
             print(f"{name}: {first_draw(name, settings[name], reference, options)[1]:.1f} CPU s", flush=True)
         return 0
     failed = []
+    if not options.names and (lacking := coverage.missing()):
+        print(f"words of the scene language that no scene uses: {', '.join(lacking)}", file=sys.stderr)
+        failed.append("coverage")
     for name in names:
         try:
             result, seconds = judged(name, settings[name], ours, reference, options, work)
@@ -290,7 +293,8 @@ def main():
             result, seconds = welch.Result(name, failures=[("ran", "")], notes=[str(error)]), (0, 0)
         show(result, seconds, result.passed)
         failed += [] if result.passed else [name]
-    print(f"\n{len(names) - len(failed)} of {len(names)} pairs agree" + (f"; failed: {', '.join(failed)}" if failed else ""))
+    agreeing = len(set(names) - set(failed))
+    print(f"\n{agreeing} of {len(names)} pairs agree" + (f"; failed: {', '.join(failed)}" if failed else ""))
     return len(failed)
 
 

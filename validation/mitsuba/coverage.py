@@ -217,14 +217,13 @@ def words(path):
     return used
 
 
-def main():
+def table():
+    """(class, plugin, parameter, scenes that use it) for every word wanted."""
     uses = {}
-    scenes = sorted(SCENES.glob("*.xml"))
-    for scene in scenes:
+    for scene in sorted(SCENES.glob("*.xml")):
         for file in included(scene):
             for word in words(file):
-                uses.setdefault(word, []).append(scene.stem)
-    missing = 0
+                uses.setdefault(word, set()).add(scene.stem)
     for kind, plugins in WORDS.items():
         for plugin, parameters in plugins.items():
             wanted = [""]
@@ -232,13 +231,20 @@ def main():
                 name, _, values = p.partition("=")
                 wanted += [name] + [f"{name}={v}" for v in values.split("|") if v]
             for parameter in wanted:
-                found = sorted(set(uses.get((kind, plugin, parameter), [])))
-                missing += not found
-                if not found or "--missing" not in sys.argv:
-                    shown = f"{len(found):3} {', '.join(found[:3])}" if found else "  0 MISSING"
-                    print(f"{kind:12} {plugin:16} {parameter:36} {shown}")
-    print(f"{len(scenes)} scenes; {missing} words in none of them")
-    return min(missing, 1)
+                yield kind, plugin, parameter, sorted(uses.get((kind, plugin, parameter), ()))
+
+
+def missing():
+    return [" ".join(row[:3]) for row in table() if not row[3]]
+
+
+def main():
+    for kind, plugin, parameter, scenes in table():
+        if not scenes or "--missing" not in sys.argv:
+            print(f"{kind:12} {plugin:16} {parameter:36} {len(scenes):3} {', '.join(scenes[:3]) or 'MISSING'}")
+    lacking = missing()
+    print(f"{len(list(SCENES.glob('*.xml')))} scenes; {len(lacking)} words in none of them")
+    return min(len(lacking), 1)
 
 
 if __name__ == "__main__":

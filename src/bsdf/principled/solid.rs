@@ -143,12 +143,11 @@ impl<const C: usize> Principled<C> {
         let matt = if above { self.matt() * FRAC_1_PI * self.base.matt(eye.z, light.z, cos) } else { 0.0 };
         let cosine = cosine_density(light.z);
         let mut evaluation = Evaluation::ZERO;
-        for lane in 0..C {
+        for (lane, probability) in lobes.iter().enumerate() {
             let share = self.facets(lane, cos, eta, interface, above);
             let sheen = if above { (1.0 - self.metallic) * self.base.sheen(lane, cos) } else { 0.0 };
             evaluation.f_cos[lane] =
                 share.reflectance * facets + coat + light.z * (self.base.color[lane] * matt + sheen);
-            let probability = lobes[lane];
             evaluation.density[lane] = probability[MATT] * cosine
                 + probability[COAT] * coat_density
                 + probability[FACETS] * share.reflection_probability() * facets_density;
@@ -178,10 +177,10 @@ impl<const C: usize> Principled<C> {
         let facets = microfacets.d(m) * microfacets.g(eye, -light, m) * jacobian * cos_eye / eye.z;
         let density = microfacets.visible(eye, m) * jacobian * eta * eta;
         let mut evaluation = Evaluation::ZERO;
-        for lane in 0..C {
+        for (lane, probability) in lobes.iter().enumerate() {
             let share = self.facets(lane, cos_eye, eta, interface, above);
             evaluation.f_cos[lane] = share.transmittance * facets;
-            evaluation.density[lane] = lobes[lane][FACETS] * share.transmission_probability() * density;
+            evaluation.density[lane] = probability[FACETS] * share.transmission_probability() * density;
         }
         evaluation
     }

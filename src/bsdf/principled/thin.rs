@@ -54,7 +54,7 @@ impl<const C: usize> PrincipledThin<C> {
         let shape = if transmitted { 1.0 } else { self.base.matt(eye.z, light.z, cos) };
         let matt = self.matt()[matt_lobe] * FRAC_1_PI * shape;
         let mut evaluation = Evaluation::ZERO;
-        for lane in 0..C {
+        for (lane, probability) in lobes.iter().enumerate() {
             let color = self.base.color[lane];
             let (specular, sheen) = if transmitted {
                 (color * (1.0 - interface.reflectance), 0.0)
@@ -69,7 +69,6 @@ impl<const C: usize> PrincipledThin<C> {
             };
             evaluation.f_cos[lane] =
                 self.base.spec_trans * specular * facets + light.z.abs() * (color * matt + sheen);
-            let probability = lobes[lane];
             evaluation.density[lane] =
                 probability[matt_lobe] * cosine + probability[facets_lobe] * facets_density;
         }

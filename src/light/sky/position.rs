@@ -50,8 +50,8 @@ fn angles(time: &SunTime) -> (f32, f32) {
     let days = (day_number as f32 - 0.5 + hours / 24.0) - 2_451_545.0;
 
     let node = 2.1429 - 0.001_039_459_4 * days;
-    let mean_longitude = 4.895_063 + 0.017_202_791_698 * days;
-    let anomaly = 6.240_06 + 0.017_201_969_9 * days;
+    let mean_longitude = 4.895_063 + 0.017_202_792 * days;
+    let anomaly = 6.240_06 + 0.017_201_97 * days;
     let longitude_of_sun =
         mean_longitude + 0.033_416_07 * anomaly.sin() + 0.000_348_94 * (2.0 * anomaly).sin()
             - 0.000_113_4
@@ -63,7 +63,7 @@ fn angles(time: &SunTime) -> (f32, f32) {
     let ascension = if ascension < 0.0 { ascension + TAU } else { ascension };
     let declination = (obliquity.sin() * sin_longitude).asin();
 
-    let sidereal = 6.697_424_324_2 + 0.065_709_828_3 * days + hours;
+    let sidereal = 6.697_424_4 + 0.065_709_83 * days + hours;
     let hour_angle = (sidereal * 15.0 + longitude).to_radians() - ascension;
     let (sin_latitude, cos_latitude) = latitude.to_radians().sin_cos();
     let theta =

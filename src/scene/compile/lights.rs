@@ -112,16 +112,17 @@ impl Compiler<'_> {
             return Environment::Constant(Spectrum::ZERO);
         };
         let albedo = self.spectrum(albedo);
+        let to_world = rotation(to_world);
         let settings = SkySettings {
             turbidity: *turbidity,
             albedo: sky::wavelengths().map(|nm| albedo.at(nm)),
-            sun_direction: sun_direction.normalize(),
+            sun_direction: to_world.inverse().vector(*sun_direction).normalize(),
             sky_scale: *sky_scale,
             sun_scale: *sun_scale,
             sun_aperture: *sun_aperture,
             complex_sun: *complex_sun,
         };
-        match Sky::new(&settings, rotation(to_world)) {
+        match Sky::new(&settings, to_world) {
             Some(sky) => Environment::Sky(Box::new(sky)),
             None => Environment::Constant(Spectrum::ZERO),
         }

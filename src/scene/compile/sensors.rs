@@ -130,7 +130,9 @@ impl Compiler<'_> {
                     let (aperture_radius, focus_distance) = (lens.aperture_radius, lens.focus_distance);
                     Projection::ThinLens(ThinLens { aperture_radius, focus_distance })
                 });
-                let half_width = tan_half_width(*field_of_view, film.size);
+                // In a batch the angle is that on the sensor's own film, which else does not count (Mitsuba 3.9.1).
+                let own_film = [sensor.film.width, sensor.film.height].map(f64::from);
+                let half_width = tan_half_width(*field_of_view, own_film);
                 projective(projection, to_world, half_width, *principal_point, [*near_clip, *far_clip])
             }
             SensorKind::Orthographic { to_world, near_clip, far_clip } => {

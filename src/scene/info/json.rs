@@ -44,7 +44,10 @@ pub fn json(description: &Description, needs: &Needs, folder: Option<&Path>) -> 
 }
 
 fn collect_ids(told: &Told, ids: &mut BTreeSet<String>) {
-    ids.extend(told.id.clone());
+    // Whoever has the same id is the same object.
+    if told.id.as_ref().is_some_and(|id| !ids.insert(id.clone())) {
+        return;
+    }
     for property in &told.properties {
         if let Value::Object(object) = &property.value {
             collect_ids(object, ids);

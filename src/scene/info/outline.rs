@@ -2,12 +2,14 @@ use super::super::description::{Description, Note};
 use super::super::source::Place;
 use super::super::tell::{self, Property, Told, Value};
 use crate::geometry::{Transform, Vec3};
+use std::collections::BTreeSet;
 use std::path::Path;
+use std::rc::Rc;
 
 /// The scene as it was understood: one line for each object and property, defaults filled in, extensions and
 /// assumptions at the end.
 pub fn outline(description: &Description) -> String {
-    let mut outline = Outline { description, text: String::new(), depth: 0 };
+    let mut outline = Outline { description, text: String::new(), depth: 0, told: BTreeSet::new() };
     outline.scene(&tell::scene(description));
     outline.notes("extensions (Mitsuba 3 would refuse them)", &description.extensions);
     outline.notes("assumptions", &description.assumptions);
@@ -19,6 +21,8 @@ struct Outline<'a> {
     description: &'a Description,
     text: String,
     depth: usize,
+    /// Named objects that have been told: others that share them say so.
+    told: BTreeSet<*const Told>,
 }
 
 impl Outline<'_> {
@@ -60,12 +64,17 @@ impl Outline<'_> {
         }
     }
 
-    fn object(&mut self, name: Option<&str>, told: &Told) {
+    fn object(&mut self, name: Option<&str>, told: &Rc<Told>) {
         let id = told.id.as_ref().map_or(String::new(), |id| format!(" \"{id}\""));
         let mark = if self.is_extension(&told.place) { ", extension" } else { "" };
         let place = self.place(&told.place);
         let role = name.unwrap_or(told.class.word());
-        self.line(&format!("{role}: {}{id} ({place}{mark})", told.plugin));
+        let is_again = told.id.is_some() && !self.told.insert(Rc::as_ptr(told));
+        let again = if is_again { ", as above" } else { "" };
+        self.line(&format!("{role}: {}{id} ({place}{mark}{again})", told.plugin));
+        if is_again {
+            return;
+        }
         self.within(|o| o.content(told));
     }
 

@@ -23,6 +23,11 @@ impl Search {
         Self(folders)
     }
 
+    /// Whether there is room for another folder: each file is sought in all of them.
+    pub fn is_full(&self) -> bool {
+        self.0.len() >= 64
+    }
+
     /// The path of the first that there is; in the first folder if there is none.
     pub fn find(&self, name: &str) -> PathBuf {
         let mut paths = self.0.iter().map(|folder| folder.join(name));
@@ -35,18 +40,18 @@ impl Search {
 /// # Errors
 /// What is wrong with it, in one sentence.
 pub(super) fn scene_text(path: &Path) -> Result<String, String> {
-    let unreadable = |error: std::io::Error| format!("{} cannot be read: {error}", path.display());
+    let unreadable = |error: std::io::Error| format!("The file {} cannot be read: {error}", path.display());
     let metadata = std::fs::metadata(path).map_err(unreadable)?;
     if !metadata.is_file() {
-        return Err(format!("{} is not a file", path.display()));
+        return Err(format!("The path {} is not a file", path.display()));
     }
     if metadata.len() > LARGEST_SCENE_FILE {
-        return Err(format!("{} is too large ({} bytes)", path.display(), metadata.len()));
+        return Err(format!("The file {} is too large ({} bytes)", path.display(), metadata.len()));
     }
     let bytes = std::fs::read(path).map_err(unreadable)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
-        format!("{} is not text in UTF-8 (at byte {at}): save it in that encoding", path.display())
+        format!("The file {} is not text in UTF-8 (at byte {at}): save it in that encoding", path.display())
     })?;
     Ok(without_mark(text))
 }
@@ -61,7 +66,7 @@ pub(super) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, Sce
     let unreadable = |error: &std::io::Error| {
         let problem = match error.kind() {
             std::io::ErrorKind::NotFound => format!("There is no file {}", path.display()),
-            _ => format!("{} cannot be read: {error}", path.display()),
+            _ => format!("The file {} cannot be read: {error}", path.display()),
         };
         let error = SceneError::at(
             place,
@@ -79,12 +84,12 @@ pub(super) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, Sce
     if !metadata.is_file() {
         return Err(SceneError::at(
             place,
-            format!("{} is not a file", path.display()),
+            format!("The path {} is not a file", path.display()),
             "expected the path of a file",
         ));
     }
     if metadata.len() > most {
-        let problem = format!("{} is too large ({} bytes)", path.display(), metadata.len());
+        let problem = format!("The file {} is too large ({} bytes)", path.display(), metadata.len());
         return Err(SceneError::at(place, problem, format!("expected at most {most} bytes")));
     }
     std::fs::read(path).map_err(|error| unreadable(&error))

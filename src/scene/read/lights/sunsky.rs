@@ -3,7 +3,7 @@
 use super::super::query::Query;
 use super::super::spectra::{self, Use};
 use super::rotation;
-use crate::geometry::Vec3;
+use crate::geometry::{Transform, Vec3};
 use crate::light::sky::{self, SunTime};
 use crate::scene::description::LightKind;
 use crate::scene::source::SceneError;
@@ -27,8 +27,8 @@ pub(super) fn read(query: &Query<'_>) -> Option<LightKind> {
     }
     let complex_sun = query.boolean("complex_sun", false);
     let to_world = rotation(query);
-    let sun_direction = sun(query);
-    if sun_direction.is_some_and(|direction| direction.z < 0.0) {
+    let sun_direction = sun(query, &to_world);
+    if sun_direction.is_some_and(|direction| to_world.inverse().vector(direction).z < 0.0) {
         let place = query.place("sun_direction");
         query.reader.remark(&place, "the sun is below the horizon: the sky is dark".to_owned());
     }
@@ -58,11 +58,12 @@ fn between(query: &Query<'_>, name: &'static str, default: f64, least: f64, most
     value
 }
 
-fn sun(query: &Query<'_>) -> Option<Vec3> {
+/// In the world. A given direction is one of the world already, a computed one is turned with the sky (Mitsuba 3).
+fn sun(query: &Query<'_>, to_world: &Transform) -> Option<Vec3> {
     let given = query.vector("sun_direction");
     let time = time(query);
     if !query.has("sun_direction") {
-        return Some(sky::sun_direction(&time));
+        return Some(to_world.vector(sky::sun_direction(&time)));
     }
     if let Some(name) = TIME.into_iter().find(|&name| query.has(name)) {
         query.error(

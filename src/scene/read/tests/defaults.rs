@@ -107,6 +107,37 @@ fn lights() {
     ));
     let down = r#"<emitter type="directional"><vector name="direction" value="0 -7 0"/></emitter>"#;
     assert!(matches!(light(down), LightKind::Directional { travels, .. } if travels == Vec3::NEG_Y * 7.0));
+    assert!(matches!(
+        light(r#"<emitter type="spot"/>"#),
+        LightKind::Spot { cutoff_angle: 20.0, beam_width: 15.0, texture: None, .. }
+    ));
+    assert!(matches!(
+        light(r#"<emitter type="projector"/>"#),
+        LightKind::Projector { scale: 1.0, field_of_view: FieldOfView::FocalLength(50.0), .. }
+    ));
+}
+
+#[test]
+fn the_sun_is_where_it_is_said_to_be() {
+    let sun = |content: &str| match scene(&format!(r#"<emitter type="sunsky">{content}</emitter>"#))
+        .lights
+        .remove(0)
+        .kind
+    {
+        LightKind::SunSky { sun_direction, turbidity, sun_aperture, .. } => {
+            assert_eq!((turbidity, sun_aperture), (3.0, 0.5358));
+            sun_direction
+        }
+        other => panic!("{other:?}"),
+    };
+    // Mitsuba 3.9.1: the middle of the sun's disc, found to 0.001°.
+    let tokyo = sun("");
+    assert!((tokyo.z.acos().to_degrees() - 43.920).abs() < 2e-3, "{tokyo}");
+    assert!((tokyo.y.atan2(tokyo.x).to_degrees() - 85.752).abs() < 2e-3, "{tokyo}");
+    let turn = r#"<transform name="to_world"><rotate z="1" angle="90"/></transform>"#;
+    assert!((sun(turn) - Vec3::new(-tokyo.y, tokyo.x, tokyo.z)).length() < 1e-12);
+    let given = r#"<vector name="sun_direction" value="1 2 3"/>"#;
+    assert_eq!(sun(&format!("{given}{turn}")), Vec3::new(1.0, 2.0, 3.0));
 }
 
 #[test]

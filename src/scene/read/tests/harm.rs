@@ -3,7 +3,7 @@
 use super::super::meshes::MeshOptions;
 use super::super::{obj, ply, serialized};
 use super::read;
-use crate::scene::{ReadOptions, read_str};
+use crate::scene::{CompileOptions, ReadOptions, read_str};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -213,6 +213,24 @@ fn deep_and_wide_scenes_end_quickly() {
             assert!(errors.to_string().contains("more errors"));
         });
     }
+    // Each object holds the one before twice.
+    let twice: String = (1..60)
+        .map(|i| {
+            let below = i - 1;
+            format!(
+                "<bsdf type=\"blendbsdf\" id=\"{i}\"><float name=\"weight\" value=\"0.5\"/><ref id=\"{below}\" name=\"a\"/><ref id=\"{below}\" name=\"b\"/></bsdf>"
+            )
+        })
+        .collect();
+    within(Duration::from_secs(5), "objects within objects twice", || {
+        let scene = super::scene(&format!(
+            "<bsdf type=\"diffuse\" id=\"0\"/>{twice}<shape type=\"sphere\"><ref id=\"59\"/></shape>"
+        ));
+        assert!(crate::scene::outline(&scene).contains("as above"));
+        let compiled = crate::scene::compile(&scene, &CompileOptions::default()).unwrap();
+        let text = crate::scene::json(&scene, &compiled.needs(), None);
+        assert_eq!(super::read(&text).unwrap().hash(), scene.hash());
+    });
     let doubling: String =
         (0..64).map(|i| format!("<default name=\"a{}\" value=\"$a{i}$a{i}\"/>", i + 1)).collect();
     let doubling = format!(

@@ -8,7 +8,7 @@ use super::super::super::source::{Place, SceneError};
 use super::super::attributes::{Attribute, start_tag};
 use super::super::files;
 use super::super::tree::{DEEPEST, ObjectId};
-use super::{Builder, Step, malformed};
+use super::{Builder, Step, lenient, malformed};
 use roxmltree::{Document, Node};
 use std::path::{Path, PathBuf};
 
@@ -44,7 +44,7 @@ impl Builder<'_> {
                 self.file = file;
                 let search = self.parsed.search.clone();
                 self.includes.open.push(path);
-                match Document::parse(&text) {
+                match Document::parse(&lenient::accepted(&text)) {
                     Ok(document) => self.included(document.root_element(), owner, depth),
                     Err(error) => self.error(malformed(&error, &text, file)),
                 }
@@ -73,7 +73,7 @@ impl Builder<'_> {
         if self.includes.open.iter().any(|open| canonical(open) == canonical(&path)) {
             return Err(SceneError::at(
                 place,
-                format!("{} includes itself", path.display()),
+                format!("The file {} includes itself", path.display()),
                 "this leads back to a file that is being read",
             ));
         }

@@ -1,6 +1,7 @@
 //! From the text of a scene file to a [`Tree`]: elements, attributes, `$name`, numbers, transforms.
 
 mod include;
+mod lenient;
 mod upgrade;
 
 use super::super::source::{Place, SceneError, Sources};
@@ -23,7 +24,8 @@ pub(super) fn parse(
     sources: &mut Sources,
 ) -> Parsed {
     let mut parsed = Parsed::new(search);
-    let document = match Document::parse(text) {
+    let accepted = lenient::accepted(text);
+    let document = match Document::parse(&accepted) {
         Ok(document) => document,
         Err(error) => {
             parsed.errors.push(malformed(&error, text, file));
@@ -299,6 +301,11 @@ impl Builder<'_> {
             let place = start_tag(node, self.file);
             let problem = "<path> stands within an object";
             self.error(SceneError::at(&place, problem, "expected it directly in the <scene>"));
+            return Step::Broken;
+        }
+        if self.parsed.search.is_full() {
+            let problem = "The scene has too many folders to seek files in";
+            self.error(SceneError::at(&value.place, problem, "expected fewer <path>"));
             return Step::Broken;
         }
         let folder = self.parsed.search.find(&value.text);

@@ -1,6 +1,6 @@
 //! Versions of the format, and what Mitsuba 3 makes of names from before 2.0.0 (measured from Mitsuba 3.9.1).
 
-use super::super::super::source::{Place, SceneError};
+use super::super::super::source::SceneError;
 use super::super::attributes::Attribute;
 use super::super::tree::{Class, Entry, Object, Value};
 use crate::geometry::Vec3;
@@ -60,8 +60,9 @@ pub(super) fn properties(object: &mut Object) -> Result<(), SceneError> {
 fn texture_coordinates(object: &mut Object) -> Result<(), SceneError> {
     const NAMES: [&str; 4] = ["uscale", "vscale", "uoffset", "voffset"];
     let is_old = |entry: &Entry| entry.name.as_deref().is_some_and(|name| NAMES.contains(&name));
-    let Some(first) = object.entries.iter().position(is_old) else { return Ok(()) };
-    let place: Place = object.entries[first].place.clone();
+    let (old, others) = std::mem::take(&mut object.entries).into_iter().partition::<Vec<_>, _>(is_old);
+    object.entries = others;
+    let Some(place) = old.first().map(|entry| entry.place.clone()) else { return Ok(()) };
     if object.entries.iter().any(|entry| entry.name.as_deref() == Some("to_uv")) {
         return Err(SceneError::at(
             &place,
@@ -70,7 +71,7 @@ fn texture_coordinates(object: &mut Object) -> Result<(), SceneError> {
         ));
     }
     let number = |name: &str, default: f64| {
-        let entry = object.entries.iter().find(|entry| entry.name.as_deref() == Some(name));
+        let entry = old.iter().find(|entry| entry.name.as_deref() == Some(name));
         match entry.map(|entry| (&entry.value, entry)) {
             None | Some((Value::Broken, _)) => Ok(default),
             Some((Value::Float(value), _)) => Ok(*value),
@@ -90,7 +91,6 @@ fn texture_coordinates(object: &mut Object) -> Result<(), SceneError> {
         place,
         value: Value::Transform(DMat4::from_scale(scale) * DMat4::from_translation(offset)),
     };
-    object.entries.retain(|entry| !is_old(entry));
     object.entries.push(entry);
     Ok(())
 }
