@@ -43,12 +43,16 @@ impl Instance {
     }
 
     /// The nearest hit with 0 ≤ t < about `ray.t_max`, without the instance's own index.
+    ///
+    /// Never inlined, like the next: the loop that calls it is for scenes without instances too.
+    #[inline(never)]
     pub(super) fn closest(&self, ray: &Ray) -> Option<Hit> {
         let (local, scale) = self.local(ray);
         let hit = self.group.closest(&local)?;
         Some(Hit { t: hit.t / scale, ..hit })
     }
 
+    #[inline(never)]
     pub(super) fn occluded(&self, ray: &Ray) -> bool {
         self.group.occluded(&self.local(ray).0)
     }
@@ -58,6 +62,7 @@ impl Instance {
     /// The error bound is that of the group's surface, which covers its own intersection test, with what the way to the world
     /// and back adds: to the local coordinates of the origin, which don't exceed those of the point noticeably, and to the
     /// direction, which a ray within the group follows for no longer than the diagonal of the group's box.
+    #[inline(never)]
     pub(super) fn surface(&self, shape: &Shape, hit: &Hit, ray: &Ray) -> SurfaceHit {
         let (local_ray, scale) = self.local(ray);
         let SurfaceHit { point, shading_normal } =
@@ -75,6 +80,7 @@ impl Instance {
     }
 
     /// The coordinates of a point of `shape`, one of the group's.
+    #[inline(never)]
     pub(super) fn parametrisation(&self, shape: &Shape, hit: &Hit, position: Vec3) -> Parametrisation {
         let local = shape.parametrisation(hit, self.placement.local_point(position));
         Parametrisation {

@@ -2,7 +2,7 @@
 
 use super::super::description::{Instance, Shape, ShapeGroup};
 use super::super::source::SceneError;
-use super::query::Query;
+use super::query::{Query, capital};
 use super::tree::{Class, ObjectId};
 use super::{Reader, shapes};
 use std::sync::Arc;
@@ -42,12 +42,26 @@ fn merge(reader: &Reader, id: ObjectId, shapes: &mut Vec<Shape>, instances: &mut
         return;
     }
     collect(reader, &query, shapes, instances);
+    refuse_surface(&query);
     query.finish();
+}
+
+/// What a surface is made of belongs to the shapes inside.
+fn refuse_surface(query: &Query<'_>) {
+    for class in [Class::Bsdf, Class::Emitter, Class::Medium] {
+        for (entry, _) in query.objects(class) {
+            let problem = format!("{} has no surface of its own", capital(&query.title()));
+            let error = SceneError::at(&entry.place, problem, "expected shapes, each with its own");
+            query
+                .error(error.with_remedy(format!("put the {} into each of the shapes inside", class.word())));
+        }
+    }
 }
 
 fn instance(reader: &Reader, id: ObjectId) -> Option<Instance> {
     let query = Query::new(reader, id);
     let found = query.objects(Class::Shape);
+    refuse_surface(&query);
     let to_world = query.transform("to_world");
     let place = query.object.place.clone();
     let object_id = query.object.id.clone();
@@ -90,6 +104,7 @@ fn group(reader: &Reader, id: ObjectId) -> Arc<ShapeGroup> {
         query.error(error.with_remedy("transform its shapes or its instances"));
     }
     let (shapes, instances) = read(reader, &query);
+    refuse_surface(&query);
     if let Some(inner) = instances.first() {
         let error =
             SceneError::at(&inner.place, "An instance within a shapegroup", "expected shapes in a group");
