@@ -102,7 +102,7 @@ struct Builder<'a> {
 
 /// What an element is to its parent.
 enum Step {
-    Entry(Entry),
+    Entry(Box<Entry>),
     /// No entry, and nothing wrong.
     Nothing,
     /// Wrong in a way that has been said.
@@ -111,7 +111,7 @@ enum Step {
 
 impl From<Option<Entry>> for Step {
     fn from(entry: Option<Entry>) -> Self {
-        entry.map_or(Self::Broken, Self::Entry)
+        entry.map_or(Self::Broken, |entry| Self::Entry(Box::new(entry)))
     }
 }
 
@@ -180,7 +180,7 @@ impl Builder<'_> {
     /// Adds what `node` is to the entries of `owner`.
     fn add(&mut self, node: Node<'_, '_>, owner: ObjectId, depth: usize, included: bool) {
         let entry = match self.entry(node, owner, depth) {
-            Step::Entry(entry) => entry,
+            Step::Entry(entry) => *entry,
             Step::Nothing => return,
             Step::Broken => self.broken(node),
         };
