@@ -21,6 +21,7 @@ use crate::bsdf::{
 };
 use crate::spectrum::{Sampled, Spectrum};
 use crate::texture::{Texture, TexturePoint};
+use std::collections::BTreeSet;
 
 /// Index into [`Materials`].
 pub type MaterialId = u32;
@@ -106,26 +107,33 @@ impl Materials {
         self.0.iter()
     }
 
+    /// A material and all within it, each once however often it is shared, the outermost first.
+    fn within(&self, id: MaterialId) -> impl Iterator<Item = &Material> {
+        let (mut waiting, mut met) = (vec![id], BTreeSet::from([id]));
+        std::iter::from_fn(move || {
+            let material = self.get(waiting.pop()?);
+            let nested = material.nested().into_iter().flatten().rev();
+            waiting.extend(nested.filter(|&nested| met.insert(nested)));
+            Some(material)
+        })
+    }
+
     /// Whether a material or one within it has a property.
     pub fn any(&self, id: MaterialId, has: &impl Fn(&Material) -> bool) -> bool {
-        let material = self.get(id);
-        has(material) || material.nested().into_iter().flatten().any(|nested| self.any(nested, has))
+        self.within(id).any(has)
     }
 
     /// The attributes that textures of a material and those within it want of a mesh.
     pub fn attributes(&self, id: MaterialId) -> Vec<&str> {
-        let material = self.get(id);
-        let own = material.textures().into_iter().flat_map(Texture::attributes);
-        let nested = material.nested().into_iter().flatten().flat_map(|nested| self.attributes(nested));
-        own.chain(nested).collect()
+        self.within(id).flat_map(Material::textures).flat_map(Texture::attributes).collect()
     }
 
     /// The index on the inside of the first dielectric within a material.
     pub fn interior_index(&self, id: MaterialId) -> Option<&Spectrum> {
-        match self.get(id) {
+        self.within(id).find_map(|material| match material {
             Material::Dielectric(dielectric) => Some(&dielectric.interior),
-            other => other.nested().into_iter().flatten().find_map(|nested| self.interior_index(nested)),
-        }
+            _ => None,
+        })
     }
 }
 

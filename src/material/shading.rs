@@ -94,6 +94,7 @@ impl Materials {
                 let opacity = opacity.value(&at.texture).clamp(0.0, 1.0);
                 of(*nested) * opacity + Sampled::splat(1.0 - opacity)
             }
+            Material::Blend { nested: [first, second], .. } if first == second => of(*first),
             Material::Blend { weight, nested: [first, second] } => {
                 let weight = weight.value(&at.texture).clamp(0.0, 1.0);
                 of(*first) * (1.0 - weight) + of(*second) * weight

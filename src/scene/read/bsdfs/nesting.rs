@@ -6,6 +6,7 @@ use crate::scene::read::query::{Query, capital};
 use crate::scene::read::spectra::{self, Use, required};
 use crate::scene::read::tree::{Class, Value};
 use crate::scene::source::SceneError;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 pub(super) fn mask(query: &Query<'_>) -> Option<BsdfKind> {
@@ -68,7 +69,7 @@ pub(super) fn two_sided(query: &Query<'_>) -> Option<BsdfKind> {
     let mut sides = nested.into_iter().map(|(entry, id)| {
         let bsdf = read(query.reader, id);
         let plugin = &query.reader.tree.get(id).plugin;
-        let problem = if transmits(&bsdf) && !allow_transmission {
+        let problem = if transmits(&bsdf, &mut BTreeSet::new()) && !allow_transmission {
             Some(format!("\"twosided\" cannot hold \"{plugin}\", which lets light through"))
         } else if matches!(bsdf.kind, BsdfKind::TwoSided { .. }) {
             Some("\"twosided\" cannot hold another \"twosided\"".to_owned())
@@ -87,8 +88,11 @@ pub(super) fn two_sided(query: &Query<'_>) -> Option<BsdfKind> {
     Some(BsdfKind::TwoSided { front, back: sides.next(), allow_transmission })
 }
 
-/// Whether light can get through.
-fn transmits(bsdf: &Bsdf) -> bool {
+/// Whether light can get through. What several BSDFs share is looked at once: `met` are those that were.
+fn transmits(bsdf: &Arc<Bsdf>, met: &mut BTreeSet<*const Bsdf>) -> bool {
+    if !met.insert(Arc::as_ptr(bsdf)) {
+        return false;
+    }
     match &bsdf.kind {
         BsdfKind::Null
         | BsdfKind::Mask { .. }
@@ -101,8 +105,8 @@ fn transmits(bsdf: &Bsdf) -> bool {
         | BsdfKind::Conductor { .. }
         | BsdfKind::Plastic { .. }
         | BsdfKind::TwoSided { .. } => false,
-        BsdfKind::Blend { nested, .. } => nested.iter().any(|nested| transmits(nested)),
-        BsdfKind::BumpMap { nested, .. } | BsdfKind::NormalMap { nested, .. } => transmits(nested),
+        BsdfKind::Blend { nested, .. } => nested.iter().any(|nested| transmits(nested, met)),
+        BsdfKind::BumpMap { nested, .. } | BsdfKind::NormalMap { nested, .. } => transmits(nested, met),
     }
 }
 
