@@ -164,7 +164,7 @@ fn distribution_name(distribution: Distribution) -> &'static str {
 fn in_air(told: Told, exterior: &Option<IndexSource>) -> Told {
     match exterior {
         Some(exterior) => index(told, "ext_ior", exterior),
-        None => told.text("ext_ior", "air"),
+        None => told.remark("outside is air"),
     }
 }
 

@@ -28,7 +28,7 @@ pub(super) fn tell(source: &SpectrumSource) -> Value {
             .float("wavelength_min", *min_nm)
             .float("wavelength_max", *max_nm),
         SpectrumKind::Named(name) => return measured(place, name, *scale),
-        SpectrumKind::Rgb { rgb, role: RgbRole::Reflectance } => return Value::Rgb(*rgb),
+        SpectrumKind::Rgb { rgb, role: RgbRole::Reflectance } => told("srgb").with("color", Value::Rgb(*rgb)),
         SpectrumKind::Rgb { rgb, role: RgbRole::Clipped } => {
             told("srgb").with("color", Value::Rgb(*rgb)).boolean("unbounded", true)
         }
