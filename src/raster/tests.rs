@@ -100,3 +100,55 @@ fn damaged_files_are_refused() {
     assert!(Image::decode(b"GIF89a", Some("tga")).is_err());
     assert!(Image::decode(b"", None).is_err());
 }
+
+#[test]
+fn changed_files_do_no_harm() {
+    let pixels = DynamicImage::ImageRgb8(::image::RgbImage::from_fn(9, 7, |x, y| {
+        ::image::Rgb([20 * x as u8, 30 * y as u8, 99])
+    }));
+    let encoded = |format| {
+        let mut bytes = Cursor::new(Vec::new());
+        pixels.write_to(&mut bytes, format).unwrap();
+        bytes.into_inner()
+    };
+    let mut radiance = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 9\n".to_vec();
+    radiance.extend([2, 2, 0, 9, 137, 5, 137, 6, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9, 137, 7].repeat(2));
+    let files = [
+        encoded(ImageFormat::Png),
+        encoded(ImageFormat::Jpeg),
+        encoded(ImageFormat::Bmp),
+        encoded(ImageFormat::Pnm),
+        encoded(ImageFormat::Tga),
+        radiance,
+        exr(&[("B", 3.0), ("G", 2.0), ("R", 1.0)]),
+        pfm("PF\n2 1\n-1\n", &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
+        [b"VOL\x03\x01\0\0\0\x02\0\0\0\x01\0\0\0\x01\0\0\0\x01\0\0\0".to_vec(), vec![0; 32]].concat(),
+    ];
+    // Numerical Recipes' generator of 64 bits.
+    let mut state = 1u64;
+    let mut random = move |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    let rounds: usize = std::env::var("ROUNDS").ok().and_then(|r| r.parse().ok()).unwrap_or(200);
+    for (index, file) in files.iter().enumerate() {
+        for _ in 0..rounds {
+            let mut bytes = file.clone();
+            for _ in 0..1 + random(4) {
+                let at = random(bytes.len());
+                match random(5) {
+                    0 => bytes[at] = random(256) as u8,
+                    1 => bytes[at] ^= 1 << random(8),
+                    2 => bytes[at] = 255,
+                    3 => bytes.truncate(at.max(1)),
+                    _ => bytes.insert(at, random(256) as u8),
+                }
+            }
+            if index == 8 {
+                let _ = Grid::decode(&bytes);
+            } else if let Ok(image) = Image::decode(&bytes, Some("tga")) {
+                assert_eq!(image.values.len(), image.width * image.height * image.channels);
+            }
+        }
+    }
+}

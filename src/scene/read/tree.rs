@@ -55,6 +55,9 @@ impl Class {
 /// Elements and objects deeper than this are refused: no scene needs them, and they could exhaust the stack.
 pub(super) const DEEPEST: usize = 64;
 
+/// Most objects in a BSDF, each counted as often as it is referred to: what walks through them must end.
+const MOST_IN_BSDF: usize = 4096;
+
 /// Index into [`Tree::objects`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct ObjectId(pub usize);
@@ -203,7 +206,7 @@ impl Tree {
                 states[id.0] = State::Open;
             }
             let Some(entry) = self.objects[id.0].entries.get(next) else {
-                states[id.0] = State::Done { height: self.height(id, states, errors) };
+                states[id.0] = self.finished(id, states, errors);
                 continue;
             };
             path.push((id, next + 1));
@@ -227,24 +230,30 @@ impl Tree {
         }
     }
 
-    /// How many objects stand within one another below and with `id`, whose children are done.
-    fn height(&mut self, id: ObjectId, states: &[State], errors: &mut Vec<SceneError>) -> usize {
-        let mut height = 1;
+    /// How deep and how large `id` is, whose children are done.
+    fn finished(&mut self, id: ObjectId, states: &[State], errors: &mut Vec<SceneError>) -> State {
+        let (mut height, mut size) = (1, 1_usize);
+        let is_bsdf = self.objects[id.0].class == Class::Bsdf;
         for entry in &mut self.objects[id.0].entries {
             let Value::Object(child) = entry.value else { continue };
-            let State::Done { height: below } = states[child.0] else { continue };
-            if below < DEEPEST {
+            let State::Done { height: below, size: within } = states[child.0] else { continue };
+            let problem = if below >= DEEPEST {
+                format!("Objects are nested more than {DEEPEST} deep")
+            } else if is_bsdf && size.saturating_add(within) > MOST_IN_BSDF {
+                format!("A BSDF holds more than {MOST_IN_BSDF} objects, if each reference is followed")
+            } else {
                 height = height.max(below + 1);
+                size = size.saturating_add(within);
                 continue;
-            }
+            };
             errors.push(SceneError::at(
                 &entry.value_place,
-                format!("Objects are nested more than {DEEPEST} deep"),
+                problem,
                 "expected fewer references from object to object",
             ));
             entry.value = Value::Broken;
         }
-        height
+        State::Done { height, size }
     }
 }
 
@@ -252,9 +261,11 @@ impl Tree {
 enum State {
     New,
     Open,
-    /// `height` objects stand within one another below and with it.
+    /// `height` objects stand within one another below and with it, and `size` in all, each counted as often as
+    /// something refers to it.
     Done {
         height: usize,
+        size: usize,
     },
 }
 

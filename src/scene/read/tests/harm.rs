@@ -214,22 +214,25 @@ fn deep_and_wide_scenes_end_quickly() {
         });
     }
     // Each object holds the one before twice.
-    let twice: String = (1..60)
-        .map(|i| {
+    let twice = |count: usize| -> String {
+        let link = |i| {
             let below = i - 1;
             format!(
                 "<bsdf type=\"blendbsdf\" id=\"{i}\"><float name=\"weight\" value=\"0.5\"/><ref id=\"{below}\" name=\"a\"/><ref id=\"{below}\" name=\"b\"/></bsdf>"
             )
-        })
-        .collect();
+        };
+        let links: String = (1..=count).map(link).collect();
+        format!(
+            "<bsdf type=\"diffuse\" id=\"0\"/>{links}<shape type=\"sphere\"><ref id=\"{count}\"/></shape>"
+        )
+    };
     within(Duration::from_secs(5), "objects within objects twice", || {
-        let scene = super::scene(&format!(
-            "<bsdf type=\"diffuse\" id=\"0\"/>{twice}<shape type=\"sphere\"><ref id=\"59\"/></shape>"
-        ));
+        let scene = super::scene(&twice(8));
         assert!(crate::scene::outline(&scene).contains("as above"));
         let compiled = crate::scene::compile(&scene, &CompileOptions::default()).unwrap();
         let text = crate::scene::json(&scene, &compiled.needs(), None);
         assert_eq!(super::read(&text).unwrap().hash(), scene.hash());
+        assert!(super::errors(&twice(60)).contains("more than 4096 objects"));
     });
     let doubling: String =
         (0..64).map(|i| format!("<default name=\"a{}\" value=\"$a{i}$a{i}\"/>", i + 1)).collect();

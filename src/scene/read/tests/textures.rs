@@ -61,7 +61,7 @@ fn textures_have_mitsubas_defaults() {
     });
     assert_eq!(values, [0.4, 0.2]);
     let bitmap = reflectance(
-        r#"<texture type="bitmap" name="reflectance"><string name="filename" value="tests/scenes/textures/colours.ppm"/></texture>"#,
+        r#"<texture type="bitmap" name="reflectance"><string name="filename" value="tests/scenes/textures/colours.png"/></texture>"#,
     );
     let SpectrumKind::Bitmap(bitmap) = &bitmap.kind else { panic!("{bitmap:?}") };
     assert_eq!(
