@@ -32,6 +32,14 @@ impl WavelengthRange {
     /// 360–830 nm: the domain of the CIE 1931 observer, and Mitsuba's range.
     pub const VISIBLE: Self = Self { min: 360.0, max: 830.0 };
 
+    /// All that can be simulated: from soft X-rays to the far infrared. It bounds what is tabulated in steps.
+    pub const WIDEST: Self = Self { min: 1.0, max: 1e5 };
+
+    /// What two ranges have in common; empty (`max` below `min`) where that is nothing.
+    pub fn common(self, other: Self) -> Self {
+        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
+    }
+
     pub fn width(self) -> f64 {
         self.max - self.min
     }

@@ -330,8 +330,15 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
 fn parse_range(text: &str) -> Result<WavelengthRange, String> {
     let ends = text.split_once(':').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
     match ends {
-        Some((min, max)) if 1.0 <= min && min < max && max <= 1e6 => Ok(WavelengthRange { min, max }),
-        _ => Err("expected MIN:MAX in nm with MIN below MAX, for example 380:780".to_owned()),
+        Some((min, max))
+            if WavelengthRange::WIDEST.min <= min && min < max && max <= WavelengthRange::WIDEST.max =>
+        {
+            Ok(WavelengthRange { min, max })
+        }
+        _ => {
+            Err("expected MIN:MAX in nm, from 1 to 100000 and with MIN below MAX, for example 380:780"
+                .to_owned())
+        }
     }
 }
 

@@ -23,14 +23,15 @@ impl description::Film {
     pub fn wavelength_range(&self) -> WavelengthRange {
         let visible = WavelengthRange::VISIBLE;
         let FilmContent::Responses(channels) = &self.content else { return visible };
-        channels.iter().fold(visible, |range, channel| {
+        let all = channels.iter().fold(visible, |range, channel| {
             let (min, max) = match &channel.response.kind {
                 SpectrumKind::Irregular { nm, .. } => (nm[0], nm[nm.len() - 1]),
                 SpectrumKind::Regular { min_nm, max_nm, .. } => (*min_nm, *max_nm),
                 _ => return range,
             };
             WavelengthRange { min: range.min.min(min), max: range.max.max(max) }
-        })
+        });
+        all.common(WavelengthRange::WIDEST)
     }
 }
 

@@ -140,6 +140,10 @@ fn thermal(kelvin: f64, range: WavelengthRange) -> Result<Spectrum, SpectrumErro
     if range.min <= WavelengthRange::VISIBLE.min && range.max >= WavelengthRange::VISIBLE.max {
         return Ok(whole);
     }
+    let range = range.common(WavelengthRange::WIDEST);
+    if range.min >= range.max {
+        return Ok(Spectrum::ZERO);
+    }
     let nm = steps(range);
     let values: Vec<f64> = nm.iter().map(|&nm| whole.at(nm)).collect();
     Spectrum::regular(range.min, range.max, &values, Extrapolation::Zero)

@@ -241,3 +241,14 @@ fn deep_and_wide_scenes_end_quickly() {
     );
     within(Duration::from_secs(5), "doubling parameters", || drop(read(&doubling)));
 }
+
+#[test]
+fn tables_stay_small_whatever_their_range() {
+    let bounds = r#"<float name="wavelength_min" value="400"/><float name="wavelength_max" value="1e12"/>"#;
+    let scene = super::scene(&format!(
+        r#"<emitter type="constant"><spectrum name="radiance" type="blackbody"><float name="temperature" value="3000"/>{bounds}</spectrum></emitter>"#
+    ));
+    within(Duration::from_secs(5), "a black body of any range", || {
+        assert!(crate::scene::compile(&scene, &CompileOptions::default()).is_ok());
+    });
+}
