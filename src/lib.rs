@@ -28,5 +28,6 @@ pub mod scene;
 
 pub mod integrator;
 
+pub mod compare;
 pub mod output;
 pub mod render;
