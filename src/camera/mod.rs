@@ -7,7 +7,7 @@ mod meters;
 mod projective;
 
 pub use meters::{Distant, IrradianceMeter, RadianceMeter};
-pub use projective::{Projection, Projective, ProjectiveSettings, ThinLens};
+pub use projective::{Aperture, Projection, Projective, ProjectiveSettings, ThinLens};
 
 use crate::geometry::Ray;
 use crate::spectrum::Spectrum;
