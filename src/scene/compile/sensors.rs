@@ -5,7 +5,7 @@ use crate::camera::{
     Aperture, Camera, Distant, IrradianceMeter, Projection, Projective, ProjectiveSettings, RadianceMeter,
     Rays, ThinLens, View, Window,
 };
-use crate::geometry::{Bounds, Transform, Vec3};
+use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
 use crate::scene::description::{
     self, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, Sensor, SensorKind, SpectrumKind,
 };
@@ -107,9 +107,9 @@ impl Compiler<'_> {
             Some(response) => Some(self.sensor_spectrum(response)?),
             None => None,
         };
-        let projective = |projection, to_world: &Transform, half_width, principal_point, clips: [f64; 2]| {
+        let projective = |projection, placed, half_width, principal_point, clips: [f64; 2]| {
             Rays::Projective(Box::new(Projective::new(ProjectiveSettings {
-                to_world: to_world.then(shift),
+                placed,
                 projection,
                 film: film.size,
                 half_width,
@@ -130,15 +130,17 @@ impl Compiler<'_> {
                 // In a batch the angle is that on the sensor's own film, which else does not count (Mitsuba 3.9.1).
                 let own_film = [sensor.film.width, sensor.film.height].map(f64::from);
                 let half_width = tan_half_width(*field_of_view, own_film);
+                let placed = self.camera_placed(sensor, to_world, shift)?;
                 let projection = lens.map_or(Projection::Pinhole, |lens| {
                     let focus_distance = lens.focus_distance;
                     let aperture = aperture(&lens, focal_length(half_width, own_film));
                     Projection::ThinLens(ThinLens { aperture, focus_distance })
                 });
-                projective(projection, to_world, half_width, *principal_point, [*near_clip, *far_clip])
+                projective(projection, placed, half_width, *principal_point, [*near_clip, *far_clip])
             }
             SensorKind::Orthographic { to_world, near_clip, far_clip } => {
-                projective(Projection::Orthographic, to_world, 1.0, [0.0; 2], [*near_clip, *far_clip])
+                let placed = self.camera_placed(sensor, to_world, shift)?;
+                projective(Projection::Orthographic, placed, 1.0, [0.0; 2], [*near_clip, *far_clip])
             }
             SensorKind::RadianceMeter { origin, direction } => {
                 Rays::Radiance(RadianceMeter::new(shift.point(*origin), *direction))
@@ -154,6 +156,22 @@ impl Compiler<'_> {
             SensorKind::Batch(_) => return None,
         };
         Some(View { rays, response })
+    }
+
+    /// Where a camera stands over time.
+    fn camera_placed(&mut self, sensor: &Sensor, to_world: &Transform, shift: &Transform) -> Option<Placed> {
+        let placed = match sensor.motion.as_ref().and_then(|motion| Motion::new(&motion.keys).ok()) {
+            None => Placed::still(&to_world.then(shift)),
+            Some(motion) => Placed::moving(motion.recentred(Vec3::ZERO, shift.point(Vec3::ZERO))),
+        };
+        if placed.is_none() {
+            self.errors.push(SceneError::at(
+                &sensor.place,
+                "The transform of the camera distorts too much to compute with",
+                "expected one that only rotates, moves and scales a little",
+            ));
+        }
+        placed
     }
 
     fn distant(
@@ -179,6 +197,12 @@ impl Compiler<'_> {
 
     /// A surface that a sensor measures at, where points can be chosen.
     fn measured_surface(&mut self, shape: &description::Shape, shift: &Transform) -> Option<Shape> {
+        if let Some(motion) = &shape.motion {
+            let problem = "A sensor measures on a shape that moves";
+            let error = SceneError::at(&motion.place, problem, "expected a shape that stands still");
+            self.errors.push(error.with_remedy("give it a <transform> in place of the <animation>"));
+            return None;
+        }
         let surface = self.keep(&shape.place, place(shape, &shape.to_world.then(shift)))?;
         let area = surface.area();
         if area > 0.0 && area.is_finite() {
@@ -289,7 +313,7 @@ mod tests {
     /// Origin, direction and weight of the ray at a place of the exposed film, and its length.
     fn ray(scene: &Scene, place: [f64; 2], second: [f64; 2]) -> ([f64; 3], [f64; 3], f64, f64) {
         let film = [0, 1].map(|i| f64::from(scene.film.offset[i]) + place[i] * f64::from(scene.film.size[i]));
-        let seen = scene.camera.ray(film, second).unwrap();
+        let seen = scene.camera.ray(film, second, scene.shutter.open).unwrap();
         (seen.ray.origin.into(), seen.ray.direction.into(), seen.weight, seen.ray.t_max)
     }
 

@@ -4,6 +4,7 @@ use super::super::description::{
 };
 use super::super::read::Class;
 use super::{Teller, Told, shapes};
+use crate::camera::{Shutter, ShutterKind};
 use crate::film::FilterKind;
 use crate::sampling::SamplerKind;
 
@@ -13,7 +14,7 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
     let told = match &sensor.kind {
         SensorKind::Perspective { to_world, field_of_view, principal_point, near_clip, far_clip, lens } => {
             let told = told(if lens.is_some() { "thinlens" } else { "perspective" });
-            let told = told.transform("to_world", to_world);
+            let told = told.placement(to_world, &sensor.motion);
             let told = self::field_of_view(told, *field_of_view);
             let told = match lens {
                 Some(lens) => self::lens(told, lens),
@@ -24,7 +25,7 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
             told.float("near_clip", *near_clip).float("far_clip", *far_clip)
         }
         SensorKind::Orthographic { to_world, near_clip, far_clip } => told("orthographic")
-            .transform("to_world", to_world)
+            .placement(to_world, &sensor.motion)
             .float("near_clip", *near_clip)
             .float("far_clip", *far_clip),
         SensorKind::RadianceMeter { origin, direction } => {
@@ -55,7 +56,19 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
         Some(medium) => told.child(shapes::medium(medium)),
         None => told,
     };
-    told.child(film(&sensor.film)).child(sampler(&sensor.sampler))
+    shutter(told, &sensor.shutter).child(film(&sensor.film)).child(sampler(&sensor.sampler))
+}
+
+fn shutter(told: Told, shutter: &Shutter) -> Told {
+    if *shutter == Shutter::INSTANT {
+        return told;
+    }
+    let told = told.float("shutter_open", shutter.open).float("shutter_close", shutter.close);
+    match shutter.kind {
+        ShutterKind::Box => told,
+        ShutterKind::Triangle => told.text("shutter", "triangle"),
+        ShutterKind::Strobe { flashes } => told.text("shutter", "strobe").integer("strobe_flashes", flashes),
+    }
 }
 
 /// What a sensor measures on.
