@@ -8,7 +8,7 @@ mod projective;
 mod shutter;
 
 pub use meters::{Distant, IrradianceMeter, RadianceMeter};
-pub use projective::{Projection, Projective, ProjectiveSettings, ThinLens};
+pub use projective::{Aperture, Projection, Projective, ProjectiveSettings, ThinLens};
 pub use shutter::{Shutter, ShutterKind};
 
 use crate::geometry::Ray;

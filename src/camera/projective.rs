@@ -30,8 +30,35 @@ pub enum Projection {
 /// An ideal lens without thickness that images the plane at `focus_distance` onto the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinLens {
-    pub aperture_radius: f64,
+    pub aperture: Aperture,
     pub focus_distance: f64,
+}
+
+/// The opening of a lens, evenly lit. Scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aperture {
+    Disk {
+        radius: f64,
+    },
+    /// A regular polygon with corners on the circle of this radius, one of them `rotation` radians from the camera's +y
+    /// towards its +x: counter-clockwise for who stands behind the camera.
+    Polygon {
+        radius: f64,
+        blades: u32,
+        rotation: f64,
+    },
+}
+
+impl Aperture {
+    /// The point that a place in the unit square stands for; strata stay in one piece.
+    fn point(self, u: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Disk { radius } => warp::disk(u).map(|c| c * radius),
+            Self::Polygon { radius, blades, rotation } => {
+                warp::polygon(u, blades, rotation).map(|c| c * radius)
+            }
+        }
+    }
 }
 
 /// What [`Projective::new`] is made from.
@@ -83,7 +110,7 @@ impl Projective {
         let (origin, direction) = match self.projection {
             Projection::Pinhole => (Vec3::ZERO, on_plane),
             Projection::ThinLens(lens) => {
-                let [x, y] = warp::disk(lens_u).map(|c| c * lens.aperture_radius);
+                let [x, y] = lens.aperture.point(lens_u);
                 let origin = Vec3::new(x, y, 0.0);
                 (origin, on_plane - origin / lens.focus_distance)
             }
@@ -149,7 +176,7 @@ mod tests {
 
     #[test]
     fn the_focal_surface_is_a_plane_and_blur_has_the_diameter_of_similar_triangles() {
-        let lens = ThinLens { aperture_radius: 0.1, focus_distance: 4.0 };
+        let lens = ThinLens { aperture: Aperture::Disk { radius: 0.1 }, focus_distance: 4.0 };
         let camera =
             Projective::new(ProjectiveSettings { projection: Projection::ThinLens(lens), ..settings() });
         for film in [[3.0, 7.0], [100.0, 50.0], [199.0, 99.0]] {

@@ -576,8 +576,22 @@ pub enum FovAxis {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
-    pub aperture_radius: f64,
+    pub aperture: Aperture,
+    /// Straight blades that bound the aperture, 3 or more; 0 for a round one (an extension).
+    pub blades: u32,
+    /// By how many degrees the blades are turned, counter-clockwise for who stands behind the camera.
+    pub rotation: f64,
     pub focus_distance: f64,
+}
+
+/// How wide a lens is open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aperture {
+    /// Scene units.
+    Radius(f64),
+    /// Focal length over diameter, the focal length being that of the field of view on 36 mm × 24 mm and
+    /// a scene unit a metre (an extension).
+    Stop(f64),
 }
 
 #[derive(Clone, Debug)]

@@ -2,12 +2,12 @@
 
 use super::{Compiler, place, spectra};
 use crate::camera::{
-    Camera, Distant, IrradianceMeter, Projection, Projective, ProjectiveSettings, RadianceMeter, Rays,
-    ThinLens, View, Window,
+    Aperture, Camera, Distant, IrradianceMeter, Projection, Projective, ProjectiveSettings, RadianceMeter,
+    Rays, ThinLens, View, Window,
 };
 use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
 use crate::scene::description::{
-    self, DistantTarget, FieldOfView, FilmContent, FovAxis, Sensor, SensorKind, SpectrumKind,
+    self, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, Sensor, SensorKind, SpectrumKind,
 };
 use crate::scene::source::SceneError;
 use crate::scene::traceable::{FilmChannel, FilmPlan};
@@ -127,14 +127,15 @@ impl Compiler<'_> {
                 far_clip,
                 lens,
             } => {
-                let projection = lens.map_or(Projection::Pinhole, |lens| {
-                    let (aperture_radius, focus_distance) = (lens.aperture_radius, lens.focus_distance);
-                    Projection::ThinLens(ThinLens { aperture_radius, focus_distance })
-                });
                 // In a batch the angle is that on the sensor's own film, which else does not count (Mitsuba 3.9.1).
                 let own_film = [sensor.film.width, sensor.film.height].map(f64::from);
                 let half_width = tan_half_width(*field_of_view, own_film);
                 let placed = self.camera_placed(sensor, to_world, shift)?;
+                let projection = lens.map_or(Projection::Pinhole, |lens| {
+                    let focus_distance = lens.focus_distance;
+                    let aperture = aperture(&lens, focal_length(half_width, own_film));
+                    Projection::ThinLens(ThinLens { aperture, focus_distance })
+                });
                 projective(projection, placed, half_width, *principal_point, [*near_clip, *far_clip])
             }
             SensorKind::Orthographic { to_world, near_clip, far_clip } => {
@@ -274,6 +275,23 @@ pub(super) fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64
     }
 }
 
+/// The focal length in millimetres that sees this half width at distance 1: the inverse of [`tan_half_width`], whatever
+/// the field of view was told by.
+fn focal_length(half_width: f64, [width, height]: [f64; 2]) -> f64 {
+    0.5 * 36f64.hypot(24.0) / half_width * width / width.hypot(height)
+}
+
+fn aperture(lens: &Lens, focal_length_mm: f64) -> Aperture {
+    let radius = match lens.aperture {
+        description::Aperture::Radius(radius) => radius,
+        description::Aperture::Stop(stop) => 1e-3 * focal_length_mm / (2.0 * stop),
+    };
+    match lens.blades {
+        0 => Aperture::Disk { radius },
+        blades => Aperture::Polygon { radius, blades, rotation: lens.rotation.to_radians() },
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -377,6 +395,27 @@ mod tests {
             assert_near(found.1, direction, 1e-6);
             assert!((found.3 / length - 1.0).abs() < 1e-6 && found.2 == 1.0, "{plugin} {content} {found:?}");
         }
+    }
+
+    #[test]
+    fn an_f_stop_is_the_focal_length_over_the_diameter_in_metres() {
+        let widest = |content: &str| {
+            let scene = scene(&format!(
+                r#"<sensor type="thinlens"><float name="near_clip" value="1e-12"/>
+                   <float name="f_stop" value="2"/>{content}{FILM}</sensor>"#
+            ));
+            let (origin, ..) = ray(&scene, [0.5, 0.5], [0.5, 1.0]);
+            origin
+        };
+        assert_near(widest(""), [0.0, 0.0125, 0.0], 1e-9);
+        assert_near(widest(r#"<string name="focal_length" value="85mm"/>"#), [0.0, 0.02125, 0.0], 1e-9);
+        // The vertical angle of 8 × 4 pixels, whose diagonal is that of 36 mm × 24 mm: 19.349 mm high, so that f = 19.349 / 2.
+        let fov = r#"<float name="fov" value="90"/><string name="fov_axis" value="y"/>"#;
+        assert_near(widest(fov), [0.0, 0.25e-3 * 36f64.hypot(24.0) / 5f64.sqrt() / 2.0, 0.0], 1e-9);
+        let blades = r#"<integer name="aperture_blades" value="4"/>"#;
+        assert_near(widest(blades), [0.0, 0.0125, 0.0], 1e-9);
+        let turned = format!(r#"{blades}<float name="aperture_rotation" value="90"/>"#);
+        assert_near(widest(&turned), [0.0125, 0.0, 0.0], 1e-9);
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Sensors: where the camera stands, what it sees, and with which film and sampler.
 
 use super::super::description::{
-    Animation, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, Medium, Sensor, SensorKind,
-    Shape,
+    Animation, Aperture, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, Medium, Sensor,
+    SensorKind, Shape,
 };
 use super::super::source::{Place, SceneError};
 use super::query::Query;
@@ -451,12 +451,64 @@ fn millimetres(query: &Query<'_>, text: &str) -> f64 {
 
 fn lens(query: &Query<'_>, far_clip: f64) -> Option<Lens> {
     let focus_distance = query.positive("focus_distance", far_clip);
-    let aperture_radius = required(query, "aperture_radius", query.float("aperture_radius"))?;
-    if aperture_radius < 0.0 {
-        let problem = format!("The aperture has a radius of {aperture_radius}");
+    let (blades, rotation) = blades(query);
+    let aperture = aperture(query)?;
+    Some(Lens { aperture, blades, rotation, focus_distance })
+}
+
+fn aperture(query: &Query<'_>) -> Option<Aperture> {
+    if query.has("f_stop") {
+        let stop = query.positive("f_stop", 1.0);
+        if query.has("aperture_radius") {
+            query.float("aperture_radius");
+            query.error(
+                SceneError::at(
+                    &query.place("f_stop"),
+                    "The aperture is given twice",
+                    "expected either aperture_radius or f_stop",
+                )
+                .with_remedy(
+                    "the radius that an f_stop stands for is the focal length / (2 f_stop), in metres",
+                ),
+            );
+        }
+        query.reader.extension(&query.place("f_stop"), format!("f_stop: the aperture is f/{stop}"));
+        return Some(Aperture::Stop(stop));
+    }
+    let radius = required(query, "aperture_radius", query.float("aperture_radius"))?;
+    if radius < 0.0 {
+        let problem = format!("The aperture has a radius of {radius}");
         query.error(SceneError::at(&query.place("aperture_radius"), problem, "expected at least 0"));
     }
-    Some(Lens { aperture_radius, focus_distance })
+    Some(Aperture::Radius(radius))
+}
+
+/// The number of an aperture's blades, 0 where it is round, and by how many degrees they are turned.
+fn blades(query: &Query<'_>) -> (u32, f64) {
+    const MOST: i64 = 1000;
+    let (name, turned) = ("aperture_blades", "aperture_rotation");
+    let rotation = query.float(turned);
+    let blades = query.integer(name, 0, MOST).unwrap_or(0);
+    if (1..3).contains(&blades) {
+        query.error(SceneError::at(
+            &query.place(name),
+            format!("The aperture has {blades} {}", if blades == 1 { "blade" } else { "blades" }),
+            format!("expected 0 for a round aperture, or an integer from 3 to {MOST}"),
+        ));
+    } else if blades > 0 {
+        query.reader.extension(&query.place(name), format!("{name}: the aperture is a regular polygon"));
+    } else if rotation.is_some() && !query.has(name) {
+        query.error(
+            SceneError::at(
+                &query.place(turned),
+                "A round aperture is not turned",
+                "expected aperture_blades beside aperture_rotation",
+            )
+            .with_remedy("say how many blades there are, 3 or more"),
+        );
+    }
+    // Nothing is left of the angle where it changes nothing.
+    (blades as u32, rotation.filter(|_| blades > 0).unwrap_or(0.0))
 }
 
 fn shutter(query: &Query<'_>) -> Shutter {

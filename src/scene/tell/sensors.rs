@@ -1,6 +1,6 @@
 use super::super::description::{
-    Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, PixelFormat, Sampler, Sensor, SensorKind,
-    Shape,
+    Aperture, Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, PixelFormat, Sampler,
+    Sensor, SensorKind, Shape,
 };
 use super::super::read::Class;
 use super::{Teller, Told, shapes};
@@ -17,9 +17,7 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
             let told = told.placement(to_world, &sensor.motion);
             let told = self::field_of_view(told, *field_of_view);
             let told = match lens {
-                Some(lens) => told
-                    .float("aperture_radius", lens.aperture_radius)
-                    .float("focus_distance", lens.focus_distance),
+                Some(lens) => self::lens(told, lens),
                 None => told
                     .float("principal_point_offset_x", principal_point[0])
                     .float("principal_point_offset_y", principal_point[1]),
@@ -79,6 +77,18 @@ pub(super) fn surface(sensor: &Sensor) -> Option<&Shape> {
         SensorKind::IrradianceMeter { surface } => Some(surface),
         _ => None,
     }
+}
+
+fn lens(told: Told, lens: &Lens) -> Told {
+    let told = match lens.aperture {
+        Aperture::Radius(radius) => told.float("aperture_radius", radius),
+        Aperture::Stop(stop) => told.float("f_stop", stop),
+    };
+    let told = match lens.blades {
+        0 => told,
+        blades => told.integer("aperture_blades", blades).float("aperture_rotation", lens.rotation),
+    };
+    told.float("focus_distance", lens.focus_distance)
 }
 
 pub(super) fn field_of_view(told: Told, field_of_view: FieldOfView) -> Told {
