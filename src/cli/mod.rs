@@ -1,5 +1,6 @@
 //! The command line.
 
+mod compare;
 mod info;
 mod progress;
 mod render;
@@ -15,7 +16,9 @@ use std::process::ExitCode;
 /// error bars.
 #[derive(Parser)]
 #[command(version, propagate_version = true)]
-#[command(after_help = "Exit codes: 0 done, 2 wrong input, 1 anything else.")]
+#[command(
+    after_help = "Exit codes: 0 done, 2 wrong input, 1 anything else (for compare: a --fail-if is met)."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -24,6 +27,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Render(render::Args),
+    Compare(compare::Args),
     Info(info::Args),
     Spectrum(spectrum::Args),
 }
@@ -39,6 +43,7 @@ pub enum Failure {
 pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Spectrum(args) => spectrum::run(&args),
     };

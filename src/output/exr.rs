@@ -60,12 +60,7 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
     for Auxiliary { name, values } in &picture.auxiliary {
         add(name, values.clone());
     }
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
-    let mut layer = Layer::new(size, LayerAttributes::default(), encoding, AnyChannels::sort(channels));
+    let mut layer = Layer::new(size, LayerAttributes::default(), ENCODING, AnyChannels::sort(channels));
     layer.attributes.layer_position = Vec2(picture.offset[0] as i32, picture.offset[1] as i32);
     layer.attributes.other = attributes(picture);
     let mut image = Image::from_layer(layer);
@@ -74,11 +69,38 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
     if let Content::Colour(colour) = &picture.content {
         image.attributes.chromaticities = Some(colour.chromaticities());
     }
+    encoded(image)
+}
+
+const ENCODING: Encoding = Encoding {
+    compression: Compression::ZIP16,
+    blocks: Blocks::ScanLines,
+    line_order: LineOrder::Increasing,
+};
+
+fn encoded(image: Image<Layer<AnyChannels<FlatSamples>>>) -> std::result::Result<Vec<u8>, exr::error::Error> {
     let mut bytes = Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes)?;
     let mut bytes = bytes.into_inner();
     sort_attributes(&mut bytes);
     Ok(bytes)
+}
+
+/// Writes named channels of `width` × `height` values each, row by row from the top: the whole file or none of it.
+pub fn write_channels(
+    path: &Path,
+    [width, height]: [usize; 2],
+    channels: &[(String, Vec<f32>)],
+) -> std::io::Result<()> {
+    let named = |(name, values): &(String, Vec<f32>)| AnyChannel {
+        name: utf8(name),
+        ..AnyChannel::new("", FlatSamples::F32(values.clone()))
+    };
+    let channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = channels.iter().map(named).collect();
+    let layer =
+        Layer::new(Vec2(width, height), LayerAttributes::default(), ENCODING, AnyChannels::sort(channels));
+    let bytes = encoded(Image::from_layer(layer)).map_err(std::io::Error::other)?;
+    super::write_whole(path, &bytes)
 }
 
 fn pixels(film: &Film, value: impl Fn(u32, u32) -> f32) -> Vec<f32> {
@@ -149,22 +171,74 @@ pub struct Channels {
     pub height: usize,
     /// Name and values, row by row from the top, in the order of the names.
     pub channels: Vec<(String, Vec<f32>)>,
+    /// Names of the channels that the file holds as 16-bit floats.
+    pub half: Vec<String>,
+    /// Name and value of the attributes that are text, in the order of the names.
+    pub attributes: Vec<(String, String)>,
 }
 
-/// Every channel of a file with one part and flat channels, as 32-bit floats: for tests and comparisons.
+impl Channels {
+    /// The values of a channel.
+    pub fn channel(&self, name: &str) -> Option<&[f32]> {
+        self.channels.iter().find(|(known, _)| known == name).map(|(_, values)| values.as_slice())
+    }
+
+    /// An attribute that is text.
+    pub fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+    }
+}
+
+/// Every channel of a file's first part with flat channels, as 32-bit floats, and its text attributes: for tests and
+/// comparisons.
 pub fn read(path: &Path) -> std::io::Result<Channels> {
+    let bytes = std::fs::read(path)?;
+    let damaged =
+        |error: exr::error::Error| std::io::Error::other(format!("not a readable OpenEXR file: {error}"));
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(damaged)?;
+    for header in &meta.headers {
+        let pixels = header.layer_size.area() as u64;
+        // Compressed data are rarely smaller than this share of what they stand for; a damaged header asks for anything.
+        if pixels.saturating_mul(header.channels.bytes_per_pixel as u64) / MOST_COMPRESSED
+            > bytes.len() as u64
+        {
+            return Err(std::io::Error::other("the file is far shorter than the picture that it announces"));
+        }
+    }
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        .from_file(path)
-        .map_err(std::io::Error::other)?;
+        .from_buffered(Cursor::new(&bytes))
+        .map_err(damaged)?;
     let size = image.layer_data.size;
-    let channels = image.layer_data.channel_data.list;
-    let named = channels.into_iter().map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect()));
-    Ok(Channels { width: size.0, height: size.1, channels: named.collect() })
+    let list = image.layer_data.channel_data.list;
+    if let Some(channel) = list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
+        let name = decoded(&channel.name);
+        return Err(std::io::Error::other(format!("channel {name} does not have a value for each pixel")));
+    }
+    let is_half = |channel: &&AnyChannel<FlatSamples>| matches!(channel.sample_data, FlatSamples::F16(_));
+    let half = list.iter().filter(is_half).map(|channel| decoded(&channel.name)).collect();
+    let own = image.layer_data.attributes.other.into_iter().chain(image.attributes.other);
+    let text = |(name, value): (Text, AttributeValue)| match value {
+        AttributeValue::Text(value) => Some((decoded(&name), decoded(&value))),
+        _ => None,
+    };
+    let mut attributes: Vec<(String, String)> = own.filter_map(text).collect();
+    attributes.sort();
+    let named = list.into_iter().map(|c| (decoded(&c.name), c.sample_data.values_as_f32().collect()));
+    Ok(Channels { width: size.0, height: size.1, channels: named.collect(), half, attributes })
+}
+
+/// How many times larger than its file a picture may be: what the compressions of the format reach on a picture that is
+/// of one colour.
+const MOST_COMPRESSED: u64 = 2048;
+
+/// The inverse of [`utf8`].
+fn decoded(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
 #[cfg(test)]

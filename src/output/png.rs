@@ -21,8 +21,19 @@ pub fn write(path: &Path, picture: &Picture) -> std::io::Result<()> {
             .map(|weights| film.combined(x, y, weights).mean);
         image::Rgb(displayed(tone.of_colour(xyz)).map(|value| (255.0 * value + 0.5) as u8))
     });
+    write_image(path, &preview)
+}
+
+/// Writes sRGB code values, row by row from the top: the whole file or none of it.
+pub fn write_colours(path: &Path, width: usize, colours: &[[u8; 3]]) -> std::io::Result<()> {
+    let height = colours.len() / width.max(1);
+    let whole = image::RgbImage::from_raw(width as u32, height as u32, colours.as_flattened().to_vec());
+    write_image(path, &whole.ok_or_else(|| std::io::Error::other("the picture is not a rectangle"))?)
+}
+
+fn write_image(path: &Path, image: &image::RgbImage) -> std::io::Result<()> {
     let mut bytes = Cursor::new(Vec::new());
-    preview.write_to(&mut bytes, image::ImageFormat::Png).map_err(std::io::Error::other)?;
+    image.write_to(&mut bytes, image::ImageFormat::Png).map_err(std::io::Error::other)?;
     super::write_whole(path, &bytes.into_inner())
 }
 

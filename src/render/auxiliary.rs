@@ -91,7 +91,7 @@ fn pixel(
         let Some(sample) = scene.camera_ray(filter, pixel, &stream) else { continue };
         let (ray, weight) = (sample.sensor.ray, sample.filter_weight);
         let path = wavelengths.sample::<8>(sample.wavelength);
-        let hit = scene.intersect(&ray, true);
+        let hit = scene.intersect(&ray, sample.time, true);
         let value = match (kind, hit) {
             (AuxiliaryKind::Depth, hit) => [hit.map_or(f64::INFINITY, |hit| hit.t), 0.0, 0.0],
             (_, None) => [0.0; 3],

@@ -259,7 +259,8 @@ impl Exposure<'_> {
         let scene = self.scene;
         let Some(sample) = scene.camera_ray(&self.filter, pixel, stream) else { return };
         let wavelengths = scene.wavelengths.sample::<C>(sample.wavelength);
-        let Seen { mut radiance, met } = integrator::radiance(scene, sample.sensor.ray, &wavelengths, stream);
+        let Seen { mut radiance, met } =
+            integrator::radiance(scene, sample.sensor.ray, sample.time, &wavelengths, stream);
         if self.extras.alpha {
             let weight = sample.filter_weight;
             for (channel, weight) in ALPHA.into_iter().zip([if met { weight } else { 0.0 }, weight]) {

@@ -94,6 +94,12 @@ pub fn sidak(level: f64, tests: usize) -> f64 {
     -f64::exp_m1(f64::ln_1p(-level) / tests.max(1) as f64)
 }
 
+/// How likely a p-value as small as `smallest` is among `tests` independent tests with nothing wrong: the inverse of
+/// [`sidak`].
+pub fn sidak_corrected(smallest: f64, tests: usize) -> f64 {
+    -f64::exp_m1(tests.max(1) as f64 * f64::ln_1p(-smallest))
+}
+
 /// Result of a Kolmogorov–Smirnov test against the uniform distribution on [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uniformity {
@@ -173,6 +179,15 @@ mod tests {
             chi_square(&[160.0, 100.0], &[100.0, 100.0]).p_value
         );
         assert!(chi_square(&[100.0, 100.0, 60.0], &[100.0, 100.0, 0.0]).p_value < 1e-6);
+    }
+
+    #[test]
+    fn sidak_and_back() {
+        for (level, tests) in [(0.01, 1), (0.05, 4096), (1e-9, 100)] {
+            let back = sidak_corrected(sidak(level, tests), tests);
+            assert!((back / level - 1.0).abs() < 1e-9, "{back}, expected {level}");
+        }
+        assert_eq!((sidak_corrected(0.0, 9), sidak_corrected(1.0, 9)), (0.0, 1.0));
     }
 
     #[test]

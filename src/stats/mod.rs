@@ -5,7 +5,7 @@ mod moments;
 mod sphere;
 mod welch;
 
-pub use goodness::{ChiSquare, Uniformity, chi_square, sidak, uniformity};
+pub use goodness::{ChiSquare, Uniformity, chi_square, sidak, sidak_corrected, uniformity};
 pub use moments::{Estimate, Moments};
 pub use sphere::{SphereCells, sphere_chi_square};
-pub use welch::{Welch, welch};
+pub use welch::{Welch, student_quantile, welch};

@@ -44,6 +44,14 @@ fn two_sided(t: f64, degrees: f64) -> f64 {
     if tail.is_nan() { 0.0 } else { 2.0 * tail }
 }
 
+/// The value below which Student's t with so many degrees of freedom stays with probability `p`.
+pub fn student_quantile(p: f64, degrees: f64) -> f64 {
+    if degrees >= 1e6 {
+        return Normal::standard().inverse_cdf(p);
+    }
+    StudentsT::new(0.0, 1.0, degrees).map_or(f64::NAN, |distribution| distribution.inverse_cdf(p))
+}
+
 impl fmt::Display for Welch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "t = {:.3}, {:.1} degrees of freedom, p = {:.3e}", self.t, self.degrees, self.p_value)
@@ -64,6 +72,22 @@ mod tests {
         assert!((test.t + 2.003_189_172_375_865_5).abs() < 1e-12, "{test}");
         assert!((test.degrees - 10.837_764_672_147_461).abs() < 1e-10, "{test}");
         assert!((test.p_value - 0.070_804_058_624_660_2).abs() < 1e-12, "{test}");
+    }
+
+    /// Values by `scipy.stats.t.ppf`, SciPy 1.17.1.
+    #[test]
+    fn quantiles_agree_with_scipy() {
+        for (p, degrees, expected) in [
+            (0.975, 3.000000e+00, 3.182446305284),
+            (0.975, 7.000000e+00, 2.364624251593),
+            (0.9, 1.450000e+01, 1.342738156307),
+            (0.999999, 7.000000e+00, 14.241469651921),
+            (0.025, 1.000000e+04, -1.960201239891),
+            (0.975, 1.000000e+09, 1.959963986912),
+        ] {
+            let found = student_quantile(p, degrees);
+            assert!((found - expected).abs() < 1e-9 * expected.abs(), "{p}, {degrees}: {found}, {expected}");
+        }
     }
 
     #[test]

@@ -25,6 +25,20 @@ impl Lab {
         let (x, y, z) = (f(colour.x / white.x), f(colour.y / white.y), f(colour.z / white.z));
         Self { l: 116.0 * y - 16.0, a: 500.0 * (x - y), b: 200.0 * (y - z) }
     }
+
+    /// The inverse of [`Lab::from_xyz`].
+    pub fn to_xyz(self, white: Xyz) -> Xyz {
+        let cube = |f: f64| {
+            const DELTA: f64 = 6.0 / 29.0;
+            if f > DELTA { f * f * f } else { 3.0 * DELTA * DELTA * (f - 4.0 / 29.0) }
+        };
+        let y = (self.l + 16.0) / 116.0;
+        Xyz {
+            x: white.x * cube(y + self.a / 500.0),
+            y: white.y * cube(y),
+            z: white.z * cube(y - self.b / 200.0),
+        }
+    }
 }
 
 /// Colour difference CIEDE2000 with unit parametric factors (ISO/CIE 11664-6:2014), written after G. Sharma, W. Wu and
@@ -110,6 +124,13 @@ mod tests {
     fn white_is_100_and_black_is_0() {
         let white = Xyz { x: 95.0, y: 100.0, z: 108.0 };
         assert_eq!(white.to_lab(white), Lab { l: 100.0, a: 0.0, b: 0.0 });
+        for lab in [Lab { l: 60.0, a: 30.0, b: -70.0 }, Lab { l: 3.0, a: 1.0, b: 2.0 }] {
+            let back = lab.to_xyz(white).to_lab(white);
+            assert!(
+                [back.l - lab.l, back.a - lab.a, back.b - lab.b].iter().all(|d| d.abs() < 1e-12),
+                "{back:?}"
+            );
+        }
         let black = Xyz::default().to_lab(white);
         assert!(black.l.abs() < 1e-14 && black.a == 0.0 && black.b == 0.0);
     }

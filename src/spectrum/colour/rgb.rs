@@ -47,7 +47,7 @@ const fn product(m: &Matrix, v: [f64; 3]) -> [f64; 3] {
 }
 
 /// Inverse by cofactors.
-const fn inverse(m: &Matrix) -> Matrix {
+pub(crate) const fn inverse(m: &Matrix) -> Matrix {
     let mut cofactors = [[0.0; 3]; 3];
     let mut row = 0;
     while row < 3 {

@@ -1,0 +1,199 @@
+use super::Failure;
+use abbe::compare::{Comparison, Condition, Map, MapKind, Options, Unmet, compare, flip};
+use abbe::output::{exr, png};
+use std::path::{Path, PathBuf};
+
+/// Compare a picture with a reference: error figures, colour difference, FLIP, and a test for bias
+///
+/// Where a file states standard errors (channels error.*), Welch's t-test tells a bias from noise, of the whole picture, of
+/// tiles and of pixels. The other file may be of any program: half floats and layers are read, and without errors it
+/// counts as exact.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Exit codes: 0 done, 1 a --fail-if is met (or a file cannot be written), 2 wrong input."
+)]
+pub struct Args {
+    /// The picture that is judged
+    #[arg(value_name = "A.exr")]
+    a: PathBuf,
+
+    /// The reference
+    #[arg(value_name = "B.exr")]
+    b: PathBuf,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    json: bool,
+
+    /// End with exit code 1 if a figure is beyond a bound, such as 'relmse>1e-3', 'p<0.01' or 'R.bias>0.01'. Names are
+    /// those of the JSON. May be repeated
+    #[arg(long, value_name = "CONDITION")]
+    fail_if: Vec<Condition>,
+
+    /// Write A − B: every channel to *.exr, or one in colours to *.png
+    #[arg(long, value_name = "OUT.exr|png")]
+    difference: Option<PathBuf>,
+
+    /// Write the difference in standard errors
+    #[arg(long, value_name = "OUT.exr|png")]
+    z: Option<PathBuf>,
+
+    /// Write the p-values of the pixels
+    #[arg(long, value_name = "OUT.exr|png")]
+    p_values: Option<PathBuf>,
+
+    /// Write HDR-FLIP
+    #[arg(long, value_name = "OUT.exr|png")]
+    flip: Option<PathBuf>,
+
+    /// Luminance that is white for ΔE2000 and FLIP, in the unit of the files [default: the reference's mean over 0.18]
+    #[arg(long, value_name = "Y", value_parser = parse_positive)]
+    white: Option<f64>,
+
+    /// Pixels per degree of visual angle, for FLIP [default: 67, a 4K monitor 0.7 m wide from 0.7 m]
+    #[arg(long, value_name = "N", value_parser = parse_pixels_per_degree)]
+    ppd: Option<f64>,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    for (_, path) in args.maps() {
+        refuse_what_cannot_be_written(path, args)?;
+    }
+    let (a, b) = (read(&args.a)?, read(&args.b)?);
+    let options =
+        Options { white: args.white, pixels_per_degree: args.ppd.unwrap_or(flip::PIXELS_PER_DEGREE) };
+    let comparison = compare(&a, &b, &options).map_err(|mismatch| Failure::Input(mismatch.to_string()))?;
+    let met = met(&args.fail_if, &comparison)?;
+    let maps = args
+        .maps()
+        .map(|(kind, path)| {
+            let map = comparison.map(kind).ok_or_else(|| cannot_be_shown(path, kind))?;
+            Ok((map, path))
+        })
+        .collect::<Result<Vec<_>, Failure>>()?;
+    for (map, path) in &maps {
+        write(map, path, &comparison)
+            .map_err(|error| Failure::Other(format!("error: cannot write {}: {error}", path.display())))?;
+    }
+    let files = [&args.a, &args.b].map(|path| path.to_string_lossy());
+    let files = [files[0].as_ref(), files[1].as_ref()];
+    if args.json {
+        print!("{}", comparison.json(files));
+    } else {
+        print!("{}", comparison.table(files));
+        for (map, path) in &maps {
+            println!("{}: {}", path.display(), map.legend());
+        }
+    }
+    if met.is_empty() { Ok(()) } else { Err(Failure::Other(met.join("\n"))) }
+}
+
+impl Args {
+    fn maps(&self) -> impl Iterator<Item = (MapKind, &Path)> {
+        let wanted = [
+            (MapKind::Difference, &self.difference),
+            (MapKind::Z, &self.z),
+            (MapKind::PValues, &self.p_values),
+            (MapKind::Flip, &self.flip),
+        ];
+        wanted.into_iter().filter_map(|(kind, path)| Some((kind, path.as_deref()?)))
+    }
+}
+
+fn read(path: &Path) -> Result<exr::Channels, Failure> {
+    exr::read(path).map_err(|error| {
+        Failure::Input(format!(
+            "error: {}: {error}\nhelp: expected an OpenEXR file with flat channels, as abbe render writes it",
+            path.display()
+        ))
+    })
+}
+
+fn extension(path: &Path) -> &str {
+    path.extension().and_then(|extension| extension.to_str()).unwrap_or("")
+}
+
+fn refuse_what_cannot_be_written(path: &Path, args: &Args) -> Result<(), Failure> {
+    let refused = |problem: &str, remedy: &str| {
+        Err(Failure::Input(format!("error: {}: {problem}\nhelp: {remedy}", path.display())))
+    };
+    if !["exr", "png"].contains(&extension(path)) {
+        return refused(
+            "the picture must be of a known kind",
+            "name it *.exr for numbers or *.png for colours",
+        );
+    }
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return refused(&format!("there is no folder {}", folder.display()), "make it first");
+    }
+    let same =
+        |other: &Path| path.canonicalize().is_ok_and(|path| other.canonicalize().is_ok_and(|o| o == path));
+    if same(&args.a) || same(&args.b) {
+        return refused("the picture would go over one that is compared", "give it another name");
+    }
+    Ok(())
+}
+
+/// The conditions that hold, each with the value that met it.
+fn met(conditions: &[Condition], comparison: &Comparison) -> Result<Vec<String>, Failure> {
+    let figures = comparison.figures();
+    let mut met = Vec::new();
+    for condition in conditions {
+        match condition.holds(&figures) {
+            Ok(None) => {}
+            Ok(Some(value)) => met.push(format!("failed: {condition}: it is {value:e}")),
+            Err(Unmet::Unknown(name)) => {
+                let names: Vec<&str> = figures.iter().map(|(name, _)| name.as_str()).collect();
+                return Err(Failure::Input(format!(
+                    "error: --fail-if: there is no figure '{name}'\nhelp: these files have {}",
+                    names.join(", ")
+                )));
+            }
+            Err(Unmet::WithoutValue(name)) => {
+                return Err(Failure::Input(format!(
+                    "error: --fail-if: '{name}' is not known for these files\n\
+                     help: p-values and bounds of detection need a file with errors (channels error.*), \
+                     delta_e and FLIP need colours"
+                )));
+            }
+        }
+    }
+    Ok(met)
+}
+
+fn cannot_be_shown(path: &Path, kind: MapKind) -> Failure {
+    let needed = match kind {
+        MapKind::Flip => "colours: channels R G B, X Y Z or Y in both files",
+        _ => "errors: channels error.* in one of the files",
+    };
+    Failure::Input(format!(
+        "error: {}: these files do not have what it shows\nhelp: it needs {needed}",
+        path.display()
+    ))
+}
+
+fn write(map: &Map, path: &Path, comparison: &Comparison) -> std::io::Result<()> {
+    if extension(path) == "png" {
+        return png::write_colours(path, comparison.width, &map.colours());
+    }
+    let single = |(name, values): &(String, Vec<f64>)| {
+        (name.clone(), values.iter().map(|&value| value as f32).collect::<Vec<f32>>())
+    };
+    let channels: Vec<_> = map.channels.iter().map(single).collect();
+    exr::write_channels(path, [comparison.width, comparison.height], &channels)
+}
+
+fn parse_positive(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
+    value.ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+fn parse_pixels_per_degree(text: &str) -> Result<f64, String> {
+    // The filters' radius in pixels grows with it.
+    let value = text.parse::<f64>().ok().filter(|value| (1.0..=1000.0).contains(value));
+    value.ok_or_else(|| "expected a number of pixels from 1 to 1000".to_owned())
+}

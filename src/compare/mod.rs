@@ -1,0 +1,214 @@
+//! How two pictures differ: what artists, colour scientists and statisticians ask for, each with its definition.
+//!
+//! A is judged, B is the reference. Bias and noise are kept apart: figures such as relMSE see both, Welch's t-test sees only
+//! what the stated errors do not explain. Model of the tests: the noise of pixels is independent, and a mean over replicates
+//! is distributed so that Student's t applies.
+
+mod bias;
+mod condition;
+mod figures;
+pub mod flip;
+mod maps;
+mod pair;
+mod report;
+
+pub use bias::{CELLS, LEVEL, POWER, TILE, Tests};
+pub use condition::{Condition, Unmet};
+pub use figures::{Figures, Seen};
+pub use maps::{Map, MapKind};
+pub use pair::{Channel, Measurement, Mismatch, Pair, listed};
+
+use crate::output::exr::Channels;
+use crate::stats::sidak_corrected;
+
+/// What can be chosen in a comparison.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Luminance that is white for ΔE and ꟻLIP, in the unit of the files; `None` lets the reference decide.
+    pub white: Option<f64>,
+    /// Pixels per degree of visual angle, for ꟻLIP.
+    pub pixels_per_degree: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { white: None, pixels_per_degree: flip::PIXELS_PER_DEGREE }
+    }
+}
+
+/// How two pictures differ.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    pub width: usize,
+    pub height: usize,
+    /// Pixels with values that are not finite, in A and in B, and pixels whose error is infinite because too few samples
+    /// were taken of them. All figures leave them out.
+    pub bad: [u64; 2],
+    pub unmeasured: u64,
+    /// Of luminance, or the mean over the channels of files without colours.
+    pub figures: Figures,
+    /// For files with colours.
+    pub seen: Option<Seen>,
+    pub channels: Vec<ChannelResult>,
+    /// The channel that stands for all in pictures: luminance, green, or the first.
+    pub middle: usize,
+    pub replicates: [Option<u32>; 2],
+    /// Which of the files state errors.
+    pub has_errors: [bool; 2],
+    /// What a reader of the figures should know.
+    pub notes: Vec<String>,
+}
+
+/// How one channel differs.
+#[derive(Clone, Debug)]
+pub struct ChannelResult {
+    pub name: String,
+    pub figures: Figures,
+    /// A minus B; NaN where they cannot be compared.
+    pub difference: Vec<f64>,
+    /// Where one file at least states errors.
+    pub tests: Option<Tests>,
+}
+
+/// The tests of all channels together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// How likely something as extreme is in means, tiles or pixels of any channel if the pictures differ by noise alone:
+    /// the smallest of the three p-values below, corrected for their number.
+    pub p: f64,
+    pub p_mean: f64,
+    pub p_tiles: f64,
+    pub p_pixels: f64,
+    /// Not part of `p`: it judges the error bars as much as the means.
+    pub p_uniform: f64,
+    /// The largest over the channels.
+    pub detectable: f64,
+    pub detectable_tile: f64,
+}
+
+/// Compares a picture with its reference.
+pub fn compare(a: &Channels, b: &Channels, options: &Options) -> Result<Comparison, Mismatch> {
+    let pair = Pair::new(a, b)?;
+    let pixels = pair.width * pair.height;
+    let good: Vec<bool> = (0..pixels).map(|pixel| pair.is_good(pixel)).collect();
+    let (mut bad, mut unmeasured) = ([0, 0], 0);
+    for pixel in (0..pixels).filter(|&pixel| !good[pixel]) {
+        let [in_a, in_b] = pair.is_bad(pixel);
+        bad[0] += u64::from(in_a);
+        bad[1] += u64::from(in_b);
+        unmeasured += u64::from(!in_a && !in_b);
+    }
+    let channels: Vec<ChannelResult> = pair
+        .channels
+        .iter()
+        .map(|channel| {
+            let values =
+                |measurement: &Measurement| measurement.values.iter().map(|&v| f64::from(v)).collect();
+            let (a, b): (Vec<f64>, Vec<f64>) = (values(&channel.a), values(&channel.b));
+            let difference = (0..pixels).map(|i| if good[i] { a[i] - b[i] } else { f64::NAN }).collect();
+            let stated = channel.a.errors.is_some() || channel.b.errors.is_some();
+            ChannelResult {
+                name: channel.name.clone(),
+                figures: Figures::of(&a, &b, &good),
+                difference,
+                tests: stated.then(|| bias::test(&pair, channel, &good)),
+            }
+        })
+        .collect();
+    let figures = match pair.colour {
+        Some(_) => {
+            let luminance: Vec<[f64; 2]> =
+                (0..pixels).filter_map(|i| Some(pair.xyz(i)?.map(|xyz| xyz.y))).collect();
+            let side = |side: usize| luminance.iter().map(|both| both[side]).collect::<Vec<f64>>();
+            Figures::of(&side(0), &side(1), &good)
+        }
+        None => Figures::mean(channels.iter().map(|channel| &channel.figures)),
+    };
+    let stated = |side: fn(&Channel) -> bool| pair.channels.iter().any(side);
+    let has_errors = [stated(|c| c.a.errors.is_some()), stated(|c| c.b.errors.is_some())];
+    let mut comparison = Comparison {
+        width: pair.width,
+        height: pair.height,
+        bad,
+        unmeasured,
+        figures,
+        seen: Seen::of(&pair, &good, options),
+        channels,
+        middle: pair.middle(),
+        replicates: pair.replicates,
+        has_errors,
+        notes: Vec::new(),
+    };
+    comparison.notes = notes(&comparison, &pair, a, b);
+    Ok(comparison)
+}
+
+impl Comparison {
+    /// `None` where no file states errors.
+    pub fn verdict(&self) -> Option<Verdict> {
+        let tests: Vec<&Tests> = self.channels.iter().filter_map(|channel| channel.tests.as_ref()).collect();
+        if tests.is_empty() {
+            return None;
+        }
+        let smallest = |p: fn(&Tests) -> f64| {
+            sidak_corrected(tests.iter().map(|&tests| p(tests)).fold(1.0, f64::min), tests.len())
+        };
+        let largest =
+            |share: fn(&Tests) -> f64| tests.iter().map(|&tests| share(tests)).fold(f64::NAN, f64::max);
+        let parts = [smallest(|t| t.p_mean), smallest(|t| t.p_tiles), smallest(|t| t.p_pixels)];
+        let [p_mean, p_tiles, p_pixels] = parts;
+        Some(Verdict {
+            p: sidak_corrected(parts.into_iter().fold(1.0, f64::min), parts.len()),
+            p_mean,
+            p_tiles,
+            p_pixels,
+            p_uniform: smallest(|t| t.p_uniform),
+            detectable: largest(|t| t.detectable),
+            detectable_tile: largest(|t| t.detectable_tile),
+        })
+    }
+}
+
+fn notes(comparison: &Comparison, pair: &Pair, a: &Channels, b: &Channels) -> Vec<String> {
+    let mut notes = Vec::new();
+    let pixels = comparison.width * comparison.height;
+    for (name, count) in ["A", "B"].into_iter().zip(comparison.bad) {
+        if count > 0 {
+            notes.push(format!(
+                "{count} of {pixels} pixels of {name} are not finite; all figures leave them out"
+            ));
+        }
+    }
+    if comparison.unmeasured > 0 {
+        notes.push(format!("{} of {pixels} pixels have no error yet: left out", comparison.unmeasured));
+    }
+    for (name, left_out) in ["A", "B"].into_iter().zip(&pair.left_out) {
+        if !left_out.is_empty() {
+            notes.push(format!("only {name} has {}: left out", listed(left_out)));
+        }
+    }
+    match comparison.has_errors {
+        [false, false] => notes.push(
+            "neither file states errors (channels error.*): noise and bias cannot be told apart".to_owned(),
+        ),
+        [true, false] => notes.push("B states no errors: it is taken to be exact".to_owned()),
+        [false, true] => notes.push("A states no errors: it is taken to be exact".to_owned()),
+        [true, true] => {}
+    }
+    for side in 0..2 {
+        if comparison.has_errors[side] && comparison.replicates[side].is_none() {
+            let name = ["A", "B"][side];
+            notes.push(format!(
+                "{name} does not say how many replicates its errors come from (attribute abbe.replicates): they are taken to be exact"
+            ));
+        }
+    }
+    let same = |name: &str| a.attribute(name).is_some_and(|value| b.attribute(name) == Some(value));
+    if ["abbe.sceneHash", "abbe.seed", "abbe.sampler"].iter().all(|name| same(name)) {
+        notes.push(
+            "both are renders of one scene with one seed: they share their noise, so the tests say little"
+                .to_owned(),
+        );
+    }
+    notes
+}
