@@ -6,7 +6,6 @@ use super::super::read::Class;
 use super::{Teller, Told, shapes};
 use crate::camera::{Shutter, ShutterKind};
 use crate::film::FilterKind;
-use crate::sampling::SamplerKind;
 
 /// The sensor as such. One that measures on a surface is to be put into the shape that [`surface`] gives.
 pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
@@ -156,11 +155,7 @@ fn filter(film: &Film) -> Told {
 }
 
 fn sampler(sampler: &Sampler) -> Told {
-    let plugin = match sampler.kind {
-        SamplerKind::Sobol => "sobol",
-        SamplerKind::Independent => "independent",
-    };
-    Told::new(Class::Sampler, plugin, &sampler.place)
+    Told::new(Class::Sampler, sampler.kind.name(), &sampler.place)
         .integer("sample_count", sampler.sample_count)
         .integer("seed", sampler.seed.min(i64::MAX as u64) as i64)
 }

@@ -227,7 +227,7 @@ impl Builder<'_> {
             }
             _ => {}
         }
-        let Some(class) = names::class_of(&plugin) else {
+        let Some(class) = names::class_of(&plugin, members.iter().map(|member| member.key.as_str())) else {
             self.error(names::no_such_plugin(&plugin, &plugin_place));
             return None;
         };

@@ -221,11 +221,15 @@ fn spectral_films_have_channels_of_their_own() {
 fn samplers() {
     for (name, kind, remarks) in [
         ("independent", SamplerKind::Independent, 0),
-        ("stratified", SamplerKind::Sobol, 1),
+        ("stratified", SamplerKind::Jittered, 1),
         ("multijitter", SamplerKind::Sobol, 1),
         ("orthogonal", SamplerKind::Sobol, 1),
         ("ldsampler", SamplerKind::Sobol, 1),
+        ("regular", SamplerKind::Regular, 0),
+        ("jittered", SamplerKind::Jittered, 0),
+        ("poisson", SamplerKind::Poisson, 0),
         ("sobol", SamplerKind::Sobol, 0),
+        ("bluenoise", SamplerKind::BlueNoise, 0),
     ] {
         let scene = film(&format!(r#"<sampler type="{name}"/>"#));
         assert_eq!((scene.sensor.sampler.kind, scene.remarks.len()), (kind, remarks), "{name}");
