@@ -5,6 +5,7 @@
 //! A room knows only the rooms above it in the list below.
 
 pub mod geometry;
+pub mod plot;
 pub mod raster;
 pub mod stats;
 pub mod texture;

@@ -19,7 +19,7 @@ struct Case {
     walk_samples: u32,
 }
 
-const CASES: [Case; 8] = [
+const CASES: [Case; 9] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384 },
     Case { name: "metals", samples: 1024, walk_samples: 4096 },
     Case { name: "dispersion", samples: 2048, walk_samples: 8192 },
@@ -28,6 +28,7 @@ const CASES: [Case; 8] = [
     Case { name: "lines", samples: 2048, walk_samples: 16_384 },
     Case { name: "extentless", samples: 1024, walk_samples: 0 },
     Case { name: "veils", samples: 1024, walk_samples: 8192 },
+    Case { name: "motion", samples: 1024, walk_samples: 8192 },
 ];
 
 fn load(case: &Case, integrator: &str) -> Scene {
@@ -119,6 +120,11 @@ fn lines() {
 #[test]
 fn extentless() {
     agrees("extentless");
+}
+
+#[test]
+fn motion() {
+    agrees("motion");
 }
 
 /// Light samples that pass through what is not there find what paths find behind it.

@@ -1,6 +1,7 @@
 //! From shapes to the tree: a binary tree by the crate obvhs (parallel locally-ordered clustering with
 //! reinsertion), collapsed into nodes of eight.
 
+use super::instance::Slice;
 use super::node::{Child, Node, NodeSpace};
 use super::packet::{Packet, WIDTH};
 use super::{Accel, Instance, Other};
@@ -18,7 +19,7 @@ use std::time::Duration;
 enum Primitive {
     Triangle { shape: u32, triangle: u32 },
     Analytic { shape: u32 },
-    Instance { index: u32 },
+    Instance { index: u32, during: [f64; 2] },
 }
 
 /// What one slot of a node can become.
@@ -42,11 +43,11 @@ struct Builder<'a> {
     accel: Accel,
 }
 
-pub(super) fn build(shapes: &[Shape], first: u32, instances: Vec<Instance>) -> Accel {
-    let scene =
-        Bounds::of_all(shapes.iter().map(Shape::bounds).chain(instances.iter().map(Instance::bounds)));
+pub(super) fn build(shapes: &[Shape], first: u32, instances: Vec<Instance>, shutter: [f64; 2]) -> Accel {
+    let around = instances.iter().map(|instance| instance.bounds(shutter));
+    let scene = Bounds::of_all(shapes.iter().map(Shape::bounds).chain(around));
     let space = NodeSpace::new(if scene.is_empty() { Bounds::of([Vec3::ZERO]) } else { scene });
-    let (primitives, boxes) = primitives(shapes, &instances, &space);
+    let (primitives, boxes) = primitives(shapes, &instances, shutter, &space);
     let accel = Accel {
         space,
         nodes: Vec::new(),
@@ -70,7 +71,12 @@ pub(super) fn build(shapes: &[Shape], first: u32, instances: Vec<Instance>) -> A
 }
 
 /// Everything that can be hit, with its box in node space.
-fn primitives(shapes: &[Shape], instances: &[Instance], space: &NodeSpace) -> (Vec<Primitive>, Vec<Aabb>) {
+fn primitives(
+    shapes: &[Shape],
+    instances: &[Instance],
+    shutter: [f64; 2],
+    space: &NodeSpace,
+) -> (Vec<Primitive>, Vec<Aabb>) {
     let count =
         shapes.iter().map(|shape| if let Shape::Mesh(mesh) = shape { mesh.triangle_count() } else { 1 });
     let count = count.sum::<usize>() + instances.len();
@@ -93,9 +99,10 @@ fn primitives(shapes: &[Shape], instances: &[Instance], space: &NodeSpace) -> (V
         }
     }
     for (index, instance) in (0u32..).zip(instances) {
-        let bounds = instance.bounds();
-        if !bounds.is_empty() {
-            add(Primitive::Instance { index }, bounds);
+        for Slice { during, bounds } in instance.slices(shutter) {
+            if !bounds.is_empty() {
+                add(Primitive::Instance { index, during }, bounds);
+            }
         }
     }
     (primitives, boxes)
@@ -198,7 +205,9 @@ impl Builder<'_> {
                     let surface = self.shapes[shape as usize].clone();
                     self.accel.others.push((self.first + shape, Other::Shape(surface)));
                 }
-                Primitive::Instance { index } => self.accel.others.push((index, Other::Instance)),
+                Primitive::Instance { index, during } => {
+                    self.accel.others.push((index, Other::Instance { during }));
+                }
                 Primitive::Triangle { shape, triangle } => {
                     if i % WIDTH == 0 {
                         self.accel.packets.push(Packet::default());

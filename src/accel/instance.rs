@@ -1,42 +1,86 @@
 //! A group of shapes somewhere else, as often as one likes: the group has a tree of its own, in its own coordinates,
-//! and a ray is taken there.
+//! and a ray is taken there. What moves is such a group, and the ray is taken to where it is at the ray's time.
 
 use super::Accel;
-use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
-use crate::shape::{Hit, Parametrisation, Placement, Shape, ShapeError, SurfaceHit};
-use glam::DMat3;
+use crate::geometry::{Bounds, Placed, Pose, Ray, Vec3};
+use crate::shape::{Hit, Parametrisation, Shape, SurfaceHit};
 use std::sync::Arc;
 
 /// A group where its transform puts it.
 #[derive(Clone, Debug)]
 pub struct Instance {
     group: Arc<Accel>,
-    placement: Placement,
-    /// See [`Placement::local_errors`].
-    local_errors: DMat3,
+    placed: Placed,
     /// Length of the diagonal of the group's box.
     reach: f64,
 }
 
+/// Most boxes by which something that moves is bounded.
+const MOST_SLICES: usize = 64;
+
+/// What it costs to find that a slice is not the ray's, in tests of an instance.
+const SLICE_COST: f64 = 0.05;
+
+/// A part of the time during which something moves, and the box around it meanwhile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slice {
+    pub during: [f64; 2],
+    pub bounds: Bounds,
+}
+
 impl Instance {
-    /// # Errors
-    /// Where the transform is too ill-conditioned to take rays through.
-    pub fn new(group: Arc<Accel>, to_world: &Transform) -> Result<Self, ShapeError> {
-        let placement = Placement::new(to_world)?;
+    pub fn new(group: Arc<Accel>, placed: Placed) -> Self {
         let reach = group.bounds().diameter();
-        Ok(Self { local_errors: placement.local_errors(), reach, group, placement })
+        Self { reach, group, placed }
     }
 
-    /// A box around it in world space; empty where the group has no surface.
-    pub fn bounds(&self) -> Bounds {
-        Bounds::of(self.group.bounds().corners().map(|corner| self.placement.world_point(corner)))
+    /// A box around it in world space, from one time to another; empty where the group has no surface.
+    pub fn bounds(&self, during: [f64; 2]) -> Bounds {
+        self.placed.bounds(self.group.bounds(), during)
     }
 
-    /// The ray in the group's coordinates, and how much longer distances are there.
-    fn local(&self, ray: &Ray) -> (Ray, f64) {
-        let direction = self.placement.local_vector(ray.direction);
+    /// The boxes by which it is found while the shutter is open: as many slices of that time as make the expected cost of
+    /// a ray least. That cost is, for each slice, the area of its box times the cost of finding out whether the ray's
+    /// time is in it and, if so, of testing the group.
+    pub(super) fn slices(&self, shutter: [f64; 2]) -> Vec<Slice> {
+        let always = [f64::NEG_INFINITY, f64::INFINITY];
+        let mut best = vec![Slice { during: always, bounds: self.bounds(shutter) }];
+        if !self.placed.is_moving() || shutter[0] == shutter[1] {
+            return best;
+        }
+        let cost = |slices: &[Slice]| {
+            let area: f64 = slices.iter().map(|slice| slice.bounds.half_area()).sum();
+            area * (SLICE_COST + 1.0 / slices.len() as f64)
+        };
+        let mut count = 2;
+        while count <= MOST_SLICES {
+            let edge = |i: usize| shutter[0] + (shutter[1] - shutter[0]) * i as f64 / count as f64;
+            let slices: Vec<Slice> = (0..count)
+                .map(|i| {
+                    [
+                        if i == 0 { always[0] } else { edge(i) },
+                        if i + 1 == count { always[1] } else { edge(i + 1) },
+                    ]
+                })
+                .map(|during| {
+                    let bounds = self.bounds([during[0].max(shutter[0]), during[1].min(shutter[1])]);
+                    Slice { during, bounds }
+                })
+                .collect();
+            // Each doubling makes the tree larger too.
+            if cost(&slices) < 0.9 * cost(&best) {
+                best = slices;
+            }
+            count *= 2;
+        }
+        best
+    }
+
+    /// The ray in the group's coordinates at a pose, and how much longer distances are there.
+    fn local(&self, pose: &Pose, ray: &Ray) -> (Ray, f64) {
+        let direction = pose.local_vector(ray.direction);
         let scale = direction.length();
-        let origin = self.placement.local_point(ray.origin);
+        let origin = pose.local_point(ray.origin);
         // A little further, so that rounding hides no hit: the caller compares world distances.
         let t_max = ray.t_max * scale * (1.0 + 4.0 * f64::EPSILON);
         (Ray { origin, direction: direction / scale, t_max }, scale)
@@ -46,47 +90,43 @@ impl Instance {
     ///
     /// Never inlined, like the next: the loop that calls it is for scenes without instances too.
     #[inline(never)]
-    pub(super) fn closest(&self, ray: &Ray) -> Option<Hit> {
-        let (local, scale) = self.local(ray);
-        let hit = self.group.closest(&local)?;
+    pub(super) fn closest(&self, ray: &Ray, time: f64) -> Option<Hit> {
+        let (local, scale) = self.local(&self.placed.at(time), ray);
+        let hit = self.group.closest(&local, time)?;
         Some(Hit { t: hit.t / scale, ..hit })
     }
 
     #[inline(never)]
-    pub(super) fn occluded(&self, ray: &Ray) -> bool {
-        self.group.occluded(&self.local(ray).0)
+    pub(super) fn occluded(&self, ray: &Ray, time: f64) -> bool {
+        self.group.occluded(&self.local(&self.placed.at(time), ray).0, time)
     }
 
     /// The surface of `shape`, one of the group's, where `ray` hit it.
-    ///
-    /// The error bound is that of the group's surface, which covers its own intersection test, with what the way to the world
-    /// and back adds: to the local coordinates of the origin, which don't exceed those of the point noticeably, and to the
-    /// direction, which a ray within the group follows for no longer than the diagonal of the group's box.
     #[inline(never)]
-    pub(super) fn surface(&self, shape: &Shape, hit: &Hit, ray: &Ray) -> SurfaceHit {
-        let (local_ray, scale) = self.local(ray);
-        let SurfaceHit { point, shading_normal } =
-            shape.surface(&Hit { t: hit.t * scale, ..*hit }, &local_ray);
-        let position = self.placement.world_point(point.position);
-        let image = self.placement.world_normal(point.normal);
-        let stretch = image.length();
-        let reach = self.local_errors * (point.position.abs() + Vec3::splat(self.reach));
-        let size = position.abs().max_element() + self.placement.origin.abs().max_element();
-        let rounding = 0.5 * f64::EPSILON * (reach.dot(point.normal.abs()) / stretch + 4.0 * size);
-        let error = point.error / stretch + rounding;
-        let normal = image / stretch;
-        let shading_normal = self.placement.world_normal(shading_normal).try_normalize().unwrap_or(normal);
-        SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal }
+    pub(super) fn surface(&self, shape: &Shape, hit: &Hit, ray: &Ray, time: f64) -> SurfaceHit {
+        let pose = self.placed.at(time);
+        let (local_ray, scale) = self.local(&pose, ray);
+        let local = shape.surface(&Hit { t: hit.t * scale, ..*hit }, &local_ray);
+        let point = self.placed.surface_point(&pose, &local.point, self.reach);
+        let shading_normal = pose.world_normal(local.shading_normal).try_normalize().unwrap_or(point.normal);
+        SurfaceHit { point, shading_normal }
     }
 
     /// The coordinates of a point of `shape`, one of the group's.
     #[inline(never)]
-    pub(super) fn parametrisation(&self, shape: &Shape, hit: &Hit, position: Vec3) -> Parametrisation {
-        let local = shape.parametrisation(hit, self.placement.local_point(position));
+    pub(super) fn parametrisation(
+        &self,
+        shape: &Shape,
+        hit: &Hit,
+        position: Vec3,
+        time: f64,
+    ) -> Parametrisation {
+        let pose = self.placed.at(time);
+        let local = shape.parametrisation(hit, pose.local_point(position));
         Parametrisation {
             uv: local.uv,
-            tangent: self.placement.world_vector(local.tangent),
-            bitangent: self.placement.world_vector(local.bitangent),
+            tangent: pose.world_vector(local.tangent),
+            bitangent: pose.world_vector(local.bitangent),
         }
     }
 }

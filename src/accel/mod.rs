@@ -38,8 +38,10 @@ pub struct Accel {
 #[expect(clippy::large_enum_variant, reason = "a test of a shape waits for one load instead of two")]
 enum Other {
     Shape(Shape),
-    /// Its index says which one.
-    Instance,
+    /// Its index says which one; met only by rays of a time from one to another.
+    Instance {
+        during: [f64; 2],
+    },
 }
 
 /// A subtree that waits to be visited, and where the ray enters it.
@@ -52,51 +54,51 @@ struct Waiting {
 impl Accel {
     /// Hits carry a shape's index in `shapes`. Takes about a second for a million triangles on two cores.
     pub fn build(shapes: &[Shape]) -> Self {
-        build::build(shapes, 0, Vec::new())
+        build::build(shapes, 0, Vec::new(), [0.0; 2])
     }
 
     /// A group's tree: its hits carry indices that begin with `first`.
     pub fn of_group(shapes: &[Shape], first: u32) -> Self {
-        build::build(shapes, first, Vec::new())
+        build::build(shapes, first, Vec::new(), [0.0; 2])
     }
 
-    /// Of shapes and instances of groups.
-    pub fn with_instances(shapes: &[Shape], instances: Vec<Instance>) -> Self {
-        build::build(shapes, 0, instances)
+    /// Of shapes and instances of groups, for rays of times while a shutter is open.
+    pub fn with_instances(shapes: &[Shape], instances: Vec<Instance>, shutter: [f64; 2]) -> Self {
+        build::build(shapes, 0, instances, shutter)
     }
 
-    /// A box around all surfaces, up to rounding; empty where there are none.
+    /// A box around all surfaces at all times, up to rounding; empty where there are none.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 
     /// The surface where `ray` hit it. `shapes` are all to which hits refer, those of groups included.
     #[inline]
-    pub fn surface(&self, shapes: &[Shape], hit: &Hit, ray: &Ray) -> SurfaceHit {
+    pub fn surface(&self, shapes: &[Shape], hit: &Hit, ray: &Ray, time: f64) -> SurfaceHit {
         let shape = &shapes[hit.shape as usize];
         match hit.instance {
             NO_INSTANCE => shape.surface(hit, ray),
-            instance => self.instances[instance as usize].surface(shape, hit, ray),
+            instance => self.instances[instance as usize].surface(shape, hit, ray, time),
         }
     }
 
     /// The coordinates of the point `position` that [`Accel::surface`] gave for a hit.
-    pub fn parametrisation(&self, shapes: &[Shape], hit: &Hit, position: Vec3) -> Parametrisation {
+    pub fn parametrisation(&self, shapes: &[Shape], hit: &Hit, position: Vec3, time: f64) -> Parametrisation {
         let shape = &shapes[hit.shape as usize];
         match hit.instance {
             NO_INSTANCE => shape.parametrisation(hit, position),
-            instance => self.instances[instance as usize].parametrisation(shape, hit, position),
+            instance => self.instances[instance as usize].parametrisation(shape, hit, position, time),
         }
     }
 
-    /// The nearest hit with 0 ≤ t < `ray.t_max`; of equally near ones that of the first shape, triangle and instance.
-    pub fn closest(&self, ray: &Ray) -> Option<Hit> {
-        self.with_stack(|stack| self.closest_with(ray, stack))
+    /// The nearest hit with 0 ≤ t < `ray.t_max` at a time while the shutter is open; of equally near ones that of the first shape, triangle and instance.
+    pub fn closest(&self, ray: &Ray, time: f64) -> Option<Hit> {
+        self.with_stack(|stack| self.closest_with(ray, time, stack))
     }
 
-    /// Whether anything is hit with 0 ≤ t < `ray.t_max`.
-    pub fn occluded(&self, ray: &Ray) -> bool {
-        self.with_stack(|stack| self.occluded_with(ray, stack))
+    /// Whether anything is hit with 0 ≤ t < `ray.t_max` at a time while the shutter is open.
+    pub fn occluded(&self, ray: &Ray, time: f64) -> bool {
+        self.with_stack(|stack| self.occluded_with(ray, time, stack))
     }
 
     /// Bytes held, without groups and what analytic shapes hold indirectly.
@@ -117,7 +119,7 @@ impl Accel {
         }
     }
 
-    fn closest_with(&self, ray: &Ray, stack: &mut [Waiting]) -> Option<Hit> {
+    fn closest_with(&self, ray: &Ray, time: f64, stack: &mut [Waiting]) -> Option<Hit> {
         let mut node_ray = NodeRay::new(&self.space, ray)?;
         let packet_ray = PacketRay::new(&RaySpace::new(ray));
         let mut nearest: Option<Hit> = None;
@@ -149,7 +151,7 @@ impl Accel {
                     continue;
                 }
             } else {
-                let found = self.test_leaf(child, ray, &packet_ray, &mut nearest);
+                let found = self.test_leaf(child, ray, time, &packet_ray, &mut nearest);
                 if let (true, Some(hit)) = (found, &nearest) {
                     node_ray.shorten(&self.space, hit.t);
                 }
@@ -168,14 +170,24 @@ impl Accel {
     }
 
     /// Whether the leaf has a nearer hit, which it then puts into `nearest`.
-    fn test_leaf(&self, leaf: Child, ray: &Ray, packet_ray: &PacketRay, nearest: &mut Option<Hit>) -> bool {
+    fn test_leaf(
+        &self,
+        leaf: Child,
+        ray: &Ray,
+        time: f64,
+        packet_ray: &PacketRay,
+        nearest: &mut Option<Hit>,
+    ) -> bool {
         let mut found = false;
         let range = leaf.items();
         if leaf.is_other() {
             for (index, other) in &self.others[range] {
                 let hit = match other {
                     Other::Shape(shape) => shape.intersect(ray).map(|hit| Hit { shape: *index, ..hit }),
-                    Other::Instance => self.in_instance(*index, ray, nearest),
+                    Other::Instance { during: [from, to] } if *from <= time && time <= *to => {
+                        self.in_instance(*index, ray, time, nearest)
+                    }
+                    Other::Instance { .. } => None,
                 };
                 if let Some(hit) = hit {
                     found |= take_nearer(nearest, hit);
@@ -191,14 +203,14 @@ impl Accel {
     }
 
     /// The nearest hit with an instance, unless there is a nearer one already.
-    fn in_instance(&self, index: u32, ray: &Ray, nearest: &Option<Hit>) -> Option<Hit> {
+    fn in_instance(&self, index: u32, ray: &Ray, time: f64, nearest: &Option<Hit>) -> Option<Hit> {
         // Up to and with the nearest: of equally near ones it is not the order of leaves that decides.
         let t_max = nearest.map_or(ray.t_max, |hit| hit.t.next_up());
-        let hit = self.instances[index as usize].closest(&Ray { t_max, ..*ray })?;
+        let hit = self.instances[index as usize].closest(&Ray { t_max, ..*ray }, time)?;
         (hit.t < ray.t_max).then_some(Hit { instance: index, ..hit })
     }
 
-    fn occluded_with(&self, ray: &Ray, stack: &mut [Waiting]) -> bool {
+    fn occluded_with(&self, ray: &Ray, time: f64, stack: &mut [Waiting]) -> bool {
         let Some(node_ray) = NodeRay::new(&self.space, ray) else { return false };
         let packet_ray = PacketRay::new(&RaySpace::new(ray));
         let t_last = ray.t_max.next_down();
@@ -217,7 +229,9 @@ impl Accel {
             } else if child.is_other() {
                 let occludes = |(index, other): &(u32, Other)| match other {
                     Other::Shape(shape) => shape.intersect(ray).is_some(),
-                    Other::Instance => self.instances[*index as usize].occluded(ray),
+                    Other::Instance { during: [from, to] } => {
+                        *from <= time && time <= *to && self.instances[*index as usize].occluded(ray, time)
+                    }
                 };
                 if self.others[child.items()].iter().any(occludes) {
                     return true;

@@ -5,9 +5,11 @@
 
 mod meters;
 mod projective;
+mod shutter;
 
 pub use meters::{Distant, IrradianceMeter, RadianceMeter};
-pub use projective::{Projection, Projective, ProjectiveSettings, ThinLens};
+pub use projective::{Aperture, Projection, Projective, ProjectiveSettings, ThinLens};
+pub use shutter::{Shutter, ShutterKind};
 
 use crate::geometry::Ray;
 use crate::spectrum::Spectrum;
@@ -85,6 +87,12 @@ impl Camera {
         &self.views
     }
 
+    /// Whether what it sees depends on the time.
+    pub fn is_moving(&self) -> bool {
+        let moves = |view: &View| matches!(&view.rays, Rays::Projective(camera) if camera.is_moving());
+        self.views.iter().any(moves)
+    }
+
     /// Whether [`Self::ray`] uses its second sample.
     pub fn uses_lens(&self) -> bool {
         self.views.iter().any(|view| match &view.rays {
@@ -95,9 +103,9 @@ impl Camera {
     }
 
     /// The ray seen at a film position (pixels from the top left corner of the film). `lens_u` chooses what a position leaves
-    /// open: the point of the lens, the direction toward an irradiance meter. `None` where a surface to measure at has no
+    /// open: the point of the lens, the direction toward an irradiance meter. `time` says where a camera that moves is. `None` where a surface to measure at has no
     /// area.
-    pub fn ray(&self, film: [f64; 2], lens_u: [f64; 2]) -> Option<SensorRay<'_>> {
+    pub fn ray(&self, film: [f64; 2], lens_u: [f64; 2], time: f64) -> Option<SensorRay<'_>> {
         let (view, film) = match &self.columns {
             None => (self.views.first()?, film),
             Some(columns) => {
@@ -109,7 +117,7 @@ impl Camera {
             }
         };
         let (ray, weight) = match &view.rays {
-            Rays::Projective(projective) => (projective.ray(film, lens_u), 1.0),
+            Rays::Projective(projective) => (projective.ray(film, lens_u, time), 1.0),
             Rays::Radiance(meter) => (meter.ray(), 1.0),
             Rays::Irradiance(meter) => meter.ray(film, lens_u)?,
             Rays::Distant(distant) => distant.ray(lens_u)?,

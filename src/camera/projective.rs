@@ -1,12 +1,12 @@
 //! Cameras that project the scene onto a plane.
 
-use crate::geometry::{Ray, Transform, Vec3};
+use crate::geometry::{Placed, Ray, Vec3};
 use crate::sampling::warp;
 
 /// A pinhole, thin-lens or orthographic camera. It looks along its local +z, local +x is the picture's left and +y its top.
 #[derive(Clone, Debug)]
 pub struct Projective {
-    to_world: Transform,
+    placed: Placed,
     projection: Projection,
     /// Film positions in pixels to the local plane z = 1: scale and offset of each axis.
     scale: [f64; 2],
@@ -30,15 +30,42 @@ pub enum Projection {
 /// An ideal lens without thickness that images the plane at `focus_distance` onto the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinLens {
-    pub aperture_radius: f64,
+    pub aperture: Aperture,
     pub focus_distance: f64,
 }
 
+/// The opening of a lens, evenly lit. Scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aperture {
+    Disk {
+        radius: f64,
+    },
+    /// A regular polygon with corners on the circle of this radius, one of them `rotation` radians from the camera's +y
+    /// towards its +x: counter-clockwise for who stands behind the camera.
+    Polygon {
+        radius: f64,
+        blades: u32,
+        rotation: f64,
+    },
+}
+
+impl Aperture {
+    /// The point that a place in the unit square stands for; strata stay in one piece.
+    fn point(self, u: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Disk { radius } => warp::disk(u).map(|c| c * radius),
+            Self::Polygon { radius, blades, rotation } => {
+                warp::polygon(u, blades, rotation).map(|c| c * radius)
+            }
+        }
+    }
+}
+
 /// What [`Projective::new`] is made from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ProjectiveSettings {
-    /// A rigid motion or a mirror image of one; any affine map for an orthographic camera.
-    pub to_world: Transform,
+    /// By a rigid map or a mirror image of one; by any affine map for an orthographic camera.
+    pub placed: Placed,
     pub projection: Projection,
     /// Width and height of the whole film in pixels.
     pub film: [f64; 2],
@@ -57,7 +84,7 @@ impl Projective {
         // The same for both axes: pixels are square.
         let per_pixel = 2.0 * settings.half_width / width;
         Self {
-            to_world: settings.to_world,
+            placed: settings.placed,
             projection: settings.projection,
             scale: [-per_pixel; 2],
             offset: [-per_pixel * width * (px - 0.5), -per_pixel * height * (py - 0.5)],
@@ -71,15 +98,19 @@ impl Projective {
         matches!(self.projection, Projection::ThinLens(_))
     }
 
+    pub fn is_moving(&self) -> bool {
+        self.placed.is_moving()
+    }
+
     /// The ray seen at a film position (pixels from the top left corner of the film) through the point of the lens
-    /// that `lens_u` chooses.
-    pub fn ray(&self, film: [f64; 2], lens_u: [f64; 2]) -> Ray {
+    /// that `lens_u` chooses, at a time.
+    pub fn ray(&self, film: [f64; 2], lens_u: [f64; 2], time: f64) -> Ray {
         let axis = |i: usize| film[i] * self.scale[i] + self.offset[i];
         let on_plane = Vec3::new(axis(0), axis(1), 1.0);
         let (origin, direction) = match self.projection {
             Projection::Pinhole => (Vec3::ZERO, on_plane),
             Projection::ThinLens(lens) => {
-                let [x, y] = warp::disk(lens_u).map(|c| c * lens.aperture_radius);
+                let [x, y] = lens.aperture.point(lens_u);
                 let origin = Vec3::new(x, y, 0.0);
                 (origin, on_plane - origin / lens.focus_distance)
             }
@@ -88,10 +119,11 @@ impl Projective {
         // z is 1 here, so depths along the axis are distances over the direction's length.
         let length = direction.length();
         let near = origin + direction * self.near_clip;
+        let pose = self.placed.at(time);
         Ray {
-            origin: self.to_world.point(near),
-            direction: self.to_world.vector(direction / length).normalize(),
-            // In world units even where `to_world` scales, as in Mitsuba 3.
+            origin: pose.world_point(near),
+            direction: pose.world_vector(direction / length).normalize(),
+            // In world units even where the camera's map scales, as in Mitsuba 3.
             t_max: (self.far_clip - self.near_clip) * length,
         }
     }
@@ -100,10 +132,11 @@ impl Projective {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Transform;
 
     fn settings() -> ProjectiveSettings {
         ProjectiveSettings {
-            to_world: Transform::IDENTITY,
+            placed: Placed::still(&Transform::IDENTITY).unwrap(),
             projection: Projection::Pinhole,
             film: [200.0, 100.0],
             half_width: 0.5,
@@ -115,7 +148,7 @@ mod tests {
 
     /// Where a ray meets the plane z = 1.
     fn at_unit_depth(camera: &Projective, film: [f64; 2], lens: [f64; 2]) -> Vec3 {
-        let ray = camera.ray(film, lens);
+        let ray = camera.ray(film, lens, 0.0);
         ray.at((1.0 - ray.origin.z) / ray.direction.z)
     }
 
@@ -136,19 +169,19 @@ mod tests {
     #[test]
     fn clips_are_planes() {
         let camera = Projective::new(ProjectiveSettings { near_clip: 2.0, far_clip: 5.0, ..settings() });
-        let ray = camera.ray([3.0, 7.0], [0.5; 2]);
+        let ray = camera.ray([3.0, 7.0], [0.5; 2], 0.0);
         assert!((ray.origin.z - 2.0).abs() < 1e-12);
         assert!((ray.at(ray.t_max).z - 5.0).abs() < 1e-12);
     }
 
     #[test]
     fn the_focal_surface_is_a_plane_and_blur_has_the_diameter_of_similar_triangles() {
-        let lens = ThinLens { aperture_radius: 0.1, focus_distance: 4.0 };
+        let lens = ThinLens { aperture: Aperture::Disk { radius: 0.1 }, focus_distance: 4.0 };
         let camera =
             Projective::new(ProjectiveSettings { projection: Projection::ThinLens(lens), ..settings() });
         for film in [[3.0, 7.0], [100.0, 50.0], [199.0, 99.0]] {
             let at = |depth: f64, u: [f64; 2]| {
-                let ray = camera.ray(film, u);
+                let ray = camera.ray(film, u, 0.0);
                 ray.at((depth - ray.origin.z) / ray.direction.z)
             };
             let edge = [[0.999_999_9, 0.5], [0.000_000_1, 0.5]];

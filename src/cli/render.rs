@@ -39,7 +39,8 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
 
-    /// Sampler: sobol (Owen-scrambled) or independent [default: what the scene says, else sobol]
+    /// Sampler: regular (no error bars), independent, jittered, poisson, sobol (Owen-scrambled) or bluenoise [default: what
+    /// the scene says, else sobol]
     #[arg(long, value_name = "S", value_parser = parse_sampler)]
     sampler: Option<SamplerKind>,
 
@@ -81,7 +82,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let path = args.output_path()?;
     let sampler = &description.sensor.sampler;
     let settings = Settings {
-        schedule: Schedule::new(sampler.sample_count),
+        schedule: Schedule::of(sampler.kind, sampler.sample_count),
         seed: sampler.seed,
         sampler: sampler.kind,
         wavelengths: args.wavelengths,
@@ -307,7 +308,10 @@ fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f6
 }
 
 fn parse_sampler(text: &str) -> Result<SamplerKind, String> {
-    SamplerKind::named(text).ok_or_else(|| "expected sobol or independent".to_owned())
+    SamplerKind::named(text).ok_or_else(|| {
+        let names: Vec<_> = SamplerKind::NAMES.iter().map(|&(name, _)| name).collect();
+        format!("expected one of {}", names.join(", "))
+    })
 }
 
 fn parse_wavelengths(text: &str) -> Result<WavelengthCount, String> {

@@ -27,8 +27,8 @@ pub struct Args {
     #[arg(long, value_name = "NM")]
     at: Vec<f64>,
 
-    /// Draw the spectrum as an SVG picture
-    #[arg(long, value_name = "OUT.svg")]
+    /// Draw the spectrum as a picture, SVG or PNG by the name
+    #[arg(long, value_name = "OUT.svg|png")]
     plot: Option<PathBuf>,
 
     /// List the built-in spectra, of one kind with --kind
@@ -66,13 +66,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let kinds: Vec<&str> = subjects.iter().filter_map(|subject| subject.kind).map(Kind::name).collect();
         return Err(Failure::Input(format!("say which to plot: --kind {}", kinds.join(" or --kind "))));
     };
-    if path.extension().is_none_or(|extension| extension != "svg") {
-        return Err(Failure::Input(format!(
-            "expected a plot file that ends in .svg, found {}",
-            path.display()
-        )));
-    }
-    std::fs::write(path, plot::svg(subject))
+    let bytes = plot::draw(subject).file(path).map_err(Failure::Input)?;
+    std::fs::write(path, bytes)
         .map_err(|error| Failure::Other(format!("cannot write {}: {error}", path.display())))
 }
 
@@ -214,7 +209,7 @@ mod tests {
                     let told = report::report(&subject, &[]);
                     let bad = |word: &str| ["NaN", "inf", "-inf"].contains(&word);
                     assert!(told.len() > 200 && !told.split_whitespace().any(bad), "{told}");
-                    let drawn = plot::svg(&subject);
+                    let drawn = plot::draw(&subject).svg();
                     assert!(
                         drawn.ends_with("</svg>\n") && !drawn.contains("NaN") && !drawn.contains("inf"),
                         "{name}"

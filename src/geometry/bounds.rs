@@ -46,6 +46,12 @@ impl Bounds {
         })
     }
 
+    /// Half of its surface's area; 0 where it is empty.
+    pub fn half_area(self) -> f64 {
+        let size = (self.max - self.min).max(Vec3::ZERO);
+        size.x * size.y + size.y * size.z + size.z * size.x
+    }
+
     pub fn centre(self) -> Vec3 {
         0.5 * (self.min + self.max)
     }

@@ -4,11 +4,15 @@
 
 mod bounds;
 mod frame;
+mod motion;
+mod pose;
 mod ray;
 mod transform;
 
 pub use bounds::Bounds;
 pub use frame::Frame;
 pub use glam::DVec3 as Vec3;
+pub use motion::{Motion, MotionError, Placed};
+pub use pose::Pose;
 pub use ray::{Ray, SurfacePoint};
 pub use transform::Transform;

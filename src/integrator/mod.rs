@@ -74,12 +74,13 @@ pub enum Coverage {
     Obstacle,
 }
 
-/// Spectral radiance that arrives along a camera ray, W·m⁻²·sr⁻¹·nm⁻¹, one estimate for each wavelength of the path. They
+/// Spectral radiance that arrives along a camera ray at a time, W·m⁻²·sr⁻¹·nm⁻¹, one estimate for each wavelength of the path. They
 /// share one unit of weight: summed over the lanes, each over its wavelength's density, they estimate an integral
 /// over wavelength.
 pub fn radiance<const C: usize>(
     scene: &Scene,
     ray: Ray,
+    time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
 ) -> Seen<C> {
@@ -87,7 +88,7 @@ pub fn radiance<const C: usize>(
         return Seen { radiance: Sampled::ZERO, met: false };
     }
     match scene.integrator {
-        Integrator::Path => path::radiance(scene, ray, wavelengths, stream),
-        Integrator::Walk => walk::radiance(scene, ray, wavelengths, stream),
+        Integrator::Path => path::radiance(scene, ray, time, wavelengths, stream),
+        Integrator::Walk => walk::radiance(scene, ray, time, wavelengths, stream),
     }
 }

@@ -24,6 +24,8 @@ use crate::spectrum::{Sampled, Wavelengths};
 
 /// What has become of a path so far.
 struct Path<const C: usize> {
+    /// When all of it happens.
+    time: f64,
     /// fᵢ(X) / p₀(X): what each wavelength carries over the hero's density.
     throughput: Sampled<C>,
     /// pⱼ(X) / p₀(X). The hero's is 1; a companion's is 0 once it has gone another way.
@@ -56,10 +58,11 @@ enum LastChoice {
 pub fn radiance<const C: usize>(
     scene: &Scene,
     mut ray: Ray,
+    time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
 ) -> Seen<C> {
-    let mut path = Path::<C>::from_camera(scene);
+    let mut path = Path::<C>::from_camera(scene, time);
     let mut arriving = Sampled::ZERO;
     // Segments behind this vertex. A surface that a ray passes as if there were none may leave it as it is.
     let mut depth = 0;
@@ -67,7 +70,7 @@ pub fn radiance<const C: usize>(
     let mut straight = true;
     let mut met = scene.limits.sky_covers(scene);
     for vertex in 0.. {
-        let Some(hit) = scene.intersect(&ray, depth == 0) else {
+        let Some(hit) = scene.intersect(&ray, time, depth == 0) else {
             path.cross(scene, f64::INFINITY, wavelengths);
             arriving += path.escaped(scene, &ray, straight, wavelengths);
             break;
@@ -123,8 +126,9 @@ pub fn radiance<const C: usize>(
 }
 
 impl<const C: usize> Path<C> {
-    fn from_camera(scene: &Scene) -> Self {
+    fn from_camera(scene: &Scene, time: f64) -> Self {
         Self {
+            time,
             throughput: Sampled::ONE,
             ratio: Sampled::ONE,
             last: LastChoice::Camera,
@@ -151,7 +155,7 @@ impl<const C: usize> Path<C> {
         let hidden = seen_directly && scene.limits.hide_emitters;
         let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return Sampled::ZERO };
         let weight = self.weight_beside_lights(scene, |from| {
-            scene.lights.environment_density(from, ray.direction, wavelengths)
+            scene.lights.environment_density(from, ray.direction, self.time, wavelengths)
         });
         if weight == 0.0 {
             return Sampled::ZERO;
@@ -192,8 +196,9 @@ impl<const C: usize> Path<C> {
         if ray.direction.dot(hit.point.normal) >= 0.0 {
             return Sampled::ZERO;
         }
-        let weight = self
-            .weight_beside_lights(scene, |from| scene.lights.density(light, from, &hit.point, wavelengths));
+        let weight = self.weight_beside_lights(scene, |from| {
+            scene.lights.density(light, from, &hit.point, self.time, wavelengths)
+        });
         if weight == 0.0 {
             return Sampled::ZERO;
         }
@@ -211,7 +216,7 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
         [u, v, choice, _]: [f64; 4],
     ) -> Sampled<C> {
-        let Some(sample) = scene.lights.sample(&hit.point, wavelengths, choice, [u, v]) else {
+        let Some(sample) = scene.lights.sample(&hit.point, self.time, wavelengths, choice, [u, v]) else {
             return Sampled::ZERO;
         };
         let toward_light = sample.shadow_ray.direction;
@@ -237,7 +242,7 @@ impl<const C: usize> Path<C> {
         if beyond {
             scene.pass_through(hit, toward_light, &mut media);
         }
-        let visibility = scene.visibility(&sample.shadow_ray, &media, wavelengths);
+        let visibility = scene.visibility(&sample.shadow_ray, self.time, &media, wavelengths);
         self.throughput * value.f_cos * sample.radiance * weight * visibility
     }
 

@@ -11,6 +11,7 @@ use crate::spectrum::{Sampled, Wavelengths};
 pub fn radiance<const C: usize>(
     scene: &Scene,
     mut ray: Ray,
+    time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
 ) -> Seen<C> {
@@ -20,7 +21,7 @@ pub fn radiance<const C: usize>(
     let mut met = scene.limits.sky_covers(scene);
     for vertex in 0.. {
         let shown = vertex > 0 || !scene.limits.hide_emitters;
-        let hit = scene.intersect(&ray, vertex == 0);
+        let hit = scene.intersect(&ray, time, vertex == 0);
         let distance = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
         if let Some(transmittance) = scene.transmittance(&media, distance, &hero) {
             throughput *= transmittance.hero();

@@ -1,16 +1,18 @@
-use crate::geometry::{SurfacePoint, Vec3};
+use crate::geometry::{Placed, Pose, SurfacePoint, Vec3};
 use crate::shape::{Hit, NO_INSTANCE, Shape, ShapeSample};
 use crate::texture::{MeshPoint, TexturePoint};
 
 /// A surface whose front emits.
 #[derive(Clone, Debug)]
 pub struct AreaGeometry {
+    /// In coordinates of its own where it is placed, else in the world's.
     shape: Shape,
+    placed: Option<Box<Placed>>,
     area: f64,
     /// A sphere around the surface.
     centre: Vec3,
     radius: f64,
-    /// The normal of a surface that lies in one plane.
+    /// The normal of a surface that lies in one plane. This, centre and radius are in the coordinates of the shape.
     plane: Option<Vec3>,
 }
 
@@ -23,40 +25,81 @@ impl AreaGeometry {
             radius: 0.5 * bounds.diameter(),
             plane: plane_normal(&shape),
             shape,
+            placed: None,
         }
     }
 
+    /// A surface in coordinates of its own that is carried along.
+    pub fn carried(shape: Shape, placed: Placed) -> Self {
+        Self { placed: Some(Box::new(placed)), ..Self::new(shape) }
+    }
+
+    fn pose(&self, time: f64) -> Option<Pose> {
+        self.placed.as_ref().map(|placed| placed.at(time))
+    }
+
+    /// In its own coordinates.
     pub fn area(&self) -> f64 {
         self.area
     }
 
     /// A point on the front, as seen from a place. `None` where the surface shows its back, or nothing.
-    pub fn sample_toward(&self, from: &SurfacePoint, u: [f64; 2]) -> Option<ShapeSample> {
-        let sample = self.shape.sample_toward(from.position, u)?;
+    pub fn sample_toward(&self, from: &SurfacePoint, time: f64, u: [f64; 2]) -> Option<ShapeSample> {
+        let Some(placed) = &self.placed else { return self.sample_local(from.position, u) };
+        let pose = placed.at(time);
+        let mut sample = self.sample_local(pose.local_point(from.position), u)?;
+        let point = placed.surface_point(&pose, &sample.surface.point, 2.0 * self.radius);
+        let direction = (point.position - from.position).try_normalize()?;
+        sample.surface.point = point;
+        sample.density *= pose.solid_angle_ratio(direction);
+        Some(sample)
+    }
+
+    fn sample_local(&self, from: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
+        let sample = self.shape.sample_toward(from, u)?;
         let point = sample.surface.point;
-        let front = point.normal.dot(from.position - point.position) > 0.0;
+        let front = point.normal.dot(from - point.position) > 0.0;
         (front && sample.density > 0.0).then_some(sample)
     }
 
     /// Where a texture is asked for at a sampled point.
-    pub fn texture_point(&self, sample: &ShapeSample) -> TexturePoint<'_> {
+    pub fn texture_point(&self, sample: &ShapeSample, time: f64) -> TexturePoint<'_> {
         let position = sample.surface.point.position;
+        let local = self.pose(time).map_or(position, |pose| pose.local_point(position));
         let ShapeSample { triangle, barycentric, .. } = *sample;
         let hit = Hit { t: 0.0, shape: 0, triangle, instance: NO_INSTANCE, barycentric };
         let mesh = match &self.shape {
             Shape::Mesh(mesh) => Some(MeshPoint { mesh, triangle, barycentric }),
             _ => None,
         };
-        TexturePoint { uv: self.shape.parametrisation(&hit, position).uv, position, mesh }
+        TexturePoint { uv: self.shape.parametrisation(&hit, local).uv, position, mesh }
     }
 
     /// The density of [`Self::sample_toward`] at a point of the surface.
-    pub fn density_toward(&self, from: &SurfacePoint, point: &SurfacePoint) -> f64 {
-        self.shape.density_toward(from.position, point)
+    pub fn density_toward(&self, from: &SurfacePoint, point: &SurfacePoint, time: f64) -> f64 {
+        let Some(pose) = self.pose(time) else { return self.shape.density_toward(from.position, point) };
+        let direction = (point.position - from.position).normalize_or_zero();
+        let local = SurfacePoint {
+            position: pose.local_point(point.position),
+            normal: pose.local_normal(point.normal).normalize_or_zero(),
+            error: 0.0,
+        };
+        let density = self.shape.density_toward(pose.local_point(from.position), &local);
+        if density > 0.0 { density * pose.solid_angle_ratio(direction) } else { 0.0 }
     }
 
     /// About the solid angle that the front subtends, from a place anywhere. Zero only where it is not seen at all.
-    pub fn estimate(&self, from: Vec3) -> f64 {
+    pub fn estimate(&self, from: Vec3, time: f64) -> f64 {
+        let Some(pose) = self.pose(time) else { return self.estimate_local(from) };
+        let estimate = self.estimate_local(pose.local_point(from));
+        match (pose.world_point(self.centre) - from).try_normalize() {
+            // The shape's solid angle in its own coordinates, made one of the world's.
+            Some(direction) if estimate > 0.0 => estimate / pose.solid_angle_ratio(direction),
+            _ => estimate,
+        }
+    }
+
+    fn estimate_local(&self, from: Vec3) -> f64 {
         let squared = from.distance_squared(self.centre) + self.radius * self.radius;
         let cos = match self.plane {
             Some(normal) => {

@@ -21,7 +21,7 @@ pub use sky::Sky;
 pub use spot::Spot;
 
 use crate::bsdf::Density;
-use crate::geometry::{Ray, SurfacePoint, Vec3};
+use crate::geometry::{Placed, Ray, SurfacePoint, Vec3};
 use crate::sampling::PiecewiseConstant;
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 use crate::texture::{Texture, TexturePoint};
@@ -66,6 +66,9 @@ pub struct LightSample<const C: usize> {
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     lights: Vec<Light>,
+    /// Where lights without a surface stand over time, by light, as far as there is one that moves. What the light says is
+    /// then in coordinates of its own.
+    placed: Vec<Option<Placed>>,
     environment: Option<Environment>,
     /// Choice by power alone, for scenes with so many lights that estimating each at each vertex would not pay.
     by_power: Option<PiecewiseConstant>,
@@ -77,13 +80,27 @@ const ESTIMATED: usize = 32;
 impl Lights {
     /// `powers` are the shares of the whole, up to a factor, of each light and last of the environment, if there is one.
     pub fn new(lights: Vec<Light>, environment: Option<Environment>, powers: &[f64]) -> Self {
-        let mut all = Self { lights, environment, by_power: None };
+        let mut all = Self { lights, environment, by_power: None, placed: Vec::new() };
         let count = all.count();
         if count > ESTIMATED {
             let edges = (0..=count).map(|i| i as f64).collect();
             all.by_power = PiecewiseConstant::new(edges, &powers[..count]);
         }
         all
+    }
+
+    /// Lights without a surface that move, by their indices. They must not scale.
+    #[must_use]
+    pub fn with_motion(mut self, moving: Vec<(usize, Placed)>) -> Self {
+        for (light, placed) in moving {
+            self.placed.resize(self.lights.len(), None);
+            self.placed[light] = Some(placed);
+        }
+        self
+    }
+
+    fn placed(&self, light: usize) -> Option<&Placed> {
+        self.placed.get(light)?.as_ref()
     }
 
     /// Whether there is nothing to sample.
@@ -114,11 +131,12 @@ impl Lights {
     pub fn sample<const C: usize>(
         &self,
         from: &SurfacePoint,
+        time: f64,
         wavelengths: &Wavelengths<C>,
         choice: f64,
         u: [f64; 2],
     ) -> Option<LightSample<C>> {
-        let (chosen, probability) = self.choose(from, wavelengths, choice)?;
+        let (chosen, probability) = self.choose(from, time, wavelengths, choice)?;
         let nm = &wavelengths.nm;
         let Some(light) = self.lights.get(chosen) else {
             let environment = self.environment.as_ref()?;
@@ -129,20 +147,24 @@ impl Lights {
                 density: Density::PerSolidAngle(density * probability),
             });
         };
+        let pose = self.placed(chosen).map(|placed| placed.at(time));
         let without_extent = |position: Vec3, intensity: &dyn Fn(Vec3) -> Sampled<C>| {
+            let position = pose.map_or(position, |pose| pose.world_point(position));
             let target = SurfacePoint { position, normal: Vec3::Z, error: 0.0 };
             let shadow_ray = from.segment_to(&target)?;
             let squared = from.position.distance_squared(position);
-            let irradiance = intensity(-shadow_ray.direction) / (squared * probability);
+            let away = -shadow_ray.direction;
+            let away = pose.map_or(away, |pose| pose.local_vector(away));
+            let irradiance = intensity(away) / (squared * probability);
             Some(LightSample { shadow_ray, radiance: irradiance, density: Density::Discrete })
         };
         match light {
             Light::Area { geometry, radiance, .. } => {
-                let sample = geometry.sample_toward(from, u)?;
+                let sample = geometry.sample_toward(from, time, u)?;
                 let shadow_ray = from.segment_to(&sample.surface.point)?;
                 let radiance = match radiance.uniform() {
                     Some(spectrum) => spectrum.sample(nm),
-                    None => radiance.sample(&geometry.texture_point(&sample), nm),
+                    None => radiance.sample(&geometry.texture_point(&sample, time), nm),
                 };
                 let density = Density::PerSolidAngle(sample.density * probability);
                 Some(LightSample { shadow_ray, radiance, density })
@@ -153,7 +175,7 @@ impl Lights {
                 without_extent(projector.position, &|direction| projector.intensity(direction, nm))
             }
             Light::Directional { travels, irradiance } => Some(LightSample {
-                shadow_ray: from.ray(-*travels),
+                shadow_ray: from.ray(-pose.map_or(*travels, |pose| pose.world_vector(*travels).normalize())),
                 radiance: irradiance.sample(nm) / probability,
                 density: Density::Discrete,
             }),
@@ -167,11 +189,12 @@ impl Lights {
         light: u32,
         from: &SurfacePoint,
         point: &SurfacePoint,
+        time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
         let Light::Area { geometry, .. } = &self.lights[light as usize] else { return 0.0 };
-        let probability = self.probability(light as usize, from, wavelengths);
-        if probability > 0.0 { probability * geometry.density_toward(from, point) } else { 0.0 }
+        let probability = self.probability(light as usize, from, time, wavelengths);
+        if probability > 0.0 { probability * geometry.density_toward(from, point, time) } else { 0.0 }
     }
 
     /// Per steradian, the density with which [`Self::sample`] would have found a direction that leads out of the scene.
@@ -179,11 +202,12 @@ impl Lights {
         &self,
         from: &SurfacePoint,
         direction: Vec3,
+        time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
         match self.sampled_environment() {
             Some(environment) => {
-                self.probability(self.lights.len(), from, wavelengths) * environment.density(direction)
+                self.probability(self.lights.len(), from, time, wavelengths) * environment.density(direction)
             }
             None => 0.0,
         }
@@ -202,14 +226,16 @@ impl Lights {
         &self,
         light: usize,
         from: &SurfacePoint,
+        time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
         match &self.by_power {
             Some(table) => table.density(light as f64),
             None if self.count() == 1 => 1.0,
             None => {
-                let own = self.estimate(light, from, wavelengths);
-                let all: f64 = (0..self.count()).map(|other| self.estimate(other, from, wavelengths)).sum();
+                let estimate = |light| self.estimate(light, from, time, wavelengths);
+                let own = estimate(light);
+                let all: f64 = (0..self.count()).map(estimate).sum();
                 if own > 0.0 { own / all } else { 0.0 }
             }
         }
@@ -219,6 +245,7 @@ impl Lights {
     fn choose<const C: usize>(
         &self,
         from: &SurfacePoint,
+        time: f64,
         wavelengths: &Wavelengths<C>,
         choice: f64,
     ) -> Option<(usize, f64)> {
@@ -233,7 +260,7 @@ impl Lights {
         let mut estimates = [0.0; ESTIMATED];
         let mut all = 0.0;
         for (light, estimate) in estimates.iter_mut().enumerate().take(count) {
-            *estimate = self.estimate(light, from, wavelengths);
+            *estimate = self.estimate(light, from, time, wavelengths);
             all += *estimate;
         }
         let mut remaining = choice * all;
@@ -251,10 +278,11 @@ impl Lights {
         &self,
         light: usize,
         from: &SurfacePoint,
+        time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
         match (self.lights.get(light), &self.environment) {
-            (Some(light), _) => light.estimate(from, wavelengths),
+            (Some(own), _) => own.estimate(from, time, self.placed(light), wavelengths),
             // Half of it is above a surface, at a slant.
             (None, Some(environment)) => PI * environment.mean().sample(&wavelengths.nm).sum(),
             (None, None) => 0.0,
@@ -282,17 +310,26 @@ impl Light {
 
     /// About what the light brings to a place, up to a factor common to all lights: its spectrum there, its size and its
     /// distance. Zero only where it brings nothing.
-    fn estimate<const C: usize>(&self, from: &SurfacePoint, wavelengths: &Wavelengths<C>) -> f64 {
+    ///
+    /// `placed`: where a light without a surface that moves stands.
+    fn estimate<const C: usize>(
+        &self,
+        from: &SurfacePoint,
+        time: f64,
+        placed: Option<&Placed>,
+        wavelengths: &Wavelengths<C>,
+    ) -> f64 {
         let nm = &wavelengths.nm;
         let without_extent = |position: Vec3, intensity: &dyn Fn(Vec3) -> Sampled<C>| {
-            let away = from.position - position;
+            let from = placed.map_or(from.position, |placed| placed.at(time).local_point(from.position));
+            let away = from - position;
             let squared = away.length_squared();
             if squared > 0.0 { intensity(away / squared.sqrt()).sum() / squared } else { 0.0 }
         };
         match self {
             Self::Area { geometry, mean, .. } => {
                 let spectral = mean.sample(nm).sum();
-                if spectral > 0.0 { spectral * geometry.estimate(from.position) } else { 0.0 }
+                if spectral > 0.0 { spectral * geometry.estimate(from.position, time) } else { 0.0 }
             }
             Self::Point { position, intensity } => without_extent(*position, &|_| intensity.sample(nm)),
             Self::Spot(spot) => without_extent(spot.position, &|direction| spot.intensity(direction, nm)),

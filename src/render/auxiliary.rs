@@ -1,7 +1,7 @@
 //! Images of what the camera sees first, beside the picture: for denoisers and for understanding a scene.
 
 use crate::film::FilterSampler;
-use crate::sampling::{Dimensions, SamplerKind, Stream};
+use crate::sampling::{Dimensions, Sampler, SamplerKind};
 use crate::scene::Scene;
 use crate::spectrum::colour::{MITSUBA_Y_INTEGRAL, Xyz, xyz_to_rec709};
 use crate::spectrum::{Response, Sampled, WavelengthDensity};
@@ -63,11 +63,12 @@ pub fn auxiliary(
         &scene.observer.spectra().each_ref().map(|spectrum| Response { spectrum, weight: 1.0 }),
         &[],
     );
+    let sampler = Sampler::new(SamplerKind::Sobol, seed, SAMPLES);
     let mut images = Vec::new();
     for &kind in kinds {
         let pixels: Vec<[f64; 3]> = (0..width * height)
             .into_par_iter()
-            .map(|index| pixel(scene, kind, &filter, &wavelengths, [index % width, index / width], seed))
+            .map(|index| pixel(scene, kind, &filter, &wavelengths, [index % width, index / width], &sampler))
             .collect();
         for (channel, name) in kind.channels().iter().enumerate() {
             images.push(Auxiliary { name, values: pixels.iter().map(|p| p[channel] as f32).collect() });
@@ -82,15 +83,15 @@ fn pixel(
     filter: &FilterSampler,
     wavelengths: &WavelengthDensity,
     pixel: [u32; 2],
-    seed: u64,
+    sampler: &Sampler,
 ) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for index in 0..SAMPLES {
-        let stream = Stream::new(SamplerKind::Sobol, seed, pixel, SEQUENCE, index);
+        let stream = sampler.stream(pixel, SEQUENCE, index);
         let Some(sample) = scene.camera_ray(filter, pixel, &stream) else { continue };
         let (ray, weight) = (sample.sensor.ray, sample.filter_weight);
         let path = wavelengths.sample::<8>(sample.wavelength);
-        let hit = scene.intersect(&ray, true);
+        let hit = scene.intersect(&ray, sample.time, true);
         let value = match (kind, hit) {
             (AuxiliaryKind::Depth, hit) => [hit.map_or(f64::INFINITY, |hit| hit.t), 0.0, 0.0],
             (_, None) => [0.0; 3],

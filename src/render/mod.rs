@@ -6,7 +6,7 @@ pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
 
 use crate::film::{ALPHA, BadValues, Extras, Film, FilterSampler, FixedPoint, PixelSums, SpectralBins};
 use crate::integrator::{self, Seen};
-use crate::sampling::{SamplerKind, Stream};
+use crate::sampling::{Sampler, SamplerKind, Stream};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use rayon::prelude::*;
@@ -72,12 +72,30 @@ impl Schedule {
             .unwrap_or(Self { replicates: samples, samples_per_replicate: 1 })
     }
 
+    /// Deals `samples` per pixel as a sampler allows. Where nothing is random they are one sequence, and there are no error bars.
+    pub fn of(sampler: SamplerKind, samples: u32) -> Self {
+        if sampler.is_random() {
+            Self::new(samples)
+        } else {
+            Self { replicates: 1, samples_per_replicate: samples.max(1) }
+        }
+    }
+
     pub fn samples(self) -> u64 {
         u64::from(self.replicates) * u64::from(self.samples_per_replicate)
     }
 }
 
 impl Settings {
+    /// The schedule as the sampler allows it: replicates that are all the same would tell an error of zero.
+    pub fn schedule(&self) -> Schedule {
+        if self.sampler.is_random() {
+            self.schedule
+        } else {
+            Schedule::of(self.sampler, u32::try_from(self.schedule.samples()).unwrap_or(u32::MAX))
+        }
+    }
+
     /// What a film of this scene measures beside X, Y and Z.
     pub fn extras(&self, scene: &Scene) -> Extras {
         Extras {
@@ -153,16 +171,18 @@ pub fn render(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
 
 fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
     let [width, height] = scene.film.size;
+    let schedule = settings.schedule();
     let film = Film::new(
         width,
         height,
-        settings.schedule.replicates,
+        schedule.replicates,
         settings.extras(scene),
         FixedPoint::for_reference(scene.reference_radiance),
     );
     let exposure = Exposure {
         scene,
-        settings,
+        schedule,
+        sampler: Sampler::new(settings.sampler, settings.seed, schedule.samples_per_replicate),
         filter: scene.filter_sampler(),
         scale: film.scale(),
         empty: film.pixel_sums(),
@@ -172,7 +192,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         .flat_map(|y| (0..width.div_ceil(TILE)).map(move |x| [x * TILE, y * TILE]))
         .collect();
     let film = Mutex::new(film);
-    for pass in passes(settings.schedule.samples_per_replicate) {
+    for pass in passes(schedule.samples_per_replicate) {
         tiles.par_iter().for_each(|&[left, top]| {
             if watch.stop().load(Ordering::Relaxed) {
                 return;
@@ -188,7 +208,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
             }
             film.bad.add(bad);
             drop(film);
-            let samples = u64::from(settings.schedule.replicates) * pass.len() as u64;
+            let samples = u64::from(schedule.replicates) * pass.len() as u64;
             watch.advanced(exposed.len() as u64 * samples);
         });
         if watch.stop().load(Ordering::Relaxed) {
@@ -206,7 +226,8 @@ fn lock(film: &Mutex<Film>) -> std::sync::MutexGuard<'_, Film> {
 
 struct Exposure<'a> {
     scene: &'a Scene,
-    settings: &'a Settings,
+    schedule: Schedule,
+    sampler: Sampler,
     filter: FilterSampler,
     scale: FixedPoint,
     empty: PixelSums,
@@ -217,9 +238,9 @@ impl Exposure<'_> {
     /// Some samples of every replicate of one pixel.
     fn pixel<const C: usize>(&self, pixel: [u32; 2], indices: Range<u32>, bad: &mut BadValues) -> PixelSums {
         let mut sums = self.empty.clone();
-        for replicate in 0..self.settings.schedule.replicates {
+        for replicate in 0..self.schedule.replicates {
             for index in indices.clone() {
-                let stream = Stream::new(self.settings.sampler, self.settings.seed, pixel, replicate, index);
+                let stream = self.sampler.stream(pixel, replicate, index);
                 self.sample::<C>(pixel, replicate, &stream, &mut sums, bad);
             }
         }
@@ -238,7 +259,8 @@ impl Exposure<'_> {
         let scene = self.scene;
         let Some(sample) = scene.camera_ray(&self.filter, pixel, stream) else { return };
         let wavelengths = scene.wavelengths.sample::<C>(sample.wavelength);
-        let Seen { mut radiance, met } = integrator::radiance(scene, sample.sensor.ray, &wavelengths, stream);
+        let Seen { mut radiance, met } =
+            integrator::radiance(scene, sample.sensor.ray, sample.time, &wavelengths, stream);
         if self.extras.alpha {
             let weight = sample.filter_weight;
             for (channel, weight) in ALPHA.into_iter().zip([if met { weight } else { 0.0 }, weight]) {

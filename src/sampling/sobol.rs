@@ -96,8 +96,12 @@ fn owen(fraction: u32, seed: u32) -> u32 {
 
 /// The `index`-th point of the set that `key` stands for.
 pub(super) fn scrambled(index: u32, key: u64) -> [u32; 4] {
-    let shuffled = owen(index, key as u32);
-    let mut bits = point(shuffled);
+    of_shuffled(owen(index, key as u32), key)
+}
+
+/// The point of that number in the scrambled sequence that `key` stands for, without shuffling.
+pub(super) fn of_shuffled(index: u32, key: u64) -> [u32; 4] {
+    let mut bits = point(index);
     let seeds = [super::mix(key ^ 1), super::mix(key ^ 2)];
     let seeds = [seeds[0] as u32, (seeds[0] >> 32) as u32, seeds[1] as u32, (seeds[1] >> 32) as u32];
     for (bits, seed) in bits.iter_mut().zip(seeds) {

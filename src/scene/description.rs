@@ -2,6 +2,7 @@
 //! the place in the file that it came from. No behaviour, no file access, nothing to trace yet.
 
 use super::source::{Place, Sources};
+use crate::camera::Shutter;
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
@@ -361,7 +362,9 @@ pub struct Shape {
     pub place: Place,
     pub id: Option<String>,
     pub kind: ShapeKind,
+    /// Of a moving shape that at its first keyframe; likewise for all that moves.
     pub to_world: Transform,
+    pub motion: Option<Arc<Animation>>,
     pub flip_normals: bool,
     pub bsdf: Arc<Bsdf>,
     /// Radiance of an area light on this surface.
@@ -415,6 +418,14 @@ pub struct Instance {
     pub id: Option<String>,
     pub group: Arc<ShapeGroup>,
     pub to_world: Transform,
+    pub motion: Option<Arc<Animation>>,
+}
+
+/// What `to_world` is at some times (an extension). See [`crate::geometry::Motion`].
+#[derive(Clone, Debug)]
+pub struct Animation {
+    pub place: Place,
+    pub keys: Vec<(f64, Transform)>,
 }
 
 // ----------------------------------------------------------------------------------- lights
@@ -423,6 +434,8 @@ pub struct Instance {
 pub struct Light {
     pub place: Place,
     pub kind: LightKind,
+    /// Never of light from all around.
+    pub motion: Option<Arc<Animation>>,
 }
 
 #[derive(Clone, Debug)]
@@ -489,6 +502,10 @@ pub struct Sensor {
     pub medium: Option<Medium>,
     pub film: Film,
     pub sampler: Sampler,
+    /// Of a camera.
+    pub motion: Option<Arc<Animation>>,
+    /// Of a batch that of all its sensors.
+    pub shutter: Shutter,
 }
 
 #[derive(Clone, Debug)]
@@ -559,8 +576,22 @@ pub enum FovAxis {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
-    pub aperture_radius: f64,
+    pub aperture: Aperture,
+    /// Straight blades that bound the aperture, 3 or more; 0 for a round one (an extension).
+    pub blades: u32,
+    /// By how many degrees the blades are turned, counter-clockwise for who stands behind the camera.
+    pub rotation: f64,
     pub focus_distance: f64,
+}
+
+/// How wide a lens is open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aperture {
+    /// Scene units.
+    Radius(f64),
+    /// Focal length over diameter, the focal length being that of the field of view on 36 mm × 24 mm and
+    /// a scene unit a metre (an extension).
+    Stop(f64),
 }
 
 #[derive(Clone, Debug)]

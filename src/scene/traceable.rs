@@ -1,7 +1,7 @@
 //! A compiled scene: immutable, with only what is needed to trace it.
 
 use crate::accel::Accel;
-use crate::camera::{Camera, SensorRay};
+use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Integrator, Limits};
@@ -18,6 +18,7 @@ use crate::texture::{MeshPoint, TexturePoint};
 #[derive(Debug)]
 pub struct Scene {
     pub camera: Camera,
+    pub shutter: Shutter,
     pub film: FilmPlan,
     pub observer: &'static Observer,
     pub integrator: Integrator,
@@ -70,6 +71,8 @@ pub struct CameraSample<'a> {
     pub filter_weight: f64,
     /// The sample value that chooses the wavelengths.
     pub wavelength: f64,
+    /// When the whole path happens.
+    pub time: f64,
 }
 
 /// What one shape's surface is.
@@ -95,6 +98,8 @@ pub struct Needs {
     /// Some body may lie within another, or absorbs: paths keep account of what they are inside of.
     pub medium_stack: bool,
     pub lens: bool,
+    /// Something moves while the shutter is open.
+    pub motion: bool,
     /// Lights that are sampled at each vertex.
     pub light_samples: bool,
     pub rough_surfaces: bool,
@@ -107,12 +112,13 @@ pub struct Needs {
 }
 
 impl Needs {
-    fn all(&self) -> [(&'static str, bool); 9] {
+    fn all(&self) -> [(&'static str, bool); 10] {
         [
             ("dispersion", self.dispersion),
             ("absorption", self.absorption),
             ("medium stack", self.medium_stack),
             ("lens", self.lens),
+            ("motion", self.motion),
             ("light samples", self.light_samples),
             ("rough surfaces", self.rough_surfaces),
             ("mixed materials", self.choices),
@@ -170,7 +176,7 @@ impl Scene {
         pixel: [u32; 2],
         stream: &Stream,
     ) -> Option<CameraSample<'_>> {
-        let [film_x, film_y, wavelength, _time] = stream.draw(Dimensions::Camera);
+        let [film_x, film_y, wavelength, time] = stream.draw(Dimensions::Camera);
         let ([x, y], filter_weight) = filter.sample(pixel, [film_x, film_y]);
         let lens = if self.needs.lens {
             let [u, v, ..] = stream.draw(Dimensions::Lens);
@@ -178,17 +184,18 @@ impl Scene {
         } else {
             [0.5; 2]
         };
+        let time = self.shutter.time(time);
         let [left, top] = self.film.offset.map(f64::from);
-        let sensor = self.camera.ray([x + left, y + top], lens)?;
-        Some(CameraSample { sensor, filter_weight, wavelength })
+        let sensor = self.camera.ray([x + left, y + top], lens, time)?;
+        Some(CameraSample { sensor, filter_weight, wavelength, time })
     }
 
     /// Where a ray first meets a surface. Camera rays pass through hidden lights.
-    pub fn intersect(&self, ray: &Ray, from_camera: bool) -> Option<Intersection> {
+    pub fn intersect(&self, ray: &Ray, time: f64, from_camera: bool) -> Option<Intersection> {
         let mut ray = *ray;
         let mut passed = 0.0;
         loop {
-            let hit = self.meet(&ray)?;
+            let hit = self.meet(&ray, time)?;
             if !(from_camera && self.limits.hide_emitters && hit.light.is_some()) {
                 return Some(Intersection { t: hit.t + passed, ..hit });
             }
@@ -197,12 +204,12 @@ impl Scene {
         }
     }
 
-    fn meet(&self, ray: &Ray) -> Option<Intersection> {
-        let hit: Hit = self.accel.closest(ray)?;
+    fn meet(&self, ray: &Ray, time: f64) -> Option<Intersection> {
+        let hit: Hit = self.accel.closest(ray, time)?;
         let surface = &self.surfaces[hit.shape as usize];
-        let met = self.accel.surface(&self.shapes, &hit, ray);
+        let met = self.accel.surface(&self.shapes, &hit, ray, time);
         let (parametrisation, frame) = if surface.parametrised {
-            let parametrisation = self.accel.parametrisation(&self.shapes, &hit, met.point.position);
+            let parametrisation = self.accel.parametrisation(&self.shapes, &hit, met.point.position, time);
             (parametrisation, Frame::with_tangent(met.shading_normal, parametrisation.tangent))
         } else {
             (Parametrisation::NONE, Frame::around(met.shading_normal))
@@ -262,6 +269,7 @@ impl Scene {
     pub fn visibility<const C: usize>(
         &self,
         ray: &Ray,
+        time: f64,
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
@@ -269,14 +277,14 @@ impl Scene {
             self.transmittance(media, distance, wavelengths).map_or(share, |part| share * part)
         };
         if !self.needs.clear_shadows {
-            return if self.accel.occluded(ray) {
+            return if self.accel.occluded(ray, time) {
                 Sampled::ZERO
             } else {
                 within(Sampled::ONE, media, ray.t_max)
             };
         }
         let (mut ray, mut media, mut share) = (*ray, *media, Sampled::ONE);
-        while let Some(hit) = self.meet(&ray) {
+        while let Some(hit) = self.meet(&ray, time) {
             let surface = self.surface(&hit);
             if !surface.may_pass {
                 return Sampled::ZERO;

@@ -54,8 +54,8 @@ impl Cylinder {
 
     /// Nearest distance with 0 ≤ t < `ray.t_max`. A ray parallel to the axis misses.
     pub fn intersect(&self, ray: &Ray) -> Option<f64> {
-        let origin = self.placement.local_point(ray.origin);
-        let direction = self.placement.local_vector(ray.direction);
+        let origin = self.placement.pose.local_point(ray.origin);
+        let direction = self.placement.pose.local_vector(ray.direction);
         let across = direction.with_z(0.0);
         let speed = across.length();
         if speed == 0.0 {
@@ -70,13 +70,13 @@ impl Cylinder {
 
     /// The point of the surface nearest to `position` in local space, at the same local z.
     pub fn surface(&self, position: Vec3) -> SurfaceHit {
-        let local = self.placement.local_point(position);
+        let local = self.placement.pose.local_point(position);
         self.surface_at(local.with_z(0.0).try_normalize().unwrap_or(Vec3::X), local.z.clamp(0.0, 1.0))
     }
 
     fn surface_at(&self, outward: Vec3, z: f64) -> SurfaceHit {
-        let position = self.placement.world_point(outward.with_z(z));
-        let world_outward = self.placement.world_normal(outward);
+        let position = self.placement.pose.world_point(outward.with_z(z));
+        let world_outward = self.placement.pose.world_normal(outward);
         let stretch = world_outward.length();
         let normal = world_outward / if self.inward { -stretch } else { stretch };
         SurfaceHit {
@@ -87,19 +87,19 @@ impl Cylinder {
 
     /// u around the axis, v along it.
     pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
-        let local = self.placement.local_point(position);
+        let local = self.placement.pose.local_point(position);
         let azimuth = local.y.atan2(local.x);
         let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
         Parametrisation {
             uv: [azimuth / TAU, local.z],
-            tangent: self.placement.world_vector(TAU * Vec3::new(-local.y, local.x, 0.0)),
-            bitangent: self.placement.world_vector(Vec3::Z),
+            tangent: self.placement.pose.world_vector(TAU * Vec3::new(-local.y, local.x, 0.0)),
+            bitangent: self.placement.pose.world_vector(Vec3::Z),
         }
     }
 
     pub fn bounds(&self) -> Bounds {
         let half = self.placement.half_extents(2);
-        let (bottom, top) = (self.placement.origin, self.placement.world_point(Vec3::Z));
+        let (bottom, top) = (self.placement.pose.origin, self.placement.pose.world_point(Vec3::Z));
         Bounds { min: bottom.min(top) - half, max: bottom.max(top) + half }
     }
 
@@ -115,7 +115,7 @@ impl Cylinder {
     }
 
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
-        let local = self.placement.local_point(point.position).with_z(0.0);
+        let local = self.placement.pose.local_point(point.position).with_z(0.0);
         self.local_area_density(local.try_normalize().unwrap_or(Vec3::X))
     }
 
@@ -126,5 +126,5 @@ impl Cylinder {
 
 /// World area per unit of local area: |det L| |L⁻ᵀ n|.
 fn area_stretch(placement: &Placement, outward: Vec3) -> f64 {
-    placement.volume * placement.world_normal(outward).length()
+    placement.volume * placement.pose.world_normal(outward).length()
 }

@@ -20,16 +20,16 @@ impl Disk {
     /// The normal is the image of +z, or of -z where `flip_normals`.
     pub fn new(to_world: &Transform, flip_normals: bool) -> Result<Self, ShapeError> {
         let placement = Placement::new(to_world)?;
-        let image = placement.world_normal(Vec3::Z);
+        let image = placement.pose.world_normal(Vec3::Z);
         let normal = image / if flip_normals { -image.length() } else { image.length() };
-        let area = PI * placement.linear.x_axis.cross(placement.linear.y_axis).length();
+        let area = PI * placement.pose.linear.x_axis.cross(placement.pose.linear.y_axis).length();
         Ok(Self { stretch: image.length(), placement, normal, area })
     }
 
     /// Distance with 0 ≤ t < `ray.t_max`. A ray within the plane misses.
     pub fn intersect(&self, ray: &Ray) -> Option<f64> {
-        let origin = self.placement.local_point(ray.origin);
-        let direction = self.placement.local_vector(ray.direction);
+        let origin = self.placement.pose.local_point(ray.origin);
+        let direction = self.placement.pose.local_vector(ray.direction);
         if direction.z == 0.0 {
             return None;
         }
@@ -40,12 +40,12 @@ impl Disk {
 
     /// The point of the disk's plane under `position`, along the local z axis.
     pub fn surface(&self, position: Vec3) -> SurfaceHit {
-        let local = self.placement.local_point(position);
+        let local = self.placement.pose.local_point(position);
         self.surface_at(local.x, local.y)
     }
 
     fn surface_at(&self, x: f64, y: f64) -> SurfaceHit {
-        let position = self.placement.world_point(Vec3::new(x, y, 0.0));
+        let position = self.placement.pose.world_point(Vec3::new(x, y, 0.0));
         let error = self.placement.error(position, Vec3::Z, self.stretch);
         SurfaceHit {
             point: SurfacePoint { position, normal: self.normal, error },
@@ -55,21 +55,21 @@ impl Disk {
 
     /// u along the radius, v around the centre.
     pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
-        let Vec3 { x, y, .. } = self.placement.local_point(position);
+        let Vec3 { x, y, .. } = self.placement.pose.local_point(position);
         let r = x.hypot(y);
         let azimuth = y.atan2(x);
         let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
         let outward = if r > 0.0 { Vec3::new(x / r, y / r, 0.0) } else { Vec3::X };
         Parametrisation {
             uv: [r, azimuth / TAU],
-            tangent: self.placement.world_vector(outward),
-            bitangent: self.placement.world_vector(TAU * Vec3::new(-y, x, 0.0)),
+            tangent: self.placement.pose.world_vector(outward),
+            bitangent: self.placement.pose.world_vector(TAU * Vec3::new(-y, x, 0.0)),
         }
     }
 
     pub fn bounds(&self) -> Bounds {
         let half = self.placement.half_extents(2);
-        Bounds { min: self.placement.origin - half, max: self.placement.origin + half }
+        Bounds { min: self.placement.pose.origin - half, max: self.placement.pose.origin + half }
     }
 
     pub fn area(&self) -> f64 {

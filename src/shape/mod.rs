@@ -22,7 +22,6 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
-pub(crate) use placement::Placement;
 pub use rectangle::Rectangle;
 pub use sphere::Sphere;
 use std::fmt;

@@ -39,22 +39,22 @@ impl Sphere {
 
     /// Nearest distance with 0 ≤ t < `ray.t_max`.
     pub fn intersect(&self, ray: &Ray) -> Option<f64> {
-        let direction = self.placement.local_vector(ray.direction);
+        let direction = self.placement.pose.local_vector(ray.direction);
         let speed = direction.length();
-        let (near, far) = unit_ball_roots(self.placement.local_point(ray.origin), direction / speed)?;
+        let (near, far) = unit_ball_roots(self.placement.pose.local_point(ray.origin), direction / speed)?;
         let t = if near >= 0.0 { near } else { far } / speed;
         (t >= 0.0 && t < ray.t_max).then_some(t)
     }
 
     /// The point of the surface nearest to `position`, in local space.
     pub fn surface(&self, position: Vec3) -> SurfaceHit {
-        let local = self.placement.local_point(position);
+        let local = self.placement.pose.local_point(position);
         self.surface_at(local.try_normalize().unwrap_or(Vec3::Z))
     }
 
     fn surface_at(&self, local: Vec3) -> SurfaceHit {
-        let position = self.placement.world_point(local);
-        let outward = self.placement.world_normal(local);
+        let position = self.placement.pose.world_point(local);
+        let outward = self.placement.pose.world_normal(local);
         let stretch = outward.length();
         let normal = outward / if self.inward { -stretch } else { stretch };
         SurfaceHit {
@@ -65,7 +65,7 @@ impl Sphere {
 
     /// u along the azimuth, v from the pole at local +z to the other.
     pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
-        let local = self.placement.local_point(position);
+        let local = self.placement.pose.local_point(position);
         let azimuth = local.y.atan2(local.x);
         let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
         let from_axis = local.x.hypot(local.y);
@@ -73,14 +73,14 @@ impl Sphere {
         let outward = if from_axis > 0.0 { Vec3::new(local.x, local.y, 0.0) / from_axis } else { Vec3::X };
         Parametrisation {
             uv: [azimuth / TAU, polar / PI],
-            tangent: self.placement.world_vector(TAU * Vec3::new(-local.y, local.x, 0.0)),
-            bitangent: self.placement.world_vector(PI * (outward * local.z - Vec3::Z * from_axis)),
+            tangent: self.placement.pose.world_vector(TAU * Vec3::new(-local.y, local.x, 0.0)),
+            bitangent: self.placement.pose.world_vector(PI * (outward * local.z - Vec3::Z * from_axis)),
         }
     }
 
     pub fn bounds(&self) -> Bounds {
         let half = self.placement.half_extents(3);
-        Bounds { min: self.placement.origin - half, max: self.placement.origin + half }
+        Bounds { min: self.placement.pose.origin - half, max: self.placement.pose.origin + half }
     }
 
     pub fn area(&self) -> f64 {
@@ -97,7 +97,7 @@ impl Sphere {
     }
 
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
-        self.local_area_density(self.placement.local_point(point.position))
+        self.local_area_density(self.placement.pose.local_point(point.position))
     }
 
     /// An area of the local sphere is |det L| |L⁻ᵀ n| times as large in world space.
@@ -105,7 +105,8 @@ impl Sphere {
         match self.placement.scale {
             Some(_) => 1.0 / self.area,
             None => {
-                let stretch = self.placement.volume * self.placement.world_normal(local.normalize()).length();
+                let stretch =
+                    self.placement.volume * self.placement.pose.world_normal(local.normalize()).length();
                 1.0 / (4.0 * PI * stretch)
             }
         }
@@ -127,7 +128,7 @@ impl Sphere {
         let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
         let frame = Frame::around(cone.toward_reference);
         let direction = frame.to_world(Vec3::new(sin_alpha * cos_phi, sin_alpha * sin_phi, cos_alpha));
-        let local = self.placement.local_vector(direction).normalize();
+        let local = self.placement.pose.local_vector(direction).normalize();
         let surface = self.surface_at(local);
         Some(ShapeSample { surface, triangle: 0, barycentric: [0.0; 2], density: cone.density() })
     }
@@ -139,7 +140,7 @@ impl Sphere {
 
     fn cone(&self, reference: Vec3) -> Option<Cone> {
         let radius = self.placement.scale?;
-        let from_centre = reference - self.placement.origin;
+        let from_centre = reference - self.placement.pose.origin;
         let distance = from_centre.length();
         if distance <= radius {
             return None;
@@ -196,7 +197,7 @@ fn ellipsoid_area(placement: &Placement) -> f64 {
         let ring: f64 = (0..SECTORS)
             .map(|i| {
                 let (sin, cos) = (TAU * i as f64 / SECTORS as f64).sin_cos();
-                placement.world_normal(Vec3::new(r * cos, r * sin, z)).length()
+                placement.pose.world_normal(Vec3::new(r * cos, r * sin, z)).length()
             })
             .sum();
         sum += weight * ring * TAU / SECTORS as f64;

@@ -1,6 +1,6 @@
 use super::{any_placement, any_ray, direction, leaving, mixture, random, soup};
 use crate::accel::{Accel, Instance};
-use crate::geometry::{Ray, SurfacePoint, Transform, Vec3};
+use crate::geometry::{Motion, Placed, Ray, SurfacePoint, Transform, Vec3};
 use crate::shape::{Cylinder, Disk, Hit, Mesh, MeshData, Shape, Sphere};
 use glam::DMat4;
 use rand::RngExt;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// One group, once.
 fn instance_of(shapes: &[Shape], place: &Transform) -> Accel {
     let group = Arc::new(Accel::of_group(shapes, 0));
-    Accel::with_instances(&[], vec![Instance::new(group, place).unwrap()])
+    Accel::with_instances(&[], vec![Instance::new(group, Placed::still(place).unwrap())], [0.0; 2])
 }
 
 /// Whether two points found for the same ray are one within their error bounds and what a ray's parameter rounds.
@@ -28,13 +28,14 @@ fn an_instance_where_it_was_made_changes_nothing() {
     let mut hits = 0;
     for _ in 0..20_000 {
         let ray = any_ray(&mut random);
-        let (expected, found) = (plain.closest(&ray), instance.closest(&ray));
-        assert_eq!(found.is_some(), instance.occluded(&ray));
+        let (expected, found) = (plain.closest(&ray, 0.0), instance.closest(&ray, 0.0));
+        assert_eq!(found.is_some(), instance.occluded(&ray, 0.0));
         assert_eq!(found.map(|hit| (hit.shape, hit.triangle)), expected.map(|hit| (hit.shape, hit.triangle)));
         let (Some(expected), Some(found)) = (expected, found) else { continue };
         hits += 1;
         assert_eq!(found.instance, 0);
-        let (a, b) = (instance.surface(&shapes, &found, &ray), plain.surface(&shapes, &expected, &ray));
+        let (a, b) =
+            (instance.surface(&shapes, &found, &ray, 0.0), plain.surface(&shapes, &expected, &ray, 0.0));
         assert!(same(&a.point, &b.point, expected.t), "{ray:?} {expected:?} {found:?}");
         assert!(expected.t > 100.0 || a.shading_normal.abs_diff_eq(b.shading_normal, 1e-9));
     }
@@ -78,19 +79,20 @@ fn instances_show_what_transformed_meshes_show() {
         let side = if place.mirrors() { -1.0 } else { 1.0 };
         for _ in 0..1000 {
             let ray = any_ray(&mut random);
-            let (expected, found) = (plain.closest(&ray), instance.closest(&ray));
+            let (expected, found) = (plain.closest(&ray, 0.0), instance.closest(&ray, 0.0));
             assert_eq!(found.map(|hit| hit.triangle), expected.map(|hit| hit.triangle), "{ray:?} {place:?}");
             let (Some(expected), Some(found)) = (expected, found) else { continue };
             hits += 1;
-            let (a, b) = (instance.surface(&group, &found, &ray), plain.surface(&moved, &expected, &ray));
+            let (a, b) =
+                (instance.surface(&group, &found, &ray, 0.0), plain.surface(&moved, &expected, &ray, 0.0));
             assert!(
                 (a.point.position - b.point.position).dot(b.point.normal).abs()
                     <= a.point.error + b.point.error
             );
             assert!(a.point.normal.abs_diff_eq(side * b.point.normal, 1e-9), "{:?} {:?}", a.point, b.point);
             let (a, b) = (
-                instance.parametrisation(&group, &found, a.point.position),
-                plain.parametrisation(&moved, &expected, b.point.position),
+                instance.parametrisation(&group, &found, a.point.position, 0.0),
+                plain.parametrisation(&moved, &expected, b.point.position, 0.0),
             );
             assert!(a.tangent.abs_diff_eq(b.tangent, 1e-9) && a.bitangent.abs_diff_eq(b.bitangent, 1e-9));
         }
@@ -106,11 +108,11 @@ fn spheres_stay_outward_in_mirrored_instances() {
     for mirror in [1.0, -1.0] {
         let place = Transform::new(DMat4::from_scale(Vec3::new(1.0, 2.0, 3.0 * mirror))).unwrap();
         let accel = instance_of(&sphere, &place);
-        let hit = accel.closest(&ray).unwrap();
+        let hit = accel.closest(&ray, 0.0).unwrap();
         assert!((hit.t - 2.15395).abs() < 5e-6);
-        let surface = accel.surface(&sphere, &hit, &ray);
+        let surface = accel.surface(&sphere, &hit, &ray, 0.0);
         assert!(surface.point.normal.abs_diff_eq(Vec3::new(0.68376, 0.11396, 0.72075), 5e-6));
-        let parametrisation = accel.parametrisation(&sphere, &hit, surface.point.position);
+        let parametrisation = accel.parametrisation(&sphere, &hit, surface.point.position, 0.0);
         let v = if mirror > 0.0 { 0.10242 } else { 1.0 - 0.10242 };
         assert!((parametrisation.uv[0] - 0.05121).abs() < 5e-6 && (parametrisation.uv[1] - v).abs() < 5e-6);
         assert!(parametrisation.tangent.abs_diff_eq(Vec3::new(-0.62832, 3.76991, 0.0), 5e-6));
@@ -120,8 +122,9 @@ fn spheres_stay_outward_in_mirrored_instances() {
 /// A loop over shapes and instances.
 fn brute_force(shapes: &[Shape], instances: &[Instance], ray: &Ray) -> Option<Hit> {
     let plain = (0u32..).zip(shapes).filter_map(|(i, shape)| Some(Hit { shape: i, ..shape.intersect(ray)? }));
-    let placed =
-        (0u32..).zip(instances).filter_map(|(i, placed)| Some(Hit { instance: i, ..placed.closest(ray)? }));
+    let placed = (0u32..)
+        .zip(instances)
+        .filter_map(|(i, placed)| Some(Hit { instance: i, ..placed.closest(ray, 0.0)? }));
     plain.chain(placed).filter(|hit| hit.t < ray.t_max).min_by(|a, b| a.t.total_cmp(&b.t))
 }
 
@@ -138,14 +141,16 @@ fn the_nearest_of_overlapping_instances_is_found() {
         let groups = [(top, middle), (middle, shapes.len())]
             .map(|(from, to)| Arc::new(Accel::of_group(&shapes[from..to], from as u32)));
         let instances: Vec<_> = (0..count)
-            .map(|i| Instance::new(groups[i % 2].clone(), &any_placement(0.7, &mut random)).unwrap())
+            .map(|i| {
+                Instance::new(groups[i % 2].clone(), Placed::still(&any_placement(0.7, &mut random)).unwrap())
+            })
             .collect();
-        let accel = Accel::with_instances(&shapes[..top], instances.clone());
+        let accel = Accel::with_instances(&shapes[..top], instances.clone(), [0.0; 2]);
         for _ in 0..5000 {
             let ray = any_ray(&mut random);
             let expected = brute_force(&shapes[..top], &instances, &ray);
-            assert_eq!(accel.closest(&ray), expected, "{ray:?}");
-            assert_eq!(accel.occluded(&ray), expected.is_some(), "{ray:?}");
+            assert_eq!(accel.closest(&ray, 0.0), expected, "{ray:?}");
+            assert_eq!(accel.occluded(&ray, 0.0), expected.is_some(), "{ray:?}");
             if let Some(hit) = expected {
                 assert_eq!((hit.shape as usize) < top, hit.instance == crate::shape::NO_INSTANCE);
                 met[usize::from((hit.shape as usize) < top)] += 1;
@@ -192,12 +197,12 @@ fn rays_that_leave_an_instance_do_not_return() {
                 let away = leaving(&point, &mut random);
                 let distance = scale * 10f64.powf(random.random_range(-3.0..3.0));
                 let ray = Ray::new(point.position + away * distance, -away);
-                let Some(hit) = accel.closest(&ray) else { continue };
-                let point = accel.surface(&shapes, &hit, &ray).point;
+                let Some(hit) = accel.closest(&ray, 0.0) else { continue };
+                let point = accel.surface(&shapes, &hit, &ray, 0.0).point;
                 let away = leaving(&point, &mut random);
                 if flat || away.dot(point.normal) > 0.0 {
                     rays += 1;
-                    let hit = accel.closest(&point.ray(away));
+                    let hit = accel.closest(&point.ray(away), 0.0);
                     assert_eq!(hit, None, "kind {kind}, scale {scale}, {place:?}, {point:?}, {away:?}");
                 }
             }
@@ -210,13 +215,71 @@ fn rays_that_leave_an_instance_do_not_return() {
 fn an_instance_costs_a_small_record() {
     let mut random = random(25);
     let group = Arc::new(Accel::of_group(&[Shape::Mesh(soup(20_000, 0.01, &mut random))], 0));
-    let instances: Vec<_> =
-        (0..1000).map(|_| Instance::new(group.clone(), &any_placement(0.1, &mut random)).unwrap()).collect();
-    let accel = Accel::with_instances(&[], instances);
+    let instances: Vec<_> = (0..1000)
+        .map(|_| Instance::new(group.clone(), Placed::still(&any_placement(0.1, &mut random)).unwrap()))
+        .collect();
+    let accel = Accel::with_instances(&[], instances, [0.0; 2]);
     assert!(
         accel.memory() < 1000 * 1200 && group.memory() > 500_000,
         "{} {}",
         accel.memory(),
         group.memory()
     );
+}
+
+/// A body on a bent way, turning: at each time it is hit just where a body that stands there is.
+#[test]
+fn moving_instances_are_hit_where_they_are_at_the_rays_time() {
+    let mut random = random(81);
+    let shapes = mixture(60, 0.5, &mut random);
+    let group = Arc::new(Accel::of_group(&shapes, 0));
+    let key = |time: f64, degrees: f64, x: f64, y: f64| {
+        let turn = DMat4::from_axis_angle(Vec3::new(0.0, 0.6, 0.8), degrees.to_radians());
+        (time, Transform::new(DMat4::from_translation(Vec3::new(x, y, 0.0)) * turn).unwrap())
+    };
+    let keys = [key(0.0, 0.0, -30.0, -30.0), key(0.5, 100.0, 0.0, 20.0), key(1.0, 250.0, 30.0, 30.0)];
+    let motion = Motion::new(&keys).unwrap();
+    let moving = Instance::new(group.clone(), Placed::moving(motion.clone()).unwrap());
+    // It pays to know roughly when it is where.
+    assert!(moving.slices([0.0, 1.0]).len() >= 16);
+    let accel = Accel::with_instances(&[], vec![moving], [0.0, 1.0]);
+    let mut met = 0;
+    for i in 0..4000 {
+        let time = f64::from(i) / 3999.0;
+        let pose = motion.at(time);
+        let matrix = DMat4::from_translation(pose.origin) * DMat4::from_mat3(pose.linear);
+        let still = instance_of(&shapes, &Transform::new(matrix).unwrap());
+        let mut ray = any_ray(&mut random);
+        ray.origin += pose.origin;
+        let (expected, found) = (still.closest(&ray, time), accel.closest(&ray, time));
+        assert_eq!(found.map(|hit| hit.shape), expected.map(|hit| hit.shape), "{time} {ray:?}");
+        assert_eq!(accel.occluded(&ray, time), expected.is_some());
+        let (Some(expected), Some(found)) = (expected, found) else { continue };
+        met += 1;
+        let a = accel.surface(&shapes, &found, &ray, time).point;
+        let b = still.surface(&shapes, &expected, &ray, time).point;
+        assert!(same(&a, &b, expected.t), "{time} {a:?} {b:?}");
+    }
+    assert!(met > 500, "{met}");
+}
+
+/// Something of a pixel's size that moves by 100 pixels both across and down: a box around all of its way is met by the rays
+/// of 10,000 pixels (Glassner, *An Introduction to Ray Tracing*, ch. 5, sec. 6.4). Slices of time ask for some 200 tests of
+/// boxes that are thrown away by their time, and for a handful of tests of the thing itself.
+#[test]
+fn a_diagonal_mover_is_not_tested_along_all_of_its_box() {
+    let pixel = Mesh::rectangle(&Transform::scale(0.5), false).unwrap();
+    let group = Arc::new(Accel::of_group(&[Shape::Mesh(pixel)], 0));
+    let end = Transform::translation(Vec3::new(100.0, 100.0, 0.0));
+    let motion = Motion::new(&[(0.0, Transform::IDENTITY), (1.0, end)]).unwrap();
+    let instance = Instance::new(group, Placed::moving(motion).unwrap());
+    let pixels = |bounds: crate::geometry::Bounds| {
+        let size = bounds.max - bounds.min;
+        size.x * size.y
+    };
+    let slices = instance.slices([0.0, 1.0]);
+    let boxes: f64 = slices.iter().map(|slice| pixels(slice.bounds)).sum();
+    let tests: f64 = boxes / slices.len() as f64;
+    assert!((pixels(instance.bounds([0.0, 1.0])) - 101.0 * 101.0).abs() < 1e-6);
+    assert!(boxes < 500.0 && tests < 10.0, "{} slices: {boxes} boxes, {tests} tests", slices.len());
 }

@@ -96,8 +96,8 @@ fn agrees_with_brute_force(
         let mut ray = any_ray(random);
         change(&mut ray);
         let expected = brute_force(shapes, &ray);
-        assert_eq!(accel.closest(&ray), expected, "{ray:?}");
-        assert_eq!(accel.occluded(&ray), expected.is_some(), "{ray:?}");
+        assert_eq!(accel.closest(&ray, 0.0), expected, "{ray:?}");
+        assert_eq!(accel.occluded(&ray, 0.0), expected.is_some(), "{ray:?}");
         hits += usize::from(expected.is_some());
     }
     hits
@@ -144,22 +144,22 @@ fn equal_distances_go_to_the_first() {
 fn nothing_and_nonsense() {
     let empty = Accel::build(&[]);
     let ray = Ray::new(Vec3::ZERO, Vec3::X);
-    assert_eq!(empty.closest(&ray), None);
-    assert!(!empty.occluded(&ray));
+    assert_eq!(empty.closest(&ray, 0.0), None);
+    assert!(!empty.occluded(&ray, 0.0));
     // Only degenerate triangles.
     let data = MeshData { positions: vec![[1.0; 3]; 3], indices: vec![[0, 1, 2]; 2], ..MeshData::default() };
     let accel = Accel::build(&[Shape::Mesh(Mesh::new(data).unwrap())]);
-    assert_eq!(accel.closest(&ray), None);
+    assert_eq!(accel.closest(&ray, 0.0), None);
     let sphere = [Shape::Sphere(Sphere::new(&Transform::IDENTITY, Vec3::ZERO, 1.0, false).unwrap())];
     let accel = Accel::build(&sphere);
     for bad in [Vec3::NAN, Vec3::INFINITY, Vec3::new(0.0, f64::NAN, 0.0)] {
-        assert_eq!(accel.closest(&Ray::new(bad, Vec3::X)), None);
-        assert_eq!(accel.closest(&Ray::new(Vec3::ZERO, bad)), None);
+        assert_eq!(accel.closest(&Ray::new(bad, Vec3::X), 0.0), None);
+        assert_eq!(accel.closest(&Ray::new(Vec3::ZERO, bad), 0.0), None);
     }
     for t_max in [0.0, -1.0, f64::NAN, 0.5] {
-        assert!(!accel.occluded(&Ray { t_max, ..ray }));
+        assert!(!accel.occluded(&Ray { t_max, ..ray }, 0.0));
     }
-    assert!(accel.occluded(&Ray { t_max: 1.5, ..ray }));
+    assert!(accel.occluded(&Ray { t_max: 1.5, ..ray }, 0.0));
 }
 
 /// Book example: the box [-1, 2, 1]-[3, 3, 3] is missed, though the ray crosses all three of its slabs.
@@ -171,9 +171,9 @@ fn book_example_of_a_box() {
     let shapes = [Shape::Mesh(Mesh::cube(&Transform::new(place).unwrap(), false).unwrap())];
     let accel = Accel::build(&shapes);
     let direction = Vec3::new(1.0, -2.0, 4.0) / 21f64.sqrt();
-    assert_eq!(accel.closest(&Ray::new(Vec3::new(0.0, 4.0, 2.0), direction)), None);
+    assert_eq!(accel.closest(&Ray::new(Vec3::new(0.0, 4.0, 2.0), direction), 0.0), None);
     // From 2 lower in z the slabs overlap: entered where y = 3, left where z = 3.
-    let hit = accel.closest(&Ray::new(Vec3::new(0.0, 4.0, 0.0), direction)).unwrap();
+    let hit = accel.closest(&Ray::new(Vec3::new(0.0, 4.0, 0.0), direction), 0.0).unwrap();
     assert!((hit.t - 0.5 * 21f64.sqrt()).abs() < 1e-12, "{hit:?}");
 }
 
@@ -249,7 +249,7 @@ fn closed_meshes_never_leak() {
                     _ => place.point(0.5 * in_cube(&mut random)),
                 };
                 let ray = Ray::new(origin, (target - origin).normalize());
-                leaks += usize::from(accel.closest(&ray).is_none() || !accel.occluded(&ray));
+                leaks += usize::from(accel.closest(&ray, 0.0).is_none() || !accel.occluded(&ray, 0.0));
             }
             assert_eq!(leaks, 0, "scale {scale}, offset {offset}, {} triangles", mesh.triangle_count());
         }
@@ -302,11 +302,11 @@ fn rays_that_leave_do_not_return() {
                     let away = leaving(&point, &mut random);
                     let distance = scale * 10f64.powf(random.random_range(-3.0..3.0));
                     let ray = Ray::new(point.position + away * distance, -away);
-                    let Some(hit) = accel.closest(&ray) else { continue };
+                    let Some(hit) = accel.closest(&ray, 0.0) else { continue };
                     point = shape.surface(&hit, &ray).point;
                 }
                 let away = leaving(&point, &mut random);
-                let hit = accel.closest(&point.ray(away));
+                let hit = accel.closest(&point.ray(away), 0.0);
                 if flat || away.dot(point.normal) > 0.0 {
                     assert_eq!(hit, None, "kind {kind}, scale {scale}, offset {offset}, {point:?}, {away:?}");
                 } else if let (Some(hit), 0) = (hit, kind) {
@@ -339,7 +339,7 @@ fn neighbours_in_contact_are_not_missed() {
             }
             let up =
                 Vec3::new(random.random_range(-1.0..1.0), random.random_range(-1.0..1.0), 0.2).normalize();
-            let hit = accel.closest(&point.ray(up)).unwrap();
+            let hit = accel.closest(&point.ray(up), 0.0).unwrap();
             assert_eq!(hit.shape, 1);
             assert!((hit.t - 1e-9 * scale / up.z).abs() < 1e-12 * scale, "{hit:?}");
         }
@@ -349,10 +349,10 @@ fn neighbours_in_contact_are_not_missed() {
             let radius = 1e-3 * scale * 10f64.powf(random.random_range(-4.0..-2.0));
             let (sin, cos) = random.random_range(0.0f64..6.3).sin_cos();
             let down = Ray::new(Vec3::new(radius * cos, radius * sin, -scale), Vec3::Z);
-            let hit = accel.closest(&down).unwrap();
+            let hit = accel.closest(&down, 0.0).unwrap();
             assert_eq!(hit.shape, 0);
             let above = floor.surface(&hit, &down).point.ray(Vec3::Z);
-            let hit = accel.closest(&above).unwrap();
+            let hit = accel.closest(&above, 0.0).unwrap();
             assert_eq!(hit.shape, 1, "radius {radius}");
         }
     }

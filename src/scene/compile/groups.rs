@@ -1,65 +1,126 @@
-//! Groups of shapes, and the instances that show them.
+//! Groups of shapes, and the instances that show them. A shape that moves is a group of its own, with one instance.
 
 use super::place;
-use crate::accel::{Accel, Instance};
-use crate::geometry::{Bounds, Transform, Vec3};
-use crate::scene::description::{self, Description, Shape, ShapeGroup, ShapeKind};
+use crate::accel::{self, Accel};
+use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
+use crate::scene::description::{self, Animation, Description, Shape, ShapeGroup, ShapeKind};
+use crate::scene::source::Place;
 use crate::scene::traceable::Surface;
-use crate::shape::{self, ShapeError};
+use crate::shape;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The groups that some instance shows. Like the scene, each is moved so that its centre lies at the origin.
+/// The groups that some instance shows, and the shapes that move. Like the scene, each is moved so that its centre lies at
+/// the origin.
 pub(super) struct Groups<'a> {
-    description: &'a Description,
+    /// Shapes that stand still.
+    own: Vec<&'a Shape>,
     groups: Vec<Group<'a>>,
-    /// Indices into `groups`, by the address of the description.
-    known: BTreeMap<*const ShapeGroup, usize>,
+    instances: Vec<Instance<'a>>,
+    shutter: [f64; 2],
 }
 
 struct Group<'a> {
-    group: &'a ShapeGroup,
+    /// In coordinates of the group, but for their own `to_world`.
+    shapes: Vec<&'a Shape>,
+    /// Whether a shape's own `to_world` puts it where it belongs in the group: that of a moving shape is part of the motion.
+    placed: bool,
     bounds: Bounds,
     /// Which of the scene's shapes are the group's.
     range: Range<usize>,
 }
 
+/// A group and where it stands.
+struct Instance<'a> {
+    place: &'a Place,
+    group: usize,
+    to_world: &'a Transform,
+    motion: Option<&'a Animation>,
+}
+
 impl<'a> Groups<'a> {
     pub fn new(description: &'a Description) -> Self {
-        let (mut groups, mut known) = (Vec::new(), BTreeMap::new());
-        let mut end = description.shapes.len();
-        for instance in &description.instances {
-            if known.contains_key(&Arc::as_ptr(&instance.group)) {
-                continue;
-            }
-            known.insert(Arc::as_ptr(&instance.group), groups.len());
-            let range = end..end + instance.group.shapes.len();
-            end = range.end;
-            groups.push(Group { group: &instance.group, bounds: bounds(&instance.group.shapes), range });
+        let (moving, own): (Vec<&Shape>, Vec<&Shape>) =
+            description.shapes.iter().partition(|shape| shape.motion.is_some());
+        let shutter = description.sensor.shutter.during();
+        let mut all = Self { own, groups: Vec::new(), instances: Vec::new(), shutter };
+        let mut known: BTreeMap<*const ShapeGroup, usize> = BTreeMap::new();
+        for description::Instance { place, group, to_world, motion, .. } in &description.instances {
+            let group = *known
+                .entry(Arc::as_ptr(group))
+                .or_insert_with(|| all.group(group.shapes.iter().collect(), true));
+            all.instances.push(Instance { place, group, to_world, motion: motion.as_deref() });
         }
-        Self { description, groups, known }
+        for shape in moving {
+            let group = all.group(vec![shape], false);
+            let motion = shape.motion.as_deref();
+            all.instances.push(Instance { place: &shape.place, group, to_world: &shape.to_world, motion });
+        }
+        all
     }
 
-    fn index(&self, instance: &description::Instance) -> usize {
-        self.known[&Arc::as_ptr(&instance.group)]
+    /// The index of a new group.
+    fn group(&mut self, shapes: Vec<&'a Shape>, placed: bool) -> usize {
+        let start = self.groups.last().map_or(self.own.len(), |last| last.range.end);
+        let range = start..start + shapes.len();
+        let bounds = bounds(&shapes, placed);
+        self.groups.push(Group { shapes, placed, bounds, range });
+        self.groups.len() - 1
     }
 
-    /// The box around all shapes and instances, in the file's coordinates.
+    /// Whether anything moves while the shutter is open.
+    pub fn move_while_open(&self) -> bool {
+        self.shutter[0] < self.shutter[1] && self.instances.iter().any(|instance| instance.motion.is_some())
+    }
+
+    /// The box around all shapes and instances while the shutter is open, in the file's coordinates.
     pub fn scene_bounds(&self) -> Bounds {
-        let instances = self.description.instances.iter().map(|instance| {
-            let group = &self.groups[self.index(instance)];
-            Bounds::of(group.bounds.corners().map(|corner| instance.to_world.point(corner)))
+        let instances = self.instances.iter().map(|instance| {
+            let group = self.groups[instance.group].bounds;
+            match instance.motion.and_then(|motion| Motion::new(&motion.keys).ok()) {
+                None => Bounds::of(group.corners().map(|corner| instance.to_world.point(corner))),
+                Some(motion) => motion.bounds(group, self.shutter),
+            }
         });
-        bounds(&self.description.shapes).union(Bounds::of_all(instances))
+        bounds(&self.own, true).union(Bounds::of_all(instances))
     }
 
-    /// The groups' shapes, as they follow the scene's own, each with what moves its group to the origin.
-    pub fn shapes(&self) -> impl Iterator<Item = (&'a Shape, Transform)> + use<'a, '_> {
-        self.groups.iter().flat_map(|group| {
-            let shift = Transform::translation(-centre(group.bounds));
-            group.group.shapes.iter().map(move |shape| (shape, shift))
-        })
+    /// How many shapes stand still: they come first.
+    pub fn own(&self) -> usize {
+        self.own.len()
+    }
+
+    /// All shapes, first those that stand still. With each what moves it to the coordinates that it is traced in, and where
+    /// it is carried to from there if it moves; `shift` moves the scene to the origin.
+    pub fn shapes(&self, shift: &Transform) -> Vec<(&'a Shape, Transform, Option<Placed>)> {
+        let own = self.own.iter().map(|&shape| (shape, shape.to_world.then(shift), None));
+        let grouped = self.groups.iter().enumerate().flat_map(|(index, group)| {
+            let centre = Transform::translation(-centre(group.bounds));
+            group.shapes.iter().map(move |&shape| {
+                if group.placed {
+                    return (shape, shape.to_world.then(&centre), None);
+                }
+                let mover = self.instances.iter().find(|instance| instance.group == index);
+                (shape, centre, mover.and_then(|instance| self.placed(instance, shift)))
+            })
+        });
+        own.chain(grouped).collect()
+    }
+
+    /// Where an instance stands over time; `None` where its transform makes it too thin or too large.
+    fn placed(&self, instance: &Instance<'a>, shift: &Transform) -> Option<Placed> {
+        let centre = centre(self.groups[instance.group].bounds);
+        match instance.motion {
+            None => {
+                let to_world = Transform::translation(centre).then(instance.to_world).then(shift);
+                Placed::still(&to_world)
+            }
+            Some(motion) => {
+                let motion = Motion::new(&motion.keys).ok()?.recentred(centre, shift.point(Vec3::ZERO));
+                Placed::moving(motion)
+            }
+        }
     }
 
     /// Whether some group has a surface of a body, which may then lie within another.
@@ -70,29 +131,22 @@ impl<'a> Groups<'a> {
     /// The tree of the scene whose shapes, those of groups included, are `shapes`. `shift` moves the scene to the origin.
     ///
     /// # Errors
-    /// For each instance, by its index, that its transform makes too thin or too large.
-    pub fn accel(
-        &self,
-        shapes: &[shape::Shape],
-        shift: &Transform,
-    ) -> Result<Accel, Vec<(usize, ShapeError)>> {
+    /// The places of instances whose transforms make them too thin or too large.
+    pub fn accel(&self, shapes: &[shape::Shape], shift: &Transform) -> Result<Accel, Vec<&'a Place>> {
         let trees: Vec<Arc<Accel>> = self
             .groups
             .iter()
             .map(|group| Arc::new(Accel::of_group(&shapes[group.range.clone()], group.range.start as u32)))
             .collect();
         let (mut instances, mut errors) = (Vec::new(), Vec::new());
-        for (index, instance) in self.description.instances.iter().enumerate() {
-            let group = self.index(instance);
-            let back = Transform::translation(centre(self.groups[group].bounds));
-            let to_world = back.then(&instance.to_world).then(shift);
-            match Instance::new(trees[group].clone(), &to_world) {
-                Ok(instance) => instances.push(instance),
-                Err(error) => errors.push((index, error)),
+        for instance in &self.instances {
+            match self.placed(instance, shift) {
+                Some(placed) => instances.push(accel::Instance::new(trees[instance.group].clone(), placed)),
+                None => errors.push(instance.place),
             }
         }
-        let own = &shapes[..self.description.shapes.len()];
-        if errors.is_empty() { Ok(Accel::with_instances(own, instances)) } else { Err(errors) }
+        let own = &shapes[..self.own.len()];
+        if errors.is_empty() { Ok(Accel::with_instances(own, instances, self.shutter)) } else { Err(errors) }
     }
 }
 
@@ -101,12 +155,15 @@ pub(super) fn centre(bounds: Bounds) -> Vec3 {
     if bounds.is_empty() || !bounds.centre().is_finite() { Vec3::ZERO } else { bounds.centre() }
 }
 
-/// The box around shapes, in the coordinates of their file.
-fn bounds(shapes: &[Shape]) -> Bounds {
-    Bounds::of_all(shapes.iter().map(|shape| match &shape.kind {
-        ShapeKind::Mesh { mesh, .. } => {
-            Bounds::of(mesh.positions.iter().map(|p| shape.to_world.point(p.map(f64::from).into())))
+/// The box around shapes, in the coordinates of their file, or each in its own.
+fn bounds(shapes: &[&Shape], placed: bool) -> Bounds {
+    Bounds::of_all(shapes.iter().map(|shape| {
+        let to_world = if placed { shape.to_world } else { Transform::IDENTITY };
+        match &shape.kind {
+            ShapeKind::Mesh { mesh, .. } => {
+                Bounds::of(mesh.positions.iter().map(|p| to_world.point(p.map(f64::from).into())))
+            }
+            _ => place(shape, &to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
         }
-        _ => place(shape, &shape.to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
     }))
 }

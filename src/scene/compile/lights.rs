@@ -2,7 +2,7 @@
 
 use super::Compiler;
 use super::spectra;
-use crate::geometry::Transform;
+use crate::geometry::{Motion, Placed, Transform, Vec3};
 use crate::light::sky::{self, Sky, SkySettings};
 use crate::light::{AreaGeometry, Environment, EnvironmentMap, Light, Lights, Projector, Spot, Texel};
 use crate::raster::Image;
@@ -18,25 +18,48 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 
 impl Compiler<'_> {
-    pub(super) fn area_light(&mut self, shape: &Shape, radiance: &SpectrumSource) -> Light {
+    /// `carried`: where the shape is carried to, if it moves.
+    pub(super) fn area_light(
+        &mut self,
+        shape: &Shape,
+        carried: Option<Placed>,
+        radiance: &SpectrumSource,
+    ) -> Light {
         let radiance = self.texture(radiance);
-        let geometry = Box::new(AreaGeometry::new(shape.clone()));
+        let geometry = Box::new(match carried {
+            None => AreaGeometry::new(shape.clone()),
+            Some(placed) => AreaGeometry::carried(shape.clone(), placed),
+        });
         Light::Area { geometry, mean: radiance.mean_spectrum(self.options.range), radiance }
     }
 
-    /// Lights that are no shape's surface; returns that from beyond the scene.
-    pub(super) fn other_lights(&mut self, lights: &mut Vec<Light>, shift: &Transform) -> Option<Environment> {
-        let mut environment = None;
+    /// Lights that are no shape's surface; returns that from beyond the scene, and where those stand that move.
+    pub(super) fn other_lights(
+        &mut self,
+        lights: &mut Vec<Light>,
+        shift: &Transform,
+    ) -> (Option<Environment>, Vec<(usize, Placed)>) {
+        let (mut environment, mut moving) = (None, Vec::new());
         for light in &self.description.lights {
+            let motion = light.motion.as_ref().and_then(|motion| Motion::new(&motion.keys).ok());
+            let placed =
+                motion.and_then(|m| Placed::moving(m.recentred(Vec3::ZERO, shift.point(Vec3::ZERO))));
+            // What moves has coordinates of its own, which its motion takes to the scene's.
+            let carried = placed.is_some();
+            moving.extend(placed.map(|placed| (lights.len(), placed)));
+            let stand = |to_world: &Transform| {
+                if carried { Transform::IDENTITY } else { to_world.then(shift) }
+            };
             lights.push(match &light.kind {
                 LightKind::Point { position, intensity } => {
                     let intensity = self.spectrum(intensity);
-                    Light::Point { position: shift.point(*position), intensity }
+                    let position = if carried { Vec3::ZERO } else { shift.point(*position) };
+                    Light::Point { position, intensity }
                 }
                 LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture } => {
                     let intensity = self.spectrum(intensity);
                     let [cutoff, beam] = [cutoff_angle, beam_width].map(|angle| angle.to_radians());
-                    let spot = Spot::new(&to_world.then(shift), intensity, cutoff, beam);
+                    let spot = Spot::new(&stand(to_world), intensity, cutoff, beam);
                     Light::Spot(Box::new(match texture {
                         Some(slide) => spot.with_slide(self.texture(slide)),
                         None => spot,
@@ -48,11 +71,12 @@ impl Compiler<'_> {
                     let across = super::sensors::tan_half_width(*field_of_view, size);
                     let tan_half = [across, across * size[1] / size[0]];
                     let mean = picture.mean_spectrum(self.options.range);
-                    let projector = Projector::new(&to_world.then(shift), picture, &mean, *scale, tan_half);
+                    let projector = Projector::new(&stand(to_world), picture, &mean, *scale, tan_half);
                     Light::Projector(Box::new(projector))
                 }
                 LightKind::Directional { travels, irradiance } => {
-                    Light::Directional { travels: travels.normalize(), irradiance: self.spectrum(irradiance) }
+                    let travels = if carried { Vec3::Z } else { travels.normalize() };
+                    Light::Directional { travels, irradiance: self.spectrum(irradiance) }
                 }
                 LightKind::Constant { radiance } => {
                     environment = Some(Environment::Constant(self.spectrum(radiance)));
@@ -68,7 +92,7 @@ impl Compiler<'_> {
                 }
             });
         }
-        environment
+        (environment, moving)
     }
 
     /// A picture is seen under D65.

@@ -65,9 +65,8 @@ impl Compiler<'_> {
         self.shift = shift;
         let mut materials = MaterialCompiler::new(self.options.range, shift);
         let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
-        let own = description.shapes.iter().map(|shape| (shape, shift));
-        for (shape, shift) in own.chain(groups.shapes()) {
-            let Some(geometry) = self.keep(&shape.place, place(shape, &shape.to_world.then(&shift))) else {
+        for (shape, to_world, carried) in groups.shapes(&shift) {
+            let Some(geometry) = self.keep(&shape.place, place(shape, &to_world)) else {
                 continue;
             };
             let surface = match materials.surface(shape) {
@@ -81,7 +80,7 @@ impl Compiler<'_> {
             let light = match &shape.emission {
                 None => None,
                 Some(source) => {
-                    let light = self.area_light(&geometry, source);
+                    let light = self.area_light(&geometry, carried, source);
                     if let Light::Area { radiance, .. } = &light {
                         self.check_attributes(shape, &geometry, &radiance.attributes());
                     }
@@ -93,7 +92,7 @@ impl Compiler<'_> {
             let textured = light.is_some_and(|light| lights[light as usize].is_textured());
             surfaces.push(Surface { light, parametrised: surface.parametrised || textured, ..surface });
         }
-        let environment = self.other_lights(&mut lights, &shift);
+        let (environment, moving_lights) = self.other_lights(&mut lights, &shift);
         let camera_medium = description
             .sensor
             .medium
@@ -107,9 +106,9 @@ impl Compiler<'_> {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         }
         let MaterialCompiler { materials, bodies, media, .. } = materials;
-        let accel = groups.accel(&shapes, &shift).map_err(|errors| {
-            for (instance, error) in errors {
-                self.cannot_be_made(&description.instances[instance].place, &error);
+        let accel = groups.accel(&shapes, &shift).map_err(|places| {
+            for place in places {
+                self.cannot_be_made(place, &ShapeError::Placement);
             }
             SceneErrors { sources: description.sources.clone(), errors: std::mem::take(&mut self.errors) }
         })?;
@@ -117,16 +116,19 @@ impl Compiler<'_> {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         };
         let scene_radius = 0.5 * accel.bounds().diameter();
-        let own = description.shapes.len();
+        let own = groups.own();
         let bodies_may_nest = may_nest(&shapes[..own], &surfaces[..own]) || groups.hold_bodies(&surfaces);
         let absorption = media.iter().any(Option::is_some);
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
-        let lights = self.weighed(lights, environment, scene_radius);
+        let shutter = description.sensor.shutter;
+        let lights_move = !moving_lights.is_empty() || camera.is_moving();
+        let lights = self.weighed(lights, environment, scene_radius).with_motion(moving_lights);
         let needs = Needs {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
             medium_stack: absorption || bodies_may_nest,
             lens: camera.uses_lens(),
+            motion: groups.move_while_open() || lights_move && shutter.open < shutter.close,
             light_samples: !lights.is_empty(),
             rough_surfaces: materials.iter().any(Material::is_rough),
             choices: materials.iter().any(Material::chooses),
@@ -153,6 +155,7 @@ impl Compiler<'_> {
             wavelengths: self.wavelengths(&self.responses(&camera, &film), &lights, scene_radius),
             reference_radiance: self.reference(&film, &lights, scene_radius),
             camera,
+            shutter,
             film,
             lights,
             needs,

@@ -2,12 +2,12 @@
 
 use super::{Compiler, place, spectra};
 use crate::camera::{
-    Camera, Distant, IrradianceMeter, Projection, Projective, ProjectiveSettings, RadianceMeter, Rays,
-    ThinLens, View, Window,
+    Aperture, Camera, Distant, IrradianceMeter, Projection, Projective, ProjectiveSettings, RadianceMeter,
+    Rays, ThinLens, View, Window,
 };
-use crate::geometry::{Bounds, Transform, Vec3};
+use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
 use crate::scene::description::{
-    self, DistantTarget, FieldOfView, FilmContent, FovAxis, Sensor, SensorKind, SpectrumKind,
+    self, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, Sensor, SensorKind, SpectrumKind,
 };
 use crate::scene::source::SceneError;
 use crate::scene::traceable::{FilmChannel, FilmPlan};
@@ -107,9 +107,9 @@ impl Compiler<'_> {
             Some(response) => Some(self.sensor_spectrum(response)?),
             None => None,
         };
-        let projective = |projection, to_world: &Transform, half_width, principal_point, clips: [f64; 2]| {
+        let projective = |projection, placed, half_width, principal_point, clips: [f64; 2]| {
             Rays::Projective(Box::new(Projective::new(ProjectiveSettings {
-                to_world: to_world.then(shift),
+                placed,
                 projection,
                 film: film.size,
                 half_width,
@@ -127,17 +127,20 @@ impl Compiler<'_> {
                 far_clip,
                 lens,
             } => {
-                let projection = lens.map_or(Projection::Pinhole, |lens| {
-                    let (aperture_radius, focus_distance) = (lens.aperture_radius, lens.focus_distance);
-                    Projection::ThinLens(ThinLens { aperture_radius, focus_distance })
-                });
                 // In a batch the angle is that on the sensor's own film, which else does not count (Mitsuba 3.9.1).
                 let own_film = [sensor.film.width, sensor.film.height].map(f64::from);
                 let half_width = tan_half_width(*field_of_view, own_film);
-                projective(projection, to_world, half_width, *principal_point, [*near_clip, *far_clip])
+                let placed = self.camera_placed(sensor, to_world, shift)?;
+                let projection = lens.map_or(Projection::Pinhole, |lens| {
+                    let focus_distance = lens.focus_distance;
+                    let aperture = aperture(&lens, focal_length(half_width, own_film));
+                    Projection::ThinLens(ThinLens { aperture, focus_distance })
+                });
+                projective(projection, placed, half_width, *principal_point, [*near_clip, *far_clip])
             }
             SensorKind::Orthographic { to_world, near_clip, far_clip } => {
-                projective(Projection::Orthographic, to_world, 1.0, [0.0; 2], [*near_clip, *far_clip])
+                let placed = self.camera_placed(sensor, to_world, shift)?;
+                projective(Projection::Orthographic, placed, 1.0, [0.0; 2], [*near_clip, *far_clip])
             }
             SensorKind::RadianceMeter { origin, direction } => {
                 Rays::Radiance(RadianceMeter::new(shift.point(*origin), *direction))
@@ -153,6 +156,22 @@ impl Compiler<'_> {
             SensorKind::Batch(_) => return None,
         };
         Some(View { rays, response })
+    }
+
+    /// Where a camera stands over time.
+    fn camera_placed(&mut self, sensor: &Sensor, to_world: &Transform, shift: &Transform) -> Option<Placed> {
+        let placed = match sensor.motion.as_ref().and_then(|motion| Motion::new(&motion.keys).ok()) {
+            None => Placed::still(&to_world.then(shift)),
+            Some(motion) => Placed::moving(motion.recentred(Vec3::ZERO, shift.point(Vec3::ZERO))),
+        };
+        if placed.is_none() {
+            self.errors.push(SceneError::at(
+                &sensor.place,
+                "The transform of the camera distorts too much to compute with",
+                "expected one that only rotates, moves and scales a little",
+            ));
+        }
+        placed
     }
 
     fn distant(
@@ -178,6 +197,12 @@ impl Compiler<'_> {
 
     /// A surface that a sensor measures at, where points can be chosen.
     fn measured_surface(&mut self, shape: &description::Shape, shift: &Transform) -> Option<Shape> {
+        if let Some(motion) = &shape.motion {
+            let problem = "A sensor measures on a shape that moves";
+            let error = SceneError::at(&motion.place, problem, "expected a shape that stands still");
+            self.errors.push(error.with_remedy("give it a <transform> in place of the <animation>"));
+            return None;
+        }
         let surface = self.keep(&shape.place, place(shape, &shape.to_world.then(shift)))?;
         let area = surface.area();
         if area > 0.0 && area.is_finite() {
@@ -250,6 +275,23 @@ pub(super) fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64
     }
 }
 
+/// The focal length in millimetres that sees this half width at distance 1: the inverse of [`tan_half_width`], whatever
+/// the field of view was told by.
+fn focal_length(half_width: f64, [width, height]: [f64; 2]) -> f64 {
+    0.5 * 36f64.hypot(24.0) / half_width * width / width.hypot(height)
+}
+
+fn aperture(lens: &Lens, focal_length_mm: f64) -> Aperture {
+    let radius = match lens.aperture {
+        description::Aperture::Radius(radius) => radius,
+        description::Aperture::Stop(stop) => 1e-3 * focal_length_mm / (2.0 * stop),
+    };
+    match lens.blades {
+        0 => Aperture::Disk { radius },
+        blades => Aperture::Polygon { radius, blades, rotation: lens.rotation.to_radians() },
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -271,7 +313,7 @@ mod tests {
     /// Origin, direction and weight of the ray at a place of the exposed film, and its length.
     fn ray(scene: &Scene, place: [f64; 2], second: [f64; 2]) -> ([f64; 3], [f64; 3], f64, f64) {
         let film = [0, 1].map(|i| f64::from(scene.film.offset[i]) + place[i] * f64::from(scene.film.size[i]));
-        let seen = scene.camera.ray(film, second).unwrap();
+        let seen = scene.camera.ray(film, second, scene.shutter.open).unwrap();
         (seen.ray.origin.into(), seen.ray.direction.into(), seen.weight, seen.ray.t_max)
     }
 
@@ -353,6 +395,27 @@ mod tests {
             assert_near(found.1, direction, 1e-6);
             assert!((found.3 / length - 1.0).abs() < 1e-6 && found.2 == 1.0, "{plugin} {content} {found:?}");
         }
+    }
+
+    #[test]
+    fn an_f_stop_is_the_focal_length_over_the_diameter_in_metres() {
+        let widest = |content: &str| {
+            let scene = scene(&format!(
+                r#"<sensor type="thinlens"><float name="near_clip" value="1e-12"/>
+                   <float name="f_stop" value="2"/>{content}{FILM}</sensor>"#
+            ));
+            let (origin, ..) = ray(&scene, [0.5, 0.5], [0.5, 1.0]);
+            origin
+        };
+        assert_near(widest(""), [0.0, 0.0125, 0.0], 1e-9);
+        assert_near(widest(r#"<string name="focal_length" value="85mm"/>"#), [0.0, 0.02125, 0.0], 1e-9);
+        // The vertical angle of 8 × 4 pixels, whose diagonal is that of 36 mm × 24 mm: 19.349 mm high, so that f = 19.349 / 2.
+        let fov = r#"<float name="fov" value="90"/><string name="fov_axis" value="y"/>"#;
+        assert_near(widest(fov), [0.0, 0.25e-3 * 36f64.hypot(24.0) / 5f64.sqrt() / 2.0, 0.0], 1e-9);
+        let blades = r#"<integer name="aperture_blades" value="4"/>"#;
+        assert_near(widest(blades), [0.0, 0.0125, 0.0], 1e-9);
+        let turned = format!(r#"{blades}<float name="aperture_rotation" value="90"/>"#);
+        assert_near(widest(&turned), [0.0125, 0.0, 0.0], 1e-9);
     }
 
     #[test]

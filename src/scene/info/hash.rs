@@ -1,5 +1,6 @@
 use super::super::Description;
 use super::super::tell::{self, Told, Value};
+use crate::geometry::Transform;
 use crate::shape::{MeshAttribute, MeshData};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -39,6 +40,12 @@ impl Hasher {
             Value::Numbers(values) => tagged(5, &[floats(values)]),
             Value::Vector(value) => tagged(6, &[floats(&value.to_array())]),
             Value::Transform(value) => tagged(7, &[floats(&value.matrix().to_cols_array())]),
+            Value::Animation(motion) => {
+                let key = |(time, to_world): &(f64, Transform)| {
+                    [bits(*time), floats(&to_world.matrix().to_cols_array())]
+                };
+                tagged(13, &motion.keys.iter().flat_map(key).collect::<Vec<_>>())
+            }
             Value::Flat(value) => tagged(8, &[bits(*value)]),
             Value::List { nm, values, .. } => tagged(9, &[floats(nm), floats(values)]),
             Value::File { content, .. } => tagged(10, &[*content]),

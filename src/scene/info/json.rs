@@ -161,6 +161,13 @@ impl Writer {
             }
             Value::Vector(value) => row(&value.to_array()),
             Value::Transform(transform) => matrix(transform),
+            Value::Animation(motion) => {
+                let key = |(time, to_world): &(f64, Transform)| {
+                    format!("[{}, {}]", number(*time), matrix(to_world))
+                };
+                let keys: Vec<String> = motion.keys.iter().map(key).collect();
+                format!("{{\"type\": \"animation\", \"keyframes\": [{}]}}", keys.join(", "))
+            }
             Value::Rgb(rgb) => format!("{{\"type\": \"rgb\", \"value\": {}}}", row(rgb)),
             Value::Flat(value) => format!("{{\"type\": \"spectrum\", \"value\": {}}}", number(*value)),
             Value::List { nm, values, .. } => {

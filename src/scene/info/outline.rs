@@ -60,6 +60,14 @@ impl Outline<'_> {
         match &property.value {
             Value::Object(object) => self.object(property.name.as_deref(), object),
             Value::Transform(transform) => self.transform(name, transform),
+            Value::Animation(motion) => {
+                self.line(&format!("{name}: {} keyframes{mark}", motion.keys.len()));
+                self.within(|o| {
+                    for (time, to_world) in &motion.keys {
+                        o.transform(&format!("at {time}"), to_world);
+                    }
+                });
+            }
             other => self.line(&format!("{name}: {}{mark}", value(other))),
         }
     }
@@ -140,7 +148,7 @@ fn value(value: &Value) -> String {
         }
         Value::File { path, summary, .. } => format!("{}: {summary}", file_name(path)),
         // Told over several lines.
-        Value::Transform(_) | Value::Object(_) => String::new(),
+        Value::Transform(_) | Value::Animation(_) | Value::Object(_) => String::new(),
     }
 }
 

@@ -62,7 +62,7 @@ fn instance(reader: &Reader, id: ObjectId) -> Option<Instance> {
     let query = Query::new(reader, id);
     let found = query.objects(Class::Shape);
     refuse_surface(&query);
-    let to_world = query.transform("to_world");
+    let (to_world, motion) = query.placement();
     let place = query.object.place.clone();
     let object_id = query.object.id.clone();
     let wrong = |problem: &str| {
@@ -74,7 +74,7 @@ fn instance(reader: &Reader, id: ObjectId) -> Option<Instance> {
     query.finish();
     match found[..] {
         [(_, id)] if reader.tree.get(id).plugin == "shapegroup" => {
-            Some(Instance { place, id: object_id, group: group(reader, id), to_world })
+            Some(Instance { place, id: object_id, group: group(reader, id), to_world, motion })
         }
         [_] => {
             wrong("An instance shows a shapegroup, no other shape");
@@ -113,6 +113,11 @@ fn group(reader: &Reader, id: ObjectId) -> Arc<ShapeGroup> {
         );
     }
     for shape in &shapes {
+        if let Some(motion) = &shape.motion {
+            let problem = "A shape that moves within a shapegroup";
+            let error = SceneError::at(&motion.place, problem, "expected shapes that stand still in a group");
+            query.error(error.with_remedy("let the instance move, or put the shape directly into the scene"));
+        }
         if let Some(emission) = &shape.emission {
             let problem = "A light within a shapegroup";
             let error =

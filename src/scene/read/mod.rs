@@ -160,6 +160,12 @@ impl Reader {
         self.errors.borrow_mut().push(error);
     }
 
+    /// Whether the scene has an animation anywhere.
+    fn anything_moves(&self) -> bool {
+        let mut entries = self.tree.objects.iter().flat_map(|object| &object.entries);
+        entries.any(|entry| matches!(entry.value, tree::Value::Animation(_)))
+    }
+
     fn extension(&self, place: &Place, text: String) {
         self.extensions.borrow_mut().push(Note { place: place.clone(), text });
     }

@@ -51,7 +51,18 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "batch",
         ],
         Class::Film => &["hdrfilm", "specfilm"],
-        Class::Sampler => &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "sobol"],
+        Class::Sampler => &[
+            "independent",
+            "stratified",
+            "multijitter",
+            "orthogonal",
+            "ldsampler",
+            "regular",
+            "jittered",
+            "poisson",
+            "sobol",
+            "bluenoise",
+        ],
         Class::Filter => &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
         Class::Shape => &[
             "sphere",
@@ -120,8 +131,13 @@ pub(super) fn is_texture(plugin: &str) -> bool {
     ["bitmap", "checkerboard", "mesh_attribute", "volume"].contains(&plugin)
 }
 
-/// The class that has a plugin of this name, here or in Mitsuba 3.
-pub(super) fn class_of(plugin: &str) -> Option<Class> {
+/// The class that has a plugin of this name, here or in Mitsuba 3, for an object with these parameters.
+pub(super) fn class_of<'a>(plugin: &str, mut parameters: impl Iterator<Item = &'a str>) -> Option<Class> {
+    // The one name that two classes share: the spectrum cannot be without values.
+    if plugin == "regular" {
+        let values = parameters.any(|name| name == "values");
+        return Some(if values { Class::Spectrum } else { Class::Sampler });
+    }
     let classes = || Class::ELEMENTS.iter().map(|&(_, class)| class);
     let here = classes().find(|&class| plugins(class).contains(&plugin));
     here.or_else(|| classes().find(|&class| mitsuba_plugins(class).contains(&plugin)))

@@ -4,9 +4,12 @@
 use super::super::source::{Place, SceneError};
 use super::Reader;
 use super::names;
-use super::tree::{Class, Entry, Object, ObjectId, Value};
-use crate::geometry::{Transform, Vec3};
+use super::tree::{Class, Entry, Keyframe, Object, ObjectId, Value};
+use crate::geometry::{Motion, MotionError, Transform, Vec3};
+use crate::scene::description::Animation;
+use glam::DMat4;
 use std::cell::RefCell;
+use std::sync::Arc;
 
 /// Questions to one object. Call [`Query::finish`] after the last.
 pub(super) struct Query<'a> {
@@ -148,17 +151,40 @@ impl<'a> Query<'a> {
             _ => None,
         });
         let Some(matrix) = matrix else { return Transform::IDENTITY };
+        self.regular(matrix, &self.place(name))
+    }
+
+    fn regular(&self, matrix: DMat4, place: &Place) -> Transform {
         Transform::new(matrix).unwrap_or_else(|| {
+            let problem = "The transform is singular";
+            let error = SceneError::at(place, problem, "expected a transform that can be undone");
             self.error(
-                SceneError::at(
-                    &self.place(name),
-                    "The transform is singular",
-                    "expected a transform that can be undone",
-                )
-                .with_remedy("no scale factor may be 0, and the rows of a matrix must be independent"),
+                error.with_remedy("no scale factor may be 0, and the rows of a matrix must be independent"),
             );
             Transform::IDENTITY
         })
+    }
+
+    /// `to_world` of what may move: a transform or an animation.
+    pub fn placement(&self) -> (Transform, Option<Arc<Animation>>) {
+        let Some(entry) = self.entry("to_world") else { return (Transform::IDENTITY, None) };
+        let keyframes = match &entry.value {
+            Value::Transform(matrix) => return (self.regular(*matrix, &entry.value_place), None),
+            Value::Animation(keyframes) => keyframes,
+            _ => {
+                self.error(self.wrong_type(entry, "to_world", "<transform> or <animation>"));
+                return (Transform::IDENTITY, None);
+            }
+        };
+        let place = entry.value_place.clone();
+        self.reader.extension(&place, "animation: motion while the shutter is open".to_owned());
+        let keys: Vec<_> =
+            keyframes.iter().map(|key| (key.time, self.regular(key.to_world, &key.place))).collect();
+        if let Err(wrong) = Motion::new(&keys) {
+            self.error(wrong_motion(wrong, &place, keyframes));
+            return (Transform::IDENTITY, None);
+        }
+        (keys[0].1, Some(Arc::new(Animation { place, keys })))
     }
 
     /// One of some words. `None` where it is absent or none of them.
@@ -284,6 +310,30 @@ impl<'a> Query<'a> {
             }
             Class::Scene | Class::Volume => error,
         }
+    }
+}
+
+fn wrong_motion(error: MotionError, place: &Place, keyframes: &[Keyframe]) -> SceneError {
+    let key = |index: usize| keyframes.get(index).map_or(place, |key| &key.place);
+    match error {
+        MotionError::NoKeys => SceneError::at(
+            place,
+            "The animation has no keyframe",
+            "expected transforms in it, each with its time",
+        ),
+        MotionError::Order(index) => SceneError::at(
+            key(index),
+            "The time of this keyframe is not after that of the one before it",
+            "expected keyframes in the order of time",
+        ),
+        MotionError::Mirrors(index) => SceneError::at(
+            key(index),
+            "This keyframe is a mirror image of the one before it",
+            "expected the same handedness in all keyframes",
+        )
+        .with_remedy(
+            "nothing can be turned inside out while it moves: give all or none of them a mirroring scale",
+        ),
     }
 }
 

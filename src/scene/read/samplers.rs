@@ -23,16 +23,10 @@ pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
     let object = query.object;
     let kind = match object.plugin.as_str() {
         "independent" => SamplerKind::Independent,
-        "sobol" => {
-            query
-                .reader
-                .extension(&object.plugin_place, "sampler \"sobol\": Owen-scrambled Sobol".to_owned());
-            SamplerKind::Sobol
-        }
         name @ ("stratified" | "multijitter" | "orthogonal" | "ldsampler") => {
-            query
-                .reader
-                .remark(&object.plugin_place, format!("sampler \"{name}\" stands for \"sobol\" here"));
+            let kind = if name == "stratified" { SamplerKind::Jittered } else { SamplerKind::Sobol };
+            let stands_for = format!("sampler \"{name}\" stands for \"{}\" here", kind.name());
+            query.reader.remark(&object.plugin_place, stands_for);
             if query.has("jitter") {
                 query.boolean("jitter", true);
                 query.reader.remark(&query.place("jitter"), "jitter changes nothing".to_owned());
@@ -40,11 +34,15 @@ pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
             if name == "orthogonal" && query.integer("strength", 1, i64::MAX).is_some() {
                 query.reader.remark(&query.place("strength"), "strength changes nothing".to_owned());
             }
-            SamplerKind::Sobol
+            kind
         }
-        _ => {
-            query.reader.unknown_plugin(object);
-            return default(&object.place);
+        name => {
+            let Some(kind) = SamplerKind::named(name) else {
+                query.reader.unknown_plugin(object);
+                return default(&object.place);
+            };
+            query.reader.extension(&object.plugin_place, format!("sampler \"{name}\": {}", what(kind)));
+            kind
         }
     };
     let sample_count = query.integer("sample_count", 1, i64::from(u32::MAX));
@@ -55,5 +53,17 @@ pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
         kind,
         sample_count: sample_count.map_or(DEFAULT_SAMPLES, |count| count as u32),
         seed: seed.unwrap_or(0) as u64,
+    }
+}
+
+/// In a word, for the list of what Mitsuba does not have.
+fn what(kind: SamplerKind) -> &'static str {
+    match kind {
+        SamplerKind::Regular => "the same grid in every pixel",
+        SamplerKind::Independent => "independent random numbers",
+        SamplerKind::Jittered => "one sample in each of equal shares",
+        SamplerKind::Poisson => "Poisson disk patterns",
+        SamplerKind::Sobol => "Owen-scrambled Sobol",
+        SamplerKind::BlueNoise => "Owen-scrambled Sobol with the error arranged as blue noise",
     }
 }

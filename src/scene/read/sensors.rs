@@ -1,13 +1,15 @@
 //! Sensors: where the camera stands, what it sees, and with which film and sampler.
 
 use super::super::description::{
-    DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, Medium, Sensor, SensorKind, Shape,
+    Animation, Aperture, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, Medium, Sensor,
+    SensorKind, Shape,
 };
 use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::spectra::{self, Use, required};
 use super::tree::{Class, ObjectId, Value};
 use super::{Reader, films, media, samplers, shapes, textures};
+use crate::camera::{Shutter, ShutterKind};
 use crate::geometry::{Transform, Vec3};
 use glam::DMat3;
 use std::sync::Arc;
@@ -64,10 +66,11 @@ fn children(query: &Query<'_>) -> Vec<Found> {
 fn read(reader: &Reader, found: Found, in_batch: bool) -> Option<Sensor> {
     let query = Query::new(reader, found.sensor);
     let object = query.object;
+    let mut motion = None;
     let kind = match object.plugin.as_str() {
-        "perspective" => Some(perspective(&query, false)),
-        "thinlens" => Some(perspective(&query, true)),
-        "orthographic" => Some(orthographic(&query)),
+        "perspective" => Some(perspective(&query, false, &mut motion)),
+        "thinlens" => Some(perspective(&query, true, &mut motion)),
+        "orthographic" => Some(orthographic(&query, &mut motion)),
         "radiancemeter" => radiance_meter(&query),
         "irradiancemeter" => irradiance_meter(&query, found.shape),
         "distant" => Some(distant(&query)),
@@ -88,16 +91,22 @@ fn read(reader: &Reader, found: Found, in_batch: bool) -> Option<Sensor> {
     let medium = medium(&query);
     let film = film(&query);
     let sampler = samplers::of_sensor(&query);
-    shutter(&query);
+    let shutter = shutter(&query);
     query.finish();
     let kind = kind?;
-    let sensor = Sensor { place: object.place.clone(), kind, response, medium, film, sampler };
+    let sensor =
+        Sensor { place: object.place.clone(), kind, response, medium, film, sampler, motion, shutter };
     check_film(reader, &sensor);
     check_response(reader, &sensor);
     Some(sensor)
 }
 
-fn perspective(query: &Query<'_>, thin_lens: bool) -> SensorKind {
+/// What moves a camera, if anything does.
+type Motion = Option<Arc<Animation>>;
+
+fn perspective(query: &Query<'_>, thin_lens: bool, motion: &mut Motion) -> SensorKind {
+    let to_world;
+    (to_world, *motion) = camera_to_world(query);
     let [near_clip, far_clip] = clips(query);
     let principal_point = if thin_lens {
         [0.0; 2]
@@ -109,7 +118,7 @@ fn perspective(query: &Query<'_>, thin_lens: bool) -> SensorKind {
         without_focus(query);
     }
     SensorKind::Perspective {
-        to_world: to_world(query),
+        to_world,
         field_of_view: field_of_view(query),
         principal_point,
         near_clip,
@@ -118,10 +127,12 @@ fn perspective(query: &Query<'_>, thin_lens: bool) -> SensorKind {
     }
 }
 
-fn orthographic(query: &Query<'_>) -> SensorKind {
+fn orthographic(query: &Query<'_>, motion: &mut Motion) -> SensorKind {
+    let to_world;
+    (to_world, *motion) = query.placement();
     let [near_clip, far_clip] = clips(query);
     without_focus(query);
-    SensorKind::Orthographic { to_world: query.transform("to_world"), near_clip, far_clip }
+    SensorKind::Orthographic { to_world, near_clip, far_clip }
 }
 
 /// Mitsuba 3 reads and ignores where a camera without a lens focuses.
@@ -356,10 +367,14 @@ fn response(query: &Query<'_>) -> Option<super::super::description::SpectrumSour
     Some(response)
 }
 
-fn to_world(query: &Query<'_>) -> Transform {
-    let to_world = query.transform("to_world");
-    let axes = DMat3::from_mat4(to_world.matrix());
-    if !(axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, LOOSEST_FRAME) {
+fn camera_to_world(query: &Query<'_>) -> (Transform, Motion) {
+    let (to_world, motion) = query.placement();
+    let scales = |to_world: &Transform| {
+        let axes = DMat3::from_mat4(to_world.matrix());
+        !(axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, LOOSEST_FRAME)
+    };
+    let keys = motion.iter().flat_map(|motion| &motion.keys).map(|(_, to_world)| to_world);
+    if keys.chain([&to_world]).any(scales) {
         query.error(
             SceneError::at(
                 &query.place("to_world"),
@@ -368,9 +383,9 @@ fn to_world(query: &Query<'_>) -> Transform {
             )
             .with_remedy("leave out <scale>; a rotation axis must have length 1"),
         );
-        return Transform::IDENTITY;
+        return (Transform::IDENTITY, None);
     }
-    to_world
+    (to_world, motion)
 }
 
 pub(super) fn field_of_view(query: &Query<'_>) -> FieldOfView {
@@ -436,15 +451,67 @@ fn millimetres(query: &Query<'_>, text: &str) -> f64 {
 
 fn lens(query: &Query<'_>, far_clip: f64) -> Option<Lens> {
     let focus_distance = query.positive("focus_distance", far_clip);
-    let aperture_radius = required(query, "aperture_radius", query.float("aperture_radius"))?;
-    if aperture_radius < 0.0 {
-        let problem = format!("The aperture has a radius of {aperture_radius}");
-        query.error(SceneError::at(&query.place("aperture_radius"), problem, "expected at least 0"));
-    }
-    Some(Lens { aperture_radius, focus_distance })
+    let (blades, rotation) = blades(query);
+    let aperture = aperture(query)?;
+    Some(Lens { aperture, blades, rotation, focus_distance })
 }
 
-fn shutter(query: &Query<'_>) {
+fn aperture(query: &Query<'_>) -> Option<Aperture> {
+    if query.has("f_stop") {
+        let stop = query.positive("f_stop", 1.0);
+        if query.has("aperture_radius") {
+            query.float("aperture_radius");
+            query.error(
+                SceneError::at(
+                    &query.place("f_stop"),
+                    "The aperture is given twice",
+                    "expected either aperture_radius or f_stop",
+                )
+                .with_remedy(
+                    "the radius that an f_stop stands for is the focal length / (2 f_stop), in metres",
+                ),
+            );
+        }
+        query.reader.extension(&query.place("f_stop"), format!("f_stop: the aperture is f/{stop}"));
+        return Some(Aperture::Stop(stop));
+    }
+    let radius = required(query, "aperture_radius", query.float("aperture_radius"))?;
+    if radius < 0.0 {
+        let problem = format!("The aperture has a radius of {radius}");
+        query.error(SceneError::at(&query.place("aperture_radius"), problem, "expected at least 0"));
+    }
+    Some(Aperture::Radius(radius))
+}
+
+/// The number of an aperture's blades, 0 where it is round, and by how many degrees they are turned.
+fn blades(query: &Query<'_>) -> (u32, f64) {
+    const MOST: i64 = 1000;
+    let (name, turned) = ("aperture_blades", "aperture_rotation");
+    let rotation = query.float(turned);
+    let blades = query.integer(name, 0, MOST).unwrap_or(0);
+    if (1..3).contains(&blades) {
+        query.error(SceneError::at(
+            &query.place(name),
+            format!("The aperture has {blades} {}", if blades == 1 { "blade" } else { "blades" }),
+            format!("expected 0 for a round aperture, or an integer from 3 to {MOST}"),
+        ));
+    } else if blades > 0 {
+        query.reader.extension(&query.place(name), format!("{name}: the aperture is a regular polygon"));
+    } else if rotation.is_some() && !query.has(name) {
+        query.error(
+            SceneError::at(
+                &query.place(turned),
+                "A round aperture is not turned",
+                "expected aperture_blades beside aperture_rotation",
+            )
+            .with_remedy("say how many blades there are, 3 or more"),
+        );
+    }
+    // Nothing is left of the angle where it changes nothing.
+    (blades as u32, rotation.filter(|_| blades > 0).unwrap_or(0.0))
+}
+
+fn shutter(query: &Query<'_>) -> Shutter {
     let open = query.float("shutter_open").unwrap_or(0.0);
     let close = query.float("shutter_close").unwrap_or(0.0);
     if open > close {
@@ -452,11 +519,30 @@ fn shutter(query: &Query<'_>) {
         let place = query.place(if query.has("shutter_open") { "shutter_open" } else { "shutter_close" });
         query.error(SceneError::at(&place, problem, "expected shutter_open not after shutter_close"));
     }
-    for name in ["shutter_open", "shutter_close"] {
-        if query.has(name) {
+    const KINDS: [(&str, ShutterKind); 3] = [
+        ("box", ShutterKind::Box),
+        ("triangle", ShutterKind::Triangle),
+        ("strobe", ShutterKind::Strobe { flashes: 2 }),
+    ];
+    let mut kind = ShutterKind::Box;
+    if query.has("shutter") {
+        kind = query.choice("shutter", &KINDS, false).unwrap_or(kind);
+        query.reader.extension(&query.place("shutter"), "shutter: light let in over time".to_owned());
+    }
+    if let ShutterKind::Strobe { flashes } = &mut kind
+        && let Some(count) = query.integer("strobe_flashes", 1, 65_536)
+    {
+        *flashes = count as u32;
+    }
+    if !query.reader.anything_moves() {
+        for name in ["shutter_open", "shutter_close", "shutter"].into_iter().filter(|name| query.has(name)) {
             query.reader.remark(&query.place(name), format!("{name} changes nothing: nothing moves"));
         }
+    } else if open == close {
+        let text = "the shutter opens and closes at the same time: what moves is seen where it is then";
+        query.reader.remark(&query.object.place, text.to_owned());
     }
+    Shutter { open, close, kind }
 }
 
 /// What the sensor is in. Mitsuba 3 takes it under any name.

@@ -29,7 +29,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
             return None;
         }
     };
-    let to_world = query.transform("to_world");
+    let (to_world, motion) = query.placement();
     let flip_normals = query.boolean("flip_normals", false);
     // Only derivatives depend on it.
     query.float("silhouette_sampling_weight");
@@ -48,6 +48,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         id: object.id.clone(),
         kind: kind?,
         to_world,
+        motion,
         flip_normals,
         bsdf,
         emission,

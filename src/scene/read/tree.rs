@@ -97,6 +97,8 @@ pub(super) enum Value {
     /// `point` and `vector`, which Mitsuba 3 takes for each other.
     Vector(Vec3),
     Transform(DMat4),
+    /// What the transform is at each of some times, in the order of the file.
+    Animation(Vec<Keyframe>),
     /// Linear values for the primaries of sRGB.
     Rgb([f64; 3]),
     /// `<spectrum value="0.5">`.
@@ -114,6 +116,14 @@ pub(super) enum Value {
     Broken,
 }
 
+/// A transform at a time.
+#[derive(Clone, Debug)]
+pub(super) struct Keyframe {
+    pub place: Place,
+    pub time: f64,
+    pub to_world: DMat4,
+}
+
 impl Value {
     /// What a message calls it.
     pub fn word(&self) -> &'static str {
@@ -124,6 +134,7 @@ impl Value {
             Self::Text(_) => "a string",
             Self::Vector(_) => "a vector",
             Self::Transform(_) => "a transform",
+            Self::Animation(_) => "an animation",
             Self::Rgb(_) => "an rgb colour",
             Self::Flat(_) | Self::List { .. } => "a spectrum",
             Self::Object(_) | Self::Reference(_) | Self::Broken => "an object",

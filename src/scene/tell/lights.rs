@@ -1,16 +1,19 @@
 use super::super::description::{Light, LightKind};
 use super::super::read::Class;
 use super::{Told, sensors, spectra};
+use crate::geometry::Transform;
 
 pub(super) fn tell(light: &Light) -> Told {
     let told = |plugin| Told::new(Class::Emitter, plugin, &light.place);
     match &light.kind {
-        LightKind::Point { position, intensity } => {
-            told("point").vector("position", *position).spectrum("intensity", intensity)
+        LightKind::Point { position, intensity } => match &light.motion {
+            None => told("point").vector("position", *position),
+            Some(_) => told("point").placement(&Transform::IDENTITY, &light.motion),
         }
+        .spectrum("intensity", intensity),
         LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture } => {
             let told = told("spot")
-                .transform("to_world", to_world)
+                .placement(to_world, &light.motion)
                 .spectrum("intensity", intensity)
                 .float("cutoff_angle", *cutoff_angle)
                 .float("beam_width", *beam_width);
@@ -21,14 +24,16 @@ pub(super) fn tell(light: &Light) -> Told {
         }
         LightKind::Projector { to_world, irradiance, scale, field_of_view } => {
             let told = told("projector")
-                .transform("to_world", to_world)
+                .placement(to_world, &light.motion)
                 .spectrum("irradiance", irradiance)
                 .float("scale", *scale);
             sensors::field_of_view(told, *field_of_view)
         }
-        LightKind::Directional { travels, irradiance } => {
-            told("directional").vector("direction", *travels).spectrum("irradiance", irradiance)
+        LightKind::Directional { travels, irradiance } => match &light.motion {
+            None => told("directional").vector("direction", *travels),
+            Some(_) => told("directional").placement(&Transform::IDENTITY, &light.motion),
         }
+        .spectrum("irradiance", irradiance),
         LightKind::EnvironmentMap { to_world, file, image, scale } => told("envmap")
             .transform("to_world", to_world)
             .with("filename", spectra::picture(file, image))

@@ -10,7 +10,9 @@ mod sensors;
 mod shapes;
 mod spectra;
 
-use super::description::{Bsdf, Description, Integrator, IntegratorKind, ShapeGroup, SpectrumSource};
+use super::description::{
+    Animation, Bsdf, Description, Integrator, IntegratorKind, ShapeGroup, SpectrumSource,
+};
 use super::read::Class;
 use super::source::Place;
 use crate::geometry::{Transform, Vec3};
@@ -19,6 +21,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::rc::Rc;
+use std::sync::Arc;
 
 /// An object as a scene file could have it.
 #[derive(Debug)]
@@ -51,6 +54,8 @@ pub(super) enum Value {
     Numbers(Vec<f64>),
     Vector(Vec3),
     Transform(Transform),
+    /// `<animation>`: times and transforms.
+    Animation(Arc<Animation>),
     /// `<rgb value="0.1 0.2 0.3">`.
     Rgb([f64; 3]),
     /// `<spectrum value="0.5">`.
@@ -118,6 +123,14 @@ impl Told {
     /// A transform; nothing where it is the identity, which is the default everywhere.
     pub fn transform(self, name: &'static str, value: &Transform) -> Self {
         if *value == Transform::IDENTITY { self } else { self.with(name, Value::Transform(*value)) }
+    }
+
+    /// `to_world` of what may move.
+    pub fn placement(self, to_world: &Transform, motion: &Option<Arc<Animation>>) -> Self {
+        match motion {
+            None => self.transform("to_world", to_world),
+            Some(motion) => self.with("to_world", Value::Animation(motion.clone())),
+        }
     }
 
     pub fn spectrum(self, name: impl Into<Cow<'static, str>>, source: &SpectrumSource) -> Self {

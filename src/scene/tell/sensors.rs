@@ -1,11 +1,11 @@
 use super::super::description::{
-    Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, PixelFormat, Sampler, Sensor, SensorKind,
-    Shape,
+    Aperture, Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, PixelFormat, Sampler,
+    Sensor, SensorKind, Shape,
 };
 use super::super::read::Class;
 use super::{Teller, Told, shapes};
+use crate::camera::{Shutter, ShutterKind};
 use crate::film::FilterKind;
-use crate::sampling::SamplerKind;
 
 /// The sensor as such. One that measures on a surface is to be put into the shape that [`surface`] gives.
 pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
@@ -13,12 +13,10 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
     let told = match &sensor.kind {
         SensorKind::Perspective { to_world, field_of_view, principal_point, near_clip, far_clip, lens } => {
             let told = told(if lens.is_some() { "thinlens" } else { "perspective" });
-            let told = told.transform("to_world", to_world);
+            let told = told.placement(to_world, &sensor.motion);
             let told = self::field_of_view(told, *field_of_view);
             let told = match lens {
-                Some(lens) => told
-                    .float("aperture_radius", lens.aperture_radius)
-                    .float("focus_distance", lens.focus_distance),
+                Some(lens) => self::lens(told, lens),
                 None => told
                     .float("principal_point_offset_x", principal_point[0])
                     .float("principal_point_offset_y", principal_point[1]),
@@ -26,7 +24,7 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
             told.float("near_clip", *near_clip).float("far_clip", *far_clip)
         }
         SensorKind::Orthographic { to_world, near_clip, far_clip } => told("orthographic")
-            .transform("to_world", to_world)
+            .placement(to_world, &sensor.motion)
             .float("near_clip", *near_clip)
             .float("far_clip", *far_clip),
         SensorKind::RadianceMeter { origin, direction } => {
@@ -57,7 +55,19 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
         Some(medium) => told.child(shapes::medium(medium)),
         None => told,
     };
-    told.child(film(&sensor.film)).child(sampler(&sensor.sampler))
+    shutter(told, &sensor.shutter).child(film(&sensor.film)).child(sampler(&sensor.sampler))
+}
+
+fn shutter(told: Told, shutter: &Shutter) -> Told {
+    if *shutter == Shutter::INSTANT {
+        return told;
+    }
+    let told = told.float("shutter_open", shutter.open).float("shutter_close", shutter.close);
+    match shutter.kind {
+        ShutterKind::Box => told,
+        ShutterKind::Triangle => told.text("shutter", "triangle"),
+        ShutterKind::Strobe { flashes } => told.text("shutter", "strobe").integer("strobe_flashes", flashes),
+    }
 }
 
 /// What a sensor measures on.
@@ -66,6 +76,18 @@ pub(super) fn surface(sensor: &Sensor) -> Option<&Shape> {
         SensorKind::IrradianceMeter { surface } => Some(surface),
         _ => None,
     }
+}
+
+fn lens(told: Told, lens: &Lens) -> Told {
+    let told = match lens.aperture {
+        Aperture::Radius(radius) => told.float("aperture_radius", radius),
+        Aperture::Stop(stop) => told.float("f_stop", stop),
+    };
+    let told = match lens.blades {
+        0 => told,
+        blades => told.integer("aperture_blades", blades).float("aperture_rotation", lens.rotation),
+    };
+    told.float("focus_distance", lens.focus_distance)
 }
 
 pub(super) fn field_of_view(told: Told, field_of_view: FieldOfView) -> Told {
@@ -133,11 +155,7 @@ fn filter(film: &Film) -> Told {
 }
 
 fn sampler(sampler: &Sampler) -> Told {
-    let plugin = match sampler.kind {
-        SamplerKind::Sobol => "sobol",
-        SamplerKind::Independent => "independent",
-    };
-    Told::new(Class::Sampler, plugin, &sampler.place)
+    Told::new(Class::Sampler, sampler.kind.name(), &sampler.place)
         .integer("sample_count", sampler.sample_count)
         .integer("seed", sampler.seed.min(i64::MAX as u64) as i64)
 }

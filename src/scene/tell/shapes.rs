@@ -38,7 +38,7 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
         }
     };
     let told = told
-        .transform("to_world", &shape.to_world)
+        .placement(&shape.to_world, &shape.motion)
         .boolean("flip_normals", shape.flip_normals)
         .child(bsdfs::tell(teller, &shape.bsdf));
     let told = match &shape.emission {
@@ -58,7 +58,7 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
 pub(super) fn instance(teller: &mut Teller, instance: &Instance) -> Told {
     Told::new(Class::Shape, "instance", &instance.place)
         .id(&instance.id)
-        .transform("to_world", &instance.to_world)
+        .placement(&instance.to_world, &instance.motion)
         .child(group(teller, &instance.group))
 }
 

@@ -2,7 +2,7 @@
 //! as XML.
 //!
 //! An object has a `type`, and everything else by name. Objects directly in the scene are known by their keys.
-//! Beside plugins a type may be `spectrum`, `rgb`, `ref` or `transform`.
+//! Beside plugins a type may be `spectrum`, `rgb`, `ref`, `transform` or `animation`.
 
 mod text;
 
@@ -12,7 +12,7 @@ use super::files::Search;
 use super::names;
 use super::parsed::Parsed;
 use super::spd;
-use super::tree::{Class, DEEPEST, Entry, Object, ObjectId, Tree, Value};
+use super::tree::{Class, DEEPEST, Entry, Keyframe, Object, ObjectId, Tree, Value};
 use crate::geometry::Vec3;
 use glam::{DMat4, DVec4};
 use text::{Kind, Member, Node};
@@ -216,7 +216,8 @@ impl Builder<'_> {
         match plugin.as_str() {
             "spectrum" => return self.spectrum(members, &place),
             "rgb" => return self.rgb(members, &place),
-            "transform" => return self.transform(members, &place),
+            "transform" => return self.transform(members, &place).map(Value::Transform),
+            "animation" => return self.animation(members),
             "ref" => {
                 let [id] = self.only(members, ["id"])?;
                 return match &id?.value.kind {
@@ -226,7 +227,7 @@ impl Builder<'_> {
             }
             _ => {}
         }
-        let Some(class) = names::class_of(&plugin) else {
+        let Some(class) = names::class_of(&plugin, members.iter().map(|member| member.key.as_str())) else {
             self.error(names::no_such_plugin(&plugin, &plugin_place));
             return None;
         };
@@ -347,7 +348,34 @@ impl Builder<'_> {
         }
     }
 
-    fn transform(&mut self, members: &[Member], place: &Place) -> Option<Value> {
+    /// `"keyframes": [[0, {"type": "transform", "matrix": ...}], ...]`.
+    fn animation(&mut self, members: &[Member]) -> Option<Value> {
+        let [keyframes] = self.only(members, ["keyframes"])?;
+        let Kind::Array(items) = &keyframes?.value.kind else {
+            self.error(not_keyframes(&self.place(keyframes?.value.span.clone())));
+            return None;
+        };
+        let mut read = Vec::new();
+        for item in items {
+            let place = self.place(item.span.clone());
+            let parts = match &item.kind {
+                Kind::Array(parts) => match parts.as_slice() {
+                    [time, Node { kind: Kind::Object(members), .. }] => time.number().zip(Some(members)),
+                    _ => None,
+                },
+                _ => None,
+            };
+            let Some((time, members)) = parts else {
+                self.error(not_keyframes(&place));
+                return None;
+            };
+            let to_world = self.transform(members, &place)?;
+            read.push(Keyframe { place, time, to_world });
+        }
+        Some(Value::Animation(read))
+    }
+
+    fn transform(&mut self, members: &[Member], place: &Place) -> Option<DMat4> {
         let [matrix] = self.only(members, ["matrix"])?;
         let node = &matrix?.value;
         let rows = match &node.kind {
@@ -370,7 +398,7 @@ impl Builder<'_> {
             ));
             return None;
         }
-        Some(Value::Transform(matrix))
+        Some(matrix)
     }
 }
 
@@ -379,6 +407,14 @@ fn id_span(node: &Node) -> std::ops::Range<usize> {
     let Kind::Object(members) = &node.kind else { return node.span.clone() };
     let id = members.iter().find(|member| member.key == "id");
     id.map_or_else(|| node.span.clone(), |member| member.value.span.clone())
+}
+
+fn not_keyframes(place: &Place) -> SceneError {
+    SceneError::at(
+        place,
+        "These are no keyframes",
+        "expected pairs of a time and a transform, such as [[0, {\"type\": \"transform\", \"matrix\": [...]}]]",
+    )
 }
 
 fn not_a_spectrum(place: &Place) -> SceneError {

@@ -9,9 +9,10 @@ use super::spectra::{self, Use};
 use super::textures;
 use super::tree::{Class, ObjectId};
 use crate::geometry::{Transform, Vec3};
-use crate::scene::description::{Light, LightKind, SpectrumKind, SpectrumSource};
+use crate::scene::description::{Animation, Light, LightKind, SpectrumKind, SpectrumSource};
 use crate::scene::source::SceneError;
 use glam::DMat3;
+use std::sync::Arc;
 
 /// By how much the length of a transformed axis may differ from 1: transforms are often written with few digits.
 const LOOSEST_LENGTH: f64 = 1e-3;
@@ -20,11 +21,12 @@ const LOOSEST_LENGTH: f64 = 1e-3;
 pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
     let query = Query::new(reader, id);
     let object = query.object;
+    let mut motion = None;
     let kind = match object.plugin.as_str() {
-        "point" => Some(point(&query)),
-        "spot" => Some(spot(&query)),
-        "projector" => Some(projector(&query)),
-        "directional" => directional(&query),
+        "point" => Some(point(&query, &mut motion)),
+        "spot" => Some(spot(&query, &mut motion)),
+        "projector" => Some(projector(&query, &mut motion)),
+        "directional" => directional(&query, &mut motion),
         "constant" => {
             if query.has("to_world") {
                 query.transform("to_world");
@@ -68,7 +70,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
         );
         return None;
     }
-    Some(Light { place: object.place.clone(), kind })
+    Some(Light { place: object.place.clone(), kind, motion })
 }
 
 /// The radiance of an emitter that stands in a shape.
@@ -181,8 +183,29 @@ fn environment_map(query: &Query<'_>) -> Option<LightKind> {
     Some(LightKind::EnvironmentMap { to_world, file, image, scale })
 }
 
-fn point(query: &Query<'_>) -> LightKind {
-    let to_world = query.transform("to_world");
+/// What moves a light, if anything does.
+type Motion = Option<Arc<Animation>>;
+
+/// `to_world` of a light that shines in some directions more than in others.
+fn rigid(query: &Query<'_>) -> (Transform, Motion) {
+    let (to_world, motion) = query.placement();
+    let scales = |to_world: &Transform| {
+        let axes = DMat3::from_mat4(to_world.matrix());
+        !(axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, LOOSEST_LENGTH)
+    };
+    if let Some(motion) = &motion
+        && motion.keys.iter().any(|(_, to_world)| scales(to_world))
+    {
+        let problem = "The light is scaled while it moves";
+        let error = SceneError::at(&motion.place, problem, "expected keyframes that only rotate and move");
+        query.error(error.with_remedy("leave out <scale>: it would change what the light's angles mean"));
+    }
+    (to_world, motion)
+}
+
+fn point(query: &Query<'_>, motion: &mut Motion) -> LightKind {
+    let to_world;
+    (to_world, *motion) = query.placement();
     let position = query.vector("position");
     if position.is_some() && query.has("to_world") {
         query.error(SceneError::at(
@@ -197,8 +220,9 @@ fn point(query: &Query<'_>) -> LightKind {
     }
 }
 
-fn spot(query: &Query<'_>) -> LightKind {
-    let to_world = query.transform("to_world");
+fn spot(query: &Query<'_>, motion: &mut Motion) -> LightKind {
+    let to_world;
+    (to_world, *motion) = rigid(query);
     let intensity = spectra::emission(query, "intensity");
     let cutoff_angle = query.float("cutoff_angle").unwrap_or(20.0);
     if !(cutoff_angle > 0.0 && cutoff_angle <= 180.0) {
@@ -236,7 +260,9 @@ fn spot(query: &Query<'_>) -> LightKind {
     LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture }
 }
 
-fn projector(query: &Query<'_>) -> LightKind {
+fn projector(query: &Query<'_>, motion: &mut Motion) -> LightKind {
+    let to_world;
+    (to_world, *motion) = rigid(query);
     let irradiance = spectra::radiance(query, "irradiance");
     if matches!(irradiance.kind, SpectrumKind::MeshAttribute { .. } | SpectrumKind::Volume(_)) {
         query.error(SceneError::at(
@@ -246,7 +272,7 @@ fn projector(query: &Query<'_>) -> LightKind {
         ));
     }
     LightKind::Projector {
-        to_world: query.transform("to_world"),
+        to_world,
         irradiance,
         scale: factor(query),
         field_of_view: sensors::field_of_view(query),
@@ -269,8 +295,9 @@ fn factor(query: &Query<'_>) -> f64 {
     scale
 }
 
-fn directional(query: &Query<'_>) -> Option<LightKind> {
-    let to_world = query.transform("to_world");
+fn directional(query: &Query<'_>, motion: &mut Motion) -> Option<LightKind> {
+    let to_world;
+    (to_world, *motion) = rigid(query);
     let direction = query.vector("direction");
     let irradiance = spectra::emission(query, "irradiance");
     if direction.is_some() && query.has("to_world") {

@@ -5,8 +5,8 @@ use crate::film::FilterKind;
 use crate::geometry::Vec3;
 use crate::sampling::SamplerKind;
 use crate::scene::description::{
-    Description, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, PixelFormat, Sensor, SensorKind,
-    ShapeKind,
+    Aperture, Description, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, PixelFormat, Sensor,
+    SensorKind, ShapeKind,
 };
 use crate::scene::read::ReadOptions;
 use std::path::Path;
@@ -33,7 +33,14 @@ fn cameras() {
         other => panic!("{other:?}"),
     };
     let radius = r#"<float name="aperture_radius" value="0.5"/>"#;
-    assert_eq!(lens(radius), Lens { aperture_radius: 0.5, focus_distance: 10_000.0 });
+    let (aperture, focus_distance) = (Aperture::Radius(0.5), 10_000.0);
+    assert_eq!(lens(radius), Lens { aperture, blades: 0, rotation: 0.0, focus_distance });
+    let bladed = r#"<float name="f_stop" value="2.8"/><integer name="aperture_blades" value="7"/>
+        <float name="aperture_rotation" value="10"/>"#;
+    assert_eq!(
+        lens(bladed),
+        Lens { aperture: Aperture::Stop(2.8), blades: 7, rotation: 10.0, focus_distance }
+    );
     let far = format!(r#"{radius}<integer name="far_clip" value="70"/>"#);
     assert_eq!(lens(&far).focus_distance, 70.0);
     assert!(sensor("thinlens", r#"<float name="principal_point_offset_x" value="0.5"/>"#).is_err());
@@ -214,11 +221,15 @@ fn spectral_films_have_channels_of_their_own() {
 fn samplers() {
     for (name, kind, remarks) in [
         ("independent", SamplerKind::Independent, 0),
-        ("stratified", SamplerKind::Sobol, 1),
+        ("stratified", SamplerKind::Jittered, 1),
         ("multijitter", SamplerKind::Sobol, 1),
         ("orthogonal", SamplerKind::Sobol, 1),
         ("ldsampler", SamplerKind::Sobol, 1),
+        ("regular", SamplerKind::Regular, 0),
+        ("jittered", SamplerKind::Jittered, 0),
+        ("poisson", SamplerKind::Poisson, 0),
         ("sobol", SamplerKind::Sobol, 0),
+        ("bluenoise", SamplerKind::BlueNoise, 0),
     ] {
         let scene = film(&format!(r#"<sampler type="{name}"/>"#));
         assert_eq!((scene.sensor.sampler.kind, scene.remarks.len()), (kind, remarks), "{name}");

@@ -8,8 +8,9 @@ use super::super::source::{Place, SceneError, Sources};
 use super::attributes::{self, Attributes, Defaults, start_tag};
 use super::files::Search;
 use super::parsed::Parsed;
-use super::tree::{Class, DEEPEST, Entry, Object, ObjectId, Tree, Value};
+use super::tree::{Class, DEEPEST, Entry, Keyframe, Object, ObjectId, Tree, Value};
 use super::{names, spd, transforms};
+use glam::DMat4;
 use include::Includes;
 use roxmltree::{Document, Node};
 use std::path::Path;
@@ -369,13 +370,12 @@ impl Builder<'_> {
             }
             "transform" => {
                 let attributes = self.attributes(node, &["name"], &[])?;
-                let mut context = transforms::Context {
-                    file: self.file,
-                    defaults: &mut self.defaults,
-                    errors: &mut self.parsed.errors,
-                    assumptions: &mut self.parsed.assumptions,
-                };
-                let value = context.read(node).map_or(Value::Broken, Value::Transform);
+                let value = self.transform(node).map_or(Value::Broken, Value::Transform);
+                Some(self.entry_of(node, &attributes, place, value))
+            }
+            "animation" => {
+                let attributes = self.attributes(node, &["name"], &[])?;
+                let value = self.animation(node).map_or(Value::Broken, Value::Animation);
                 Some(self.entry_of(node, &attributes, place, value))
             }
             "spectrum" if !node.has_attribute("type") => self.spectrum(node),
@@ -389,8 +389,41 @@ impl Builder<'_> {
         }
     }
 
+    /// Transforms, each with its time; `None` where one of them is wrong.
+    fn animation(&mut self, node: Node<'_, '_>) -> Option<Vec<Keyframe>> {
+        let before = self.parsed.errors.len();
+        let mut keyframes = Vec::new();
+        for child in node.children().filter(Node::is_element) {
+            let place = start_tag(child, self.file);
+            if child.tag_name().name() != "transform" {
+                let problem = format!("<{}> is not part of an animation", child.tag_name().name());
+                self.error(SceneError::at(&place, problem, "expected <transform time=\"...\">"));
+                continue;
+            }
+            let Some(attributes) = self.attributes(child, &["time"], &[]) else { continue };
+            let time = attributes.get("time").map(attributes::float);
+            let to_world = self.transform(child);
+            match (time, to_world) {
+                (Some(Ok(time)), Some(to_world)) => keyframes.push(Keyframe { place, time, to_world }),
+                (Some(Err(error)), _) => self.error(error),
+                _ => {}
+            }
+        }
+        (self.parsed.errors.len() == before).then_some(keyframes)
+    }
+
+    fn transform(&mut self, node: Node<'_, '_>) -> Option<DMat4> {
+        let mut context = transforms::Context {
+            file: self.file,
+            defaults: &mut self.defaults,
+            errors: &mut self.parsed.errors,
+            assumptions: &mut self.parsed.assumptions,
+        };
+        context.read(node)
+    }
+
     fn unknown_element(&mut self, tag: &str, place: &Place) {
-        const OTHERS: [&str; 14] = [
+        const OTHERS: [&str; 15] = [
             "default",
             "ref",
             "boolean",
@@ -399,6 +432,7 @@ impl Builder<'_> {
             "string",
             "point",
             "vector",
+            "animation",
             "transform",
             "texture",
             "rgb",

@@ -1,0 +1,363 @@
+//! Bodies that stand or move.
+
+use super::{Bounds, Pose, SurfacePoint, Transform, Vec3};
+use glam::{DMat3, DQuat};
+use std::f64::consts::PI;
+use std::fmt;
+
+/// A way through keyframes. Between two of them position and stretch change linearly and the rotation steadily about one
+/// axis, the shorter way round; before the first and after the last the body stands still.
+///
+/// A key's linear part is taken apart into rotation and stretch by polar decomposition (Shoemake and Duff, "Matrix
+/// animation and polar decomposition", Graphics Interface 1992).
+#[derive(Clone, Debug)]
+pub struct Motion {
+    /// At least one, in the order of time.
+    stretches: Vec<Stretch>,
+    /// What local coordinates are relative to, in those of the keys.
+    pivot: Vec3,
+}
+
+/// The way from one keyframe to the next.
+#[derive(Clone, Debug)]
+struct Stretch {
+    start: f64,
+    /// 1 / duration; 0 for a body that stands still.
+    rate: f64,
+    position: Vec3,
+    way: Vec3,
+    rotation: DQuat,
+    axis: Vec3,
+    /// By how much it turns, radians in [0, π].
+    angle: f64,
+    scale: DMat3,
+    growth: DMat3,
+}
+
+/// Why keyframes make no motion. Keys are counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionError {
+    NoKeys,
+    /// The time of a key is not after that of the one before, or not finite.
+    Order(usize),
+    /// A body would turn inside out on its way to this key.
+    Mirrors(usize),
+}
+
+impl fmt::Display for MotionError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::NoKeys => write!(f, "there is no keyframe"),
+            Self::Order(key) => write!(f, "keyframe {} is not after the one before it", key + 1),
+            Self::Mirrors(key) => write!(f, "keyframe {} is a mirror image of the one before it", key + 1),
+        }
+    }
+}
+
+/// A map taken apart: `to_world` = translation · rotation · scale.
+struct Parts {
+    position: Vec3,
+    rotation: DQuat,
+    scale: DMat3,
+}
+
+impl Parts {
+    fn of(to_world: &Transform) -> Self {
+        let Pose { origin, linear, .. } = Pose::new(to_world);
+        // Newton's iteration for the nearest orthogonal matrix converges quadratically, at first by halving.
+        let mut rotation = linear;
+        for _ in 0..100 {
+            let next = (rotation + rotation.inverse().transpose()) * 0.5;
+            let done = next.abs_diff_eq(rotation, 1e-15);
+            rotation = next;
+            if done {
+                break;
+            }
+        }
+        if rotation.determinant() < 0.0 {
+            rotation = -rotation;
+        }
+        let rotation = DQuat::from_mat3(&rotation).normalize();
+        let scale = DMat3::from_quat(rotation).transpose() * linear;
+        Self { position: origin, rotation, scale }
+    }
+}
+
+impl Motion {
+    /// Keys are times and what the body's `to_world` is then.
+    ///
+    /// # Errors
+    /// See [`MotionError`].
+    pub fn new(keys: &[(f64, Transform)]) -> Result<Self, MotionError> {
+        let mut stretches = Vec::new();
+        let (start, first) = keys.first().ok_or(MotionError::NoKeys)?;
+        if !start.is_finite() {
+            return Err(MotionError::Order(0));
+        }
+        let mut last = (*start, Parts::of(first));
+        for (index, (time, to_world)) in keys.iter().enumerate().skip(1) {
+            if !(*time > last.0 && time.is_finite()) {
+                return Err(MotionError::Order(index));
+            }
+            let next = Parts::of(to_world);
+            if (next.scale.determinant() < 0.0) != (last.1.scale.determinant() < 0.0) {
+                return Err(MotionError::Mirrors(index));
+            }
+            stretches.push(Stretch::between(&last.1, &next, last.0, 1.0 / (time - last.0)));
+            last = (*time, next);
+        }
+        if stretches.is_empty() {
+            stretches.push(Stretch::between(&last.1, &last.1, last.0, 0.0));
+        }
+        Ok(Self { stretches, pivot: Vec3::ZERO })
+    }
+
+    /// The same motion of a body whose coordinates are relative to `pivot`, in a world that is moved by `shift`.
+    #[must_use]
+    pub fn recentred(mut self, pivot: Vec3, shift: Vec3) -> Self {
+        self.pivot += pivot;
+        self.stretches.iter_mut().for_each(|stretch| stretch.position += shift);
+        self
+    }
+
+    /// Where the body stands.
+    pub fn at(&self, time: f64) -> Pose {
+        let after = self.stretches.partition_point(|stretch| stretch.start <= time);
+        let stretch = &self.stretches[after.saturating_sub(1)];
+        stretch.at(((time - stretch.start) * stretch.rate).clamp(0.0, 1.0), self.pivot)
+    }
+
+    /// A box around all of a body that fills a box in its own coordinates, from one time to another.
+    pub fn bounds(&self, body: Bounds, during: [f64; 2]) -> Bounds {
+        if body.is_empty() {
+            return body;
+        }
+        let last = self.stretches.len() - 1;
+        let parts = self.stretches.iter().enumerate().filter_map(|(index, stretch)| {
+            let share = |time: f64| ((time - stretch.start) * stretch.rate).clamp(0.0, 1.0);
+            let from = if index == 0 { f64::NEG_INFINITY } else { stretch.start };
+            let end = if index == last { f64::INFINITY } else { self.stretches[index + 1].start };
+            let met = during[0] <= end && during[1] >= from;
+            met.then(|| stretch.bounds(body, self.pivot, [share(during[0]), share(during[1])]))
+        });
+        Bounds::of_all(parts)
+    }
+
+    /// See [`Pose::spread`]: a bound on it at any time.
+    ///
+    /// An element of |L| is at most the largest stretch σ, one of |L⁻¹| at most 1 over the smallest; three of them add
+    /// up in each of the products. The smallest stretch between two keys is not below the smaller of theirs.
+    fn spread(&self) -> DMat3 {
+        let largest = |m: DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+        let ends = self.stretches.iter().flat_map(|s| [s.scale, s.scale + s.growth]);
+        let (stretch, squeeze) = ends.fold((0.0_f64, 0.0_f64), |(a, b), scale| {
+            (a.max(largest(scale)), b.max(largest(scale.inverse())))
+        });
+        let element = 27.0 * (stretch * squeeze).powi(2);
+        DMat3::from_cols_array(&[element; 9])
+    }
+}
+
+impl Stretch {
+    fn between(from: &Parts, to: &Parts, start: f64, rate: f64) -> Self {
+        let turn = from.rotation.inverse() * to.rotation;
+        // A quaternion and its negative are the same rotation; one of them is the shorter way.
+        let (axis, angle) = if turn.w < 0.0 { -turn } else { turn }.normalize().to_axis_angle();
+        Self {
+            start,
+            rate,
+            position: from.position,
+            way: to.position - from.position,
+            rotation: from.rotation,
+            axis,
+            angle,
+            scale: from.scale,
+            growth: to.scale - from.scale,
+        }
+    }
+
+    /// At a share of the way.
+    fn at(&self, share: f64, pivot: Vec3) -> Pose {
+        let turn = match self.angle {
+            0.0 => self.rotation,
+            angle => self.rotation * DQuat::from_axis_angle(self.axis, share * angle),
+        };
+        let linear = DMat3::from_quat(turn) * (self.scale + self.growth * share);
+        let origin = self.position + self.way * share + linear * pivot;
+        Pose { origin, linear, inverse: linear.inverse() }
+    }
+
+    /// Without rotation each point moves on a straight line. With it, a point strays from the chord of a piece of h of the
+    /// way by at most h²/8 times its greatest acceleration, θ²|S c| + 2θ|S' c|.
+    fn bounds(&self, body: Bounds, pivot: Vec3, [from, to]: [f64; 2]) -> Bounds {
+        let pieces = ((to - from) * self.angle / (PI / 32.0)).ceil().max(1.0) as usize;
+        let piece = (to - from) / pieces as f64;
+        let stray = |corner: Vec3| {
+            let corner = corner + pivot;
+            let reach = (self.scale * corner).length().max(((self.scale + self.growth) * corner).length());
+            let acceleration = self.angle * (self.angle * reach + 2.0 * (self.growth * corner).length());
+            Vec3::splat(piece * piece / 8.0 * acceleration)
+        };
+        let poses: Vec<Pose> = (0..=pieces).map(|i| self.at(from + piece * i as f64, pivot)).collect();
+        Bounds::of_all(body.corners().map(|corner| {
+            let path = Bounds::of(poses.iter().map(|pose| pose.world_point(corner)));
+            Bounds { min: path.min - stray(corner), max: path.max + stray(corner) }
+        }))
+    }
+}
+
+/// Where a body stands over time, and how exactly rays can be taken to it.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    place: Place,
+    /// Times local coordinates it bounds their rounding errors in units of 2⁻⁵³, like the bound of an analytic shape.
+    local_errors: DMat3,
+}
+
+#[derive(Clone, Debug)]
+enum Place {
+    Still(Pose),
+    Moving(Box<Motion>),
+}
+
+impl Placed {
+    /// `None` where the map is so ill-conditioned that local coordinates mean little.
+    pub fn still(to_world: &Transform) -> Option<Self> {
+        let pose = Pose::new(to_world);
+        let regular = pose.inverse.is_finite() && pose.origin.is_finite();
+        if regular { Self::with_spread(Place::Still(pose), pose.spread()) } else { None }
+    }
+
+    /// The same for a body in motion, at any time.
+    pub fn moving(motion: Motion) -> Option<Self> {
+        let spread = motion.spread();
+        Self::with_spread(Place::Moving(Box::new(motion)), spread)
+    }
+
+    fn with_spread(place: Place, spread: DMat3) -> Option<Self> {
+        let largest = (spread * Vec3::ONE).max_element();
+        (largest < 1e12).then(|| Self { place, local_errors: spread * 16.0 })
+    }
+
+    pub fn is_moving(&self) -> bool {
+        matches!(self.place, Place::Moving(_))
+    }
+
+    pub fn at(&self, time: f64) -> Pose {
+        match &self.place {
+            Place::Still(pose) => *pose,
+            Place::Moving(motion) => motion.at(time),
+        }
+    }
+
+    /// A box around all of a body that fills a box in its own coordinates, from one time to another.
+    pub fn bounds(&self, body: Bounds, during: [f64; 2]) -> Bounds {
+        match &self.place {
+            Place::Still(pose) => Bounds::of(body.corners().map(|corner| pose.world_point(corner))),
+            Place::Moving(motion) => motion.bounds(body, during),
+        }
+    }
+
+    /// A surface point of the body, where it stands at the time of `pose`, in the world. See [`Pose::surface_point`].
+    pub fn surface_point(&self, pose: &Pose, local: &SurfacePoint, reach: f64) -> SurfacePoint {
+        pose.surface_point(local, &self.local_errors, reach)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DMat4;
+
+    fn transform(matrix: DMat4) -> Transform {
+        Transform::new(matrix).unwrap()
+    }
+
+    fn turned(degrees: f64, scale: Vec3, position: Vec3) -> Transform {
+        transform(DMat4::from_scale_rotation_translation(
+            scale,
+            DQuat::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), degrees.to_radians()),
+            position,
+        ))
+    }
+
+    #[test]
+    fn keys_are_met_and_between_them_everything_changes_steadily() {
+        let scale = Vec3::new(1.0, 2.0, -0.5);
+        let (a, b) = (turned(10.0, scale, Vec3::X), turned(130.0, 3.0 * scale, Vec3::new(1.0, 4.0, 0.0)));
+        let motion = Motion::new(&[(1.0, a), (3.0, b)]).unwrap().recentred(Vec3::Y, Vec3::Z);
+        let point = Vec3::new(0.3, -0.7, 2.0);
+        for (time, expected) in [
+            (-5.0, a),
+            (1.0, a),
+            (1.5, turned(40.0, 1.5 * scale, Vec3::new(1.0, 1.0, 0.0))),
+            (3.0, b),
+            (9.0, b),
+        ] {
+            let pose = motion.at(time);
+            let world = expected.point(point + Vec3::Y) + Vec3::Z;
+            assert!((pose.world_point(point) - world).length() < 1e-13, "{time}");
+            assert!((pose.local_point(world) - point).length() < 1e-12, "{time}");
+        }
+    }
+
+    #[test]
+    fn the_shorter_way_round_is_taken() {
+        let motion = Motion::new(&[
+            (0.0, turned(170.0, Vec3::ONE, Vec3::ZERO)),
+            (1.0, turned(-170.0, Vec3::ONE, Vec3::ZERO)),
+        ]);
+        let middle = turned(180.0, Vec3::ONE, Vec3::ZERO).vector(Vec3::Y);
+        assert!((motion.unwrap().at(0.5).world_vector(Vec3::Y) - middle).length() < 1e-13);
+    }
+
+    #[test]
+    fn what_is_no_motion_is_refused() {
+        let (unit, mirror) = (Transform::IDENTITY, transform(DMat4::from_scale(Vec3::new(1.0, 1.0, -1.0))));
+        assert_eq!(Motion::new(&[]).unwrap_err(), MotionError::NoKeys);
+        assert_eq!(Motion::new(&[(1.0, unit), (1.0, unit)]).unwrap_err(), MotionError::Order(1));
+        assert_eq!(Motion::new(&[(f64::NAN, unit)]).unwrap_err(), MotionError::Order(0));
+        assert_eq!(Motion::new(&[(0.0, unit), (1.0, mirror)]).unwrap_err(), MotionError::Mirrors(1));
+        assert!(Motion::new(&[(0.0, mirror), (1.0, mirror)]).is_ok());
+    }
+
+    /// Boxes over a part of the time hold every moment of it, and hardly more than that.
+    #[test]
+    fn bounds_hold_rotating_bodies_and_are_tight() {
+        let keys = [
+            (0.0, turned(0.0, Vec3::ONE, Vec3::ZERO)),
+            (1.0, turned(170.0, Vec3::new(1.0, 2.0, 1.0), Vec3::new(3.0, 0.0, 0.0))),
+            (2.0, turned(300.0, Vec3::ONE, Vec3::new(3.0, 9.0, 0.0))),
+        ];
+        let motion = Motion::new(&keys).unwrap().recentred(Vec3::new(0.5, 0.0, 1.0), Vec3::ZERO);
+        let body = Bounds { min: Vec3::new(-1.0, -0.5, 0.0), max: Vec3::new(2.0, 0.5, 0.1) };
+        for during in [[0.0, 2.0], [0.3, 0.31], [0.9, 1.2], [-3.0, 0.1], [1.9, 7.0], [5.0, 6.0]] {
+            let bounds = motion.bounds(body, during);
+            let mut seen = Bounds::EMPTY;
+            for i in 0..=2000 {
+                let pose = motion.at(during[0] + (during[1] - during[0]) * f64::from(i) / 2000.0);
+                seen = seen.union(Bounds::of(body.corners().map(|corner| pose.world_point(corner))));
+            }
+            assert!(bounds.min.cmple(seen.min + 1e-12).all() && bounds.max.cmpge(seen.max - 1e-12).all());
+            let excess = (bounds.max - bounds.min) - (seen.max - seen.min);
+            assert!(excess.max_element() < 0.02 * (seen.max - seen.min).max_element(), "{during:?} {excess}");
+        }
+    }
+
+    #[test]
+    fn the_ratio_of_solid_angles_integrates_to_the_sphere() {
+        let pose = Pose::new(&turned(33.0, Vec3::new(1.0, 3.0, 0.4), Vec3::X));
+        // Equal areas: z and longitude on a midpoint grid.
+        let n = 400;
+        let mut sum = 0.0;
+        for i in 0..n {
+            for j in 0..n {
+                let z = -1.0 + 2.0 * (f64::from(i) + 0.5) / f64::from(n);
+                let (sin, cos) = (2.0 * PI * (f64::from(j) + 0.5) / f64::from(n)).sin_cos();
+                let r = (1.0 - z * z).sqrt();
+                sum += pose.solid_angle_ratio(Vec3::new(r * cos, r * sin, z));
+            }
+        }
+        assert!((sum / f64::from(n * n) - 1.0).abs() < 1e-4, "{sum}");
+    }
+}
