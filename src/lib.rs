@@ -32,3 +32,4 @@ pub mod integrator;
 pub mod compare;
 pub mod output;
 pub mod render;
+pub mod study;

@@ -6,6 +6,7 @@ mod progress;
 mod render;
 mod scene_options;
 mod spectrum;
+mod study;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -30,6 +31,7 @@ enum Command {
     Compare(compare::Args),
     Info(info::Args),
     Spectrum(spectrum::Args),
+    Study(study::Args),
 }
 
 /// Why a command did not do what it was asked.
@@ -46,6 +48,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Spectrum(args) => spectrum::run(&args),
+        Command::Study(args) => study::run(&args),
     };
     let (message, code) = match outcome {
         Ok(()) => return ExitCode::SUCCESS,

@@ -89,6 +89,76 @@ impl Watch for Progress {
     }
 }
 
+/// What a study tells while it runs.
+pub struct StudyProgress {
+    bar: ProgressBar,
+    /// Lines instead of a bar.
+    plain: bool,
+    started: Instant,
+    /// Never raised: a run under way is finished.
+    never: AtomicBool,
+}
+
+impl StudyProgress {
+    pub fn new(quiet: bool) -> Self {
+        let terminal = std::io::stderr().is_terminal();
+        let bar = ProgressBar::new(0);
+        bar.set_draw_target(if quiet || !terminal {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr_with_hz(5)
+        });
+        if let Ok(style) =
+            ProgressStyle::with_template("{bar:32} {percent:>3} %  {eta} left  {prefix}  {msg}")
+        {
+            bar.set_style(style);
+        }
+        Self { bar, plain: !quiet && !terminal, started: Instant::now(), never: AtomicBool::new(false) }
+    }
+
+    /// With so many samples to do, of what is named.
+    pub fn begin(&self, samples: u64, what: &str) {
+        self.bar.set_length(samples);
+        self.bar.set_prefix(what.to_owned());
+        self.bar.enable_steady_tick(Duration::from_millis(250));
+    }
+
+    /// What is under way.
+    pub fn says(&self, what: &str) {
+        self.bar.set_message(what.to_owned());
+    }
+
+    /// The `index`-th run of all is done, with this relative RMSE.
+    pub fn run_done(&self, index: usize, all: usize, name: &str, error: f64) {
+        if self.plain {
+            let seconds = self.started.elapsed().as_secs_f64();
+            let left = match (self.bar.position(), self.bar.length()) {
+                (done, Some(total)) if done > 0 => {
+                    format!("{:.0} s left", seconds * (total.saturating_sub(done)) as f64 / done as f64)
+                }
+                _ => "time left not known".to_owned(),
+            };
+            eprintln!("{index} of {all}  {name}  relative RMSE {}  {left}", percent(error));
+        }
+    }
+
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Watch for StudyProgress {
+    fn advanced(&self, samples: u64) {
+        self.bar.inc(samples);
+    }
+
+    fn pass_done(&self, _: &Film) {}
+
+    fn stop(&self) -> &AtomicBool {
+        &self.never
+    }
+}
+
 /// Three significant digits.
 pub fn percent(share: f64) -> String {
     let percent = 100.0 * share;

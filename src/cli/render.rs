@@ -163,7 +163,7 @@ impl Args {
 }
 
 /// The name of a scene: its folder's if the file is called `scene`, else the file's own.
-fn scene_name(scene: &Path) -> String {
+pub(super) fn scene_name(scene: &Path) -> String {
     let stem = scene.file_stem().map_or_else(|| "scene".into(), |stem| stem.to_string_lossy().into_owned());
     if stem != "scene" {
         return stem;
@@ -188,7 +188,7 @@ fn content(film: &description::Film) -> Content {
 /// Largest film that is begun, bytes.
 const LARGEST_FILM: u128 = 32 << 30;
 
-fn refuse_what_no_memory_holds(scene: &Scene, settings: &Settings) -> Result<(), Failure> {
+pub(super) fn refuse_what_no_memory_holds(scene: &Scene, settings: &Settings) -> Result<(), Failure> {
     let [width, height] = scene.film.size;
     let replicates = settings.schedule.replicates;
     let bytes = Film::bytes(width, height, replicates, &settings.extras(scene));
@@ -203,7 +203,7 @@ fn refuse_what_no_memory_holds(scene: &Scene, settings: &Settings) -> Result<(),
     )))
 }
 
-fn thread_pool(threads: Option<u32>) -> Result<rayon::ThreadPool, Failure> {
+pub(super) fn thread_pool(threads: Option<u32>) -> Result<rayon::ThreadPool, Failure> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.unwrap_or(0) as usize)
         .build()
@@ -211,7 +211,7 @@ fn thread_pool(threads: Option<u32>) -> Result<rayon::ThreadPool, Failure> {
 }
 
 /// A flag that the first Ctrl-C raises; the second ends the program.
-fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
+pub(super) fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = stop.clone();
     ctrlc::set_handler(move || {
@@ -223,7 +223,7 @@ fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
     Ok(stop)
 }
 
-fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
+pub(super) fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
     Failure::Other(format!("error: cannot write {}: {error}", path.display()))
 }
 
@@ -314,7 +314,7 @@ fn parse_sampler(text: &str) -> Result<SamplerKind, String> {
     })
 }
 
-fn parse_wavelengths(text: &str) -> Result<WavelengthCount, String> {
+pub(super) fn parse_wavelengths(text: &str) -> Result<WavelengthCount, String> {
     match text {
         "1" => Ok(WavelengthCount::One),
         "4" => Ok(WavelengthCount::Four),
@@ -323,7 +323,7 @@ fn parse_wavelengths(text: &str) -> Result<WavelengthCount, String> {
     }
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let size = text.split_once(['x', '×']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     match size {
         Some(size) if size.iter().all(|&edge| (1..=65_536).contains(&edge)) => Ok(size),

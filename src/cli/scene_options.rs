@@ -19,7 +19,12 @@ pub struct SceneOptions {
 
 impl SceneOptions {
     pub fn read(&self) -> Result<Description, Failure> {
-        scene::read(&self.scene, &ReadOptions { defines: self.defines.clone(), sensor: self.sensor })
+        self.read_with(&self.defines)
+    }
+
+    /// With other values for the parameters.
+    pub fn read_with(&self, defines: &[(String, String)]) -> Result<Description, Failure> {
+        scene::read(&self.scene, &ReadOptions { defines: defines.to_vec(), sensor: self.sensor })
             .map_err(|errors| Failure::Input(errors.to_string()))
     }
 }

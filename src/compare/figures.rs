@@ -20,6 +20,11 @@ pub struct Figures {
     pub bias: f64,
 }
 
+/// What relMSE divides a squared difference by, for a reference's value and the reference's mean.
+pub fn relmse_scale(value: f64, mean: f64) -> f64 {
+    value * value + 0.01 * mean * mean
+}
+
 impl Figures {
     pub(super) fn of(a: &[f64], b: &[f64], good: &[bool]) -> Self {
         let pairs = || a.iter().zip(b).zip(good).filter(|(_, good)| **good).map(|((&a, &b), _)| (a, b));
@@ -29,12 +34,11 @@ impl Figures {
         let over = |difference: f64, scale: f64| if difference == 0.0 { 0.0 } else { difference / scale };
         let (mean_a, mean_b) = (mean(&|(a, _)| a), mean(&|(_, b)| b));
         let square = |(a, b): (f64, f64)| (a - b) * (a - b);
-        let floor = 0.01 * mean_b * mean_b;
         Self {
             mean_a,
             mean_b,
             rmse: mean(&square).sqrt(),
-            relmse: mean(&|(a, b)| over(square((a, b)), b * b + floor)),
+            relmse: mean(&|(a, b)| over(square((a, b)), relmse_scale(b, mean_b))),
             smape: mean(&|(a, b)| over((a - b).abs(), a.abs() + b.abs())),
             bias: over(mean_a - mean_b, mean_b),
         }

@@ -14,7 +14,7 @@ mod report;
 
 pub use bias::{CELLS, LEVEL, POWER, TILE, Tests};
 pub use condition::{Condition, Unmet};
-pub use figures::{Figures, Seen};
+pub use figures::{Figures, Seen, relmse_scale};
 pub use maps::{Map, MapKind};
 pub use pair::{Channel, Measurement, Mismatch, Pair, listed};
 

@@ -241,6 +241,18 @@ impl Film {
         self.measured(x, y, self.scale, |sums| (0..3).map(|i| weights[i] * sums[i] as f64).sum())
     }
 
+    /// The same in one replicate alone: what a render of that one sequence of samples would have shown.
+    pub fn of_replicate(&self, x: u32, y: u32, replicate: u32, weights: [f64; 3]) -> f64 {
+        let index = self.index(x, y);
+        let first = (index * self.replicates as usize + replicate as usize) * self.extras.channels();
+        let samples = f64::from(self.samples[index]);
+        if samples == 0.0 {
+            return 0.0;
+        }
+        let sums = &self.sums[first..first + 3];
+        (0..3).map(|i| weights[i] * sums[i] as f64).sum::<f64>() * self.scale.quantum / samples
+    }
+
     /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that measures it.
     ///
     /// It is divided by the sum of all weights, so that it is exactly 1 where every sample meets something. Where only some
@@ -349,6 +361,9 @@ mod tests {
         assert_eq!(difference.mean, -0.5);
         assert!((difference.error - (7.5f64 / 3.0 / 4.0).sqrt()).abs() < 1e-14);
         assert_eq!(film.samples(0, 0), 4);
+        let of_each = (0..4).map(|replicate| film.of_replicate(0, 0, replicate, [1.0, -1.0, 0.0]));
+        assert_eq!(of_each.collect::<Vec<_>>(), [-1.0, 0.5, 1.0, -2.5]);
+        assert_eq!(film.of_replicate(1, 0, 2, [1.0, 0.0, 0.0]), 0.0);
         assert_eq!(film.combined(1, 0, [1.0, 0.0, 0.0]).mean, 0.0);
     }
 

@@ -21,7 +21,7 @@ pub use sky::Sky;
 pub use spot::Spot;
 
 use crate::bsdf::Density;
-use crate::geometry::{Placed, Pose, Ray, SurfacePoint, Vec3};
+use crate::geometry::{Placed, Ray, SurfacePoint, Vec3};
 use crate::sampling::PiecewiseConstant;
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 use crate::texture::{Texture, TexturePoint};
@@ -99,8 +99,8 @@ impl Lights {
         self
     }
 
-    fn pose(&self, light: usize, time: f64) -> Option<Pose> {
-        Some(self.placed.get(light)?.as_ref()?.at(time))
+    fn placed(&self, light: usize) -> Option<&Placed> {
+        self.placed.get(light)?.as_ref()
     }
 
     /// Whether there is nothing to sample.
@@ -147,7 +147,7 @@ impl Lights {
                 density: Density::PerSolidAngle(density * probability),
             });
         };
-        let pose = self.pose(chosen, time);
+        let pose = self.placed(chosen).map(|placed| placed.at(time));
         let without_extent = |position: Vec3, intensity: &dyn Fn(Vec3) -> Sampled<C>| {
             let position = pose.map_or(position, |pose| pose.world_point(position));
             let target = SurfacePoint { position, normal: Vec3::Z, error: 0.0 };
@@ -282,7 +282,7 @@ impl Lights {
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
         match (self.lights.get(light), &self.environment) {
-            (Some(own), _) => own.estimate(from, time, self.pose(light, time), wavelengths),
+            (Some(own), _) => own.estimate(from, time, self.placed(light), wavelengths),
             // Half of it is above a surface, at a slant.
             (None, Some(environment)) => PI * environment.mean().sample(&wavelengths.nm).sum(),
             (None, None) => 0.0,
@@ -311,17 +311,17 @@ impl Light {
     /// About what the light brings to a place, up to a factor common to all lights: its spectrum there, its size and its
     /// distance. Zero only where it brings nothing.
     ///
-    /// `pose`: where a light without a surface that moves stands at that time.
+    /// `placed`: where a light without a surface that moves stands.
     fn estimate<const C: usize>(
         &self,
         from: &SurfacePoint,
         time: f64,
-        pose: Option<Pose>,
+        placed: Option<&Placed>,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
         let nm = &wavelengths.nm;
         let without_extent = |position: Vec3, intensity: &dyn Fn(Vec3) -> Sampled<C>| {
-            let from = pose.map_or(from.position, |pose| pose.local_point(from.position));
+            let from = placed.map_or(from.position, |placed| placed.at(time).local_point(from.position));
             let away = from - position;
             let squared = away.length_squared();
             if squared > 0.0 { intensity(away / squared.sqrt()).sum() / squared } else { 0.0 }

@@ -76,7 +76,7 @@ impl Picture<'_> {
 }
 
 /// Writes a file beside its place and moves it there when it is whole.
-fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let name = path.file_name().ok_or_else(|| std::io::Error::other("the path names no file"))?;
     let mut unfinished = name.to_os_string();
     unfinished.push(".unfinished");

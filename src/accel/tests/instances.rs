@@ -262,3 +262,24 @@ fn moving_instances_are_hit_where_they_are_at_the_rays_time() {
     }
     assert!(met > 500, "{met}");
 }
+
+/// Something of a pixel's size that moves by 100 pixels both across and down: a box around all of its way is met by the rays
+/// of 10,000 pixels (Glassner, *An Introduction to Ray Tracing*, ch. 5, sec. 6.4). Slices of time ask for some 200 tests of
+/// boxes that are thrown away by their time, and for a handful of tests of the thing itself.
+#[test]
+fn a_diagonal_mover_is_not_tested_along_all_of_its_box() {
+    let pixel = Mesh::rectangle(&Transform::scale(0.5), false).unwrap();
+    let group = Arc::new(Accel::of_group(&[Shape::Mesh(pixel)], 0));
+    let end = Transform::translation(Vec3::new(100.0, 100.0, 0.0));
+    let motion = Motion::new(&[(0.0, Transform::IDENTITY), (1.0, end)]).unwrap();
+    let instance = Instance::new(group, Placed::moving(motion).unwrap());
+    let pixels = |bounds: crate::geometry::Bounds| {
+        let size = bounds.max - bounds.min;
+        size.x * size.y
+    };
+    let slices = instance.slices([0.0, 1.0]);
+    let boxes: f64 = slices.iter().map(|slice| pixels(slice.bounds)).sum();
+    let tests: f64 = boxes / slices.len() as f64;
+    assert!((pixels(instance.bounds([0.0, 1.0])) - 101.0 * 101.0).abs() < 1e-6);
+    assert!(boxes < 500.0 && tests < 10.0, "{} slices: {boxes} boxes, {tests} tests", slices.len());
+}

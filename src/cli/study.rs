@@ -1,0 +1,410 @@
+use super::Failure;
+use super::progress::StudyProgress;
+use super::render::{
+    cannot_write, parse_size, refuse_what_no_memory_holds, scene_name, stop_on_interrupt, thread_pool,
+};
+use super::scene_options::SceneOptions;
+use abbe::output::exr;
+use abbe::render::WavelengthCount;
+use abbe::sampling::SamplerKind;
+use abbe::scene::{CompileOptions, compile};
+use abbe::study::report::{Findings, Told};
+use abbe::study::{
+    Case, CaseId, Folder, Reference, ReferenceError, ReferenceRequest, Request, RunId, Stranger, measure,
+    reference,
+};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Study noise: how the error of a picture falls with samples and CPU time, for each sampler
+///
+/// Each run is rendered in replicates, short renders independent of one another, so that the error of the error is
+/// known. The folder gets runs.csv, study.json, plots (SVG and PNG) and index.html, a page with all of it. Ctrl-C ends the
+/// study after the run under way; the same command continues it.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    scene: SceneOptions,
+
+    /// Folder of the study: a new one, an empty one, or that of the same study
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+
+    /// Samplers to compare, by name, or all
+    #[arg(long, value_name = "NAMES", default_value = "all", value_parser = parse_samplers)]
+    samplers: List<SamplerKind>,
+
+    /// Samples per pixel: a list, or FIRST..LAST for the powers of two from one to the other
+    #[arg(long, value_name = "N", default_value = "1..256", value_parser = parse_spp)]
+    spp: List<u32>,
+
+    /// Wavelengths that a path carries: 1, 4, 8 or several of them
+    #[arg(long, value_name = "C", default_value = "4", value_parser = parse_wavelengths)]
+    wavelengths: List<WavelengthCount>,
+
+    /// Independent pictures of each run, whose spread tells the error of its error
+    #[arg(long, value_name = "R", default_value = "16", value_parser = clap::value_parser!(u32).range(2..=1024))]
+    replicates: u32,
+
+    /// Size of the picture in pixels [default: what the scene says]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+
+    /// Seed of the study
+    #[arg(long, value_name = "N", default_value = "0")]
+    seed: u64,
+
+    /// EXR file to measure errors against, with Y (and error.Y) or R, G, B [default: the study renders its own]
+    #[arg(long, value_name = "FILE.exr", conflicts_with = "reference_spp")]
+    reference: Option<PathBuf>,
+
+    /// Samples per pixel of the reference that the study renders [default: 64 times the longest run's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1 << 26))]
+    reference_spp: Option<u32>,
+
+    /// Relative RMSE to tell the CPU time to, 0.01 for 1 % [default: the smallest that all samplers reach]
+    #[arg(long, value_name = "ERROR", value_parser = parse_target)]
+    target: Option<f64>,
+
+    /// Threads to render with [default: as many as there are cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    threads: Option<u32>,
+
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Several values of one option.
+#[derive(Clone)]
+struct List<T>(Vec<T>);
+
+/// Most cases that a study has.
+const MOST_CASES: usize = 64;
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let pool = thread_pool(args.threads)?;
+    let cases = cases(args)?;
+    let (request, given) = request(args, &cases, pool.current_num_threads() as u32)?;
+    let folder = Folder::open(&args.output, &request).map_err(|stranger| refused(&args.output, &stranger))?;
+    for (index, case) in cases.iter().enumerate() {
+        if let ReferenceRequest::Rendered { samples_per_pixel } = request.reference {
+            refuse_what_no_memory_holds(
+                &case.scene,
+                &reference::settings(&request, index, samples_per_pixel),
+            )?;
+        }
+    }
+    let cannot = |error: &std::io::Error| cannot_write(&args.output, error);
+    folder.prepare(&request).map_err(|error| cannot(&error))?;
+    let stop = stop_on_interrupt()?;
+    let progress = StudyProgress::new(args.quiet);
+
+    let pixels = u64::from(request.size[0]) * u64::from(request.size[1]);
+    let mut runs: Vec<(RunId, Option<_>)> =
+        request.runs().into_iter().map(|id| (id.clone(), folder.run(&id))).collect();
+    let samples_of =
+        |id: &RunId| pixels * u64::from(id.samples_per_pixel) * u64::from(request.replicates_of(&id.sampler));
+    let missing: Vec<bool> = (0..cases.len()).map(|case| !folder.reference(case).exists()).collect();
+    let of_references = match request.reference {
+        ReferenceRequest::Rendered { samples_per_pixel } => {
+            pixels * u64::from(samples_per_pixel) * missing.iter().filter(|missing| **missing).count() as u64
+        }
+        ReferenceRequest::File { .. } => 0,
+    };
+    let left: u64 = runs.iter().filter(|(_, run)| run.is_none()).map(|(id, _)| samples_of(id)).sum();
+    progress.begin(left + of_references, &format!("{} runs", runs.len()));
+
+    let mut references = Vec::new();
+    for (index, case) in cases.iter().enumerate() {
+        if let Some(given) = &given {
+            references.push(given.clone());
+            continue;
+        }
+        let path = folder.reference(index);
+        if missing[index]
+            && let ReferenceRequest::Rendered { samples_per_pixel } = request.reference
+        {
+            progress.says("reference");
+            let settings = reference::settings(&request, index, samples_per_pixel);
+            pool.install(|| reference::write(&path, case, &settings, &progress))
+                .map_err(|error| cannot(&error))?;
+        }
+        references.push(read_reference(&path, request.size)?);
+        if stopped(args, &stop, &progress, &runs) {
+            return Ok(());
+        }
+    }
+    for index in 0..runs.len() {
+        if runs[index].1.is_some() {
+            continue;
+        }
+        let id = runs[index].0.clone();
+        progress.says(&id.name());
+        let run =
+            pool.install(|| measure(&request, &cases[id.case], id.clone(), &references[id.case], &progress));
+        folder.keep(&run).map_err(|error| cannot(&error))?;
+        progress.run_done(index + 1, runs.len(), &id.name(), run.error().mean.max(0.0).sqrt());
+        runs[index].1 = Some(run);
+        if index + 1 < runs.len() && stopped(args, &stop, &progress, &runs) {
+            return Ok(());
+        }
+    }
+    progress.says("plots and page");
+    let findings = Findings {
+        request: &request,
+        cases: &cases,
+        references: &references,
+        runs: runs.into_iter().filter_map(|(_, run)| run).collect(),
+        told: Told {
+            scene: scene_name(&args.scene.scene),
+            command: std::env::args().map(|word| shown(&word)).collect::<Vec<_>>().join(" "),
+            machine: machine(),
+            target: args.target,
+        },
+    };
+    pool.install(|| findings.write(&folder, &progress)).map_err(|error| cannot(&error))?;
+    progress.finish();
+    if !args.quiet {
+        eprintln!("{}", folder.file("index.html").display());
+    }
+    Ok(())
+}
+
+/// After Ctrl-C, says how far the study has come.
+fn stopped<T>(args: &Args, stop: &AtomicBool, progress: &StudyProgress, runs: &[(RunId, Option<T>)]) -> bool {
+    if !stop.load(Ordering::Relaxed) {
+        return false;
+    }
+    progress.finish();
+    if !args.quiet {
+        let done = runs.iter().filter(|(_, run)| run.is_some()).count();
+        eprintln!("stopped: {done} of {} runs are done; the same command continues", runs.len());
+    }
+    true
+}
+
+fn machine() -> String {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{} {}, {cores} cores", std::env::consts::OS, std::env::consts::ARCH)
+}
+
+/// A word of a command line as one types it.
+fn shown(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=:,%+@".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+/// A case for every combination of the parameters' values.
+fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
+    let mut combinations: Vec<Vec<(String, String)>> = vec![Vec::new()];
+    for (name, values) in &args.scene.defines {
+        combinations = combinations
+            .into_iter()
+            .flat_map(|chosen| {
+                values.split(',').map(move |value| {
+                    let mut chosen = chosen.clone();
+                    chosen.push((name.clone(), value.trim().to_owned()));
+                    chosen
+                })
+            })
+            .collect();
+        if combinations.len() > MOST_CASES {
+            return Err(Failure::Input(format!(
+                "error: the values of -D make more than {MOST_CASES} cases\nhelp: make several studies of fewer"
+            )));
+        }
+    }
+    combinations
+        .into_iter()
+        .map(|parameters| {
+            let mut description = args.scene.read_with(&parameters)?;
+            if let Some([width, height]) = args.size {
+                let film = &mut description.sensor.film;
+                (film.width, film.height, film.crop) = (width, height, None);
+            }
+            let range = description.sensor.film.wavelength_range();
+            let options = CompileOptions { range, ..CompileOptions::default() };
+            let scene =
+                compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
+            let id = CaseId { parameters, scene_hash: format!("{:016x}", description.hash()) };
+            Ok(Case { id, scene })
+        })
+        .collect()
+}
+
+/// What is asked, and the reference where it is a file.
+fn request(args: &Args, cases: &[Case], threads: u32) -> Result<(Request, Option<Reference>), Failure> {
+    let size = cases[0].scene.film.size;
+    if cases.iter().any(|case| case.scene.film.size != size) {
+        return Err(Failure::Input(
+            "error: the cases have pictures of different sizes\nhelp: give all of them one with --size"
+                .to_owned(),
+        ));
+    }
+    let longest = args.spp.0.iter().max().copied().unwrap_or(1);
+    let (wanted, given) = match &args.reference {
+        Some(_) if cases.len() > 1 => {
+            return Err(Failure::Input(
+                "error: one reference cannot stand for several cases\n\
+                 help: leave --reference out and let the study render its own, or study one case at a time"
+                    .to_owned(),
+            ));
+        }
+        Some(path) => {
+            let reference = read_reference(path, size)?;
+            let words = reference.y.iter().map(|y| y.to_bits());
+            let hash = words
+                .fold(0u64, |hash, word| (hash.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+            let file =
+                ReferenceRequest::File { path: path.display().to_string(), hash: format!("{hash:016x}") };
+            (file, Some(reference))
+        }
+        None => {
+            let samples_per_pixel = args.reference_spp.unwrap_or(longest.saturating_mul(64)).max(16);
+            (ReferenceRequest::Rendered { samples_per_pixel: samples_per_pixel.next_multiple_of(16) }, None)
+        }
+    };
+    let request = Request {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        cases: cases.iter().map(|case| case.id.clone()).collect(),
+        samplers: args.samplers.0.iter().map(|kind| kind.name().to_owned()).collect(),
+        samples_per_pixel: args.spp.0.clone(),
+        wavelengths_per_path: args.wavelengths.0.iter().map(|count| count.get() as u32).collect(),
+        replicates: args.replicates,
+        size,
+        seed: args.seed,
+        reference: wanted,
+        threads,
+    };
+    Ok((request, given))
+}
+
+fn read_reference(path: &Path, size: [u32; 2]) -> Result<Reference, Failure> {
+    let place = path.display();
+    let channels =
+        exr::read(path).map_err(|error| Failure::Input(format!("error: cannot read {place}: {error}")))?;
+    Reference::from_channels(&channels, size).map_err(|error| {
+        Failure::Input(match error {
+            ReferenceError::Size([width, height]) => format!(
+                "error: {place} has {width}×{height} pixels, the pictures of the study {}×{}\n\
+                 help: give the study that size with --size, or render another reference",
+                size[0], size[1]
+            ),
+            ReferenceError::NoLuminance(names) => format!(
+                "error: {place} has the channels {}\nhelp: a reference needs Y, or R, G and B",
+                names.join(", ")
+            ),
+            ReferenceError::Black => format!(
+                "error: {place} is black\nhelp: errors relative to nothing mean nothing: see that light reaches the camera"
+            ),
+            ReferenceError::NotFinite => {
+                format!("error: {place} has values that are not finite\nhelp: render the reference again")
+            }
+        })
+    })
+}
+
+fn refused(path: &Path, stranger: &Stranger) -> Failure {
+    let place = path.display();
+    match stranger {
+        Stranger::NotAStudy => Failure::Input(format!(
+            "error: {place} has files in it, and they are not a study's\nhelp: name a new or an empty folder"
+        )),
+        Stranger::Another(differences) => {
+            let mut text = format!("error: {place} is the folder of another study");
+            for difference in differences {
+                let _ = write!(text, "\n  {difference}");
+            }
+            text.push_str("\nhelp: name another folder, or ask for the same study to continue it");
+            Failure::Input(text)
+        }
+        Stranger::Io(error) => Failure::Other(format!("error: cannot read {place}: {error}")),
+    }
+}
+
+/// Without those that come again.
+fn distinct<T: PartialEq>(values: Vec<T>) -> List<T> {
+    let mut kept: Vec<T> = Vec::new();
+    for value in values {
+        if !kept.contains(&value) {
+            kept.push(value);
+        }
+    }
+    List(kept)
+}
+
+fn parse_samplers(text: &str) -> Result<List<SamplerKind>, String> {
+    if text == "all" {
+        return Ok(List(SamplerKind::NAMES.map(|(_, kind)| kind).to_vec()));
+    }
+    let kinds: Option<Vec<SamplerKind>> =
+        text.split(',').map(|name| SamplerKind::named(name.trim())).collect();
+    kinds.map(distinct).ok_or_else(|| {
+        format!(
+            "expected all, or some of {}, with commas",
+            SamplerKind::NAMES.map(|(name, _)| name).join(", ")
+        )
+    })
+}
+
+fn parse_spp(text: &str) -> Result<List<u32>, String> {
+    let expected =
+        || "expected a list such as 1,4,16, or 1..256 for powers of two, each 1 to 65536".to_owned();
+    let number = |text: &str| {
+        let number: Option<u32> = text.trim().parse().ok();
+        number.filter(|number| (1..=65_536).contains(number)).ok_or_else(expected)
+    };
+    let mut samples = match text.split_once("..") {
+        Some((first, last)) => {
+            let (first, last) = (number(first)?, number(last)?);
+            (0..=16).map(|power| 1 << power).filter(|samples| (first..=last).contains(samples)).collect()
+        }
+        None => text.split(',').map(number).collect::<Result<Vec<u32>, String>>()?,
+    };
+    if samples.is_empty() {
+        return Err(expected());
+    }
+    samples.sort_unstable();
+    Ok(distinct(samples))
+}
+
+fn parse_wavelengths(text: &str) -> Result<List<WavelengthCount>, String> {
+    text.split(',')
+        .map(|count| super::render::parse_wavelengths(count.trim()))
+        .collect::<Result<_, _>>()
+        .map(distinct)
+}
+
+fn parse_target(text: &str) -> Result<f64, String> {
+    let target: Option<f64> = text.parse().ok();
+    target
+        .filter(|target| *target > 0.0 && target.is_finite())
+        .ok_or_else(|| "expected a relative error above 0, for example 0.01".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_samples_are_lists_or_powers_of_two() {
+        let parsed = |text| parse_spp(text).map(|list| list.0).ok();
+        assert_eq!(parsed("1..16"), Some(vec![1, 2, 4, 8, 16]));
+        assert_eq!(parsed("3..70"), Some(vec![4, 8, 16, 32, 64]));
+        assert_eq!(parsed("9, 4,4,100"), Some(vec![4, 9, 100]));
+        for wrong in ["0", "", "5..7", "1..", "x", "1,,2", "70000"] {
+            assert_eq!(parsed(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_command_is_told_as_one_types_it() {
+        assert_eq!(["a.xml", "-D", "x=1 2", "it's"].map(shown), ["a.xml", "-D", "'x=1 2'", "'it'\\''s'"]);
+    }
+}

@@ -1,0 +1,161 @@
+//! Power laws fitted to errors that are known with an error.
+
+use crate::stats::Estimate;
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// A point of an error curve: at `x` (samples or seconds, above 0) the relMSE.
+#[derive(Clone, Copy, Debug)]
+pub struct Measurement {
+    pub x: f64,
+    pub relmse: Estimate,
+}
+
+/// The line log RMSE = level + slope·log x, with what is needed for its intervals.
+///
+/// Weighted least squares on logarithms: the variance of log RMSE = ½ log relMSE is, to first order, (σ/relMSE)²/4 with the
+/// standard error σ of the mean over replicates. Where the points scatter about the line by more than that, as they do about
+/// every curve that is not quite a power law, the errors of the fit are enlarged by √(χ²/(n−2)) (Birge 1932). Intervals use
+/// Student's t with as many degrees as all the replicates have. Where a point has no error, all weigh the same and the
+/// scatter alone tells the error, with n − 2 degrees.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PowerLaw {
+    pub slope: f64,
+    /// Half of the 95 % confidence interval of the slope.
+    pub slope_half_width: f64,
+    /// Log RMSE in the middle of the points, and where that is.
+    level: f64,
+    centre: f64,
+    /// Half of the 95 % confidence interval of `level`.
+    level_half_width: f64,
+    /// χ² over its degrees of freedom: about 1 for a true power law.
+    pub reduced_chi_square: f64,
+    pub points: usize,
+}
+
+/// Half of a 95 % interval, in standard errors.
+pub fn student_95(degrees: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees).map_or(f64::NAN, |student| student.inverse_cdf(0.975))
+}
+
+impl PowerLaw {
+    /// `None` for fewer than three points whose error can be told from 0.
+    pub fn fit(points: &[Measurement]) -> Option<Self> {
+        let usable = |p: &&Measurement| p.x > 0.0 && p.relmse.mean > 0.0 && p.relmse.mean.is_finite();
+        let points: Vec<&Measurement> = points.iter().filter(usable).collect();
+        if points.len() < 3 {
+            return None;
+        }
+        let known = points.iter().all(|p| p.relmse.variance > 0.0);
+        let weight = |p: &Measurement| {
+            if known { 4.0 * p.relmse.mean * p.relmse.mean / p.relmse.variance } else { 1.0 }
+        };
+        let (x, y) = (|p: &Measurement| p.x.ln(), |p: &Measurement| 0.5 * p.relmse.mean.ln());
+        let sum =
+            |value: &dyn Fn(&Measurement) -> f64| points.iter().map(|&p| weight(p) * value(p)).sum::<f64>();
+        let total = sum(&|_| 1.0);
+        let (centre, level) = (sum(&x) / total, sum(&y) / total);
+        let spread = sum(&|p| (x(p) - centre).powi(2));
+        if spread <= 0.0 {
+            return None;
+        }
+        let slope = sum(&|p| (x(p) - centre) * (y(p) - level)) / spread;
+        let chi_square = sum(&|p| (y(p) - level - slope * (x(p) - centre)).powi(2));
+        let free = (points.len() - 2) as f64;
+        let scatter = chi_square / free;
+        let (enlarged, degrees) = if known {
+            (scatter.max(1.0), points.iter().map(|p| p.relmse.degrees).sum())
+        } else {
+            (scatter, free)
+        };
+        let t = student_95(degrees);
+        Some(Self {
+            slope,
+            slope_half_width: t * (enlarged / spread).sqrt(),
+            level,
+            centre,
+            level_half_width: t * (enlarged / total).sqrt(),
+            reduced_chi_square: scatter,
+            points: points.len(),
+        })
+    }
+
+    /// RMSE on the line.
+    pub fn at(&self, x: f64) -> f64 {
+        (self.level + self.slope * (x.ln() - self.centre)).exp()
+    }
+
+    /// Where the line reaches an RMSE: the place, and the factor that its 95 % interval reaches up and down from it (to first
+    /// order). `None` where the slope cannot be told from 0 or rises.
+    pub fn reaches(&self, rmse: f64) -> Option<(f64, f64)> {
+        if self.slope + self.slope_half_width >= 0.0 {
+            return None;
+        }
+        let distance = (rmse.ln() - self.level) / self.slope;
+        let half_width = self.level_half_width.hypot(distance * self.slope_half_width) / self.slope.abs();
+        Some(((self.centre + distance).exp(), half_width.exp()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::mix;
+
+    fn measurement(x: f64, mean: f64, relative_error: f64) -> Measurement {
+        Measurement { x, relmse: Estimate { mean, variance: (relative_error * mean).powi(2), degrees: 15.0 } }
+    }
+
+    #[test]
+    fn an_exact_power_law_is_found() {
+        let points: Vec<Measurement> =
+            (0..6).map(|i| 4f64.powi(i)).map(|n| measurement(n, 0.3 * n.powf(-1.5), 0.05)).collect();
+        let law = PowerLaw::fit(&points).expect("there are enough points");
+        assert!((law.slope + 0.75).abs() < 1e-12 && law.reduced_chi_square < 1e-20, "{law:?}");
+        assert!((law.at(16.0) - (0.3f64 * 16f64.powf(-1.5)).sqrt()).abs() < 1e-12);
+        let (place, factor) = law.reaches(law.at(100.0)).expect("it falls");
+        assert!((place - 100.0).abs() < 1e-9 && factor > 1.0 && factor < 1.2, "{place} {factor}");
+        assert!(PowerLaw::fit(&points[..2]).is_none());
+    }
+
+    /// Of many studies with known noise, 95 % have the true slope in their interval.
+    #[test]
+    fn intervals_hold_what_they_promise() {
+        let (studies, mut covered) = (2000u64, 0);
+        for study in 0..studies {
+            let points: Vec<Measurement> = (0..5u64)
+                .map(|i| {
+                    // About normal: the sum of twelve uniform numbers.
+                    let uniform = |k| mix(mix(study * 5 + i) ^ k) as f64 / u64::MAX as f64;
+                    let normal = (0..12).map(uniform).sum::<f64>() - 6.0;
+                    let n = 4f64.powi(i as i32);
+                    let (mean, relative) = (n.recip(), 0.04);
+                    let found = mean * (1.0 + relative * normal);
+                    Measurement {
+                        x: n,
+                        relmse: Estimate { mean: found, variance: (relative * mean).powi(2), degrees: 200.0 },
+                    }
+                })
+                .collect();
+            let law = PowerLaw::fit(&points).expect("there are enough points");
+            covered += u64::from((law.slope + 0.5).abs() < law.slope_half_width);
+        }
+        // Enlarging by the scatter covers a little more than 95 %: of the binomial 95 %, three standard errors are 1.5 %.
+        let share = covered as f64 / studies as f64;
+        assert!((0.935..0.99).contains(&share), "{share}");
+    }
+
+    #[test]
+    fn without_errors_the_scatter_tells() {
+        let points: Vec<Measurement> = [(1.0, 1.0), (4.0, 0.3), (16.0, 0.05), (64.0, 0.02)]
+            .map(|(x, y)| measurement(x, y, 0.0))
+            .to_vec();
+        let law = PowerLaw::fit(&points).expect("there are enough points");
+        assert!(law.slope_half_width > 0.05 && law.slope_half_width < 0.5, "{law:?}");
+    }
+
+    #[test]
+    fn student_quantiles_are_those_of_tables() {
+        assert!((student_95(10.0) - 2.228).abs() < 1e-3 && (student_95(1.0) - 12.706).abs() < 1e-3);
+    }
+}

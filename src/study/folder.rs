@@ -1,0 +1,110 @@
+use super::{Request, Run, RunId};
+use crate::output::write_whole;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Where a study keeps what it has found. Every file is written beside its place and moved there when it is whole.
+#[derive(Clone, Debug)]
+pub struct Folder {
+    path: PathBuf,
+}
+
+/// Why a folder cannot be that of a study.
+#[derive(Debug)]
+pub enum Stranger {
+    /// It has files and none is a study's.
+    NotAStudy,
+    /// Another study's: what differs, as far as it can be told.
+    Another(Vec<String>),
+    Io(io::Error),
+}
+
+/// The part of `study.json` by which a study is known again.
+#[derive(Deserialize, Serialize)]
+struct Header {
+    study: Value,
+}
+
+const STUDY: &str = "study.json";
+
+impl Folder {
+    /// Begins a study, or continues the same one. Changes nothing in a stranger's folder.
+    pub fn open(path: &Path, request: &Request) -> Result<Self, Stranger> {
+        let folder = Self { path: path.to_owned() };
+        let wanted = serde_json::to_value(request).map_err(|error| Stranger::Io(error.into()))?;
+        match std::fs::read(folder.file(STUDY)) {
+            Ok(bytes) => {
+                let header: Header = serde_json::from_slice(&bytes).map_err(|_| Stranger::NotAStudy)?;
+                if header.study != wanted {
+                    return Err(Stranger::Another(differences(&header.study, &wanted)));
+                }
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                if path.is_dir() && std::fs::read_dir(path).map_err(Stranger::Io)?.next().is_some() {
+                    return Err(Stranger::NotAStudy);
+                }
+            }
+            Err(error) => return Err(Stranger::Io(error)),
+        }
+        Ok(folder)
+    }
+
+    /// Makes the folder and says in it whose it is, where that has not been done.
+    pub fn prepare(&self, request: &Request) -> io::Result<()> {
+        for part in ["runs", "plots"] {
+            std::fs::create_dir_all(self.file(part))?;
+        }
+        if self.file(STUDY).exists() {
+            return Ok(());
+        }
+        let header = Header { study: serde_json::to_value(request)? };
+        self.write(STUDY, &serde_json::to_vec_pretty(&header)?)
+    }
+
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    pub fn reference(&self, case: usize) -> PathBuf {
+        self.file(&format!("reference-case{case}.exr"))
+    }
+
+    pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        write_whole(&self.file(name), bytes)
+    }
+
+    fn run_file(id: &RunId) -> String {
+        format!("runs/{}.json", id.name())
+    }
+
+    /// A run that has been finished before. One that cannot be read is as good as none.
+    pub fn run(&self, id: &RunId) -> Option<Run> {
+        let run: Run = serde_json::from_slice(&std::fs::read(self.file(&Self::run_file(id))).ok()?).ok()?;
+        (run.id == *id).then_some(run)
+    }
+
+    pub fn keep(&self, run: &Run) -> io::Result<()> {
+        self.write(&Self::run_file(&run.id), &serde_json::to_vec(run)?)
+    }
+}
+
+/// What two requests do not have in common.
+fn differences(found: &Value, wanted: &Value) -> Vec<String> {
+    let (Value::Object(found), Value::Object(wanted)) = (found, wanted) else { return Vec::new() };
+    let short = |value: &Value| {
+        let text = value.to_string();
+        if text.chars().count() > 60 { text.chars().take(57).collect::<String>() + "..." } else { text }
+    };
+    wanted
+        .iter()
+        .filter(|&(name, value)| found.get(name) != Some(value))
+        .map(|(name, value)| match found.get(name) {
+            Some(had) if short(had) != short(value) => {
+                format!("{name}: {} there, {} asked for", short(had), short(value))
+            }
+            _ => format!("{name} differs"),
+        })
+        .collect()
+}

@@ -1,0 +1,110 @@
+use super::spectra::ImageSpectrum;
+use super::{Case, Purpose, Reference, Request, Run, RunId, seed_of_run};
+use crate::film::{BadValues, Film};
+use crate::render::{Schedule, Settings, Watch, WavelengthCount, render};
+use crate::sampling::SamplerKind;
+use cpu_time::ProcessTime;
+
+/// Most memory that the film of a run takes, bytes: more replicates are rendered one batch after the other, each with a
+/// seed of its own.
+const LARGEST_FILM: u128 = 1 << 30;
+
+impl Request {
+    /// How a batch of a run's replicates is rendered.
+    fn settings(&self, id: &RunId, purpose: Purpose, batch: u64, replicates: u32) -> Settings {
+        Settings {
+            schedule: Schedule { replicates, samples_per_replicate: id.samples_per_pixel },
+            seed: seed_of_run(self.seed, purpose, id, batch),
+            sampler: SamplerKind::named(&id.sampler).unwrap_or(SamplerKind::Sobol),
+            wavelengths: match id.wavelengths_per_path {
+                1 => WavelengthCount::One,
+                8 => WavelengthCount::Eight,
+                _ => WavelengthCount::Four,
+            },
+            bins: None,
+        }
+    }
+
+    /// Replicates that are rendered together.
+    fn batch(&self, scene: &crate::scene::Scene, id: &RunId) -> u32 {
+        let settings = self.settings(id, Purpose::Run, 0, 1);
+        let [width, height] = scene.film.size;
+        let one = Film::bytes(width, height, 1, &settings.extras(scene)).max(1);
+        u32::try_from(LARGEST_FILM / one).unwrap_or(u32::MAX).max(1)
+    }
+
+    /// The seed of each replicate's batch.
+    pub fn seeds(&self, case: &Case, id: &RunId) -> Vec<u64> {
+        let batch = self.batch(&case.scene, id);
+        let replicates = self.replicates_of(&id.sampler);
+        (0..replicates).map(|r| seed_of_run(self.seed, Purpose::Run, id, u64::from(r / batch))).collect()
+    }
+}
+
+/// Y of every pixel in one replicate.
+fn luminance(film: &Film, replicate: u32) -> Vec<f64> {
+    let pixels = (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y)));
+    pixels.map(|(x, y)| film.of_replicate(x, y, replicate, [0.0, 1.0, 0.0])).collect()
+}
+
+/// Renders a run and compares it with the reference of its case, on the current rayon thread pool.
+pub fn measure(request: &Request, case: &Case, id: RunId, reference: &Reference, watch: &dyn Watch) -> Run {
+    let replicates = request.replicates_of(&id.sampler);
+    let largest = request.batch(&case.scene, &id);
+    let [width, height] = case.scene.film.size;
+    let (mut relmse, mut bad, mut cpu_seconds) = (Vec::new(), BadValues::default(), 0.0);
+    let mut spectrum = ImageSpectrum::new(width as usize, height as usize);
+    for batch in 0..replicates.div_ceil(largest) {
+        let count = largest.min(replicates - batch * largest);
+        let settings = request.settings(&id, Purpose::Run, u64::from(batch), count);
+        let started = ProcessTime::now();
+        let film = render(&case.scene, &settings, watch);
+        cpu_seconds += started.elapsed().as_secs_f64();
+        bad.add(film.bad);
+        for replicate in 0..film.replicates {
+            let image = luminance(&film, replicate);
+            relmse.push(reference.relmse(&image));
+            spectrum.add(&reference.relative_errors(&image));
+        }
+    }
+    let with_picture = id.samples_per_pixel == request.shown_samples();
+    Run {
+        relmse,
+        cpu_seconds: cpu_seconds / f64::from(replicates.max(1)),
+        bad_values: bad.total(),
+        spectrum: spectrum.finish(with_picture),
+        id,
+    }
+}
+
+/// One picture that a sampler makes in about a given time.
+pub(super) struct EqualTime {
+    pub id: RunId,
+    pub cpu_seconds: f64,
+    pub relmse: f64,
+    pub width: usize,
+    /// (A − B)/√(B² + 0.01·mean(B)²) of each pixel.
+    pub errors: Vec<f64>,
+}
+
+/// One replicate with so many samples, and what it took.
+pub(super) fn equal_time(
+    request: &Request,
+    case: &Case,
+    id: RunId,
+    reference: &Reference,
+    watch: &dyn Watch,
+) -> EqualTime {
+    let settings = request.settings(&id, Purpose::EqualTime, 0, 1);
+    let started = ProcessTime::now();
+    let film = render(&case.scene, &settings, watch);
+    let cpu_seconds = started.elapsed().as_secs_f64();
+    let image = luminance(&film, 0);
+    EqualTime {
+        id,
+        cpu_seconds,
+        relmse: reference.relmse(&image),
+        width: film.width as usize,
+        errors: reference.relative_errors(&image),
+    }
+}

@@ -1,0 +1,176 @@
+//! The study of noise: how the error of a picture falls with samples and with time, for each sampler.
+//!
+//! A *run* renders one scene with one sampler, one number of samples per pixel and one number of wavelengths per path, in R
+//! independent replicates. Each replicate is a short render of its own, with one sequence of samples in each pixel, so
+//! the spread of the replicates tells how well the error itself is known. Every run has its own seed: runs are independent
+//! of one another, whatever else is in the study.
+//!
+//! The error is relMSE of the luminance Y against a reference (see [`Reference`]), from which the reference's own error has
+//! been subtracted. Slopes are fitted by weighted least squares on logarithms (see [`fit`]).
+
+pub mod fit;
+mod folder;
+mod measure;
+pub mod reference;
+pub mod report;
+mod spectra;
+
+pub use folder::{Folder, Stranger};
+pub use measure::measure;
+pub use reference::{Reference, ReferenceError};
+pub use spectra::{Radial, Spectrum};
+
+use crate::sampling::{SamplerKind, mix};
+use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
+
+/// A scene with values for its parameters.
+pub struct Case {
+    pub id: CaseId,
+    pub scene: Scene,
+}
+
+/// What a case is called, and what tells it from others.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CaseId {
+    /// Name and value of each parameter that was given.
+    pub parameters: Vec<(String, String)>,
+    /// Of what the scene means.
+    pub scene_hash: String,
+}
+
+impl CaseId {
+    /// `radius = 0.2, depth = 4`, of the named parameters.
+    pub fn label(&self, varied: &[String]) -> String {
+        let told = self.parameters.iter().filter(|(name, _)| varied.contains(name));
+        told.map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// What a study is asked for: all that its numbers depend on, and the number of threads, on which CPU times depend.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Request {
+    pub version: String,
+    pub cases: Vec<CaseId>,
+    pub samplers: Vec<String>,
+    pub samples_per_pixel: Vec<u32>,
+    pub wavelengths_per_path: Vec<u32>,
+    pub replicates: u32,
+    /// Pixels.
+    pub size: [u32; 2],
+    pub seed: u64,
+    pub reference: ReferenceRequest,
+    pub threads: u32,
+}
+
+/// Where the reference comes from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReferenceRequest {
+    /// A file, with a hash of its values.
+    File { path: String, hash: String },
+    /// The study's own, with so many samples per pixel in all.
+    Rendered { samples_per_pixel: u32 },
+}
+
+/// Which run of a study.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RunId {
+    /// Counted from 0.
+    pub case: usize,
+    pub sampler: String,
+    pub samples_per_pixel: u32,
+    pub wavelengths_per_path: u32,
+}
+
+impl RunId {
+    pub fn name(&self) -> String {
+        let Self { case, sampler, samples_per_pixel, wavelengths_per_path } = self;
+        format!("case{case}-{sampler}-c{wavelengths_per_path}-{samples_per_pixel}spp")
+    }
+}
+
+/// What a run has found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    pub id: RunId,
+    /// Of each replicate, the error of the reference subtracted.
+    pub relmse: Vec<f64>,
+    /// CPU time of one replicate, s: user and system time of all threads over the number of replicates.
+    pub cpu_seconds: f64,
+    /// Not used, because not finite, negative or too large.
+    pub bad_values: u64,
+    /// Power spectrum of the image error.
+    pub spectrum: Spectrum,
+}
+
+impl Run {
+    /// Mean relMSE with its standard error.
+    pub fn error(&self) -> crate::stats::Estimate {
+        self.relmse.iter().copied().collect::<crate::stats::Moments>().estimate()
+    }
+
+    /// 1/(relMSE × CPU seconds), s⁻¹.
+    pub fn efficiency(&self) -> f64 {
+        1.0 / (self.error().mean * self.cpu_seconds)
+    }
+}
+
+impl Request {
+    /// All runs, the short ones first: an interrupted study has something of every sampler.
+    pub fn runs(&self) -> Vec<RunId> {
+        let mut runs = Vec::new();
+        for &samples_per_pixel in &self.samples_per_pixel {
+            for case in 0..self.cases.len() {
+                for &wavelengths_per_path in &self.wavelengths_per_path {
+                    for sampler in &self.samplers {
+                        let sampler = sampler.clone();
+                        runs.push(RunId { case, sampler, samples_per_pixel, wavelengths_per_path });
+                    }
+                }
+            }
+        }
+        runs
+    }
+
+    /// Replicates that a run has: a sampler without chance has but one.
+    pub fn replicates_of(&self, sampler: &str) -> u32 {
+        if SamplerKind::named(sampler).is_some_and(SamplerKind::is_random) { self.replicates } else { 1 }
+    }
+
+    /// The number of samples that pictures and spectra are shown for: that of the list which is nearest to 64.
+    pub fn shown_samples(&self) -> u32 {
+        let far = |samples: &&u32| (f64::from(**samples) / 64.0).ln().abs();
+        self.samples_per_pixel.iter().min_by(|a, b| far(a).total_cmp(&far(b))).copied().unwrap_or(64)
+    }
+
+    /// Names of the parameters that differ between cases.
+    pub fn varied(&self) -> Vec<String> {
+        let first = self.cases.first().map_or(&[][..], |case| &case.parameters);
+        let differs = |name: &str, value: &str| {
+            self.cases.iter().any(|case| case.parameters.iter().any(|(n, v)| n == name && v != value))
+        };
+        first.iter().filter(|(name, value)| differs(name, value)).map(|(name, _)| name.clone()).collect()
+    }
+}
+
+/// What a seed is used for: seeds of different purposes are independent.
+#[derive(Clone, Copy)]
+enum Purpose {
+    Reference = 1,
+    Run = 2,
+    EqualTime = 3,
+    Pattern = 4,
+}
+
+/// A seed of its own for each purpose and use, from the study's.
+fn derived_seed(seed: u64, purpose: Purpose, words: impl IntoIterator<Item = u64>) -> u64 {
+    words.into_iter().fold(mix(seed ^ mix(purpose as u64)), |hash, word| mix(hash ^ mix(word)))
+}
+
+/// Of a run and its batch of replicates.
+fn seed_of_run(seed: u64, purpose: Purpose, id: &RunId, batch: u64) -> u64 {
+    let sampler = id.sampler.bytes().map(u64::from);
+    let numbers = [id.case as u64, id.samples_per_pixel.into(), id.wavelengths_per_path.into(), batch];
+    derived_seed(seed, purpose, sampler.chain(numbers))
+}

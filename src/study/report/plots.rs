@@ -1,0 +1,357 @@
+use super::{Findings, Series, percent, short, slope};
+use crate::plot::{Axis, Chart, Colours, Drawing, Panel, Panels, Point, Scale, Series as Curve};
+use crate::stats::Estimate;
+use crate::study::Spectrum;
+use crate::study::fit::{PowerLaw, student_95};
+use crate::study::measure::EqualTime;
+
+/// A plot with what it is called and what it says.
+pub(super) struct Figure {
+    /// Of its files.
+    pub name: &'static str,
+    pub drawing: Drawing,
+    pub caption: String,
+}
+
+pub(super) fn figures(
+    findings: &Findings,
+    series: &[Series],
+    target: f64,
+    equal: &[EqualTime],
+    patterns: &[(String, Spectrum)],
+) -> Vec<Figure> {
+    let mut figures =
+        vec![error_against_samples(findings, series), error_against_time(findings, series, target)];
+    figures.extend(errors_at_equal_time(series, equal));
+    figures.extend(pattern_spectra(findings, series, patterns));
+    figures.extend(error_spectra(findings, series));
+    figures
+}
+
+/// Relative RMSE with its 95 % interval.
+fn point(x: f64, relmse: Estimate) -> Point {
+    let half = if relmse.variance > 0.0 { student_95(relmse.degrees) * relmse.error() } else { 0.0 };
+    let root = |value: f64| value.max(0.0).sqrt();
+    Point { x, y: root(relmse.mean), low: root(relmse.mean - half), high: root(relmse.mean + half) }
+}
+
+/// Measured points and the fitted line of each series.
+fn curves(series: &[Series], of: impl Fn(&Series) -> (Vec<Point>, Option<PowerLaw>, String)) -> Vec<Curve> {
+    let mut curves = Vec::new();
+    for series in series {
+        let (points, law, name) = of(series);
+        let ends = [points.first(), points.last()].into_iter().flatten().map(|point| point.x);
+        let fitted = law.map_or(Vec::new(), |law| ends.map(|x| Point::new(x, law.at(x))).collect());
+        curves.push(Curve {
+            name: String::new(),
+            ink: series.ink.to_owned(),
+            points: fitted,
+            marker: None,
+            line: 1.4,
+            dash: series.dash,
+        });
+        curves.push(Curve {
+            name,
+            ink: series.ink.to_owned(),
+            points,
+            marker: Some(series.marker),
+            line: 0.0,
+            dash: None,
+        });
+    }
+    curves
+}
+
+fn error_against_samples(findings: &Findings, series: &[Series]) -> Figure {
+    let request = findings.request;
+    let mut x = Axis::new("samples per pixel", Scale::Log);
+    // Not more numbers than there is room for.
+    let every = request.samples_per_pixel.len().div_ceil(9);
+    x.ticks = request.samples_per_pixel.iter().step_by(every).map(|&n| f64::from(n)).collect();
+    let of = |series: &Series| {
+        let points =
+            series.runs.iter().map(|run| point(f64::from(run.id.samples_per_pixel), run.error())).collect();
+        let name = format!("{}  {}", series.label, slope(series.against_samples.as_ref()));
+        (points, series.against_samples, name)
+    };
+    let drawing = Chart {
+        title: "Error against samples".to_owned(),
+        x,
+        y: Axis::new("relative RMSE of Y", Scale::Log),
+        series: curves(series, of),
+        band: Vec::new(),
+    }
+    .draw();
+    let random = |series: &&Series| request.replicates_of(series.sampler) > 1;
+    let laws: Vec<(&Series, PowerLaw)> =
+        series.iter().filter(random).filter_map(|s| Some((s, s.against_samples?))).collect();
+    let steepest = laws.iter().min_by(|a, b| a.1.slope.total_cmp(&b.1.slope));
+    let seen = steepest.map_or(String::new(), |(series, law)| {
+        format!(
+            " The steepest line is that of {}, with a slope of {}; independent samples have −0.5 in theory.",
+            series.label,
+            slope(Some(law))
+        )
+    });
+    let curved: Vec<&str> = laws
+        .iter()
+        .filter(|(_, law)| law.reduced_chi_square > 4.0)
+        .map(|(series, _)| series.label.as_str())
+        .collect();
+    let curved = match curved.as_slice() {
+        [] => String::new(),
+        names => format!(
+            " The points of {} scatter about the line by more than twice what the replicates explain: their law is not one power.",
+            names.join(", ")
+        ),
+    };
+    Figure {
+        name: "error-samples",
+        drawing,
+        caption: format!(
+            "Relative RMSE of the luminance against samples per pixel, with 95 % intervals from {} replicates, the fitted power \
+             laws and, in the legend, their slopes.{seen}{curved}",
+            request.replicates
+        ),
+    }
+}
+
+fn error_against_time(findings: &Findings, series: &[Series], target: f64) -> Figure {
+    let of = |series: &Series| {
+        let points = series.runs.iter().map(|run| point(run.cpu_seconds, run.error())).collect();
+        let name = format!("{}  {}", series.label, slope(series.against_time.as_ref()));
+        (points, series.against_time, name)
+    };
+    let mut all = curves(series, of);
+    let times = || series.iter().flat_map(|series| &series.runs).map(|run| run.cpu_seconds);
+    let ends = [times().fold(f64::MAX, f64::min), times().fold(0.0, f64::max)];
+    all.push(Curve {
+        name: format!("{} is the target", percent(target)),
+        ink: "#888".to_owned(),
+        points: ends.map(|x| Point::new(x, target)).to_vec(),
+        marker: None,
+        line: 1.0,
+        dash: Some("3 3"),
+    });
+    let drawing = Chart {
+        title: "Error against CPU time".to_owned(),
+        x: Axis::new("CPU time of one picture, s", Scale::Log),
+        y: Axis::new("relative RMSE of Y", Scale::Log),
+        series: all,
+        band: Vec::new(),
+    }
+    .draw();
+    let first = series
+        .iter()
+        .filter_map(|series| Some((series, series.reached(target)?)))
+        .min_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds));
+    let seen = first.map_or(String::new(), |(series, reached)| {
+        let how = if reached.extrapolated { ", extrapolated" } else { "" };
+        format!(
+            " {} is the first to reach the target of {}, after {} s{how}.",
+            series.label,
+            percent(target),
+            short(reached.seconds)
+        )
+    });
+    Figure {
+        name: "error-time",
+        drawing,
+        caption: format!(
+            "The same errors against the CPU time of one replicate: user and system time of {} threads together.{seen}",
+            findings.request.threads
+        ),
+    }
+}
+
+/// 1, 2 or 5 times a power of ten, at or above the number.
+fn round_up(value: f64) -> f64 {
+    let power = 10f64.powf(value.max(1e-300).log10().floor());
+    [1.0, 2.0, 5.0]
+        .map(|digit| digit * power)
+        .into_iter()
+        .find(|&round| round >= value)
+        .unwrap_or(10.0 * power)
+}
+
+fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Figure> {
+    let mut sizes: Vec<f64> = equal.iter().flat_map(|picture| &picture.errors).map(|e| e.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let end = round_up(*sizes.get(sizes.len().checked_sub(1)? * 95 / 100)?);
+    let label = |picture: &EqualTime| {
+        let same = |series: &&Series| {
+            (series.sampler, series.wavelengths)
+                == (picture.id.sampler.as_str(), picture.id.wavelengths_per_path)
+        };
+        series.iter().find(same).map_or(picture.id.sampler.clone(), |series| series.label.clone())
+    };
+    let panel = |picture: &EqualTime| Panel {
+        title: format!("{}, {} samples per pixel", label(picture), picture.id.samples_per_pixel),
+        note: format!(
+            "{} s, relative RMSE {}",
+            short(picture.cpu_seconds),
+            percent(picture.relmse.max(0.0).sqrt())
+        ),
+        width: picture.width,
+        values: picture.errors.clone(),
+    };
+    let drawing = Panels {
+        title: "Errors of pictures made in equal time".to_owned(),
+        panels: equal.iter().map(panel).collect(),
+        quantity: "relative error".to_owned(),
+        range: [-end, end],
+        scale: Scale::Linear,
+        colours: Colours::Diverging,
+    }
+    .draw();
+    let rmse = |picture: &&EqualTime| picture.relmse;
+    let best = equal.iter().min_by(|a, b| rmse(a).total_cmp(&rmse(b)))?;
+    let worst = equal.iter().max_by(|a, b| rmse(a).total_cmp(&rmse(b)))?;
+    Some(Figure {
+        name: "errors-at-equal-time",
+        drawing,
+        caption: format!(
+            "Signed error of each pixel, relative to the reference, in one picture of each sampler made in about the CPU time that \
+             the fastest takes for its number of samples. Red is too bright, blue too dark; the scale is the same for \
+             all. The least error is that of {} ({}), the largest that of {} ({}).",
+            label(best),
+            percent(best.relmse.max(0.0).sqrt()),
+            label(worst),
+            percent(worst.relmse.max(0.0).sqrt())
+        ),
+    })
+}
+
+/// Radial powers of several spectra.
+fn radial(title: &str, x: &str, all: &[(&Series, String, &Spectrum)]) -> Drawing {
+    let curve = |(series, name, spectrum): &(&Series, String, &Spectrum)| Curve {
+        name: name.clone(),
+        ink: series.ink.to_owned(),
+        points: spectrum
+            .radial
+            .frequency
+            .iter()
+            .zip(&spectrum.radial.power)
+            .map(|(&x, &y)| Point::new(x, y.max(1e-4)))
+            .collect(),
+        marker: None,
+        line: 1.8,
+        dash: series.dash,
+    };
+    Chart {
+        title: title.to_owned(),
+        x: Axis::new(x, Scale::Linear),
+        y: Axis::new("power, relative to white noise", Scale::Log),
+        series: all.iter().map(curve).collect(),
+        band: Vec::new(),
+    }
+    .draw()
+}
+
+fn planes(title: &str, all: &[(&Series, String, &Spectrum)], note: &str) -> Drawing {
+    let panel = |(_, name, spectrum): &(&Series, String, &Spectrum)| Panel {
+        title: name.clone(),
+        note: note.to_owned(),
+        width: spectrum.width,
+        values: spectrum.power.iter().map(|&power| if power < 0.0 { f64::NAN } else { power }).collect(),
+    };
+    Panels {
+        title: title.to_owned(),
+        panels: all.iter().filter(|(_, _, spectrum)| spectrum.width > 0).map(panel).collect(),
+        quantity: "power".to_owned(),
+        range: [0.01, 10.0],
+        scale: Scale::Log,
+        colours: Colours::Sequential,
+    }
+    .draw()
+}
+
+fn pattern_spectra(findings: &Findings, series: &[Series], patterns: &[(String, Spectrum)]) -> Vec<Figure> {
+    let samples = findings.request.shown_samples();
+    let all: Vec<(&Series, String, &Spectrum)> = patterns
+        .iter()
+        .filter_map(|(name, spectrum)| {
+            Some((series.iter().find(|series| series.sampler == name)?, name.clone(), spectrum))
+        })
+        .collect();
+    let below = |spectrum: &Spectrum| {
+        let low: Vec<f64> = spectrum
+            .radial
+            .frequency
+            .iter()
+            .zip(&spectrum.radial.power)
+            .filter(|(f, _)| **f < 0.5)
+            .map(|(_, power)| *power)
+            .collect();
+        low.iter().sum::<f64>() / low.len().max(1) as f64
+    };
+    let told: Vec<String> =
+        all.iter().map(|(_, name, spectrum)| format!("{name} {}", short(below(spectrum)))).collect();
+    vec![
+        Figure {
+            name: "pattern-spectra-radial",
+            drawing: radial(
+                &format!("Spectra of the sampling patterns, {samples} points"),
+                "frequency × mean distance of the points",
+                &all,
+            ),
+            caption: format!(
+                "Power of the film positions within a pixel by frequency, mean over pixels and directions; 1 is white noise. What is low \
+                 below 0.5 turns little of a smooth picture into noise. Mean power there: {}.",
+                told.join(", ")
+            ),
+        },
+        Figure {
+            name: "pattern-spectra",
+            drawing: planes(&format!("Spectra of the sampling patterns, {samples} points"), &all, "−2 to 2 over the mean distance"),
+            caption: "The same in the plane, frequency 0 in the middle: whether a pattern prefers directions. Frequency 0 itself is left \
+                      out (grey)."
+                .to_owned(),
+        },
+    ]
+}
+
+fn error_spectra(findings: &Findings, series: &[Series]) -> Vec<Figure> {
+    let samples = findings.request.shown_samples();
+    let all: Vec<(&Series, String, &Spectrum)> = series
+        .iter()
+        .filter_map(|series| Some((series, series.label.clone(), &series.at(samples)?.spectrum)))
+        .collect();
+    vec![
+        Figure {
+            name: "error-spectra-radial",
+            drawing: radial(
+                &format!("Spectra of the image errors, {samples} samples per pixel"),
+                "frequency, cycles per pixel",
+                &all,
+            ),
+            caption: "Power of the relative error over the picture by frequency, mean over replicates and directions; 1 is white noise, \
+                      which pixels with independent errors have. Less at low frequencies is noise that the eye averages out more easily; \
+                      more there is error that neighbouring pixels share."
+                .to_owned(),
+        },
+        Figure {
+            name: "error-spectra",
+            drawing: planes(&format!("Spectra of the image errors, {samples} samples per pixel"), &all, "−½ to ½ cycles per pixel"),
+            caption: "The same in the plane, frequency 0 in the middle.".to_owned(),
+        },
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_end_at_round_numbers() {
+        assert_eq!([0.012, 0.2, 0.31, 7.0].map(round_up), [0.02, 0.2, 0.5, 10.0]);
+    }
+
+    #[test]
+    fn an_error_bar_is_the_interval_of_the_root() {
+        let point = point(4.0, Estimate { mean: 0.04, variance: 1e-6, degrees: 1e9 });
+        assert!((point.y - 0.2).abs() < 1e-12);
+        assert!((point.high - (0.04f64 + 1.959_964e-3).sqrt()).abs() < 1e-6);
+        assert!((point.low - (0.04f64 - 1.959_964e-3).sqrt()).abs() < 1e-6);
+    }
+}
