@@ -132,7 +132,7 @@ impl Sampler {
             SamplerKind::Regular => (0, within),
             _ => (key(pixel, round), within),
         };
-        Stream { sampler: self, key, index }
+        Stream { sampler: self, kind: self.kind, key, index }
     }
 }
 
@@ -140,6 +140,7 @@ impl Sampler {
 #[derive(Clone, Copy, Debug)]
 pub struct Stream<'a> {
     sampler: &'a Sampler,
+    kind: SamplerKind,
     /// Stands for seed, sequence, and pixel or block of pixels.
     key: u64,
     index: u32,
@@ -149,20 +150,29 @@ impl Stream<'_> {
     /// The four values of a set, each in (0, 1).
     pub fn draw(&self, dimensions: Dimensions) -> [f64; 4] {
         let set = dimensions.set();
-        let key = self.key ^ (u64::from(set) << 32);
-        let bits = match (self.sampler.kind, &self.sampler.patterns) {
-            (SamplerKind::Sobol, _) => sobol::scrambled(self.index, mix(key)),
-            (SamplerKind::BlueNoise, _) => self.sampler.layout.sample(self.index, mix(key)),
-            (SamplerKind::Poisson, Some(patterns)) => {
-                return patterns.sample(self.sampler.cells, self.index, mix(key));
+        match self.kind {
+            SamplerKind::Sobol => sobol::scrambled(self.index, self.key_of(set)).map(unit),
+            SamplerKind::Independent => {
+                independent::draw(mix(self.key ^ u64::from(self.index)), set).map(unit)
             }
-            (SamplerKind::Jittered | SamplerKind::Poisson, _) => {
-                return self.sampler.cells.jittered(self.index, mix(key));
-            }
-            (SamplerKind::Regular, _) => return self.sampler.cells.centres(self.index, mix(key)),
-            (SamplerKind::Independent, _) => independent::draw(mix(self.key ^ u64::from(self.index)), set),
-        };
-        bits.map(unit)
+            _ => self.draw_from_layout(set),
+        }
+    }
+
+    /// Apart, so that the common samplers stay small where they are inlined.
+    #[inline(never)]
+    fn draw_from_layout(&self, set: u32) -> [f64; 4] {
+        let (key, sampler) = (self.key_of(set), self.sampler);
+        match (self.kind, &sampler.patterns) {
+            (SamplerKind::BlueNoise, _) => sampler.layout.sample(self.index, key).map(unit),
+            (SamplerKind::Poisson, Some(patterns)) => patterns.sample(sampler.cells, self.index, key),
+            (SamplerKind::Regular, _) => sampler.cells.centres(self.index, key),
+            _ => sampler.cells.jittered(self.index, key),
+        }
+    }
+
+    fn key_of(&self, set: u32) -> u64 {
+        mix(self.key ^ (u64::from(set) << 32))
     }
 }
 
