@@ -57,8 +57,8 @@ impl Layout {
     }
 
     /// The sample of the set that `key` stands for.
-    pub(super) fn sample(self, index: u32, key: u64) -> [u32; 4] {
-        sobol::of_shuffled(self.shuffled(index, mix(key)), key)
+    pub(super) fn sample(self, index: u32, order: u64, set: usize, key: u64) -> [u32; 4] {
+        sobol::of_shuffled(self.shuffled(index, mix(order)), set, key)
     }
 
     /// Exchanges the quads at every level, at random but alike for all that a quad holds. The last digit is a

@@ -83,7 +83,9 @@ impl Dimensions {
     fn set(self) -> u32 {
         match self {
             Self::Camera => 0,
-            Self::Lens => 1,
+            Self::Light(0) => 1,
+            Self::Scattering(0) => 2,
+            Self::Lens => 3,
             Self::Scattering(vertex) => 2 + 2 * vertex,
             Self::Light(vertex) => 3 + 2 * vertex,
         }
@@ -151,7 +153,10 @@ impl Stream<'_> {
     pub fn draw(&self, dimensions: Dimensions) -> [f64; 4] {
         let set = dimensions.set();
         match self.kind {
-            SamplerKind::Sobol => sobol::scrambled(self.index, self.key_of(set)).map(unit),
+            SamplerKind::Sobol => {
+                let (order, place) = self.order_of(set);
+                sobol::scrambled(self.index, order, place, self.key_of(set)).map(unit)
+            }
             SamplerKind::Independent => {
                 independent::draw(mix(self.key ^ u64::from(self.index)), set).map(unit)
             }
@@ -164,11 +169,20 @@ impl Stream<'_> {
     fn draw_from_layout(&self, set: u32) -> [f64; 4] {
         let (key, sampler) = (self.key_of(set), self.sampler);
         match (self.kind, &sampler.patterns) {
-            (SamplerKind::BlueNoise, _) => sampler.layout.sample(self.index, key).map(unit),
+            (SamplerKind::BlueNoise, _) => {
+                let (order, place) = self.order_of(set);
+                sampler.layout.sample(self.index, order, place, key).map(unit)
+            }
             (SamplerKind::Poisson, Some(patterns)) => patterns.sample(sampler.cells, self.index, key),
             (SamplerKind::Regular, _) => sampler.cells.centres(self.index, key),
             _ => sampler.cells.jittered(self.index, key),
         }
+    }
+
+    /// What stands for the shuffling of the sequence that a set belongs to, and the set's place in it.
+    fn order_of(&self, set: u32) -> (u64, usize) {
+        let sequence = u64::from(set / sobol::SETS as u32);
+        (mix(!self.key ^ sequence << 32), set as usize % sobol::SETS)
     }
 
     fn key_of(&self, set: u32) -> u64 {

@@ -5,75 +5,95 @@
 //! run of 2ᵏ indices is therefore perfectly stratified in each dimension and in the pair (0, 1), for up
 //! to 2³² points.
 
-/// Primitive polynomials and initial direction numbers of dimensions 2 to 4 as (degree, inner coefficients,
+/// Primitive polynomials and initial direction numbers of the dimensions after the first as (degree, inner coefficients,
 /// m₁ …): Joe and Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM
 /// J. Sci. Comput. 30, 2008 (file new-joe-kuo-6.21201). Dimension 1 is the van der Corput sequence.
-const POLYNOMIALS: [(usize, u32, [u32; 3]); 3] = [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
+const POLYNOMIALS: [(usize, u32, [u32; 6]); 15] = [
+    (1, 0, [1, 0, 0, 0, 0, 0]),
+    (2, 1, [1, 3, 0, 0, 0, 0]),
+    (3, 1, [1, 3, 1, 0, 0, 0]),
+    (3, 2, [1, 1, 1, 0, 0, 0]),
+    (4, 1, [1, 1, 3, 3, 0, 0]),
+    (4, 4, [1, 3, 5, 13, 0, 0]),
+    (5, 2, [1, 1, 5, 5, 17, 0]),
+    (5, 4, [1, 1, 5, 5, 5, 0]),
+    (5, 7, [1, 1, 7, 11, 19, 0]),
+    (5, 11, [1, 1, 5, 1, 1, 0]),
+    (5, 13, [1, 1, 1, 3, 11, 0]),
+    (5, 14, [1, 3, 5, 5, 31, 0]),
+    (6, 1, [1, 3, 3, 9, 7, 49]),
+    (6, 13, [1, 1, 1, 15, 21, 21]),
+    (6, 16, [1, 3, 1, 13, 27, 49]),
+];
 
-/// The direction numbers of the four dimensions, most significant bit first.
-const fn directions() -> [[u32; 4]; 32] {
+/// Sets of four dimensions that one sequence has.
+pub(super) const SETS: usize = 4;
+
+/// The direction numbers of a set of four dimensions, most significant bit first.
+const fn directions(set: usize) -> [[u32; 4]; 32] {
     let mut v = [[0u32; 4]; 32];
-    let mut bit = 0;
-    while bit < 32 {
-        v[bit][0] = 1 << (31 - bit);
-        bit += 1;
-    }
-    let mut dimension = 1;
-    while dimension < 4 {
-        let (degree, coefficients, initial) = POLYNOMIALS[dimension - 1];
+    let mut column = 0;
+    while column < 4 {
+        let dimension = 4 * set + column;
         let mut i = 0;
         while i < 32 {
-            if i < degree {
-                v[i][dimension] = initial[i] << (31 - i);
+            if dimension == 0 {
+                v[i][column] = 1 << (31 - i);
             } else {
-                let mut next = v[i - degree][dimension] ^ (v[i - degree][dimension] >> degree);
-                let mut k = 1;
-                while k < degree {
-                    if coefficients >> (degree - 1 - k) & 1 == 1 {
-                        next ^= v[i - k][dimension];
+                let (degree, coefficients, initial) = POLYNOMIALS[dimension - 1];
+                if i < degree {
+                    v[i][column] = initial[i] << (31 - i);
+                } else {
+                    let mut next = v[i - degree][column] ^ (v[i - degree][column] >> degree);
+                    let mut k = 1;
+                    while k < degree {
+                        if coefficients >> (degree - 1 - k) & 1 == 1 {
+                            next ^= v[i - k][column];
+                        }
+                        k += 1;
                     }
-                    k += 1;
+                    v[i][column] = next;
                 }
-                v[i][dimension] = next;
             }
             i += 1;
         }
-        dimension += 1;
+        column += 1;
     }
     v
 }
 
-/// For each byte of the index, the four dimensions' sum of direction numbers over its set bits.
-static BY_BYTE: [[[u32; 4]; 256]; 4] = {
-    let v = directions();
-    let mut table = [[[0u32; 4]; 256]; 4];
-    let mut byte = 0;
-    while byte < 4 {
-        let mut value = 0;
-        while value < 256 {
-            let mut bit = 0;
-            while bit < 8 {
-                if value >> bit & 1 == 1 {
-                    let mut dimension = 0;
-                    while dimension < 4 {
-                        table[byte][value][dimension] ^= v[8 * byte + bit][dimension];
-                        dimension += 1;
-                    }
+/// For each set and each byte of the index, the four dimensions' sum of direction numbers over its set bits.
+static BY_BYTE: [[[[u32; 4]; 256]; 4]; SETS] = {
+    let mut table = [[[[0u32; 4]; 256]; 4]; SETS];
+    let mut set = 0;
+    while set < SETS {
+        let v = directions(set);
+        let mut byte = 0;
+        while byte < 4 {
+            let mut value = 1;
+            while value < 256 {
+                // All but the lowest set bit, and that.
+                let rest = table[set][byte][value & (value - 1)];
+                let bit = (value as u32).trailing_zeros() as usize;
+                let mut column = 0;
+                while column < 4 {
+                    table[set][byte][value][column] = rest[column] ^ v[8 * byte + bit][column];
+                    column += 1;
                 }
-                bit += 1;
+                value += 1;
             }
-            value += 1;
+            byte += 1;
         }
-        byte += 1;
+        set += 1;
     }
     table
 };
 
 /// The `index`-th Sobol point as binary fractions, unscrambled.
-fn point(index: u32) -> [u32; 4] {
+pub(super) fn point(index: u32, set: usize) -> [u32; 4] {
     let [a, b, c, d] = index.to_le_bytes();
     let rows =
-        [&BY_BYTE[0][a as usize], &BY_BYTE[1][b as usize], &BY_BYTE[2][c as usize], &BY_BYTE[3][d as usize]];
+        [&BY_BYTE[set][0][a as usize], &BY_BYTE[set][1][b as usize], &BY_BYTE[set][2][c as usize], &BY_BYTE[set][3][d as usize]];
     let mut bits = [0; 4];
     for (dimension, bits) in bits.iter_mut().enumerate() {
         *bits = rows[0][dimension] ^ rows[1][dimension] ^ rows[2][dimension] ^ rows[3][dimension];
@@ -94,14 +114,15 @@ fn owen(fraction: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-/// The `index`-th point of the set that `key` stands for.
-pub(super) fn scrambled(index: u32, key: u64) -> [u32; 4] {
-    of_shuffled(owen(index, key as u32), key)
+/// The `index`-th point's values in a set. Sets of one sequence have the shuffling in common, that `order` stands for, and
+/// each its own scrambling, that `key` stands for.
+pub(super) fn scrambled(index: u32, order: u64, set: usize, key: u64) -> [u32; 4] {
+    of_shuffled(owen(index, order as u32), set, key)
 }
 
 /// The point of that number in the scrambled sequence that `key` stands for, without shuffling.
-pub(super) fn of_shuffled(index: u32, key: u64) -> [u32; 4] {
-    let mut bits = point(index);
+pub(super) fn of_shuffled(index: u32, set: usize, key: u64) -> [u32; 4] {
+    let mut bits = point(index, set);
     let seeds = [super::mix(key ^ 1), super::mix(key ^ 2)];
     let seeds = [seeds[0] as u32, (seeds[0] >> 32) as u32, seeds[1] as u32, (seeds[1] >> 32) as u32];
     for (bits, seed) in bits.iter_mut().zip(seeds) {
