@@ -55,3 +55,9 @@ fn check(sampler: SamplerKind, expected: f64) {
 fn independent_times_vary_as_p_times_1_minus_p_over_n() {
     check(SamplerKind::Independent, PART * (1.0 - PART) / f64::from(SAMPLES));
 }
+
+/// Only the strata in which the slab comes and goes are random, each by 1/6 of a sample on the average.
+#[test]
+fn jittered_times_vary_by_one_over_three_n_squared() {
+    check(SamplerKind::Jittered, 1.0 / (3.0 * f64::from(SAMPLES).powi(2)));
+}
