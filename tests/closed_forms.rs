@@ -3,6 +3,8 @@
 mod common;
 
 use abbe::film::Film;
+use abbe::render::{Settings, WavelengthCount};
+use abbe::sampling::SamplerKind;
 use abbe::stats::sidak;
 use abbe::units::WavelengthRange;
 use common::{ALL_COUNTS, bins, expose, mean_over_pixels, settings, spectral_scene};
@@ -68,6 +70,25 @@ fn what_absorbs_nothing_vanishes_in_a_furnace() {
         }
     }
     println!("largest deviation {worst:.2} standard errors of {bound:.2} allowed");
+}
+
+/// Every sampler that has replicates, where directions, lobes, survival and wavelengths all matter.
+#[test]
+fn a_furnace_is_one_with_every_sampler() {
+    let range = WavelengthRange::VISIBLE;
+    let kinds = SamplerKind::NAMES.into_iter().filter(|(_, kind)| kind.is_random());
+    let bound = bound(kinds.clone().count() * 3 * BINS);
+    for material in ["white", "transmitter", "flint"] {
+        let scene = spectral_scene(FURNACE, &[("bsdf", material)], range);
+        for (name, sampler) in kinds.clone() {
+            let settings =
+                Settings { sampler, bins: bins(range, BINS), ..settings(4096, WavelengthCount::Four, 3) };
+            for (mean, error) in by_bin(&expose(&scene, &settings)) {
+                assert!(error < 0.02, "{name}, {material}: standard error {error}");
+                assert!((mean - 1.0).abs() <= bound * error + 1e-9, "{name}, {material}: {mean} ± {error}");
+            }
+        }
+    }
 }
 
 /// What a ball of rough material returns of a furnace's radiance, stated in the README: single scattering loses the rest.

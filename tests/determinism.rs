@@ -40,3 +40,21 @@ fn threads_leave_no_trace_in_the_file() {
     assert!(one != reseeded, "another seed gives the same file: the comparison cannot fail");
     std::fs::remove_dir_all(&folder).expect("the temporary files can be removed");
 }
+
+#[test]
+fn every_sampler_leaves_threads_no_trace() {
+    let folder = std::env::temp_dir().join(format!("abbe-samplers-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder for temporary files");
+    let mut files = Vec::new();
+    for (sampler, _) in abbe::sampling::SamplerKind::NAMES {
+        let with = |threads: &str| {
+            let arguments = ["--sampler", sampler, "--threads", threads];
+            render(&folder, &format!("{sampler}.exr"), &arguments)
+        };
+        let one = with("1");
+        assert!(one == with("5"), "{sampler}: five threads give another file than one");
+        assert!(!files.contains(&one), "{sampler} gives the file of another sampler");
+        files.push(one);
+    }
+    std::fs::remove_dir_all(&folder).expect("the temporary files can be removed");
+}

@@ -97,10 +97,14 @@ pub struct StudyProgress {
     started: Instant,
     /// Never raised: a run under way is finished.
     never: AtomicBool,
+    /// Raised by Ctrl-C.
+    stop: Arc<AtomicBool>,
+    /// That the study ends has been told.
+    told: AtomicBool,
 }
 
 impl StudyProgress {
-    pub fn new(quiet: bool) -> Self {
+    pub fn new(quiet: bool, stop: Arc<AtomicBool>) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let bar = ProgressBar::new(0);
         bar.set_draw_target(if quiet || !terminal {
@@ -113,7 +117,14 @@ impl StudyProgress {
         {
             bar.set_style(style);
         }
-        Self { bar, plain: !quiet && !terminal, started: Instant::now(), never: AtomicBool::new(false) }
+        Self {
+            bar,
+            plain: !quiet && !terminal,
+            started: Instant::now(),
+            never: AtomicBool::new(false),
+            stop,
+            told: AtomicBool::new(false),
+        }
     }
 
     /// With so many samples to do, of what is named.
@@ -150,6 +161,10 @@ impl StudyProgress {
 impl Watch for StudyProgress {
     fn advanced(&self, samples: u64) {
         self.bar.inc(samples);
+        if self.stop.load(Ordering::Relaxed) && !self.told.swap(true, Ordering::Relaxed) {
+            let text = "finishing the run under way; Ctrl-C again gives it up";
+            if self.plain { eprintln!("{text}") } else { self.bar.println(text) }
+        }
     }
 
     fn pass_done(&self, _: &Film) {}

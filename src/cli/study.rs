@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let cannot = |error: &std::io::Error| cannot_write(&args.output, error);
     folder.prepare(&request).map_err(|error| cannot(&error))?;
     let stop = stop_on_interrupt()?;
-    let progress = StudyProgress::new(args.quiet);
+    let progress = StudyProgress::new(args.quiet, stop.clone());
 
     let pixels = u64::from(request.size[0]) * u64::from(request.size[1]);
     let mut runs: Vec<(RunId, Option<_>)> =
@@ -258,11 +258,10 @@ fn request(args: &Args, cases: &[Case], threads: u32) -> Result<(Request, Option
         }
         Some(path) => {
             let reference = read_reference(path, size)?;
-            let words = reference.y.iter().map(|y| y.to_bits());
-            let hash = words
-                .fold(0u64, |hash, word| (hash.rotate_left(5) ^ word).wrapping_mul(0x9E37_79B9_7F4A_7C15));
-            let file =
-                ReferenceRequest::File { path: path.display().to_string(), hash: format!("{hash:016x}") };
+            let file = ReferenceRequest::File {
+                path: path.display().to_string(),
+                hash: format!("{:016x}", reference.hash()),
+            };
             (file, Some(reference))
         }
         None => {

@@ -185,7 +185,13 @@ impl Chart {
             drawing.line(&[[at, BOTTOM], [at, BOTTOM + band + 5.0]], "#222", 1.0, None);
             drawing.text([at, BOTTOM + band + 19.0], label, 13.0, Anchor::Middle, "#222");
         }
-        drawing.text([0.5 * (LEFT + right), HEIGHT - 10.0], &self.x.title, 13.0, Anchor::Middle, "#222");
+        drawing.text(
+            [0.5 * (LEFT + right), BOTTOM + band + 44.0],
+            &self.x.title,
+            13.0,
+            Anchor::Middle,
+            "#222",
+        );
         drawing.upward([20.0, 0.5 * (TOP + BOTTOM)], &self.y.title, 13.0);
     }
 }

@@ -70,7 +70,7 @@ impl Layout {
         for level in 0..digits {
             let shift = 2 * level + odd;
             let above = (u64::from(index) >> (shift + 2)) << 6 | u64::from(level);
-            let choice = (mix(key ^ above) >> 32) * 24 >> 32;
+            let choice = ((mix(key ^ above) >> 32) * 24) >> 32;
             let digit = index >> shift & 3;
             shuffled |= u32::from(ORDERS[choice as usize][digit as usize]) << shift;
         }

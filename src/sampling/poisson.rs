@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 const LARGEST: u32 = 256;
 
 /// Patterns that the sequences of a render take turns with.
-const PATTERNS: usize = 64;
+const PATTERNS: usize = 32;
 
 /// Number of points times squared radius that boundary sampling reaches.
 const DENSITY: f64 = 0.81;

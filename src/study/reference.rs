@@ -4,7 +4,7 @@ use crate::film::Film;
 use crate::output::exr::Channels;
 use crate::output::{Colour, Content, Picture};
 use crate::render::{Schedule, Settings, Watch, WavelengthCount, render};
-use crate::sampling::SamplerKind;
+use crate::sampling::{SamplerKind, mix};
 use crate::spectrum::colour::rec709_to_xyz;
 use std::path::Path;
 
@@ -74,6 +74,11 @@ impl Reference {
                 Err(ReferenceError::NoLuminance(file.channels.iter().map(|(name, _)| name.clone()).collect()))
             }
         }
+    }
+
+    /// Of its values.
+    pub fn hash(&self) -> u64 {
+        self.y.iter().fold(mix(self.width as u64), |hash, y| mix(hash ^ y.to_bits()))
     }
 
     /// relMSE of an image, the reference's part subtracted.

@@ -134,9 +134,10 @@ pub(super) fn pattern(kind: SamplerKind, seed: u64, samples: u32) -> Spectrum {
     let mut sums = vec![0.0; edge * half];
     let mut wave = vec![Complex::new(0.0, 0.0); edge * half];
     for pixel in 0..pixels {
+        // Each with a sequence of its own: neighbours may share one, and would show its peculiarities.
         wave.fill(Complex::new(0.0, 0.0));
         for index in 0..samples {
-            let [x, y, ..] = sampler.stream([pixel % 16, pixel / 16], 0, index).draw(Dimensions::Camera);
+            let [x, y, ..] = sampler.stream([pixel % 16, pixel / 16], pixel, index).draw(Dimensions::Camera);
             let turn = |u: f64| Complex::from_polar(1.0, -TAU * u);
             let mut row = Complex::new(1.0, 0.0);
             for waves in wave.chunks_exact_mut(edge) {

@@ -18,12 +18,12 @@ pub(super) struct Section<'a> {
 }
 
 const STYLE: &str = "\
-body { font: 16px/1.55 Inter, Helvetica, Arial, sans-serif; color: #222; max-width: 880px; margin: 48px auto; padding: 0 20px; }
+body { font: 16px/1.55 Inter, Helvetica, Arial, sans-serif; color: #222; max-width: 920px; margin: 48px auto; padding: 0 20px; }
 h1 { font-size: 30px; line-height: 1.2; margin: 0 0 8px; } h2 { font-size: 21px; margin: 44px 0 12px; } h3 { font-size: 17px; margin: 32px 0 8px; }
 h1, h2, h3, th, b { font-weight: 600; }
 .lead { font-size: 18px; color: #444; }
-table { border-collapse: collapse; width: 100%; font-size: 14px; margin: 14px 0; font-variant-numeric: tabular-nums; }
-th, td { padding: 6px 10px; text-align: right; border-bottom: 1px solid #e4e4e4; } thead th { border-bottom: 2px solid #222; vertical-align: bottom; }
+table { border-collapse: collapse; width: 100%; font-size: 13.5px; margin: 14px 0; font-variant-numeric: tabular-nums; }
+th, td { padding: 6px 8px; text-align: right; border-bottom: 1px solid #e4e4e4; } tbody td { white-space: nowrap; } .facts td { white-space: normal; } thead th { border-bottom: 2px solid #222; vertical-align: bottom; }
 th:first-child, td:first-child { text-align: left; } .facts td, .facts th { text-align: left; vertical-align: top; } .facts th { width: 190px; font-weight: 600; }
 td .ink { display: inline-block; width: 11px; height: 11px; border-radius: 6px; margin-right: 8px; }
 figure { margin: 30px 0 38px; } figure svg { width: 100%; height: auto; display: block; }
@@ -88,12 +88,12 @@ fn summary(findings: &Findings, section: &Section) -> String {
         .series
         .iter()
         .filter_map(|series| Some((series, *series.runs.last()?)))
-        .filter(|(_, run)| run.efficiency().is_finite() && run.efficiency() > 0.0)
+        .filter(|(_, run)| run.relmse.len() > 1 && run.efficiency().is_finite() && run.efficiency() > 0.0)
         .max_by(|a, b| a.1.efficiency().total_cmp(&b.1.efficiency()));
     let label = case_label(findings, section.case);
-    let with = if label.is_empty() { String::new() } else { format!("With {label}: ") };
+    let with = if label.is_empty() { "At".to_owned() } else { format!("With {label}, at") };
     let Some((series, run)) = best else {
-        return format!("{with}no run has an error that can be told from 0.");
+        return "No run has an error that can be told from 0.".to_owned();
     };
     let independent =
         section.series.iter().find(|s| s.sampler == "independent" && s.wavelengths == series.wavelengths);
@@ -101,10 +101,13 @@ fn summary(findings: &Findings, section: &Section) -> String {
         .filter(|independent| independent.sampler != series.sampler)
         .and_then(|independent| independent.at(run.id.samples_per_pixel))
         .map_or(String::new(), |other| {
-            format!(", {} times that of independent samples", short(run.efficiency() / other.efficiency()))
+            format!(
+                ", {} times as efficient as independent samples",
+                short(run.efficiency() / other.efficiency())
+            )
         });
     format!(
-        "{with}at {} samples per pixel, {} is the most efficient{gain}: relative RMSE {} in {} s of CPU time.",
+        "{with} {} samples per pixel, {} is the best of the samplers with chance{gain}: relative RMSE {} in {} s of CPU time.",
         run.id.samples_per_pixel,
         series.label,
         percent(run.error().mean.max(0.0).sqrt()),
@@ -168,7 +171,14 @@ fn asked(out: &mut String, findings: &Findings) {
 fn with_interval(run: &crate::study::Run) -> String {
     let error = run.error();
     if error.variance > 0.0 {
-        format!("{} ± {}", short(error.mean), short(student_95(error.degrees) * error.error()))
+        let half = student_95(error.degrees) * error.error();
+        // As many decimals as the second digit of the interval asks for.
+        let decimals = (1.0 - half.log10().floor()).clamp(0.0, 12.0) as usize;
+        if (1e-4..1e4).contains(&error.mean.abs()) {
+            format!("{:.decimals$} ± {half:.decimals$}", error.mean).replace('-', "−")
+        } else {
+            format!("{} ± {}", short(error.mean), short(half))
+        }
     } else {
         short(error.mean)
     }

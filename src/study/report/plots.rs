@@ -71,7 +71,7 @@ fn error_against_samples(findings: &Findings, series: &[Series]) -> Figure {
     let of = |series: &Series| {
         let points =
             series.runs.iter().map(|run| point(f64::from(run.id.samples_per_pixel), run.error())).collect();
-        let name = format!("{}  {}", series.label, slope(series.against_samples.as_ref()));
+        let name = format!("{}: {}", series.label, slope(series.against_samples.as_ref()));
         (points, series.against_samples, name)
     };
     let drawing = Chart {
@@ -119,7 +119,7 @@ fn error_against_samples(findings: &Findings, series: &[Series]) -> Figure {
 fn error_against_time(findings: &Findings, series: &[Series], target: f64) -> Figure {
     let of = |series: &Series| {
         let points = series.runs.iter().map(|run| point(run.cpu_seconds, run.error())).collect();
-        let name = format!("{}  {}", series.label, slope(series.against_time.as_ref()));
+        let name = format!("{}: {}", series.label, slope(series.against_time.as_ref()));
         (points, series.against_time, name)
     };
     let mut all = curves(series, of);
@@ -148,9 +148,9 @@ fn error_against_time(findings: &Findings, series: &[Series], target: f64) -> Fi
     let seen = first.map_or(String::new(), |(series, reached)| {
         let how = if reached.extrapolated { ", extrapolated" } else { "" };
         format!(
-            " {} is the first to reach the target of {}, after {} s{how}.",
-            series.label,
+            " The first to reach the target of {} is {}, after {} s{how}.",
             percent(target),
+            series.label,
             short(reached.seconds)
         )
     });
@@ -174,6 +174,18 @@ fn round_up(value: f64) -> f64 {
         .unwrap_or(10.0 * power)
 }
 
+/// Longest edge of a picture of errors: of larger ones the middle is shown, so that the page stays light.
+const LONGEST_EDGE: usize = 400;
+
+/// The middle of a picture: its width and values.
+fn middle(width: usize, values: &[f64]) -> (usize, Vec<f64>) {
+    let height = values.len() / width.max(1);
+    let [columns, rows] = [width, height].map(|edge| edge.min(LONGEST_EDGE));
+    let (left, top) = ((width - columns) / 2, (height - rows) / 2);
+    let row = |y: usize| &values[(top + y) * width + left..][..columns];
+    (columns, (0..rows).flat_map(row).copied().collect())
+}
+
 fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Figure> {
     let mut sizes: Vec<f64> = equal.iter().flat_map(|picture| &picture.errors).map(|e| e.abs()).collect();
     sizes.sort_by(f64::total_cmp);
@@ -185,15 +197,24 @@ fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Figure
         };
         series.iter().find(same).map_or(picture.id.sampler.clone(), |series| series.label.clone())
     };
-    let panel = |picture: &EqualTime| Panel {
-        title: format!("{}, {} samples per pixel", label(picture), picture.id.samples_per_pixel),
-        note: format!(
-            "{} s, relative RMSE {}",
-            short(picture.cpu_seconds),
-            percent(picture.relmse.max(0.0).sqrt())
-        ),
-        width: picture.width,
-        values: picture.errors.clone(),
+    let panel = |picture: &EqualTime| {
+        let (width, values) = middle(picture.width, &picture.errors);
+        Panel {
+            title: format!("{}, {} samples per pixel", label(picture), picture.id.samples_per_pixel),
+            note: format!(
+                "{} s, relative RMSE {}",
+                short(picture.cpu_seconds),
+                percent(picture.relmse.max(0.0).sqrt())
+            ),
+            width,
+            values,
+        }
+    };
+    let picture = equal.first()?;
+    let part = if picture.errors.len() > middle(picture.width, &picture.errors).1.len() {
+        " Of each picture the middle is shown."
+    } else {
+        ""
     };
     let drawing = Panels {
         title: "Errors of pictures made in equal time".to_owned(),
@@ -212,8 +233,8 @@ fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Figure
         drawing,
         caption: format!(
             "Signed error of each pixel, relative to the reference, in one picture of each sampler made in about the CPU time that \
-             the fastest takes for its number of samples. Red is too bright, blue too dark; the scale is the same for \
-             all. The least error is that of {} ({}), the largest that of {} ({}).",
+             the fastest takes for its number of samples; above each stands what it took, all that a sampler prepares included. Red is too bright, blue too dark; the scale is the same for \
+             all.{part} The least error is that of {} ({}), the largest that of {} ({}).",
             label(best),
             percent(best.relmse.max(0.0).sqrt()),
             label(worst),
@@ -221,6 +242,9 @@ fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Figure
         ),
     })
 }
+
+/// Less than this is drawn as this.
+const LEAST_POWER: f64 = 1e-3;
 
 /// Radial powers of several spectra.
 fn radial(title: &str, x: &str, all: &[(&Series, String, &Spectrum)]) -> Drawing {
@@ -232,7 +256,7 @@ fn radial(title: &str, x: &str, all: &[(&Series, String, &Spectrum)]) -> Drawing
             .frequency
             .iter()
             .zip(&spectrum.radial.power)
-            .map(|(&x, &y)| Point::new(x, y.max(1e-4)))
+            .map(|(&x, &y)| Point::new(x, y.max(LEAST_POWER)))
             .collect(),
         marker: None,
         line: 1.8,
@@ -286,7 +310,7 @@ fn pattern_spectra(findings: &Findings, series: &[Series], patterns: &[(String, 
         low.iter().sum::<f64>() / low.len().max(1) as f64
     };
     let told: Vec<String> =
-        all.iter().map(|(_, name, spectrum)| format!("{name} {}", short(below(spectrum)))).collect();
+        all.iter().map(|(_, name, spectrum)| format!("{name} {:.3}", below(spectrum))).collect();
     vec![
         Figure {
             name: "pattern-spectra-radial",
@@ -345,6 +369,14 @@ mod tests {
     #[test]
     fn scales_end_at_round_numbers() {
         assert_eq!([0.012, 0.2, 0.31, 7.0].map(round_up), [0.02, 0.2, 0.5, 10.0]);
+    }
+
+    #[test]
+    fn of_large_pictures_the_middle_is_shown() {
+        let values: Vec<f64> = (0..3).flat_map(|y| (0..602).map(move |x| f64::from(1000 * y + x))).collect();
+        let (width, shown) = middle(602, &values);
+        assert_eq!((width, shown.len(), shown[0], shown[1199]), (400, 1200, 101.0, 2500.0));
+        assert_eq!(middle(2, &[1.0, 2.0]), (2, vec![1.0, 2.0]));
     }
 
     #[test]
