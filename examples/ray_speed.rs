@@ -42,8 +42,8 @@ fn measure(name: &str, shapes: &[Shape], rays: usize) {
             println!("  {kind}: {:.2} Mray/s, {count} of {rays} hit", rays as f64 / seconds * 1e-6);
         }
     };
-    report("closest ", &|| bounces.iter().filter(|ray| accel.closest(ray).is_some()).count());
-    report("occluded", &|| shadows.iter().filter(|ray| accel.occluded(ray)).count());
+    report("closest ", &|| bounces.iter().filter(|ray| accel.closest(ray, 0.0).is_some()).count());
+    report("occluded", &|| shadows.iter().filter(|ray| accel.occluded(ray, 0.0)).count());
 }
 
 /// Diffuse bounces from random places and shadow rays from there to a patch of the ceiling, in random order.
@@ -58,7 +58,7 @@ fn incoherent_rays(
         let origin = Vec3::new(4.9, 4.9, 4.9)
             * Vec3::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
         let ray = Ray::new(origin, direction(Vec3::Z, random));
-        let Some(hit) = accel.closest(&ray) else { continue };
+        let Some(hit) = accel.closest(&ray, 0.0) else { continue };
         let mut point = shapes[hit.shape as usize].surface(&hit, &ray).point;
         if point.normal.dot(ray.direction) > 0.0 {
             point.normal = -point.normal;

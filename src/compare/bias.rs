@@ -42,14 +42,14 @@ pub struct Tests {
 
 /// Tests a channel of which one file at least states errors. `good` says which pixels can be compared.
 pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
-    let [replicates_a, replicates_b] = pair.replicates;
+    let [degrees_a, degrees_b] = pair.degrees;
     let mut z = vec![f64::NAN; good.len()];
     let mut p = z.clone();
     let (mut noisy, mut histogram, mut count) = (Vec::new(), [0; CELLS], 0);
     for pixel in (0..good.len()).filter(|&pixel| good[pixel]) {
         count += 1;
-        let (a, a_is_noisy) = channel.a.estimate(pixel, replicates_a);
-        let (b, b_is_noisy) = channel.b.estimate(pixel, replicates_b);
+        let (a, a_is_noisy) = channel.a.estimate(pixel, degrees_a);
+        let (b, b_is_noisy) = channel.b.estimate(pixel, degrees_b);
         let found = welch(&a, &b);
         (z[pixel], p[pixel]) = (found.t, found.p_value);
         if a_is_noisy || b_is_noisy {
@@ -88,15 +88,13 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
 
 impl Measurement<'_> {
     /// A pixel's mean, and whether it has noise: an error above what storing the value may have changed, which is all
-    /// that is known of a file without errors. Where a file has errors but does not say of how many replicates, they are
-    /// taken to be exact.
-    fn estimate(&self, pixel: usize, replicates: Option<u32>) -> (Estimate, bool) {
+    /// that is known of a file without errors. `own` are the degrees of freedom of the error.
+    fn estimate(&self, pixel: usize, own: f64) -> (Estimate, bool) {
         let mean = f64::from(self.values[pixel]);
         // Rounding is uniform over two such steps.
         let rounding = (self.rounding * mean).powi(2) / 3.0;
         let measured = self.errors.map_or(0.0, |errors| f64::from(errors[pixel]).powi(2));
         let variance = measured + rounding;
-        let own = replicates.map_or(f64::INFINITY, |count| f64::from(count.saturating_sub(1).max(1)));
         let degrees = if measured > 0.0 { own * (variance / measured).powi(2) } else { f64::INFINITY };
         (Estimate { mean, variance, degrees }, measured > rounding)
     }
@@ -117,10 +115,11 @@ fn means(channel: &Channel, pixels: impl Iterator<Item = usize>, pair: &Pair) ->
     let (mut count, mut sums) = (0.0, [[0.0; 3]; 2]);
     for pixel in pixels {
         count += 1.0;
-        for (side, (measurement, replicates)) in
-            [&channel.a, &channel.b].into_iter().zip(pair.replicates).enumerate()
-        {
-            let (estimate, _) = measurement.estimate(pixel, replicates);
+        for (side, measurement) in [&channel.a, &channel.b].into_iter().enumerate() {
+            // Errors that were moderated by those of their neighbours are not independent: what they have in common
+            // lends no degrees of freedom to a sum.
+            let own = pair.replicates[side].map_or(pair.degrees[side], |count| f64::from(count.max(2) - 1));
+            let (estimate, _) = measurement.estimate(pixel, own);
             sums[side][0] += estimate.mean;
             sums[side][1] += estimate.variance;
             sums[side][2] += estimate.variance * estimate.variance / estimate.degrees;

@@ -36,6 +36,8 @@ pub struct Pair<'a> {
     pub left_out: [Vec<String>; 2],
     /// Replicates behind the errors of each file, where it says so.
     pub replicates: [Option<u32>; 2],
+    /// Degrees of freedom of each file's errors; infinite where it does not say.
+    pub degrees: [f64; 2],
 }
 
 /// Why two files cannot be compared.
@@ -86,7 +88,12 @@ impl<'a> Pair<'a> {
         let colour =
             (!wanted.is_empty()).then(|| (kind(wanted.len(), &wanted[0]), (0..wanted.len()).collect()));
         let replicates = [a, b].map(|side| side.attribute("abbe.replicates")?.parse().ok());
-        Ok(Self { width: a.width, height: a.height, channels, colour, left_out, replicates })
+        let degrees = [0, 1].map(|side| {
+            let stated = [a, b][side].attribute("abbe.degreesOfFreedom").and_then(|text| text.parse().ok());
+            let own = || replicates[side].map(|count: u32| f64::from(count.saturating_sub(1)));
+            stated.or_else(own).filter(|degrees| *degrees > 0.0).unwrap_or(f64::INFINITY)
+        });
+        Ok(Self { width: a.width, height: a.height, channels, colour, left_out, replicates, degrees })
     }
 
     /// The colour of a pixel of both files. `None` for files without colours.

@@ -2,11 +2,11 @@
 //! the exr crate.
 //!
 //! Channels are 32-bit floats. `R G B` (linear Rec. 709) or `X Y Z` or `Y`, with `A` where the film has alpha, or the
-//! responses of the film under their own names; `error.*` with one standard error of each, `samples` per pixel; auxiliary
+//! responses of the film under their own names; `error.*` with one standard error of each (see [`error_bars`]), `samples` per pixel; auxiliary
 //! images on request. Spectral bins follow Fichet, Pacanowski and Wilkie, "An OpenEXR
 //! Layout for Spectral Images", JCGT 10(3), 2021: `S0.<nm>nm` with a decimal comma.
 
-use super::{Content, Picture};
+use super::{Content, Picture, error_bars};
 use crate::film::{Film, Measured};
 use crate::render::Auxiliary;
 use exr::prelude::*;
@@ -33,7 +33,9 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
     let mut measured = |name: &str, value: &dyn Fn(u32, u32) -> Measured| {
         add(name, pixels(film, |x, y| value(x, y).mean as f32));
         if picture.has_errors() {
-            add(&format!("error.{name}"), pixels(film, |x, y| value(x, y).error as f32));
+            let variances: Vec<f64> = pixels(film, |x, y| value(x, y).error.powi(2));
+            let errors = error_bars::moderated(size.0, &variances).into_iter().map(|v| v.sqrt() as f32);
+            add(&format!("error.{name}"), errors.collect());
         }
     };
     match &picture.content {
@@ -103,7 +105,7 @@ pub fn write_channels(
     super::write_whole(path, &bytes)
 }
 
-fn pixels(film: &Film, value: impl Fn(u32, u32) -> f32) -> Vec<f32> {
+fn pixels<T>(film: &Film, value: impl Fn(u32, u32) -> T) -> Vec<T> {
     (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y))).map(|(x, y)| value(x, y)).collect()
 }
 
@@ -121,6 +123,11 @@ fn attributes(picture: &Picture) -> HashMap<Text, AttributeValue> {
     let text = |value: &str| AttributeValue::Text(utf8(value));
     let mut attributes: HashMap<Text, AttributeValue> =
         picture.attributes.iter().map(|(name, value)| (Text::from(name.as_str()), text(value))).collect();
+    if picture.has_errors() {
+        let film = picture.film;
+        let degrees = error_bars::degrees(film.width as usize, film.height as usize, film.replicates);
+        attributes.insert(Text::from("abbe.degreesOfFreedom"), text(&format!("{degrees:.2}")));
+    }
     if picture.film.extras.bins.is_some() {
         attributes.insert(Text::from("spectralLayoutVersion"), text("1.0"));
         // The layout's reader knows this string alone; what is stored is a density per nanometre.

@@ -1,5 +1,6 @@
 //! What is kept of a render: the EXR with everything, and a PNG to look at.
 
+pub mod error_bars;
 pub mod exr;
 pub mod png;
 

@@ -1,7 +1,7 @@
 """How often the error bars of one EXR hold the truth.
 
 For each scene, sampler and number of samples, pictures of several seeds are rendered small. In each pixel and channel the interval
-mean ± t(0.975, replicates − 1)·error is asked whether it holds the value of a reference: a far longer render with another seed, whose own
+mean ± t(0.975, degrees of freedom)·error is asked whether it holds the value of a reference: a far longer render with another seed, whose own
 error is added in quadrature. It should in 95 % of pixels. Pixels without any noise (error 0 and the reference's value) are counted apart.
 
     python validation/coverage/coverage.py [--scenes scenes/*/scene.xml ...] [--samplers sobol independent]
@@ -17,7 +17,7 @@ import numpy as np
 from scipy import stats
 
 ROOT = Path(__file__).resolve().parents[2]
-HEADER = "| scene | sampler | samples | replicates | coverage % | ± | too low % | too high % | agree by chance % | without noise % |\n" + "|---" * 10 + "|"
+HEADER = "| scene | sampler | samples | degrees of freedom | coverage % | ± | too low % | too high % | agree by chance % | without noise % |\n" + "|---" * 10 + "|"
 
 
 def render(binary, scene, output, spp, seed, sampler, size):
@@ -32,10 +32,10 @@ def render(binary, scene, output, spp, seed, sampler, size):
     channels = {name: channel.pixels.astype(np.float64) for name, channel in file.channels().items()}
     names = [name for name in channels if "error." + name in channels]
     stack = lambda prefix: np.stack([channels[prefix + name] for name in names], -1)
-    return stack(""), stack("error."), int(file.header()["abbe.replicates"])
+    return stack(""), stack("error."), float(file.header()["abbe.degreesOfFreedom"])
 
 
-def covered(mean, error, replicates, truth, truth_error, truth_replicates):
+def covered(mean, error, degrees, truth, truth_error, truth_degrees):
     """Whether each interval holds the truth, on which side it misses, where replicates agree although there is noise, and where there is none."""
     # A mean is stored in single precision.
     rounding = 2.0**-23 * np.abs(truth)
@@ -43,7 +43,7 @@ def covered(mean, error, replicates, truth, truth_error, truth_replicates):
     noiseless = (error <= rounding) & same & (truth_error <= rounding)
     variance = error**2 + truth_error**2
     with np.errstate(divide="ignore", invalid="ignore"):
-        freedom = variance**2 / (error**4 / (replicates - 1) + truth_error**4 / (truth_replicates - 1))
+        freedom = variance**2 / (error**4 / degrees + truth_error**4 / truth_degrees)
     freedom = np.where(variance > 0, freedom, 1)
     half = stats.t.ppf(0.975, freedom) * np.sqrt(variance)
     return np.abs(mean - truth) <= half + rounding, mean < truth, (error <= rounding) & ~noiseless, noiseless
@@ -54,7 +54,7 @@ def main():
     parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary to test")
     parser.add_argument("--scenes", type=Path, nargs="+", default=sorted(ROOT.glob("scenes/*/scene.xml")) + sorted(ROOT.glob("scenes/effects/*.xml")))
     parser.add_argument("--samplers", nargs="+", default=["sobol", "independent"])
-    parser.add_argument("--spp", type=int, nargs="+", default=[16, 64, 256, 1024, 4096])
+    parser.add_argument("--spp", type=int, nargs="+", default=[16, 64, 256, 1024, 4096], help="samples per pixel")
     parser.add_argument("--reference", type=int, default=1 << 15, help="samples of the reference (default 32768)")
     parser.add_argument("--size", default="24x24")
     parser.add_argument("--seeds", type=int, default=8, help="most pictures of each kind; long ones are fewer")
@@ -75,7 +75,7 @@ def main():
             for spp in options.spp:
                 shares = []
                 for seed in range(min(options.seeds, max(1, 4096 // spp))):
-                    mean, error, replicates = picture(spp, first + seed, sampler)
+                    mean, error, degrees = picture(spp, first + seed, sampler)
                     held, low, chance, noiseless = covered(mean, error, replicates, *truth)
                     noisy = ~noiseless
                     count = max(noisy.sum(), 1)
@@ -83,7 +83,7 @@ def main():
                 coverage, low, high, chance, noiseless = 100 * np.mean(shares, 0)
                 # Channels of a pixel share their samples: they count as one.
                 spread = 100 * np.sqrt(coverage / 100 * (1 - coverage / 100) / (len(shares) * mean.shape[0] * mean.shape[1]))
-                print(f"| {name} | {sampler} | {spp} | {replicates} | {coverage:.2f} | {spread:.2f} | {low:.2f} | {high:.2f} | {chance:.2f} | {noiseless:.1f} |", flush=True)
+                print(f"| {name} | {sampler} | {spp} | {degrees:.0f} | {coverage:.2f} | {spread:.2f} | {low:.2f} | {high:.2f} | {chance:.2f} | {noiseless:.1f} |", flush=True)
                 totals.setdefault((sampler, spp), []).append(coverage)
     for (sampler, spp), values in totals.items():
         print(f"| all | {sampler} | {spp} | | {np.mean(values):.2f} | | | | | |")

@@ -8,7 +8,7 @@ import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import stats
+from scipy import ndimage, stats
 
 # Probability of a false alarm in one scene of each corrected test (all channels and pixels or tiles of it together).
 ALARM = 0.01
@@ -156,6 +156,16 @@ def compare(name, ours, reference, channels, correlated=False):
     return result
 
 
+def moderated(variance):
+    """Variances (height, width, channels) as abbe states them: two thirds a pixel's own, one third the mean of its neighbours' (`src/output/error_bars.rs`)."""
+    if min(variance.shape[:2]) < 3:
+        return variance
+    ring = np.ones((3, 3, 1))
+    ring[1, 1] = 0
+    count = ndimage.convolve(np.ones(variance.shape[:2] + (1,)), ring, mode="constant")
+    return (2 * variance + ndimage.convolve(variance, ring, mode="constant") / count) / 3
+
+
 def error_channel(stack, errors):
     """Ratio of the variance between renders to the mean square of the standard error that each render states, and that ratio's own
     standard error. It is 1 in expectation if the stated error is honest.
@@ -167,7 +177,7 @@ def error_channel(stack, errors):
     # Relative variances, so that a tile's bright pixels do not decide alone; black pixels say nothing.
     level = stack.mean(0) ** 2
     level[level == 0] = np.inf
-    between = tiles((stack.var(0, ddof=1) / level)[None])[0].reshape(-1, level.shape[-1])
+    between = tiles((moderated(stack.var(0, ddof=1)) / level)[None])[0].reshape(-1, level.shape[-1])
     stated = tiles(((errors**2).mean(0) / level)[None])[0].reshape(-1, level.shape[-1])
     told = ((between > 0) & (stated > 0)).all(1)
     ratios = np.log(between[told] / stated[told])

@@ -107,7 +107,7 @@ fn summary(findings: &Findings, section: &Section) -> String {
             )
         });
     format!(
-        "{with} {} samples per pixel, {} is the best of the samplers with chance{gain}: relative RMSE {} in {} s of CPU time.",
+        "{with} {} samples per pixel, {} is the most efficient of the random samplers{gain}: relative RMSE {} in {} s of CPU time.",
         run.id.samples_per_pixel,
         series.label,
         percent(run.error().mean.max(0.0).sqrt()),

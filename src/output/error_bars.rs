@@ -1,0 +1,72 @@
+//! What the spread of a few replicates leaves open: error bars that hold the truth as often as they say.
+//!
+//! The noise of a pixel is often skewed: most replicates miss what few meet, so a mean that is too low comes with an error
+//! that is too small, and replicates that all miss agree by chance. What a pixel's neighbours met says how much it may have
+//! missed. So each variance is moderated by theirs, the more weight remaining with the pixel's own because neighbours
+//! across an edge know little of it. With more replicates of the same samples it does not get better: the skewness is that of
+//! the mean of all samples. `validation/coverage` measures what this does.
+
+/// Weight of a pixel's own variance. The rest is that of the mean of its neighbours, up to eight.
+const OWN: f64 = 2.0 / 3.0;
+
+/// Whether the pixels of a picture of this size have neighbours all around: those of a single row, or of a meter with one
+/// pixel, need not look at the same thing.
+fn is_moderated(width: usize, height: usize) -> bool {
+    width >= 3 && height >= 3
+}
+
+/// Variances of the means of all pixels, row by row, moderated by their neighbours'. Neighbours whose variance is not
+/// known are left out; infinite ones stay.
+pub fn moderated(width: usize, variances: &[f64]) -> Vec<f64> {
+    let height = variances.len() / width.max(1);
+    if !is_moderated(width, height) {
+        return variances.to_vec();
+    }
+    let moderate = |pixel: usize| {
+        let (x, y, own) = (pixel % width, pixel / width, variances[pixel]);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for row in y.saturating_sub(1)..(y + 2).min(height) {
+            for column in x.saturating_sub(1)..(x + 2).min(width) {
+                let variance = variances[row * width + column];
+                if (row, column) != (y, x) && variance.is_finite() {
+                    sum += variance;
+                    count += 1.0;
+                }
+            }
+        }
+        if count == 0.0 { own } else { OWN * own + (1.0 - OWN) * sum / count }
+    };
+    (0..variances.len()).map(moderate).collect()
+}
+
+/// Degrees of freedom of such a variance from `replicates` each: those of Welch and Satterthwaite where neighbours are alike.
+pub fn degrees(width: usize, height: usize, replicates: u32) -> f64 {
+    let own = f64::from(replicates.saturating_sub(1));
+    if !is_moderated(width, height) {
+        return own;
+    }
+    own / (OWN * OWN + (1.0 - OWN) * (1.0 - OWN) / 8.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_moderate_and_meters_stand_alone() {
+        let mut variances = [0.0; 12];
+        variances[5] = 24.0; // column 1, row 1 of 4 × 3
+        variances[2] = f64::INFINITY;
+        let found = moderated(4, &variances);
+        assert_eq!(found[5], 16.0);
+        // A corner has three neighbours; one has an infinite one that does not count, and stays infinite itself.
+        assert!(
+            (found[0] - 24.0 / 3.0 / 3.0).abs() < 1e-12 && (found[1] - 24.0 / 3.0 / 4.0).abs() < 1e-12,
+            "{found:?}"
+        );
+        assert_eq!((found[2], found[3], found[7]), (f64::INFINITY, 0.0, 0.0));
+        assert_eq!(moderated(6, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(degrees(6, 1, 8), 7.0);
+        assert!((degrees(4, 3, 8) - 7.0 / (4.0 / 9.0 + 1.0 / 72.0)).abs() < 1e-12);
+    }
+}
