@@ -99,6 +99,8 @@ pub struct Sampler {
     seed: u64,
     /// Samples of a sequence. More may be drawn: they begin another sequence.
     samples: u32,
+    /// The power of two that is not less than that.
+    length: u32,
     cells: Cells,
     layout: Layout,
     patterns: Option<Patterns>,
@@ -111,6 +113,7 @@ impl Sampler {
             kind,
             seed,
             samples: samples.max(1),
+            length: u32::BITS - (samples.max(1) - 1).leading_zeros(),
             cells: Cells::new(samples),
             layout: Layout::new(samples),
             patterns: (kind == SamplerKind::Poisson).then(|| Patterns::new(samples, seed)),
@@ -124,7 +127,7 @@ impl Sampler {
             mix(key ^ (u64::from(round) << 32 | u64::from(sequence)))
         };
         let (round, within) = match self.kind {
-            SamplerKind::Independent | SamplerKind::Sobol => (0, index),
+            SamplerKind::Independent => (0, index),
             _ => (index / self.samples, index % self.samples),
         };
         let (key, index) = match self.kind {
@@ -155,7 +158,7 @@ impl Stream<'_> {
         match self.kind {
             SamplerKind::Sobol => {
                 let (order, place) = self.order_of(set);
-                sobol::scrambled(self.index, order, place, self.key_of(set)).map(unit)
+                sobol::scrambled(self.index, self.sampler.length, order, place, self.key_of(set)).map(unit)
             }
             SamplerKind::Independent => {
                 independent::draw(mix(self.key ^ u64::from(self.index)), set).map(unit)

@@ -8,33 +8,56 @@
 /// Primitive polynomials and initial direction numbers of the dimensions after the first as (degree, inner coefficients,
 /// m₁ …): Joe and Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM
 /// J. Sci. Comput. 30, 2008 (file new-joe-kuo-6.21201). Dimension 1 is the van der Corput sequence.
-const POLYNOMIALS: [(usize, u32, [u32; 6]); 15] = [
-    (1, 0, [1, 0, 0, 0, 0, 0]),
-    (2, 1, [1, 3, 0, 0, 0, 0]),
-    (3, 1, [1, 3, 1, 0, 0, 0]),
-    (3, 2, [1, 1, 1, 0, 0, 0]),
-    (4, 1, [1, 1, 3, 3, 0, 0]),
-    (4, 4, [1, 3, 5, 13, 0, 0]),
-    (5, 2, [1, 1, 5, 5, 17, 0]),
-    (5, 4, [1, 1, 5, 5, 5, 0]),
-    (5, 7, [1, 1, 7, 11, 19, 0]),
-    (5, 11, [1, 1, 5, 1, 1, 0]),
-    (5, 13, [1, 1, 1, 3, 11, 0]),
-    (5, 14, [1, 3, 5, 5, 31, 0]),
-    (6, 1, [1, 3, 3, 9, 7, 49]),
-    (6, 13, [1, 1, 1, 15, 21, 21]),
-    (6, 16, [1, 3, 1, 13, 27, 49]),
+const POLYNOMIALS: [(usize, u32, [u32; 7]); 31] = [
+    (1, 0, [1, 0, 0, 0, 0, 0, 0]),
+    (2, 1, [1, 3, 0, 0, 0, 0, 0]),
+    (3, 1, [1, 3, 1, 0, 0, 0, 0]),
+    (3, 2, [1, 1, 1, 0, 0, 0, 0]),
+    (4, 1, [1, 1, 3, 3, 0, 0, 0]),
+    (4, 4, [1, 3, 5, 13, 0, 0, 0]),
+    (5, 2, [1, 1, 5, 5, 17, 0, 0]),
+    (5, 4, [1, 1, 5, 5, 5, 0, 0]),
+    (5, 7, [1, 1, 7, 11, 19, 0, 0]),
+    (5, 11, [1, 1, 5, 1, 1, 0, 0]),
+    (5, 13, [1, 1, 1, 3, 11, 0, 0]),
+    (5, 14, [1, 3, 5, 5, 31, 0, 0]),
+    (6, 1, [1, 3, 3, 9, 7, 49, 0]),
+    (6, 13, [1, 1, 1, 15, 21, 21, 0]),
+    (6, 16, [1, 3, 1, 13, 27, 49, 0]),
+    (6, 19, [1, 1, 1, 15, 7, 5, 0]),
+    (6, 22, [1, 3, 1, 15, 13, 25, 0]),
+    (6, 25, [1, 1, 5, 5, 19, 61, 0]),
+    (7, 1, [1, 3, 7, 11, 23, 15, 103]),
+    (7, 4, [1, 3, 7, 13, 13, 15, 69]),
+    (7, 7, [1, 1, 3, 13, 7, 35, 63]),
+    (7, 8, [1, 3, 5, 9, 1, 25, 53]),
+    (7, 14, [1, 3, 1, 13, 9, 35, 107]),
+    (7, 19, [1, 3, 1, 5, 27, 61, 31]),
+    (7, 21, [1, 1, 5, 11, 19, 41, 61]),
+    (7, 28, [1, 3, 5, 3, 3, 13, 69]),
+    (7, 31, [1, 1, 7, 13, 1, 19, 1]),
+    (7, 32, [1, 3, 7, 5, 13, 19, 59]),
+    (7, 37, [1, 1, 3, 9, 25, 29, 41]),
+    (7, 41, [1, 3, 5, 13, 23, 1, 55]),
+    (7, 42, [1, 3, 7, 3, 13, 59, 17]),
 ];
 
 /// Sets of four dimensions that one sequence has.
-pub(super) const SETS: usize = 4;
+pub(super) const SETS: usize = 8;
+
+/// Which dimension of the sequence a set's value is: four sets share sixteen, of which the first eight, which are spread best
+/// together, go to their first pairs (positions on the film, on lights and lenses, directions).
+const fn dimension(set: usize, column: usize) -> usize {
+    let (group, place) = (set / 4, set % 4);
+    16 * group + if column < 2 { 2 * place + column } else { 6 + 2 * place + column }
+}
 
 /// The direction numbers of a set of four dimensions, most significant bit first.
 const fn directions(set: usize) -> [[u32; 4]; 32] {
     let mut v = [[0u32; 4]; 32];
     let mut column = 0;
     while column < 4 {
-        let dimension = 4 * set + column;
+        let dimension = dimension(set, column);
         let mut i = 0;
         while i < 32 {
             if dimension == 0 {
@@ -89,14 +112,18 @@ static BY_BYTE: [[[[u32; 4]; 256]; 4]; SETS] = {
     table
 };
 
-/// The `index`-th Sobol point as binary fractions, unscrambled.
-pub(super) fn point(index: u32, set: usize) -> [u32; 4] {
-    let [a, b, c, d] = index.to_le_bytes();
-    let rows =
-        [&BY_BYTE[set][0][a as usize], &BY_BYTE[set][1][b as usize], &BY_BYTE[set][2][c as usize], &BY_BYTE[set][3][d as usize]];
-    let mut bits = [0; 4];
-    for (dimension, bits) in bits.iter_mut().enumerate() {
-        *bits = rows[0][dimension] ^ rows[1][dimension] ^ rows[2][dimension] ^ rows[3][dimension];
+/// The `index`-th Sobol point's values in a set as binary fractions, unscrambled.
+fn point(index: u32, set: usize) -> [u32; 4] {
+    let table = &BY_BYTE[set];
+    let mut bits = table[0][index as usize & 255];
+    let (mut rest, mut byte) = (index >> 8, 1);
+    // Few sequences are longer than 256 or 65,536 points.
+    while rest != 0 {
+        for (bits, row) in bits.iter_mut().zip(table[byte][rest as usize & 255]) {
+            *bits ^= row;
+        }
+        rest >>= 8;
+        byte += 1;
     }
     bits
 }
@@ -114,10 +141,14 @@ fn owen(fraction: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-/// The `index`-th point's values in a set. Sets of one sequence have the shuffling in common, that `order` stands for, and
-/// each its own scrambling, that `key` stands for.
-pub(super) fn scrambled(index: u32, order: u64, set: usize, key: u64) -> [u32; 4] {
-    of_shuffled(owen(index, order as u32), set, key)
+/// The `index`-th point's values in a set, of a sequence of 2 to the power of `length` points.
+///
+/// The sets of a sequence have the order of its points in common, for which `order` stands, and each its own scrambling, for
+/// which `key` stands.
+pub(super) fn scrambled(index: u32, length: u32, order: u64, set: usize, key: u64) -> [u32; 4] {
+    // What is above the sequence's own bits is the same for all of them: another aligned run, no better than the first.
+    let within = u32::MAX.checked_shl(length).map_or(u32::MAX, |above| !above);
+    of_shuffled(owen(index, order as u32) & within, set, key)
 }
 
 /// The point of that number in the scrambled sequence that `key` stands for, without shuffling.
