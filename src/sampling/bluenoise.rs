@@ -7,6 +7,7 @@
 //! by a hash of the higher digits as in Pharr, Jakob, Humphreys, "Physically based rendering", 4th ed., 8.7.4).
 //! Each pixel's run is as well stratified as any of a Sobol sequence; runs of neighbours complete each other.
 
+use super::sobol::Role;
 use super::{mix, sobol};
 
 /// Largest edge of a block that shares a sequence, as a power of two: pixels.
@@ -57,8 +58,8 @@ impl Layout {
     }
 
     /// The sample of the set that `key` stands for.
-    pub(super) fn sample(self, index: u32, order: u64, set: usize, key: u64) -> [u32; 4] {
-        sobol::of_shuffled(self.shuffled(index, mix(order)), set, key)
+    pub(super) fn sample(self, index: u32, order: u64, role: Role, key: u64) -> [u32; 4] {
+        sobol::of_shuffled(self.shuffled(index, mix(order)), role, key)
     }
 
     /// Exchanges the quads at every level, at random but alike for all that a quad holds. The last digit is a
@@ -123,7 +124,7 @@ mod tests {
             let layout = Layout::new(samples);
             assert!(layout.sample_bits + 2 * layout.block_bits <= 32, "{samples}");
             let last = samples.saturating_sub(1);
-            layout.sample(layout.index([1000, 70_000], last), 5);
+            layout.sample(layout.index([1000, 70_000], last), 5, Role::Lens, 6);
         }
     }
 }

@@ -20,6 +20,7 @@ use bluenoise::Layout;
 use cells::Cells;
 pub use grid::PiecewiseConstantGrid;
 use poisson::Patterns;
+use sobol::Role;
 pub use table::PiecewiseConstant;
 
 /// How sample values are made. All kinds are interchangeable: they differ in noise, never in expectation, but for
@@ -35,7 +36,7 @@ pub enum SamplerKind {
     Jittered,
     /// Poisson disk patterns in the first two dimensions of each set, equal shares in the others.
     Poisson,
-    /// Owen-scrambled Sobol points, padded in sets of four dimensions.
+    /// Owen-scrambled Sobol points: twelve dimensions together for film, lens and first light, others padded in sets of four.
     Sobol,
     /// The same, with the error arranged as blue noise over the picture.
     BlueNoise,
@@ -84,10 +85,9 @@ impl Dimensions {
         match self {
             Self::Camera => 0,
             Self::Light(0) => 1,
-            Self::Scattering(0) => 2,
-            Self::Lens => 3,
-            Self::Scattering(vertex) => 2 + 2 * vertex,
-            Self::Light(vertex) => 3 + 2 * vertex,
+            Self::Lens => 2,
+            Self::Scattering(vertex) => 3 + 2 * vertex,
+            Self::Light(vertex) => 2 + 2 * vertex,
         }
     }
 }
@@ -157,8 +157,8 @@ impl Stream<'_> {
         let set = dimensions.set();
         match self.kind {
             SamplerKind::Sobol => {
-                let (order, place) = self.order_of(set);
-                sobol::scrambled(self.index, self.sampler.length, order, place, self.key_of(set)).map(unit)
+                let (order, role) = self.order_of(set);
+                sobol::scrambled(self.index, self.sampler.length, order, role, self.key_of(set)).map(unit)
             }
             SamplerKind::Independent => {
                 independent::draw(mix(self.key ^ u64::from(self.index)), set).map(unit)
@@ -173,8 +173,8 @@ impl Stream<'_> {
         let (key, sampler) = (self.key_of(set), self.sampler);
         match (self.kind, &sampler.patterns) {
             (SamplerKind::BlueNoise, _) => {
-                let (order, place) = self.order_of(set);
-                sampler.layout.sample(self.index, order, place, key).map(unit)
+                let (order, role) = self.order_of(set);
+                sampler.layout.sample(self.index, order, role, key).map(unit)
             }
             (SamplerKind::Poisson, Some(patterns)) => patterns.sample(sampler.cells, self.index, key),
             (SamplerKind::Regular, _) => sampler.cells.centres(self.index, key),
@@ -182,10 +182,14 @@ impl Stream<'_> {
         }
     }
 
-    /// What stands for the shuffling of the sequence that a set belongs to, and the set's place in it.
-    fn order_of(&self, set: u32) -> (u64, usize) {
-        let sequence = u64::from(set / sobol::SETS as u32);
-        (mix(!self.key ^ sequence << 32), set as usize % sobol::SETS)
+    /// What stands for the order of the points of the Sobol sequence that a set belongs to, and its role in it.
+    fn order_of(&self, set: u32) -> (u64, Role) {
+        match set {
+            0 => (!self.key, Role::Camera),
+            1 => (!self.key, Role::FirstLight),
+            2 => (!self.key, Role::Lens),
+            _ => (mix(!self.key ^ u64::from(set) << 32), Role::Padded),
+        }
     }
 
     fn key_of(&self, set: u32) -> u64 {
