@@ -52,7 +52,7 @@ def covered(mean, error, degrees, truth, truth_error, truth_degrees):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary to test")
-    parser.add_argument("--scenes", type=Path, nargs="+", default=sorted(ROOT.glob("scenes/*/scene.xml")) + sorted(ROOT.glob("scenes/effects/*.xml")))
+    parser.add_argument("--scenes", type=Path, nargs="+", default=sorted(ROOT.glob("scenes/*/scene.xml")) + sorted(ROOT.glob("scenes/effects/*/scene.xml")))
     parser.add_argument("--samplers", nargs="+", default=["sobol", "independent"])
     parser.add_argument("--spp", type=int, nargs="+", default=[16, 64, 256, 1024, 4096], help="samples per pixel")
     parser.add_argument("--reference", type=int, default=1 << 15, help="samples of the reference (default 32768)")
@@ -76,7 +76,7 @@ def main():
                 shares = []
                 for seed in range(min(options.seeds, max(1, 4096 // spp))):
                     mean, error, degrees = picture(spp, first + seed, sampler)
-                    held, low, chance, noiseless = covered(mean, error, replicates, *truth)
+                    held, low, chance, noiseless = covered(mean, error, degrees, *truth)
                     noisy = ~noiseless
                     count = max(noisy.sum(), 1)
                     shares.append([(held & noisy).sum() / count, (~held & low & noisy).sum() / count, (~held & ~low & noisy).sum() / count, chance.sum() / count, noiseless.mean()])
