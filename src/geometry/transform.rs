@@ -64,6 +64,13 @@ impl Transform {
         DMat3::from_mat4(self.matrix).determinant() < 0.0
     }
 
+    /// Whether it only rotates, mirrors and moves: whether the products of its axes are those of an orthonormal frame, each
+    /// within a tolerance.
+    pub fn is_rigid(&self, tolerance: f64) -> bool {
+        let axes = DMat3::from_mat4(self.matrix);
+        (axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, tolerance)
+    }
+
     /// The one scale factor of a map that keeps shapes similar; `None` for any other map.
     pub fn uniform_scale(&self) -> Option<f64> {
         let m = DMat3::from_mat4(self.matrix);

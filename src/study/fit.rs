@@ -1,8 +1,7 @@
 //! Power laws fitted to errors that are known with an error.
 
-use crate::stats::Estimate;
+use crate::stats::{Estimate, student_quantile};
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A point of an error curve: at `x` (samples or seconds, above 0) the relMSE.
 #[derive(Clone, Copy, Debug)]
@@ -35,11 +34,7 @@ pub struct PowerLaw {
 
 /// Half of a 95 % interval, in standard errors.
 pub fn student_95(degrees: f64) -> f64 {
-    // From here on it is the normal distribution to all digits that matter, and the quantile's search becomes slow.
-    if degrees >= 1e5 {
-        return 1.959_963_984_540_054;
-    }
-    StudentsT::new(0.0, 1.0, degrees).map_or(f64::NAN, |student| student.inverse_cdf(0.975))
+    student_quantile(0.975, degrees)
 }
 
 impl PowerLaw {

@@ -41,29 +41,27 @@ fn converges(smooth: &str, rough: impl Fn(f64) -> String, behind: bool) {
     assert!(apart[3] > 1e-3 && apart[2] < 0.1 * apart[3], "{apart:?}");
 }
 
+/// A rough material of this plugin and distribution, by its roughness.
+fn rough(plugin: &str, distribution: &str) -> impl Fn(f64) -> String {
+    move |alpha| {
+        format!(
+            r#"<bsdf type="{plugin}"><float name="alpha" value="{alpha}"/>
+               <string name="distribution" value="{distribution}"/></bsdf>"#
+        )
+    }
+}
+
 #[test]
 fn gloss_becomes_a_mirror() {
     for distribution in ["beckmann", "ggx"] {
-        let rough = |alpha: f64| {
-            format!(
-                r#"<bsdf type="roughconductor"><float name="alpha" value="{alpha}"/>
-                   <string name="distribution" value="{distribution}"/></bsdf>"#
-            )
-        };
-        converges(r#"<bsdf type="conductor"/>"#, rough, false);
+        converges(r#"<bsdf type="conductor"/>"#, rough("roughconductor", distribution), false);
     }
 }
 
 #[test]
 fn frosted_glass_becomes_clear() {
     for distribution in ["beckmann", "ggx"] {
-        let rough = |alpha: f64| {
-            format!(
-                r#"<bsdf type="roughdielectric"><float name="alpha" value="{alpha}"/>
-                   <string name="distribution" value="{distribution}"/></bsdf>"#
-            )
-        };
-        converges(r#"<bsdf type="dielectric"/>"#, rough, true);
+        converges(r#"<bsdf type="dielectric"/>"#, rough("roughdielectric", distribution), true);
     }
 }
 

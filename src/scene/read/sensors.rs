@@ -11,7 +11,6 @@ use super::tree::{Class, ObjectId, Value};
 use super::{Reader, films, media, samplers, shapes, textures};
 use crate::camera::{Shutter, ShutterKind};
 use crate::geometry::{Transform, Vec3};
-use glam::DMat3;
 use std::sync::Arc;
 
 /// How far a camera's axes may be from orthonormal, as matrices written with few digits are.
@@ -369,12 +368,8 @@ fn response(query: &Query<'_>) -> Option<super::super::description::SpectrumSour
 
 fn camera_to_world(query: &Query<'_>) -> (Transform, Motion) {
     let (to_world, motion) = query.placement();
-    let scales = |to_world: &Transform| {
-        let axes = DMat3::from_mat4(to_world.matrix());
-        !(axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, LOOSEST_FRAME)
-    };
     let keys = motion.iter().flat_map(|motion| &motion.keys).map(|(_, to_world)| to_world);
-    if keys.chain([&to_world]).any(scales) {
+    if keys.chain([&to_world]).any(|to_world| !to_world.is_rigid(LOOSEST_FRAME)) {
         query.error(
             SceneError::at(
                 &query.place("to_world"),

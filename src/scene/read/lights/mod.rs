@@ -11,7 +11,6 @@ use super::tree::{Class, ObjectId};
 use crate::geometry::{Transform, Vec3};
 use crate::scene::description::{Animation, Light, LightKind, SpectrumKind, SpectrumSource};
 use crate::scene::source::SceneError;
-use glam::DMat3;
 use std::sync::Arc;
 
 /// By how much the length of a transformed axis may differ from 1: transforms are often written with few digits.
@@ -140,8 +139,7 @@ fn sampling_weight(query: &Query<'_>) -> Option<f64> {
 /// `to_world` of light from beyond the scene, which has no place and no size.
 fn rotation(query: &Query<'_>) -> Transform {
     let to_world = query.transform("to_world");
-    let axes = DMat3::from_mat4(to_world.matrix());
-    if !(axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, LOOSEST_LENGTH) {
+    if !to_world.is_rigid(LOOSEST_LENGTH) {
         query.error(
             SceneError::at(
                 &query.place("to_world"),
@@ -189,12 +187,8 @@ type Motion = Option<Arc<Animation>>;
 /// `to_world` of a light that shines in some directions more than in others.
 fn rigid(query: &Query<'_>) -> (Transform, Motion) {
     let (to_world, motion) = query.placement();
-    let scales = |to_world: &Transform| {
-        let axes = DMat3::from_mat4(to_world.matrix());
-        !(axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, LOOSEST_LENGTH)
-    };
     if let Some(motion) = &motion
-        && motion.keys.iter().any(|(_, to_world)| scales(to_world))
+        && motion.keys.iter().any(|(_, to_world)| !to_world.is_rigid(LOOSEST_LENGTH))
     {
         let problem = "The light is scaled while it moves";
         let error = SceneError::at(&motion.place, problem, "expected keyframes that only rotate and move");
