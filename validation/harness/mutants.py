@@ -1,0 +1,64 @@
+"""A second abbe with known faults, of which the environment variable ABBE_MUTANT turns one on.
+
+`controls/mutants.toml` names each fault: a file, a piece of code that stands in it exactly once, and what stands there in the faulty program. The source is
+copied, changed and built once, so the program under test never holds a fault.
+"""
+
+import shutil
+import subprocess
+import tomllib
+from pathlib import Path
+
+from harness.abbe import ROOT
+
+LIST = ROOT / "validation/controls/mutants.toml"
+SWITCH = '''
+/// Whether the named fault is planted.
+pub fn planted(name: &str) -> bool {
+    static MUTANT: std::sync::LazyLock<String> = std::sync::LazyLock::new(|| std::env::var("ABBE_MUTANT").unwrap_or_default());
+    *MUTANT == name
+}
+'''
+
+
+def replace_once(path, old, new):
+    text = path.read_text()
+    if text.count(old) != 1:
+        raise RuntimeError(f"{LIST.relative_to(ROOT)}: {old!r} stands {text.count(old)} times in {path.name}; name a piece that stands there once")
+    path.write_text(text.replace(old, new))
+
+
+def copy(source, target):
+    """Copies files whose content differs, so that an unchanged program is not built again."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if not target.exists() or target.read_bytes() != source.read_bytes():
+        shutil.copy2(source, target)
+
+
+def build(folder):
+    """The faulty renderer and probe: (binary, probe)."""
+    faults = tomllib.loads(LIST.read_text())
+    fresh = folder.with_name(folder.name + "-fresh")
+    shutil.rmtree(fresh, ignore_errors=True)
+    for name in ("src", "data", "validation/probe"):
+        shutil.copytree(ROOT / name, fresh / name)
+    for name in ("Cargo.toml", "Cargo.lock"):
+        shutil.copy2(ROOT / name, fresh / name)
+    # Another package, so that its programs lie beside the true ones and share what was compiled for them.
+    replace_once(fresh / "Cargo.toml", 'name = "abbe"\n', 'name = "abbe-mutants"\n')
+    replace_once(fresh / "Cargo.toml", 'default-run = "abbe"\n', '')
+    replace_once(fresh / "Cargo.toml", 'name = "probe"\n', 'name = "probe-mutants"\n')
+    (fresh / "Cargo.toml").write_text((fresh / "Cargo.toml").read_text() + '\n[lib]\nname = "abbe"\n\n[[bin]]\nname = "abbe-mutants"\npath = "src/main.rs"\n\n[workspace]\n')
+    replace_once(fresh / "Cargo.lock", 'name = "abbe"\n', 'name = "abbe-mutants"\n')
+    for name, fault in faults.items():
+        path = fresh / fault["file"]
+        replace_once(path, fault["old"], "(if crate::planted(\"%s\") { %s } else { %s })" % (name, fault["new"], fault["old"]))
+    library = fresh / "src/lib.rs"
+    library.write_text(library.read_text() + SWITCH)
+    for path in fresh.rglob("*"):
+        if path.is_file():
+            copy(path, folder / path.relative_to(fresh))
+    shutil.rmtree(fresh)
+    command = ["cargo", "build", "--release", "--quiet", "--bin", "abbe-mutants", "--example", "probe-mutants", "--target-dir", str(ROOT / "target")]
+    subprocess.run(command, cwd=folder, check=True)
+    return ROOT / "target/release/abbe-mutants", ROOT / "target/release/examples/probe-mutants"

@@ -1,0 +1,135 @@
+"""Runs claims, plants errors in them, and writes the report. Started by `validation/run`."""
+
+import argparse
+import importlib.util
+import os
+import shutil
+import sys
+import time
+import traceback
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from harness import mutants, report
+from harness.abbe import ROOT, Abbe
+from harness.claim import Check, Claim
+
+HERE = ROOT / "validation"
+WORK = ROOT / "target/validation"
+# The order of the report: what rests on what.
+GROUPS = ("colour", "optics", "transport", "mitsuba", "noise")
+
+
+@dataclass
+class Outcome:
+    """What became of one claim."""
+
+    claim: Claim
+    module: object
+    seconds: float
+    planted: list = field(default_factory=list)  # (Planted, Claim) pairs
+
+    @property
+    def passed(self):
+        return self.claim.passed and all(caught(what, claim) for what, claim in self.planted)
+
+
+def caught(planted, claim):
+    """Whether each check that must notice the planted error failed."""
+    fallen = [check.what for check in claim.checks if not check.passed]
+    return all(any(what.startswith(name) for what in fallen) for name in planted.caught_by)
+
+
+def names():
+    """Folders with a claim, in the order of the report."""
+    found = [path.parent.relative_to(HERE).as_posix() for path in HERE.glob("*/*/claim.py")]
+    return sorted(found, key=lambda name: (GROUPS.index(name.split("/")[0]), name))
+
+
+def load(name):
+    """The module of a claim; its folder's neighbours can be imported by it."""
+    folder = HERE / name
+    for path in (str(folder.parent), str(folder)):
+        if path not in sys.path:
+            sys.path.insert(0, path)
+    spec = importlib.util.spec_from_file_location(name.replace("/", "_") + "_claim", folder / "claim.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def execute(module, name, work, abbe, quick, planted=None):
+    """The claim after its run; what it raises is a check that failed."""
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    claim = Claim(name, abbe, work, quick, planted)
+    try:
+        module.run(claim)
+    except Exception as error:  # Any failure is one of the claim, and the others shall still run.
+        traceback.print_exc()
+        claim.checks.append(Check("ran to its end", 1, f"{type(error).__name__}: {error}", "no error", "", float("inf")))
+    return claim
+
+
+def renderer(work, binaries, mutant=None):
+    return Abbe(*binaries, work / "renders", mutant)
+
+
+def run(name, options, faulty):
+    module = load(name)
+    print(f"{name}: {module.__doc__.splitlines()[0]}", flush=True)
+    start = time.monotonic()
+    work = WORK / name
+    binaries = (options.abbe, options.abbe.parent / "examples/probe")
+    claim = execute(module, name, work, renderer(work, binaries), options.quick)
+    outcome = Outcome(claim, module, 0)
+    # An error is told from noise at the power of --quick, so that is what the planted ones are run at.
+    for planted in getattr(module, "PLANTED", ()):
+        if planted.mutant and not faulty:
+            continue
+        where = WORK / name / "planted" / planted.what.replace(" ", "-").replace("%", "percent")
+        abbe = renderer(where, faulty if planted.mutant else binaries, planted.mutant)
+        wrong = execute(module, name, where, abbe, True, planted.what)
+        outcome.planted.append((planted, wrong))
+        fallen = sum(not check.passed for check in wrong.checks)
+        print(f"    {'caught' if caught(planted, wrong) else 'MISSED'}  planted: {planted.what}: {fallen} of {len(wrong.checks)} checks fell", flush=True)
+    outcome.seconds = time.monotonic() - start
+    print(f"    {outcome.seconds:.0f} s", flush=True)
+    return outcome
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="validation/run", description=__doc__)
+    parser.add_argument("claims", nargs="*", metavar="CLAIM", help="folders of claims, or of groups of them (default: all)")
+    parser.add_argument("--quick", action="store_true", help="less power and no mutants of the source; some minutes instead of most of an hour")
+    parser.add_argument("--list", action="store_true", help="list the claims")
+    parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary to test, with examples/probe beside it")
+    options = parser.parse_args()
+    known = names()
+    wanted = [name for name in known if not options.claims or any(name == c.strip("/") or name.startswith(c.strip("/") + "/") for c in options.claims)]
+    unknown = [c for c in options.claims if not any(n == c.strip("/") or n.startswith(c.strip("/") + "/") for n in known)]
+    if unknown:
+        parser.error(f"no such claim: {', '.join(unknown)}; there are {', '.join(known)}")
+    if options.list:
+        for name in wanted:
+            print(f"{name:28} {load(name).__doc__.splitlines()[0]}")
+        return 0
+    start = time.monotonic()
+    faulty = None if options.quick else mutants.build(WORK / "mutants")
+    outcomes = [run(name, options, faulty) for name in wanted]
+    complete = not options.claims and not options.quick
+    page = report.write(outcomes, HERE / "report", options.quick, time.monotonic() - start)
+    if complete:
+        report.write_summary(outcomes, HERE / "RESULTS.md", time.monotonic() - start)
+    fallen = [outcome.claim.name for outcome in outcomes if not outcome.passed]
+    seen = report.look(page)
+    print(f"\n{len(outcomes) - len(fallen)} of {len(outcomes)} claims stand, {time.monotonic() - start:.0f} s; {os.path.relpath(page)}")
+    for name in fallen:
+        print(f"FELL: {name}")
+    for problem in seen:
+        print(f"REPORT: {problem}")
+    return 1 if fallen or seen else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
