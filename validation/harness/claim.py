@@ -54,7 +54,7 @@ class Table:
 class Planted:
     """An error of known size that a claim must catch.
 
-    `mutant` names an entry of `controls/mutants.toml`: a fault in abbe's source. Without it the claim itself plants the error: its `run` asks
+    `mutant` names an entry of a file in `controls/`: a fault in abbe's source. Without it the claim itself plants the error: its `run` asks
     `claim.planted == what` and gives abbe, or the reference, a wrong value. `caught_by` names (the beginnings of) checks of which each must fail.
     """
 

@@ -1,6 +1,6 @@
 """A second abbe with known faults, of which the environment variable ABBE_MUTANT turns one on.
 
-`controls/mutants.toml` names each fault: a file, a piece of code that stands in it exactly once, and what stands there in the faulty program. The source is
+The files in `controls/` name each fault: a file, a piece of code that stands in it exactly once, and what stands there in the faulty program. The source is
 copied, changed and built once, so the program under test never holds a fault.
 """
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 from harness.abbe import ROOT
 
-LIST = ROOT / "validation/controls/mutants.toml"
+LISTS = ROOT / "validation/controls"
 SWITCH = '''
 /// Whether the named fault is planted.
 pub fn planted(name: &str) -> bool {
@@ -24,7 +24,7 @@ pub fn planted(name: &str) -> bool {
 def replace_once(path, old, new):
     text = path.read_text()
     if text.count(old) != 1:
-        raise RuntimeError(f"{LIST.relative_to(ROOT)}: {old!r} stands {text.count(old)} times in {path.name}; name a piece that stands there once")
+        raise RuntimeError(f"validation/controls: {old!r} stands {text.count(old)} times in {path.name}; name a piece that stands there once")
     path.write_text(text.replace(old, new))
 
 
@@ -37,7 +37,7 @@ def copy(source, target):
 
 def build(folder):
     """The faulty renderer and probe: (binary, probe)."""
-    faults = tomllib.loads(LIST.read_text())
+    faults = {name: fault for path in sorted(LISTS.glob("*.toml")) for name, fault in tomllib.loads(path.read_text()).items()}
     fresh = folder.with_name(folder.name + "-fresh")
     shutil.rmtree(fresh, ignore_errors=True)
     for name in ("src", "data", "validation/probe"):
