@@ -1,1 +1,1 @@
-"""What every claim of the validation shares: running abbe, judging by standard error, figures, the report."""
+"""What every claim of the validation shares: running abbe, judging by standard error, planting errors, figures, the report."""

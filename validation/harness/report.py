@@ -21,7 +21,8 @@ h3 { margin: 2rem 0 .3rem; font-size: 1.15rem; } a { color: inherit; }
 p { max-width: 78ch; margin: .4rem 0; } .soft { color: var(--soft); } .name { font: 13px ui-monospace, "DejaVu Sans Mono", monospace; color: var(--soft); }
 .good { color: var(--good); font-weight: 600; } .bad { color: var(--bad); font-weight: 700; }
 table { border-collapse: collapse; margin: .8rem 0; font-size: 13px; line-height: 1.4; } .wide { overflow-x: auto; }
-th { text-align: left; font-weight: 600; background: var(--shade); } td, th { padding: .22rem .6rem; border-bottom: 1px solid var(--line); vertical-align: top; overflow-wrap: anywhere; }
+th { text-align: left; font-weight: 600; background: var(--shade); } td, th { padding: .22rem .6rem; border-bottom: 1px solid var(--line); vertical-align: top; overflow-wrap: break-word; }
+td:last-child { white-space: nowrap; }
 figure { margin: 1rem 0; } figure img, figure svg { max-width: 100%; height: auto; } figcaption { color: var(--soft); font-size: 13px; max-width: 90ch; }
 dt { font-weight: 600; float: left; clear: left; width: 6.5rem; } dd { margin: 0 0 .35rem 6.5rem; max-width: 78ch; }
 """
@@ -100,7 +101,7 @@ def write(outcomes, folder, quick, seconds):
     parts = [
         f'<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Validation of abbe</title><style>{STYLE}</style>',
         "<h1>Validation of abbe</h1>",
-        f'<p>{len(outcomes)} claims, {sum(len(o.claim.checks) for o in outcomes)} checks of {sum(c.tests for o in outcomes for c in o.claim.checks):,} values, {sum(len(o.planted) for o in outcomes)} planted errors. '
+        f'<p>Claims: {len(outcomes)}; {sum(len(o.claim.checks) for o in outcomes)} checks of {sum(c.tests for o in outcomes for c in o.claim.checks):,} values, {sum(len(o.planted) for o in outcomes)} planted errors. '
         + ('<span class="good">All claims stand.</span>' if good else '<span class="bad">Not all claims stand.</span>') + "</p>",
         '<p class="soft">A random value is judged by its standard error: a check fails with a probability of 10⁻⁴ if nothing is wrong, and “smallest error seen” is what it would have found with a probability of 90 %. '
         "Where nothing is random that is the bound itself. A planted error is a fault of known size that the checks of the claim must notice.</p>",

@@ -17,7 +17,7 @@ from harness.claim import Check, Claim
 HERE = ROOT / "validation"
 WORK = ROOT / "target/validation"
 # The order of the report: what rests on what.
-GROUPS = ("colour", "optics", "transport", "mitsuba", "noise")
+GROUPS = ("method", "colour", "optics", "transport", "mitsuba", "noise")
 
 
 @dataclass
