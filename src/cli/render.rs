@@ -315,12 +315,8 @@ fn parse_sampler(text: &str) -> Result<SamplerKind, String> {
 }
 
 pub(super) fn parse_wavelengths(text: &str) -> Result<WavelengthCount, String> {
-    match text {
-        "1" => Ok(WavelengthCount::One),
-        "4" => Ok(WavelengthCount::Four),
-        "8" => Ok(WavelengthCount::Eight),
-        _ => Err("expected 1, 4 or 8".to_owned()),
-    }
+    let count: u32 = text.parse().map_err(|_| "expected 1, 4 or 8")?;
+    Ok(count.try_into()?)
 }
 
 pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {

@@ -105,7 +105,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut runs: Vec<(RunId, Option<_>)> =
         request.runs().into_iter().map(|id| (id.clone(), folder.run(&id))).collect();
     let samples_of =
-        |id: &RunId| pixels * u64::from(id.samples_per_pixel) * u64::from(request.replicates_of(&id.sampler));
+        |id: &RunId| pixels * u64::from(id.samples_per_pixel) * u64::from(request.replicates_of(id.sampler));
     let missing: Vec<bool> = (0..cases.len()).map(|case| !folder.reference(case).exists()).collect();
     let of_references = match request.reference {
         ReferenceRequest::Rendered { samples_per_pixel } => {
@@ -272,9 +272,9 @@ fn request(args: &Args, cases: &[Case], threads: u32) -> Result<(Request, Option
     let request = Request {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         cases: cases.iter().map(|case| case.id.clone()).collect(),
-        samplers: args.samplers.0.iter().map(|kind| kind.name().to_owned()).collect(),
+        samplers: args.samplers.0.clone(),
         samples_per_pixel: args.spp.0.clone(),
-        wavelengths_per_path: args.wavelengths.0.iter().map(|count| count.get() as u32).collect(),
+        wavelengths_per_path: args.wavelengths.0.clone(),
         replicates: args.replicates,
         size,
         seed: args.seed,

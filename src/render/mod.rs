@@ -10,6 +10,8 @@ use crate::sampling::{Sampler, SamplerKind, Stream};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,7 +28,8 @@ pub struct Settings {
 }
 
 /// How many wavelengths a path carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(into = "u32", try_from = "u32")]
 pub enum WavelengthCount {
     One,
     Four,
@@ -40,6 +43,31 @@ impl WavelengthCount {
             Self::Four => 4,
             Self::Eight => 8,
         }
+    }
+}
+
+impl From<WavelengthCount> for u32 {
+    fn from(count: WavelengthCount) -> u32 {
+        count.get() as u32
+    }
+}
+
+impl TryFrom<u32> for WavelengthCount {
+    type Error = &'static str;
+
+    fn try_from(count: u32) -> Result<Self, Self::Error> {
+        match count {
+            1 => Ok(Self::One),
+            4 => Ok(Self::Four),
+            8 => Ok(Self::Eight),
+            _ => Err("expected 1, 4 or 8"),
+        }
+    }
+}
+
+impl fmt::Display for WavelengthCount {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.get().fmt(f)
     }
 }
 

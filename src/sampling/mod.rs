@@ -20,12 +20,15 @@ use bluenoise::Layout;
 use cells::Cells;
 pub use grid::PiecewiseConstantGrid;
 use poisson::Patterns;
+use serde::{Deserialize, Serialize};
 use sobol::Role;
+use std::fmt;
 pub use table::PiecewiseConstant;
 
 /// How sample values are made. All kinds are interchangeable: they differ in noise, never in expectation, but for
 /// the regular grid, which has no expectation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum SamplerKind {
     /// The same grid in every pixel: each sample at the centre of its share. Nothing is random, so there are no replicates
     /// and no error bars, and what the grid misses is missed in every pixel. For studies of aliasing.
@@ -63,6 +66,12 @@ impl SamplerKind {
     /// Whether there are independent replicates of a sequence: whether the seed changes anything.
     pub fn is_random(self) -> bool {
         self != Self::Regular
+    }
+}
+
+impl fmt::Display for SamplerKind {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 

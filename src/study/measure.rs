@@ -1,8 +1,7 @@
 use super::spectra::ImageSpectrum;
 use super::{Case, Purpose, Reference, Request, Run, RunId, seed_of_run};
 use crate::film::{BadValues, Film};
-use crate::render::{Schedule, Settings, Watch, WavelengthCount, render};
-use crate::sampling::SamplerKind;
+use crate::render::{Schedule, Settings, Watch, render};
 use cpu_time::ProcessTime;
 
 /// Most memory that the film of a run takes, bytes: more replicates are rendered one batch after the other, each with a
@@ -15,12 +14,8 @@ impl Request {
         Settings {
             schedule: Schedule { replicates, samples_per_replicate: id.samples_per_pixel },
             seed: seed_of_run(self.seed, purpose, id, batch),
-            sampler: SamplerKind::named(&id.sampler).unwrap_or(SamplerKind::Sobol),
-            wavelengths: match id.wavelengths_per_path {
-                1 => WavelengthCount::One,
-                8 => WavelengthCount::Eight,
-                _ => WavelengthCount::Four,
-            },
+            sampler: id.sampler,
+            wavelengths: id.wavelengths_per_path,
             bins: None,
         }
     }
@@ -36,7 +31,7 @@ impl Request {
     /// The seed of each replicate's batch.
     pub fn seeds(&self, case: &Case, id: &RunId) -> Vec<u64> {
         let batch = self.batch(&case.scene, id);
-        let replicates = self.replicates_of(&id.sampler);
+        let replicates = self.replicates_of(id.sampler);
         (0..replicates).map(|r| seed_of_run(self.seed, Purpose::Run, id, u64::from(r / batch))).collect()
     }
 }
@@ -49,7 +44,7 @@ fn luminance(film: &Film, replicate: u32) -> Vec<f64> {
 
 /// Renders a run and compares it with the reference of its case, on the current rayon thread pool.
 pub fn measure(request: &Request, case: &Case, id: RunId, reference: &Reference, watch: &dyn Watch) -> Run {
-    let replicates = request.replicates_of(&id.sampler);
+    let replicates = request.replicates_of(id.sampler);
     let largest = request.batch(&case.scene, &id);
     let [width, height] = case.scene.film.size;
     let (mut relmse, mut bad, mut cpu_seconds) = (Vec::new(), BadValues::default(), 0.0);

@@ -20,6 +20,7 @@ pub use measure::measure;
 pub use reference::{Reference, ReferenceError};
 pub use spectra::{Radial, Spectrum};
 
+use crate::render::WavelengthCount;
 use crate::sampling::{SamplerKind, mix};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -52,9 +53,9 @@ impl CaseId {
 pub struct Request {
     pub version: String,
     pub cases: Vec<CaseId>,
-    pub samplers: Vec<String>,
+    pub samplers: Vec<SamplerKind>,
     pub samples_per_pixel: Vec<u32>,
-    pub wavelengths_per_path: Vec<u32>,
+    pub wavelengths_per_path: Vec<WavelengthCount>,
     pub replicates: u32,
     /// Pixels.
     pub size: [u32; 2],
@@ -78,9 +79,9 @@ pub enum ReferenceRequest {
 pub struct RunId {
     /// Counted from 0.
     pub case: usize,
-    pub sampler: String,
+    pub sampler: SamplerKind,
     pub samples_per_pixel: u32,
-    pub wavelengths_per_path: u32,
+    pub wavelengths_per_path: WavelengthCount,
 }
 
 impl RunId {
@@ -123,8 +124,7 @@ impl Request {
         for &samples_per_pixel in &self.samples_per_pixel {
             for case in 0..self.cases.len() {
                 for &wavelengths_per_path in &self.wavelengths_per_path {
-                    for sampler in &self.samplers {
-                        let sampler = sampler.clone();
+                    for &sampler in &self.samplers {
                         runs.push(RunId { case, sampler, samples_per_pixel, wavelengths_per_path });
                     }
                 }
@@ -134,8 +134,8 @@ impl Request {
     }
 
     /// Replicates that a run has: a sampler without chance has but one.
-    pub fn replicates_of(&self, sampler: &str) -> u32 {
-        if SamplerKind::named(sampler).is_some_and(SamplerKind::is_random) { self.replicates } else { 1 }
+    pub fn replicates_of(&self, sampler: SamplerKind) -> u32 {
+        if sampler.is_random() { self.replicates } else { 1 }
     }
 
     /// The number of samples that pictures and spectra are shown for: that of the list which is nearest to 64.
@@ -170,7 +170,7 @@ fn derived_seed(seed: u64, purpose: Purpose, words: impl IntoIterator<Item = u64
 
 /// Of a run and its batch of replicates.
 fn seed_of_run(seed: u64, purpose: Purpose, id: &RunId, batch: u64) -> u64 {
-    let sampler = id.sampler.bytes().map(u64::from);
-    let numbers = [id.case as u64, id.samples_per_pixel.into(), id.wavelengths_per_path.into(), batch];
+    let sampler = id.sampler.name().bytes().map(u64::from);
+    let numbers = [id.case as u64, id.samples_per_pixel.into(), id.wavelengths_per_path.get() as u64, batch];
     derived_seed(seed, purpose, sampler.chain(numbers))
 }

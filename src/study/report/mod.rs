@@ -8,7 +8,7 @@ use super::fit::{Measurement, PowerLaw};
 use super::measure::{EqualTime, equal_time};
 use super::{Case, Folder, Reference, Request, Run, RunId, Spectrum, spectra};
 use crate::plot::{INKS, Marker};
-use crate::render::Watch;
+use crate::render::{Watch, WavelengthCount};
 use crate::sampling::SamplerKind;
 use std::io;
 
@@ -35,8 +35,8 @@ pub struct Told {
 /// The runs of one sampler over all numbers of samples, everything else being the same.
 struct Series<'a> {
     case: usize,
-    sampler: &'a str,
-    wavelengths: u32,
+    sampler: SamplerKind,
+    wavelengths: WavelengthCount,
     label: String,
     ink: &'static str,
     marker: Marker,
@@ -74,18 +74,18 @@ impl Findings<'_> {
     fn series(&self, case: usize) -> Vec<Series<'_>> {
         let mut all = Vec::new();
         for (dash, &wavelengths) in self.request.wavelengths_per_path.iter().enumerate() {
-            for sampler in &self.request.samplers {
+            for &sampler in &self.request.samplers {
                 let mut runs: Vec<&Run> = self
                     .runs
                     .iter()
                     .filter(|run| {
                         let id = &run.id;
-                        id.case == case && id.sampler == *sampler && id.wavelengths_per_path == wavelengths
+                        id.case == case && id.sampler == sampler && id.wavelengths_per_path == wavelengths
                     })
                     .collect();
                 runs.sort_by_key(|run| run.id.samples_per_pixel);
                 // A sampler has the same ink in every study.
-                let place = SamplerKind::NAMES.iter().position(|(name, _)| name == sampler).unwrap_or(0);
+                let place = SamplerKind::NAMES.iter().position(|&(_, kind)| kind == sampler).unwrap_or(0);
                 let several = self.request.wavelengths_per_path.len() > 1;
                 let law = |x: fn(&Run) -> f64| {
                     let point = |run: &&Run| Measurement { x: x(run), relmse: run.error() };
@@ -95,7 +95,11 @@ impl Findings<'_> {
                     case,
                     sampler,
                     wavelengths,
-                    label: if several { format!("{sampler}, C = {wavelengths}") } else { sampler.clone() },
+                    label: if several {
+                        format!("{sampler}, C = {wavelengths}")
+                    } else {
+                        sampler.to_string()
+                    },
                     ink: INKS[place % INKS.len()],
                     marker: Marker::ALL[place % Marker::ALL.len()],
                     dash: [None, Some("6 3"), Some("2 3")][dash % 3],
@@ -163,12 +167,11 @@ impl Findings<'_> {
     }
 
     /// What each sampler does within a pixel: the same for all scenes.
-    fn patterns(&self) -> Vec<(String, Spectrum)> {
-        let of = |name: &String| {
-            let kind = SamplerKind::named(name)?;
-            Some((name.clone(), spectra::pattern(kind, self.request.seed, self.request.shown_samples())))
+    fn patterns(&self) -> Vec<(SamplerKind, Spectrum)> {
+        let of = |&kind: &SamplerKind| {
+            (kind, spectra::pattern(kind, self.request.seed, self.request.shown_samples()))
         };
-        self.request.samplers.iter().filter_map(of).collect()
+        self.request.samplers.iter().map(of).collect()
     }
 }
 

@@ -3,6 +3,7 @@
 use super::plots::Figure;
 use super::{Findings, Series, percent, short, slope};
 use crate::plot::{FONTS, escaped};
+use crate::sampling::SamplerKind;
 use crate::study::fit::student_95;
 use crate::study::{ReferenceRequest, reference};
 use base64::Engine;
@@ -95,8 +96,10 @@ fn summary(findings: &Findings, section: &Section) -> String {
     let Some((series, run)) = best else {
         return "No run has an error that can be told from 0.".to_owned();
     };
-    let independent =
-        section.series.iter().find(|s| s.sampler == "independent" && s.wavelengths == series.wavelengths);
+    let independent = section
+        .series
+        .iter()
+        .find(|s| s.sampler == SamplerKind::Independent && s.wavelengths == series.wavelengths);
     let gain = independent
         .filter(|independent| independent.sampler != series.sampler)
         .and_then(|independent| independent.at(run.id.samples_per_pixel))
@@ -197,7 +200,9 @@ fn results(out: &mut String, findings: &Findings, section: &Section) {
         let independent = section
             .series
             .iter()
-            .find(|other| other.sampler == "independent" && other.wavelengths == series.wavelengths)
+            .find(|other| {
+                other.sampler == SamplerKind::Independent && other.wavelengths == series.wavelengths
+            })
             .and_then(|independent| independent.at(last));
         let gain = run.zip(independent).map_or("–".to_owned(), |(run, other)| {
             format!("{} ×", short(run.efficiency() / other.efficiency()))
@@ -271,7 +276,7 @@ fn all_runs(out: &mut String, findings: &Findings) {
             out,
             "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             escaped(if label.is_empty() { &findings.told.scene } else { &label }),
-            escaped(&id.sampler),
+            id.sampler,
             id.wavelengths_per_path,
             id.samples_per_pixel,
             with_interval(run),

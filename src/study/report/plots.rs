@@ -1,5 +1,6 @@
 use super::{Findings, Series, percent, short, slope};
 use crate::plot::{Axis, Chart, Colours, Drawing, Panel, Panels, Point, Scale, Series as Curve};
+use crate::sampling::SamplerKind;
 use crate::stats::Estimate;
 use crate::study::Spectrum;
 use crate::study::fit::{PowerLaw, student_95};
@@ -18,7 +19,7 @@ pub(super) fn figures(
     series: &[Series],
     target: f64,
     equal: &[EqualTime],
-    patterns: &[(String, Spectrum)],
+    patterns: &[(SamplerKind, Spectrum)],
 ) -> Vec<Figure> {
     let mut figures =
         vec![error_against_samples(findings, series), error_against_time(findings, series, target)];
@@ -192,10 +193,9 @@ fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Figure
     let end = round_up(*sizes.get(sizes.len().checked_sub(1)? * 95 / 100)?);
     let label = |picture: &EqualTime| {
         let same = |series: &&Series| {
-            (series.sampler, series.wavelengths)
-                == (picture.id.sampler.as_str(), picture.id.wavelengths_per_path)
+            (series.sampler, series.wavelengths) == (picture.id.sampler, picture.id.wavelengths_per_path)
         };
-        series.iter().find(same).map_or(picture.id.sampler.clone(), |series| series.label.clone())
+        series.iter().find(same).map_or(picture.id.sampler.to_string(), |series| series.label.clone())
     };
     let panel = |picture: &EqualTime| {
         let (width, values) = middle(picture.width, &picture.errors);
@@ -290,12 +290,16 @@ fn planes(title: &str, all: &[(&Series, String, &Spectrum)], note: &str) -> Draw
     .draw()
 }
 
-fn pattern_spectra(findings: &Findings, series: &[Series], patterns: &[(String, Spectrum)]) -> Vec<Figure> {
+fn pattern_spectra(
+    findings: &Findings,
+    series: &[Series],
+    patterns: &[(SamplerKind, Spectrum)],
+) -> Vec<Figure> {
     let samples = findings.request.shown_samples();
     let all: Vec<(&Series, String, &Spectrum)> = patterns
         .iter()
-        .filter_map(|(name, spectrum)| {
-            Some((series.iter().find(|series| series.sampler == name)?, name.clone(), spectrum))
+        .filter_map(|(kind, spectrum)| {
+            Some((series.iter().find(|series| series.sampler == *kind)?, kind.to_string(), spectrum))
         })
         .collect();
     let below = |spectrum: &Spectrum| {

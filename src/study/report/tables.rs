@@ -47,7 +47,7 @@ pub(super) fn csv(findings: &Findings) -> String {
                 run.bad_values.to_string(),
                 run.cpu_seconds.to_string(),
             ];
-            let row: Vec<String> = parameters.chain([id.sampler.clone()]).chain(numbers).collect();
+            let row: Vec<String> = parameters.chain([id.sampler.to_string()]).chain(numbers).collect();
             text += &(row.join(",") + "\n");
         }
     }
