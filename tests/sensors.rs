@@ -89,7 +89,8 @@ fn a_near_point_of_one_wavelength_is_not_too_bright_for_the_film() {
     let floor = r#"<shape type="rectangle"><transform name="to_world"><scale value="200"/></transform>
         <bsdf type="diffuse"><spectrum name="reflectance" value="0.5"/></bsdf></shape>
         <emitter type="point"><point name="position" value="0 0 1"/><spectrum name="intensity" value="1"/></emitter>"#;
-    let look = r#"<transform name="to_world"><lookat origin="1, 0, 1" target="0, 0, 0" up="0, 0, 1"/></transform>"#;
+    let look =
+        r#"<transform name="to_world"><lookat origin="1, 0, 1" target="0, 0, 0" up="0, 0, 1"/></transform>"#;
     let text = format!(
         r#"<scene version="3.0.0">{floor}<sensor type="radiancemeter">{look}{}</sensor></scene>"#,
         pixel()
