@@ -82,6 +82,32 @@ fn irradiance_under_a_sky_and_under_a_disk() {
     assert_is(below.bin(0, 0, 0), PI * 4.0 / 13.0, &below);
 }
 
+/// A lamp without extent is as bright as one is near to it, and one nanometre holds hardly any luminance: neither leaves the
+/// film's scale.
+#[test]
+fn a_near_point_of_one_wavelength_is_not_too_bright_for_the_film() {
+    let floor = r#"<shape type="rectangle"><transform name="to_world"><scale value="200"/></transform>
+        <bsdf type="diffuse"><spectrum name="reflectance" value="0.5"/></bsdf></shape>
+        <emitter type="point"><point name="position" value="0 0 1"/><spectrum name="intensity" value="1"/></emitter>"#;
+    let look =
+        r#"<transform name="to_world"><lookat origin="1, 0, 1" target="0, 0, 0" up="0, 0, 1"/></transform>"#;
+    let text = format!(
+        r#"<scene version="3.0.0">{floor}<sensor type="radiancemeter">{look}{}</sensor></scene>"#,
+        pixel()
+    );
+    let description = read_str(text, Path::new("scene.xml"), &ReadOptions::default())
+        .unwrap_or_else(|errors| panic!("{errors}"));
+    let range = WavelengthRange { min: 555.0, max: 556.0 };
+    let options = CompileOptions { range, spectral: true, ..CompileOptions::default() };
+    let scene = compile(&description, &options).unwrap_or_else(|errors| panic!("{errors}"));
+    let mut settings = settings(4096, WavelengthCount::Four, 5);
+    settings.bins = bins(range, 1);
+    // Fails where a value is left out.
+    let film = expose(&scene, &settings);
+    let found = film.bin(0, 0, 0).mean;
+    assert!((found * PI / 0.5 - 1.0).abs() < 1e-4, "{found}");
+}
+
 #[test]
 fn a_distant_sensor_sees_the_cross_section_of_the_scene() {
     let sphere = format!(r#"<shape type="sphere"><point name="center" value="7 0 0"/>{BLACK}</shape>"#);

@@ -198,16 +198,21 @@ impl Compiler<'_> {
         WavelengthDensity::new(self.options.range, &sensor, &emissions)
     }
 
-    /// Of the order of the largest value that the camera can see: of luminance, or of the mean over a response.
+    /// Of the order of the largest value that the camera can see: of luminance, or of the mean over a response or over the
+    /// wavelengths.
     pub(super) fn reference(&self, film: &FilmPlan, lights: &Lights, scene_radius: f64) -> f64 {
         let luminance = |spectrum: &Spectrum| {
             let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
             let responses = film.channels.iter().map(|channel| {
                 self.product(spectrum, &channel.response).integral(self.options.range) / channel.integral
             });
-            responses.fold(y, f64::max)
+            // Few wavelengths hold little luminance, while their bins measure no less.
+            let in_bins = spectrum.integral(self.options.range) / self.options.range.width();
+            responses.fold(if self.options.spectral { y.max(in_bins) } else { y }, f64::max)
         };
-        let area = 4.0 * PI * (scene_radius * scene_radius).max(f64::MIN_POSITIVE);
+        // A floor may reach far, and what a light shines upon be near it.
+        let near = scene_radius / 64.0;
+        let area = 4.0 * PI * (near * near).max(f64::MIN_POSITIVE);
         let seen = lights.iter().map(|light| {
             luminance(light.spectrum())
                 * match light {
