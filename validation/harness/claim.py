@@ -72,6 +72,7 @@ class Claim:
     work: Path  # for files; empty at the start
     quick: bool = False
     planted: str | None = None
+    only: tuple = ()  # parts of the claim that are asked for, where it has such (scenes); empty for all
     checks: list = field(default_factory=list)
     shown: list = field(default_factory=list)  # figures and tables, in order
 

@@ -74,6 +74,16 @@ class Result:
     tile_t: np.ndarray = None
     uniform_p: np.ndarray = None  # Kolmogorov-Smirnov on the p-values of all pixels
     noise: np.ndarray = None  # ratio of the variances (first / second)
+    error_ratio: np.ndarray = None  # `error_channel`, where the first program states its error
+    error_spread: np.ndarray = None
+    pixel_detectable: float = None  # 3 standard errors over the mean, median pixel and channel
+    means: tuple = None  # both pictures
+    t: np.ndarray = None  # of all pixels
+    signed: np.ndarray = None  # Student's distribution function at t, of the independent pixels
+    tile_signed: np.ndarray = None  # the same of the tiles
+    tests: dict = field(default_factory=dict)  # how many values each test judged
+    seconds: tuple = (0.0, 0.0)  # of CPU time, of both programs
+    redrawn: bool = False  # whether these are the figures of a second draw
     failures: list = field(default_factory=list)
     notes: list = field(default_factory=list)
 
@@ -126,11 +136,16 @@ def compare(name, ours, reference, channels, correlated=False):
     with np.errstate(divide="ignore", invalid="ignore"):
         result.tile_detectable = np.nanmedian(STANDARD_ERRORS * tile.error / tiles(reference).mean(0), (0, 1))
         result.noise = ours.var(0, ddof=1).mean((0, 1)) / reference.var(0, ddof=1).mean((0, 1))
+        result.pixel_detectable = float(np.nanmedian(STANDARD_ERRORS * pixel.error / reference.mean(0)))
+    result.means, result.t = (ours.mean(0), reference.mean(0)), pixel.t
+    result.tile_signed = stats.t.cdf(tile.t, tile.freedom)
+    result.tests = {"pixel": int(np.isfinite(pixel.p).sum()), "tile": int(np.isfinite(tile.p).sum())}
 
     step = 5 if correlated else 1
     # The signed value of Student's distribution function is uniform on [0, 1] if the expectations agree: the two-sided p-value would not
     # notice that all pixels lean the same way.
     signed = stats.t.cdf(pixel.t, pixel.freedom)[::step, ::step]
+    result.signed = signed
     result.uniform_p = np.ones(len(channels))
     for c, channel in enumerate(channels):
         if abs(result.sigma[c]) > STANDARD_ERRORS:
