@@ -1,7 +1,6 @@
 """Computes the colours that tests/colour.rs holds this project against, with colour-science.
 
-    python -m venv .venv && .venv/bin/pip install -r requirements.txt
-    .venv/bin/python make_reference.py
+    ../.venv/bin/python make_reference.py      (validation/run makes the environment)
 
 Writes ../../tests/data/{reflected_xyz,illuminant_xyz,blackbody_xy,delta_e_2000}.csv.
 
@@ -31,8 +30,8 @@ def read_table(path):
     return rows[0][1:], np.array(rows[1:], dtype=float)
 
 
-def on_grid(nm, values, outside):
-    """The table on the common grid: linear between its nodes, `outside` ('zero' or 'hold') beyond them."""
+def on_grid(nm, values, outside, shape=SHAPE):
+    """The table on a grid: linear between its nodes, `outside` ('zero' or 'hold') beyond them."""
     ends = {"left": 0.0, "right": 0.0} if outside == "zero" else {"left": values[0], "right": values[-1]}
     sd = colour.SpectralDistribution(
         values,
@@ -42,7 +41,7 @@ def on_grid(nm, values, outside):
         extrapolator=colour.Extrapolator,
         extrapolator_kwargs={"method": "Constant", **ends},
     )
-    return colour.SpectralDistribution(sd[SHAPE.wavelengths], SHAPE.wavelengths)
+    return colour.SpectralDistribution(sd[shape.wavelengths], shape.wavelengths)
 
 
 def daylight(name, nm, values):
