@@ -7,6 +7,7 @@ mod frame;
 mod motion;
 mod pose;
 mod ray;
+pub mod roots;
 mod transform;
 
 pub use bounds::Bounds;
