@@ -1,5 +1,5 @@
 //! Whether the error bars of one EXR hold the truth as often as they say: 95 % intervals, from few samples and from many.
-//! `validation/coverage` measures it over all scenes.
+//! `validation/noise/coverage` measures it over all scenes.
 
 mod common;
 

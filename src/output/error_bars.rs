@@ -4,7 +4,7 @@
 //! that is too small, and replicates that all miss agree by chance. What a pixel's neighbours met says how much it may have
 //! missed. So each variance is moderated by theirs, the more weight remaining with the pixel's own because neighbours
 //! across an edge know little of it. With more replicates of the same samples it does not get better: the skewness is that of
-//! the mean of all samples. `validation/coverage` measures what this does.
+//! the mean of all samples. `validation/noise/coverage` measures what this does.
 
 /// Weight of a pixel's own variance. The rest is that of the mean of its neighbours, up to eight.
 const OWN: f64 = 2.0 / 3.0;

@@ -76,6 +76,10 @@ class Abbe:
         """What `abbe spectrum` prints."""
         return self._run([self.binary, "spectrum", *words])
 
+    def study(self, *words):
+        """Runs `abbe study`."""
+        self._run([self.binary, "study", *words])
+
     def probe(self, questions):
         """Answers of the library itself, in double precision: one object for each question (see `probe/`)."""
         lines = "".join(json.dumps(question) + "\n" for question in questions)

@@ -104,5 +104,5 @@ def run(claim):
     above.legend(fontsize=7.5)
     above.set(ylabel="share of the lens", ylim=(0, None))
     below.axhline(0, color="black", lw=0.8)
-    below.set(xlabel="distance from the centre (pixels)", ylabel="residual\n(standard errors)", ylim=(-5, 5))
+    below.set(xlabel="distance from the centre (pixels)", ylabel="residual\n(standard errors)", ylim=(-5, 5), xlim=(0, 20))
     claim.figure("profile", figure, "Radial profiles of the blurred disk: lines are the closed form at points, dots single pixels (averages over their squares, so they smooth the rim), below residuals of rings against the closed form averaged over pixels.")

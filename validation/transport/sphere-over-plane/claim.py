@@ -127,7 +127,7 @@ def run(claim):
     claim.table(("lamp", "integrator", "radiance expected", "measured / expected", "standard error"), rows, "The floor as a whole, for a lamp of radiance, intensity or irradiance 1.")
     figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 5.4), height_ratios=(3, 2))
     for i, (name, x, measured, expected, (mean, error, _)) in enumerate(shown):
-        line = above.semilogy(x, expected, lw=1)[0]
+        line = above.semilogy(x, expected, lw=1, color="#999999" if name == "directional" else f"C{i}")[0]
         above.plot(x, measured, ".", color=line.get_color(), label=name)
         varies = error > 1e-9
         below.plot(x[varies], ((mean - 1) / np.where(varies, error, 1))[varies], ".", color=line.get_color())

@@ -4,7 +4,7 @@ For each scene, sampler and number of samples, pictures of several seeds are ren
 mean ± t(0.975, degrees of freedom)·error is asked whether it holds the value of a reference: a far longer render with another seed, whose own
 error is added in quadrature. It should in 95 % of pixels. Pixels without any noise (error 0 and the reference's value) are counted apart.
 
-    python validation/coverage/coverage.py [--scenes scenes/*/scene.xml ...] [--samplers sobol independent]
+    python validation/noise/coverage/intervals.py [--scenes scenes/*/scene.xml ...] [--samplers sobol independent]
 """
 
 import argparse
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy import stats
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 HEADER = "| scene | sampler | samples | degrees of freedom | coverage % | ± | too low % | too high % | agree by chance % | without noise % |\n" + "|---" * 10 + "|"
 
 

@@ -1,10 +1,10 @@
 """The rate at which the error of each effect falls with the number of samples, for every sampler.
 
 Runs `abbe study` on the scenes in scenes/effects and on the smooth ones in tests/scenes/smooth, and writes the slopes of log RMSE on log samples
-with their 95 % intervals, and the errors at the most samples, to validation/study/RESULTS.md. The studies, with their pages, stay in
+with their 95 % intervals, and the errors at the most samples, to validation/noise/rates/RESULTS.md. The studies, with their pages, stay in
 target/validation/effects; an interrupted run goes on where it was. Needs nothing but Python; about ten minutes on two cores.
 
-    python validation/study/effects.py [--abbe target/release/abbe]
+    python validation/noise/rates/effects.py [--abbe target/release/abbe]
 """
 
 import argparse
@@ -13,7 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 SAMPLES = [4, 16, 64, 256, 1024]
 REPLICATES = 8
 SIZE = "32x24"
@@ -58,7 +58,7 @@ def main():
     text = [
         "# Rates of convergence",
         "",
-        f"Written by `python validation/study/effects.py`: {REPLICATES} replicates, {', '.join(map(str, SAMPLES))} samples per pixel in one sequence, pictures of {SIZE.replace('x', ' × ')} pixels",
+        f"Written by `python validation/noise/rates/effects.py`: {REPLICATES} replicates, {', '.join(map(str, SAMPLES))} samples per pixel in one sequence, pictures of {SIZE.replace('x', ' × ')} pixels",
         "(8 × 8 in the smooth scenes). Scenes in `scenes/effects` have edges and rare bright samples beside their effect; the smooth ones have one effect and nothing else.",
         "",
         "Slope of log RMSE on log samples with its 95 % interval:",
@@ -74,7 +74,7 @@ def main():
         f"`sobol` is worse than `independent` by more than three standard errors: {verdict}.",
         "",
     ]
-    (ROOT / "validation/study/RESULTS.md").write_text("\n".join(text))
+    (ROOT / "validation/noise/rates/RESULTS.md").write_text("\n".join(text))
 
 
 if __name__ == "__main__":
