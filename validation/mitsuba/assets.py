@@ -1,5 +1,5 @@
 """Writes the images, meshes and volumes that the scenes need: scenes/{meshes,textures,volumes}. The files are kept beside it; this is where
-they come from. Run it with the environment that ./run makes: .venv/bin/python validation/mitsuba/assets.py
+they come from. Run it with the environment that validation/run makes: validation/.venv/bin/python validation/mitsuba/assets.py
 
 Every picture is coarse and has no symmetry, so that a mirrored, shifted or differently filtered one is seen.
 """

@@ -224,7 +224,7 @@ TESTS = {
     "noisy": ("three standard errors are less than 0.3 %, so that the former two mean something", lambda r: r.detectable.max() * 100, "%", 100 * welch.RELATIVE),
     "tile": ("no tile of 8×8 pixels differs, by Welch's t-test of all of them together", lambda r: np.nanmax(r.tile_t), "standard errors", None),
     "pixel": ("no pixel differs, likewise", lambda r: np.nanmax(r.pixel_t), "standard errors", None),
-    "uniform": ("the pixels' t values follow Student's distribution (Kolmogorov and Smirnov)", lambda r: -np.log10(r.uniform_p.min()), "= largest −lg p", None),
+    "uniform": ("the pixels' t values follow Student's distribution (Kolmogorov and Smirnov)", lambda r: -np.log10(max(r.uniform_p.min(), 1e-300)), "= largest −lg p", None),
     "error": (
         "the variance between abbe's renders is the square of the error that each states",
         lambda r: 0 if r.error_ratio is None else np.abs(r.error_ratio - 1).max() * 100,

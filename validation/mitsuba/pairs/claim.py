@@ -42,21 +42,21 @@ class Fault:
     caught_by: tuple
     old: str = ""
     new: str = ""
-    power: compare.Power = FULL
+    power: compare.Power = QUICK
     mutant: str | None = None
 
 
 FAULTS = {
-    "the lamp 1 % brighter": Fault("direct_emitters", ("mean", "tile", "uniform"), "360:3 830:4", "360:3.03 830:4.04"),
-    "two of eight bounces missing, 0.8 % of the light": Fault("cornell", ("mean", "uniform"), '"depth" value="8"', '"depth" value="6"', QUICK),
+    "the lamp 1 % brighter, 0.4 % of the picture": Fault("direct_emitters", ("mean", "tile", "uniform"), "360:3 830:4", "360:3.03 830:4.04"),
+    "two of eight bounces missing, 0.8 % of the light": Fault("cornell", ("mean", "uniform"), '"depth" value="8"', '"depth" value="6"'),
     "a patch of some 8×8 pixels reflects 3 % less: the mean does not see it": Fault(
         "direct_emitters", ("tile",), "</scene>", PATCH.format(size=0.45, reflectance=0.582)
     ),
     "a patch of a pixel reflects 30 % less: neither mean nor tile need see it": Fault("direct_emitters", ("pixel",), "</scene>", PATCH.format(size=0.06, reflectance=0.42)),
-    "the normal of one panel turned round": Fault("sides", ("mean", "tile", "pixel"), PANEL.format("true"), PANEL.format("false"), QUICK),
-    "the cosine dropped from the Lambert law": Fault("direct_emitters", ("mean", "tile", "pixel", "uniform"), power=QUICK, mutant="dropped_cosine"),
-    "1/C missing from the light that a path meets": Fault("depth_one", ("mean", "tile", "pixel"), power=QUICK, mutant="mitsuba_missing_one_over_c"),
-    "stated errors 3 % too small: the spread of 16 replicates over 16 instead of 15": Fault("direct_emitters", ("error",), mutant="mitsuba_stated_error"),
+    "the normal of one panel turned round": Fault("sides", ("mean", "tile", "pixel"), PANEL.format("true"), PANEL.format("false")),
+    "the cosine dropped from the Lambert law": Fault("direct_emitters", ("mean", "tile", "pixel", "uniform"), mutant="dropped_cosine"),
+    "1/C missing from the light that a path meets": Fault("depth_one", ("mean", "tile", "pixel"), mutant="mitsuba_missing_one_over_c"),
+    "stated errors 3 % too small: the spread of 16 replicates over 16 instead of 15": Fault("direct_emitters", ("error",), power=FULL, mutant="mitsuba_stated_error"),
 }
 PLANTED = [Planted(what, fault.caught_by, fault.mutant) for what, fault in FAULTS.items()]
 
