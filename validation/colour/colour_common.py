@@ -142,7 +142,7 @@ def chart(path, surfaces, light, size=16, scale=1.0, pixel_format="xyz"):
     """A scene of matt patches in rows of six, each `size` × `size` pixels seen from straight above, under light that falls straight down: its irradiance is π times the
     illuminant's table, so that a patch has the radiance ρ(λ) S(λ). Nothing is random in it but wavelengths.
 
-    `surfaces` are names of abbe's catalogue, or (nm, values).
+    `surfaces` are names of abbe's catalogue, or (nm, values): those keep their end values, which scene files say by further nodes (such a spectrum is zero outside).
     """
     rows = -(-len(surfaces) // COLUMNS)
     parts = []
@@ -150,7 +150,9 @@ def chart(path, surfaces, light, size=16, scale=1.0, pixel_format="xyz"):
         if isinstance(surface, str):
             spectrum = f'<spectrum name="reflectance" type="measured"><string name="name" value="{surface}"/></spectrum>'
         else:
-            values = ", ".join(f"{nm:.6g}:{float(value)!r}" for nm, value in zip(*surface))
+            nm, reflected = surface
+            nodes = zip([300.0, *nm, 900.0], [reflected[0], *reflected, reflected[-1]])
+            values = ", ".join(f"{node:.6g}:{float(value)!r}" for node, value in nodes)
             spectrum = f'<spectrum name="reflectance" value="{values}"/>'
         x, y = (2 * (place % COLUMNS) + 1) / COLUMNS - 1, (rows - 1 - 2 * (place // COLUMNS)) / COLUMNS
         parts.append(
