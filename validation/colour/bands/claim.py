@@ -129,7 +129,7 @@ def draw(claim, counts, worst, mean, names):
             if name not in LIGHTS:
                 panel.loglog(counts, worst[name][:, way], color="0.85", lw=0.5, zorder=1)
         for name in LIGHTS:
-            panel.loglog(counts, worst[name][:, way], label=name, lw=1.1, zorder=2)
+            panel.loglog(counts, worst[name][:, way], label=name, lw=1.1, zorder=2, ls="--" if name == LIGHTS[-1] else "-")
         panel.axhline(1, color="0.3", lw=0.8, ls="--")
         panel.axvline(20, color="0.3", lw=0.6, ls=":")
         panel.set(xlabel="bands", title=title, ylim=(3e-4, 60))

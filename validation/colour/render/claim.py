@@ -129,8 +129,9 @@ def draw(claim, shown, scores, freedom):
 def converge(claim, counts, series):
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.1))
     for light, of in series.items():
-        axes[0].loglog(counts, [np.abs(relative).max() for relative, _ in of], "o-", label=light)
-        axes[1].loglog(counts, [differences.max() for _, differences in of], "o-", label=light)
+        line = "o--" if light == LIGHTS[-1] else "o-"
+        axes[0].loglog(counts, [np.abs(relative).max() for relative, _ in of], line)
+        axes[1].loglog(counts, [differences.max() for _, differences in of], line, label=light)
     axes[0].set(xlabel="samples", ylabel="worst relative error of X, Y, Z")
     axes[1].set(xlabel="samples", ylabel="worst ΔE2000")
     axes[1].axhline(0.01, color="0.4", lw=0.8, ls="--")
