@@ -102,6 +102,11 @@ class Surfaces:
         exact = (sums[0] - 6 * sums[1] + 8 * sums[2]) / 3
         return exact / exact[-1, 1], sums[2] / sums[2][-1, 1]
 
+    def luminance(self, light, name="cie1931"):
+        """∫ S ȳ dλ, in the light's unit times nm."""
+        sums = [h * linear(light, grid(h), "zero").values @ observer(name, h).values[:, 1] for h in self.steps]
+        return (sums[0] - 6 * sums[1] + 8 * sums[2]) / 3
+
 
 def white_xy(xyz):
     """Chromaticity of tristimulus values."""
@@ -128,3 +133,46 @@ def adapted(xyz, white):
     """The colour in daylight that looks like this one under `white` (Bradford), so that swatches of all lights can stand side by side."""
     d65 = colour.xy_to_XYZ(colour.CCS_ILLUMINANTS[OBSERVERS["cie1931"]]["D65"])
     return colour.chromatic_adaptation(xyz, white, d65, method="Von Kries", transform="Bradford")
+
+
+COLUMNS = 6
+
+
+def chart(path, surfaces, light, size=16, scale=1.0, pixel_format="xyz"):
+    """A scene of matt patches in rows of six, each `size` × `size` pixels seen from straight above, under light that falls straight down: its irradiance is π times the
+    illuminant's table, so that a patch has the radiance ρ(λ) S(λ). Nothing is random in it but wavelengths.
+
+    `surfaces` are names of abbe's catalogue, or (nm, values): those keep their end values, which scene files say by further nodes (such a spectrum is zero outside).
+    """
+    rows = -(-len(surfaces) // COLUMNS)
+    parts = []
+    for place, surface in enumerate(surfaces):
+        if isinstance(surface, str):
+            spectrum = f'<spectrum name="reflectance" type="measured"><string name="name" value="{surface}"/></spectrum>'
+        else:
+            nm, reflected = surface
+            nodes = zip([300.0, *nm, 900.0], [reflected[0], *reflected, reflected[-1]])
+            values = ", ".join(f"{node:.6g}:{float(value)!r}" for node, value in nodes)
+            spectrum = f'<spectrum name="reflectance" value="{values}"/>'
+        x, y = (2 * (place % COLUMNS) + 1) / COLUMNS - 1, (rows - 1 - 2 * (place // COLUMNS)) / COLUMNS
+        parts.append(
+            f'<shape type="rectangle"><transform name="to_world"><scale value="{1 / COLUMNS!r}"/><translate x="{x!r}" y="{y!r}"/></transform><bsdf type="diffuse">{spectrum}</bsdf></shape>'
+        )
+    path.write_text(
+        f"""<scene version="3.0.0">
+<integrator type="path"><integer name="max_depth" value="2"/></integrator>
+<sensor type="orthographic"><transform name="to_world"><lookat origin="0, 0, 1" target="0, 0, 0" up="0, 1, 0"/></transform>
+<film type="hdrfilm"><integer name="width" value="{COLUMNS * size}"/><integer name="height" value="{rows * size}"/><string name="pixel_format" value="{pixel_format}"/><rfilter type="box"/></film></sensor>
+<emitter type="directional"><vector name="direction" x="0" y="0" z="-1"/>
+<spectrum name="irradiance" type="measured"><string name="name" value="{light}"/><float name="scale" value="{np.pi * scale!r}"/></spectrum></emitter>
+{chr(10).join(parts)}
+</scene>"""
+    )
+    return path
+
+
+def patch_values(picture_values, count, size=16):
+    """Mean of each patch of a chart, its standard error, and the degrees of freedom of that: pixels are independent of one another."""
+    height, width, channels = picture_values.shape
+    blocks = picture_values.reshape(height // size, size, width // size, size, channels).transpose(0, 2, 1, 3, 4).reshape(-1, size * size, channels)[:count]
+    return blocks.mean(1), blocks.std(1, ddof=1) / size, size * size - 1

@@ -118,7 +118,7 @@ def published(claim):
         axes.plot(1e5 * summed[:, k], "o", color=ink, label=f"{axis}, abbe's values summed every 5 nm, as published")
         axes.plot(1e5 * integrated[:, k], "x", color=ink, alpha=0.7, label=f"{axis}, abbe's integral")
     axes.set_xticks(range(len(names)), names)
-    axes.set(ylabel="abbe − published, 10⁻⁵")
+    axes.set(ylabel="abbe − published, 10⁻⁵", ylim=(-45, 30))
     axes.tick_params("x", rotation=90, labelsize=7)
     axes.legend(ncols=2, fontsize=7.5, loc="lower left")
     claim.figure(
