@@ -98,3 +98,47 @@ def over_bins(centres, function, nodes=6):
 
 def measured(name):
     return f'<spectrum name="int_ior" type="measured"><string name="name" value="{name}"/></spectrum><float name="ext_ior" value="1"/>'
+
+
+FLOOR = """<!-- A smooth floor under a sky of radiance 1, above a black one: what is seen is the reflectance, row by row another angle -->
+<scene version="3.0.0">
+    <default name="target" value="1, 0, 0"/><default name="fov" value="90"/><default name="rows" value="180"/>
+    <integrator type="path"/>
+    <sensor type="perspective">
+        <string name="fov_axis" value="y"/><float name="fov" value="$fov"/>
+        <transform name="to_world"><lookat origin="0, 0, 1" target="$target" up="0, 0, 1"/></transform>
+        <film type="hdrfilm">
+            <integer name="width" value="1"/><integer name="height" value="$rows"/><rfilter type="box"/>
+        </film>
+    </sensor>
+    <shape type="rectangle"><transform name="to_world"><scale x="1000000" y="1000000" z="1"/></transform>BSDF</shape>
+    <shape type="rectangle">
+        <transform name="to_world"><scale x="2000000" y="2000000" z="1"/><translate z="-0.01"/></transform>
+        <bsdf type="diffuse"><spectrum name="reflectance" value="0"/></bsdf>
+    </shape>
+    <emitter type="constant"><spectrum name="radiance" value="1"/></emitter>
+</scene>
+"""
+
+
+def write(claim, name, text):
+    path = claim.work / f"{name}.xml"
+    path.write_text(text)
+    return path
+
+
+def floor_cosines(rows, fov=90.0, aim=45.0):
+    """Cosines of incidence in the floor's picture: rows × nodes, and the nodes' weights. `aim` is the angle of incidence in its middle, degrees."""
+    x, w = np.polynomial.legendre.leggauss(6)
+    half = math.tan(math.radians(fov) / 2)
+    s = half * (1 - (2 * np.arange(rows)[:, None, None] + 1 - x[None, :, None]) / rows)
+    across = half / rows * x[None, None, :]
+    a = math.radians(aim)
+    cosine = (math.cos(a) - s * math.sin(a)) / np.sqrt(1 + s**2 + across**2)
+    return cosine.reshape(rows, -1), np.outer(w, w).ravel() / 4
+
+
+def floor_picture(reflectance, centres, rows, **view):
+    """Expected picture of the floor, rows × bins: `reflectance(cosine, nm)` over pixels and bins."""
+    cosine, weights = floor_cosines(rows, **view)
+    return over_bins(centres, lambda nm: np.einsum("rqb,q->rb", reflectance(cosine[:, :, None], nm[None, None, :]), weights), 5)

@@ -132,6 +132,8 @@ def run(claim):
     seeds, spp = (8, 64) if claim.quick else (16, 512)
     wrong, off = claim.planted == INDEX_OFF, math.radians(0.02) if claim.planted == ANGLE_OFF else 0.0
     rows, kept = [], {}
+    f, d, c = sellmeier(*N_SF10, np.array([486.1327, 587.5618, 656.2725]))
+    claim.bounded("N-SF10: nd and V_d of its data sheet, over half of the last digit", [(d - 1.72828) / 5e-6, ((d - 1) / (f - c) - 28.53) / 5e-3], 1)
     for name, n in GLASSES.items():
         scene = write_scene(claim, name, "lines", wrong)
         least = math.asin(float(n(587.6)) / 2)
