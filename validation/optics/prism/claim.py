@@ -163,7 +163,9 @@ def show(claim, kept, spp):
     options = setting(incidence, aim, fov)
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(7.2, 2.6), sharex=True)
     for axes, lamp in ((top, "white"), (bottom, "lines")):
-        picture = claim.abbe.render(write_scene(claim, name, lamp), spp * 4, 1, (), options)
+        # A wider slit for white light, which has many colours to share its samples.
+        wide = {**options, "half_width": options["half_width"] * (5 if lamp == "white" else 1)}
+        picture = claim.abbe.render(write_scene(claim, name, lamp), spp * 16, 1, (), wide)
         rgb = picture.stack("RGB")[0]
         width = len(rgb)
         x = np.degrees(aim + np.arctan(((2 * np.arange(width + 1)) / width - 1) * math.tan(math.radians(fov) / 2)))
@@ -174,12 +176,13 @@ def show(claim, kept, spp):
         axes.pcolorfast(x, [0, 1], seen[None])
         axes.set(yticks=[], ylabel="daylight" if lamp == "white" else "five lines")
         axes.grid(False)
+        axes.spines[:].set_visible(False)
         for line, at in zip(LINES, nominal):
             axes.plot([at, at], [1.02, 1.18], color="black", clip_on=False, lw=1)
             if lamp == "white":
-                axes.text(at, 1.25, f"{line:g}", ha="center", fontsize=8)
+                axes.text(at, 1.25, f"{line:g}", ha={700.0: "right", 656.3: "left"}.get(line, "center"), fontsize=8)
     bottom.set_xlabel("deviation, ° (marks: Snell's law at these wavelengths, nm)")
-    claim.figure("spectroscope", figure, "What the telescope sees behind a 60° prism of N-SF10: D65 through the slit, and the five lines (each exposed for itself). The marks are computed, not fitted.")
+    claim.figure("spectroscope", figure, "What the telescope sees behind a 60° prism of N-SF10: D65 through a slit of 0.1°, and the five lines through one of 0.02° (each exposed for itself). The marks are computed, not fitted.")
     figure, (left, right) = plt.subplots(1, 2)
     nm = np.linspace(390, 710, 200)
     for name, (incidence, found, error, nominal, _) in kept.items():
