@@ -10,7 +10,18 @@ import numpy as np
 from harness.abbe import ROOT
 
 # Fraunhofer's lines, nm, as SCHOTT's catalogue lists them.
-LINES = {"h": 404.6561, "g": 435.8343, "F'": 479.9914, "F": 486.1327, "e": 546.0740, "d": 587.5618, "D": 589.2938, "C'": 643.8469, "C": 656.2725, "r": 706.5188}
+LINES = {
+    "h": 404.6561,
+    "g": 435.8343,
+    "F'": 479.9914,
+    "F": 486.1327,
+    "e": 546.0740,
+    "d": 587.5618,
+    "D": 589.2938,
+    "C'": 643.8469,
+    "C": 656.2725,
+    "r": 706.5188,
+}
 
 # SCHOTT N-SF10, Sellmeier's equation (SCHOTT catalogue; λ in µm): not in abbe's catalogue, so scenes give the coefficients.
 N_SF10 = ("1.62153902, 0.256287842, 1.64447552", "0.0122241457, 0.0595736775, 147.468793")
@@ -85,15 +96,17 @@ def glass(name, nm):
 
 
 def repeat(claim, scene, spp, seeds, read, options=(), defines=None):
-    """`read(picture)` for each of `seeds` renders: mean and standard error of the mean from their spread. No two settings share seeds, so errors are independent."""
+    """`read(picture)` for each of `seeds` renders: mean and standard error of the mean from their spread. No two settings share seeds, so errors
+    are independent."""
     first = zlib.crc32(repr((scene.name, options, defines)).encode()) >> 1
     values = np.array([read(claim.abbe.render(scene, spp, first + i, options, defines)) for i in range(seeds)])
     return values.mean(0), values.std(0, ddof=1) / math.sqrt(seeds)
 
 
 def moderated(error, reach=5):
-    """Errors of rows, each variance the mean of those of the `reach` rows on either side (last axis). A few renders tell a variance badly, and stratified samples that
-    count reflections may agree by chance to the last one; rows that lie together have much the same. Degrees of freedom grow by at least `reach`."""
+    """Errors of rows, each variance the mean of those of the `reach` rows on either side (last axis). A few renders tell a variance badly, and
+    stratified samples that count reflections may agree by chance to the last one; rows that lie together have much the same. Degrees of freedom
+    grow by at least `reach`."""
     window = np.ones(2 * reach + 1)
     mean = lambda row: np.convolve(row, window, "same") / np.convolve(np.ones_like(row), window, "same")
     return np.sqrt(np.apply_along_axis(mean, -1, np.asarray(error) ** 2))

@@ -14,13 +14,14 @@ from harness.claim import Planted
 from harness.plots import plt
 from optics_common import N_SF10, glass, sellmeier
 
-METHOD = """The scene is a spectroscope. A slit, 0.02° wide and 10⁶ prism lengths away, shines on a closed mesh of a prism; a pinhole camera behind it
-is the telescope, each of its 1200 pixels a direction. The lamp emits five lines of triangular shape, 1 nm wide at the foot. Spectral bins of 10 nm tell
-the lines apart; the place of a line is the centroid of its bin. The telescope is turned by another fraction of a degree in each render, so that the size of the
-pixels enters the spread of the renders, from which the standard error comes. The expectation of the t-test is the centroid of the slit's image over the line's shape; the
-bound of 0.01° is against δ at the nominal wavelength, in mpmath. The angle of incidence is that of least deviation at 587.6 nm, and one 6° steeper."""
-DATA = """Sellmeier coefficients by SCHOTT (N-BK7, SF10; N-SF10 given in the scene) and Malitson (fused silica, J. Opt. Soc. Am. 55, 1965), evaluated here independently of abbe.
-The least deviations are cross-checked against a table computed beforehand by other hands."""
+METHOD = """The scene is a spectroscope. A slit, 0.02° wide and 10⁶ prism lengths away, shines on a closed mesh of a prism; a pinhole camera behind
+it is the telescope, each of its 1200 pixels a direction. The lamp emits five lines of triangular shape, 1 nm wide at the foot. Spectral bins of 10
+nm tell the lines apart; the place of a line is the centroid of its bin. The telescope is turned by another fraction of a degree in each render, so
+that the size of the pixels enters the spread of the renders, from which the standard error comes. The expectation of the t-test is the centroid of
+the slit's image over the line's shape; the bound of 0.01° is against δ at the nominal wavelength, in mpmath. The angle of incidence is that of
+least deviation at 587.6 nm, and one 6° steeper."""
+DATA = """Sellmeier coefficients by SCHOTT (N-BK7, SF10; N-SF10 given in the scene) and Malitson (fused silica, J. Opt. Soc. Am. 55, 1965),
+evaluated here independently of abbe. The least deviations are cross-checked against a table computed beforehand by other hands."""
 
 LINES = np.array([400.0, 486.1, 587.6, 656.3, 700.0])  # nm
 APEX = math.radians(60)
@@ -89,7 +90,14 @@ def setting(incidence, aim, fov, off=0.0):
     eye = point + 0.3 * np.array([math.cos(out), math.sin(out)])
     slit = FAR * np.array([math.cos(into), math.sin(into)])
     words = lambda v: f"{v[0]:.15g}, {v[1]:.15g}, 0"
-    return {"slit": words(np.array([-0.5, 0.0]) - slit), "opposite": words(slit), "eye": words(eye), "look": words(eye - np.array([math.cos(out), math.sin(out)])), "fov": fov, "half_width": FAR * math.tan(SLIT / 2)}
+    return {
+        "slit": words(np.array([-0.5, 0.0]) - slit),
+        "opposite": words(slit),
+        "eye": words(eye),
+        "look": words(eye - np.array([math.cos(out), math.sin(out)])),
+        "fov": fov,
+        "half_width": FAR * math.tan(SLIT / 2),
+    }
 
 
 def expected_centroids(name, incidence, aim, fov):
@@ -144,14 +152,21 @@ def run(claim):
             claim.agrees(f"{name}: centroids of the lines, {how}", found, expected, error, seeds - 1, "°")
             if how == "least deviation":
                 kept[name] = (incidence, found, error, nominal, picture)
-                rows += [(name, f"{nm:g}", f"{float(n(nm)):.6f}", f"{a:.5f}", f"{b:.5f} ± {e:.5f}", f"{b - a:+.5f}") for nm, a, b, e in zip(LINES, nominal, found, error)]
+                rows += [
+                    (name, f"{nm:g}", f"{float(n(nm)):.6f}", f"{a:.5f}", f"{b:.5f} ± {e:.5f}", f"{b - a:+.5f}")
+                    for nm, a, b, e in zip(LINES, nominal, found, error)
+                ]
         if name in KNOWN:
             incidence, known = KNOWN[name]
             again = [exact_deviation(math.radians(incidence), value) for value in n(LINES)]
             claim.bounded(f"{name}: the closed form gives the table's deviations", np.subtract(again, known), 1e-4, "°")
     if claim.planted:
         return
-    claim.table(("glass", "nm", "n", "δ by Snell, °", "δ in the picture, °", "difference"), rows, "Deviations at the incidence of least deviation of 587.6 nm.")
+    claim.table(
+        ("glass", "nm", "n", "δ by Snell, °", "δ in the picture, °", "difference"),
+        rows,
+        "Deviations at the incidence of least deviation of 587.6 nm.",
+    )
     show(claim, kept, 64 if claim.quick else 512)
 
 
@@ -182,7 +197,12 @@ def show(claim, kept, spp):
             if lamp == "white":
                 axes.text(at, 1.25, f"{line:g}", ha={700.0: "right", 656.3: "left"}.get(line, "center"), fontsize=8)
     bottom.set_xlabel("deviation, ° (marks: Snell's law at these wavelengths, nm)")
-    claim.figure("spectroscope", figure, "What the telescope sees behind a 60° prism of N-SF10: D65 through a slit of 0.1°, and the five lines through one of 0.02° (each exposed for itself). The marks are computed, not fitted.")
+    claim.figure(
+        "spectroscope",
+        figure,
+        "What the telescope sees behind a 60° prism of N-SF10: D65 through a slit of 0.1°, and the five lines through one of 0.02° (each exposed for"
+        " itself). The marks are computed, not fitted.",
+    )
     figure, (left, right) = plt.subplots(1, 2)
     nm = np.linspace(390, 710, 200)
     for name, (incidence, found, error, nominal, _) in kept.items():
@@ -193,4 +213,9 @@ def show(claim, kept, spp):
     right.set(xlabel="wavelength, nm", ylabel="measured − Snell, 0.001°")
     right.axhline(0, color="black", lw=0.6)
     left.legend()
-    claim.figure("deviation", figure, "Left: deviation by Snell's law (lines) and measured in the pictures (points). Right: the difference, ± 2 standard errors; the issue's bound is at ± 10.")
+    claim.figure(
+        "deviation",
+        figure,
+        "Left: deviation by Snell's law (lines) and measured in the pictures (points). Right: the difference, ± 2 standard errors; the issue's bound"
+        " is at ± 10.",
+    )

@@ -1,8 +1,7 @@
 """Reflectance at normal incidence gives the index, and the index the reflectance back
 
-n = (1 + √R)/(1 − √R) for k = 0 (Glassner 1989, ch. 4), k = √((R(n+1)² − (n−1)²)/(1 − R)) for a known n, and F = R/(2 − R) for one face of a clear slab,
-to the last digits from R = 10⁻¹² to 1 − 10⁻¹², alone and as spectra.
-"""
+n = (1 + √R)/(1 − √R) for k = 0 (Glassner 1989, ch. 4), k = √((R(n+1)² − (n−1)²)/(1 − R)) for a known n, and F = R/(2 − R) for one face of a clear
+slab, to the last digits from R = 10⁻¹² to 1 − 10⁻¹², alone and as spectra."""
 
 import mpmath
 import numpy as np
@@ -10,12 +9,17 @@ import numpy as np
 from harness.claim import Planted
 from harness.plots import plt
 
-METHOD = """Each direction against mpmath with 50 digits on the same doubles, then round trips through abbe alone. A bound is 4·10⁻¹⁵ of the value where abbe's form is well conditioned; 2⁻⁵² of
-the argument times the derivative is allowed on top (dn/dR = 1/(√R(1 − √R)²) for n; both terms of the difference for k²). Spectra: a table of reflectances becomes n and k at wavelengths between its nodes, where R is the linear
-interpolation, and a conductor rendered with them must have that R again."""
+METHOD = """Each direction against mpmath with 50 digits on the same doubles, then round trips through abbe alone. A bound is 4·10⁻¹⁵ of the value
+where abbe's form is well conditioned; 2⁻⁵² of the argument times the derivative is allowed on top (dn/dR = 1/(√R(1 − √R)²) for n; both terms of the
+difference for k²). Spectra: a table of reflectances becomes n and k at wavelengths between its nodes, where R is the linear interpolation, and a
+conductor rendered with them must have that R again."""
 DATA = "Reflectances on logarithmic grids towards 0 and 1; the spectrum is made of seven random values."
 
-OFF, HALF, CANCEL = "reflectance off by 10⁻⁵", "back face taken as half of the slab (0.2 % for glass)", "1 − √R subtracted, which loses digits towards R = 1"
+OFF, HALF, CANCEL = (
+    "reflectance off by 10⁻⁵",
+    "back face taken as half of the slab (0.2 % for glass)",
+    "1 − √R subtracted, which loses digits towards R = 1",
+)
 PLANTED = [
     Planted(OFF, ("index from reflectance", "k from reflectance", "spectrum")),
     Planted(HALF, ("front face", "spectrum: a slab"), "optics_half_of_the_slab"),
@@ -71,7 +75,11 @@ def run(claim):
     for what, index, slab in (("k = 0", None, False), ("n = 1", 1.0, False), ("a slab's front face", None, True)):
         n, k = ask(claim, "normal_reflectance", n=index, slab=slab, **fields).T
         expected = wanted / (2 - wanted) if slab else wanted
-        claim.bounded(f"spectrum: {'a slab' if slab else what} has its reflectance between the nodes too, relative", ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2) / expected - 1, 4e-15)
+        claim.bounded(
+            f"spectrum: {'a slab' if slab else what} has its reflectance between the nodes too, relative",
+            ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2) / expected - 1,
+            4e-15,
+        )
     if claim.planted:
         return
     figure, axes = plt.subplots()

@@ -1,8 +1,7 @@
 """A slab of glass transmits 2n/(n² + 1), and with absorption what Beer, Lambert and Fresnel say together
 
-T = (1 − F)² a / (1 − F² a²), a = exp(−σ d / cos θ_t): all orders of reflection between the two faces, wavelength by wavelength, for clear and absorbing glass of several thicknesses,
-and at oblique incidence. A lamp embedded in glass loses n² of its radiance: (1 − F)/n².
-"""
+T = (1 − F)² a / (1 − F² a²), a = exp(−σ d / cos θ_t): all orders of reflection between the two faces, wavelength by wavelength, for clear and
+absorbing glass of several thicknesses, and at oblique incidence. A lamp embedded in glass loses n² of its radiance: (1 − F)/n²."""
 
 import math
 
@@ -14,11 +13,13 @@ from harness.claim import Planted
 from harness.plots import plt
 from optics_common import fresnel, glass, measured, over_bins, repeat, write
 
-METHOD = """A camera of 0.002° looks through one or several cubes, flat and wide, at a wall of radiance 1; a constant index and a σ that rises over the spectrum, or N-SF11. Each
-setting is rendered several times; the standard error comes from their spread. **What abbe does not claim**: it follows no polarisation, so at oblique incidence F is the mean of s and p at every face anew.
-The true transmittance is ½(T_s + T_p), which differs once light meets more than one face; the table and the figure say by how much. At normal incidence both are the same. The closed form itself is checked with 50 digits and
-against tmm's incoherent transfer matrices, for each polarisation."""
-DATA = "N-SF11: SCHOTT's Sellmeier coefficients. T = 0.4720571952 for n = 1.5 and a = 0.512, and 12/13 for a clear slab of 1.5, computed beforehand by other hands."
+METHOD = """A camera of 0.002° looks through one or several cubes, flat and wide, at a wall of radiance 1; a constant index and a σ that rises
+over the spectrum, or N-SF11. Each setting is rendered several times; the standard error comes from their spread. **What abbe does not claim**: it
+follows no polarisation, so at oblique incidence F is the mean of s and p at every face anew. The true transmittance is ½(T_s + T_p), which
+differs once light meets more than one face; the table and the figure say by how much. At normal incidence both are the same. The closed form
+itself is checked with 50 digits and against tmm's incoherent transfer matrices, for each polarisation."""
+DATA = """N-SF11: SCHOTT's Sellmeier coefficients. T = 0.4720571952 for n = 1.5 and a = 0.512, and 12/13 for a clear slab of 1.5, computed
+beforehand by other hands."""
 
 THICKER, INDEX, LOST = "absorption off by 1 %", "index off by 0.001", "radiance not divided by n² (1.5² = 2.25)"
 PLANTED = [
@@ -45,7 +46,10 @@ BACK = f'<shape type="rectangle"><transform name="to_world"><scale value="{WALL}
 
 
 def cube(index, half, z=0.0, medium=""):
-    return f'<shape type="cube"><transform name="to_world"><scale x="500" y="500" z="{half}"/><translate z="{z}"/></transform><bsdf type="dielectric">{index}</bsdf>{medium}</shape>'
+    return (
+        f'<shape type="cube"><transform name="to_world"><scale x="500" y="500" z="{half}"/><translate z="{z}"/></transform><bsdf'
+        f' type="dielectric">{index}</bsdf>{medium}</shape>'
+    )
 
 
 def constant(n):
@@ -92,16 +96,33 @@ def run(claim):
             mean, error = repeat(claim, scene, spp, seeds, whole, bins, {"eye": look(degrees)})
             found.append((thickness, degrees, mean, error, over_bins(centres, lambda nm: model(N, thickness, degrees, nm))))
     straight = [f for f in found if f[1] == 0]
-    claim.agrees("absorbing slabs, straight through, in every bin", [f[2] for f in straight], [f[4] for f in straight], [f[3] for f in straight], seeds - 1)
+    claim.agrees(
+        "absorbing slabs, straight through, in every bin", [f[2] for f in straight], [f[4] for f in straight], [f[3] for f in straight], seeds - 1
+    )
     # Bins of one render differ by chance in how many samples they got; their mean weighs less by that, and sees a small error that all share.
     ratio = np.array([(f[2] / f[4]).mean() for f in found])
     spread = np.array([np.sqrt(np.sum((f[3] / f[4]) ** 2)) / len(centres) for f in found])
     weights = 1 / spread**2
-    claim.agrees("absorbing slabs, all thicknesses and angles together, over the closed form", np.sum(weights * ratio) / weights.sum(), 1.0, 1 / math.sqrt(weights.sum()), 6 * (seeds - 1) * len(found) / 2)
-    claim.agrees("oblique slabs, unpolarised at every face", [f[2] for f in found if f[1]], [f[4] for f in found if f[1]], [f[3] for f in found if f[1]], seeds - 1)
+    claim.agrees(
+        "absorbing slabs, all thicknesses and angles together, over the closed form",
+        np.sum(weights * ratio) / weights.sum(),
+        1.0,
+        1 / math.sqrt(weights.sum()),
+        6 * (seeds - 1) * len(found) / 2,
+    )
+    claim.agrees(
+        "oblique slabs, unpolarised at every face",
+        [f[2] for f in found if f[1]],
+        [f[4] for f in found if f[1]],
+        [f[3] for f in found if f[1]],
+        seeds - 1,
+    )
 
     one = ("--range", "549:551", "--spectral", "1")
-    inside = f'<shape type="rectangle"><bsdf type="diffuse"><spectrum name="reflectance" value="0"/></bsdf><transform name="to_world"><scale value="400"/></transform>{LAMP}</shape>'
+    inside = (
+        '<shape type="rectangle"><bsdf type="diffuse"><spectrum name="reflectance" value="0"/></bsdf><transform name="to_world"><scale'
+        f' value="400"/></transform>{LAMP}</shape>'
+    )
     scene = write(claim, "embedded", SCENE.replace("BODY", cube(constant(n), 0.5) + inside))
     mean, error = repeat(claim, scene, 16 * spp, seeds, whole, one)
     expected = (1 - ((N - 1) / (N + 1)) ** 2) / N**2
@@ -138,14 +159,22 @@ def plates(claim, spp, seeds, whole, options, look, index):
     rows, measured_all = [], []
     for count in (1, 4, 16):
         body = "".join(cube(index, 0.05, 0.25 * (i - (count - 1) / 2)) for i in range(count))
-        mean, error = repeat(claim, write(claim, f"pile{count}", SCENE.replace("BODY", body + BACK)), spp, seeds, whole, options, {"eye": look(math.degrees(brewster))})
+        mean, error = repeat(
+            claim, write(claim, f"pile{count}", SCENE.replace("BODY", body + BACK)), spp, seeds, whole, options, {"eye": look(math.degrees(brewster))}
+        )
         truth = (through(s, count) + through(p, count)) / 2
         measured_all.append((mean[0], through(f, count), error[0]))
-        rows.append((count, f"{mean[0]:.4f} ± {error[0]:.4f}", f"{through(f, count):.4f}", f"{truth:.4f}", f"{(through(f, count) / truth - 1) * 100:+.1f} %"))
+        rows.append(
+            (count, f"{mean[0]:.4f} ± {error[0]:.4f}", f"{through(f, count):.4f}", f"{truth:.4f}", f"{(through(f, count) / truth - 1) * 100:+.1f} %")
+        )
     mean, expected, error = np.array(measured_all).T
     claim.agrees("plates at Brewster's angle: 1, 4 and 16, unpolarised at every face", mean, expected, error, seeds - 1)
     if not claim.planted:
-        claim.table(("plates of n = 1.5", "T in the picture", "T, unpolarised at every face", "T, s and p apart (true)", "abbe's error"), rows, "What the missing polarisation costs at Brewster's angle: little for a pane, much for a pile.")
+        claim.table(
+            ("plates of n = 1.5", "T in the picture", "T, unpolarised at every face", "T, s and p apart (true)", "abbe's error"),
+            rows,
+            "What the missing polarisation costs at Brewster's angle: little for a pane, much for a pile.",
+        )
 
 
 def show(claim, found, centres):
@@ -164,4 +193,9 @@ def show(claim, found, centres):
         a, m, e = np.array(points).T
         right.errorbar(a, m, 2 * e, fmt="o", color=drawn.get_color(), capsize=2)
     right.set(xlabel="angle of incidence, °", ylabel="transmittance, 550–600 nm", ylim=(0, 1))
-    claim.figure("slabs", figure, "Absorbing slabs of n = 1.5 and thickness d: closed form (lines) and pictures (points, ± 2 standard errors). Right, dotted: with s and p followed apart, as light does and abbe does not.")
+    claim.figure(
+        "slabs",
+        figure,
+        "Absorbing slabs of n = 1.5 and thickness d: closed form (lines) and pictures (points, ± 2 standard errors). Right, dotted: with s and p"
+        " followed apart, as light does and abbe does not.",
+    )

@@ -1,7 +1,7 @@
 """The edge of total reflection and Brewster's angle stand where they belong in a picture
 
-sin θ_c = 1/n, measured wavelength by wavelength as with Abbe's refractometer; and the unpolarised reflectance of a glass floor follows Fresnel from 0 to 90°, ½((n² − 1)/(n² + 1))² at Brewster's angle, tan θ_B = n.
-"""
+sin θ_c = 1/n, measured wavelength by wavelength as with Abbe's refractometer; and the unpolarised reflectance of a glass floor follows Fresnel from
+0 to 90°, ½((n² − 1)/(n² + 1))² at Brewster's angle, tan θ_B = n."""
 
 import math
 
@@ -11,9 +11,12 @@ from harness.claim import Planted
 from harness.plots import plt
 from optics_common import FLOOR, floor_picture, fresnel, glass, measured, moderated, over_bins, repeat, write
 
-METHOD = """**Refractometer.** A camera looks through the face of a 45° prism at its base, under which a lamp lies; beyond the critical angle the base is dark. A direction e outside is θ = 45° + asin(sin e / n) at the base.
-The light that gets through, summed over the picture, rises with 1/n: that sum is turned into the n that gives it, with the closed form (1 − F₁)(1 − F₂), and so into θ_c = asin(1/n), for bands of 4 nm. So no edge has to be found by eye. **Floor.** A camera above a glass floor under a white sky sees each angle of incidence in another row; a second, narrow one looks at Brewster's angle alone.
-**What is not claimed**: abbe follows no polarisation. That r_p vanishes at Brewster's angle shows only in F = ½ r_s² there; light reflected twice keeps no memory of it (see the slabs)."""
+METHOD = """**Refractometer.** A camera looks through the face of a 45° prism at its base, under which a lamp lies; beyond the critical angle the
+base is dark. A direction e outside is θ = 45° + asin(sin e / n) at the base. The light that gets through, summed over the picture, rises with 1/n:
+that sum is turned into the n that gives it, with the closed form (1 − F₁)(1 − F₂), and so into θ_c = asin(1/n), for bands of 4 nm. So no edge has
+to be found by eye. **Floor.** A camera above a glass floor under a white sky sees each angle of incidence in another row; a second, narrow one
+looks at Brewster's angle alone. **What is not claimed**: abbe follows no polarisation. That r_p vanishes at Brewster's angle shows only in F = ½
+r_s² there; light reflected twice keeps no memory of it (see the slabs)."""
 DATA = "SCHOTT's Sellmeier coefficients of N-BK7, N-SF11; Malitson's of fused silica; evaluated here independently of abbe."
 
 INDEX, ANGLE = "index off by 0.001", "camera turned by 0.02°"
@@ -75,7 +78,7 @@ def radiance(e, n):
 
 
 def summed(n, aim, turned=0.0):
-    """Mean radiance of the picture (over film area), by quadrature from its dark end: square-root behaviour at the edge is taken out by substitution."""
+    """Mean radiance of the picture (over film area), by quadrature; the square root at the edge is taken out by substitution."""
     half = math.tan(FOV / 2)
     stop = min(max(math.tan(float(edge(n)) - aim) / half, -1), 1)
     x, w = np.polynomial.legendre.leggauss(60)
@@ -85,7 +88,8 @@ def summed(n, aim, turned=0.0):
 
 
 def view(aim):
-    """Parameters of the camera, which looks along the face's inward normal turned by aim towards the horizontal. To the right of the picture the angle falls."""
+    """Parameters of the camera, which looks along the face's inward normal turned by aim towards the horizontal. To the right of the picture the
+    angle falls."""
     direction = np.array([math.sin(TILT + aim), -math.cos(TILT + aim)])
     eye = np.array([0.0, 1.0]) - 0.5 * direction
     words = lambda v: f"{v[0]:.15g}, {v[1]:.15g}, 0"
@@ -117,7 +121,9 @@ def refractometer(claim, spp, seeds):
         found, errors = np.array(found), np.array(errors)
         claim.agrees(f"{name}: critical angle at each wavelength", found, np.degrees(np.arcsin(1 / n)), errors, seeds - 1, "°")
         together = (found - np.degrees(np.arcsin(1 / n))).mean(), math.sqrt(np.sum(errors**2)) / len(bands)
-        claim.agrees(f"{name}: critical angle, difference at all wavelengths together", together[0], 0.0, together[1], (seeds - 1) * len(bands) / 2, "°")
+        claim.agrees(
+            f"{name}: critical angle, difference at all wavelengths together", together[0], 0.0, together[1], (seeds - 1) * len(bands) / 2, "°"
+        )
         claim.bounded(f"{name}: critical angle within 0.01°", found - expected, 0.01, "°")
         kept[name] = (bands, expected, found, errors, rows)
     return kept
@@ -130,15 +136,27 @@ def floor(claim, spp, seeds):
         scene = write(claim, f"floor-{name}", FLOOR.replace("BSDF", f'<bsdf type="dielectric">{index_of(name, claim.planted == INDEX)}</bsdf>'))
         f = lambda c, nm: sum(fresnel(c, glass(GLASSES[name], nm))) / 2
         for nm in (450.0, 650.0):
-            mean, error = repeat(claim, scene, spp, seeds, lambda p: p.spectrum()[1][:, 0, 0], ("--range", f"{nm - 2}:{nm + 2}", "--spectral", "1"), {"rows": count})
+            mean, error = repeat(
+                claim, scene, spp, seeds, lambda p: p.spectrum()[1][:, 0, 0], ("--range", f"{nm - 2}:{nm + 2}", "--spectral", "1"), {"rows": count}
+            )
             kept[name, nm] = (mean, moderated(error), floor_picture(f, np.array([nm, nm + 4]), count)[:, 0])
     mean, error, expected = (np.array([v[i] for v in kept.values()]) for i in range(3))
     claim.agrees("floor: every row", mean, expected, error, 5 * (seeds - 1))
-    claim.agrees("floor: all rows together, over Fresnel", mean.mean() / expected.mean(), 1.0, np.sqrt(np.sum(error**2)) / expected.sum(), (seeds - 1) * expected.size / 4)
+    claim.agrees(
+        "floor: all rows together, over Fresnel",
+        mean.mean() / expected.mean(),
+        1.0,
+        np.sqrt(np.sum(error**2)) / expected.sum(),
+        (seeds - 1) * expected.size / 4,
+    )
     ratios = []
     for name in GLASSES:
         n = float(glass(GLASSES[name], 587.6))
-        scene = write(claim, f"floor-{name.replace(' ', '-')}", FLOOR.replace("BSDF", f'<bsdf type="dielectric">{index_of(name, claim.planted == INDEX)}</bsdf>'))
+        scene = write(
+            claim,
+            f"floor-{name.replace(' ', '-')}",
+            FLOOR.replace("BSDF", f'<bsdf type="dielectric">{index_of(name, claim.planted == INDEX)}</bsdf>'),
+        )
         defines = {"rows": 8, "fov": 0.02, "target": f"{n:.15g}, 0, 0"}
         mean, error = repeat(claim, scene, 4 * spp, seeds, lambda p: p.spectrum()[1].mean(), ("--range", "586.6:588.6", "--spectral", "1"), defines)
         half_rs2 = 0.5 * ((n * n - 1) / (n * n + 1)) ** 2
@@ -172,7 +190,12 @@ def show(claim, edges, rows, count):
     right.axhline(0, color="black", lw=0.6)
     right.set(xlabel="wavelength, nm", ylabel="measured − asin(1/n), 0.001°")
     right.legend()
-    claim.figure("critical", figure, "Left: rows of the pictures at seven wavelengths; dotted: asin(1/n), from violet (left) to red. Right: the critical angle from the pictures, ± 2 standard errors.")
+    claim.figure(
+        "critical",
+        figure,
+        "Left: rows of the pictures at seven wavelengths; dotted: asin(1/n), from violet (left) to red. Right: the critical angle from the pictures,"
+        " ± 2 standard errors.",
+    )
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(7.2, 4.4), sharex=True, height_ratios=(2, 1))
     s = 1 - (2 * np.arange(count) + 1) / count
     angles = 45 + np.degrees(np.arctan(s))
