@@ -48,7 +48,7 @@ def build(folder):
     replace_once(fresh / "Cargo.toml", 'name = "abbe"\n', 'name = "abbe-mutants"\n')
     replace_once(fresh / "Cargo.toml", 'default-run = "abbe"\n', '')
     replace_once(fresh / "Cargo.toml", 'name = "probe"\n', 'name = "probe-mutants"\n')
-    (fresh / "Cargo.toml").write_text((fresh / "Cargo.toml").read_text() + '\n[lib]\nname = "abbe"\n\n[[bin]]\nname = "abbe-mutants"\npath = "src/main.rs"\n\n[workspace]\n')
+    (fresh / "Cargo.toml").write_text((fresh / "Cargo.toml").read_text() + '\n[lib]\nname = "abbe"\n\n[[bin]]\nname = "abbe-mutants"\npath = "src/main.rs"\n\n[lints.rust]\nunused_parens = "allow"\n\n[workspace]\n')
     replace_once(fresh / "Cargo.lock", 'name = "abbe"\n', 'name = "abbe-mutants"\n')
     for name, fault in faults.items():
         path = fresh / fault["file"]
