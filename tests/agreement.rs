@@ -19,7 +19,7 @@ struct Case {
     walk_samples: u32,
 }
 
-const CASES: [Case; 9] = [
+const CASES: [Case; 10] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384 },
     Case { name: "metals", samples: 1024, walk_samples: 4096 },
     Case { name: "dispersion", samples: 2048, walk_samples: 8192 },
@@ -29,6 +29,7 @@ const CASES: [Case; 9] = [
     Case { name: "extentless", samples: 1024, walk_samples: 0 },
     Case { name: "veils", samples: 1024, walk_samples: 8192 },
     Case { name: "motion", samples: 1024, walk_samples: 8192 },
+    Case { name: "quadrics", samples: 1024, walk_samples: 8192 },
 ];
 
 fn load(case: &Case, integrator: &str) -> Scene {
@@ -125,6 +126,12 @@ fn extentless() {
 #[test]
 fn motion() {
     agrees("motion");
+}
+
+/// Quadrics as lights, whose light samples are chords, and as things that stand in the light.
+#[test]
+fn quadrics() {
+    agrees("quadrics");
 }
 
 /// Light samples that pass through what is not there find what paths find behind it.

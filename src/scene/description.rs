@@ -8,7 +8,7 @@ use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
 use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
-use crate::shape::MeshData;
+use crate::shape::{MeshData, QuadricKind};
 use crate::spectrum::DispersionFormula;
 use crate::texture::{Filter, Wrap};
 use std::path::PathBuf;
@@ -386,6 +386,17 @@ pub enum ShapeKind {
         from: Vec3,
         to: Vec3,
         radius: f64,
+    },
+    /// `cone`, `paraboloid`, `hyperboloid` and `quadric` (extensions).
+    Quadric {
+        kind: QuadricKind,
+        /// Whether it is closed where it is cut off.
+        capped: bool,
+    },
+    /// Around z (an extension).
+    Torus {
+        major_radius: f64,
+        minor_radius: f64,
     },
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {

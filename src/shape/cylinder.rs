@@ -1,7 +1,8 @@
 //! Cylinders without caps, elliptic or sheared where the placement is not a similarity.
 
+use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
-use super::sphere::unit_ball_roots;
+use super::sphere::{ball_error, unit_ball_line, unit_ball_roots};
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DVec4};
@@ -30,7 +31,7 @@ impl Cylinder {
         }
         let length = (p1 - p0).length();
         if !(length > 0.0 && length.is_finite() && p0.is_finite()) {
-            return Err(ShapeError::CylinderEnds);
+            return Err(ShapeError::Ends);
         }
         let frame = Frame::around((p1 - p0) / length);
         let column = |axis: Vec3, scale: f64| (axis * scale).extend(0.0);
@@ -46,7 +47,7 @@ impl Cylinder {
         let stretch: f64 = (0..SECTORS)
             .map(|i| {
                 let (sin, cos) = (TAU * i as f64 / SECTORS as f64).sin_cos();
-                area_stretch(&placement, Vec3::new(cos, sin, 0.0))
+                placement.area_stretch(Vec3::new(cos, sin, 0.0))
             })
             .sum();
         Ok(Self { placement, inward: flip_normals, area: TAU * stretch / SECTORS as f64 })
@@ -66,6 +67,29 @@ impl Cylinder {
             let z = origin.z + t * direction.z;
             t >= 0.0 && t < ray.t_max && (0.0..=1.0).contains(&z)
         })
+    }
+
+    /// All crossings along the whole line.
+    pub fn crossings(&self, ray: &Ray) -> Crossings {
+        let origin = self.placement.pose.local_point(ray.origin);
+        let direction = self.placement.pose.local_vector(ray.direction);
+        let across = direction.with_z(0.0);
+        let speed = across.length();
+        let mut found = Crossings::new();
+        if speed == 0.0 {
+            return found;
+        }
+        let Some((near, far)) = unit_ball_line(origin.with_z(0.0), across / speed) else { return found };
+        // Along a ray at a slant an error of its direction counts for as much longer.
+        let error = ball_error(&self.placement, origin, [near, far], speed / direction.length().max(speed));
+        for (t, enters) in [(near, true), (far, false)] {
+            let t = t / speed;
+            if (0.0..=1.0).contains(&(origin.z + t * direction.z)) {
+                let error = error / speed + 4.0 * f64::EPSILON * t.abs();
+                found.push(Crossing::analytic(t, error, enters != self.inward, 0));
+            }
+        }
+        found
     }
 
     /// The point of the surface nearest to `position` in local space, at the same local z.
@@ -120,11 +144,6 @@ impl Cylinder {
     }
 
     fn local_area_density(&self, outward: Vec3) -> f64 {
-        1.0 / (TAU * area_stretch(&self.placement, outward))
+        1.0 / (TAU * self.placement.area_stretch(outward))
     }
-}
-
-/// World area per unit of local area: |det L| |L⁻ᵀ n|.
-fn area_stretch(placement: &Placement, outward: Vec3) -> f64 {
-    placement.volume * placement.pose.world_normal(outward).length()
 }

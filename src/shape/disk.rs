@@ -1,5 +1,6 @@
 //! Flat disks, and flat ellipses.
 
+use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
@@ -36,6 +37,21 @@ impl Disk {
         let t = -origin.z / direction.z;
         let (x, y) = (origin.x + t * direction.x, origin.y + t * direction.y);
         (t >= 0.0 && t < ray.t_max && x * x + y * y <= 1.0).then_some(t)
+    }
+
+    /// The crossing with the whole line, if there is one.
+    pub fn crossings(&self, ray: &Ray) -> Crossings {
+        let origin = self.placement.pose.local_point(ray.origin);
+        let direction = self.placement.pose.local_vector(ray.direction);
+        let t = -origin.z / direction.z;
+        let (x, y) = (origin.x + t * direction.x, origin.y + t * direction.y);
+        let mut found = Crossings::new();
+        if direction.z != 0.0 && x * x + y * y <= 1.0 {
+            let coordinate = self.placement.coordinate_error(1.0 + origin.abs().max_element());
+            let error = coordinate / direction.z.abs() + 4.0 * f64::EPSILON * t.abs();
+            found.push(Crossing::analytic(t, error, ray.direction.dot(self.normal) < 0.0, 0));
+        }
+        found
     }
 
     /// The point of the disk's plane under `position`, along the local z axis.

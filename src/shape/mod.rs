@@ -8,23 +8,31 @@
 //! - uv and ∂p/∂u are those of Mitsuba 3.
 //! - Tangent rays count as misses.
 
+mod chords;
+mod crossing;
 mod cylinder;
 mod disk;
 mod mesh;
 mod placement;
+mod quadric;
 mod rectangle;
 mod sphere;
+mod support;
 #[cfg(test)]
 mod tests;
+mod torus;
 mod triangle;
 
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
+pub use crossing::{Crossing, Crossings};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
+pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
 pub use sphere::Sphere;
 use std::fmt;
+pub use torus::Torus;
 pub use triangle::{RaySpace, TriangleHit};
 
 /// A surface that rays can meet and light can leave.
@@ -33,6 +41,9 @@ pub enum Shape {
     Sphere(Sphere),
     Disk(Disk),
     Cylinder(Cylinder),
+    /// Rare and large: the others are not to grow by it.
+    Quadric(Box<Quadric>),
+    Torus(Box<Torus>),
     Mesh(Mesh),
 }
 
@@ -43,7 +54,7 @@ pub struct Hit {
     pub t: f64,
     /// Index of the shape in the list that the acceleration structure was built from.
     pub shape: u32,
-    /// Index of the triangle within its mesh; 0 for analytic shapes.
+    /// Index of the triangle within its mesh, or of the part of an analytic shape; 0 where it has but one.
     pub triangle: u32,
     /// Index of the instance by which the shape was met; [`NO_INSTANCE`] where it stands for itself.
     pub instance: u32,
@@ -111,8 +122,16 @@ impl AreaSample {
 pub enum ShapeError {
     /// A radius must be positive and finite.
     Radius(f64),
-    /// The two ends of a cylinder coincide or are not finite.
-    CylinderEnds,
+    /// The two ends of an axis coincide or are not finite.
+    Ends,
+    /// The tube of a torus is as thick as its ring or thicker.
+    Tube { major: f64, minor: f64 },
+    /// All coefficients of a quadric vanish, or some are not finite.
+    Coefficients,
+    /// A quadric goes on without end.
+    Endless,
+    /// There is no real surface where it is asked for.
+    Nothing,
     /// The placement makes the shape too thin or too large to compute with.
     Placement,
     /// A triangle refers to a vertex that does not exist.
@@ -131,7 +150,13 @@ impl fmt::Display for ShapeError {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Radius(radius) => write!(f, "a radius must be positive and finite, not {radius}"),
-            Self::CylinderEnds => write!(f, "the ends of a cylinder must be finite and differ"),
+            Self::Ends => write!(f, "the ends of an axis must be finite and differ"),
+            Self::Tube { major, minor } => {
+                write!(f, "the radius of a torus's tube, {minor}, must be below that of its ring, {major}")
+            }
+            Self::Coefficients => write!(f, "the coefficients must be finite and not all zero"),
+            Self::Endless => write!(f, "it goes on without end unless it is cut off by planes on all sides"),
+            Self::Nothing => write!(f, "there is no such surface, or none between the planes"),
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")
             }
@@ -163,7 +188,24 @@ impl Shape {
             Self::Sphere(sphere) => sphere.intersect(ray).map(analytic),
             Self::Disk(disk) => disk.intersect(ray).map(analytic),
             Self::Cylinder(cylinder) => cylinder.intersect(ray).map(analytic),
+            Self::Quadric(quadric) => {
+                quadric.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
+            }
+            Self::Torus(torus) => torus.intersect(ray).map(analytic),
             Self::Mesh(mesh) => mesh.intersect(ray),
+        }
+    }
+
+    /// All crossings along the whole line, also behind the ray's origin and beyond its end, in ascending order. Solid bodies
+    /// are entered and left by turns.
+    pub fn crossings(&self, ray: &Ray) -> Crossings {
+        match self {
+            Self::Sphere(sphere) => sphere.crossings(ray),
+            Self::Disk(disk) => disk.crossings(ray),
+            Self::Cylinder(cylinder) => cylinder.crossings(ray),
+            Self::Quadric(quadric) => quadric.crossings(ray),
+            Self::Torus(torus) => torus.crossings(ray),
+            Self::Mesh(mesh) => mesh.crossings(ray),
         }
     }
 
@@ -173,6 +215,8 @@ impl Shape {
             Self::Sphere(sphere) => sphere.surface(ray.at(hit.t)),
             Self::Disk(disk) => disk.surface(ray.at(hit.t)),
             Self::Cylinder(cylinder) => cylinder.surface(ray.at(hit.t)),
+            Self::Quadric(quadric) => quadric.surface(ray.at(hit.t), hit.triangle),
+            Self::Torus(torus) => torus.surface(ray.at(hit.t)),
             Self::Mesh(mesh) => mesh.surface(hit.triangle, hit.barycentric),
         }
     }
@@ -183,6 +227,8 @@ impl Shape {
             Self::Sphere(sphere) => sphere.parametrisation(position),
             Self::Disk(disk) => disk.parametrisation(position),
             Self::Cylinder(cylinder) => cylinder.parametrisation(position),
+            Self::Quadric(quadric) => quadric.parametrisation(position, hit.triangle),
+            Self::Torus(torus) => torus.parametrisation(position),
             Self::Mesh(mesh) => mesh.parametrisation(hit.triangle, hit.barycentric),
         }
     }
@@ -193,6 +239,8 @@ impl Shape {
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Disk(disk) => disk.bounds(),
             Self::Cylinder(cylinder) => cylinder.bounds(),
+            Self::Quadric(quadric) => quadric.bounds(),
+            Self::Torus(torus) => torus.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
         }
     }
@@ -203,17 +251,21 @@ impl Shape {
             Self::Sphere(sphere) => sphere.area(),
             Self::Disk(disk) => disk.area(),
             Self::Cylinder(cylinder) => cylinder.area(),
+            Self::Quadric(quadric) => quadric.area(),
+            Self::Torus(torus) => torus.area(),
             Self::Mesh(mesh) => mesh.area(),
         }
     }
 
     /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on
-    /// ellipsoids and elliptic or sheared cylinders. `None` for a mesh without area.
+    /// ellipsoids, elliptic or sheared cylinders and rings, and quadrics. `None` for a mesh without area and, for some `u`, on quadrics.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(sphere) => Some(sphere.sample(u)),
             Self::Disk(disk) => Some(disk.sample(u)),
             Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
+            Self::Quadric(quadric) => quadric.sample(u),
+            Self::Torus(torus) => Some(torus.sample(u)),
             Self::Mesh(mesh) => mesh.sample(u),
         }
     }
@@ -225,6 +277,8 @@ impl Shape {
             Self::Sphere(sphere) => Some(sphere.sample([u[1], u[0]])),
             Self::Disk(disk) => Some(disk.sample(u)),
             Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
+            Self::Quadric(quadric) => quadric.sample(u),
+            Self::Torus(torus) => Some(torus.sample(u)),
             Self::Mesh(mesh) => mesh.unfold(u),
         }
     }
@@ -235,6 +289,8 @@ impl Shape {
             Self::Sphere(sphere) => sphere.area_density(point),
             Self::Disk(disk) => disk.area_density(),
             Self::Cylinder(cylinder) => cylinder.area_density(point),
+            Self::Quadric(quadric) => quadric.area_density(point),
+            Self::Torus(torus) => torus.area_density(point),
             Self::Mesh(mesh) => mesh.area_density(),
         }
     }
@@ -246,7 +302,7 @@ impl Shape {
         let by_solid_angle = match self {
             Self::Sphere(sphere) => sphere.sample_cone(reference, u),
             Self::Mesh(mesh) => mesh.sample_rectangle(reference, u),
-            Self::Disk(_) | Self::Cylinder(_) => None,
+            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) => None,
         };
         if by_solid_angle.is_some() {
             return by_solid_angle;
@@ -262,7 +318,7 @@ impl Shape {
         let by_solid_angle = match self {
             Self::Sphere(sphere) => sphere.cone_density(reference),
             Self::Mesh(mesh) => mesh.rectangle_density(reference),
-            Self::Disk(_) | Self::Cylinder(_) => None,
+            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) => None,
         };
         by_solid_angle.unwrap_or_else(|| {
             steradians_to_area(reference, point).map_or(0.0, |factor| factor * self.area_density(point))

@@ -51,6 +51,16 @@ impl Placement {
         0.5 * f64::EPSILON * (self.local_error.dot(outward.abs()) / stretch + 4.0 * reach)
     }
 
+    /// Bound on the error of the local coordinates, along any axis, of points on a ray that starts up to `reach` away.
+    pub fn coordinate_error(&self, reach: f64) -> f64 {
+        0.5 * f64::EPSILON * self.local_error.max_element() * reach
+    }
+
+    /// World area per unit of local area across the unit vector `normal`: |det L| |L⁻ᵀ n|.
+    pub fn area_stretch(&self, normal: Vec3) -> f64 {
+        self.volume * self.pose.world_normal(normal).length()
+    }
+
     /// Half extents of the world box of the unit ball restricted to the columns `0..columns` of the map.
     pub fn half_extents(&self, columns: usize) -> Vec3 {
         let squares = (0..columns).map(|i| self.pose.linear.col(i) * self.pose.linear.col(i));

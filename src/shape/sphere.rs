@@ -1,5 +1,6 @@
 //! Spheres, and ellipsoids where the placement is not a similarity.
 
+use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, ShapeSample, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
@@ -44,6 +45,20 @@ impl Sphere {
         let (near, far) = unit_ball_roots(self.placement.pose.local_point(ray.origin), direction / speed)?;
         let t = if near >= 0.0 { near } else { far } / speed;
         (t >= 0.0 && t < ray.t_max).then_some(t)
+    }
+
+    /// Both crossings along the whole line.
+    pub fn crossings(&self, ray: &Ray) -> Crossings {
+        let origin = self.placement.pose.local_point(ray.origin);
+        let direction = self.placement.pose.local_vector(ray.direction);
+        let speed = direction.length();
+        let Some((near, far)) = unit_ball_line(origin, direction / speed) else { return Crossings::new() };
+        let error = ball_error(&self.placement, origin, [near, far], 1.0);
+        let at = |t: f64, enters: bool| {
+            let t = t / speed;
+            Crossing::analytic(t, error / speed + 4.0 * f64::EPSILON * t.abs(), enters != self.inward, 0)
+        };
+        [at(near, true), at(far, false)].into_iter().collect()
     }
 
     /// The point of the surface nearest to `position`, in local space.
@@ -184,6 +199,23 @@ pub(super) fn unit_ball_roots(origin: Vec3, direction: Vec3) -> Option<(f64, f64
     let q = closest + discriminant.sqrt().copysign(closest);
     let other = c / q;
     Some((q.min(other), q.max(other)))
+}
+
+/// The same for the whole line: its ends are exchanged where it leads away.
+pub(super) fn unit_ball_line(origin: Vec3, direction: Vec3) -> Option<(f64, f64)> {
+    if origin.dot(direction) <= 0.0 {
+        return unit_ball_roots(origin, direction);
+    }
+    unit_ball_roots(origin, -direction).map(|(near, far)| (-far, -near))
+}
+
+/// Bound on the error of both roots: that of coordinates changes the discriminant D by no more than twice as much, and √D,
+/// half the distance between the roots, by change / √D and by √change at most. `speed` is the parameter's own.
+pub(super) fn ball_error(placement: &Placement, origin: Vec3, [near, far]: [f64; 2], speed: f64) -> f64 {
+    let coordinate = placement.coordinate_error(1.0 + origin.abs().max_element());
+    let change = 2.0 * coordinate + 8.0 * f64::EPSILON;
+    let half = 0.5 * (far - near);
+    (change / half).min(change.sqrt()) / speed + coordinate / speed
 }
 
 /// ∫ |det L| |L⁻ᵀ n| dn over the unit sphere, by Gauss-Legendre quadrature in z and the trapezoid rule in

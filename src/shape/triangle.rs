@@ -41,6 +41,11 @@ impl RaySpace {
 
     /// The hit with 0 ≤ t < `t_max`, from either side. Degenerate triangles and those seen edge-on miss.
     pub fn intersect(&self, vertices: [Vec3; 3], t_max: f64) -> Option<TriangleHit> {
+        self.cross(vertices).filter(|hit| hit.t >= 0.0 && hit.t < t_max)
+    }
+
+    /// The hit with the whole line.
+    pub fn cross(&self, vertices: [Vec3; 3]) -> Option<TriangleHit> {
         let [a, b, c] = vertices.map(|vertex| self.sheared(vertex));
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
@@ -53,7 +58,7 @@ impl RaySpace {
             return None;
         }
         let t = (u * a[2] + v * b[2] + w * c[2]) / determinant;
-        (t >= 0.0 && t < t_max).then(|| TriangleHit { t, barycentric: [v / determinant, w / determinant] })
+        Some(TriangleHit { t, barycentric: [v / determinant, w / determinant] })
     }
 
     fn sheared(&self, vertex: Vec3) -> [f64; 3] {

@@ -18,7 +18,7 @@ use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Coverage, Integrator, Limits};
 use crate::light::Light;
 use crate::material::Material;
-use crate::shape::{Cylinder, Disk, Mesh, Shape, ShapeError, Sphere, compute_vertex_normals};
+use crate::shape::{Cylinder, Disk, Mesh, Quadric, Shape, ShapeError, Sphere, Torus, compute_vertex_normals};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
 use crate::units::WavelengthRange;
@@ -221,6 +221,12 @@ fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, Shap
         ShapeKind::Disk => Shape::Disk(Disk::new(to_world, flip)?),
         ShapeKind::Cylinder { from, to, radius } => {
             Shape::Cylinder(Cylinder::new(to_world, *from, *to, *radius, flip)?)
+        }
+        ShapeKind::Quadric { kind, capped } => {
+            Shape::Quadric(Box::new(Quadric::of_kind(to_world, kind, *capped, flip)?))
+        }
+        ShapeKind::Torus { major_radius, minor_radius } => {
+            Shape::Torus(Box::new(Torus::new(to_world, *major_radius, *minor_radius, flip)?))
         }
         ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube => Shape::Mesh(Mesh::cube(to_world, flip)?),

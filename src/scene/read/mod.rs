@@ -19,6 +19,7 @@ mod names;
 mod obj;
 mod parsed;
 mod ply;
+mod quadrics;
 mod query;
 mod samplers;
 mod sensors;

@@ -4,7 +4,7 @@ use super::super::description::{Medium, Shape, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, lights, media, meshes};
+use super::{Reader, bsdfs, lights, media, meshes, quadrics};
 use crate::geometry::Vec3;
 
 /// `None` where the shape is wrong, which is reported.
@@ -23,6 +23,8 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         }
         "disk" => Some(ShapeKind::Disk),
         "cylinder" => Some(cylinder(&query)),
+        "cone" | "paraboloid" | "hyperboloid" | "quadric" => quadrics::read(&query),
+        "torus" => Some(torus(&query)),
         "obj" | "ply" | "serialized" => meshes::read(&query),
         _ => {
             reader.unknown_plugin(object);
@@ -58,16 +60,35 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
 }
 
 fn cylinder(query: &Query<'_>) -> ShapeKind {
+    let [from, to] = axis(query);
+    ShapeKind::Cylinder { from, to, radius: query.positive("radius", 1.0) }
+}
+
+fn torus(query: &Query<'_>) -> ShapeKind {
+    query.reader.extension(&query.object.place, "torus: a ring with a round tube".to_owned());
+    let (major_radius, minor_radius) =
+        (query.positive("major_radius", 1.0), query.positive("minor_radius", 0.25));
+    if minor_radius >= major_radius {
+        let problem = format!("The tube of the torus has the radius {minor_radius}, its ring {major_radius}");
+        let error =
+            SceneError::at(&query.place("minor_radius"), problem, "expected minor_radius below major_radius");
+        query.error(error.with_remedy("major_radius is measured to the middle of the tube"));
+    }
+    ShapeKind::Torus { major_radius, minor_radius }
+}
+
+/// Both ends of what has an axis.
+pub(super) fn axis(query: &Query<'_>) -> [Vec3; 2] {
     let from = query.vector("p0").unwrap_or(Vec3::ZERO);
     let to = query.vector("p1").unwrap_or(Vec3::Z);
     if from == to {
         query.error(SceneError::at(
             &query.place("p1"),
-            "The cylinder has no length",
+            format!("The {} has no length", query.object.plugin),
             "expected p0 and p1 to differ",
         ));
     }
-    ShapeKind::Cylinder { from, to, radius: query.positive("radius", 1.0) }
+    [from, to]
 }
 
 /// The media inside and outside.

@@ -2,6 +2,7 @@ use super::super::description::{Instance, Medium, Shape, ShapeGroup, ShapeKind, 
 use super::super::info::hash_of_mesh;
 use super::super::read::Class;
 use super::{Teller, Told, Value, bsdfs};
+use crate::shape::{QuadricKind, Sheets};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -16,6 +17,10 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
         ShapeKind::Cube => told("cube"),
         ShapeKind::Cylinder { from, to, radius } => {
             told("cylinder").vector("p0", *from).vector("p1", *to).float("radius", *radius)
+        }
+        ShapeKind::Quadric { kind, capped } => quadric(told, kind).boolean("capped", *capped),
+        ShapeKind::Torus { major_radius, minor_radius } => {
+            told("torus").float("major_radius", *major_radius).float("minor_radius", *minor_radius)
         }
         ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, compute_normals } => {
             let filename = Value::File {
@@ -52,6 +57,37 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
     match &shape.exterior {
         Some(exterior) => told.named("exterior", medium(exterior)),
         None => told,
+    }
+}
+
+fn quadric(told: impl Fn(&'static str) -> Told, kind: &QuadricKind) -> Told {
+    match kind {
+        QuadricKind::Cone { from, to, radii: [radius, other] } => told("cone")
+            .vector("p0", *from)
+            .vector("p1", *to)
+            .float("radius", *radius)
+            .float("radius1", *other),
+        QuadricKind::Paraboloid { from, to, radius } => {
+            told("paraboloid").vector("p0", *from).vector("p1", *to).float("radius", *radius)
+        }
+        QuadricKind::Hyperboloid { sheets, radius, semi_axis, heights: [low, high] } => told("hyperboloid")
+            .integer("sheets", if *sheets == Sheets::One { 1 } else { 2 })
+            .float("radius", *radius)
+            .float("semi_axis", *semi_axis)
+            .float("zmin", *low)
+            .float("zmax", *high),
+        QuadricKind::General { coefficients, clip } => {
+            let told = told("quadric").numbers("coefficients", coefficients);
+            // Of planes infinitely far away nothing is said: a file has no infinite numbers.
+            [("min", "zmin", clip.min), ("max", "zmax", clip.max)].into_iter().fold(
+                told,
+                |told, (corner, plane, at)| match (at.x.is_finite(), at.z.is_finite()) {
+                    (true, _) => told.vector(corner, at),
+                    (false, true) => told.float(plane, at.z),
+                    (false, false) => told,
+                },
+            )
+        }
     }
 }
 

@@ -4,6 +4,7 @@ mod build;
 mod normals;
 mod sampling;
 
+use super::crossing::{Crossing, Crossings};
 use super::rectangle::Rectangle;
 use super::triangle::{RaySpace, TriangleHit};
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
@@ -108,6 +109,22 @@ impl Mesh {
             }
         }
         nearest
+    }
+
+    /// All crossings along the whole line. At an edge that two triangles share both count.
+    pub fn crossings(&self, ray: &Ray) -> Crossings {
+        let space = RaySpace::new(ray);
+        let mut found = Crossings::new();
+        for triangle in 0..self.triangle_count() as u32 {
+            let Some(TriangleHit { t, barycentric }) = space.cross(self.triangle(triangle)) else { continue };
+            let slope = self.surface(triangle, barycentric).point.normal.dot(ray.direction);
+            // Seen from afar, differences and products round in proportion to the distance.
+            let height = self.error + 16.0 * f64::EPSILON * t.abs();
+            let hit = Hit { t, shape: 0, triangle, instance: NO_INSTANCE, barycentric };
+            found.push(Crossing { hit, error: height / slope.abs(), enters: slope < 0.0 });
+        }
+        found.sort_by(|a, b| a.hit.t.total_cmp(&b.hit.t));
+        found
     }
 
     /// The point of a triangle with the given weights of its second and third vertex.

@@ -1,0 +1,95 @@
+//! Points on any surface whose crossings with lines are known, with a density that is known exactly.
+//!
+//! A line along one of the axes is chosen uniformly among those through a box around the surface, an axis in proportion to
+//! the box's face across it, and then one of the k places where the line crosses the surface. The point x with normal n is chosen
+//! with the density Σᵢ |nᵢ| / kᵢ(x) over the sum of the three faces, per area, kᵢ being the crossings of the line through x along
+//! axis i. No u lies above another face than its own, so a line may miss: then there is no point.
+
+use crate::geometry::{Bounds, Vec3};
+use smallvec::SmallVec;
+
+/// A surface in coordinates of its own.
+pub(super) trait Crossed {
+    /// A box around it.
+    fn around(&self) -> Bounds;
+    /// Where the line through a point, its direction of unit length, crosses the surface, at most four times.
+    fn crossed(&self, origin: Vec3, direction: Vec3) -> SmallVec<[OnLine; 4]>;
+    /// Unit normal, of either sign, at a point of a part.
+    fn normal(&self, point: Vec3, part: u32) -> Vec3;
+}
+
+/// A crossing in a surface's own coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct OnLine {
+    pub t: f64,
+    /// Bound on the error of t.
+    pub error: f64,
+    pub enters: bool,
+    pub part: u32,
+}
+
+const AXES: [Vec3; 3] = Vec3::AXES;
+
+/// The areas of a box's faces across the three axes.
+fn faces(around: Bounds) -> Vec3 {
+    let size = around.max - around.min;
+    Vec3::new(size.y * size.z, size.z * size.x, size.x * size.y)
+}
+
+/// The line along an axis through fractions of the face across it.
+fn line_through(around: Bounds, axis: usize, [a, b]: [f64; 2]) -> Vec3 {
+    let size = around.max - around.min;
+    let mut origin = around.min;
+    origin[(axis + 1) % 3] += a * size[(axis + 1) % 3];
+    origin[(axis + 2) % 3] += b * size[(axis + 2) % 3];
+    origin
+}
+
+/// The point for `u` in [0, 1)² and the part that it is on.
+pub(super) fn sample(surface: &impl Crossed, u: [f64; 2]) -> Option<(Vec3, u32)> {
+    let around = surface.around();
+    let faces = faces(around);
+    let mut at = u[0] * faces.element_sum();
+    let mut axis = 0;
+    while axis < 2 && at >= faces[axis] {
+        at -= faces[axis];
+        axis += 1;
+    }
+    // What is left of u chooses among k crossings, evenly for k up to 4, and then a place.
+    const CHOICES: f64 = 12.0;
+    let scaled = (at / faces[axis]).clamp(0.0, 1.0 - f64::EPSILON) * CHOICES;
+    let choice = scaled.floor();
+    let origin = line_through(around, axis, [scaled - choice, u[1]]);
+    let crossings = surface.crossed(origin, AXES[axis]);
+    let chosen = crossings.get((choice / CHOICES * crossings.len() as f64) as usize)?;
+    Some((origin + AXES[axis] * chosen.t, chosen.part))
+}
+
+/// Per unit of the surface's own area, at a point with unit normal of either sign.
+pub(super) fn density(surface: &impl Crossed, point: Vec3, normal: Vec3) -> f64 {
+    let of_axis = |axis: usize| {
+        let crossings = surface.crossed(point, AXES[axis]).len();
+        normal[axis].abs() / crossings.max(1) as f64
+    };
+    (of_axis(0) + of_axis(1) + of_axis(2)) / faces(surface.around()).element_sum()
+}
+
+/// ∫ weight(normal) over the surface, by the midpoint rule over the chords, to about 10⁻⁴ of it: ∫ Σ |nᵢ| over the lines along
+/// axis i is ∫ nᵢ² over the surface, and the squares of the three add up to one.
+pub(super) fn integral(surface: &impl Crossed, weight: impl Fn(Vec3) -> f64) -> f64 {
+    const LINES: usize = 200;
+    let around = surface.around();
+    let faces = faces(around);
+    let mut sum = 0.0;
+    for (axis, &direction) in AXES.iter().enumerate() {
+        for i in 0..LINES * LINES {
+            let at = [i % LINES, i / LINES].map(|k| (k as f64 + 0.5) / LINES as f64);
+            let origin = line_through(around, axis, at);
+            for crossing in surface.crossed(origin, direction) {
+                let normal = surface.normal(origin + direction * crossing.t, crossing.part);
+                sum += normal[axis].abs() * weight(normal) * faces[axis] / (LINES * LINES) as f64;
+            }
+        }
+    }
+    sum
+}

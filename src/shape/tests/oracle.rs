@@ -1,0 +1,341 @@
+//! All crossings of lines with shapes against a slow oracle: polynomials along the line in numbers of 32 digits, made from the
+//! parameters that the shapes were made of.
+
+use super::doubled::{Doubled, Polynomial};
+use super::{direction, placement};
+use crate::geometry::{Ray, Transform, Vec3};
+use crate::shape::{Crossings, Quadric, QuadricKind, Shape, Sheets, Sphere};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg as Random;
+
+/// A line's x, y and z in a shape's own coordinates, as functions of t − [`near`].
+pub struct Line(pub [Polynomial; 3]);
+
+/// A place on a ray not far from the origin: powers of greater distances would cost even the oracle its digits.
+fn near(ray: &Ray) -> f64 {
+    -ray.origin.dot(ray.direction)
+}
+
+impl Line {
+    /// In coordinates that `to_world` takes to the world's, by Cramer's rule.
+    fn new(ray: &Ray, to_world: &Transform) -> Self {
+        let m = to_world.matrix();
+        let columns = [m.x_axis, m.y_axis, m.z_axis].map(|c| [c.x, c.y, c.z].map(Doubled::from));
+        let determinant = |a: [Doubled; 3], b: [Doubled; 3], c: [Doubled; 3]| {
+            a[0] * (b[1] * c[2] - b[2] * c[1]) - b[0] * (a[1] * c[2] - a[2] * c[1])
+                + c[0] * (a[1] * b[2] - a[2] * b[1])
+        };
+        let [a, b, c] = columns;
+        let volume = determinant(a, b, c);
+        let local = |v: [Doubled; 3]| {
+            [determinant(v, b, c), determinant(a, v, c), determinant(a, b, v)].map(|d| d / volume)
+        };
+        let axes = [0, 1, 2];
+        let origin = local(axes.map(|i| Doubled::from(ray.origin[i]) - Doubled::from(m.w_axis[i])));
+        let direction = local(axes.map(|i| ray.direction[i].into()));
+        let start = Doubled::from(near(ray));
+        Self(axes.map(|i| Polynomial(vec![origin[i] + direction[i] * start, direction[i]])))
+    }
+
+    fn minus(&self, point: Vec3) -> Self {
+        Self([0, 1, 2].map(|i| &self.0[i] - &Polynomial::constant(point[i])))
+    }
+
+    fn dot(&self, other: &Self) -> Polynomial {
+        let products = [0, 1, 2].map(|i| &self.0[i] * &other.0[i]);
+        &(&products[0] + &products[1]) + &products[2]
+    }
+}
+
+/// A shape as functions along a line that are negative inside: the first is curved, the others planes that cut it off.
+pub struct Oracle {
+    pub functions: Box<dyn Fn(&Line) -> Vec<Polynomial>>,
+    pub solid: bool,
+}
+
+struct Exact {
+    t: Doubled,
+    enters: bool,
+}
+
+impl Oracle {
+    fn crossings(&self, ray: &Ray, to_world: &Transform) -> Vec<Exact> {
+        let functions = (self.functions)(&Line::new(ray, to_world));
+        let mut found = Vec::new();
+        let cutters = if self.solid { functions.len() } else { 1 };
+        for (i, function) in functions[..cutters].iter().enumerate() {
+            let slope = function.derivative();
+            for t in function.roots([-1e9, 1e9]) {
+                let others = functions.iter().enumerate().filter(|&(j, _)| j != i);
+                if others.map(|(_, other)| other.at(t).high).all(|value| value <= 0.0) {
+                    let t_of_ray = t + near(ray).into();
+                    found.push(Exact { t: t_of_ray, enters: slope.at(t).high < 0.0 });
+                }
+            }
+        }
+        found.sort_by(|a, b| a.t.high.total_cmp(&b.t.high));
+        found
+    }
+
+    /// How near, along the line, the shape is to having other crossings: the distance from a touching point or a rim, as the
+    /// smallest magnitude of a function at the extremes of its own or at the roots of another.
+    fn doubt(&self, ray: &Ray, to_world: &Transform) -> f64 {
+        let functions = (self.functions)(&Line::new(ray, to_world));
+        let mut least = f64::INFINITY;
+        for (i, function) in functions.iter().enumerate() {
+            for t in function.derivative().roots([-1e9, 1e9]) {
+                least = least.min(function.at(t).high.abs());
+            }
+            for t in function.roots([-1e9, 1e9]) {
+                let others = functions.iter().enumerate().filter(|&(j, _)| j != i);
+                least = others.map(|(_, other)| other.at(t).high.abs()).fold(least, f64::min);
+            }
+            if i > 0 {
+                // A line in a plane.
+                least = least.min(function.0.iter().map(|c| c.high.abs()).fold(0.0, f64::max));
+            }
+        }
+        least
+    }
+}
+
+/// Rays from near and far, from within, and such that almost touch.
+pub fn any_ray(shape: &Shape, random: &mut Random) -> Ray {
+    let bounds = shape.bounds();
+    let size = bounds.max - bounds.min;
+    let mut in_box =
+        || bounds.min + size * Vec3::from_array(std::array::from_fn(|_| random.random_range(-0.05..1.05)));
+    let (mut target, inside) = (in_box(), in_box());
+    let mut toward = (target - inside).try_normalize().unwrap_or(Vec3::X);
+    if random.random_range(0..4) == 0
+        && let Some(sample) = shape.sample([random.random(), random.random()])
+    {
+        // Across the normal, through a point hardly off the surface.
+        let point = sample.surface.point;
+        toward = direction(random).cross(point.normal).try_normalize().unwrap_or(Vec3::X);
+        target = point.position
+            + point.normal
+                * 10f64.powf(random.random_range(-14.0..-1.0))
+                * if random.random() { 1.0 } else { -1.0 };
+    }
+    if random.random_range(0..10) == 0 {
+        toward = Vec3::AXES[random.random_range(0..3)];
+    }
+    let distance = match random.random_range(0..5) {
+        0 => 0.0,
+        1 => 1e3,
+        2 => 1e6,
+        _ => random.random_range(-5.0..5.0),
+    };
+    Ray::new(target - toward * distance, toward)
+}
+
+/// Compares; returns how many rays were left undecided because a touching point or a rim was as near as rounding.
+pub fn check(name: &str, shape: &Shape, oracle: &Oracle, to_world: &Transform, rays: u32, seed: u64) -> u32 {
+    let mut random = Random::seed_from_u64(seed);
+    let (mut doubtful, mut hits) = (0, 0);
+    for _ in 0..rays {
+        let ray = any_ray(shape, &mut random);
+        let found: Crossings = shape.crossings(&ray);
+        let exact = oracle.crossings(&ray, to_world);
+        hits += exact.len();
+        let agrees = found.len() == exact.len()
+            && found.iter().zip(&exact).all(|(crossing, exact)| {
+                let off = (Doubled::from(crossing.hit.t) - exact.t).high.abs();
+                crossing.enters == exact.enters && off <= crossing.error
+            });
+        if agrees {
+            // What is nearest is what ordinary rays find.
+            let nearest = shape.intersect(&ray).map(|hit| hit.t);
+            let first = found.iter().map(|crossing| crossing.hit.t).find(|&t| t >= 0.0);
+            assert!(nearest == first, "{name}: {ray:?} {nearest:?} {first:?}");
+            continue;
+        }
+        // Rounding of coordinates as far away as the ray starts.
+        let rounding = 1e-13 * (1.0 + ray.origin.length());
+        let doubt = oracle.doubt(&ray, to_world);
+        let exact: Vec<_> = exact.iter().map(|exact| (exact.t.high, exact.enters)).collect();
+        assert!(doubt <= rounding, "{name}: {ray:?}\n{found:?}\n{exact:?}\ndoubt {doubt}");
+        doubtful += 1;
+    }
+    assert!(hits as u32 > rays / 2, "{name}: only {hits} crossings");
+    doubtful
+}
+
+fn plane(coordinate: &Polynomial, low: f64, high: f64) -> [Polynomial; 2] {
+    [&Polynomial::constant(low) - coordinate, coordinate - &Polynomial::constant(high)]
+}
+
+/// All kinds of quadrics with what they are by definition.
+fn quadrics() -> Vec<(&'static str, QuadricKind, Box<dyn Fn(&Line) -> Vec<Polynomial>>)> {
+    let (from, to) = (Vec3::new(-0.5, 0.1, 0.2), Vec3::new(0.4, 0.7, 0.9));
+    let cone = |from: Vec3, to: Vec3, radii: [f64; 2]| -> Box<dyn Fn(&Line) -> Vec<Polynomial>> {
+        Box::new(move |line| {
+            let away = line.minus(from);
+            let axis = [0, 1, 2].map(|i| Doubled::from(to[i]) - from[i].into());
+            let squared = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
+            let scale =
+                |p: &Polynomial, factor: Doubled| Polynomial(p.0.iter().map(|&c| c * factor).collect());
+            let sum = [0, 1, 2].map(|i| scale(&away.0[i], axis[i] / squared));
+            let height = &(&sum[0] + &sum[1]) + &sum[2];
+            let radius =
+                &Polynomial::constant(radii[0]) + &scale(&height, Doubled::from(radii[1]) - radii[0].into());
+            let across = &away.dot(&away) - &scale(&(&height * &height), squared);
+            let [low, high] = plane(&height, 0.0, 1.0);
+            vec![&across - &(&radius * &radius), low, high]
+        })
+    };
+    let hyperboloid = |sign: f64,
+                       radius: f64,
+                       semi_axis: f64,
+                       heights: [f64; 2]|
+     -> Box<dyn Fn(&Line) -> Vec<Polynomial>> {
+        Box::new(move |line| {
+            let [x, y, z] = &line.0;
+            let z_part = (z * z).scaled(radius * radius / (semi_axis * semi_axis));
+            let form = &(&(x * x) + &(y * y)) - &(&z_part + &Polynomial::constant(sign * radius * radius));
+            let [low, high] = plane(z, heights[0], heights[1]);
+            vec![form, low, high]
+        })
+    };
+    let general = |c: [f64; 10], low: Vec3, high: Vec3| -> Box<dyn Fn(&Line) -> Vec<Polynomial>> {
+        Box::new(move |line| {
+            let [x, y, z] = &line.0;
+            let terms = [
+                x * x,
+                y * y,
+                z * z,
+                x * y,
+                x * z,
+                y * z,
+                x.clone(),
+                y.clone(),
+                z.clone(),
+                Polynomial::constant(1.0),
+            ];
+            let form =
+                terms.iter().zip(c).fold(Polynomial::constant(0.0), |sum, (term, c)| &sum + &term.scaled(c));
+            let mut functions = vec![form];
+            for axis in 0..3 {
+                if low[axis].is_finite() {
+                    functions.extend(plane(&line.0[axis], low[axis], high[axis]));
+                }
+            }
+            functions
+        })
+    };
+    let clip = |min, max| crate::geometry::Bounds { min, max };
+    let everywhere = clip(Vec3::NEG_INFINITY, Vec3::INFINITY);
+    let ellipsoid = [1.0, 2.0, 3.0, 0.5, -0.25, 0.75, 1.0, -2.0, 0.5, -1.0];
+    let saddle = [1.0, -1.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.125, -1.0, 0.0];
+    let tilted = [1.0, 0.5, -1.0, 0.5, 0.25, -1.0, 0.25, -0.5, 0.125, -0.25];
+    let (low, high) = (Vec3::new(-1.0, -0.75, -0.5), Vec3::new(0.75, 1.0, 1.25));
+    vec![
+        ("cone", QuadricKind::Cone { from, to, radii: [0.5, 0.0] }, cone(from, to, [0.5, 0.0])),
+        ("frustum", QuadricKind::Cone { from, to, radii: [0.2, 0.6] }, cone(from, to, [0.2, 0.6])),
+        ("capped cylinder", QuadricKind::Cone { from, to, radii: [0.3; 2] }, cone(from, to, [0.3; 2])),
+        (
+            "paraboloid",
+            QuadricKind::Paraboloid { from: Vec3::ZERO, to: Vec3::Z * 2.0, radius: 0.75 },
+            Box::new(|line| {
+                let [x, y, z] = &line.0;
+                let [low, high] = plane(z, 0.0, 2.0);
+                vec![&(&(x * x) + &(y * y)) - &z.scaled(0.75 * 0.75 / 2.0), low, high]
+            }),
+        ),
+        (
+            "hyperboloid of one sheet",
+            QuadricKind::Hyperboloid {
+                sheets: Sheets::One,
+                radius: 0.25,
+                semi_axis: 0.5,
+                heights: [-1.0, 0.5],
+            },
+            hyperboloid(1.0, 0.25, 0.5, [-1.0, 0.5]),
+        ),
+        (
+            "hyperboloid of two sheets",
+            QuadricKind::Hyperboloid {
+                sheets: Sheets::Two,
+                radius: 0.25,
+                semi_axis: 0.25,
+                heights: [-1.0, 0.75],
+            },
+            hyperboloid(-1.0, 0.25, 0.25, [-1.0, 0.75]),
+        ),
+        (
+            "ellipsoid",
+            QuadricKind::General { coefficients: ellipsoid, clip: everywhere },
+            general(ellipsoid, Vec3::NEG_INFINITY, Vec3::INFINITY),
+        ),
+        (
+            "saddle",
+            QuadricKind::General { coefficients: saddle, clip: clip(low, high) },
+            general(saddle, low, high),
+        ),
+        (
+            "tilted hyperboloid",
+            QuadricKind::General { coefficients: tilted, clip: clip(low, high) },
+            general(tilted, low, high),
+        ),
+    ]
+}
+
+fn check_quadrics(rays: u32) {
+    let mut seed = 0;
+    let mut doubtful = 0;
+    for (name, kind, _) in quadrics() {
+        for solid in [false, true] {
+            for to_world in [Transform::IDENTITY, placement(Vec3::new(0.9, 0.5, 0.3))] {
+                let functions = quadrics().into_iter().find(|quadric| quadric.0 == name).unwrap().2;
+                let shape =
+                    Shape::Quadric(Box::new(Quadric::of_kind(&to_world, &kind, solid, false).unwrap()));
+                seed += 1;
+                doubtful += check(name, &shape, &Oracle { functions, solid }, &to_world, rays, seed);
+            }
+        }
+    }
+    println!("{doubtful} of {} rays touch or pass a rim within rounding", seed as u32 * rays);
+    assert!(f64::from(doubtful) < 0.1 * seed as f64 * f64::from(rays));
+}
+
+#[test]
+fn quadrics_are_crossed_where_the_oracle_says() {
+    check_quadrics(25_000);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn quadrics_are_crossed_where_the_oracle_says_a_million_times() {
+    check_quadrics(250_000);
+}
+
+fn ball(line: &Line) -> Vec<Polynomial> {
+    vec![&line.dot(line) - &Polynomial::constant(1.0)]
+}
+
+/// Sphere and ellipsoid, and the unit sphere from 10⁶ with a relative error below 10⁻⁹ and within its own bound.
+#[test]
+fn spheres_are_crossed_where_the_oracle_says() {
+    for (i, to_world) in [Transform::IDENTITY, placement(Vec3::new(0.9, 0.5, 0.3))].into_iter().enumerate() {
+        let shape = Shape::Sphere(Sphere::new(&to_world, Vec3::ZERO, 1.0, false).unwrap());
+        let oracle = Oracle { functions: Box::new(ball), solid: true };
+        check("sphere", &shape, &oracle, &to_world, 100_000, i as u64);
+    }
+    let shape = Shape::Sphere(Sphere::new(&Transform::IDENTITY, Vec3::ZERO, 1.0, false).unwrap());
+    let mut random = Random::seed_from_u64(4);
+    for _ in 0..10_000 {
+        let (from, at) =
+            (direction(&mut random) * 1e6, direction(&mut random) * random.random_range(0.0..0.999));
+        let ray = Ray::new(from, (at - from).normalize());
+        let found = shape.crossings(&ray);
+        let line = Line::new(&ray, &Transform::IDENTITY);
+        let exact = ball(&line)[0].roots([-1e9, 1e9]);
+        assert_eq!((found.len(), exact.len()), (2, 2));
+        for (crossing, exact) in found.iter().zip(exact) {
+            let exact = exact + near(&ray).into();
+            let off = (Doubled::from(crossing.hit.t) - exact).high.abs();
+            assert!(off <= crossing.error && off / exact.high < 1e-9, "{off} {crossing:?}");
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! Rings with a round tube.
+//!
+//! Along a line a torus is a quartic (Glassner, *An Introduction to Ray Tracing*, ch. 3, 3.1, its coefficients corrected). Only the
+//! roots of its derivative are taken from the coefficients: between them the distance from the tube's centre line, which has the
+//! quartic's sign and no cancellation, is followed to where it is the tube's radius. So a thin ring is as exact as a thick one.
+
+use super::chords::OnLine;
+use super::crossing::{Crossing, Crossings};
+use super::placement::Placement;
+use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
+use crate::geometry::roots::{Sample, polynomial_within, sign_changes};
+use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use smallvec::SmallVec;
+use std::f64::consts::{PI, TAU};
+
+/// Around the local z axis, of outer radius 1.
+#[derive(Clone, Debug)]
+pub struct Torus {
+    placement: Placement,
+    /// Of the circle in the middle of the tube, and of the tube.
+    major: f64,
+    minor: f64,
+    inward: bool,
+}
+
+impl Torus {
+    /// `to_world` applied to the torus around the z axis, whose tube has the radius `minor`, less than the `major` of its centre
+    /// line. Normals point out of the tube unless `flip_normals`.
+    pub fn new(to_world: &Transform, major: f64, minor: f64, flip_normals: bool) -> Result<Self, ShapeError> {
+        for radius in [major, minor] {
+            if !(radius > 0.0 && radius.is_finite()) {
+                return Err(ShapeError::Radius(radius));
+            }
+        }
+        if minor >= major {
+            return Err(ShapeError::Tube { major, minor });
+        }
+        let outer = major + minor;
+        let placement = Placement::new(&Transform::scale(outer).then(to_world))?;
+        Ok(Self { placement, major: major / outer, minor: minor / outer, inward: flip_normals })
+    }
+
+    /// Nearest distance with 0 ≤ t < `ray.t_max`.
+    pub fn intersect(&self, ray: &Ray) -> Option<f64> {
+        let direction = self.placement.pose.local_vector(ray.direction);
+        let speed = direction.length();
+        let crossings = self.crossed(self.placement.pose.local_point(ray.origin), direction / speed);
+        let mut distances = crossings.iter().map(|crossing| crossing.t / speed);
+        distances.find(|&t| t >= 0.0 && t < ray.t_max)
+    }
+
+    /// All crossings along the whole line.
+    pub fn crossings(&self, ray: &Ray) -> Crossings {
+        let direction = self.placement.pose.local_vector(ray.direction);
+        let speed = direction.length();
+        let found = self.crossed(self.placement.pose.local_point(ray.origin), direction / speed);
+        let in_world = |&OnLine { t, error, enters, part }: &OnLine| {
+            let t = t / speed;
+            Crossing::analytic(t, error / speed + 4.0 * f64::EPSILON * t.abs(), enters != self.inward, part)
+        };
+        found.iter().map(in_world).collect()
+    }
+
+    /// The point of the tube's centre line nearest to a local point, and how far the point is from there.
+    fn from_centre_line(&self, local: Vec3) -> Vec3 {
+        let around = local.with_z(0.0).try_normalize().unwrap_or(Vec3::X);
+        local - around * self.major
+    }
+
+    /// Distance from the surface, negative inside, and its derivative along a direction.
+    fn distance(&self, local: Vec3, direction: Vec3) -> Sample {
+        let from_axis = (local.x * local.x + local.y * local.y).sqrt();
+        let from_circle = from_axis - self.major;
+        let from_line = (from_circle * from_circle + local.z * local.z).sqrt();
+        let along_radius = (local.x * direction.x + local.y * direction.y) / from_axis;
+        let slope = (from_circle * along_radius + local.z * direction.z) / from_line;
+        Sample { value: from_line - self.minor, slope, error: 4.0 * f64::EPSILON }
+    }
+
+    /// The point of the surface nearest to `position`, in local space.
+    pub fn surface(&self, position: Vec3) -> SurfaceHit {
+        let local = self.placement.pose.local_point(position);
+        let outward = self.from_centre_line(local);
+        let circle = local - outward;
+        self.surface_at(circle, outward.try_normalize().unwrap_or(Vec3::Z))
+    }
+
+    /// At the end of `outward` from a point of the centre line.
+    fn surface_at(&self, circle: Vec3, outward: Vec3) -> SurfaceHit {
+        let position = self.placement.pose.world_point(circle + outward * self.minor);
+        let image = self.placement.pose.world_normal(outward);
+        let stretch = image.length();
+        let normal = image / if self.inward { -stretch } else { stretch };
+        let error = self.placement.error(position, outward, stretch) + 8.0 * f64::EPSILON / stretch;
+        SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal: normal }
+    }
+
+    /// u around the axis, v around the tube, from the outside upwards.
+    pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
+        let local = self.placement.pose.local_point(position);
+        let outward = self.from_centre_line(local);
+        let around = (local - outward) / self.major;
+        let from_circle = outward.dot(around);
+        let turns = |y: f64, x: f64| (y.atan2(x) / TAU).rem_euclid(1.0);
+        Parametrisation {
+            uv: [turns(local.y, local.x), turns(local.z, from_circle)],
+            tangent: self.placement.pose.world_vector(TAU * Vec3::new(-local.y, local.x, 0.0)),
+            bitangent: self.placement.pose.world_vector(TAU * (Vec3::Z * from_circle - around * local.z)),
+        }
+    }
+
+    /// A ball rolled around the centre line reaches as far as the circle and the ball together.
+    pub fn bounds(&self) -> Bounds {
+        let ball = self.placement.half_extents(3) * self.minor;
+        let half = self.placement.half_extents(2) * self.major + ball;
+        Bounds { min: self.placement.pose.origin - half, max: self.placement.pose.origin + half }
+    }
+
+    /// Exact under a similarity, else by the trapezoid rule in both angles.
+    pub fn area(&self) -> f64 {
+        if let Some(scale) = self.placement.scale {
+            return 4.0 * PI * PI * self.major * self.minor * scale * scale;
+        }
+        const STEPS: usize = 256;
+        let mut sum = 0.0;
+        for i in 0..STEPS * STEPS {
+            let (radius, outward) = self.at_angles(i, STEPS);
+            sum += radius * self.minor * self.placement.area_stretch(outward);
+        }
+        sum * (TAU / STEPS as f64).powi(2)
+    }
+
+    /// Distance from the axis, and normal, at one of a number of equal steps in both angles.
+    fn at_angles(&self, index: usize, steps: usize) -> (f64, Vec3) {
+        let angle = |step: usize| TAU * step as f64 / steps as f64;
+        let ((sin_u, cos_u), (sin_v, cos_v)) =
+            (angle(index % steps).sin_cos(), angle(index / steps).sin_cos());
+        (self.major + self.minor * cos_v, Vec3::new(cos_u * cos_v, sin_u * cos_v, sin_v))
+    }
+
+    /// Uniform over the local surface, whose area at the angle v around the tube is in proportion to major + minor cos v:
+    /// v + (minor / major) sin v is uniform, Kepler's equation for the outside as aphelion.
+    pub fn sample(&self, u: [f64; 2]) -> AreaSample {
+        let (sin_u, cos_u) = (TAU * u[0]).sin_cos();
+        let mean = TAU * u[1] - PI;
+        let eccentricity = self.minor / self.major;
+        let equation = |v: f64| Sample {
+            value: v + eccentricity * v.sin() - mean,
+            slope: 1.0 + eccentricity * v.cos(),
+            error: 4.0 * f64::EPSILON,
+        };
+        // Beyond both ends the sign is certain.
+        let v = sign_changes(&[-PI - 1.0, PI + 1.0], equation).first().map_or(0.0, |root| root.t);
+        let (sin_v, cos_v) = v.sin_cos();
+        let around = Vec3::new(cos_u, sin_u, 0.0);
+        let outward = around * cos_v + Vec3::Z * sin_v;
+        AreaSample::analytic(self.surface_at(around * self.major, outward), self.local_density(outward))
+    }
+
+    pub fn area_density(&self, point: &SurfacePoint) -> f64 {
+        self.local_density(self.placement.pose.local_normal(point.normal).normalize_or_zero())
+    }
+
+    /// Either sign of the normal.
+    fn local_density(&self, normal: Vec3) -> f64 {
+        1.0 / (4.0 * PI * PI * self.major * self.minor * self.placement.area_stretch(normal))
+    }
+
+    /// Up to four crossings of the line through a local point, its direction of unit length.
+    fn crossed(&self, origin: Vec3, direction: Vec3) -> SmallVec<[OnLine; 4]> {
+        let (major, minor) = (self.major, self.minor);
+        let shift = -origin.dot(direction);
+        let start = origin + direction * shift;
+        let mut found = SmallVec::new();
+        // Within the ball of radius 1 around it, a little enlarged.
+        let half = (1.0 + 1e-9 - start.length_squared()).sqrt();
+        if half.is_nan() {
+            return found;
+        }
+        // The quartic has the coefficients, with A = 1, B = start·direction, C = start·start − (major² + minor²):
+        // [C² − 4 major² (minor² − z₀²), 4 B C + 8 major² z₀ z₁, 2 C + 4 B² + 4 major² z₁², 4 B, 1].
+        let (b, c) = (start.dot(direction), start.length_squared() - (major * major + minor * minor));
+        let (z0, z1) = (start.z, direction.z);
+        let squared = 4.0 * major * major;
+        let derivative = [
+            4.0 * b * c + 2.0 * squared * z0 * z1,
+            2.0 * (2.0 * c + 4.0 * b * b + squared * z1 * z1),
+            12.0 * b,
+            4.0,
+        ];
+        let mut edges: SmallVec<[f64; 5]> = SmallVec::new();
+        edges.push(-half);
+        edges.extend(polynomial_within(&derivative, [-half, half]).iter().map(|root| root.t));
+        edges.push(half);
+        let function = |t: f64| self.distance(start + direction * t, direction);
+        let roots = sign_changes(&edges, function);
+        let coordinate = self.placement.coordinate_error(1.0 + origin.abs().max_element());
+        // The sharpest bend of the distance near the surface.
+        let bend = 2.0 / minor + 2.0 / (major - minor);
+        found.extend(roots.iter().map(|root| {
+            let slope = function(root.t).slope;
+            let height = 2.0 * coordinate + 8.0 * f64::EPSILON;
+            // As long as the slope hardly changes over that distance; else the line all but touches.
+            let error = if slope * slope > 4.0 * bend * height { 2.0 * height / slope.abs() } else { 2.0 };
+            let rounding = 4.0 * f64::EPSILON * (shift.abs() + root.t.abs());
+            OnLine { t: shift + root.t, error: error + rounding, enters: slope < 0.0, part: 0 }
+        }));
+        found
+    }
+}
