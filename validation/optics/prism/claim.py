@@ -21,7 +21,7 @@ that the size of the pixels enters the spread of the renders, from which the sta
 the slit's image over the line's shape; the bound of 0.01° is against δ at the nominal wavelength, in mpmath. The angle of incidence is that of
 least deviation at 587.6 nm, and one 6° steeper."""
 DATA = """Sellmeier coefficients by SCHOTT (N-BK7, SF10; N-SF10 given in the scene) and Malitson (fused silica, J. Opt. Soc. Am. 55, 1965),
-evaluated here independently of abbe. The least deviations are cross-checked against a table computed beforehand by other hands."""
+evaluated here independently of abbe. The least deviations are cross-checked against a table that was computed before and apart from this code."""
 
 LINES = np.array([400.0, 486.1, 587.6, 656.3, 700.0])  # nm
 APEX = math.radians(60)
