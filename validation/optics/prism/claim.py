@@ -42,7 +42,7 @@ KNOWN = {
 INDEX_OFF, ANGLE_OFF, NANOMETRE_OFF = "index off by 0.001", "slit turned by 0.02°", "index taken 1 nm off"
 PLANTED = [
     Planted(INDEX_OFF, ("N-BK7: within 0.01°", "N-SF10: within 0.01°", "N-BK7: centroids")),
-    Planted(ANGLE_OFF, ("N-BK7: within 0.01° of Snell, steeper", "N-BK7: centroids", "fused silica: centroids")),
+    Planted(ANGLE_OFF, ("N-BK7: within 0.01°", "N-BK7: centroids", "fused silica: centroids")),
     Planted(NANOMETRE_OFF, ("N-BK7: centroids", "SF10: centroids", "fused silica: centroids"), "optics_one_nanometre_off"),
 ]
 
@@ -145,7 +145,7 @@ def run(claim):
     for name, n in GLASSES.items():
         scene = write_scene(claim, name, "lines", wrong)
         least = math.asin(float(n(587.6)) / 2)
-        for how, incidence in (("least deviation", least), ("steeper", least + math.radians(6))):
+        for how, incidence in (("least deviation", least), ("steeper", least + math.radians(6)))[: 1 if claim.quick else 2]:
             nominal = np.array([exact_deviation(incidence, value) for value in n(LINES)])
             found, expected, error, picture = measure(claim, name, incidence, spp, seeds, scene, off)
             claim.bounded(f"{name}: within 0.01° of Snell, {how}", found - nominal, 0.01, "°")
