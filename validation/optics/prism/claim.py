@@ -195,7 +195,7 @@ def show(claim, kept, spp):
         for line, at in zip(LINES, nominal):
             axes.plot([at, at], [1.02, 1.18], color="black", clip_on=False, lw=1)
             if lamp == "white":
-                axes.text(at, 1.25, f"{line:g}", ha={700.0: "right", 656.3: "left"}.get(line, "center"), fontsize=8)
+                axes.text(at, 1.25, f"{line:g}", ha={700.0: "right", 656.3: "center", 587.6: "left"}.get(line, "center"), fontsize=8)
     bottom.set_xlabel("deviation, ° (marks: Snell's law at these wavelengths, nm)")
     claim.figure(
         "spectroscope",
