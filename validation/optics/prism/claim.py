@@ -42,7 +42,7 @@ KNOWN = {
 INDEX_OFF, ANGLE_OFF, NANOMETRE_OFF = "index off by 0.001", "slit turned by 0.02°", "index taken 1 nm off"
 PLANTED = [
     Planted(INDEX_OFF, ("N-BK7: within 0.01°", "N-SF10: within 0.01°", "N-BK7: centroids")),
-    Planted(ANGLE_OFF, ("N-BK7: within 0.01° of Snell, steeper", "N-BK7: centroids", "fused silica: centroids")),
+    Planted(ANGLE_OFF, ("N-BK7: within 0.01°", "N-BK7: centroids", "fused silica: centroids")),
     Planted(NANOMETRE_OFF, ("N-BK7: centroids", "SF10: centroids", "fused silica: centroids"), "optics_one_nanometre_off"),
 ]
 
@@ -145,7 +145,7 @@ def run(claim):
     for name, n in GLASSES.items():
         scene = write_scene(claim, name, "lines", wrong)
         least = math.asin(float(n(587.6)) / 2)
-        for how, incidence in (("least deviation", least), ("steeper", least + math.radians(6))):
+        for how, incidence in (("least deviation", least), ("steeper", least + math.radians(6)))[: 1 if claim.quick else 2]:
             nominal = np.array([exact_deviation(incidence, value) for value in n(LINES)])
             found, expected, error, picture = measure(claim, name, incidence, spp, seeds, scene, off)
             claim.bounded(f"{name}: within 0.01° of Snell, {how}", found - nominal, 0.01, "°")
@@ -195,7 +195,7 @@ def show(claim, kept, spp):
         for line, at in zip(LINES, nominal):
             axes.plot([at, at], [1.02, 1.18], color="black", clip_on=False, lw=1)
             if lamp == "white":
-                axes.text(at, 1.25, f"{line:g}", ha={700.0: "right", 656.3: "left"}.get(line, "center"), fontsize=8)
+                axes.text(at, 1.25, f"{line:g}", ha={700.0: "right", 656.3: "center", 587.6: "left"}.get(line, "center"), fontsize=8)
     bottom.set_xlabel("deviation, ° (marks: Snell's law at these wavelengths, nm)")
     claim.figure(
         "spectroscope",
