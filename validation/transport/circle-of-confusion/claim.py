@@ -110,6 +110,7 @@ def run(claim):
     above.set(ylabel="share of the lens", ylim=(0, None))
     below.axhline(0, color="black", lw=0.8)
     below.set(xlabel="distance from the centre (pixels)", ylabel="residual\n(standard errors)", ylim=(-5, 5), xlim=(0, 20))
-    caption = """Radial profiles of the blurred disk: lines are the closed form at points, dots single pixels (averages over their squares, so they smooth the
-        rim), below residuals of rings against the closed form averaged over pixels. At 1 m and at infinity the blur is the same."""
+    caption = """Radial profiles of the blurred disk: lines are the closed form at points, dots single pixels (averages over their
+        squares, so they smooth the rim), below residuals of rings against the closed form averaged over pixels. At 1 m and at infinity the
+        blur is the same."""
     claim.figure("profile", figure, caption)

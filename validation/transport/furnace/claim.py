@@ -263,4 +263,4 @@ def run(claim):
     above.set(ylabel="radiance / sky's", ylim=(0, 1))
     below.axhline(0, color="black", lw=0.8)
     below.set(xlabel="wavelength (nm)", ylabel="off by (‰)")
-    claim.figure("plates", figure, "Lines are the albedos computed here, dots with two standard errors renders of plates, means over all combinations.")
+    claim.figure("plates", figure, "Lines: albedos computed here; dots with two standard errors: renders of plates, means over all combinations.")

@@ -26,7 +26,7 @@ PLANTED = [
 ]
 
 
-def radiance(x, y, across, along, edge=0.0, nodes=24):
+def radiance(x, y, across, along, edge=0.0, nodes=16):
     """What the floor sends out, for a lamp of radiance 1 that reaches `across` to each side of x = 0 and `along(q)` to each side of y = 0."""
     at, weight = np.polynomial.legendre.leggauss(nodes)
     # The line from x to a place q of the lamp passes the edge's height at x + (q − x) EDGE/LAMP.
