@@ -111,7 +111,7 @@ def inner_reflectance(index):
 
 
 def egan_hilgeman(eta):
-    """The same, eta = 1/index, by the fit by which Mitsuba defines its plastic; 0.001 more at 1.5, so that white plastic makes some light."""
+    """The same, eta = 1/index, by the fit by which Mitsuba defines its plastic; 0.0005 more at 1.5, so that white plastic makes some light."""
     return -1.4399 * eta**2 + 0.7099 * eta + 0.6681 + 0.0636 / eta
 
 
