@@ -88,7 +88,7 @@ def floor_pixels(centre, half, width, height, nodes=3):
 
 
 def gray(claim, file, spp, seed, *words):
-    """Radiance (height × width) of a scene in which nothing depends on wavelength: of one nanometre, over which the density of wavelengths is even."""
+    """Radiance (height × width) of a scene in which nothing depends on wavelength: of one nanometre, in which wavelengths bring no noise."""
     _, radiance, _ = claim.abbe.render(file, spp, seed, ("--spectral", 1, "--range", "555:556", *words)).spectrum()
     return radiance[..., 0]
 

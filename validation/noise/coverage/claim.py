@@ -1,6 +1,7 @@
 """The error bars of one picture hold the truth in 95 % of its pixels
 
-The interval mean ± t(0.975, ν)·error of a pixel, from the `error.*` channels of one EXR with ν = `abbe.degreesOfFreedom`, holds the true value in 95 ± 1.5 % of all pixels and channels.
+The interval mean ± t(0.975, ν)·error of a pixel, from the `error.*` channels of one EXR with ν = `abbe.degreesOfFreedom`, holds the true value in 95
+± 1.5 % of all pixels and channels.
 """
 
 import zlib
@@ -11,9 +12,11 @@ from harness.claim import Planted
 from harness.plots import plt
 from intervals import covered
 
-METHOD = """Pictures of 24 × 24 pixels of scenes with soft and hard light, gloss, lenses and motion; the truth is a render of many more samples with another seed, whose own error is added in quadrature (Welch and Satterthwaite).
-Pixels without any noise are left out. The channels of a pixel share its samples, so a cell's error is that of its pixels. Rare bright samples cannot be in the error bars of a picture that has met none: a single scene may hold
-less (caustics at 16 samples: 92 %). RESULTS.md beside this file has the table of all scenes, samplers and 16 to 4096 samples (`intervals.py`)."""
+METHOD = """Pictures of 24 × 24 pixels of scenes with soft and hard light, gloss, lenses and motion; the truth is a render of many more samples with
+another seed, whose own error is added in quadrature (Welch and Satterthwaite). Pixels without any noise are left out. The channels of a pixel share
+its samples, so a cell's error is that of its pixels. Rare bright samples cannot be in the error bars of a picture that has met none: a single scene
+may hold less (caustics at 16 samples: 92 %). RESULTS.md beside this file has the table of all scenes, samplers and 16 to 4096 samples
+(`intervals.py`)."""
 DATA = "The scenes of the repository."
 
 SMALLER = "error bars a sixth too short"
@@ -62,9 +65,10 @@ def run(claim):
     for i, (sampler, spp) in enumerate((sampler, spp) for sampler in samplers for spp in counts):
         found = np.array([cells[name, sampler, spp] for name in scenes])
         place = np.arange(len(scenes)) + 0.12 * (i - len(samplers) * len(counts) / 2 + 0.5)
-        axes.errorbar(100 * found[:, 0], place, xerr=200 * np.sqrt(found[:, 0] * (1 - found[:, 0]) / found[:, 1]), fmt="o", label=f"{sampler}, {spp} samples")
+        spread = np.sqrt(found[:, 0] * (1 - found[:, 0]) / found[:, 1])
+        axes.errorbar(100 * found[:, 0], place, xerr=200 * spread, fmt="o", label=f"{sampler}, {spp} samples")
     axes.set_yticks(np.arange(len(scenes)), scenes)
     axes.invert_yaxis()
     axes.set(xlabel="intervals that hold the truth (%), with two standard errors")
     axes.legend(fontsize=7.5, loc="center left", bbox_to_anchor=(1, 0.5))
-    claim.figure("coverage", figure, "Coverage of nominal 95 % intervals. The mean of all is claimed to lie in the grey band; single scenes need not.")
+    claim.figure("coverage", figure, "Coverage of nominal 95 % intervals. The mean of all lies in the grey band; single scenes need not.")

@@ -1,7 +1,7 @@
 """Errors fall with the number of samples as theory says, and faster with the default sampler
 
-The mean square error of independent samples falls as 1/N: the slope of log RMSE on log N is −1/2. In scenes with one smooth effect (lens, frosted glass, gloss, soft light, motion) the default sampler's is steeper than
-−0.6.
+The mean square error of independent samples falls as 1/N: the slope of log RMSE on log N is −1/2. In scenes with one smooth effect (lens, frosted
+glass, gloss, soft light, motion) the default sampler's is steeper than −0.6.
 """
 
 import json
@@ -11,8 +11,9 @@ from harness.abbe import ROOT
 from harness.claim import Planted
 from harness.plots import plt
 
-METHOD = """`abbe study` renders each scene of tests/scenes/smooth in replicates at several N, against a reference of 16 times the most samples whose own error is subtracted. The slope between the fewest and the most samples follows from
-the two mean square errors, its standard error from theirs (the spread of the replicates). RESULTS.md beside this file has the slopes of all samplers in these scenes and in scenes/effects (`effects.py`)."""
+METHOD = """`abbe study` renders each scene of tests/scenes/smooth in replicates at several N, against a reference of 16 times the most samples whose
+own error is subtracted. The slope between the fewest and the most samples follows from the two mean square errors, its standard error from theirs
+(the spread of the replicates). RESULTS.md beside this file has the slopes of all samplers in these scenes and in scenes/effects (`effects.py`)."""
 DATA = "The scenes of the repository."
 
 REPLACED = "independent samples in place of the default sampler"
@@ -54,6 +55,8 @@ def run(claim):
     # One number from five, for an error that all scenes share.
     claim.agrees("1/N: mean slope with independent samples", slope.mean(), -0.5, np.sqrt((error**2).sum()) / len(slope), replicates - 1)
     slope, error = np.array(slopes["sobol"]).T
-    claim.holds("steeper than −0.6 with the default sampler, by three standard errors", np.all(slope + 3 * error < -0.6), f"flattest {slope.max():.2f}", "below −0.6", f"{3 * error.max():.2f}")
+    steep = np.all(slope + 3 * error < -0.6)
+    found = f"flattest {slope.max():.2f}"
+    claim.holds("steeper than −0.6 with the default sampler", steep, found, "below by 3 standard errors", f"{3 * error.max():.2f}")
     claim.table(("scene", *(f"slope, {sampler}" for sampler in slopes)), rows, "Slope of log RMSE on log samples and its standard error.")
     claim.figure("rates", figure, "Error against samples for single effects; the dashed line falls as independent samples do.")

@@ -1,7 +1,7 @@
 """A thin lens blurs a point to the circle of confusion of its closed form
 
-A lens of focal length F and diameter F/n, focused at P, spreads a point at the distance D evenly over a disk of diameter C = |V_D − V_P| F/(n V_D) on the film, V_x = Fx/(x − F). At
-F = 50 mm, f/2, P = 2 m: 0.3205 mm for D = 4 m, 0.6410 mm for D = 1 m and for infinity.
+A lens of focal length F and diameter F/n, focused at P, spreads a point at the distance D evenly over a disk of diameter C = |V_D − V_P| F/(n V_D) on
+the film, V_x = Fx/(x − F). At F = 50 mm, f/2, P = 2 m: 0.3205 mm for D = 4 m, 0.6410 mm for D = 1 m and for infinity.
 """
 
 import numpy as np
@@ -9,10 +9,12 @@ from harness.claim import Planted
 from harness.plots import plt
 from transport_common import film, gray, integrator, over, scene, shape
 
-METHOD = """A small disk of radiance 1 and of radius 4 pixels is seen through a `thinlens` camera. From each place of the film the lens sees it through the overlap of two circles, so that each pixel has a closed form
-(the area of a lens of two arcs, integrated over the pixel). Compared are all pixels, grouped by their distance from the centre; the light in all; and the diameter of the blur, by regression of the picture on its
-derivative after the diameter. Nothing may lie beyond the rim. Before, at and behind the focal plane, on the axis and 600 pixels off it."""
-DATA = "C by Potmesil and Chakravarty (1982), equation in Cook, Stochastic sampling and distributed ray tracing, in Glassner, An Introduction to Ray Tracing (1989), ch. 5."
+METHOD = """A small disk of radiance 1 and of radius 4 pixels is seen through a `thinlens` camera. From each place of the film the lens sees it
+through the overlap of two circles, so that each pixel has a closed form (the area of a lens of two arcs, integrated over the pixel). Compared are all
+pixels, grouped by their distance from the centre; the light in all; and the diameter of the blur, by regression of the picture on its derivative
+after the diameter. Nothing may lie beyond the rim. Before, at and behind the focal plane, on the axis and 600 pixels off it."""
+DATA = """C by Potmesil and Chakravarty (1982), equation in Cook, Stochastic sampling and distributed ray tracing, in Glassner, An Introduction to Ray
+Tracing (1989), ch. 5."""
 
 FOCAL, STOP, FOCUS = 0.05, 2.0, 2.0
 WHOLE = np.array([1536, 1152])
@@ -68,8 +70,9 @@ def run(claim):
         corner = (WHOLE - PART) / 2 + (off, 0)
         more = f"""<integer name="crop_width" value="{PART}"/><integer name="crop_height" value="{PART}"/>
             <integer name="crop_offset_x" value="{corner[0]:.0f}"/><integer name="crop_offset_y" value="{corner[1]:.0f}"/>"""
-        camera = f"""<sensor type="thinlens"><string name="focal_length" value="50mm"/><float name="f_stop" value="{stop}"/><float name="focus_distance" value="{focus}"/>
-            <float name="far_clip" value="1e7"/><transform name="to_world"><lookat origin="0, 0, 0" target="0, 0, -1" up="0, 1, 0"/></transform>{film(*WHOLE, more)}</sensor>"""
+        camera = f"""<sensor type="thinlens"><string name="focal_length" value="50mm"/><float name="f_stop" value="{stop}"/>
+            <float name="focus_distance" value="{focus}"/><float name="far_clip" value="1e7"/>
+            <transform name="to_world"><lookat origin="0, 0, 0" target="0, 0, -1" up="0, 1, 0"/></transform>{film(*WHOLE, more)}</sensor>"""
         light = '<emitter type="area"><spectrum name="radiance" value="1"/></emitter>'
         place = f'<scale value="{SOURCE * PIXEL * depth}"/><translate x="{off * PIXEL * depth}" z="{-depth}"/>'
         file = scene(claim.work / f"blur{number}.xml", integrator("path", 1), camera, shape("disk", place, light))
@@ -79,10 +82,12 @@ def run(claim):
         slope = (picture(radius * 1.002) - picture(radius / 1.002)) / (radius * (1.002 - 1 / 1.002))
         name = f"{'infinity' if depth == 1e6 else f'{depth} m'}, {off} pixels off"
         rim = radius + SOURCE + np.sqrt(0.5)
-        claim.holds(f"nothing beyond the rim: {name}", np.all(measured[centre > rim] == 0), f"{np.sum(centre > rim)} pixels", "exactly 0", "one path in a hundred thousand")
+        beyond = measured[centre > rim]
+        claim.holds(f"nothing beyond the rim: {name}", np.all(beyond == 0), f"{beyond.size} pixels", "exactly 0", "one path in a hundred thousand")
         difference = (measured - expected).ravel()
         # Groups of pixels at one distance; each has another expectation, which is subtracted.
-        found = [(expected.ravel()[group.ravel() == i].mean(), *over(difference[group.ravel() == i])) for i in range(group.max()) if np.sum(group == i) >= 12]
+        rings = [group.ravel() == i for i in range(group.max()) if np.sum(group == i) >= 12]
+        found = [(expected.ravel()[ring].mean(), *over(difference[ring])) for ring in rings]
         truth, mean, error, freedom = (np.array(part) for part in zip(*[f for f in found if f[0] > 0.02 * expected.max()]))
         claim.agrees(f"radial profile: {name}", truth + mean, truth, error, freedom)
         seen = slope.ravel() != 0
@@ -96,13 +101,16 @@ def run(claim):
             at = np.linspace(0, 18, 400)
             line = above.plot(at, coverage(at, radius), lw=1, label=name.split(",")[0])[0]
             above.plot(centre.ravel()[::3], measured.ravel()[::3], ".", ms=2, color=line.get_color())
-            rings = [centre.ravel()[group.ravel() == i].mean() for i in range(group.max()) if np.sum(group == i) >= 12][: len(mean)]
-            below.plot(rings, mean / error, ".", color=line.get_color())
+            below.plot([centre.ravel()[ring].mean() for ring in rings][: len(mean)], mean / error, ".", color=line.get_color())
     found, truth, error, freedom = zip(*sizes)
     claim.agrees("diameter of the blur, by regression", found, truth, error, freedom, "mm")
-    claim.table(("disk at", "C expected (mm)", "C measured (mm)", "standard error", "light over the sharp picture's"), rows, "Diameters of the circle of confusion on the film.")
+    header = ("disk at", "C expected (mm)", "C measured (mm)", "standard error", "light over the sharp picture's")
+    claim.table(header, rows, "Diameters of the circle of confusion on the film.")
     above.legend(fontsize=7.5)
     above.set(ylabel="share of the lens", ylim=(0, None))
     below.axhline(0, color="black", lw=0.8)
     below.set(xlabel="distance from the centre (pixels)", ylabel="residual\n(standard errors)", ylim=(-5, 5), xlim=(0, 20))
-    claim.figure("profile", figure, "Radial profiles of the blurred disk: lines are the closed form at points, dots single pixels (averages over their squares, so they smooth the rim), below residuals of rings against the closed form averaged over pixels.")
+    caption = """Radial profiles of the blurred disk: lines are the closed form at points, dots single pixels (averages over their
+        squares, so they smooth the rim), below residuals of rings against the closed form averaged over pixels. At 1 m and at infinity the
+        blur is the same."""
+    claim.figure("profile", figure, caption)

@@ -1,7 +1,8 @@
 """Light between two facing planes is the geometric series of its bounces, per wavelength
 
-Two endless parallel matt planes of reflectance ρ(λ) that both emit e(λ) are seen, by paths of N segments, with the radiance e (1 − ρᴺ)/(1 − ρ), and with e/(1 − ρ) by endless paths.
-A ball that emits inside a large matt ball makes the same series with closed walls of finite size: the wall is lit by π e A/A′ (1 + ρF + ρ²F² + …).
+Two endless parallel matt planes of reflectance ρ(λ) that both emit e(λ) are seen, by paths of N segments, with the radiance e (1 − ρᴺ)/(1 − ρ), and
+with e/(1 − ρ) by endless paths. A ball that emits inside a large matt ball makes the same series with closed walls of finite size: the wall is lit by
+π e A/A′ (1 + ρF + ρ²F² + …).
 """
 
 import numpy as np
@@ -9,9 +10,10 @@ from harness.claim import Planted
 from harness.plots import plt
 from transport_common import area, bin_means, film, integrator, matt, over, scene, shape
 
-METHOD = """Planes 2·10⁴ across at distance 1, so that their ends take less than 10⁻⁷ of the light, seen at 30° by 256 pixels of one expectation. ρ rises linearly from 0.2 at 360 nm to 0.9 at 830 nm, e from 1.5 to
-0.5. Concentric balls of radii 1 and 3: the wall's irradiance is even, E = πe F/(1 − ρ(1 − F)), where F = 1/9 of what leaves the wall meets the inner ball, which absorbs; so the wall's radiance is ρE/π, seen from between
-the balls. Ten bins, integrators path, volpath, volpathmis and walk, C = 1, 4 and 8, two to eight segments and endless ones."""
+METHOD = """Planes 2·10⁴ across at distance 1, so that their ends take less than 10⁻⁷ of the light, seen at 30° by 256 pixels of one expectation. ρ
+rises linearly from 0.2 at 360 nm to 0.9 at 830 nm, e from 1.5 to 0.5. Concentric balls of radii 1 and 3: the wall's irradiance is even, E = πe F/(1 −
+ρ(1 − F)), where F = 1/9 of what leaves the wall meets the inner ball, which absorbs; so the wall's radiance is ρE/π, seen from between the balls. Ten
+bins, integrators path, volpath, volpathmis and walk, C = 1, 4 and 8, two to eight segments and endless ones."""
 DATA = "Both series follow from the rendering equation, since radiance is the same at all places of a wall and in all directions."
 
 BINS = 10
@@ -60,7 +62,7 @@ def run(claim):
         return f'<sensor type="orthographic"><transform name="to_world">{look}</transform>{film(16, 16)}</sensor>'
 
     kinds = [("path", 4)] if claim.quick else [(kind, count) for kind in ("path", "volpath", "volpathmis", "walk") for count in (1, 4, 8)]
-    spp = 256 if claim.quick else 512
+    spp = 256 if claim.quick else 2048
     seed, profiles = iter(range(1, 10000)), {}
     results = {"planes": [], "balls": []}
     for what, content, view, depths in (
@@ -85,15 +87,17 @@ def run(claim):
             rows.append((what, kind, count, depth or "endless", f"{truth[0]:.4f} to {truth[-1]:.4f}", f"{totals[-1][0]:.5f}", f"{totals[-1][1]:.1e}"))
     mean, error, freedom = zip(*totals)
     claim.agrees("mean over the bins, measured over expected", mean, 1, error, freedom)
-    claim.table(("walls", "integrator", "C", "segments", "radiance expected (360 to 830 nm)", "measured / expected", "standard error"), rows, "Means over the ten bins.")
+    header = ("walls", "integrator", "C", "segments", "radiance expected (360 to 830 nm)", "measured / expected", "standard error")
+    claim.table(header, rows, "Means over the ten bins.")
     figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.8), height_ratios=(2, 1))
     at = np.linspace(360, 830, 300)
     for (what, depth), (truth, mean, error, _) in profiles.items():
         line = above.semilogy(at, wall(at) if what == "balls" else series(at, depth), lw=1)[0]
-        above.errorbar(nm, mean, 2 * error, fmt="o", color=line.get_color(), label="ball in a ball" if what == "balls" else f"planes, {depth or 'endless'} segments")
+        name = "ball in a ball" if what == "balls" else f"planes, {depth or 'endless'} segments"
+        above.errorbar(nm, mean, 2 * error, fmt="o", color=line.get_color(), label=name)
         below.plot(nm, (mean - truth) / error, "o", color=line.get_color())
     above.legend(fontsize=7.5)
     above.set(ylabel="radiance of the wall")
     below.axhline(0, color="black", lw=0.8)
     below.set(xlabel="wavelength (nm)", ylabel="residual\n(standard errors)", ylim=(-5, 5))
-    claim.figure("series", figure, "Lines: the series; dots: renders (path, C = 4) with two standard errors. A bounce more or less is the distance between neighbouring curves.")
+    claim.figure("series", figure, "Lines: the series; dots: renders (path, C = 4) with two standard errors; below, what is left over.")

@@ -1,7 +1,7 @@
 """Rendered irradiances are the form factors of Howell's catalogue
 
-The mean irradiance on a body under another of radiance L is πL times the form factor (configuration factor) from the body to the other, known in closed form for rectangles that face each other (C-11) or share an edge
-(C-14), for coaxial disks (C-41) and for a disk and a ball on its axis.
+The mean irradiance on a body under another of radiance L is πL times the form factor (configuration factor) from the body to the other, known in
+closed form for rectangles that face each other (C-11) or share an edge (C-14), for coaxial disks (C-41) and for a disk and a ball on its axis.
 """
 
 import numpy as np
@@ -9,10 +9,11 @@ from harness.claim import Planted
 from harness.plots import plt
 from transport_common import area, film, integrator, matt, scene, shape, spectrum
 
-METHOD = """By an `irradiancemeter` on the receiver (16 × 16 pixels that divide it evenly, light found by chance), and for rectangles by an orthographic view from behind of a
-receiver that is a matt sheet of transmittance 0.8, whose mean radiance is 0.8 LF (light samples, weighed against scattering). Errors are those that the
-files state, summed over the 256 pixels, whose errors are independent."""
-DATA = "J. R. Howell, A Catalog of Radiation Heat Transfer Configuration Factors: C-11, C-14, C-41; ball and disk from the solid angle of a cone, F = (1 − 1/√(1 + (r/h)²))/2 from ball to disk."
+METHOD = """By an `irradiancemeter` on the receiver (16 × 16 pixels that divide it evenly, light found by chance), and for rectangles by an
+orthographic view from behind of a receiver that is a matt sheet of transmittance 0.8, whose mean radiance is 0.8 LF (light samples, weighed against
+scattering). Errors are those that the files state, summed over the 256 pixels, whose errors are independent."""
+DATA = """J. R. Howell, A Catalog of Radiation Heat Transfer Configuration Factors: C-11, C-14, C-41; ball and disk from the solid angle of a cone, F
+= (1 − 1/√(1 + (r/h)²))/2 from ball to disk."""
 
 BRIGHTER = "emitters 1 % brighter"
 TURNED = "normals of a hundredth of the facing rectangles turned round"
@@ -55,8 +56,9 @@ def facing_down(half, height, light, turned):
     """A rectangle over z = 0, of which a hundredth, across x, is a piece of its own and may be turned to face up."""
 
     def piece(low, high, flip):
-        to = f'<scale x="{half[0] * (high - low) / 2}" y="{half[1]}"/><rotate x="1" angle="180"/><translate x="{half[0] * (low + high) / 2}" z="{height}"/>'
-        return shape("rectangle", to, light + (f'<boolean name="flip_normals" value="{str(flip).lower()}"/>'))
+        middle, width = half[0] * (low + high) / 2, half[0] * (high - low) / 2
+        to = f'<scale x="{width}" y="{half[1]}"/><rotate x="1" angle="180"/><translate x="{middle}" z="{height}"/>'
+        return shape("rectangle", to, light + f'<boolean name="flip_normals" value="{str(flip).lower()}"/>')
 
     return piece(-1, 0, False) + piece(0, 0.02, turned) + piece(0.02, 1, False)
 
@@ -105,9 +107,10 @@ def run(claim):
         if kind == "rectangle":
             # Upwards, from below; the film is the receiver.
             aspect = 2 if "y=" in scale else 1
-            camera = f'''<sensor type="orthographic"><transform name="to_world"><scale x="1" y="1"/><lookat origin="0, 0, -3" target="0, 0, 0" up="0, 1, 0"/></transform>
-                {film(16, 16 // aspect)}</sensor>'''
-            shown.append((name, "camera", truth, *measure(f"view{number}", 2 * number + 2, 1 / SHEET, camera, shape(kind, f"<scale {scale}/>", SHEET_BSDF), emitters)))
+            look = '<lookat origin="0, 0, -3" target="0, 0, 0" up="0, 1, 0"/>'
+            camera = f'<sensor type="orthographic"><transform name="to_world">{look}</transform>{film(16, 16 // aspect)}</sensor>'
+            sheet = shape(kind, f"<scale {scale}/>", SHEET_BSDF)
+            shown.append((name, "camera", truth, *measure(f"view{number}", 2 * number + 2, 1 / SHEET, camera, sheet, emitters)))
     names, ways, truth, mean, error = (np.array(part) for part in zip(*shown))
     for way in ("irradiance meter", "camera"):
         one = ways == way

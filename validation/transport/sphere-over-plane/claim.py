@@ -1,20 +1,22 @@
 """Lights of every form bring the irradiance of their closed forms to a matt plane
 
-A matt plane of reflectance ρ under a light sends out ρE/π, where E is known: πL r²h/D³ under a sphere of radius r at height h and distance D while all of it is above the
-horizon, an integral over its part above the horizon otherwise, πL times the configuration factor under a disk or a rectangle, I cos θ/D² under a point.
+A matt plane of reflectance ρ under a light sends out ρE/π, where E is known: πL r²h/D³ under a sphere of radius r at height h and distance D while
+all of it is above the horizon, an integral over its part above the horizon otherwise, πL times the configuration factor under a disk or a rectangle,
+I cos θ/D² under a point.
 """
 
 import numpy as np
 from harness.claim import Planted
 from harness.plots import plt
 from scipy.integrate import quad
-from transport_common import FLOOR, REFLECTANCE, area, floor_camera, floor_pixels, gray, integrator, lamp_facing_down, matt, over, profile, scene, shape
+from transport_common import FLOOR, REFLECTANCE, area, floor_camera, floor_pixels, gray, integrator, lamp_facing_down, matt, over, profile, scene
 
-METHOD = """A slanted orthographic view of the floor from below the lamp to some three lamp heights away, with `path` of depth 2 and with `direct` (light samples and scattering in their own
-weights), in each of 1024 pixels set against E integrated over the pixel. Measured over expected has expectation 1 everywhere, so the spread of the pixels is the error of the mean over
-some of them. The spheres: far, nearly touching the floor, and half sunk in it, so that the horizon cuts it."""
-DATA = """Closed forms: the sphere's from the projected solid angle of a cone (Howell, Catalog of Radiation Heat Transfer Configuration Factors, B-38 to B-40); B-13 (disk) and B-4
-(rectangle) from there; the cut sphere by quadrature of ∫ 2φ(θ) cos θ sin θ dθ over the polar angle from the normal."""
+METHOD = """A slanted orthographic view of the floor from below the lamp to some three lamp heights away, with `path` of depth 2 and with `direct`
+(light samples and scattering in their own weights), in each of 1024 pixels set against E integrated over the pixel. Measured over expected has
+expectation 1 everywhere, so the spread of the pixels is the error of the mean over some of them. The spheres: far, nearly touching the floor, and
+half sunk in it, so that the horizon cuts it."""
+DATA = """Closed forms: the sphere's from the projected solid angle of a cone (Howell, Catalog of Radiation Heat Transfer Configuration Factors, B-38
+to B-40); B-13 (disk) and B-4 (rectangle) from there; the cut sphere by quadrature of ∫ 2φ(θ) cos θ sin θ dθ over the polar angle from the normal."""
 
 BRIGHTER = "lamps 1 % brighter"
 CENTRE, HALF, WIDTH, HEIGHT = 1.5, 1.5, 64, 16
@@ -78,13 +80,15 @@ def lamps(brightness):
     """name -> (centre of the view, elements, E(x, y))."""
 
     def ball(radius, height):
-        return f'<shape type="sphere"><point name="center" value="0 0 {height}"/><float name="radius" value="{radius}"/>{area(brightness)}{matt(0)}</shape>'
+        place = f'<point name="center" value="0 0 {height}"/><float name="radius" value="{radius}"/>'
+        return f'<shape type="sphere">{place}{area(brightness)}{matt(0)}</shape>'
 
     def round_about(function):
         return lambda x, y: function(x * x + y * y)
 
     intensity = f'<spectrum name="intensity" value="{brightness}"/>'
     down = '<lookat origin="0, 0, 2" target="0, 0, 0" up="0, 1, 0"/>'
+    beam = '<float name="cutoff_angle" value="50"/><float name="beam_width" value="20"/>'
     slanted = '<vector name="direction" value="1 0 -2"/>'
     return {
         "sphere, far": (CENTRE, ball(0.3, 2), round_about(under_sphere(0.3, 2))),
@@ -92,14 +96,18 @@ def lamps(brightness):
         "sphere, half sunk": (CENTRE + 1, ball(0.8, 0.2), round_about(under_sphere(0.8, 0.2))),
         "disk": (CENTRE, lamp_facing_down("disk", 'value="0.8"', 1, brightness), round_about(under_disk(0.8, 1))),
         "rectangle": (CENTRE, lamp_facing_down("rectangle", 'x="0.7" y="0.4"', 1, brightness), lambda x, y: under_rectangle(x, y, (0.7, 0.4), 1)),
-        "point": (CENTRE, f'<emitter type="point"><point name="position" value="0 0 1"/>{intensity}</emitter>', lambda x, y: (x * x + y * y + 1) ** -1.5),
+        "point": (
+            CENTRE, f'<emitter type="point"><point name="position" value="0 0 1"/>{intensity}</emitter>', lambda x, y: (x * x + y * y + 1) ** -1.5
+        ),
         "spot": (
             CENTRE - 0.7,
-            f'<emitter type="spot"><transform name="to_world">{down}</transform><float name="cutoff_angle" value="50"/><float name="beam_width" value="20"/>{intensity}</emitter>',
+            f'<emitter type="spot"><transform name="to_world">{down}</transform>{beam}{intensity}</emitter>',
             round_about(spot),
         ),
         "directional": (
-            CENTRE, f'<emitter type="directional">{slanted}<spectrum name="irradiance" value="{brightness}"/></emitter>', lambda x, y: 2 / np.sqrt(5) + 0 * x
+            CENTRE,
+            f'<emitter type="directional">{slanted}<spectrum name="irradiance" value="{brightness}"/></emitter>',
+            lambda x, y: 2 / np.sqrt(5) + 0 * x,
         ),
     }
 
@@ -124,7 +132,8 @@ def run(claim):
                 shown.append((name, x.mean(-1)[0], measured.mean(0), expected.mean(0), profile(measured, expected, 1)))
     mean, error, freedom = zip(*everything)
     claim.agrees("mean of each lamp, by each integrator: measured over expected", mean, 1, error, freedom)
-    claim.table(("lamp", "integrator", "radiance expected", "measured / expected", "standard error"), rows, "The floor as a whole, for a lamp of radiance, intensity or irradiance 1.")
+    header = ("lamp", "integrator", "radiance expected", "measured / expected", "standard error")
+    claim.table(header, rows, "The floor as a whole, for a lamp of radiance, intensity or irradiance 1.")
     figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 5.4), height_ratios=(3, 2))
     for i, (name, x, measured, expected, (mean, error, _)) in enumerate(shown):
         line = above.semilogy(x, expected, lw=1, color="#999999" if name == "directional" else f"C{i}")[0]
@@ -135,4 +144,4 @@ def run(claim):
     above.set(ylabel="radiance of the floor", ylim=(1e-3, None))
     below.axhline(0, color="black", lw=0.8)
     below.set(xlabel="distance from below the lamp", ylabel="residual\n(standard errors)", ylim=(-5, 5))
-    claim.figure("profiles", figure, "Lines are the closed forms, dots columns of 16 pixels; below, what is left over, with Student's spread of 15 degrees.")
+    claim.figure("profiles", figure, "Lines are the closed forms, dots columns of 16 pixels; below, what is left over (15 degrees of freedom).")
