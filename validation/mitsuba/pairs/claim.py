@@ -27,7 +27,7 @@ DATA = """`validation/mitsuba/scenes`, written for this comparison, and two file
 pixel. The witness is Mitsuba 3.9.1 (Jakob et al.), `llvm_ad_spectral`. `FACTS.md` tells what its files mean, each with the experiment that settled it. abbe uses the
 colour-matching functions that Mitsuba tabulates, every 5 nm."""
 
-PATCH = """<shape type="rectangle"><transform name="to_world"><scale value="{size}"/><translate x="0.2" y="-2.6" z="0.0001"/></transform>
+PATCH = """<shape type="rectangle"><transform name="to_world"><scale value="{size}"/><translate x="{x}" y="{y}" z="0.0001"/></transform>
 <bsdf type="diffuse"><spectrum name="reflectance" value="{reflectance}"/></bsdf></shape></scene>"""
 PANEL = """<translate x="-0.6" z="0.8"/>
         </transform>
@@ -50,9 +50,9 @@ FAULTS = {
     "the lamp 1 % brighter, 0.4 % of the picture": Fault("direct_emitters", ("mean", "tile", "uniform"), "360:3 830:4", "360:3.03 830:4.04"),
     "two of eight bounces missing, 0.8 % of the light": Fault("cornell", ("mean", "uniform"), '"depth" value="8"', '"depth" value="6"'),
     "a patch of some 8×8 pixels reflects 3 % less: the mean does not see it": Fault(
-        "direct_emitters", ("tile",), "</scene>", PATCH.format(size=0.45, reflectance=0.582)
+        "direct_emitters", ("tile",), "</scene>", PATCH.format(size=0.45, x=0.31, y=-1.34, reflectance=0.582)
     ),
-    "a patch of a pixel reflects 30 % less: neither mean nor tile need see it": Fault("direct_emitters", ("pixel",), "</scene>", PATCH.format(size=0.06, reflectance=0.42)),
+    "a patch of a pixel reflects 30 % less: neither mean nor tile need see it": Fault("direct_emitters", ("pixel",), "</scene>", PATCH.format(size=0.04, x=0.197, y=-1.63, reflectance=0.42)),
     "the normal of one panel turned round": Fault("sides", ("mean", "tile", "pixel"), PANEL.format("true"), PANEL.format("false")),
     "the cosine dropped from the Lambert law": Fault("direct_emitters", ("mean", "tile", "pixel", "uniform"), mutant="dropped_cosine"),
     "1/C missing from the light that a path meets": Fault("depth_one", ("mean", "tile", "pixel"), mutant="mitsuba_missing_one_over_c"),
@@ -131,8 +131,9 @@ def distributions(claim, results):
     count, bins = np.histogram(p, 50, (0, 1))
     expected = len(p) / 50
     left.axhspan(1 - 3 / np.sqrt(expected), 1 + 3 / np.sqrt(expected), color="#e4e4e4", label="3 standard errors")
-    left.stairs(count / expected, bins, color="C0", label=f"{len(p):,} pixels")
-    left.set(xlabel="two-sided p of a pixel", ylabel="number over that of a uniform distribution", ylim=(0, 1.6), xlim=(0, 1))
+    margin = max(0.1, 6 / np.sqrt(expected))
+    left.stairs(count / expected, bins, baseline=None, color="C0", label=f"{len(p):,} pixels")
+    left.set(xlabel="two-sided p of a pixel", ylabel="number over that of a uniform distribution", ylim=(1 - margin, 1 + margin), xlim=(0, 1))
     left.legend(loc="lower right")
     # Every t through its own Student's distribution to the normal one, so that tiles of different degrees of freedom share an axis.
     z = stats.norm.ppf(np.clip(tiles, 1e-12, 1 - 1e-12))
