@@ -107,16 +107,18 @@ pub fn any_ray(shape: &Shape, random: &mut Random) -> Ray {
         || bounds.min + size * Vec3::from_array(std::array::from_fn(|_| random.random_range(-0.05..1.05)));
     let (mut target, inside) = (in_box(), in_box());
     let mut toward = (target - inside).try_normalize().unwrap_or(Vec3::X);
-    if random.random_range(0..4) == 0
+    let kind = random.random_range(0..4);
+    if kind < 2
         && let Some(sample) = shape.sample([random.random(), random.random()])
     {
-        // Across the normal, through a point hardly off the surface.
         let point = sample.surface.point;
-        toward = direction(random).cross(point.normal).try_normalize().unwrap_or(Vec3::X);
-        target = point.position
-            + point.normal
-                * 10f64.powf(random.random_range(-14.0..-1.0))
-                * if random.random() { 1.0 } else { -1.0 };
+        target = point.position;
+        if kind == 0 {
+            // Across the normal, hardly off the surface.
+            let side = if random.random() { point.normal } else { -point.normal };
+            toward = direction(random).cross(point.normal).try_normalize().unwrap_or(Vec3::X);
+            target += side * 10f64.powf(random.random_range(-14.0..-1.0));
+        }
     }
     if random.random_range(0..10) == 0 {
         toward = Vec3::AXES[random.random_range(0..3)];
@@ -301,13 +303,13 @@ fn check_quadrics(rays: u32) {
 
 #[test]
 fn quadrics_are_crossed_where_the_oracle_says() {
-    check_quadrics(25_000);
+    check_quadrics(6_000);
 }
 
 #[test]
 #[ignore = "takes minutes"]
 fn quadrics_are_crossed_where_the_oracle_says_a_million_times() {
-    check_quadrics(250_000);
+    check_quadrics(30_000);
 }
 
 fn ball(line: &Line) -> Vec<Polynomial> {
