@@ -47,9 +47,12 @@ impl Line {
     }
 }
 
+/// Functions along a line.
+pub type Functions = Box<dyn Fn(&Line) -> Vec<Polynomial>>;
+
 /// A shape as functions along a line that are negative inside: the first is curved, the others planes that cut it off.
 pub struct Oracle {
-    pub functions: Box<dyn Fn(&Line) -> Vec<Polynomial>>,
+    pub functions: Functions,
     pub solid: bool,
 }
 
@@ -169,9 +172,9 @@ fn plane(coordinate: &Polynomial, low: f64, high: f64) -> [Polynomial; 2] {
 }
 
 /// All kinds of quadrics with what they are by definition.
-fn quadrics() -> Vec<(&'static str, QuadricKind, Box<dyn Fn(&Line) -> Vec<Polynomial>>)> {
+fn quadrics() -> Vec<(&'static str, QuadricKind, Functions)> {
     let (from, to) = (Vec3::new(-0.5, 0.1, 0.2), Vec3::new(0.4, 0.7, 0.9));
-    let cone = |from: Vec3, to: Vec3, radii: [f64; 2]| -> Box<dyn Fn(&Line) -> Vec<Polynomial>> {
+    let cone = |from: Vec3, to: Vec3, radii: [f64; 2]| -> Functions {
         Box::new(move |line| {
             let away = line.minus(from);
             let axis = [0, 1, 2].map(|i| Doubled::from(to[i]) - from[i].into());
@@ -187,11 +190,7 @@ fn quadrics() -> Vec<(&'static str, QuadricKind, Box<dyn Fn(&Line) -> Vec<Polyno
             vec![&across - &(&radius * &radius), low, high]
         })
     };
-    let hyperboloid = |sign: f64,
-                       radius: f64,
-                       semi_axis: f64,
-                       heights: [f64; 2]|
-     -> Box<dyn Fn(&Line) -> Vec<Polynomial>> {
+    let hyperboloid = |sign: f64, radius: f64, semi_axis: f64, heights: [f64; 2]| -> Functions {
         Box::new(move |line| {
             let [x, y, z] = &line.0;
             let z_part = (z * z).scaled(radius * radius / (semi_axis * semi_axis));
@@ -200,7 +199,7 @@ fn quadrics() -> Vec<(&'static str, QuadricKind, Box<dyn Fn(&Line) -> Vec<Polyno
             vec![form, low, high]
         })
     };
-    let general = |c: [f64; 10], low: Vec3, high: Vec3| -> Box<dyn Fn(&Line) -> Vec<Polynomial>> {
+    let general = |c: [f64; 10], low: Vec3, high: Vec3| -> Functions {
         Box::new(move |line| {
             let [x, y, z] = &line.0;
             let terms = [
