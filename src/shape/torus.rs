@@ -61,8 +61,8 @@ impl Torus {
         found.iter().map(in_world).collect()
     }
 
-    /// The point of the tube's centre line nearest to a local point, and how far the point is from there.
-    fn from_centre_line(&self, local: Vec3) -> Vec3 {
+    /// From the nearest point of the tube's centre line to a local point.
+    fn off_centre_line(&self, local: Vec3) -> Vec3 {
         let around = local.with_z(0.0).try_normalize().unwrap_or(Vec3::X);
         local - around * self.major
     }
@@ -80,7 +80,7 @@ impl Torus {
     /// The point of the surface nearest to `position`, in local space.
     pub fn surface(&self, position: Vec3) -> SurfaceHit {
         let local = self.placement.pose.local_point(position);
-        let outward = self.from_centre_line(local);
+        let outward = self.off_centre_line(local);
         let circle = local - outward;
         self.surface_at(circle, outward.try_normalize().unwrap_or(Vec3::Z))
     }
@@ -98,7 +98,7 @@ impl Torus {
     /// u around the axis, v around the tube, from the outside upwards.
     pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
         let local = self.placement.pose.local_point(position);
-        let outward = self.from_centre_line(local);
+        let outward = self.off_centre_line(local);
         let around = (local - outward) / self.major;
         let from_circle = outward.dot(around);
         let turns = |y: f64, x: f64| (y.atan2(x) / TAU).rem_euclid(1.0);

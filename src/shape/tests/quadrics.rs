@@ -27,8 +27,8 @@ const ENDLESS: [Vec3; 2] = [Vec3::NEG_INFINITY, Vec3::INFINITY];
 fn areas_are_those_of_closed_forms() {
     let slant = 2f64.sqrt();
     let paraboloid = QuadricKind::Paraboloid { from: Vec3::ZERO, to: Vec3::Z * 2.0, radius: 1.0 };
-    let (r, h) = (1.0, 2.0);
-    let bowl = PI * r / (6.0 * h * h) * ((r * r + 4.0 * h * h as f64).powf(1.5) - r * r * r);
+    let (r, h) = (1.0, 2.0f64);
+    let bowl = PI * r / (6.0 * h * h) * ((r * r + 4.0 * h * h).powf(1.5) - r * r * r);
     let cases = [
         (make(&cone([1.0, 0.0]), false), PI * slant),
         (make(&cone([1.0, 0.0]), true), PI * (slant + 1.0)),
@@ -193,7 +193,7 @@ fn no_surface_is_met_where_it_is_left() {
                 let crossings = shape.crossings(&inward);
                 let ahead = crossings.iter().filter(|crossing| crossing.hit.t >= 0.0).count();
                 // At the rim's very edge there may be nothing to go into.
-                let behind = crossings.iter().filter(|crossing| crossing.hit.t < 0.0).next_back();
+                let behind = crossings.iter().rfind(|crossing| crossing.hit.t < 0.0);
                 let near_rim = behind.is_none_or(|behind| behind.hit.t.abs() > 1e-6 * scale);
                 assert!(ahead % 2 == 1 || near_rim, "{kind:?} {scale} {angle:e}: {crossings:?}");
             }

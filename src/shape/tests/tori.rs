@@ -1,7 +1,7 @@
 //! What is particular to tori.
 
 use super::doubled::Polynomial;
-use super::oracle::{Line, Oracle, any_ray, check};
+use super::oracle::{Functions, Line, Oracle, any_ray, check};
 use super::{close, direction, near, placement};
 use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::{Shape, ShapeError, Torus};
@@ -14,7 +14,7 @@ fn torus(to_world: &Transform, major: f64, minor: f64) -> Shape {
 }
 
 /// (x² + y² + z² + major² − minor²)² − 4 major² (x² + y²)
-fn quartic(major: f64, minor: f64) -> Box<dyn Fn(&Line) -> Vec<Polynomial>> {
+fn quartic(major: f64, minor: f64) -> Functions {
     Box::new(move |Line([x, y, z])| {
         let across = &(x * x) + &(y * y);
         let radii = &Polynomial::constant(major * major) - &Polynomial::constant(minor * minor);
