@@ -13,11 +13,13 @@ from harness.claim import Planted
 METHOD = """The t-test needs means of replicates that are nearly normal. Single samples are skewed where light is found by chance (caustics, mirror images of small lamps), their means over
 hundreds of samples less so. Skewness that is equal in both programs cancels in their difference; so Mitsuba with a quarter of the samples is compared with Mitsuba with all of them,
 where it does not cancel: twice the standard error, half of it skewed alone. All tests and thresholds are those of the claim on pairs; if a scene fails here it needs more samples."""
-DATA = """The scenes of the claim on pairs, all of them, or those of `--quick`; every scene's seeds are its own and differ from those of the pairs."""
+DATA = """The scenes of the claim on pairs: all but `depth_one`, whose sampler makes replicates that are not normal, or five with `--quick`; every scene's seeds are its own and differ from those of the pairs."""
 
 BRIGHTER = "Mitsuba's own lamp 1 % brighter"
 PLANTED = [Planted(BRIGHTER, ("mean", "tile", "uniform"))]
-QUICK_SCENES = ("cornell", "rough_glass", "checkerboards", "envmap", "direct_emitters", "depth_one")
+QUICK_SCENES = ("cornell", "rough_glass", "checkerboards", "envmap", "direct_emitters")
+# Its ldsampler makes replicates that are not normal in pixels at an edge (FACTS.md, 82): the test of pixels may cry wolf there; it hides nothing.
+LEFT_OUT = ("depth_one",)
 
 
 def run(claim):
@@ -32,7 +34,7 @@ def run(claim):
         return
     # Whether 0.3 % can be seen is judged where the noise is abbe's.
     power = QUICK if claim.quick else replace(FULL, strict=False)
-    names = claim.only or (QUICK_SCENES if claim.quick else [n for n in settings if not (mitsuba.variant.startswith("scalar") and settings[n].get("exact_filter"))])
+    names = claim.only or (QUICK_SCENES if claim.quick else [n for n in settings if n not in LEFT_OUT and not (mitsuba.variant.startswith("scalar") and settings[n].get("exact_filter"))])
     results = []
     for name in names:
         results.append(compare.judge(Pair.of(name, settings[name]), fewer, mitsuba, power))
