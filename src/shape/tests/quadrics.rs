@@ -74,15 +74,15 @@ fn an_ellipsoid_is_an_ellipsoid() {
     let quadric = Shape::Quadric(Box::new(Quadric::of_kind(&place, &kind, false, false).unwrap()));
     let scale = Transform::new(DMat4::from_scale(Vec3::new(1.0, 0.5, 2.0))).unwrap();
     let ball = Shape::Sphere(Sphere::new(&scale.then(&place), Vec3::ZERO, 1.0, false).unwrap());
-    let (a, b) = (quadric.bounds(), ball.bounds());
+    let (a, around) = (quadric.bounds(), ball.bounds());
     assert!(
-        (a.min - b.min).abs().max((a.max - b.max).abs()).max_element() < 2e-3 * b.diameter(),
-        "{a:?} {b:?}"
+        (a.min - around.min).abs().max((a.max - around.max).abs()).max_element() < 2e-3 * around.diameter(),
+        "{a:?} {around:?}"
     );
     let mut random = Random::seed_from_u64(1);
     let mut hits = 0;
     for _ in 0..20_000 {
-        let ray = super::oracle::any_ray(&ball, &mut random);
+        let ray = super::oracle::any_ray(&ball, around, &mut random);
         let (a, b) = (quadric.crossings(&ray), ball.crossings(&ray));
         let Some(apart) = b.last().map(|last| last.hit.t - b[0].hit.t).filter(|&apart| apart > 1e-3) else {
             continue;

@@ -130,6 +130,6 @@ fn what_is_no_ring_is_refused() {
     assert!(matches!(made(1.0, f64::NAN), Some(ShapeError::Radius(_))));
     let mut random = Random::seed_from_u64(5);
     let shape = torus(&Transform::IDENTITY, 1.0, 0.5);
-    let far = any_ray(&shape, &mut random);
+    let far = any_ray(&shape, shape.bounds(), &mut random);
     assert!(shape.crossings(&Ray { direction: Vec3::NAN, ..far }).is_empty());
 }
