@@ -11,6 +11,7 @@ from harness import machine
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 WIDTH = 1180  # of the window that looks, CSS pixels
+SLICE = 12000  # height of one screenshot: Chromium draws none higher than 16,384 pixels
 
 STYLE = """
 :root { --ink: #1c1f23; --soft: #5d6570; --line: #dfe3e8; --good: #11703a; --bad: #b3261e; --paper: #fff; --shade: #f6f7f9; }
@@ -148,14 +149,14 @@ def write_summary(outcomes, path, seconds):
 MEASURE = """<script>addEventListener("load", () => {
   const box = e => { const r = e.getBoundingClientRect(); return [r.left + scrollX, r.top + scrollY, r.width, r.height].map(Math.round).join(","); };
   const lines = [["page", [0, 0, document.documentElement.scrollWidth, document.documentElement.scrollHeight].join(",")]];
-  for (const e of document.querySelectorAll("figure img, h3, td")) lines.push([e.tagName + (e.complete === false || e.naturalWidth === 0 ? "-broken" : ""), box(e)]);
+  for (const e of document.querySelectorAll("figure img, h3")) lines.push([e.tagName + (e.complete === false || e.naturalWidth === 0 ? "-broken" : ""), box(e)]);
   const pre = document.createElement("pre"); pre.id = "boxes"; pre.hidden = true; pre.textContent = lines.map(l => l.join(" ")).join("\\n"); document.body.append(pre);
 });</script>"""
 
 
 def look(page):
     """Opens the page in a browser and checks on the screenshot that nothing is wider than the window, and that each figure and each heading is drawn.
-    A list of problems; empty without a browser, which it says. The screenshot lies beside the page."""
+    A list of problems; empty without a browser, which it says. The screenshots lie beside the page."""
     import matplotlib.image
     import numpy as np
 
@@ -177,22 +178,25 @@ def look(page):
             return ["the browser did not lay out the page"]
         boxes = [(kind, [int(v) for v in box.split(",")]) for kind, box in (line.split() for line in found.group(1).splitlines())]
         height = boxes[0][1][3]
-        # Chromium draws no picture higher than 16,384 pixels: a long page is looked at from far.
-        scale = min(1.0, 16000 / height)
-        shot = Path(folder) / "page.png"
-        start(height, f"--screenshot={shot}", f"--force-device-scale-factor={scale:.4f}")
-        if not shot.exists():
-            return ["the browser made no screenshot"]
-        seen = (matplotlib.image.imread(shot)[..., :3] * 255).astype(np.uint8)
-        shutil.copyfile(shot, page.parent / "page.png")
+        slices = []
+        for top in range(0, height, SLICE):
+            shot = Path(folder) / "slice.png"
+            shot.unlink(missing_ok=True)
+            (copy / page.name).write_text(page.read_text(encoding="utf-8") + f"<style>body {{ position: relative; top: -{top}px; }}</style>", encoding="utf-8")
+            start(min(SLICE, height - top), f"--screenshot={shot}")
+            if not shot.exists():
+                return ["the browser made no screenshot"]
+            slices.append((matplotlib.image.imread(shot)[..., :3] * 255).astype(np.uint8))
+            shutil.copyfile(shot, page.parent / f"page-{len(slices)}.png")
+        seen = np.concatenate(slices)
     problems = []
     if boxes[0][1][2] > WIDTH:
         problems.append(f"the page is {boxes[0][1][2]} pixels wide in a window of {WIDTH}")
     for kind, (x, y, w, h) in boxes[1:]:
-        part = seen[int(y * scale) : int((y + h) * scale), int(x * scale) : int((x + w) * scale)].reshape(-1, 3)
+        part = seen[y : y + h, x : x + w].reshape(-1, 3)
         if kind.endswith("-broken"):
             problems.append(f"a picture at {x}, {y} does not load")
-        elif kind == "IMG" and (part.size == 0 or len(np.unique(part, axis=0)) < 8 or (part.max(1) > 250).mean() > 0.995):
+        elif kind == "IMG" and (part.size == 0 or len(np.unique(part @ [65536, 256, 1])) < 8 or (part.max(1) > 250).mean() > 0.995):
             problems.append(f"a figure at {x}, {y} ({w}×{h}) is empty")
         elif kind == "H3" and (part.size == 0 or part.min() > 120):
             problems.append(f"a heading at {x}, {y} is not drawn")

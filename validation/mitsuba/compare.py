@@ -40,10 +40,10 @@ class Power:
 
     replicates: int  # renders of each program, with different seeds
     divisor: int  # of the samples per pixel that full power takes
-    strict: bool = False  # whether the bounds of 0.3 % are judged; only at full power can they be
+    strict: bool = False  # whether the bounds of 0.5 % are judged; only at full power can they be
 
 
-FULL, QUICK = Power(16, 1, True), Power(8, 4)
+FULL, QUICK = Power(12, 1, True), Power(8, 4)
 
 
 @dataclass
@@ -156,7 +156,7 @@ def draw(pair, ours, reference, power, seed, repeats=1):
     a = ours.stack(pair.scene, spp, range(seed, seed + count), b.names, pair.defines or {})
     result = welch.compare(pair.name, a.pictures, b.pictures, b.names, pair.correlated)
     if not power.strict:
-        result.failures = [f for f in result.failures if f[0] not in ("noisy", "0.3 %")]
+        result.failures = [f for f in result.failures if f[0] not in ("noisy", "0.5 %")]
     if a.errors is not None and a.errors.any():
         judged = a.errors.any((0, 1, 2))
         ratio, spread = welch.error_channel(a.pictures[..., judged], a.errors[..., judged])
@@ -220,8 +220,8 @@ def middle(names):
 # What each test says, and what in a result it judges: a value per scene whose largest is told.
 TESTS = {
     "mean": ("the means of the whole pictures agree within 3 standard errors", lambda r: np.nanmax(np.abs(r.sigma)), "standard errors", 3.0),
-    "0.3 %": ("and within 0.3 %", lambda r: np.nanmax(np.abs(r.bias)) * 100, "%", 100 * welch.RELATIVE),
-    "noisy": ("three standard errors are less than 0.3 %, so that the former two mean something", lambda r: r.detectable.max() * 100, "%", 100 * welch.RELATIVE),
+    "0.5 %": ("and within 0.5 %", lambda r: np.nanmax(np.abs(r.bias)) * 100, "%", 100 * welch.RELATIVE),
+    "noisy": ("three standard errors are less than 0.5 %, so that the former two mean something", lambda r: r.detectable.max() * 100, "%", 100 * welch.RELATIVE),
     "tile": ("no tile of 8×8 pixels differs, by Welch's t-test of all of them together", lambda r: np.nanmax(r.tile_t), "standard errors", None),
     "pixel": ("no pixel differs, likewise", lambda r: np.nanmax(r.pixel_t), "standard errors", None),
     "uniform": ("the pixels' t values follow Student's distribution (Kolmogorov and Smirnov)", lambda r: -np.log10(max(r.uniform_p.min(), 1e-300)), "= largest −lg p", None),
@@ -247,7 +247,7 @@ def report(claim, results, power):
     spreads = np.array([3 * r.error_spread.max() for r in seen if r.error_spread is not None])
     power_of = {
         "mean": f"{np.median(detectable):.2%} of the mean (median scene), {detectable.max():.2%} (worst)",
-        "0.3 %": "0.3 %",
+        "0.5 %": "0.5 %",
         "noisy": f"{detectable.max():.2%}",
         "tile": f"{np.median(tiles):.2%} of a tile's mean (median scene) at 3 standard errors",
         "pixel": f"{np.median(pixels):.1%} of a pixel's mean (median scene) at 3 standard errors",
@@ -255,7 +255,7 @@ def report(claim, results, power):
         "error": f"{np.median(spreads):.1%} of the variance (median scene)" if len(spreads) else "",
     }
     for name, (what, value, unit, bound) in TESTS.items():
-        if name in ("0.3 %", "noisy") and not power.strict:
+        if name in ("0.5 %", "noisy") and not power.strict:
             continue
         values = [value(r) for r in seen]
         tests = sum(r.tests.get(name, len(r.channels)) for r in seen)

@@ -14,7 +14,7 @@ from scipy import ndimage, stats
 ALARM = 0.01
 # The bounds for the mean of the whole picture.
 STANDARD_ERRORS = 3.0
-RELATIVE = 0.003
+RELATIVE = 0.005
 TILE = 8
 # How well `error_channel` can tell the ratio of variances.
 ERROR_RATIO = 0.03
@@ -151,7 +151,7 @@ def compare(name, ours, reference, channels, correlated=False):
         if abs(result.sigma[c]) > STANDARD_ERRORS:
             result.failures.append(("mean", channel))
         if abs(result.bias[c]) > RELATIVE:
-            result.failures.append(("0.3 %", channel))
+            result.failures.append(("0.5 %", channel))
         if result.detectable[c] > RELATIVE:
             result.failures.append(("noisy", channel))
             result.notes.append(f"{channel}: only {result.detectable[c]:.2%} could be detected: more samples are needed")

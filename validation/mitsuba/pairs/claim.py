@@ -47,7 +47,7 @@ class Fault:
 
 
 FAULTS = {
-    "the lamp 1 % brighter, 0.4 % of the picture": Fault("direct_emitters", ("mean", "tile", "uniform"), "360:3 830:4", "360:3.03 830:4.04"),
+    "the lamp 1 % brighter, 0.4 % of the picture": Fault("direct_emitters", ("mean", "uniform"), "360:3 830:4", "360:3.03 830:4.04"),
     "two of eight bounces missing, 0.8 % of the light": Fault("cornell", ("mean", "uniform"), '"depth" value="8"', '"depth" value="6"'),
     "a patch of some 8×8 pixels reflects 3 % less: the mean does not see it": Fault(
         "direct_emitters", ("tile",), "</scene>", PATCH.format(size=0.45, x=0.31, y=-1.34, reflectance=0.582)
