@@ -24,24 +24,27 @@ p { max-width: 78ch; margin: .4rem 0; } .soft { color: var(--soft); } .name { fo
 table { border-collapse: collapse; margin: .8rem 0; font-size: 13px; line-height: 1.4; } .wide { overflow-x: auto; }
 th { text-align: left; font-weight: 600; background: var(--shade); } td, th { padding: .22rem .6rem; border-bottom: 1px solid var(--line); vertical-align: top; overflow-wrap: break-word; }
 td:last-child { white-space: nowrap; }
+.checks td:nth-child(4) { min-width: 6rem; } .many { font-size: 11px; } .many td, .many th { padding: .15rem .35rem; }
 figure { margin: 1rem 0; } figure img, figure svg { max-width: 100%; height: auto; } figcaption { color: var(--soft); font-size: 13px; max-width: 90ch; }
 dt { font-weight: 600; float: left; clear: left; width: 6.5rem; } dd { margin: 0 0 .35rem 6.5rem; max-width: 78ch; }
 """
 
 
 def text(words):
-    """Paragraphs of a docstring as HTML; `code` in backquotes."""
-    paragraphs = [re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(" ".join(p.split()))) for p in words.strip().split("\n\n")]
-    return "<br>".join(paragraphs)
+    """Paragraphs of a docstring as HTML; `code` and **words to begin with** as in Markdown."""
+    whole = html.escape("\n\n".join(" ".join(p.split()) for p in words.strip().split("\n\n")))
+    whole = re.sub(r"`([^`]+)`", r"<code>\1</code>", whole)
+    return re.sub(r"\*\*([^*]+)\*\*", r"<b>\1</b>", whole).replace("\n\n", "<br>")
 
 
 def verdict(good):
     return '<span class="good">stands</span>' if good else '<span class="bad">fell</span>'
 
 
-def rows(header, body):
+def rows(header, body, kind=""):
     head = "".join(f"<th>{cell}" for cell in header)
-    return f'<div class="wide"><table><tr>{head}' + "".join("<tr>" + "".join(f"<td>{cell}" for cell in row) for row in body) + "</table></div>"
+    kind += " many" if len(header) > 12 else ""
+    return f'<div class="wide"><table class="{kind}"><tr>{head}' + "".join("<tr>" + "".join(f"<td>{cell}" for cell in row) for row in body) + "</table></div>"
 
 
 def checks(claim):
@@ -49,7 +52,7 @@ def checks(claim):
         (html.escape(c.what), c.tests, html.escape(c.found), html.escape(c.allowed), html.escape(c.detectable), '<span class="good">pass</span>' if c.passed else '<span class="bad">FAIL</span>')
         for c in claim.checks
     ]
-    return rows(("check", "values", "found", "allowed", "smallest error seen", ""), body)
+    return rows(("check", "values", "found", "allowed", "smallest error seen", ""), body, "checks")
 
 
 def planted(outcome):

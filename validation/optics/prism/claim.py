@@ -216,6 +216,6 @@ def show(claim, kept, spp):
     claim.figure(
         "deviation",
         figure,
-        "Left: deviation by Snell's law (lines) and measured in the pictures (points). Right: the difference, ± 2 standard errors; the issue's bound"
+        "Left: deviation by Snell's law (lines) and measured in the pictures (points). Right: the difference, ± 2 standard errors; the bound"
         " is at ± 10.",
     )

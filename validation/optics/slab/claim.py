@@ -19,7 +19,7 @@ follows no polarisation, so at oblique incidence F is the mean of s and p at eve
 differs once light meets more than one face; the table and the figure say by how much. At normal incidence both are the same. The closed form
 itself is checked with 50 digits and against tmm's incoherent transfer matrices, for each polarisation."""
 DATA = """N-SF11: SCHOTT's Sellmeier coefficients. T = 0.4720571952 for n = 1.5 and a = 0.512, and 12/13 for a clear slab of 1.5, computed
-beforehand by other hands."""
+before and apart from this code."""
 
 THICKER, INDEX, LOST = "absorption off by 1 %", "index off by 0.001", "radiance not divided by n² (1.5² = 2.25)"
 PLANTED = [
