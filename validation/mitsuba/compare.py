@@ -43,7 +43,7 @@ class Power:
     strict: bool = False  # whether the bounds of 0.5 % are judged; only at full power can they be
 
 
-FULL, QUICK = Power(12, 1, True), Power(8, 4)
+FULL, QUICK = Power(10, 1, True), Power(8, 4)
 
 
 @dataclass

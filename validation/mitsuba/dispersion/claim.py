@@ -33,8 +33,10 @@ BESIDE = "the index of a wavelength 1 nm too long: 0.0004 too low at 405 nm, 0.0
 PLANTED = [Planted(OFF, ("prism: tile", "prism: place")), Planted(BESIDE, ("prism: place",))]
 
 WIDTH, HEIGHT, FOV = 96, 24, 17.0
-DISTANCE = 5.0  # from the prism to the camera, and to the slit
-SIDE = 2.4  # of the prism's cross-section
+# Mitsuba starts a ray (1 + |p|)·9·10⁻⁵ beside the surface point p: in small units a refracted ray is visibly displaced (FACTS.md, 83), in large ones least.
+UNIT = 1000.0
+DISTANCE = 5.0 * UNIT  # from the prism to the camera, and to the slit
+SIDE = 2.4 * UNIT  # of the prism's cross-section
 DESIGN = 530.0  # nm: passes the prism symmetrically through its middle
 
 
@@ -132,7 +134,7 @@ def document(nm, camera, width, height, bodies):
 def prism_scene(nm, glass, folder):
     """The slit before a wall that shines weakly, seen through the prism. z is up."""
     shape = prism()
-    points = [(p.real, p.imag, z) for z in (-1, 1) for p in shape.corners]
+    points = [(p.real, p.imag, z) for z in (-UNIT, UNIT) for p in shape.corners]
     mesh = folder / "prism.obj"
     faces = [(1, 2, 3), (4, 6, 5), (1, 4, 5), (1, 5, 2), (2, 5, 6), (2, 6, 3), (3, 6, 4), (3, 4, 1)]
     # Outward, whichever way the corners go round.
@@ -153,7 +155,7 @@ def prism_scene(nm, glass, folder):
         return f'<shape type="rectangle">{turn}<emitter type="area">{lamp(radiance, nm)}</emitter></shape>'
 
     bodies = f'<shape type="obj"><string name="filename" value="{mesh}"/><boolean name="face_normals" value="true"/><bsdf type="dielectric"><float name="ext_ior" value="1"/>{glass}</bsdf></shape>'
-    bodies += panel(0.25, 3, shape.slit, 4) + panel(8, 8, shape.slit + 0.5 * shape.onward, 0.5)
+    bodies += panel(0.25 * UNIT, 3 * UNIT, shape.slit, 4) + panel(8 * UNIT, 8 * UNIT, shape.slit + 0.5 * UNIT * shape.onward, 0.5)
     return document(nm, camera, WIDTH, HEIGHT, bodies)
 
 

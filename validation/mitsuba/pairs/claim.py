@@ -16,7 +16,7 @@ from compare import FULL, HERE, QUICK, Pair
 from harness.claim import Planted
 from harness.plots import plt
 
-METHOD = """Both programs render 12 pictures with different seeds (8 of a quarter of the samples with `--quick`, and of fewer scenes), so the variance of each is measured and
+METHOD = """Both programs render 10 pictures with different seeds (8 of a quarter of the samples with `--quick`, and of fewer scenes), so the variance of each is measured and
 nothing is assumed of its sampler. The means of the pictures, of tiles of 8×8 pixels and of single pixels are compared by Welch's t-test (Biometrika 34, 1947), with Šidák's correction
 for the number of tiles or pixels and channels, at a false alarm of 1 % a scene; the t values of all pixels together must follow Student's distribution. No tolerance is
 relative to the pixel, so a local bias is not hidden by a bright picture. A scene that fails is rendered again with fresh seeds and twice as often, and fails by what fails both
