@@ -225,7 +225,7 @@ impl Quadric {
         chords::integral(self, |normal| self.placement.area_stretch(normal))
     }
 
-    /// See [`chords`]: for some `u` there is no point.
+    /// See `chords`: for some `u` there is no point.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         let (local, part) = chords::sample(self, u)?;
         let local = self.project(local, part);
