@@ -26,3 +26,17 @@ plt.rcParams.update(
         "svg.fonttype": "path",
     }
 )
+
+
+RESIDUAL = "residual\n(standard errors)"
+
+
+def curves_and_residuals(xlabel, ylabel, below=RESIDUAL, height=4.8, ratios=(2, 1)):
+    """A figure with axes for curves and, below on the same abscissa, axes for what is left of them: (figure, above, below)."""
+    figure, (upper, lower) = plt.subplots(2, 1, sharex=True, figsize=(7.2, height), height_ratios=ratios)
+    upper.set(ylabel=ylabel)
+    lower.axhline(0, color="black", lw=0.8)
+    lower.set(xlabel=xlabel, ylabel=below)
+    if below == RESIDUAL:
+        lower.set(ylim=(-5, 5))
+    return figure, upper, lower

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import ndimage, stats
 
+from harness.claim import sidak
+
 # Probability of a false alarm in one scene of each corrected test (all channels and pixels or tiles of it together).
 ALARM = 0.01
 # The bounds for the mean of the whole picture.
@@ -18,11 +20,6 @@ RELATIVE = 0.005
 TILE = 8
 # How well `error_channel` can tell the ratio of variances.
 ERROR_RATIO = 0.03
-
-
-def sidak(tests, family=ALARM):
-    """Level of a single test so that `tests` independent ones raise a false alarm with probability `family`."""
-    return -np.expm1(np.log1p(-family) / tests)
 
 
 @dataclass
@@ -156,14 +153,14 @@ def compare(name, ours, reference, channels, correlated=False):
             result.failures.append(("noisy", channel))
             result.notes.append(f"{channel}: only {result.detectable[c]:.2%} could be detected: more samples are needed")
         for test, which in ((pixel, "pixel"), (tile, "tile")):
-            level = sidak(np.isfinite(test.p).sum())
+            level = sidak(np.isfinite(test.p).sum(), ALARM)
             if (test.p[..., c] < level).any():
                 result.failures.append((which, channel))
                 result.notes.append(worst(test, level, which + "s differ", c, channel))
         values = signed[..., c][np.isfinite(signed[..., c])]
         if len(values) >= 50:
             result.uniform_p[c] = stats.kstest(values, "uniform").pvalue
-            if result.uniform_p[c] < sidak(len(channels)):
+            if result.uniform_p[c] < sidak(len(channels), ALARM):
                 result.failures.append(("uniform", channel))
                 result.notes.append(
                     f"{channel}: p-values are not uniform (p {result.uniform_p[c]:.1e}; mean of the signed ones {values.mean():.3f}, should be 0.5)"

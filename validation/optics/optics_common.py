@@ -3,6 +3,7 @@
 import csv
 import math
 import zlib
+from functools import cache
 
 import mpmath
 import numpy as np
@@ -56,6 +57,7 @@ def exact_fresnel(cosine, n, k=0.0):
     return (abs(rs) ** 2 + abs(rp) ** 2) / 2
 
 
+@cache
 def formulas():
     """Rows of data/dielectrics/dispersion_formulas.csv by name."""
     lines = (ROOT / "data/dielectrics/dispersion_formulas.csv").read_text().splitlines()

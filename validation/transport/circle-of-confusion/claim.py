@@ -6,7 +6,7 @@ the film, V_x = Fx/(x − F). At F = 50 mm, f/2, P = 2 m: 0.3205 mm for D = 4 m,
 
 import numpy as np
 from harness.claim import Planted
-from harness.plots import plt
+from harness.plots import curves_and_residuals
 from transport_common import film, gray, integrator, over, scene, shape
 
 METHOD = """A small disk of radiance 1 and of radius 4 pixels is seen through a `thinlens` camera. From each place of the film the lens sees it
@@ -52,7 +52,7 @@ def coverage(distance, radius):
 
 
 def run(claim):
-    figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.8), height_ratios=(2, 1))
+    figure, above, below = curves_and_residuals("distance from the centre (pixels)", "share of the lens")
     steps = 16
     inside = (np.arange(PART * steps) + 0.5) / steps - PART / 2
     places = np.hypot(inside[:, None], inside[None, :])
@@ -107,9 +107,8 @@ def run(claim):
     header = ("disk at", "C expected (mm)", "C measured (mm)", "standard error", "light over the sharp picture's")
     claim.table(header, rows, "Diameters of the circle of confusion on the film.")
     above.legend(fontsize=7.5)
-    above.set(ylabel="share of the lens", ylim=(0, None))
-    below.axhline(0, color="black", lw=0.8)
-    below.set(xlabel="distance from the centre (pixels)", ylabel="residual\n(standard errors)", ylim=(-5, 5), xlim=(0, 20))
+    above.set(ylim=(0, None))
+    below.set(xlim=(0, 20))
     caption = """Radial profiles of the blurred disk: lines are the closed form at points, dots single pixels (averages over their
         squares, so they smooth the rim), below residuals of rings against the closed form averaged over pixels. At 1 m and at infinity the
         blur is the same."""

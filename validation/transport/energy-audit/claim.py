@@ -10,7 +10,7 @@ import csv
 import numpy as np
 from harness.abbe import ROOT
 from harness.claim import Planted
-from harness.plots import plt
+from harness.plots import curves_and_residuals
 from transport_common import area, film, integrator, matt, scene, shape, spectrum
 
 METHOD = """The irradiance E on each wall, on the ceiling and through the slit is measured by an irradiance meter on it, in 30 bins of 10 nm from 400
@@ -122,7 +122,7 @@ def run(claim):
     for (kind, count, *_, takes), share, doubt in zip(balances, mean, error):
         rows.append((kind, count, *(f"{(takes[name][0] / supply).mean():.4f}" for name in takes), f"{share:.5f}", f"{doubt:.1e}"))
     claim.table(("integrator", "C", *balances[0][4], "sum", "standard error"), rows, "Shares of the emitted power, means over the bins.")
-    figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 5), height_ratios=(2, 1))
+    figure, above, below = curves_and_residuals("wavelength (nm)", "share of the emitted power", "balance off (%)", height=5)
     kind, count, total, doubt, takes = next(b for b in balances if b[:2] == ("path", 4))
     labels = {"ceiling": "lamp's paint", "gold": "gold ball", "glass": "glass ball"}
     colours = ["#bbbbbb", "#999999", "#d55e00", "#009e73", "#dddddd", "#56b4e9", "#ffffff", "#e69f00", "#cc79a7"]
@@ -130,8 +130,6 @@ def run(claim):
     above.stackplot(nm, shares, labels=[labels.get(name, name) for name in takes], colors=colours, edgecolor="black", lw=0.4)
     above.axhline(1, color="black", lw=0.8)
     above.legend(ncols=9, fontsize=7.5, loc="lower center", bbox_to_anchor=(0.5, 1), handlelength=1, columnspacing=1)
-    above.set(ylabel="share of the emitted power", ylim=(0, 1.05))
+    above.set(ylim=(0, 1.05))
     below.errorbar(nm, (total / supply - 1) * 100, 2 * doubt / supply * 100, fmt="o")
-    below.axhline(0, color="black", lw=0.8)
-    below.set(xlabel="wavelength (nm)", ylabel="balance off (%)")
     claim.figure("budget", figure, "Where the light goes (path, C = 4). Below, the sum of all over what is emitted, with two standard errors.")

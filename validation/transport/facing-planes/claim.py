@@ -7,7 +7,7 @@ with e/(1 − ρ) by endless paths. A ball that emits inside a large matt ball m
 
 import numpy as np
 from harness.claim import Planted
-from harness.plots import plt
+from harness.plots import curves_and_residuals
 from transport_common import area, bin_means, film, integrator, matt, over, scene, shape
 
 METHOD = """Planes 2·10⁴ across at distance 1, so that their ends take less than 10⁻⁷ of the light, seen at 30° by 256 pixels of one expectation. ρ
@@ -89,7 +89,7 @@ def run(claim):
     claim.agrees("mean over the bins, measured over expected", mean, 1, error, freedom)
     header = ("walls", "integrator", "C", "segments", "radiance expected (360 to 830 nm)", "measured / expected", "standard error")
     claim.table(header, rows, "Means over the ten bins.")
-    figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.8), height_ratios=(2, 1))
+    figure, above, below = curves_and_residuals("wavelength (nm)", "radiance of the wall")
     at = np.linspace(360, 830, 300)
     for (what, depth), (truth, mean, error, _) in profiles.items():
         line = above.semilogy(at, wall(at) if what == "balls" else series(at, depth), lw=1)[0]
@@ -97,7 +97,4 @@ def run(claim):
         above.errorbar(nm, mean, 2 * error, fmt="o", color=line.get_color(), label=name)
         below.plot(nm, (mean - truth) / error, "o", color=line.get_color())
     above.legend(fontsize=7.5)
-    above.set(ylabel="radiance of the wall")
-    below.axhline(0, color="black", lw=0.8)
-    below.set(xlabel="wavelength (nm)", ylabel="residual\n(standard errors)", ylim=(-5, 5))
     claim.figure("series", figure, "Lines: the series; dots: renders (path, C = 4) with two standard errors; below, what is left over.")

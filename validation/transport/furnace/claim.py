@@ -8,7 +8,7 @@ integrator, sampler and number C of wavelengths a path.
 import numpy as np
 import OpenEXR
 from harness.claim import Planted
-from harness.plots import plt
+from harness.plots import curves_and_residuals
 from transport_common import bin_means, film, integrator, matt, over, pooled, scene, shape, spectrum
 
 METHOD = """A plate seen at 50° by an orthographic camera, and a ball, under a constant sky with L rising linearly from 0.5 at 360 nm to 1.5 at 830
@@ -260,14 +260,12 @@ def run(claim):
     solid = {name: f'<shape type="sphere">{element}</shape>' for name, element in balls().items()}
     judge("balls", {name: (lambda nm: 1.0) for name in solid}, [kind for kind in INTEGRATORS if kind != "direct"], solid)
 
-    figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 5), height_ratios=(2, 1))
+    figure, above, below = curves_and_residuals("wavelength (nm)", "radiance / sky's", "off by (‰)", height=5)
     for name in ("diffuse", "dielectric, SF11", "roughconductor, GGX 0.3", "roughdielectric, GGX 0.4", "plastic", "thindielectric", "mask"):
         mean, truth, error, _ = profiles[name]
         line = above.plot(nm, truth, label=name)[0]
         above.errorbar(nm, mean, 2 * error, fmt="o", color=line.get_color())
         below.errorbar(nm, (mean / truth - 1) * 1e3, 2 * error / truth * 1e3, fmt="o", color=line.get_color())
     above.legend(ncols=2, fontsize=7.5)
-    above.set(ylabel="radiance / sky's", ylim=(0, 1))
-    below.axhline(0, color="black", lw=0.8)
-    below.set(xlabel="wavelength (nm)", ylabel="off by (‰)")
+    above.set(ylim=(0, 1))
     claim.figure("plates", figure, "Lines: albedos computed here; dots with two standard errors: renders of plates, means over all combinations.")

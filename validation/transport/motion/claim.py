@@ -6,7 +6,7 @@ two parabolas where the shutter is a triangle; sharp pictures of equal brightnes
 
 import numpy as np
 from harness.claim import Planted
-from harness.plots import plt
+from harness.plots import curves_and_residuals
 from transport_common import area, film, gray, integrator, over, scene
 
 METHOD = """A square of radiance 1, 8 pixels wide, moves by 64 pixels in unit time before an orthographic camera. The light of column i is the mean
@@ -48,7 +48,7 @@ def expected(let_in, close=1.0):
 
 
 def run(claim):
-    figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.8), height_ratios=(2, 1))
+    figure, above, below = curves_and_residuals("column (pixels)", "light let in")
     close = 1.01 if claim.planted == LONGER else 1
     keys = "".join(
         f'<transform time="{time}"><scale x="{SQUARE / 2}" y="{HEIGHT}"/><translate x="{FROM + SPEED * time}"/></transform>' for time in (0, 2)
@@ -81,7 +81,4 @@ def run(claim):
     claim.agrees("time for which the shutter is open, by regression", mean, 1, error, freedom)
     claim.table(("shutter", "time open, expected 1", "standard error"), rows, "The time for which the shutter is open, as the smear tells it.")
     above.legend()
-    above.set(ylabel="light let in")
-    below.axhline(0, color="black", lw=0.8)
-    below.set(xlabel="column (pixels)", ylabel="residual\n(standard errors)", ylim=(-5, 5))
     claim.figure("smear", figure, "Lines: the integral of the shutter; dots: means of columns of 64 pixels, and their residuals.")

@@ -6,7 +6,7 @@ part of the lamp that the place sees: from full light to none, and exactly none 
 
 import numpy as np
 from harness.claim import Planted
-from harness.plots import plt
+from harness.plots import curves_and_residuals
 from transport_common import FLOOR, REFLECTANCE, floor_camera, floor_pixels, gray, integrator, lamp_facing_down, matt, over, scene, shape
 
 METHOD = """A disk and a rectangle at height 4, an edge at height 1.5, seen by a slanted orthographic camera. The integral over the seen part by a
@@ -48,7 +48,7 @@ LAMPS = {
 
 
 def run(claim):
-    figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.8), height_ratios=(2, 1))
+    figure, above, below = curves_and_residuals("distance from the edge (lengths)", "radiance of the floor")
     rows = []
     x, y, weights = floor_pixels(0, HALF, WIDTH, HEIGHT)
     for number, (name, (scale, across, along)) in enumerate(LAMPS.items()):
@@ -80,7 +80,4 @@ def run(claim):
         below.plot(centre[lit], mean[lit] / error[lit], ".", color=line.get_color())
     claim.table(("lamp", "lit floor: measured / expected", "place of the edge (expected 0)"), rows, "Summary of both profiles.")
     above.legend()
-    above.set(ylabel="radiance of the floor")
-    below.axhline(0, color="black", lw=0.8)
-    below.set(xlabel="distance from the edge (lengths)", ylabel="residual\n(standard errors)", ylim=(-5, 5))
     claim.figure("penumbra", figure, "Lines: the integral over the seen part of the lamp; dots: means of columns of 32 pixels, and their residuals.")

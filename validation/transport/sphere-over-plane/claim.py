@@ -7,7 +7,7 @@ I cos θ/D² under a point.
 
 import numpy as np
 from harness.claim import Planted
-from harness.plots import plt
+from harness.plots import curves_and_residuals
 from scipy.integrate import quad
 from transport_common import FLOOR, REFLECTANCE, area, floor_camera, floor_pixels, gray, integrator, lamp_facing_down, matt, over, profile, scene
 
@@ -134,14 +134,12 @@ def run(claim):
     claim.agrees("mean of each lamp, by each integrator: measured over expected", mean, 1, error, freedom)
     header = ("lamp", "integrator", "radiance expected", "measured / expected", "standard error")
     claim.table(header, rows, "The floor as a whole, for a lamp of radiance, intensity or irradiance 1.")
-    figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 5.4), height_ratios=(3, 2))
+    figure, above, below = curves_and_residuals("distance from below the lamp", "radiance of the floor", height=5.4, ratios=(3, 2))
     for i, (name, x, measured, expected, (mean, error, _)) in enumerate(shown):
         line = above.semilogy(x, expected, lw=1, color="#999999" if name == "directional" else f"C{i}")[0]
         above.plot(x, measured, ".", color=line.get_color(), label=name)
         varies = error > 1e-9
         below.plot(x[varies], ((mean - 1) / np.where(varies, error, 1))[varies], ".", color=line.get_color())
     above.legend(ncols=2, fontsize=7.5)
-    above.set(ylabel="radiance of the floor", ylim=(1e-3, None))
-    below.axhline(0, color="black", lw=0.8)
-    below.set(xlabel="distance from below the lamp", ylabel="residual\n(standard errors)", ylim=(-5, 5))
+    above.set(ylim=(1e-3, None))
     claim.figure("profiles", figure, "Lines are the closed forms, dots columns of 16 pixels; below, what is left over (15 degrees of freedom).")
