@@ -12,10 +12,12 @@ mod chords;
 mod crossing;
 mod cylinder;
 mod disk;
+mod grid;
 mod mesh;
 mod placement;
 mod quadric;
 mod rectangle;
+mod sdfgrid;
 mod sphere;
 mod support;
 #[cfg(test)]
@@ -30,6 +32,7 @@ pub use disk::Disk;
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
+pub use sdfgrid::{SdfData, SdfGrid};
 pub use sphere::Sphere;
 use std::fmt;
 pub use torus::Torus;
@@ -44,6 +47,7 @@ pub enum Shape {
     /// Rare and large: the others are not to grow by it.
     Quadric(Box<Quadric>),
     Torus(Box<Torus>),
+    SdfGrid(Box<SdfGrid>),
     Mesh(Mesh),
 }
 
@@ -132,6 +136,8 @@ pub enum ShapeError {
     Endless,
     /// There is no real surface where it is asked for.
     Nothing,
+    /// A grid has fewer than two points along an axis, or not a value for each of its points.
+    GridPoints,
     /// The placement makes the shape too thin or too large to compute with.
     Placement,
     /// A triangle refers to a vertex that does not exist.
@@ -157,6 +163,9 @@ impl fmt::Display for ShapeError {
             Self::Coefficients => write!(f, "the coefficients must be finite and not all zero"),
             Self::Endless => write!(f, "it goes on without end unless it is cut off by planes on all sides"),
             Self::Nothing => write!(f, "there is no such surface, or none between the planes"),
+            Self::GridPoints => {
+                write!(f, "a grid needs two points along each axis and a value for each point")
+            }
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")
             }
@@ -192,6 +201,7 @@ impl Shape {
                 quadric.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
             }
             Self::Torus(torus) => torus.intersect(ray).map(analytic),
+            Self::SdfGrid(grid) => grid.intersect(ray),
             Self::Mesh(mesh) => mesh.intersect(ray),
         }
     }
@@ -205,6 +215,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.crossings(ray),
             Self::Quadric(quadric) => quadric.crossings(ray),
             Self::Torus(torus) => torus.crossings(ray),
+            Self::SdfGrid(grid) => grid.crossings(ray),
             Self::Mesh(mesh) => mesh.crossings(ray),
         }
     }
@@ -217,6 +228,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.surface(ray.at(hit.t)),
             Self::Quadric(quadric) => quadric.surface(ray.at(hit.t), hit.triangle),
             Self::Torus(torus) => torus.surface(ray.at(hit.t)),
+            Self::SdfGrid(grid) => grid.surface(ray.at(hit.t), hit.triangle),
             Self::Mesh(mesh) => mesh.surface(hit.triangle, hit.barycentric),
         }
     }
@@ -229,6 +241,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.parametrisation(position),
             Self::Quadric(quadric) => quadric.parametrisation(position, hit.triangle),
             Self::Torus(torus) => torus.parametrisation(position),
+            Self::SdfGrid(_) => Parametrisation::NONE,
             Self::Mesh(mesh) => mesh.parametrisation(hit.triangle, hit.barycentric),
         }
     }
@@ -241,6 +254,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.bounds(),
             Self::Quadric(quadric) => quadric.bounds(),
             Self::Torus(torus) => torus.bounds(),
+            Self::SdfGrid(grid) => grid.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
         }
     }
@@ -253,12 +267,13 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.area(),
             Self::Quadric(quadric) => quadric.area(),
             Self::Torus(torus) => torus.area(),
+            Self::SdfGrid(grid) => grid.area(),
             Self::Mesh(mesh) => mesh.area(),
         }
     }
 
     /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on
-    /// ellipsoids, elliptic or sheared cylinders and rings, and quadrics. `None` for a mesh without area and, for some `u`, on quadrics.
+    /// ellipsoids, elliptic or sheared cylinders and rings, quadrics and grids of distances. `None` for a mesh without area and, for some `u`, on quadrics and grids of distances.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(sphere) => Some(sphere.sample(u)),
@@ -266,6 +281,7 @@ impl Shape {
             Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
             Self::Quadric(quadric) => quadric.sample(u),
             Self::Torus(torus) => Some(torus.sample(u)),
+            Self::SdfGrid(grid) => grid.sample(u),
             Self::Mesh(mesh) => mesh.sample(u),
         }
     }
@@ -279,6 +295,7 @@ impl Shape {
             Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
             Self::Quadric(quadric) => quadric.sample(u),
             Self::Torus(torus) => Some(torus.sample(u)),
+            Self::SdfGrid(grid) => grid.sample(u),
             Self::Mesh(mesh) => mesh.unfold(u),
         }
     }
@@ -291,6 +308,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.area_density(point),
             Self::Quadric(quadric) => quadric.area_density(point),
             Self::Torus(torus) => torus.area_density(point),
+            Self::SdfGrid(grid) => grid.area_density(point),
             Self::Mesh(mesh) => mesh.area_density(),
         }
     }
@@ -302,7 +320,7 @@ impl Shape {
         let by_solid_angle = match self {
             Self::Sphere(sphere) => sphere.sample_cone(reference, u),
             Self::Mesh(mesh) => mesh.sample_rectangle(reference, u),
-            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) => None,
+            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) | Self::SdfGrid(_) => None,
         };
         if by_solid_angle.is_some() {
             return by_solid_angle;
@@ -318,7 +336,7 @@ impl Shape {
         let by_solid_angle = match self {
             Self::Sphere(sphere) => sphere.cone_density(reference),
             Self::Mesh(mesh) => mesh.rectangle_density(reference),
-            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) => None,
+            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) | Self::SdfGrid(_) => None,
         };
         by_solid_angle.unwrap_or_else(|| {
             steradians_to_area(reference, point).map_or(0.0, |factor| factor * self.area_density(point))

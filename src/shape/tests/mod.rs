@@ -3,10 +3,14 @@
 mod doubled;
 mod oracle;
 mod quadrics;
+mod sampled;
+mod sdfgrids;
 mod tori;
 mod worked;
 
-use super::{Cylinder, Disk, Mesh, MeshData, Quadric, QuadricKind, Shape, ShapeError, Sheets, Sphere, Torus};
+use super::{
+    Cylinder, Disk, Mesh, MeshData, Quadric, QuadricKind, SdfGrid, Shape, ShapeError, Sheets, Sphere, Torus,
+};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DQuat};
 use rand::{RngExt, SeedableRng};
@@ -75,6 +79,9 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
         indices: vec![[0, 1, 2], [2, 1, 3], [0, 0, 1], [1, 4, 3]],
         ..MeshData::default()
     };
+    let distances = |place: &Transform, smooth| {
+        Shape::SdfGrid(Box::new(SdfGrid::new(place, sdfgrids::ball(8), smooth, false).unwrap()))
+    };
     vec![
         ("sphere", sphere(&similar)),
         ("ellipsoid", sphere(&skew)),
@@ -89,6 +96,8 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
         ("sheared open saddle", quadric(&skew, &saddle, false)),
         ("torus", torus(&similar, 0.6, 0.25)),
         ("sheared torus", torus(&skew, 0.7, 0.3)),
+        ("distances", distances(&similar, true)),
+        ("sheared distances", distances(&skew, false)),
         ("rectangle", Shape::Mesh(Mesh::rectangle(&rectangle, false).unwrap())),
         ("parallelogram", Shape::Mesh(Mesh::rectangle(&skew, false).unwrap())),
         ("cube", Shape::Mesh(Mesh::cube(&skew, false).unwrap())),
@@ -239,7 +248,7 @@ fn bounds_are_tight_and_hold() {
 fn area_densities_integrate_to_one() {
     const GRID: usize = 400;
     for (name, shape) in all_shapes() {
-        if matches!(shape, Shape::Quadric(_)) {
+        if matches!(shape, Shape::Quadric(_) | Shape::SdfGrid(_)) {
             continue;
         }
         let mut mean = 0.0;
@@ -330,10 +339,13 @@ fn check_solid_angle(name: &str, shape: &Shape, reference: Vec3, seed: u64) -> f
         assert!(close(reported / sample.density, 1.0, 1e-6), "{name}: {reported} against {}", sample.density);
         observed[cell((point.position - reference).normalize())] += 1.0 / f64::from(drawn);
     }
-    // For each u there is a point, except on quadrics.
+    // For each u there is a point, except on quadrics and grids.
     let total: f64 = expected.iter().sum();
     let share: f64 = observed.iter().sum();
-    assert!(close(share, 1.0, 1e-9) || matches!(shape, Shape::Quadric(_)), "{name}: {share}");
+    assert!(
+        close(share, 1.0, 1e-9) || matches!(shape, Shape::Quadric(_) | Shape::SdfGrid(_)),
+        "{name}: {share}"
+    );
     let of_share = (share * (1.0 - share) / f64::from(drawn)).max(0.0);
     let error = (squares.iter().sum::<f64>() + of_share).sqrt();
     assert!(close(total, share, 5.0 * error + 1e-6), "{name}: density integrates to {total} ± {error}");
@@ -402,7 +414,7 @@ fn samples_are_not_hidden_by_their_own_surface() {
     for (name, shape) in all_shapes() {
         let convex = !matches!(name, "uneven mesh")
             && !name.contains("cylinder")
-            && !matches!(shape, Shape::Quadric(_) | Shape::Torus(_));
+            && !matches!(shape, Shape::Quadric(_) | Shape::Torus(_) | Shape::SdfGrid(_));
         for _ in 0..5_000 {
             let reference = direction(&mut random) * 10f64.powf(random.random_range(0.5..6.0));
             let Some(sample) = shape.sample_toward(reference, [random.random(), random.random()]) else {

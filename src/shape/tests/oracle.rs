@@ -12,13 +12,13 @@ use rand_pcg::Pcg64Mcg as Random;
 pub struct Line(pub [Polynomial; 3]);
 
 /// A place on a ray not far from the origin: powers of greater distances would cost even the oracle its digits.
-fn near(ray: &Ray) -> f64 {
+pub fn near(ray: &Ray) -> f64 {
     -ray.origin.dot(ray.direction)
 }
 
 impl Line {
     /// In coordinates that `to_world` takes to the world's, by Cramer's rule.
-    fn new(ray: &Ray, to_world: &Transform) -> Self {
+    pub fn new(ray: &Ray, to_world: &Transform) -> Self {
         let m = to_world.matrix();
         let columns = [m.x_axis, m.y_axis, m.z_axis].map(|c| [c.x, c.y, c.z].map(Doubled::from));
         let determinant = |a: [Doubled; 3], b: [Doubled; 3], c: [Doubled; 3]| {
@@ -56,9 +56,9 @@ pub struct Oracle {
     pub solid: bool,
 }
 
-struct Exact {
-    t: Doubled,
-    enters: bool,
+pub struct Exact {
+    pub t: Doubled,
+    pub enters: bool,
 }
 
 impl Oracle {
