@@ -12,6 +12,7 @@ mod chords;
 mod crossing;
 mod cylinder;
 mod disk;
+mod figure;
 mod mesh;
 mod placement;
 mod quadric;
@@ -27,6 +28,7 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 pub use crossing::{Crossing, Crossings};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
+pub use figure::{Figure, FigureKind, FillRule};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
@@ -44,6 +46,7 @@ pub enum Shape {
     /// Rare and large: the others are not to grow by it.
     Quadric(Box<Quadric>),
     Torus(Box<Torus>),
+    Figure(Box<Figure>),
     Mesh(Mesh),
 }
 
@@ -132,6 +135,10 @@ pub enum ShapeError {
     Endless,
     /// There is no real surface where it is asked for.
     Nothing,
+    /// Contours are not finite or enclose no area.
+    Outline,
+    /// An exponent of a superquadric is out of range.
+    Exponent(f64),
     /// The placement makes the shape too thin or too large to compute with.
     Placement,
     /// A triangle refers to a vertex that does not exist.
@@ -157,6 +164,8 @@ impl fmt::Display for ShapeError {
             Self::Coefficients => write!(f, "the coefficients must be finite and not all zero"),
             Self::Endless => write!(f, "it goes on without end unless it is cut off by planes on all sides"),
             Self::Nothing => write!(f, "there is no such surface, or none between the planes"),
+            Self::Exponent(exponent) => write!(f, "its exponents must be from 0.001 to 2, not {exponent}"),
+            Self::Outline => write!(f, "its outline must be finite and enclose an area"),
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")
             }
@@ -192,6 +201,9 @@ impl Shape {
                 quadric.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
             }
             Self::Torus(torus) => torus.intersect(ray).map(analytic),
+            Self::Figure(figure) => {
+                figure.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
+            }
             Self::Mesh(mesh) => mesh.intersect(ray),
         }
     }
@@ -205,6 +217,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.crossings(ray),
             Self::Quadric(quadric) => quadric.crossings(ray),
             Self::Torus(torus) => torus.crossings(ray),
+            Self::Figure(figure) => figure.crossings(ray),
             Self::Mesh(mesh) => mesh.crossings(ray),
         }
     }
@@ -217,6 +230,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.surface(ray.at(hit.t)),
             Self::Quadric(quadric) => quadric.surface(ray.at(hit.t), hit.triangle),
             Self::Torus(torus) => torus.surface(ray.at(hit.t)),
+            Self::Figure(figure) => figure.surface(ray.at(hit.t), hit.triangle),
             Self::Mesh(mesh) => mesh.surface(hit.triangle, hit.barycentric),
         }
     }
@@ -229,6 +243,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.parametrisation(position),
             Self::Quadric(quadric) => quadric.parametrisation(position, hit.triangle),
             Self::Torus(torus) => torus.parametrisation(position),
+            Self::Figure(figure) => figure.parametrisation(position, hit.triangle),
             Self::Mesh(mesh) => mesh.parametrisation(hit.triangle, hit.barycentric),
         }
     }
@@ -241,6 +256,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.bounds(),
             Self::Quadric(quadric) => quadric.bounds(),
             Self::Torus(torus) => torus.bounds(),
+            Self::Figure(figure) => figure.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
         }
     }
@@ -253,12 +269,14 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.area(),
             Self::Quadric(quadric) => quadric.area(),
             Self::Torus(torus) => torus.area(),
+            Self::Figure(figure) => figure.area(),
             Self::Mesh(mesh) => mesh.area(),
         }
     }
 
     /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on
-    /// ellipsoids, elliptic or sheared cylinders and rings, and quadrics. `None` for a mesh without area and, for some `u`, on quadrics.
+    /// ellipsoids, elliptic or sheared cylinders and rings, quadrics and curved figures. `None` for a mesh without area and, for
+    /// some `u`, on quadrics and curved figures.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(sphere) => Some(sphere.sample(u)),
@@ -266,6 +284,7 @@ impl Shape {
             Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
             Self::Quadric(quadric) => quadric.sample(u),
             Self::Torus(torus) => Some(torus.sample(u)),
+            Self::Figure(figure) => figure.sample(u),
             Self::Mesh(mesh) => mesh.sample(u),
         }
     }
@@ -279,6 +298,7 @@ impl Shape {
             Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
             Self::Quadric(quadric) => quadric.sample(u),
             Self::Torus(torus) => Some(torus.sample(u)),
+            Self::Figure(figure) => figure.sample(u),
             Self::Mesh(mesh) => mesh.unfold(u),
         }
     }
@@ -291,6 +311,7 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.area_density(point),
             Self::Quadric(quadric) => quadric.area_density(point),
             Self::Torus(torus) => torus.area_density(point),
+            Self::Figure(figure) => figure.area_density(point),
             Self::Mesh(mesh) => mesh.area_density(),
         }
     }
@@ -302,7 +323,7 @@ impl Shape {
         let by_solid_angle = match self {
             Self::Sphere(sphere) => sphere.sample_cone(reference, u),
             Self::Mesh(mesh) => mesh.sample_rectangle(reference, u),
-            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) => None,
+            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) | Self::Figure(_) => None,
         };
         if by_solid_angle.is_some() {
             return by_solid_angle;
@@ -318,7 +339,7 @@ impl Shape {
         let by_solid_angle = match self {
             Self::Sphere(sphere) => sphere.cone_density(reference),
             Self::Mesh(mesh) => mesh.rectangle_density(reference),
-            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) => None,
+            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) | Self::Figure(_) => None,
         };
         by_solid_angle.unwrap_or_else(|| {
             steradians_to_area(reference, point).map_or(0.0, |factor| factor * self.area_density(point))
