@@ -5,7 +5,7 @@ use super::oracle::Line;
 use super::sampled::{Known, Tally, add_roots};
 use super::{Random, close, direction, near, placement};
 use crate::geometry::{Ray, Transform, Vec3};
-use crate::shape::{SdfData, SdfGrid, Shape, ShapeError};
+use crate::shape::{Sampled, SdfData, SdfGrid, Shape, ShapeError};
 use rand::{RngExt, SeedableRng};
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ fn box_on_sides() -> Arc<SdfData> {
 }
 
 fn shape(to_world: &Transform, data: &Arc<SdfData>) -> Shape {
-    Shape::SdfGrid(Box::new(SdfGrid::new(to_world, data.clone(), false, false).unwrap()))
+    Shape::Sampled(Box::new(Sampled::Distances(SdfGrid::new(to_world, data.clone(), false, false).unwrap())))
 }
 
 /// All cells, one after the other.
@@ -208,7 +208,9 @@ fn no_grid_is_met_where_it_is_left() {
 fn a_ball_of_distances_is_a_ball() {
     let data = ball(48);
     let made = |smooth, flip| {
-        Shape::SdfGrid(Box::new(SdfGrid::new(&Transform::IDENTITY, data.clone(), smooth, flip).unwrap()))
+        Shape::Sampled(Box::new(Sampled::Distances(
+            SdfGrid::new(&Transform::IDENTITY, data.clone(), smooth, flip).unwrap(),
+        )))
     };
     let [flat, round, flipped] = [made(false, false), made(true, false), made(true, true)];
     let area = 4.0 * std::f64::consts::PI * 0.375 * 0.375;
@@ -239,7 +241,9 @@ fn a_ball_of_distances_is_a_ball() {
 fn normals_are_those_of_mitsuba() {
     let data = data([8; 3], |at| (at - Vec3::new(0.45, 0.5, 0.55)).length() - 0.3);
     let shape = |smooth| {
-        Shape::SdfGrid(Box::new(SdfGrid::new(&Transform::IDENTITY, data.clone(), smooth, false).unwrap()))
+        Shape::Sampled(Box::new(Sampled::Distances(
+            SdfGrid::new(&Transform::IDENTITY, data.clone(), smooth, false).unwrap(),
+        )))
     };
     let down = Ray::new(Vec3::new(0.5, 0.45, 5.0), -Vec3::Z);
     let slanted = Ray::new(Vec3::new(0.52, 0.53, 0.51), Vec3::new(0.6, 0.0, 0.8));
