@@ -3,7 +3,7 @@
 use crate::geometry::{Bounds, Transform};
 use crate::scene::description::{Shape, ShapeKind};
 use crate::shape::{
-    self, Cylinder, Disk, Mesh, MeshData, Quadric, ShapeError, Sphere, Torus, compute_vertex_normals,
+    self, Cylinder, Disk, Figure, Mesh, MeshData, Quadric, ShapeError, Sphere, Torus, compute_vertex_normals,
 };
 
 /// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to single precision.
@@ -28,6 +28,7 @@ pub(super) fn place(
         ShapeKind::Torus { major_radius, minor_radius } => {
             shape::Shape::Torus(Box::new(Torus::new(to_world, *major_radius, *minor_radius, flip)?))
         }
+        ShapeKind::Figure(kind) => shape::Shape::Figure(Box::new(Figure::new(to_world, kind, flip)?)),
         ShapeKind::Rectangle => shape::Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube if part => {
             let cube = MeshData::cube(flip);

@@ -5,7 +5,7 @@ use super::super::source::SceneError;
 use super::query::Query;
 use super::solids::{self, Inherited};
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, lights, media, meshes, quadrics};
+use super::{Reader, bsdfs, figures, lights, media, meshes, quadrics};
 use crate::geometry::Vec3;
 use std::sync::Arc;
 
@@ -39,6 +39,7 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         "cylinder" => Some(cylinder(&query)),
         "cone" | "paraboloid" | "hyperboloid" | "quadric" => quadrics::read(&query),
         "torus" => Some(torus(&query)),
+        "polygon" | "extrusion" | "superquadric" => figures::read(&query),
         "obj" | "ply" | "serialized" => meshes::read(&query),
         plugin if solids::operation(plugin).is_some() => {
             solids::refuse_sensor(&query);
