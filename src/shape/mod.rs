@@ -20,6 +20,7 @@ mod quadric;
 mod rectangle;
 mod sampled;
 mod sdfgrid;
+pub mod solid;
 mod sphere;
 mod support;
 #[cfg(test)]
@@ -140,6 +141,17 @@ impl AreaSample {
     }
 }
 
+/// Where a surface is open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Opening {
+    /// It is one by nature.
+    Surface,
+    /// It has no caps.
+    Caps,
+    /// An edge of a mesh, by its vertices, to which triangles of one side are missing.
+    Edge([u32; 2]),
+}
+
 /// Why a shape cannot be made.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShapeError {
@@ -246,6 +258,24 @@ impl Shape {
             Self::Sampled(sampled) => sampled.crossings(ray),
             Self::Figure(figure) => figure.crossings(ray),
             Self::Mesh(mesh) => mesh.crossings(ray),
+        }
+    }
+
+    /// Whether it encloses a volume, so that a solid can be made of it.
+    ///
+    /// # Errors
+    /// Where it is open.
+    pub fn is_closed(&self) -> Result<(), Opening> {
+        match self {
+            Self::Sphere(_) | Self::Torus(_) => Ok(()),
+            Self::Disk(_) | Self::Cylinder(_) => Err(Opening::Surface),
+            Self::Quadric(quadric) if quadric.is_closed() => Ok(()),
+            Self::Quadric(_) => Err(Opening::Caps),
+            Self::Figure(figure) if figure.is_closed() => Ok(()),
+            Self::Figure(_) => Err(Opening::Caps),
+            Self::Sampled(sampled) if sampled.is_closed() => Ok(()),
+            Self::Sampled(_) => Err(Opening::Surface),
+            Self::Mesh(mesh) => mesh.open_edge().map_or(Ok(()), |edge| Err(Opening::Edge(edge))),
         }
     }
 
