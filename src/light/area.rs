@@ -120,7 +120,12 @@ impl AreaGeometry {
 /// The normal of a surface all of which lies in one plane and faces one way.
 fn plane_normal(shape: &Shape) -> Option<Vec3> {
     match shape {
-        Shape::Sphere(_) | Shape::Cylinder(_) | Shape::Quadric(_) | Shape::Torus(_) => None,
+        Shape::Sphere(_)
+        | Shape::Cylinder(_)
+        | Shape::Quadric(_)
+        | Shape::Torus(_)
+        | Shape::Curves(_)
+        | Shape::SweptSphere(_) => None,
         Shape::Disk(_) => shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal),
         Shape::Mesh(mesh) => {
             let normal = shape.sample([0.5; 2])?.surface.point.normal;
