@@ -10,9 +10,6 @@ use smallvec::SmallVec;
 
 /// A surface in coordinates of its own.
 pub(super) trait Crossed {
-    /// Into how many equal parts a number between 0 and 1 is cut to choose a crossing: as many as there can be, or more, and
-    /// best what those numbers that occur divide.
-    const CHOICES: f64 = 12.0;
     /// A box around it.
     fn around(&self) -> Bounds;
     /// Where the line through a point, its direction of unit length, crosses the surface.
@@ -49,7 +46,7 @@ fn line_through(around: Bounds, axis: usize, [a, b]: [f64; 2]) -> Vec3 {
 }
 
 /// The point for `u` in [0, 1)² and the part that it is on.
-pub(super) fn sample<S: Crossed>(surface: &S, u: [f64; 2]) -> Option<(Vec3, u32)> {
+pub(super) fn sample(surface: &impl Crossed, u: [f64; 2]) -> Option<(Vec3, u32)> {
     let around = surface.around();
     let faces = faces(around);
     let mut at = u[0] * faces.element_sum();
@@ -58,25 +55,25 @@ pub(super) fn sample<S: Crossed>(surface: &S, u: [f64; 2]) -> Option<(Vec3, u32)
         at -= faces[axis];
         axis += 1;
     }
-    // What is left of u chooses among k crossings and then a place.
-    let scaled = (at / faces[axis]).clamp(0.0, 1.0 - f64::EPSILON) * S::CHOICES;
+    // What is left of u chooses a twelfth of k crossings, which for k up to 4 is enough, then a place, and by the place's last
+    // digits, on which nothing else depends, where in the twelfth.
+    const CHOICES: f64 = 12.0;
+    const STRIPS: f64 = 65536.0;
+    let scaled = (at / faces[axis]).clamp(0.0, 1.0 - f64::EPSILON) * CHOICES;
     let choice = scaled.floor();
-    let origin = line_through(around, axis, [scaled - choice, u[1]]);
+    let place = scaled - choice;
+    let origin = line_through(around, axis, [place, u[1]]);
     let crossings = surface.crossed(origin, AXES[axis]);
-    let chosen = crossings.get((choice / share::<S>(crossings.len())) as usize)?;
+    let rank = (choice + (place * STRIPS).fract()) / CHOICES;
+    let chosen = crossings.get((rank * crossings.len() as f64) as usize)?;
     Some((origin + AXES[axis] * chosen.t, chosen.part))
 }
 
-/// Of all choices, those that stand for one of k crossings; what is over when k does not divide them stands for none.
-fn share<S: Crossed>(crossings: usize) -> f64 {
-    (S::CHOICES / crossings.max(1) as f64).floor()
-}
-
 /// Per unit of the surface's own area, at a point with unit normal of either sign.
-pub(super) fn density<S: Crossed>(surface: &S, point: Vec3, normal: Vec3) -> f64 {
+pub(super) fn density(surface: &impl Crossed, point: Vec3, normal: Vec3) -> f64 {
     let of_axis = |axis: usize| {
         let crossings = surface.crossed(point, AXES[axis]).len();
-        normal[axis].abs() * share::<S>(crossings) / S::CHOICES
+        normal[axis].abs() / crossings.max(1) as f64
     };
     (of_axis(0) + of_axis(1) + of_axis(2)) / faces(surface.around()).element_sum()
 }

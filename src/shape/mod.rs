@@ -13,10 +13,14 @@ mod crossing;
 mod curves;
 mod cylinder;
 mod disk;
+mod figure;
+mod grid;
 mod mesh;
 mod placement;
 mod quadric;
 mod rectangle;
+mod sampled;
+mod sdfgrid;
 mod sphere;
 mod support;
 #[cfg(test)]
@@ -29,9 +33,12 @@ pub use crossing::{Crossing, Crossings};
 pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
+pub use figure::{Figure, FigureKind, FillRule};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
+pub use sampled::Sampled;
+pub use sdfgrid::{SdfData, SdfGrid};
 pub use sphere::Sphere;
 use std::fmt;
 pub use torus::Torus;
@@ -48,6 +55,8 @@ pub enum Shape {
     Torus(Box<Torus>),
     Curves(Curves),
     SweptSphere(Box<SweptSphere>),
+    Sampled(Box<Sampled>),
+    Figure(Box<Figure>),
     Mesh(Mesh),
 }
 
@@ -139,6 +148,12 @@ pub enum ShapeError {
     Endless,
     /// There is no real surface where it is asked for.
     Nothing,
+    /// A grid has fewer than two points along an axis, or not a value for each of its points.
+    GridPoints,
+    /// Contours are not finite or enclose no area.
+    Outline,
+    /// An exponent of a superquadric is out of range.
+    Exponent(f64),
     /// The placement makes the shape too thin or too large to compute with.
     Placement,
     /// A triangle refers to a vertex that does not exist.
@@ -167,6 +182,11 @@ impl fmt::Display for ShapeError {
             Self::Coefficients => write!(f, "the coefficients must be finite and not all zero"),
             Self::Endless => write!(f, "it goes on without end unless it is cut off by planes on all sides"),
             Self::Nothing => write!(f, "there is no such surface, or none between the planes"),
+            Self::GridPoints => {
+                write!(f, "a grid needs two points along each axis and a value for each point")
+            }
+            Self::Exponent(exponent) => write!(f, "its exponents must be from 0.001 to 2, not {exponent}"),
+            Self::Outline => write!(f, "its outline must be finite and enclose an area"),
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")
             }
@@ -206,6 +226,10 @@ impl Shape {
             Self::SweptSphere(swept) => {
                 swept.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
             }
+            Self::Sampled(sampled) => sampled.intersect(ray),
+            Self::Figure(figure) => {
+                figure.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
+            }
             Self::Mesh(mesh) => mesh.intersect(ray),
         }
     }
@@ -221,6 +245,8 @@ impl Shape {
             Self::Torus(torus) => torus.crossings(ray),
             Self::Curves(curves) => curves.crossings(ray),
             Self::SweptSphere(swept) => swept.crossings(ray),
+            Self::Sampled(sampled) => sampled.crossings(ray),
+            Self::Figure(figure) => figure.crossings(ray),
             Self::Mesh(mesh) => mesh.crossings(ray),
         }
     }
@@ -235,6 +261,8 @@ impl Shape {
             Self::Torus(torus) => torus.surface(ray.at(hit.t)),
             Self::Curves(curves) => curves.surface(hit, ray.at(hit.t)),
             Self::SweptSphere(swept) => swept.surface(ray.at(hit.t), hit.triangle),
+            Self::Sampled(sampled) => sampled.surface(hit, ray.at(hit.t)),
+            Self::Figure(figure) => figure.surface(ray.at(hit.t), hit.triangle),
             Self::Mesh(mesh) => mesh.surface(hit.triangle, hit.barycentric),
         }
     }
@@ -249,6 +277,8 @@ impl Shape {
             Self::Torus(torus) => torus.parametrisation(position),
             Self::Curves(curves) => curves.parametrisation(hit, position),
             Self::SweptSphere(swept) => swept.parametrisation(position, hit.triangle),
+            Self::Sampled(sampled) => sampled.parametrisation(hit, position),
+            Self::Figure(figure) => figure.parametrisation(position, hit.triangle),
             Self::Mesh(mesh) => mesh.parametrisation(hit.triangle, hit.barycentric),
         }
     }
@@ -263,6 +293,8 @@ impl Shape {
             Self::Torus(torus) => torus.bounds(),
             Self::Curves(curves) => curves.bounds(),
             Self::SweptSphere(swept) => swept.bounds(),
+            Self::Sampled(sampled) => sampled.bounds(),
+            Self::Figure(figure) => figure.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
         }
     }
@@ -277,13 +309,16 @@ impl Shape {
             Self::Torus(torus) => torus.area(),
             Self::Curves(curves) => curves.area(),
             Self::SweptSphere(swept) => swept.area(),
+            Self::Sampled(sampled) => sampled.area(),
+            Self::Figure(figure) => figure.area(),
             Self::Mesh(mesh) => mesh.area(),
         }
     }
 
     /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on
-    /// ellipsoids, elliptic or sheared cylinders and rings, quadrics and swept spheres. `None` for a mesh without area, for curves, which
-    /// are no lights, and, for some `u`, on quadrics and swept spheres.
+    /// ellipsoids, elliptic or sheared cylinders and rings, quadrics, curved figures, swept spheres and what is sampled. `None` for
+    /// a mesh without area, for curves, which are no lights, and, for some `u`, on quadrics, curved figures, swept spheres and grids of
+    /// distances.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(sphere) => Some(sphere.sample(u)),
@@ -293,6 +328,8 @@ impl Shape {
             Self::Torus(torus) => Some(torus.sample(u)),
             Self::Curves(_) => None,
             Self::SweptSphere(swept) => swept.sample(u),
+            Self::Sampled(sampled) => sampled.sample(u),
+            Self::Figure(figure) => figure.sample(u),
             Self::Mesh(mesh) => mesh.sample(u),
         }
     }
@@ -308,6 +345,8 @@ impl Shape {
             Self::Torus(torus) => Some(torus.sample(u)),
             Self::Curves(_) => None,
             Self::SweptSphere(swept) => swept.sample(u),
+            Self::Sampled(sampled) => sampled.sample(u),
+            Self::Figure(figure) => figure.sample(u),
             Self::Mesh(mesh) => mesh.unfold(u),
         }
     }
@@ -322,6 +361,8 @@ impl Shape {
             Self::Torus(torus) => torus.area_density(point),
             Self::Curves(_) => 0.0,
             Self::SweptSphere(swept) => swept.area_density(point),
+            Self::Sampled(sampled) => sampled.area_density(point),
+            Self::Figure(figure) => figure.area_density(point),
             Self::Mesh(mesh) => mesh.area_density(),
         }
     }
@@ -339,6 +380,7 @@ impl Shape {
             | Self::Torus(_)
             | Self::Curves(_)
             | Self::SweptSphere(_) => None,
+            Self::Figure(_) | Self::Sampled(_) => None,
         };
         if by_solid_angle.is_some() {
             return by_solid_angle;
@@ -360,6 +402,7 @@ impl Shape {
             | Self::Torus(_)
             | Self::Curves(_)
             | Self::SweptSphere(_) => None,
+            Self::Figure(_) | Self::Sampled(_) => None,
         };
         by_solid_angle.unwrap_or_else(|| {
             steradians_to_area(reference, point).map_or(0.0, |factor| factor * self.area_density(point))

@@ -229,8 +229,6 @@ impl SweptSphere {
 }
 
 impl Crossed for SweptSphere {
-    const CHOICES: f64 = 120.0;
-
     fn around(&self) -> Bounds {
         self.around
     }
