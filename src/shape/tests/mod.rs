@@ -1,5 +1,6 @@
 //! Tests over all shapes.
 
+mod curves;
 mod doubled;
 mod figures;
 mod oracle;
