@@ -283,8 +283,8 @@ impl Shape {
     /// Where it is open.
     pub fn is_closed(&self) -> Result<(), Opening> {
         match self {
-            Self::Sphere(_) | Self::Torus(_) => Ok(()),
-            Self::Disk(_) | Self::Cylinder(_) => Err(Opening::Surface),
+            Self::Sphere(_) | Self::Torus(_) | Self::SweptSphere(_) => Ok(()),
+            Self::Disk(_) | Self::Cylinder(_) | Self::Curves(_) => Err(Opening::Surface),
             Self::Quadric(quadric) if quadric.is_closed() => Ok(()),
             Self::Quadric(_) => Err(Opening::Caps),
             Self::Figure(figure) if figure.is_closed() => Ok(()),
