@@ -287,10 +287,10 @@ impl Shape {
             Self::Disk(_) | Self::Cylinder(_) | Self::Curves(_) => Err(Opening::Surface),
             Self::Quadric(quadric) if quadric.is_closed() => Ok(()),
             Self::Quadric(_) => Err(Opening::Caps),
-            Self::Figure(figure) if figure.is_closed() => Ok(()),
-            Self::Figure(_) => Err(Opening::Caps),
             Self::Sampled(sampled) if sampled.is_closed() => Ok(()),
-            Self::Sampled(_) => Err(Opening::Surface),
+            Self::Figure(figure) if figure.is_closed() => Ok(()),
+            Self::Figure(figure) if !figure.is_flat() => Err(Opening::Caps),
+            Self::Sampled(_) | Self::Figure(_) => Err(Opening::Surface),
             Self::Mesh(mesh) => mesh.open_edge().map_or(Ok(()), |edge| Err(Opening::Edge(edge))),
         }
     }
