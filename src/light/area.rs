@@ -1,5 +1,5 @@
 use crate::geometry::{Placed, Pose, SurfacePoint, Vec3};
-use crate::shape::{Hit, NO_INSTANCE, Shape, ShapeSample};
+use crate::shape::{AtRest, Hit, NO_INSTANCE, Shape, ShapeSample};
 use crate::texture::{MeshPoint, TexturePoint};
 
 /// A surface whose front emits.
@@ -72,7 +72,17 @@ impl AreaGeometry {
             Shape::Mesh(mesh) => Some(MeshPoint { mesh, triangle, barycentric }),
             _ => None,
         };
-        TexturePoint { uv: self.shape.parametrisation(&hit, local).uv, position, mesh }
+        let here = self.shape.parametrisation(&hit, local);
+        let tangents = [here.tangent, here.bitangent];
+        let at_rest = match self.pose(f64::NEG_INFINITY) {
+            None => AtRest { position, tangents },
+            // As instances have it.
+            Some(rest) => AtRest {
+                position: rest.world_point(local),
+                tangents: tangents.map(|tangent| rest.world_vector(tangent)),
+            },
+        };
+        TexturePoint { uv: here.uv, position, at_rest, mesh }
     }
 
     /// The density of [`Self::sample_toward`] at a point of the surface.

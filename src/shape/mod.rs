@@ -99,6 +99,20 @@ impl Parametrisation {
     pub const NONE: Self = Self { uv: [0.0; 2], tangent: Vec3::ZERO, bitangent: Vec3::ZERO };
 }
 
+/// A point of a surface where it is before instances and motion carry it anywhere: what is carved from a block keeps its
+/// grain. In the coordinates of the compiled scene; of what is instanced in those that its group would have in there.
+#[derive(Clone, Copy, Debug)]
+pub struct AtRest {
+    pub position: Vec3,
+    /// ∂p/∂u and ∂p/∂v, as in [`Parametrisation`].
+    pub tangents: [Vec3; 2],
+}
+
+impl AtRest {
+    /// Of a surface that nothing asks for it.
+    pub const NONE: Self = Self { position: Vec3::ZERO, tangents: [Vec3::ZERO; 2] };
+}
+
 /// A point chosen on a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSample {

@@ -141,7 +141,14 @@ impl<'a> Groups<'a> {
         let (mut instances, mut errors) = (Vec::new(), Vec::new());
         for instance in &self.instances {
             match self.placed(instance, shift) {
-                Some(placed) => instances.push(accel::Instance::new(trees[instance.group].clone(), placed)),
+                Some(placed) => {
+                    let group = &self.groups[instance.group];
+                    let shown = accel::Instance::new(trees[instance.group].clone(), placed);
+                    instances.push(match group.placed {
+                        true => shown.resting(&Transform::translation(centre(group.bounds)).then(shift)),
+                        false => shown,
+                    });
+                }
                 None => errors.push(instance.place),
             }
         }
