@@ -15,6 +15,7 @@ mod cylinder;
 mod disk;
 mod figure;
 mod grid;
+mod heightfield;
 mod mesh;
 mod placement;
 mod quadric;
@@ -35,6 +36,7 @@ pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use figure::{Figure, FigureKind, FillRule};
+pub use heightfield::{HeightData, HeightField};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
@@ -176,6 +178,8 @@ pub enum ShapeError {
     Nothing,
     /// A grid has fewer than two points along an axis, or not a value for each of its points.
     GridPoints,
+    /// The base of a height field isn't below all of it.
+    Base,
     /// Contours are not finite or enclose no area.
     Outline,
     /// An exponent of a superquadric is out of range.
@@ -208,6 +212,7 @@ impl fmt::Display for ShapeError {
             Self::Coefficients => write!(f, "the coefficients must be finite and not all zero"),
             Self::Endless => write!(f, "it goes on without end unless it is cut off by planes on all sides"),
             Self::Nothing => write!(f, "there is no such surface, or none between the planes"),
+            Self::Base => write!(f, "the base must be below all heights"),
             Self::GridPoints => {
                 write!(f, "a grid needs two points along each axis and a value for each point")
             }

@@ -3,6 +3,7 @@
 mod curves;
 mod doubled;
 mod figures;
+mod heightfields;
 mod oracle;
 mod quadrics;
 mod sampled;
@@ -11,8 +12,8 @@ mod tori;
 mod worked;
 
 use super::{
-    Cylinder, Disk, Figure, Mesh, MeshData, Quadric, QuadricKind, Sampled, SdfGrid, Shape, ShapeError,
-    Sheets, Sphere, Torus,
+    Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, QuadricKind, Sampled, SdfGrid, Shape,
+    ShapeError, Sheets, Sphere, Torus,
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DQuat};
@@ -87,6 +88,11 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
             SdfGrid::new(place, sdfgrids::ball(8), smooth, false).unwrap(),
         )))
     };
+    let heights = |place: &Transform, base| {
+        Shape::Sampled(Box::new(Sampled::Heights(
+            HeightField::new(place, heightfields::hills([9, 7]), 0.5, base, false, false).unwrap(),
+        )))
+    };
     let figures = figures::kinds().into_iter().enumerate().map(|(i, (name, kind))| {
         let place = if i % 2 == 0 { &similar } else { &skew };
         (name, Shape::Figure(Box::new(Figure::new(place, &kind, false).unwrap())))
@@ -108,6 +114,8 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
         ("sheared torus", torus(&skew, 0.7, 0.3)),
         ("distances", distances(&similar, true)),
         ("sheared distances", distances(&skew, false)),
+        ("heights", heights(&skew, None)),
+        ("solid heights", heights(&similar, Some(-0.75))),
         ("rectangle", Shape::Mesh(Mesh::rectangle(&rectangle, false).unwrap())),
         ("parallelogram", Shape::Mesh(Mesh::rectangle(&skew, false).unwrap())),
         ("cube", Shape::Mesh(Mesh::cube(&skew, false).unwrap())),
