@@ -28,7 +28,7 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 pub use crossing::{Crossing, Crossings};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use figure::{Figure, FigureKind, FillRule};
+pub use figure::{Figure, FigureKind, FillRule, Interpolation};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
@@ -137,6 +137,8 @@ pub enum ShapeError {
     Nothing,
     /// Contours are not finite or enclose no area.
     Outline,
+    /// A profile is not finite, has too few points, or reaches over the axis.
+    Profile,
     /// An exponent of a superquadric is out of range.
     Exponent(f64),
     /// The placement makes the shape too thin or too large to compute with.
@@ -165,6 +167,7 @@ impl fmt::Display for ShapeError {
             Self::Endless => write!(f, "it goes on without end unless it is cut off by planes on all sides"),
             Self::Nothing => write!(f, "there is no such surface, or none between the planes"),
             Self::Exponent(exponent) => write!(f, "its exponents must be from 0.001 to 2, not {exponent}"),
+            Self::Profile => write!(f, "its profile must be finite and on one side of the axis"),
             Self::Outline => write!(f, "its outline must be finite and enclose an area"),
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")
