@@ -447,7 +447,7 @@ pub enum ShapeKind {
         major_radius: f64,
         minor_radius: f64,
     },
-    /// `polygon`, `extrusion`, `superquadric` (extensions).
+    /// `polygon`, `extrusion`, `revolution`, `superquadric` (extensions).
     Figure(FigureKind),
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {

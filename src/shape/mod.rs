@@ -35,7 +35,7 @@ pub use crossing::{Crossing, Crossings};
 pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use figure::{Figure, FigureKind, FillRule};
+pub use figure::{Figure, FigureKind, FillRule, Interpolation};
 pub use heightfield::{HeightData, HeightField};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
@@ -182,6 +182,8 @@ pub enum ShapeError {
     Base,
     /// Contours are not finite or enclose no area.
     Outline,
+    /// A profile is not finite, has too few points, or reaches over the axis.
+    Profile,
     /// An exponent of a superquadric is out of range.
     Exponent(f64),
     /// The placement makes the shape too thin or too large to compute with.
@@ -217,6 +219,7 @@ impl fmt::Display for ShapeError {
                 write!(f, "a grid needs two points along each axis and a value for each point")
             }
             Self::Exponent(exponent) => write!(f, "its exponents must be from 0.001 to 2, not {exponent}"),
+            Self::Profile => write!(f, "its profile must be finite and on one side of the axis"),
             Self::Outline => write!(f, "its outline must be finite and enclose an area"),
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")

@@ -78,6 +78,7 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "torus",
             "polygon",
             "extrusion",
+            "revolution",
             "superquadric",
             "obj",
             "ply",
