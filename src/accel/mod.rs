@@ -13,7 +13,7 @@ mod tests;
 
 use crate::geometry::{Bounds, Ray, Vec3};
 use crate::shape::solid::Solid;
-use crate::shape::{Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
+use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
 pub use instance::Instance;
 use node::{Child, Node, NodeRay, NodeSpace};
 use packet::{Packet, PacketRay};
@@ -92,11 +92,20 @@ impl Accel {
         }
     }
 
-    /// The coordinates of the point `position` that [`Accel::surface`] gave for a hit.
-    pub fn parametrisation(&self, shapes: &[Shape], hit: &Hit, position: Vec3, time: f64) -> Parametrisation {
+    /// The coordinates of the point `position` that [`Accel::surface`] gave for a hit, and where that is at rest.
+    pub fn parametrisation(
+        &self,
+        shapes: &[Shape],
+        hit: &Hit,
+        position: Vec3,
+        time: f64,
+    ) -> (Parametrisation, AtRest) {
         let shape = &shapes[hit.shape as usize];
         match hit.instance {
-            NO_INSTANCE => shape.parametrisation(hit, position),
+            NO_INSTANCE => {
+                let here = shape.parametrisation(hit, position);
+                (here, AtRest { position, tangents: [here.tangent, here.bitangent] })
+            }
             instance => self.instances[instance as usize].parametrisation(shape, hit, position, time),
         }
     }

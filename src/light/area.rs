@@ -1,6 +1,6 @@
 use crate::geometry::{Placed, Pose, SurfacePoint, Vec3};
 use crate::shape::solid::Solid;
-use crate::shape::{Hit, NO_INSTANCE, Shape, ShapeSample};
+use crate::shape::{AtRest, Hit, NO_INSTANCE, Shape, ShapeSample};
 use crate::texture::{MeshPoint, TexturePoint};
 use std::sync::Arc;
 
@@ -106,7 +106,17 @@ impl AreaGeometry {
             Shape::Mesh(mesh) => Some(MeshPoint { mesh, triangle, barycentric }),
             _ => None,
         };
-        TexturePoint { uv: self.shape.parametrisation(&hit, local).uv, position, mesh }
+        let here = self.shape.parametrisation(&hit, local);
+        let tangents = [here.tangent, here.bitangent];
+        let at_rest = match self.pose(f64::NEG_INFINITY) {
+            None => AtRest { position, tangents },
+            // As instances have it.
+            Some(rest) => AtRest {
+                position: rest.world_point(local),
+                tangents: tangents.map(|tangent| rest.world_vector(tangent)),
+            },
+        };
+        TexturePoint { uv: here.uv, position, at_rest, mesh }
     }
 
     /// The density of [`Self::sample_toward`] at a point of the surface.
@@ -154,9 +164,13 @@ impl AreaGeometry {
 /// The normal of a surface all of which lies in one plane and faces one way.
 fn plane_normal(shape: &Shape) -> Option<Vec3> {
     match shape {
-        Shape::Sphere(_) | Shape::Cylinder(_) | Shape::Quadric(_) | Shape::Torus(_) | Shape::Sampled(_) => {
-            None
-        }
+        Shape::Sphere(_)
+        | Shape::Cylinder(_)
+        | Shape::Quadric(_)
+        | Shape::Torus(_)
+        | Shape::Sampled(_)
+        | Shape::Curves(_)
+        | Shape::SweptSphere(_) => None,
         Shape::Figure(figure) if !figure.is_flat() => None,
         Shape::Disk(_) | Shape::Figure(_) => shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal),
         Shape::Mesh(mesh) => {

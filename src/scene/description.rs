@@ -11,7 +11,7 @@ use crate::sampling::SamplerKind;
 use crate::shape::solid::Operation;
 use crate::shape::{FigureKind, MeshData, QuadricKind};
 use crate::spectrum::DispersionFormula;
-use crate::texture::{Filter, Wrap};
+use crate::texture::{Filter, Pattern, Wrap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -92,6 +92,8 @@ pub enum SpectrumKind {
     },
     /// Values in space.
     Volume(Arc<VolumeSource>),
+    /// A pattern that is computed (an extension).
+    Procedural(Arc<ProceduralSource>),
     /// Another spectrum or texture times D65.
     Daylit(Arc<SpectrumSource>),
 }
@@ -138,6 +140,30 @@ pub struct VolumeSource {
     pub raw: bool,
     /// Whether the grid fills the box that its file states, and not the unit cube.
     pub use_grid_bbox: bool,
+}
+
+/// A pattern that selects between other textures or mixes them.
+#[derive(Clone, Debug)]
+pub struct ProceduralSource {
+    pub pattern: Pattern,
+    pub space: PatternSpace,
+    /// The size of a cell of noise, and the distance between veins, rings, bands: in the file's units, or those of uv.
+    pub period: f64,
+    /// For values of the pattern from the least to the greatest.
+    pub colours: Vec<SpectrumSource>,
+    /// The values of the pattern that are the first and the last colour.
+    pub range: [f64; 2],
+    /// Whether colours are mixed, and not each the only one over its share of the values.
+    pub mixed: bool,
+}
+
+/// What a pattern is computed from.
+#[derive(Clone, Copy, Debug)]
+pub enum PatternSpace {
+    /// The surface's coordinates, with a transform to those of the pattern.
+    Uv(Transform),
+    /// The place where the surface is at rest, with a transform from the pattern's coordinates.
+    World(Transform),
 }
 
 impl SpectrumSource {
@@ -421,7 +447,7 @@ pub enum ShapeKind {
         major_radius: f64,
         minor_radius: f64,
     },
-    /// `polygon`, `extrusion`, `superquadric` (extensions).
+    /// `polygon`, `extrusion`, `revolution`, `superquadric` (extensions).
     Figure(FigureKind),
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {

@@ -51,6 +51,8 @@ pub(super) type Keys = Vec<(f64, Transform)>;
 struct Instance<'a> {
     place: &'a Place,
     group: usize,
+    /// Whether it is one of those that show a group of the file: its textures lie in the group's coordinates.
+    of_group: bool,
     to_world: Transform,
     keys: Option<Keys>,
 }
@@ -129,13 +131,13 @@ impl<'a> Groups<'a> {
                 group.solids.iter().for_each(|solid| flat.add(solid));
                 all.group(flat)
             });
-            all.show(place, group, to_world, motion.as_deref());
+            all.show(place, group, true, to_world, motion.as_deref());
         }
         for shape in moving {
             let mut flat = solids::Flat::default();
             flat.pieces.push(Piece::whole(shape, Transform::IDENTITY));
             let group = all.group(flat);
-            all.show(&shape.place, group, &shape.to_world, shape.motion.as_deref());
+            all.show(&shape.place, group, false, &shape.to_world, shape.motion.as_deref());
         }
         for solid in &description.solids {
             if solid.motion.is_none() {
@@ -145,14 +147,14 @@ impl<'a> Groups<'a> {
             let mut flat = solids::Flat::default();
             flat.add(solid);
             let group = all.group(flat);
-            all.show(&solid.place, group, &solid.to_world, solid.motion.as_deref());
+            all.show(&solid.place, group, false, &solid.to_world, solid.motion.as_deref());
         }
         // Parts that move of unions that are nothing but their parts.
         for (mut piece, keys) in std::mem::take(&mut own.moving) {
             piece.part = false;
             let (place, to_world) = (&piece.shape.place, piece.shape.to_world);
             let group = all.group(solids::Flat { pieces: vec![piece], ..solids::Flat::default() });
-            all.instances.push(Instance { place, group, to_world, keys: Some(keys) });
+            all.instances.push(Instance { place, group, of_group: false, to_world, keys: Some(keys) });
         }
         all.own = Group::new(own.pieces, own.solids, shutter);
         let mut start = all.own.pieces.len();
@@ -169,9 +171,16 @@ impl<'a> Groups<'a> {
         self.groups.len() - 1
     }
 
-    fn show(&mut self, place: &'a Place, group: usize, to_world: &Transform, motion: Option<&Animation>) {
+    fn show(
+        &mut self,
+        place: &'a Place,
+        group: usize,
+        of_group: bool,
+        to_world: &Transform,
+        motion: Option<&Animation>,
+    ) {
         let keys = motion.map(|motion| motion.keys.clone());
-        self.instances.push(Instance { place, group, to_world: *to_world, keys });
+        self.instances.push(Instance { place, group, of_group, to_world: *to_world, keys });
     }
 
     /// Whether anything moves while the shutter is open.
@@ -311,7 +320,14 @@ impl<'a> Groups<'a> {
             .collect();
         for instance in &self.instances {
             match self.placed(instance, shift) {
-                Some(placed) => instances.push(accel::Instance::new(trees[instance.group].clone(), placed)),
+                Some(placed) => {
+                    let shown = accel::Instance::new(trees[instance.group].clone(), placed);
+                    let centre = centre(self.groups[instance.group].bounds);
+                    instances.push(match instance.of_group {
+                        true => shown.resting(&Transform::translation(centre).then(shift)),
+                        false => shown,
+                    });
+                }
                 None => errors.push(instance.place),
             }
         }

@@ -39,7 +39,7 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         "cylinder" => Some(cylinder(&query)),
         "cone" | "paraboloid" | "hyperboloid" | "quadric" => quadrics::read(&query),
         "torus" => Some(torus(&query)),
-        "polygon" | "extrusion" | "superquadric" => figures::read(&query),
+        "polygon" | "extrusion" | "revolution" | "superquadric" => figures::read(&query),
         "obj" | "ply" | "serialized" => meshes::read(&query),
         plugin if solids::operation(plugin).is_some() => {
             solids::refuse_sensor(&query);

@@ -4,7 +4,7 @@ use super::super::description::{
 use super::super::info::hash_of_mesh;
 use super::super::read::{Class, solids};
 use super::{Teller, Told, Value, bsdfs};
-use crate::shape::{FigureKind, FillRule, QuadricKind, Sheets};
+use crate::shape::{FigureKind, FillRule, Interpolation, QuadricKind, Sheets};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -112,6 +112,18 @@ fn figure(told: impl Fn(&'static str) -> Told, kind: &FigureKind) -> Told {
             outline(told("extrusion"), contours, rule)
                 .float("zmin", *low)
                 .float("zmax", *high)
+                .boolean("capped", *capped)
+        }
+        FigureKind::Revolution { profile, interpolation, closed, capped } => {
+            let interpolation = match interpolation {
+                Interpolation::Linear => "linear",
+                Interpolation::Bezier => "bezier",
+                Interpolation::BSpline => "bspline",
+            };
+            told("revolution")
+                .text("profile", points(profile))
+                .text("interpolation", interpolation)
+                .boolean("closed", *closed)
                 .boolean("capped", *capped)
         }
         FigureKind::Superquadric { exponents: [e1, e2], semi_axes } => {

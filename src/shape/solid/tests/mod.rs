@@ -79,7 +79,7 @@ fn judge(model: &Model, place: &Transform, lines: u64, seed: u64) -> Tally {
         tally.hits += u64::from(!found.is_empty());
         let mut within = false;
         let mut from = 0.0;
-        let mut look = |t: f64, within: bool, tally: &mut Tally| {
+        let look = |t: f64, within: bool, tally: &mut Tally| {
             let depth = depth(ray.at(t));
             tally.places += 1;
             if depth.abs() < 1e-12 {
