@@ -8,7 +8,7 @@ use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
 use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
-use crate::shape::{FigureKind, MeshData, QuadricKind};
+use crate::shape::{FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain};
 use crate::spectrum::DispersionFormula;
 use crate::texture::{Filter, Pattern, Wrap};
 use std::path::PathBuf;
@@ -426,6 +426,23 @@ pub enum ShapeKind {
     },
     /// `polygon`, `extrusion`, `superquadric` (extensions).
     Figure(FigureKind),
+    /// `sdfgrid`.
+    Distances {
+        file: PathBuf,
+        data: Arc<SdfData>,
+        /// Whether shading normals are smooth.
+        smooth: bool,
+    },
+    /// `heightfield` (an extension).
+    Heights {
+        source: HeightSource,
+        data: Arc<HeightData>,
+        scale: f64,
+        /// The height of the bottom of a body.
+        base: Option<f64>,
+        /// Whether shading normals are smooth.
+        smooth: bool,
+    },
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
@@ -440,6 +457,19 @@ pub enum ShapeKind {
         /// `face_normals` does not ask for flat triangles.
         compute_normals: bool,
     },
+}
+
+/// Where the heights of a `heightfield` are from.
+#[derive(Clone, Debug)]
+pub enum HeightSource {
+    /// A channel of an image.
+    Image {
+        file: PathBuf,
+        channel: usize,
+    },
+    /// Written in the scene.
+    List,
+    Terrain(Terrain),
 }
 
 /// Shapes that stand nowhere by themselves, in coordinates of their own.

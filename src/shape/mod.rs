@@ -33,7 +33,7 @@ pub use crossing::{Crossing, Crossings};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use figure::{Figure, FigureKind, FillRule};
-pub use heightfield::{HeightData, HeightField};
+pub use heightfield::{HeightData, HeightField, Terrain};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;

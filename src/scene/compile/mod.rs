@@ -19,7 +19,8 @@ use crate::integrator::{Coverage, Integrator, Limits};
 use crate::light::Light;
 use crate::material::Material;
 use crate::shape::{
-    Cylinder, Disk, Figure, Mesh, Quadric, Shape, ShapeError, Sphere, Torus, compute_vertex_normals,
+    Cylinder, Disk, Figure, HeightField, Mesh, Quadric, Sampled, SdfGrid, Shape, ShapeError, Sphere, Torus,
+    compute_vertex_normals,
 };
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
@@ -229,6 +230,14 @@ fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, Shap
         }
         ShapeKind::Torus { major_radius, minor_radius } => {
             Shape::Torus(Box::new(Torus::new(to_world, *major_radius, *minor_radius, flip)?))
+        }
+        ShapeKind::Distances { data, smooth, .. } => {
+            let grid = SdfGrid::new(to_world, data.clone(), *smooth, flip)?;
+            Shape::Sampled(Box::new(Sampled::Distances(grid)))
+        }
+        ShapeKind::Heights { data, scale, base, smooth, .. } => {
+            let field = HeightField::new(to_world, data.clone(), *scale, *base, *smooth, flip)?;
+            Shape::Sampled(Box::new(Sampled::Heights(field)))
         }
         ShapeKind::Figure(kind) => Shape::Figure(Box::new(Figure::new(to_world, kind, flip)?)),
         ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),

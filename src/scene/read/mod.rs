@@ -9,6 +9,7 @@ mod bsdfs;
 mod figures;
 mod files;
 mod films;
+mod grids;
 mod groups;
 mod indices;
 mod integrators;

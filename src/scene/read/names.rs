@@ -76,6 +76,8 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "hyperboloid",
             "quadric",
             "torus",
+            "sdfgrid",
+            "heightfield",
             "polygon",
             "extrusion",
             "superquadric",

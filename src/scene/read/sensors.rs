@@ -24,7 +24,9 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 11] = [
+const ANALYTIC: [&str; 13] = [
+    "sdfgrid",
+    "heightfield",
     "sphere",
     "disk",
     "cylinder",

@@ -1,8 +1,10 @@
-use super::super::description::{Instance, Medium, Shape, ShapeGroup, ShapeKind, SpectrumSource};
-use super::super::info::hash_of_mesh;
+use super::super::description::{
+    HeightSource, Instance, Medium, Shape, ShapeGroup, ShapeKind, SpectrumSource,
+};
+use super::super::info::{hash_of_mesh, hash_of_values};
 use super::super::read::Class;
 use super::{Teller, Told, Value, bsdfs};
-use crate::shape::{FigureKind, FillRule, QuadricKind, Sheets};
+use crate::shape::{FigureKind, FillRule, HeightData, QuadricKind, Sheets, Terrain};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -23,6 +25,25 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
             told("torus").float("major_radius", *major_radius).float("minor_radius", *minor_radius)
         }
         ShapeKind::Figure(kind) => figure(told, kind),
+        ShapeKind::Distances { file, data, smooth } => {
+            let (points, values) = data.grid();
+            let [x, y, z] = points;
+            let filename = Value::File {
+                path: file.clone(),
+                content: hash_of_values(&[x, y, z, 1], values),
+                summary: format!("{x} × {y} × {z} points"),
+            };
+            told("sdfgrid").with("filename", filename).text("normals", normals(*smooth))
+        }
+        ShapeKind::Heights { source, data, scale, base, smooth } => {
+            let told = heights(told("heightfield"), source, data)
+                .float("scale", *scale)
+                .text("normals", normals(*smooth));
+            match base {
+                Some(base) => told.float("base", *base),
+                None => told,
+            }
+        }
         ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, compute_normals } => {
             let filename = Value::File {
                 path: file.clone(),
@@ -58,6 +79,33 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
     match &shape.exterior {
         Some(exterior) => told.named("exterior", medium(exterior)),
         None => told,
+    }
+}
+
+fn normals(smooth: bool) -> &'static str {
+    if smooth { "smooth" } else { "analytic" }
+}
+
+fn heights(told: Told, source: &HeightSource, data: &HeightData) -> Told {
+    let ([width, depth], values) = data.grid();
+    match source {
+        HeightSource::Image { file, channel } => {
+            let filename = Value::File {
+                path: file.clone(),
+                content: hash_of_values(&[width, depth, 1], values),
+                summary: format!("{width} × {depth} heights"),
+            };
+            told.with("filename", filename).integer("channel", *channel as i64)
+        }
+        HeightSource::List => {
+            let values: Vec<f64> = values.iter().map(|&value| f64::from(value)).collect();
+            told.numbers("heights", &values).integer("width", width as i64)
+        }
+        HeightSource::Terrain(Terrain { levels, hurst, seed }) => told
+            .text("terrain", "spectral")
+            .integer("levels", *levels)
+            .float("hurst", *hurst)
+            .integer("seed", *seed as i64),
     }
 }
 
