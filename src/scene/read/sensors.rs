@@ -24,7 +24,7 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 13] = [
+const ANALYTIC: [&str; 14] = [
     "sdfgrid",
     "heightfield",
     "sphere",
@@ -37,6 +37,7 @@ const ANALYTIC: [&str; 13] = [
     "torus",
     "polygon",
     "extrusion",
+    "revolution",
     "superquadric",
 ];
 
