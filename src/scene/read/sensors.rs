@@ -24,7 +24,7 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 12] = [
+const ANALYTIC: [&str; 13] = [
     "sphere",
     "disk",
     "cylinder",
@@ -37,6 +37,7 @@ const ANALYTIC: [&str; 12] = [
     "extrusion",
     "revolution",
     "superquadric",
+    "blobs",
 ];
 
 /// The scene's sensors in Mitsuba 3's order, which numbers them; `None` for those that are wrong, which is reported.

@@ -25,7 +25,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         "cylinder" => Some(cylinder(&query)),
         "cone" | "paraboloid" | "hyperboloid" | "quadric" => quadrics::read(&query),
         "torus" => Some(torus(&query)),
-        "polygon" | "extrusion" | "revolution" | "superquadric" => figures::read(&query),
+        "polygon" | "extrusion" | "revolution" | "superquadric" | "blobs" => figures::read(&query),
         "obj" | "ply" | "serialized" => meshes::read(&query),
         _ => {
             reader.unknown_plugin(object);
