@@ -1,14 +1,19 @@
 //! Tests over all shapes.
 
+mod curves;
 mod doubled;
 mod figures;
+mod heightfields;
 mod oracle;
 mod quadrics;
+mod sampled;
+mod sdfgrids;
 mod tori;
 mod worked;
 
 use super::{
-    Cylinder, Disk, Figure, Mesh, MeshData, Quadric, QuadricKind, Shape, ShapeError, Sheets, Sphere, Torus,
+    Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, QuadricKind, Sampled, SdfGrid, Shape,
+    ShapeError, Sheets, Sphere, Torus,
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DQuat};
@@ -78,6 +83,16 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
         indices: vec![[0, 1, 2], [2, 1, 3], [0, 0, 1], [1, 4, 3]],
         ..MeshData::default()
     };
+    let distances = |place: &Transform, smooth| {
+        Shape::Sampled(Box::new(Sampled::Distances(
+            SdfGrid::new(place, sdfgrids::ball(8), smooth, false).unwrap(),
+        )))
+    };
+    let heights = |place: &Transform, base| {
+        Shape::Sampled(Box::new(Sampled::Heights(
+            HeightField::new(place, heightfields::hills([9, 7]), 0.5, base, false, false).unwrap(),
+        )))
+    };
     let figures = figures::kinds().into_iter().enumerate().map(|(i, (name, kind))| {
         let place = if i % 2 == 0 { &similar } else { &skew };
         (name, Shape::Figure(Box::new(Figure::new(place, &kind, false).unwrap())))
@@ -97,6 +112,10 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
         ("sheared open saddle", quadric(&skew, &saddle, false)),
         ("torus", torus(&similar, 0.6, 0.25)),
         ("sheared torus", torus(&skew, 0.7, 0.3)),
+        ("distances", distances(&similar, true)),
+        ("sheared distances", distances(&skew, false)),
+        ("heights", heights(&skew, None)),
+        ("solid heights", heights(&similar, Some(-0.75))),
         ("rectangle", Shape::Mesh(Mesh::rectangle(&rectangle, false).unwrap())),
         ("parallelogram", Shape::Mesh(Mesh::rectangle(&skew, false).unwrap())),
         ("cube", Shape::Mesh(Mesh::cube(&skew, false).unwrap())),
@@ -110,6 +129,7 @@ fn by_chords(shape: &Shape) -> bool {
     match shape {
         Shape::Quadric(_) => true,
         Shape::Figure(figure) => figure.is_curved(),
+        Shape::Sampled(sampled) => matches!(**sampled, Sampled::Distances(_)),
         _ => false,
     }
 }
@@ -355,7 +375,7 @@ fn check_solid_angle(name: &str, shape: &Shape, reference: Vec3, seed: u64) -> f
         assert!(close(reported / sample.density, 1.0, 1e-6), "{name}: {reported} against {}", sample.density);
         observed[cell((point.position - reference).normalize())] += 1.0 / f64::from(drawn);
     }
-    // For each u there is a point, except on quadrics.
+    // For each u there is a point, except on quadrics and grids.
     let total: f64 = expected.iter().sum();
     let share: f64 = observed.iter().sum();
     assert!(close(share, 1.0, 1e-9) || by_chords(shape), "{name}: {share}");
@@ -427,7 +447,7 @@ fn samples_are_not_hidden_by_their_own_surface() {
     for (name, shape) in all_shapes() {
         let convex = !matches!(name, "uneven mesh")
             && !name.contains("cylinder")
-            && !matches!(shape, Shape::Quadric(_) | Shape::Torus(_) | Shape::Figure(_));
+            && !matches!(shape, Shape::Quadric(_) | Shape::Torus(_) | Shape::Figure(_) | Shape::Sampled(_));
         for _ in 0..5_000 {
             let reference = direction(&mut random) * 10f64.powf(random.random_range(0.5..6.0));
             let Some(sample) = shape.sample_toward(reference, [random.random(), random.random()]) else {
