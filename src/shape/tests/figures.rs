@@ -542,7 +542,7 @@ fn closed_figures_are_entered_and_left_by_turns() {
         if !figure.is_closed() {
             continue;
         }
-        for _ in 0..50_000 {
+        for _ in 0..10_000 {
             let ray = any_ray(&shape, shape.bounds(), &mut random);
             let found = shape.crossings(&ray);
             assert!(found.len() % 2 == 0, "{name}: {ray:?} {found:?}");
