@@ -447,7 +447,7 @@ pub enum ShapeKind {
         major_radius: f64,
         minor_radius: f64,
     },
-    /// `polygon`, `extrusion`, `revolution`, `superquadric` (extensions).
+    /// `polygon`, `extrusion`, `revolution`, `superquadric` and `blobs` (extensions).
     Figure(FigureKind),
     /// `sdfgrid`.
     Distances {

@@ -82,6 +82,7 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "extrusion",
             "revolution",
             "superquadric",
+            "blobs",
             "obj",
             "ply",
             "serialized",

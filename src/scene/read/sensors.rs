@@ -24,7 +24,7 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 14] = [
+const ANALYTIC: [&str; 15] = [
     "sdfgrid",
     "heightfield",
     "sphere",
@@ -39,6 +39,7 @@ const ANALYTIC: [&str; 14] = [
     "extrusion",
     "revolution",
     "superquadric",
+    "blobs",
 ];
 
 /// The scene's sensors in Mitsuba 3's order, which numbers them; `None` for those that are wrong, which is reported.

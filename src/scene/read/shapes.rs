@@ -41,7 +41,7 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         "torus" => Some(torus(&query)),
         "sdfgrid" => grids::distances(&query),
         "heightfield" => grids::heights(&query),
-        "polygon" | "extrusion" | "revolution" | "superquadric" => figures::read(&query),
+        "polygon" | "extrusion" | "revolution" | "superquadric" | "blobs" => figures::read(&query),
         "obj" | "ply" | "serialized" => meshes::read(&query),
         plugin if solids::operation(plugin).is_some() => {
             solids::refuse_sensor(&query);

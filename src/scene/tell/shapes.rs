@@ -4,7 +4,9 @@ use super::super::description::{
 use super::super::info::{hash_of_mesh, hash_of_values};
 use super::super::read::{Class, solids};
 use super::{Teller, Told, Value, bsdfs};
-use crate::shape::{FigureKind, FillRule, HeightData, Interpolation, QuadricKind, Sheets, Terrain};
+use crate::shape::{
+    Blob, FigureKind, FillRule, HeightData, Interpolation, Kernel, QuadricKind, Sheets, Terrain,
+};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -170,6 +172,21 @@ fn figure(told: impl Fn(&'static str) -> Told, kind: &FigureKind) -> Told {
                 .text("interpolation", interpolation)
                 .boolean("closed", *closed)
                 .boolean("capped", *capped)
+        }
+        FigureKind::Blobs { blobs, kernel, threshold } => {
+            let all = |number: fn(&Blob) -> f64| blobs.iter().map(number).collect::<Vec<f64>>();
+            let centres: Vec<[f64; 3]> = blobs.iter().map(|blob| blob.centre.to_array()).collect();
+            let kernel = match kernel {
+                Kernel::Gaussian => "gaussian",
+                Kernel::Metaball => "metaball",
+                Kernel::Soft => "soft",
+            };
+            told("blobs")
+                .text("centers", points(&centres))
+                .numbers("radii", &all(|blob| blob.radius))
+                .numbers("strengths", &all(|blob| blob.strength))
+                .text("kernel", kernel)
+                .float("threshold", *threshold)
         }
         FigureKind::Superquadric { exponents: [e1, e2], semi_axes } => {
             told("superquadric").float("e1", *e1).float("e2", *e2).vector("semi_axes", *semi_axes)
