@@ -11,7 +11,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
-    let told = |plugin| Told::new(Class::Shape, plugin, &shape.place).id(&shape.id);
+    let id = shape.id.clone().filter(|id| teller.shapes.insert(id.clone()));
+    let told = |plugin| Told::new(Class::Shape, plugin, &shape.place).id(&id);
     let told = match &shape.kind {
         ShapeKind::Sphere { centre, radius } => {
             told("sphere").vector("center", *centre).float("radius", *radius)
