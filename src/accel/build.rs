@@ -19,6 +19,7 @@ use std::time::Duration;
 enum Primitive {
     Triangle { shape: u32, triangle: u32 },
     Analytic { shape: u32 },
+    Segment { shape: u32, segment: u32 },
     Instance { index: u32, during: [f64; 2] },
 }
 
@@ -77,8 +78,11 @@ fn primitives(
     shutter: [f64; 2],
     space: &NodeSpace,
 ) -> (Vec<Primitive>, Vec<Aabb>) {
-    let count =
-        shapes.iter().map(|shape| if let Shape::Mesh(mesh) = shape { mesh.triangle_count() } else { 1 });
+    let count = shapes.iter().map(|shape| match shape {
+        Shape::Mesh(mesh) => mesh.triangle_count(),
+        Shape::Curves(curves) => curves.segment_count(),
+        _ => 1,
+    });
     let count = count.sum::<usize>() + instances.len();
     let (mut primitives, mut boxes) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let mut add = |primitive: Primitive, bounds: Bounds| {
@@ -93,6 +97,11 @@ fn primitives(
                     if !mesh.is_degenerate(triangle) {
                         add(Primitive::Triangle { shape, triangle }, Bounds::of(mesh.triangle(triangle)));
                     }
+                }
+            }
+            Shape::Curves(curves) => {
+                for segment in 0..curves.segment_count() as u32 {
+                    add(Primitive::Segment { shape, segment }, curves.segment_bounds(segment));
                 }
             }
             _ => add(Primitive::Analytic { shape }, surface.bounds()),
@@ -204,6 +213,12 @@ impl Builder<'_> {
                 Primitive::Analytic { shape } => {
                     let surface = self.shapes[shape as usize].clone();
                     self.accel.others.push((self.first + shape, Other::Shape(surface)));
+                }
+                Primitive::Segment { shape, segment } => {
+                    if let Shape::Curves(curves) = &self.shapes[shape as usize] {
+                        let curves = curves.clone();
+                        self.accel.others.push((self.first + shape, Other::Segment { curves, segment }));
+                    }
                 }
                 Primitive::Instance { index, during } => {
                     self.accel.others.push((index, Other::Instance { during }));

@@ -12,7 +12,7 @@ mod packet;
 mod tests;
 
 use crate::geometry::{Bounds, Ray, Vec3};
-use crate::shape::{Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
+use crate::shape::{Curves, Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
 pub use instance::Instance;
 use node::{Child, Node, NodeRay, NodeSpace};
 use packet::{Packet, PacketRay};
@@ -38,6 +38,11 @@ pub struct Accel {
 #[expect(clippy::large_enum_variant, reason = "a test of a shape waits for one load instead of two")]
 enum Other {
     Shape(Shape),
+    /// One of the segments of curves.
+    Segment {
+        curves: Curves,
+        segment: u32,
+    },
     /// Its index says which one; met only by rays of a time from one to another.
     Instance {
         during: [f64; 2],
@@ -184,6 +189,9 @@ impl Accel {
             for (index, other) in &self.others[range] {
                 let hit = match other {
                     Other::Shape(shape) => shape.intersect(ray).map(|hit| Hit { shape: *index, ..hit }),
+                    Other::Segment { curves, segment } => {
+                        curves.intersect_segment(*segment, ray).map(|hit| Hit { shape: *index, ..hit })
+                    }
                     Other::Instance { during: [from, to] } if *from <= time && time <= *to => {
                         self.in_instance(*index, ray, time, nearest)
                     }
@@ -229,6 +237,7 @@ impl Accel {
             } else if child.is_other() {
                 let occludes = |(index, other): &(u32, Other)| match other {
                     Other::Shape(shape) => shape.intersect(ray).is_some(),
+                    Other::Segment { curves, segment } => curves.intersect_segment(*segment, ray).is_some(),
                     Other::Instance { during: [from, to] } => {
                         *from <= time && time <= *to && self.instances[*index as usize].occluded(ray, time)
                     }

@@ -8,7 +8,7 @@ use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
 use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
-use crate::shape::{FigureKind, MeshData, QuadricKind};
+use crate::shape::{ControlPoint, CurveKind, FigureKind, MeshData, QuadricKind};
 use crate::spectrum::DispersionFormula;
 use crate::texture::{Filter, Wrap};
 use std::path::PathBuf;
@@ -400,6 +400,13 @@ pub enum ShapeKind {
     },
     /// `polygon`, `extrusion`, `superquadric` (extensions).
     Figure(FigureKind),
+    /// `linearcurve`, `bsplinecurve` and, `solid`, `sweptsphere` (an extension): in the file's own coordinates.
+    Curves {
+        file: PathBuf,
+        kind: CurveKind,
+        solid: bool,
+        curves: Arc<Vec<Vec<ControlPoint>>>,
+    },
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {
         file: PathBuf,

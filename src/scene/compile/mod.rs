@@ -19,7 +19,8 @@ use crate::integrator::{Coverage, Integrator, Limits};
 use crate::light::Light;
 use crate::material::Material;
 use crate::shape::{
-    Cylinder, Disk, Figure, Mesh, Quadric, Shape, ShapeError, Sphere, Torus, compute_vertex_normals,
+    Curves, Cylinder, Disk, Figure, Mesh, Quadric, Shape, ShapeError, Sphere, SweptSphere, Torus,
+    compute_vertex_normals,
 };
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
@@ -231,6 +232,12 @@ fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, Shap
             Shape::Torus(Box::new(Torus::new(to_world, *major_radius, *minor_radius, flip)?))
         }
         ShapeKind::Figure(kind) => Shape::Figure(Box::new(Figure::new(to_world, kind, flip)?)),
+        ShapeKind::Curves { kind, solid: false, curves, .. } => {
+            Shape::Curves(Curves::new(to_world, *kind, curves, flip)?)
+        }
+        ShapeKind::Curves { kind, solid: true, curves, .. } => {
+            Shape::SweptSphere(Box::new(SweptSphere::new(to_world, *kind, curves, flip)?))
+        }
         ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube => Shape::Mesh(Mesh::cube(to_world, flip)?),
         ShapeKind::Mesh { mesh, compute_normals, .. } => {

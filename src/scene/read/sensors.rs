@@ -24,7 +24,7 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 11] = [
+const ANALYTIC: [&str; 12] = [
     "sphere",
     "disk",
     "cylinder",
@@ -33,6 +33,7 @@ const ANALYTIC: [&str; 11] = [
     "hyperboloid",
     "quadric",
     "torus",
+    "sweptsphere",
     "polygon",
     "extrusion",
     "superquadric",
