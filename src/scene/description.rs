@@ -9,7 +9,9 @@ use crate::integrator::Techniques;
 use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
 use crate::shape::solid::Operation;
-use crate::shape::{FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain};
+use crate::shape::{
+    ControlPoint, CurveKind, FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain,
+};
 use crate::spectrum::DispersionFormula;
 use crate::texture::{Filter, Pattern, Wrap};
 use std::path::PathBuf;
@@ -465,6 +467,13 @@ pub enum ShapeKind {
         base: Option<f64>,
         /// Whether shading normals are smooth.
         smooth: bool,
+    },
+    /// `linearcurve`, `bsplinecurve` and, `solid`, `sweptsphere` (an extension): in the file's own coordinates.
+    Curves {
+        file: PathBuf,
+        kind: CurveKind,
+        solid: bool,
+        curves: Arc<Vec<Vec<ControlPoint>>>,
     },
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {

@@ -24,7 +24,7 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 15] = [
+const ANALYTIC: [&str; 16] = [
     "sdfgrid",
     "heightfield",
     "sphere",
@@ -35,6 +35,7 @@ const ANALYTIC: [&str; 15] = [
     "hyperboloid",
     "quadric",
     "torus",
+    "sweptsphere",
     "polygon",
     "extrusion",
     "revolution",

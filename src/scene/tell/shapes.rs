@@ -1,11 +1,11 @@
 use super::super::description::{
     HeightSource, Instance, Medium, Part, Shape, ShapeGroup, ShapeKind, Solid, SpectrumSource,
 };
-use super::super::info::{hash_of_mesh, hash_of_values};
+use super::super::info::{hash_of_curves, hash_of_mesh, hash_of_values};
 use super::super::read::{Class, solids};
 use super::{Teller, Told, Value, bsdfs};
 use crate::shape::{
-    Blob, FigureKind, FillRule, HeightData, Interpolation, Kernel, QuadricKind, Sheets, Terrain,
+    Blob, CurveKind, FigureKind, FillRule, HeightData, Interpolation, Kernel, QuadricKind, Sheets, Terrain,
 };
 use std::rc::Rc;
 use std::sync::Arc;
@@ -47,6 +47,21 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
                 None => told,
             }
         }
+        ShapeKind::Curves { file, kind, solid, curves } => {
+            let points = curves.iter().map(Vec::len).sum::<usize>();
+            let filename = Value::File {
+                path: file.clone(),
+                content: hash_of_curves(curves),
+                summary: format!("{} curves, {points} control points", curves.len()),
+            };
+            match (solid, kind) {
+                (false, CurveKind::Linear) => told("linearcurve"),
+                (false, CurveKind::BSpline) => told("bsplinecurve"),
+                (true, CurveKind::Linear) => told("sweptsphere").text("interpolation", "linear"),
+                (true, CurveKind::BSpline) => told("sweptsphere").text("interpolation", "bspline"),
+            }
+            .with("filename", filename)
+        }
         ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, compute_normals } => {
             let filename = Value::File {
                 path: file.clone(),
@@ -67,10 +82,13 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
             }
         }
     };
-    let told = told
-        .placement(&shape.to_world, &shape.motion)
-        .boolean("flip_normals", shape.flip_normals)
-        .child(bsdfs::tell(teller, &shape.bsdf));
+    let told = told.placement(&shape.to_world, &shape.motion);
+    // Mitsuba 3's curves don't know the word.
+    let told = match shape.kind {
+        ShapeKind::Curves { solid: false, .. } if !shape.flip_normals => told,
+        _ => told.boolean("flip_normals", shape.flip_normals),
+    };
+    let told = told.child(bsdfs::tell(teller, &shape.bsdf));
     let told = match &shape.emission {
         Some(radiance) => told.child(area(radiance)),
         None => told,
