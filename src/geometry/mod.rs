@@ -2,9 +2,11 @@
 //!
 //! Everything here is `f64`. Meshes and boxes are stored in `f32` by the rooms that own them.
 
+pub mod bernstein;
 mod bounds;
 mod frame;
 mod motion;
+mod orientation;
 mod pose;
 mod ray;
 pub mod roots;
@@ -14,6 +16,7 @@ pub use bounds::Bounds;
 pub use frame::Frame;
 pub use glam::DVec3 as Vec3;
 pub use motion::{Motion, MotionError, Placed};
+pub use orientation::orientation;
 pub use pose::Pose;
 pub use ray::{Ray, SurfacePoint};
 pub use transform::Transform;

@@ -117,9 +117,9 @@ impl Closed {
         let (middle, size) = (mesh.bounds().centre(), mesh.bounds().diameter());
         let shapes = vec![Shape::Mesh(mesh)];
         let accel = if as_instance {
-            let group = Arc::new(Accel::of_group(&shapes, 0));
+            let group = Arc::new(Accel::of_group(&shapes, 0, &[]));
             let placed = Placed::still(&to_world).expect("a pose");
-            Accel::with_instances(&[], vec![Instance::new(group, placed)], [0.0; 2])
+            Accel::with_instances(&[], &[], vec![Instance::new(group, placed)], [0.0; 2])
         } else {
             Accel::build(&shapes)
         };
