@@ -128,6 +128,22 @@ impl<'a> Groups<'a> {
         self.groups.iter().any(|group| surfaces[group.range.clone()].iter().any(|s| s.body.is_some()))
     }
 
+    /// For each instance its group's range of all shapes, the box around it while the shutter is open, and by how much at most
+    /// it stretches lengths. `shift` moves the scene to the origin.
+    pub fn placed_boxes(
+        &self,
+        shapes: &[shape::Shape],
+        shift: &Transform,
+    ) -> Vec<(Range<usize>, Bounds, f64)> {
+        let placed = |instance: &Instance<'a>| {
+            let placed = self.placed(instance, shift)?;
+            let range = self.groups[instance.group].range.clone();
+            let group = Bounds::of_all(shapes[range.clone()].iter().map(shape::Shape::bounds));
+            Some((range, placed.bounds(group, self.shutter), placed.largest_stretch()))
+        };
+        self.instances.iter().filter_map(placed).collect()
+    }
+
     /// The tree of the scene whose shapes, those of groups included, are `shapes`. `shift` moves the scene to the origin.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Shapes.
 
-use super::super::description::{Medium, Shape, ShapeKind};
+use super::super::description::{Medium, Priority, Shape, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
 use super::tree::{Class, ObjectId};
@@ -42,6 +42,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         None => bsdfs::default(&object.place, emitter.is_some()),
     };
     let [interior, exterior] = media(&query);
+    let priority = priority(&query);
     // It is read with the scene's other sensors.
     query.object(Class::Sensor);
     query.finish();
@@ -56,6 +57,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         emission,
         interior,
         exterior,
+        priority,
     })
 }
 
@@ -89,6 +91,14 @@ pub(super) fn axis(query: &Query<'_>) -> [Vec3; 2] {
         ));
     }
     [from, to]
+}
+
+fn priority(query: &Query<'_>) -> Option<Priority> {
+    let value = query.integer("priority", i64::from(i32::MIN), i64::from(i32::MAX))?;
+    let place = query.place("priority");
+    let text = "priority: where transparent bodies overlap, the highest alone counts";
+    query.reader.extension(&place, text.to_owned());
+    Some(Priority { place, value: value as i32 })
 }
 
 /// The media inside and outside.
