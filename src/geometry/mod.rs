@@ -5,6 +5,7 @@
 mod bounds;
 mod frame;
 mod motion;
+mod orientation;
 mod pose;
 mod ray;
 pub mod roots;
@@ -14,6 +15,7 @@ pub use bounds::Bounds;
 pub use frame::Frame;
 pub use glam::DVec3 as Vec3;
 pub use motion::{Motion, MotionError, Placed};
+pub use orientation::orientation;
 pub use pose::Pose;
 pub use ray::{Ray, SurfacePoint};
 pub use transform::Transform;

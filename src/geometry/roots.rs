@@ -117,7 +117,7 @@ pub fn sign_changes(edges: &[f64], function: impl Fn(f64) -> Sample) -> Roots {
 
 /// The root between `low`, where the function has the given sign, and `high`, where it has the other: Newton's method,
 /// which halves the bracket where it would leave it or gains too little.
-fn bracketed(mut low: f64, mut high: f64, sign: f64, function: &impl Fn(f64) -> Sample) -> Root {
+pub fn bracketed(mut low: f64, mut high: f64, sign: f64, function: &impl Fn(f64) -> Sample) -> Root {
     const MOST_STEPS: usize = 200;
     let mut t = 0.5 * (low + high);
     let mut sample = function(t);

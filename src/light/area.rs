@@ -120,8 +120,11 @@ impl AreaGeometry {
 /// The normal of a surface all of which lies in one plane and faces one way.
 fn plane_normal(shape: &Shape) -> Option<Vec3> {
     match shape {
-        Shape::Sphere(_) | Shape::Cylinder(_) | Shape::Quadric(_) | Shape::Torus(_) => None,
-        Shape::Disk(_) => shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal),
+        Shape::Sphere(_) | Shape::Cylinder(_) | Shape::Quadric(_) | Shape::Torus(_) | Shape::Sampled(_) => {
+            None
+        }
+        Shape::Figure(figure) if !figure.is_flat() => None,
+        Shape::Disk(_) | Shape::Figure(_) => shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal),
         Shape::Mesh(mesh) => {
             let normal = shape.sample([0.5; 2])?.surface.point.normal;
             let [origin, ..] = mesh.triangle(0);

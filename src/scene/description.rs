@@ -8,7 +8,7 @@ use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
 use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
-use crate::shape::{MeshData, QuadricKind};
+use crate::shape::{FigureKind, MeshData, QuadricKind};
 use crate::spectrum::DispersionFormula;
 use crate::texture::{Filter, Wrap};
 use std::path::PathBuf;
@@ -406,6 +406,8 @@ pub enum ShapeKind {
         major_radius: f64,
         minor_radius: f64,
     },
+    /// `polygon`, `extrusion`, `superquadric` (extensions).
+    Figure(FigureKind),
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {
         file: PathBuf,

@@ -12,7 +12,7 @@ use smallvec::SmallVec;
 pub(super) trait Crossed {
     /// A box around it.
     fn around(&self) -> Bounds;
-    /// Where the line through a point, its direction of unit length, crosses the surface, at most four times.
+    /// Where the line through a point, its direction of unit length, crosses the surface.
     fn crossed(&self, origin: Vec3, direction: Vec3) -> SmallVec<[OnLine; 4]>;
     /// Unit normal, of either sign, at a point of a part.
     fn normal(&self, point: Vec3, part: u32) -> Vec3;
@@ -55,13 +55,17 @@ pub(super) fn sample(surface: &impl Crossed, u: [f64; 2]) -> Option<(Vec3, u32)>
         at -= faces[axis];
         axis += 1;
     }
-    // What is left of u chooses among k crossings, evenly for k up to 4, and then a place.
+    // What is left of u chooses a twelfth of k crossings, which for k up to 4 is enough, then a place, and by the place's last
+    // digits, on which nothing else depends, where in the twelfth.
     const CHOICES: f64 = 12.0;
+    const STRIPS: f64 = 65536.0;
     let scaled = (at / faces[axis]).clamp(0.0, 1.0 - f64::EPSILON) * CHOICES;
     let choice = scaled.floor();
-    let origin = line_through(around, axis, [scaled - choice, u[1]]);
+    let place = scaled - choice;
+    let origin = line_through(around, axis, [place, u[1]]);
     let crossings = surface.crossed(origin, AXES[axis]);
-    let chosen = crossings.get((choice / CHOICES * crossings.len() as f64) as usize)?;
+    let rank = (choice + (place * STRIPS).fract()) / CHOICES;
+    let chosen = crossings.get((rank * crossings.len() as f64) as usize)?;
     Some((origin + AXES[axis] * chosen.t, chosen.part))
 }
 

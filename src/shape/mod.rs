@@ -13,10 +13,14 @@ mod closed;
 mod crossing;
 mod cylinder;
 mod disk;
+mod figure;
+mod grid;
 mod mesh;
 mod placement;
 mod quadric;
 mod rectangle;
+mod sampled;
+mod sdfgrid;
 mod sphere;
 mod support;
 #[cfg(test)]
@@ -28,9 +32,12 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 pub use crossing::{Crossing, Crossings};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
+pub use figure::{Figure, FigureKind, FillRule};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
+pub use sampled::Sampled;
+pub use sdfgrid::{SdfData, SdfGrid};
 pub use sphere::Sphere;
 use std::fmt;
 pub use torus::Torus;
@@ -45,6 +52,8 @@ pub enum Shape {
     /// Rare and large: the others are not to grow by it.
     Quadric(Box<Quadric>),
     Torus(Box<Torus>),
+    Sampled(Box<Sampled>),
+    Figure(Box<Figure>),
     Mesh(Mesh),
 }
 
@@ -133,6 +142,12 @@ pub enum ShapeError {
     Endless,
     /// There is no real surface where it is asked for.
     Nothing,
+    /// A grid has fewer than two points along an axis, or not a value for each of its points.
+    GridPoints,
+    /// Contours are not finite or enclose no area.
+    Outline,
+    /// An exponent of a superquadric is out of range.
+    Exponent(f64),
     /// The placement makes the shape too thin or too large to compute with.
     Placement,
     /// A triangle refers to a vertex that does not exist.
@@ -158,6 +173,11 @@ impl fmt::Display for ShapeError {
             Self::Coefficients => write!(f, "the coefficients must be finite and not all zero"),
             Self::Endless => write!(f, "it goes on without end unless it is cut off by planes on all sides"),
             Self::Nothing => write!(f, "there is no such surface, or none between the planes"),
+            Self::GridPoints => {
+                write!(f, "a grid needs two points along each axis and a value for each point")
+            }
+            Self::Exponent(exponent) => write!(f, "its exponents must be from 0.001 to 2, not {exponent}"),
+            Self::Outline => write!(f, "its outline must be finite and enclose an area"),
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")
             }
@@ -193,6 +213,10 @@ impl Shape {
                 quadric.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
             }
             Self::Torus(torus) => torus.intersect(ray).map(analytic),
+            Self::Sampled(sampled) => sampled.intersect(ray),
+            Self::Figure(figure) => {
+                figure.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
+            }
             Self::Mesh(mesh) => mesh.intersect(ray),
         }
     }
@@ -206,6 +230,8 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.crossings(ray),
             Self::Quadric(quadric) => quadric.crossings(ray),
             Self::Torus(torus) => torus.crossings(ray),
+            Self::Sampled(sampled) => sampled.crossings(ray),
+            Self::Figure(figure) => figure.crossings(ray),
             Self::Mesh(mesh) => mesh.crossings(ray),
         }
     }
@@ -218,6 +244,8 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.surface(ray.at(hit.t)),
             Self::Quadric(quadric) => quadric.surface(ray.at(hit.t), hit.triangle),
             Self::Torus(torus) => torus.surface(ray.at(hit.t)),
+            Self::Sampled(sampled) => sampled.surface(hit, ray.at(hit.t)),
+            Self::Figure(figure) => figure.surface(ray.at(hit.t), hit.triangle),
             Self::Mesh(mesh) => mesh.surface(hit.triangle, hit.barycentric),
         }
     }
@@ -230,6 +258,8 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.parametrisation(position),
             Self::Quadric(quadric) => quadric.parametrisation(position, hit.triangle),
             Self::Torus(torus) => torus.parametrisation(position),
+            Self::Sampled(sampled) => sampled.parametrisation(hit, position),
+            Self::Figure(figure) => figure.parametrisation(position, hit.triangle),
             Self::Mesh(mesh) => mesh.parametrisation(hit.triangle, hit.barycentric),
         }
     }
@@ -242,6 +272,8 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.bounds(),
             Self::Quadric(quadric) => quadric.bounds(),
             Self::Torus(torus) => torus.bounds(),
+            Self::Sampled(sampled) => sampled.bounds(),
+            Self::Figure(figure) => figure.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
         }
     }
@@ -254,12 +286,15 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.area(),
             Self::Quadric(quadric) => quadric.area(),
             Self::Torus(torus) => torus.area(),
+            Self::Sampled(sampled) => sampled.area(),
+            Self::Figure(figure) => figure.area(),
             Self::Mesh(mesh) => mesh.area(),
         }
     }
 
     /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on
-    /// ellipsoids, elliptic or sheared cylinders and rings, and quadrics. `None` for a mesh without area and, for some `u`, on quadrics.
+    /// ellipsoids, elliptic or sheared cylinders and rings, quadrics, curved figures and what is sampled. `None` for a mesh without
+    /// area and, for some `u`, on quadrics, curved figures and grids of distances.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(sphere) => Some(sphere.sample(u)),
@@ -267,6 +302,8 @@ impl Shape {
             Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
             Self::Quadric(quadric) => quadric.sample(u),
             Self::Torus(torus) => Some(torus.sample(u)),
+            Self::Sampled(sampled) => sampled.sample(u),
+            Self::Figure(figure) => figure.sample(u),
             Self::Mesh(mesh) => mesh.sample(u),
         }
     }
@@ -280,6 +317,8 @@ impl Shape {
             Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
             Self::Quadric(quadric) => quadric.sample(u),
             Self::Torus(torus) => Some(torus.sample(u)),
+            Self::Sampled(sampled) => sampled.sample(u),
+            Self::Figure(figure) => figure.sample(u),
             Self::Mesh(mesh) => mesh.unfold(u),
         }
     }
@@ -292,6 +331,8 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.area_density(point),
             Self::Quadric(quadric) => quadric.area_density(point),
             Self::Torus(torus) => torus.area_density(point),
+            Self::Sampled(sampled) => sampled.area_density(point),
+            Self::Figure(figure) => figure.area_density(point),
             Self::Mesh(mesh) => mesh.area_density(),
         }
     }
@@ -303,7 +344,12 @@ impl Shape {
         let by_solid_angle = match self {
             Self::Sphere(sphere) => sphere.sample_cone(reference, u),
             Self::Mesh(mesh) => mesh.sample_rectangle(reference, u),
-            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) => None,
+            Self::Disk(_)
+            | Self::Cylinder(_)
+            | Self::Quadric(_)
+            | Self::Torus(_)
+            | Self::Figure(_)
+            | Self::Sampled(_) => None,
         };
         if by_solid_angle.is_some() {
             return by_solid_angle;
@@ -319,7 +365,12 @@ impl Shape {
         let by_solid_angle = match self {
             Self::Sphere(sphere) => sphere.cone_density(reference),
             Self::Mesh(mesh) => mesh.rectangle_density(reference),
-            Self::Disk(_) | Self::Cylinder(_) | Self::Quadric(_) | Self::Torus(_) => None,
+            Self::Disk(_)
+            | Self::Cylinder(_)
+            | Self::Quadric(_)
+            | Self::Torus(_)
+            | Self::Figure(_)
+            | Self::Sampled(_) => None,
         };
         by_solid_angle.unwrap_or_else(|| {
             steradians_to_area(reference, point).map_or(0.0, |factor| factor * self.area_density(point))

@@ -1,7 +1,6 @@
 """Write Fresnel reflectances with 20 digits, the reference of src/bsdf/fresnel.rs.
 
-Needs mpmath. The textbook forms (Born and Wolf, "Principles of Optics", sections 1.5.2 and 14.2)
-are evaluated with 60 digits, so that no rearrangement against rounding is shared with the program.
+Needs mpmath. The textbook forms (exact_fresnel.py) are evaluated with 60 digits.
 Inputs are doubles, printed so that they read back exactly.
 
     python validation/optics/make_fresnel_reference.py > tests/data/fresnel_reference.csv
@@ -10,23 +9,10 @@ Inputs are doubles, printed so that they read back exactly.
 import math
 import random
 
-from mpmath import mp, mpc, mpf, nstr, sqrt
+from exact_fresnel import exact_fresnel
+from mpmath import mp, nstr
 
 mp.dps = 60
-
-
-def reflectance(cosine, n, k):
-    """Unpolarised reflectance of the relative index n + ik at the angle of that cosine."""
-    c, m = mpf(cosine), mpc(n, k)
-    s2 = 1 - c * c
-    if k == 0 and mpf(n) ** 2 <= s2:
-        return mpf(1)
-    q = sqrt(m * m - s2)
-    if q.imag < 0:
-        q = -q
-    rs = (c - q) / (c + q)
-    rp = (m * m * c - q) / (m * m * c + q)
-    return (abs(rs) ** 2 + abs(rp) ** 2) / 2
 
 
 def cosines():
@@ -54,7 +40,7 @@ def main():
     print("# Unpolarised Fresnel reflectance, by validation/optics/make_fresnel_reference.py")
     print("cosine,n,k,reflectance")
     for cosine, n, k in rows:
-        print(f"{cosine!r},{n!r},{k!r},{nstr(reflectance(cosine, n, k), 20)}")
+        print(f"{cosine!r},{n!r},{k!r},{nstr(exact_fresnel(cosine, n, k), 20)}")
 
 
 main()

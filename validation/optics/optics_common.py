@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 
 from harness.abbe import ROOT
+from harness.quadrature import over_bins
 
 # Fraunhofer's lines, nm, as SCHOTT's catalogue lists them.
 LINES = {
@@ -44,17 +45,6 @@ def metal(cosine, n, k):
     q = np.sqrt(m2 - 1 + cosine**2)
     rs, rp = (cosine - q) / (cosine + q), (m2 * cosine - q) / (m2 * cosine + q)
     return 0.5 * (np.abs(rs) ** 2 + np.abs(rp) ** 2)
-
-
-def exact_fresnel(cosine, n, k=0.0):
-    """Unpolarised reflectance of n + ik by mpmath at its present precision, from the textbook form. The arguments are taken as exact."""
-    c, m = mpmath.mpf(cosine), mpmath.mpc(n, k)
-    s2 = 1 - c * c
-    if k == 0 and mpmath.mpf(n) ** 2 <= s2:
-        return mpmath.mpf(1)
-    q = mpmath.sqrt(m * m - s2)
-    rs, rp = (c - q) / (c + q), (m * m * c - q) / (m * m * c + q)
-    return (abs(rs) ** 2 + abs(rp) ** 2) / 2
 
 
 @cache
@@ -112,13 +102,6 @@ def moderated(error, reach=5):
     window = np.ones(2 * reach + 1)
     mean = lambda row: np.convolve(row, window, "same") / np.convolve(np.ones_like(row), window, "same")
     return np.sqrt(np.apply_along_axis(mean, -1, np.asarray(error) ** 2))
-
-
-def over_bins(centres, function, nodes=6):
-    """Mean of a function of wavelength (nm, array) over each of equal bins, by Gauss and Legendre."""
-    half = (centres[1] - centres[0]) / 2
-    x, w = np.polynomial.legendre.leggauss(nodes)
-    return sum(weight / 2 * np.asarray(function(centres + half * at)) for at, weight in zip(x, w))
 
 
 def measured(name):

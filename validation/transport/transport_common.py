@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from harness.quadrature import over_bins
+
 
 def over(values):
     """Mean over the first axis, its standard error by the spread, and the degrees of freedom. The values are independent and have one expectation."""
@@ -15,11 +17,9 @@ def pooled(means, errors):
 
 
 def bin_means(function, count, low=360.0, high=830.0):
-    """Means of a function of wavelength (nm) over equal bins, by Gauss and Legendre's rule with 8 nodes in each."""
-    nodes, weights = np.polynomial.legendre.leggauss(8)
-    width = (high - low) / count
-    nm = low + width * (np.arange(count)[:, None] + 0.5 + 0.5 * nodes)
-    return np.broadcast_to(function(nm), nm.shape) @ weights / 2
+    """Means of a function of wavelength (nm) over equal bins."""
+    centres = low + (high - low) / count * (np.arange(count) + 0.5)
+    return over_bins(centres, lambda nm: np.broadcast_to(function(nm), nm.shape))
 
 
 def scene(path, *parts):

@@ -19,7 +19,9 @@ use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Coverage, Integrator, Limits};
 use crate::light::Light;
 use crate::material::Material;
-use crate::shape::{Cylinder, Disk, Mesh, Quadric, Shape, ShapeError, Sphere, Torus, compute_vertex_normals};
+use crate::shape::{
+    Cylinder, Disk, Figure, Mesh, Quadric, Shape, ShapeError, Sphere, Torus, compute_vertex_normals,
+};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
 use crate::units::WavelengthRange;
@@ -240,6 +242,7 @@ fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, Shap
         ShapeKind::Torus { major_radius, minor_radius } => {
             Shape::Torus(Box::new(Torus::new(to_world, *major_radius, *minor_radius, flip)?))
         }
+        ShapeKind::Figure(kind) => Shape::Figure(Box::new(Figure::new(to_world, kind, flip)?)),
         ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube => Shape::Mesh(Mesh::cube(to_world, flip)?),
         ShapeKind::Mesh { mesh, compute_normals, .. } => {

@@ -6,6 +6,7 @@
 
 mod attributes;
 mod bsdfs;
+mod figures;
 mod files;
 mod films;
 mod groups;

@@ -24,8 +24,19 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 8] =
-    ["sphere", "disk", "cylinder", "cone", "paraboloid", "hyperboloid", "quadric", "torus"];
+const ANALYTIC: [&str; 11] = [
+    "sphere",
+    "disk",
+    "cylinder",
+    "cone",
+    "paraboloid",
+    "hyperboloid",
+    "quadric",
+    "torus",
+    "polygon",
+    "extrusion",
+    "superquadric",
+];
 
 /// The scene's sensors in Mitsuba 3's order, which numbers them; `None` for those that are wrong, which is reported.
 pub(super) fn of_scene(query: &Query<'_>) -> Vec<(Place, Option<Sensor>)> {

@@ -4,7 +4,7 @@ use super::super::description::{Medium, Priority, Shape, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, lights, media, meshes, quadrics};
+use super::{Reader, bsdfs, figures, lights, media, meshes, quadrics};
 use crate::geometry::Vec3;
 
 /// `None` where the shape is wrong, which is reported.
@@ -25,6 +25,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         "cylinder" => Some(cylinder(&query)),
         "cone" | "paraboloid" | "hyperboloid" | "quadric" => quadrics::read(&query),
         "torus" => Some(torus(&query)),
+        "polygon" | "extrusion" | "superquadric" => figures::read(&query),
         "obj" | "ply" | "serialized" => meshes::read(&query),
         _ => {
             reader.unknown_plugin(object);

@@ -2,7 +2,7 @@ use super::super::description::{Instance, Medium, Shape, ShapeGroup, ShapeKind, 
 use super::super::info::hash_of_mesh;
 use super::super::read::Class;
 use super::{Teller, Told, Value, bsdfs};
-use crate::shape::{QuadricKind, Sheets};
+use crate::shape::{FigureKind, FillRule, QuadricKind, Sheets};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -22,6 +22,7 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
         ShapeKind::Torus { major_radius, minor_radius } => {
             told("torus").float("major_radius", *major_radius).float("minor_radius", *minor_radius)
         }
+        ShapeKind::Figure(kind) => figure(told, kind),
         ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, compute_normals } => {
             let filename = Value::File {
                 path: file.clone(),
@@ -93,6 +94,37 @@ fn quadric(told: impl Fn(&'static str) -> Told, kind: &QuadricKind) -> Told {
             )
         }
     }
+}
+
+fn figure(told: impl Fn(&'static str) -> Told, kind: &FigureKind) -> Told {
+    let outline = |told: Told, outline: &[Vec<[f64; 2]>], rule: &FillRule| {
+        let contours: Vec<String> = outline.iter().map(|contour| points(contour)).collect();
+        told.text("outline", contours.join("; ")).text(
+            "rule",
+            match rule {
+                FillRule::EvenOdd => "evenodd",
+                FillRule::Winding => "winding",
+            },
+        )
+    };
+    match kind {
+        FigureKind::Polygon { contours, rule } => outline(told("polygon"), contours, rule),
+        FigureKind::Extrusion { contours, rule, heights: [low, high], capped } => {
+            outline(told("extrusion"), contours, rule)
+                .float("zmin", *low)
+                .float("zmax", *high)
+                .boolean("capped", *capped)
+        }
+        FigureKind::Superquadric { exponents: [e1, e2], semi_axes } => {
+            told("superquadric").float("e1", *e1).float("e2", *e2).vector("semi_axes", *semi_axes)
+        }
+    }
+}
+
+/// As a file has them: the shortest numbers that read back as the same.
+fn points<const N: usize>(points: &[[f64; N]]) -> String {
+    let point = |point: &[f64; N]| point.map(|coordinate| coordinate.to_string()).join(" ");
+    points.iter().map(point).collect::<Vec<_>>().join(", ")
 }
 
 pub(super) fn instance(teller: &mut Teller, instance: &Instance) -> Told {

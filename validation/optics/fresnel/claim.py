@@ -11,7 +11,7 @@ import tmm
 
 from harness.claim import Planted
 from harness.plots import plt
-from optics_common import exact_fresnel
+from exact_fresnel import exact_fresnel
 
 METHOD = """abbe's functions are asked in double precision; the truth is the textbook form (Born and Wolf, Principles of Optics, sections 1.5.2 and
 14.2) in mpmath with 50 digits, which takes the same doubles as exact. The bound is 4·10⁻¹⁵ of the value, plus what a rounding of the cosine or of

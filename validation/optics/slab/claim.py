@@ -11,7 +11,8 @@ import tmm
 
 from harness.claim import Planted
 from harness.plots import plt
-from optics_common import fresnel, glass, measured, over_bins, repeat, write
+from harness.quadrature import over_bins
+from optics_common import fresnel, glass, measured, repeat, write
 
 METHOD = """A camera of 0.002° looks through one or several cubes, flat and wide, at a wall of radiance 1; a constant index and a σ that rises
 over the spectrum, or N-SF11. Each setting is rendered several times; the standard error comes from their spread. **What abbe does not claim**: it

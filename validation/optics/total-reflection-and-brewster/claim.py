@@ -9,7 +9,8 @@ import numpy as np
 
 from harness.claim import Planted
 from harness.plots import plt
-from optics_common import FLOOR, floor_picture, fresnel, glass, measured, moderated, over_bins, repeat, write
+from harness.quadrature import over_bins
+from optics_common import FLOOR, floor_picture, fresnel, glass, measured, moderated, repeat, write
 
 METHOD = """**Refractometer.** A camera looks through the face of a 45° prism at its base, under which a lamp lies; beyond the critical angle the
 base is dark. A direction e outside is θ = 45° + asin(sin e / n) at the base. The light that gets through, summed over the picture, rises with 1/n:

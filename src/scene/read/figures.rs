@@ -1,0 +1,118 @@
+//! Figures, which Mitsuba 3 does not have.
+
+use super::super::description::ShapeKind;
+use super::super::source::SceneError;
+use super::attributes;
+use super::query::Query;
+use super::spectra::required;
+use crate::geometry::{Transform, Vec3};
+use crate::shape::{Figure, FigureKind, FillRule, ShapeError};
+
+/// `None` where the shape is wrong, which is reported.
+pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
+    let plugin = query.object.plugin.as_str();
+    let what = match plugin {
+        "polygon" => "a flat shape with any outline",
+        "extrusion" => "a polygon swept along z",
+        _ => "an ellipsoid between box and octahedron",
+    };
+    query.reader.extension(&query.object.place, format!("{plugin}: {what}"));
+    let kind = match plugin {
+        "polygon" => {
+            let contours = contours(query);
+            let rule = rule(query);
+            FigureKind::Polygon { contours: contours?, rule }
+        }
+        "superquadric" => FigureKind::Superquadric {
+            exponents: [query.positive("e1", 1.0), query.positive("e2", 1.0)],
+            semi_axes: query.vector("semi_axes").unwrap_or(Vec3::ONE),
+        },
+        _ => {
+            let contours = contours(query);
+            let rule = rule(query);
+            let heights = heights(query);
+            let capped = query.boolean("capped", true);
+            FigureKind::Extrusion { contours: contours?, rule, heights: heights?, capped }
+        }
+    };
+    // Whether there is a surface is not to be seen from single numbers.
+    if let Err(error) = Figure::new(&Transform::IDENTITY, &kind, false) {
+        let problem = format!("The {plugin} cannot be made: {error}");
+        let (name, expected, remedy) = match kind {
+            FigureKind::Superquadric { exponents, .. } => (
+                match error {
+                    ShapeError::Exponent(wrong) if wrong == exponents[0] => "e1",
+                    ShapeError::Exponent(_) => "e2",
+                    _ => "semi_axes",
+                },
+                "expected exponents from 0.001 to 2 and semi-axes above 0",
+                "exponents near 0 make a box, 1 an ellipsoid and 2 an octahedron",
+            ),
+            FigureKind::Polygon { .. } | FigureKind::Extrusion { .. } => (
+                "outline",
+                "expected contours with an inside",
+                "what an even number of contours goes around is outside, unless the rule is \"winding\"",
+            ),
+        };
+        query.error(SceneError::at(&query.place(name), problem, expected).with_remedy(remedy));
+        return None;
+    }
+    Some(ShapeKind::Figure(kind))
+}
+
+fn rule(query: &Query<'_>) -> FillRule {
+    let rules = [("evenodd", FillRule::EvenOdd), ("winding", FillRule::Winding)];
+    query.choice("rule", &rules, false).unwrap_or(FillRule::EvenOdd)
+}
+
+/// `None` where it is reported that they are not in order.
+fn heights(query: &Query<'_>) -> Option<[f64; 2]> {
+    let heights = [query.float("zmin").unwrap_or(0.0), query.float("zmax").unwrap_or(1.0)];
+    if heights[0] >= heights[1] {
+        let problem = format!("The {} reaches from {} to {}", query.object.plugin, heights[0], heights[1]);
+        query.error(SceneError::at(&query.place("zmax"), problem, "expected zmin below zmax"));
+        return None;
+    }
+    Some(heights)
+}
+
+/// Points "x y" separated by commas, contours by semicolons. `None` where it is wrong, which is reported.
+fn contours(query: &Query<'_>) -> Option<Vec<Vec<[f64; 2]>>> {
+    let text = query.text("outline");
+    let text = required(query, "outline", text)?;
+    let mut contours = Vec::new();
+    for contour in text.split(';').filter(|contour| !contour.trim().is_empty()) {
+        let mut points = points::<2>(query, "outline", contour)?;
+        // A contour that says that it is closed.
+        if points.len() > 1 && points.first() == points.last() {
+            points.pop();
+        }
+        if points.len() < 3 {
+            let problem = format!("A contour of \"outline\" has {} different points", points.len());
+            let expected = "expected three or more, as \"x y, x y, x y\"";
+            let error = SceneError::at(&query.place("outline"), problem, expected);
+            query.error(error.with_remedy("points are separated by commas, contours by semicolons"));
+            return None;
+        }
+        contours.push(points);
+    }
+    Some(contours)
+}
+
+/// Points of some coordinates each, separated by commas. `None` where it is wrong, which is reported.
+fn points<const N: usize>(query: &Query<'_>, name: &'static str, text: &str) -> Option<Vec<[f64; N]>> {
+    let mut points = Vec::new();
+    for point in text.split(',').filter(|point| !point.trim().is_empty()) {
+        let coordinates: Option<Vec<f64>> = point.split_whitespace().map(attributes::number).collect();
+        let point_ = coordinates.and_then(|coordinates| <[f64; N]>::try_from(coordinates).ok());
+        let Some(coordinates) = point_ else {
+            let problem = format!("\"{}\" in \"{name}\" is not a point", point.trim());
+            let expected = format!("expected {N} finite numbers, as \"{}\"", &"x y z"[..2 * N - 1]);
+            let error = SceneError::at(&query.place(name), problem, expected);
+            query.error(error.with_remedy("points are separated by commas, their coordinates by blanks"));
+            return None;
+        };
+        points.push(coordinates);
+    }
+    Some(points)
+}

@@ -1,0 +1,431 @@
+//! Figures against what they are by definition, in numbers of 32 digits.
+
+use super::doubled::{Doubled, Polynomial};
+use super::oracle::{Exact, Line, any_ray, check_against, near};
+use super::{close, direction, placement};
+use crate::geometry::{Ray, Transform, Vec3};
+use crate::shape::{Figure, FigureKind, FillRule, Shape, ShapeError};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg as Random;
+
+/// A concave letter with a hole, its edges neither straight nor even.
+fn letter() -> Vec<Vec<[f64; 2]>> {
+    vec![
+        vec![[-0.75, -0.5], [0.5, -0.625], [0.875, -0.125], [0.0, 0.0], [0.125, 0.75], [-0.625, 0.875]],
+        vec![[-0.5, -0.375], [-0.375, 0.125], [-0.125, -0.25]],
+    ]
+}
+
+fn pentagram() -> Vec<Vec<[f64; 2]>> {
+    let corner = |i: i32| (std::f64::consts::TAU * f64::from(2 * i) / 5.0).sin_cos();
+    vec![(0..5).map(corner).map(|(y, x)| [x, y]).collect()]
+}
+
+fn superquadric(e1: f64, e2: f64) -> FigureKind {
+    FigureKind::Superquadric { exponents: [e1, e2], semi_axes: Vec3::new(0.75, 0.5, 1.0) }
+}
+
+/// One of everything.
+pub fn kinds() -> Vec<(&'static str, FigureKind)> {
+    let heights = [-0.25, 0.5];
+    vec![
+        ("polygon", FigureKind::Polygon { contours: letter(), rule: FillRule::EvenOdd }),
+        ("star", FigureKind::Polygon { contours: pentagram(), rule: FillRule::Winding }),
+        (
+            "prism",
+            FigureKind::Extrusion { contours: letter(), rule: FillRule::EvenOdd, heights, capped: true },
+        ),
+        (
+            "open prism",
+            FigureKind::Extrusion { contours: letter(), rule: FillRule::EvenOdd, heights, capped: false },
+        ),
+        (
+            "star prism",
+            FigureKind::Extrusion { contours: pentagram(), rule: FillRule::EvenOdd, heights, capped: true },
+        ),
+        (
+            "star prism by winding",
+            FigureKind::Extrusion { contours: pentagram(), rule: FillRule::Winding, heights, capped: true },
+        ),
+        ("pillow", superquadric(0.5, 1.0)),
+        ("octahedron", superquadric(2.0, 2.0)),
+    ]
+}
+
+fn figure(to_world: &Transform, kind: &FigureKind) -> Shape {
+    Shape::Figure(Box::new(Figure::new(to_world, kind, false).unwrap()))
+}
+
+fn double(value: f64) -> Doubled {
+    value.into()
+}
+
+/// Where a line's projection crosses the boundary, and whether it enters; with how near it passes a corner.
+fn across_outline(line: &Line, contours: &[Vec<[f64; 2]>], rule: FillRule) -> (Vec<(Doubled, bool)>, f64) {
+    let Line([x, y, _]) = line;
+    let across = [x.0[1], y.0[1]];
+    let length = (across[0] * across[0] + across[1] * across[1]).sqrt();
+    let side = |corner: [f64; 2]| {
+        let away = [double(corner[0]) - x.0[0], double(corner[1]) - y.0[0]];
+        across[0] * away[1] - across[1] * away[0]
+    };
+    let mut doubt = f64::INFINITY;
+    let mut all: Vec<(Doubled, i32)> = Vec::new();
+    for contour in contours {
+        for (i, &from) in contour.iter().enumerate() {
+            let to = contour[(i + 1) % contour.len()];
+            let (a, b) = (side(from), side(to));
+            doubt = doubt.min((a / length).high.abs());
+            if (a.high > 0.0) == (b.high > 0.0) {
+                continue;
+            }
+            let at = a / (a - b);
+            let place = [0, 1].map(|k| double(from[k]) + (double(to[k]) - double(from[k])) * at);
+            let t = ((place[0] - x.0[0]) * across[0] + (place[1] - y.0[0]) * across[1]) / (length * length);
+            all.push((t, if b.high > a.high { 1 } else { -1 }));
+        }
+    }
+    all.sort_by(|a, b| (a.0 - b.0).high.total_cmp(&0.0));
+    let (mut winding, mut inside) = (0, false);
+    let mut found = Vec::new();
+    for (t, turn) in all {
+        winding += turn;
+        let now = if rule == FillRule::EvenOdd { winding & 1 != 0 } else { winding != 0 };
+        if now != inside {
+            inside = now;
+            found.push((t, now));
+        }
+    }
+    (found, doubt)
+}
+
+/// Whether a point is over the inside, by a line through it, and how near that passes a corner or the point an edge.
+fn over_inside(point: [Doubled; 2], contours: &[Vec<[f64; 2]>], rule: FillRule) -> (bool, f64) {
+    let coordinate = |k: usize, slope: f64| Polynomial(vec![point[k], double(slope)]);
+    let line = Line([coordinate(0, 0.8), coordinate(1, 0.6), Polynomial::constant(0.0)]);
+    let (walls, doubt) = across_outline(&line, contours, rule);
+    let behind = walls.iter().filter(|(t, _)| t.high < 0.0).count();
+    (behind % 2 == 1, walls.iter().fold(doubt, |doubt, (t, _)| doubt.min(t.high.abs())))
+}
+
+/// By intervals: where the line is over the inside, and where between the planes.
+fn prism(line: &Line, kind: &FigureKind) -> (Vec<(Doubled, bool)>, f64) {
+    let Line([x, y, z]) = line;
+    let upright = x.0[1].high == 0.0 && y.0[1].high == 0.0;
+    match kind {
+        FigureKind::Polygon { contours, rule } => {
+            let t = -z.0[0] / z.0[1];
+            let (inside, doubt) = over_inside([x.at(t), y.at(t)], contours, *rule);
+            let there = inside && z.0[1].high != 0.0;
+            (if there { vec![(t, z.0[1].high < 0.0)] } else { Vec::new() }, doubt)
+        }
+        FigureKind::Extrusion { contours, rule, heights, capped } => {
+            let (walls, mut doubt) = across_outline(line, contours, *rule);
+            let mut planes = heights.map(|height| (double(height) - z.0[0]) / z.0[1]);
+            if z.0[1].high < 0.0 {
+                planes.swap(0, 1);
+            } else if z.0[1].high == 0.0 {
+                let [below, above] = heights.map(|height| (double(height) - z.0[0]).high);
+                planes = if below < 0.0 && above > 0.0 {
+                    [double(-1e30), double(1e30)]
+                } else {
+                    [double(1e30); 2]
+                };
+                doubt = doubt.min(below.abs()).min(above.abs());
+            }
+            for (wall, _) in &walls {
+                for plane in planes {
+                    doubt = doubt.min(((*wall - plane) * z.0[1]).high.abs());
+                }
+            }
+            let [enter, leave] = planes;
+            let mut found = Vec::new();
+            if upright {
+                let (inside, doubt) = over_inside([x.0[0], y.0[0]], contours, *rule);
+                let ends = if inside && *capped { vec![(enter, true), (leave, false)] } else { Vec::new() };
+                return (ends, doubt);
+            }
+            if !capped {
+                found.extend(
+                    walls.into_iter().filter(|(t, _)| (*t - enter).high > 0.0 && (leave - *t).high > 0.0),
+                );
+                return (found, doubt);
+            }
+            for pair in walls.chunks(2) {
+                let later = if (pair[0].0 - enter).high > 0.0 { pair[0].0 } else { enter };
+                let sooner = if (pair[1].0 - leave).high > 0.0 { leave } else { pair[1].0 };
+                if (sooner - later).high > 0.0 {
+                    found.extend([(later, true), (sooner, false)]);
+                }
+            }
+            (found, doubt)
+        }
+        _ => unreachable!(),
+    }
+}
+
+/// The function's polynomials where the line is in one octant and their crossings there: for powers that are whole numbers.
+fn superellipsoid(line: &Line, [e1, e2]: [f64; 2], semi_axes: Vec3) -> (Vec<(Doubled, bool)>, f64) {
+    let (power, outer) = ((2.0 / e2).round() as usize, (e2 / e1).round() as usize);
+    let scaled =
+        [0, 1, 2].map(|k| Polynomial(line.0[k].0.iter().map(|&c| c / semi_axes[k].into()).collect()));
+    let mut ends: Vec<f64> =
+        scaled.iter().map(|p| -(p.0[0] / p.0[1]).high).filter(|t| t.is_finite()).collect();
+    ends.extend([-1e9, 1e9]);
+    ends.sort_by(f64::total_cmp);
+    let (mut found, mut doubt) = (Vec::new(), f64::INFINITY);
+    let raised = |p: &Polynomial, power: usize| (1..power).fold(p.clone(), |product, _| &product * p);
+    for pair in ends.windows(2) {
+        let middle = Doubled::from(0.5 * (pair[0] + pair[1]));
+        let size = scaled.each_ref().map(|p| p.scaled(if p.at(middle).high < 0.0 { -1.0 } else { 1.0 }));
+        let across = &raised(&size[0], power) + &raised(&size[1], power);
+        let along = raised(&size[2], power * outer);
+        let function = &(&raised(&across, outer) + &along) - &Polynomial::constant(1.0);
+        let slope = function.derivative();
+        // Each octant to itself, where the function is convex.
+        for t in function.roots([pair[0], pair[1]]) {
+            found.push((t, slope.at(t).high < 0.0));
+        }
+        for t in slope.roots([pair[0], pair[1]]).into_iter().chain([pair[0].into()]) {
+            doubt = doubt.min(function.at(t).high.abs());
+        }
+    }
+    found.sort_by(|a, b| (a.0 - b.0).high.total_cmp(&0.0));
+    (found, doubt)
+}
+
+#[test]
+fn superquadrics_are_crossed_where_the_oracle_says() {
+    let shapes = [[1.0, 1.0], [0.5, 0.5], [0.5, 1.0], [2.0, 2.0], [1.0, 2.0], [0.25, 0.5], [0.2, 0.2]];
+    for (i, exponents) in shapes.into_iter().enumerate() {
+        for (j, to_world) in
+            [Transform::IDENTITY, placement(Vec3::new(0.9, 0.5, 0.3))].into_iter().enumerate()
+        {
+            let kind = superquadric(exponents[0], exponents[1]);
+            let FigureKind::Superquadric { semi_axes, .. } = kind else { unreachable!() };
+            let exact = |ray: &Ray| {
+                let (found, _) = superellipsoid(&Line::new(ray, &to_world), exponents, semi_axes);
+                found.into_iter().map(|(t, enters)| Exact { t: t + near(ray).into(), enters }).collect()
+            };
+            let doubt = |ray: &Ray| superellipsoid(&Line::new(ray, &to_world), exponents, semi_axes).1;
+            let shape = figure(&to_world, &kind);
+            let name = format!("superquadric {exponents:?}");
+            let doubtful = check_against(&name, &shape, exact, doubt, 5_000, (10 * i + j) as u64);
+            println!("{name}: {doubtful}");
+        }
+    }
+}
+
+fn check_prisms(rays: u32) {
+    let (mut doubtful, mut all) = (0, 0);
+    let flat = |kind: &FigureKind| matches!(kind, FigureKind::Polygon { .. } | FigureKind::Extrusion { .. });
+    for (i, (name, kind)) in kinds().into_iter().filter(|kind| flat(&kind.1)).enumerate() {
+        for (j, (scale, distance)) in
+            [(0.0, 0.0), (1.0, 0.0), (1e-6, 1e-3), (1e6, 1e8)].into_iter().enumerate()
+        {
+            let to_world = match scale {
+                0.0 => Transform::IDENTITY,
+                _ => placement(Vec3::new(0.9, 0.5, 0.3) * scale)
+                    .then(&Transform::translation(Vec3::new(0.6, -0.8, 0.2) * distance)),
+            };
+            let shape = figure(&to_world, &kind);
+            // The place of the line's parameter 0 moves with the shape.
+            let exact = |ray: &Ray| {
+                let (found, _) = prism(&Line::new(ray, &to_world), &kind);
+                found.into_iter().map(|(t, enters)| Exact { t: t + near(ray).into(), enters }).collect()
+            };
+            let doubt = |ray: &Ray| {
+                let origin = to_world.inverse().point(ray.origin).length();
+                let there = distance / if scale == 0.0 { 1.0 } else { scale };
+                prism(&Line::new(ray, &to_world), &kind).1 / (1.0 + origin + 10.0 * there)
+                    * (1.0 + ray.origin.length())
+            };
+            doubtful += check_against(name, &shape, exact, doubt, rays, (10 * i + j) as u64);
+            all += rays;
+        }
+    }
+    println!("{doubtful} of {all} rays touch or pass a rim within rounding");
+    assert!(f64::from(doubtful) < 0.1 * f64::from(all));
+}
+
+#[test]
+fn prisms_are_crossed_where_the_oracle_says() {
+    check_prisms(4_000);
+}
+
+#[test]
+#[ignore = "takes a minute"]
+fn prisms_are_crossed_where_the_oracle_says_a_million_times() {
+    check_prisms(250_000);
+}
+
+/// Solid bodies are entered and left by turns, beginning with entering, by every line at all.
+#[test]
+fn closed_figures_are_entered_and_left_by_turns() {
+    let mut random = Random::seed_from_u64(8);
+    for (name, shape) in super::all_shapes() {
+        let Shape::Figure(figure) = &shape else { continue };
+        if !figure.is_closed() {
+            continue;
+        }
+        for _ in 0..50_000 {
+            let ray = any_ray(&shape, shape.bounds(), &mut random);
+            let found = shape.crossings(&ray);
+            assert!(found.len() % 2 == 0, "{name}: {ray:?} {found:?}");
+            for (i, crossing) in found.iter().enumerate() {
+                assert!(crossing.enters == (i % 2 == 0), "{name}: {ray:?} {found:?}");
+                assert!(i == 0 || found[i - 1].hit.t <= crossing.hit.t, "{name}: {ray:?} {found:?}");
+                let normal = shape.surface(&crossing.hit, &ray).point.normal;
+                let slope = normal.dot(ray.direction);
+                assert!(slope.abs() < 1e-6 || (slope < 0.0) == crossing.enters, "{name}: {ray:?} {slope:e}");
+            }
+        }
+    }
+}
+
+/// u and v run over the unit square, and tangents are the derivatives.
+#[test]
+fn coordinates_and_tangents() {
+    let mut random = Random::seed_from_u64(2);
+    for (name, shape) in super::all_shapes() {
+        if !matches!(shape, Shape::Figure(_)) {
+            continue;
+        }
+        let mut seen = 0;
+        for _ in 0..500 {
+            let Some(sample) = shape.sample([random.random(), random.random()]) else { continue };
+            let hit = crate::shape::Hit {
+                t: 0.0,
+                shape: 0,
+                triangle: sample.triangle,
+                instance: crate::shape::NO_INSTANCE,
+                barycentric: [0.0; 2],
+            };
+            let point = sample.surface.point;
+            let here = shape.parametrisation(&hit, point.position);
+            let [u, v] = here.uv;
+            assert!((-1e-9..1.0 + 1e-9).contains(&u) && (-1e-9..1.0 + 1e-9).contains(&v), "{name}: {u} {v}");
+            for (along, moved) in [(here.tangent, [1.0, 0.0]), (here.bitangent, [0.0, 1.0])] {
+                if along.length() < 0.1 || along.length() > 10.0 {
+                    continue;
+                }
+                assert!(along.dot(point.normal).abs() < 1e-6 * along.length(), "{name}: not in the surface");
+                let step = 1e-6;
+                let [a, b] = shape.parametrisation(&hit, point.position + along * step).uv;
+                let change = [(a - u + 0.5).rem_euclid(1.0) - 0.5, b - v].map(|d| d / step);
+                let within = 1e-3 * (1.0 + 1.0 / along.length());
+                assert!(
+                    close(change[0], moved[0], within) && close(change[1], moved[1], within),
+                    "{name}: {change:?} {moved:?} {along}"
+                );
+                seen += 1;
+            }
+        }
+        assert!(seen > 100, "{name}: {seen}");
+    }
+}
+
+/// Rays that leave a surface outwards don't meet it where they started, at all scales and far from the origin; such as go into a
+/// solid leave it again.
+#[test]
+fn no_figure_is_met_where_it_is_left() {
+    let mut random = Random::seed_from_u64(3);
+    for (name, kind) in kinds() {
+        for (scale, distance) in [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e5), (1e-3, 1e2)] {
+            let place = placement(Vec3::new(0.9, 0.5, 0.3) * scale)
+                .then(&Transform::translation(direction(&mut random) * distance));
+            let shape = figure(&place, &kind);
+            let Shape::Figure(made) = &shape else { unreachable!() };
+            let (closed, curved) = (made.is_closed(), made.is_curved());
+            for _ in 0..5_000 {
+                let Some(sample) = shape.sample([random.random(), random.random()]) else { continue };
+                let point = sample.surface.point;
+                let angle = 10f64.powf(random.random_range(-4.0..0.0));
+                let across = direction(&mut random).cross(point.normal).normalize();
+                let leaving = point.ray((across * angle.cos() + point.normal * angle.sin()).normalize());
+                let tiny = if curved { 1e-3 * angle } else { 1e-9 };
+                if let Some(hit) = shape.intersect(&leaving) {
+                    let met = shape.surface(&hit, &leaving).point;
+                    // In a corner another piece may be as near as one likes.
+                    let corner = met.normal.dot(point.normal) < 0.99;
+                    assert!(hit.t > tiny * scale || corner, "{name} {scale} {angle:e}: {:e}", hit.t);
+                }
+                let inward = point.ray((across * angle.cos() - point.normal * angle.sin()).normalize());
+                let crossings = shape.crossings(&inward);
+                let ahead = crossings.iter().filter(|crossing| crossing.hit.t >= 0.0).count();
+                let edge =
+                    crossings.iter().map(|crossing| crossing.hit.t.abs()).fold(f64::INFINITY, f64::min);
+                assert!(
+                    !closed || ahead % 2 == 1 || edge < 1e-9 * scale + 1e-12 * distance,
+                    "{name} {scale} {angle:e}: {crossings:?}"
+                );
+            }
+        }
+    }
+}
+
+/// A ray meets exactly one of polygons that share an edge, whatever their sizes and wherever they are placed.
+#[test]
+fn neighbours_leave_no_gap_and_no_overlap() {
+    let mut random = Random::seed_from_u64(4);
+    for _ in 0..200 {
+        let mut any = || [random.random_range(-1.0..1.0), random.random_range(-1.0..1.0)];
+        let (a, b) = (any(), any());
+        let place = placement(Vec3::new(0.9, 0.5, 0.3) * 10f64.powf(random.random_range(-6.0..6.0)));
+        let polygon = |far: [f64; 2]| {
+            let contours = vec![vec![a, far, b]];
+            figure(&place, &FigureKind::Polygon { contours, rule: FillRule::EvenOdd })
+        };
+        // Far corners on both sides of the edge, one of them ten times as far away.
+        let across = [a[1] - b[1], b[0] - a[0]];
+        let corner = |side: f64| [0, 1].map(|k| 0.5 * (a[k] + b[k]) + side * across[k]);
+        let sides = [polygon(corner(1.0)), polygon(corner(-10.0))];
+        for _ in 0..500 {
+            let at: f64 = random.random_range(0.01..0.99);
+            let on_edge = [0, 1].map(|k| a[k] + at * (b[k] - a[k]));
+            let target = place.point(Vec3::new(on_edge[0], on_edge[1], 0.0));
+            let toward = direction(&mut random);
+            let ray = Ray::new(target - toward * place.vector(Vec3::X).length(), toward);
+            let met = sides.iter().filter(|side| side.intersect(&ray).is_some()).count();
+            assert_eq!(met, 1, "{ray:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_figure_is_refused() {
+    let refused = |kind: &FigureKind| Figure::new(&Transform::IDENTITY, kind, false).err();
+    let line = vec![vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]];
+    let rule = FillRule::EvenOdd;
+    assert_eq!(refused(&FigureKind::Polygon { contours: line, rule }), Some(ShapeError::Outline));
+    for heights in [[1.0, 1.0], [1.0, 0.0], [0.0, f64::INFINITY], [f64::NAN, 1.0]] {
+        let kind = FigureKind::Extrusion { contours: letter(), rule, heights, capped: true };
+        assert_eq!(refused(&kind), Some(ShapeError::Ends));
+    }
+}
+
+/// Areas of the letter by the shoelace formula, of walls by their lengths.
+#[test]
+fn areas_are_those_of_closed_forms() {
+    let shoelace = |contour: &[[f64; 2]]| -> f64 {
+        let twice = |(i, a): (usize, &[f64; 2])| {
+            let b = contour[(i + 1) % contour.len()];
+            a[0] * b[1] - a[1] * b[0]
+        };
+        0.5 * contour.iter().enumerate().map(twice).sum::<f64>().abs()
+    };
+    let length = |contour: &[[f64; 2]]| -> f64 {
+        let side = |(i, a): (usize, &[f64; 2])| {
+            let b = contour[(i + 1) % contour.len()];
+            (a[0] - b[0]).hypot(a[1] - b[1])
+        };
+        contour.iter().enumerate().map(side).sum()
+    };
+    let (inside, around) =
+        (shoelace(&letter()[0]) - shoelace(&letter()[1]), length(&letter()[0]) + length(&letter()[1]));
+    let made = |name: &str| kinds().into_iter().find(|kind| kind.0 == name).unwrap().1;
+    let area = |name: &str| figure(&Transform::scale(3.0), &made(name)).area() / 9.0;
+    assert!(close(area("polygon"), inside, 1e-14));
+    assert!(close(area("open prism"), around * 0.75, 1e-14));
+    assert!(close(area("prism"), 2.0 * inside + around * 0.75, 1e-14));
+}
