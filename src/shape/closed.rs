@@ -10,6 +10,8 @@ impl Shape {
         match self {
             Self::Sphere(_) | Self::Torus(_) => self.faces_outward(),
             Self::Quadric(quadric) => quadric.is_closed() && self.faces_outward(),
+            Self::Sampled(sampled) => sampled.is_closed() && self.faces_outward(),
+            Self::Figure(figure) => figure.is_closed() && self.faces_outward(),
             Self::Mesh(mesh) => mesh.encloses(),
             Self::Disk(_) | Self::Cylinder(_) => false,
         }
