@@ -19,7 +19,7 @@ struct Case {
     walk_samples: u32,
 }
 
-const CASES: [Case; 11] = [
+const CASES: [Case; 12] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384 },
     Case { name: "metals", samples: 1024, walk_samples: 4096 },
     Case { name: "dispersion", samples: 2048, walk_samples: 8192 },
@@ -31,6 +31,7 @@ const CASES: [Case; 11] = [
     Case { name: "motion", samples: 1024, walk_samples: 8192 },
     Case { name: "contact", samples: 2048, walk_samples: 32_768 },
     Case { name: "quadrics", samples: 1024, walk_samples: 8192 },
+    Case { name: "solids", samples: 1024, walk_samples: 8192 },
 ];
 
 fn load(case: &Case, integrator: &str) -> Scene {
@@ -144,6 +145,12 @@ fn contact() {
         expose(&load(case, integrator), &settings(case.samples, WavelengthCount::Four, 21))
     });
     assert_same("contact, path and volpath", &path, &volpath);
+}
+
+/// Lights of which parts are cut away, or lie within other parts, some of them moving.
+#[test]
+fn solids() {
+    agrees("solids");
 }
 
 /// Light samples that pass through what is not there find what paths find behind it.

@@ -6,6 +6,7 @@ use super::{Accel, Other};
 use crate::geometry::Ray;
 use crate::shape::{Hit, RaySpace};
 use smallvec::SmallVec;
+use std::ops::ControlFlow;
 
 impl Accel {
     /// Reports every crossing with `from` ≤ t ≤ `to` and t ≥ 0, in no order, where the shape knows it with the bound on the error of
@@ -72,6 +73,20 @@ impl Accel {
                 });
             }
             Other::Instance { .. } => {}
+            Other::Solid(solid) => {
+                // Of what a ray does not come near a solid need not tell.
+                let line = Ray { t_max: ray.t_max.max(to), ..*ray };
+                solid.walk(&line, time, |boundary| {
+                    let crossing = boundary.crossing;
+                    if crossing.hit.t > to {
+                        return ControlFlow::Break(());
+                    }
+                    if crossing.hit.t >= from {
+                        report(crossing.hit, Some(crossing.error));
+                    }
+                    ControlFlow::Continue(())
+                });
+            }
         }
     }
 }

@@ -16,7 +16,7 @@
 use super::traceable::{Intersection, Role, Scene};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 use crate::medium::{Entered, Media, MediumStack};
-use crate::shape::{Hit, Shape};
+use crate::shape::{Hit, NO_INSTANCE, Shape};
 use smallvec::{SmallVec, smallvec};
 use std::cmp::Reverse;
 
@@ -226,8 +226,9 @@ impl Scene {
     }
 
     pub(super) fn body_of(&self, hit: &Hit) -> Option<Entered> {
-        let body = self.surfaces[hit.shape as usize].body?;
-        Some(Entered { body, instance: hit.instance })
+        let surface = &self.surfaces[hit.shape as usize];
+        let instance = if surface.part { NO_INSTANCE } else { hit.instance };
+        surface.body.map(|body| Entered { body, instance })
     }
 
     /// The bodies that a sensor's ray begins in: those that it would leave first if it went backward. The farther away a

@@ -10,7 +10,7 @@ use crate::light::Lights;
 use crate::material::{Around, MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
-use crate::shape::{Hit, Parametrisation, Shape};
+use crate::shape::{AtRest, Hit, Parametrisation, Shape};
 use crate::spectrum::colour::Observer;
 use crate::spectrum::{Sampled, Spectrum, WavelengthDensity, Wavelengths};
 use crate::texture::{MeshPoint, TexturePoint};
@@ -83,6 +83,8 @@ pub(super) struct Surface {
     pub material: MaterialId,
     pub light: Option<u32>,
     pub role: Role,
+    /// Whether it is a part of a solid of the scene's own: which instance a moving part is says nothing of the body then.
+    pub part: bool,
     /// What the surface encloses, if it is that of a transparent body.
     pub body: Option<u32>,
     /// Whether material or light ask for the surface's coordinates.
@@ -185,6 +187,7 @@ pub struct Intersection {
     pub(super) hit: Hit,
     /// All zero where nothing asks for it.
     parametrisation: Parametrisation,
+    at_rest: AtRest,
     /// Whether the ray comes from the side that the normal points to.
     from_front: bool,
     /// Whether several bodies end or begin here.
@@ -275,11 +278,13 @@ impl Scene {
     pub(super) fn intersection(&self, hit: &Hit, ray: &Ray, time: f64) -> Intersection {
         let surface = &self.surfaces[hit.shape as usize];
         let met = self.accel.surface(&self.shapes, hit, ray, time);
-        let (parametrisation, frame) = if surface.parametrised {
-            let parametrisation = self.accel.parametrisation(&self.shapes, hit, met.point.position, time);
-            (parametrisation, Frame::with_tangent(met.shading_normal, parametrisation.tangent))
+        let (parametrisation, at_rest, frame) = if surface.parametrised {
+            let (parametrisation, at_rest) =
+                self.accel.parametrisation(&self.shapes, hit, met.point.position, time);
+            let frame = Frame::with_tangent(met.shading_normal, parametrisation.tangent);
+            (parametrisation, at_rest, frame)
         } else {
-            (Parametrisation::NONE, Frame::around(met.shading_normal))
+            (Parametrisation::NONE, AtRest::NONE, Frame::around(met.shading_normal))
         };
         Intersection {
             t: hit.t,
@@ -288,6 +293,7 @@ impl Scene {
             light: surface.light,
             hit: *hit,
             parametrisation,
+            at_rest,
             from_front: ray.direction.dot(met.point.normal) < 0.0,
             joined: false,
         }
@@ -446,6 +452,6 @@ impl Scene {
             }
             _ => None,
         };
-        TexturePoint { uv: hit.parametrisation.uv, position: hit.point.position, mesh }
+        TexturePoint { uv: hit.parametrisation.uv, position: hit.point.position, at_rest: hit.at_rest, mesh }
     }
 }

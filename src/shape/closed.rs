@@ -2,19 +2,15 @@
 
 use super::{Mesh, Shape};
 use crate::geometry::{Ray, Vec3};
-use std::collections::HashMap;
 
 impl Shape {
     /// Whether it is closed and its normals point outward, so that every line enters and leaves it by turns.
     pub fn encloses(&self) -> bool {
-        match self {
-            Self::Sphere(_) | Self::Torus(_) => self.faces_outward(),
-            Self::Quadric(quadric) => quadric.is_closed() && self.faces_outward(),
-            Self::Sampled(sampled) => sampled.is_closed() && self.faces_outward(),
-            Self::Figure(figure) => figure.is_closed() && self.faces_outward(),
-            Self::Mesh(mesh) => mesh.encloses(),
-            Self::Disk(_) | Self::Cylinder(_) => false,
-        }
+        self.is_closed().is_ok()
+            && match self {
+                Self::Mesh(mesh) => mesh.has_outward_normals(),
+                _ => self.faces_outward(),
+            }
     }
 
     /// Of a closed shape: whether lines enter it before they leave it.
@@ -52,36 +48,13 @@ impl Shape {
 }
 
 impl Mesh {
-    /// Whether every edge is passed as often in one direction as in the other, vertices at the same place being the same, and
-    /// the enclosed volume is positive.
-    fn encloses(&self) -> bool {
-        let data = self.data();
-        let mut places: HashMap<[u32; 3], u32> = HashMap::new();
-        let welded: Vec<u32> = data
-            .positions
-            .iter()
-            .map(|position| {
-                // Zero has two signs.
-                let key = position.map(|x| (x + 0.0).to_bits());
-                let next = places.len() as u32;
-                *places.entry(key).or_insert(next)
-            })
-            .collect();
-        let mut balance: HashMap<(u32, u32), i32> = HashMap::new();
-        let mut volume = 0.0;
-        for (triangle, indices) in (0u32..).zip(&data.indices) {
-            let corners = indices.map(|index| welded[index as usize]);
-            for i in 0..3 {
-                let (from, to) = (corners[i], corners[(i + 1) % 3]);
-                let (edge, way) = if from < to { ((from, to), 1) } else { ((to, from), -1) };
-                if from != to {
-                    *balance.entry(edge).or_default() += way;
-                }
-            }
+    /// Of a closed mesh: whether the volume that it encloses is positive.
+    fn has_outward_normals(&self) -> bool {
+        let volume = (0..self.triangle_count() as u32).map(|triangle| {
             let [a, b, c] = self.triangle(triangle);
-            volume += a.dot(b.cross(c));
-        }
-        let side = if data.flip_normals { -1.0 } else { 1.0 };
-        !balance.is_empty() && balance.values().all(|&sum| sum == 0) && volume * side > 0.0
+            a.dot(b.cross(c))
+        });
+        let side = if self.data().flip_normals { -1.0 } else { 1.0 };
+        volume.sum::<f64>() * side > 0.0
     }
 }

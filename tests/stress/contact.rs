@@ -147,12 +147,12 @@ impl Stage {
         let place = if as_instance { &Transform::IDENTITY } else { &to_world };
         let shapes = Vec::from((pair.make)(place, size).expect("shapes that can be placed"));
         let tree = |from: usize, to: usize| {
-            let group = Accel::of_group(&shapes[from..to], from as u32);
+            let group = Accel::of_group(&shapes[from..to], from as u32, &[]);
             if !as_instance {
                 return group;
             }
             let placed = Placed::still(&to_world).expect("a pose");
-            Accel::with_instances(&[], vec![Instance::new(Arc::new(group), placed)], [0.0; 2])
+            Accel::with_instances(&[], &[], vec![Instance::new(Arc::new(group), placed)], [0.0; 2])
         };
         let [lower, upper, both] = [tree(0, 1), tree(1, 2), tree(0, 2)];
         Self { shapes, lower, upper, both, to_world, size }

@@ -15,6 +15,8 @@ struct Item {
     has_body: bool,
 }
 
+const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
+
 /// None where nothing touches a transparent body.
 pub(super) fn contacts(
     groups: &Groups<'_>,
@@ -31,7 +33,10 @@ pub(super) fn contacts(
     let rounding: Vec<f64> = shapes.iter().map(|shape| shape.placement_error(moved)).collect();
     let own = (0..groups.own()).map(|i| Item {
         shapes: i..i + 1,
-        partner: Partner::of(&shapes[i], rounding[i]),
+        partner: match groups.moves(i) {
+            true => Partner::new(EVERYWHERE, shapes[i].typical_error(), rounding[i]),
+            false => Partner::of(&shapes[i], rounding[i]),
+        },
         has_body: is_body(i),
     });
     let instances = groups.placed_boxes(shapes, shift).into_iter().map(|(shapes_of, bounds, stretch)| {
@@ -46,20 +51,26 @@ pub(super) fn contacts(
     });
     let items: Vec<Item> = own.chain(instances).filter(|item| !item.partner.bounds.is_empty()).collect();
     let mut found: Vec<Vec<Partner>> = vec![Vec::new(); shapes.len()];
+    let own_body = |item: &Item| match item.shapes.start < groups.own() {
+        true => surfaces[item.shapes.start].body,
+        false => None,
+    };
     for (a, b) in touching(&items) {
+        // Parts of one solid have nothing between them.
+        if own_body(&items[a]).is_some() && own_body(&items[a]) == own_body(&items[b]) {
+            continue;
+        }
         for (one, other) in [(&items[a], &items[b]), (&items[b], &items[a])] {
             let single = one.shapes.len() == 1 && one.shapes.start < groups.own();
-            let everywhere = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
             // A group's shapes don't lie where the instance shows them.
-            let bounds = if single { other.partner.bounds } else { everywhere };
+            let bounds = if single { other.partner.bounds } else { EVERYWHERE };
             one.shapes.clone().for_each(|shape| found[shape].push(Partner { bounds, ..other.partner }));
         }
     }
     // Shapes of one group may touch one another.
     for item in items.iter().filter(|item| item.has_body && item.shapes.len() > 1) {
-        let everywhere = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
         item.shapes.clone().for_each(|shape| {
-            found[shape].push(Partner { bounds: everywhere, ..item.partner });
+            found[shape].push(Partner { bounds: EVERYWHERE, ..item.partner });
         });
     }
     if found.iter().all(Vec::is_empty) {
@@ -83,7 +94,8 @@ pub(super) fn body_boxes<'a>(
     bodies: &'a [Body],
 ) -> impl Iterator<Item = Bounds> + 'a {
     let is_body = |shape: usize| surfaces[shape].body.is_some_and(|body| bodies[body as usize].closed);
-    let own = (0..groups.own()).filter(move |&i| is_body(i)).map(|i| shapes[i].bounds());
+    let bounds = |i: usize| if groups.moves(i) { EVERYWHERE } else { shapes[i].bounds() };
+    let own = (0..groups.own()).filter(move |&i| is_body(i)).map(bounds);
     let instances = groups.placed_boxes(shapes, shift).into_iter();
     own.chain(instances.filter(move |(range, ..)| range.clone().any(is_body)).map(|(_, bounds, _)| bounds))
 }

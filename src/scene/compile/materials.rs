@@ -3,7 +3,7 @@ use super::spectra::{self, index, spectrum};
 use crate::bsdf::microfacet;
 use crate::geometry::Transform;
 use crate::material::{
-    AIR_INDEX, DielectricMaterial, Facets, Material, MaterialId, Materials, Relief, ReliefMap,
+    AIR_INDEX, DielectricMaterial, Facets, Material, MaterialId, Materials, Metal, Relief, ReliefMap,
 };
 use crate::medium::{Body, Filling};
 use crate::scene::description::{
@@ -47,9 +47,14 @@ impl MaterialCompiler {
     }
 
     /// What a shape's surface is, without the light that it may be.
-    pub fn surface(&mut self, shape: &Shape, geometry: &shape::Shape) -> Result<Surface, SceneError> {
+    pub fn surface(
+        &mut self,
+        shape: &Shape,
+        geometry: &shape::Shape,
+        part: bool,
+    ) -> Result<Surface, SceneError> {
         let material = self.material(&shape.bsdf)?;
-        let body = self.body(shape, geometry, material)?;
+        let body = self.body(shape, geometry, part, material)?;
         let any = |has: &dyn Fn(&Material) -> bool| self.materials.any(material, &has);
         Ok(Surface {
             material,
@@ -60,6 +65,7 @@ impl MaterialCompiler {
                 Material::Null => Role::Veil,
                 _ => Role::Other,
             },
+            part: false,
             body,
             parametrised: any(&Material::is_parametrised),
             may_pass: any(&Material::may_pass),
@@ -71,11 +77,13 @@ impl MaterialCompiler {
         &mut self,
         shape: &Shape,
         geometry: &shape::Shape,
+        part: bool,
         material: MaterialId,
     ) -> Result<Option<u32>, SceneError> {
         let refuse_priority = |problem: &str, expected: &str| match &shape.priority {
-            None => Ok(None),
-            Some(priority) => Err(SceneError::at(&priority.place, problem, expected)),
+            // That of a solid is not meant for all of its parts.
+            Some(priority) if !part => Err(SceneError::at(&priority.place, problem, expected)),
+            _ => Ok(None),
         };
         if !self.materials.any(material, &Material::transmits) {
             return match &shape.interior {
@@ -107,7 +115,8 @@ impl MaterialCompiler {
                 "a priority of a shape with a `dielectric` or an interior medium",
             );
         }
-        let closed = geometry.encloses();
+        // All faces of a solid together are closed.
+        let closed = part || geometry.encloses();
         if !closed {
             refuse_priority(
                 "The shape encloses nothing that could take precedence",
@@ -170,15 +179,11 @@ impl MaterialCompiler {
                 reflectance: texture(reflectance)?,
                 transmittance: texture(transmittance)?,
             },
-            BsdfKind::Conductor { index, specular_reflectance, roughness } => {
-                let (n, k) = self.metal(index)?;
-                Material::Conductor {
-                    n,
-                    k,
-                    specular_reflectance: texture(specular_reflectance)?,
-                    facets: roughness.as_ref().map(facets).transpose()?,
-                }
-            }
+            BsdfKind::Conductor { index, specular_reflectance, roughness } => Material::Conductor {
+                index: self.metal(index)?,
+                specular_reflectance: texture(specular_reflectance)?,
+                facets: roughness.as_ref().map(facets).transpose()?,
+            },
             BsdfKind::Dielectric {
                 interior,
                 exterior,
@@ -220,21 +225,26 @@ impl MaterialCompiler {
         })
     }
 
-    /// n and k of a metal.
-    fn metal(&self, metal: &ConductorIndex) -> Result<(Texture, Texture), SceneError> {
+    fn metal(&self, metal: &ConductorIndex) -> Result<Metal, SceneError> {
         let (n, k) = match metal {
             // n = 0 reflects everything at every angle.
             ConductorIndex::Mirror => (Spectrum::ZERO, Spectrum::ONE),
             ConductorIndex::Complex { n, k } => {
-                return Ok((spectra::texture(n, &self.shift)?, spectra::texture(k, &self.shift)?));
+                let [n, k] = [n, k].map(|source| spectra::texture(source, &self.shift));
+                return Ok(Metal::Index { n: n?, k: k? });
             }
             ConductorIndex::Named { place, name } => catalogue::conductor(name)
                 .map_err(|unknown| SceneError::at(place, unknown.to_string(), "the name of a conductor"))?,
             ConductorIndex::NormalReflectance { reflectance, assumption } => {
+                let texture = spectra::texture(reflectance, &self.shift)?;
+                if texture.varies() {
+                    let unit_index = matches!(assumption, MetalAssumption::UnitIndex);
+                    return Ok(Metal::NormalReflectance { reflectance: texture, unit_index });
+                }
                 self.metal_from_reflectance(reflectance, assumption)?
             }
         };
-        Ok((Texture::Uniform(n), Texture::Uniform(k)))
+        Ok(Metal::Index { n: Texture::Uniform(n), k: Texture::Uniform(k) })
     }
 
     fn metal_from_reflectance(

@@ -6,7 +6,7 @@ use super::attributes;
 use super::query::Query;
 use super::spectra::required;
 use crate::geometry::{Transform, Vec3};
-use crate::shape::{Figure, FigureKind, FillRule, ShapeError};
+use crate::shape::{Figure, FigureKind, FillRule, Interpolation, ShapeError};
 
 /// `None` where the shape is wrong, which is reported.
 pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
@@ -14,6 +14,7 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
     let what = match plugin {
         "polygon" => "a flat shape with any outline",
         "extrusion" => "a polygon swept along z",
+        "revolution" => "a profile turned around z",
         _ => "an ellipsoid between box and octahedron",
     };
     query.reader.extension(&query.object.place, format!("{plugin}: {what}"));
@@ -23,6 +24,7 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
             let rule = rule(query);
             FigureKind::Polygon { contours: contours?, rule }
         }
+        "revolution" => revolution(query)?,
         "superquadric" => FigureKind::Superquadric {
             exponents: [query.positive("e1", 1.0), query.positive("e2", 1.0)],
             semi_axes: query.vector("semi_axes").unwrap_or(Vec3::ONE),
@@ -39,6 +41,19 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
     if let Err(error) = Figure::new(&Transform::IDENTITY, &kind, false) {
         let problem = format!("The {plugin} cannot be made: {error}");
         let (name, expected, remedy) = match kind {
+            FigureKind::Revolution { interpolation, .. } => (
+                "profile",
+                match interpolation {
+                    Interpolation::Linear => "expected two or more points \"r z\", no r below 0",
+                    Interpolation::Bezier => {
+                        "expected a number of points that is 1 more than a multiple of 3, no r below 0"
+                    }
+                    Interpolation::BSpline => {
+                        "expected four or more points \"r z\", no r of the curve below 0"
+                    }
+                },
+                "a closed Bézier curve comes back to its first point, which is not given again",
+            ),
             FigureKind::Superquadric { exponents, .. } => (
                 match error {
                     ShapeError::Exponent(wrong) if wrong == exponents[0] => "e1",
@@ -58,6 +73,21 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
         return None;
     }
     Some(ShapeKind::Figure(kind))
+}
+
+fn revolution(query: &Query<'_>) -> Option<FigureKind> {
+    let interpolations = [
+        ("linear", Interpolation::Linear),
+        ("bezier", Interpolation::Bezier),
+        ("bspline", Interpolation::BSpline),
+    ];
+    let interpolation =
+        query.choice("interpolation", &interpolations, false).unwrap_or(Interpolation::Linear);
+    let (closed, capped) = (query.boolean("closed", false), query.boolean("capped", true));
+    let text = query.text("profile");
+    let text = required(query, "profile", text)?;
+    let profile = points::<2>(query, "profile", text)?;
+    Some(FigureKind::Revolution { profile, interpolation, closed, capped })
 }
 
 fn rule(query: &Query<'_>) -> FillRule {

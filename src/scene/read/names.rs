@@ -1,6 +1,7 @@
 //! Names: which was probably meant, and which exist in Mitsuba 3 but not here.
 
 use super::super::source::{Place, SceneError};
+use super::patterns::PATTERNS;
 use super::tree::Class;
 
 /// The known name that a mistyped one is most like, if any is like it.
@@ -80,10 +81,14 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "torus",
             "polygon",
             "extrusion",
+            "revolution",
             "superquadric",
             "obj",
             "ply",
             "serialized",
+            "union",
+            "intersection",
+            "difference",
             "merge",
             "shapegroup",
             "instance",
@@ -127,6 +132,11 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "checkerboard",
             "mesh_attribute",
             "volume",
+            "noise",
+            "turbulence",
+            "marble",
+            "wood",
+            "bands",
             "measured",
             "sellmeier",
             "cauchy",
@@ -139,7 +149,7 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
 
 /// Whether what a plugin of class [`Class::Spectrum`] describes varies over surfaces.
 pub(super) fn is_texture(plugin: &str) -> bool {
-    ["bitmap", "checkerboard", "mesh_attribute", "volume"].contains(&plugin)
+    ["bitmap", "checkerboard", "mesh_attribute", "volume"].contains(&plugin) || PATTERNS.contains(&plugin)
 }
 
 /// The class that has a plugin of this name, here or in Mitsuba 3, for an object with these parameters.

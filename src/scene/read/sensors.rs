@@ -24,7 +24,7 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 11] = [
+const ANALYTIC: [&str; 12] = [
     "sphere",
     "disk",
     "cylinder",
@@ -35,6 +35,7 @@ const ANALYTIC: [&str; 11] = [
     "torus",
     "polygon",
     "extrusion",
+    "revolution",
     "superquadric",
 ];
 

@@ -180,6 +180,9 @@ pub(super) fn scene(description: &Description) -> Told {
         let own = sensor.take_if(|_| meter.is_some_and(|surface| surface.place == shape.place));
         scene = scene.child(own.into_iter().fold(told, Told::child));
     }
+    for solid in &description.solids {
+        scene = scene.child(shapes::solid(&mut teller, solid));
+    }
     for instance in &description.instances {
         scene = scene.child(shapes::instance(&mut teller, instance));
     }

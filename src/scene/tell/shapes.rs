@@ -1,8 +1,10 @@
-use super::super::description::{Instance, Medium, Shape, ShapeGroup, ShapeKind, SpectrumSource};
+use super::super::description::{
+    Instance, Medium, Part, Shape, ShapeGroup, ShapeKind, Solid, SpectrumSource,
+};
 use super::super::info::hash_of_mesh;
-use super::super::read::Class;
+use super::super::read::{Class, solids};
 use super::{Teller, Told, Value, bsdfs};
-use crate::shape::{FigureKind, FillRule, QuadricKind, Sheets};
+use crate::shape::{FigureKind, FillRule, Interpolation, QuadricKind, Sheets};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -115,6 +117,18 @@ fn figure(told: impl Fn(&'static str) -> Told, kind: &FigureKind) -> Told {
                 .float("zmax", *high)
                 .boolean("capped", *capped)
         }
+        FigureKind::Revolution { profile, interpolation, closed, capped } => {
+            let interpolation = match interpolation {
+                Interpolation::Linear => "linear",
+                Interpolation::Bezier => "bezier",
+                Interpolation::BSpline => "bspline",
+            };
+            told("revolution")
+                .text("profile", points(profile))
+                .text("interpolation", interpolation)
+                .boolean("closed", *closed)
+                .boolean("capped", *capped)
+        }
         FigureKind::Superquadric { exponents: [e1, e2], semi_axes } => {
             told("superquadric").float("e1", *e1).float("e2", *e2).vector("semi_axes", *semi_axes)
         }
@@ -134,12 +148,23 @@ pub(super) fn instance(teller: &mut Teller, instance: &Instance) -> Told {
         .child(group(teller, &instance.group))
 }
 
+pub(super) fn solid(teller: &mut Teller, solid: &Solid) -> Told {
+    let told = Told::new(Class::Shape, solids::word(solid.operation), &solid.place)
+        .id(&solid.id)
+        .placement(&solid.to_world, &solid.motion);
+    solid.parts.iter().fold(told, |told, part| match part {
+        Part::Shape(shape) => told.child(tell(teller, shape)),
+        Part::Solid(part) => told.child(self::solid(teller, part)),
+    })
+}
+
 fn group(teller: &mut Teller, group: &Arc<ShapeGroup>) -> Rc<Told> {
     if let Some(told) = teller.groups.get(&Arc::as_ptr(group)) {
         return told.clone();
     }
     let told = Told::new(Class::Shape, "shapegroup", &group.place).id(&group.id);
-    let told = Rc::new(group.shapes.iter().fold(told, |told, shape| told.child(tell(teller, shape))));
+    let told = group.shapes.iter().fold(told, |told, shape| told.child(tell(teller, shape)));
+    let told = Rc::new(group.solids.iter().fold(told, |told, part| told.child(solid(teller, part))));
     teller.groups.insert(Arc::as_ptr(group), told.clone());
     told
 }

@@ -6,6 +6,8 @@ mod extrusion;
 mod facets;
 mod outline;
 mod polygon;
+mod profile;
+mod revolution;
 mod superquadric;
 
 use super::chords::{self, Crossed, OnLine};
@@ -18,6 +20,8 @@ use facets::Facets;
 use glam::DMat4;
 pub use outline::FillRule;
 use polygon::Polygon;
+pub use profile::Interpolation;
+use revolution::Revolution;
 use smallvec::SmallVec;
 use superquadric::Superquadric;
 
@@ -34,6 +38,15 @@ pub enum FigureKind {
         /// Whether it is closed at both ends.
         capped: bool,
     },
+    /// A profile of points (r, z) turned around z.
+    Revolution {
+        profile: Vec<[f64; 2]>,
+        interpolation: Interpolation,
+        /// Whether the profile comes back to where it begins.
+        closed: bool,
+        /// Whether the ends of one that does not are closed by disks.
+        capped: bool,
+    },
     /// (|x/a|^(2/e₂) + |y/b|^(2/e₂))^(e₂/e₁) + |z/c|^(2/e₁) = 1 with the semi-axes a, b, c and the exponents e₁, e₂ from 0.001,
     /// almost a box, by 1, an ellipsoid, to 2, an octahedron.
     Superquadric { exponents: [f64; 2], semi_axes: Vec3 },
@@ -44,6 +57,7 @@ pub enum FigureKind {
 enum Form {
     Polygon(Polygon),
     Extrusion(Extrusion),
+    Revolution(Revolution),
     Superquadric(Superquadric),
 }
 
@@ -70,6 +84,7 @@ impl Form {
         match self {
             Self::Polygon(polygon) => polygon,
             Self::Extrusion(extrusion) => extrusion,
+            Self::Revolution(revolution) => revolution,
             Self::Superquadric(superquadric) => superquadric,
         }
     }
@@ -99,6 +114,10 @@ impl Figure {
                 let (extrusion, scale) = Extrusion::new(contours, *rule, *heights, *capped)?;
                 (Form::Extrusion(extrusion), scaled(scale)?)
             }
+            FigureKind::Revolution { profile, interpolation, closed, capped } => {
+                let (revolution, scale) = Revolution::new(profile, *interpolation, *closed, *capped)?;
+                (Form::Revolution(revolution), scaled(scale)?)
+            }
             FigureKind::Superquadric { exponents, semi_axes } => {
                 let size = |axis: usize| match semi_axes[axis] {
                     size if size > 0.0 && size.is_finite() => Ok(size),
@@ -113,7 +132,7 @@ impl Figure {
         let facets = match &form {
             Form::Polygon(polygon) => Some(Facets::new(&placement, polygon.facets())),
             Form::Extrusion(extrusion) => Some(Facets::new(&placement, extrusion.facets())),
-            Form::Superquadric(_) => None,
+            Form::Revolution(_) | Form::Superquadric(_) => None,
         };
         let reach = |sign: f64| Vec3::from(Vec3::AXES.map(|axis| sign * form.local().reach(axis * sign)));
         let around = Bounds { min: reach(-1.0), max: reach(1.0) };

@@ -6,7 +6,7 @@
 //! method, begun outside, comes nearer from the same side until it is there, or finds the slope turned, which proves a miss.
 
 use super::Local;
-use crate::geometry::{Bounds, Vec3};
+use crate::geometry::Vec3;
 use crate::shape::ShapeError;
 use crate::shape::chords::OnLine;
 use smallvec::SmallVec;
