@@ -29,7 +29,7 @@ const CASES: [Case; 12] = [
     Case { name: "extentless", samples: 1024, walk_samples: 0 },
     Case { name: "veils", samples: 1024, walk_samples: 8192 },
     Case { name: "motion", samples: 1024, walk_samples: 8192 },
-    Case { name: "contact", samples: 2048, walk_samples: 32_768 },
+    Case { name: "contact", samples: 1024, walk_samples: 8192 },
     Case { name: "quadrics", samples: 1024, walk_samples: 8192 },
     Case { name: "solids", samples: 1024, walk_samples: 8192 },
 ];

@@ -321,3 +321,48 @@ fn scenes_that_touch_nothing_need_nothing() {
     assert_eq!(needs(&(ball(0.0) + &ball(2.0))), [true, false, false, true]);
     assert_eq!(needs(&(ball(0.0) + r#"<shape type="rectangle"/>"#)), [true, false, false, true]);
 }
+
+/// SCHOTT N-BK7 by its Sellmeier coefficients (`data/dielectrics/dispersion_formulas.csv`), λ in nm.
+fn bk7(nm: f64) -> f64 {
+    let squared = (nm * 1e-3).powi(2);
+    let terms = [(1.03961212, 0.00600069867), (0.231792344, 0.0200179144), (1.01046945, 103.560653)];
+    (1.0 + terms.iter().map(|(b, c)| b * squared / (squared - c)).sum::<f64>()).sqrt()
+}
+
+/// CAM-14: blue light is focused nearer than red by what the lensmaker's equation says of a thin lens, f = R / 2(n − 1).
+#[test]
+fn a_lens_of_glass_focuses_colours_apart() {
+    const RADIUS: f64 = 50.0;
+    let sphere = |z: f64| {
+        format!(
+            r#"<shape type="sphere"><point name="center" x="0" y="0" z="{z}"/><float name="radius" value="{RADIUS}"/></shape>"#
+        )
+    };
+    let scene = scene(&format!(
+        r#"<shape type="intersection">{}{}<bsdf type="dielectric">
+           <spectrum name="int_ior" type="measured"><string name="name" value="N-BK7"/></spectrum>
+           <float name="ext_ior" value="1"/></bsdf></shape>"#,
+        sphere(-49.75),
+        sphere(49.75)
+    ));
+    let focus = |nm: f64| {
+        let wavelengths = Wavelengths { nm: [nm], density: Sampled([1.0]) };
+        let mut ray = Ray::new(Vec3::new(0.01, 0.0, -80.0), Vec3::Z);
+        let mut media = scene.media_at_sensor(&ray, 0.0);
+        for _ in 0..2 {
+            let hit = scene.intersect(&ray, 0.0, false, &mut media, |_, _| {}).unwrap();
+            let shading = scene.shade(&hit, -ray.direction, &media, &wavelengths, 0.0);
+            let scatter = shading.sample(1.0f64.next_down(), [0.5; 2]).unwrap();
+            scene.pass_through(&hit, scatter.toward_light, &mut media);
+            ray = hit.point.ray(scatter.toward_light);
+        }
+        assert!(scene.intersect(&ray, 0.0, false, &mut media, |_, _| {}).is_none());
+        ray.origin.z - ray.origin.x * ray.direction.z / ray.direction.x
+    };
+    let thin = |nm: f64| 0.5 * RADIUS / (bk7(nm) - 1.0);
+    // The lines F, d and C.
+    let (found, expected) = (focus(656.27) - focus(486.13), thin(656.27) - thin(486.13));
+    println!("{found} apart, expected {expected}; at d {} and {}", focus(587.56), thin(587.56));
+    assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
+    assert!((focus(587.56) / thin(587.56) - 1.0).abs() < 0.01);
+}

@@ -10,7 +10,7 @@
 //! met from within the body. No length is compared with anything but bounds on errors.
 //!
 //! After such an event the ray starts within its error of the place, so that it may meet again, or never meet, what it
-//! has dealt with already. Which of the two it is follows from what it is inside of: a closed body cannot be
+//! has dealt with already. Which of the two it is follows from what it is inside of: right where it starts, a closed body cannot be
 //! entered from within nor be left from without.
 
 use super::traceable::{Intersection, Role, Scene};
@@ -50,6 +50,8 @@ pub(super) struct Partner {
 struct Met {
     hit: Hit,
     enters: bool,
+    /// Whether it may lie where the ray begins.
+    at_start: bool,
     /// Whether passing it changes what the ray is inside of. Also of what is no body's.
     effective: bool,
 }
@@ -103,20 +105,25 @@ impl Scene {
     fn together(&self, ray: &Ray, time: f64, hit: &Intersection) -> SmallVec<[Met; 4]> {
         let enters = |point: &SurfacePoint| ray.direction.dot(point.normal) < 0.0;
         let mut found: SmallVec<[Met; 4]> =
-            smallvec![Met { hit: hit.hit, enters: enters(&hit.point), effective: true }];
+            smallvec![Met { hit: hit.hit, enters: enters(&hit.point), at_start: false, effective: true }];
         let Some(contact) = self.contacts.of.get(hit.hit.shape as usize) else { return found };
         let partners = &self.contacts.partners[contact.first as usize..][..contact.count as usize];
         let margin = Vec3::splat(hit.point.error + contact.rounding);
         let here = Bounds { min: hit.point.position - margin, max: hit.point.position + margin };
         let near = partners.iter().filter(|partner| partner.bounds.overlaps(here));
         let Some(reach) = near.map(|partner| partner.reach).reduce(f64::max) else { return found };
+        let slope = |point: &SurfacePoint| ray.direction.dot(point.normal).abs();
         // A surface seen from afar is met with errors in proportion to the distance.
-        let error = |shape: u32, t: f64, point: &SurfacePoint| {
-            let height = point.error + self.contacts.of[shape as usize].rounding + 16.0 * f64::EPSILON * t;
-            height / ray.direction.dot(point.normal).abs()
+        let height = |shape: u32, t: f64, point: &SurfacePoint| {
+            point.error + self.contacts.of[shape as usize].rounding + 16.0 * f64::EPSILON * t
         };
+        let error = |shape: u32, t: f64, point: &SurfacePoint| height(shape, t, point) / slope(point);
+        // What the ray has left is one of the partners.
+        let at_start =
+            |shape: u32, t: f64, point: &SurfacePoint| t * slope(point) <= height(shape, t, point) + reach;
+        found[0].at_start = at_start(hit.hit.shape, hit.hit.t, &hit.point);
         let own = error(hit.hit.shape, hit.hit.t, &hit.point);
-        let slope = ray.direction.dot(hit.point.normal).abs();
+        let slope = slope(&hit.point);
         let far = own + (reach + 16.0 * f64::EPSILON * hit.hit.t) / slope;
         let stretch = [hit.hit.t - far, hit.hit.t + far];
         self.accel.crossings(ray, time, stretch, &mut |other, t_error| {
@@ -129,7 +136,8 @@ impl Scene {
             }
             let t_error = error(other.shape, other.t, &point).max(t_error.unwrap_or(0.0));
             if (other.t - hit.hit.t).abs() <= own + t_error {
-                found.push(Met { hit: other, enters, effective: true });
+                let at_start = at_start(other.shape, other.t, &point);
+                found.push(Met { hit: other, enters, at_start, effective: true });
             }
         });
         // Of bodies of equal priority that are entered at once the later in the file counts.
@@ -154,8 +162,9 @@ impl Scene {
                 };
                 let inside = here.contains(body);
                 let closed = self.bodies[body.body as usize].closed;
+                let again = closed && together[i].at_start && inside == together[i].enters;
                 // Between entering and leaving at once the ray only touches.
-                let possible = !(ways(true) && ways(false)) && (!closed || inside != together[i].enters);
+                let possible = !(ways(true) && ways(false)) && !again;
                 if !possible {
                     together[i].effective = false;
                 } else if leaving != together[i].enters && !bodies[..i].contains(&Some(body)) {
