@@ -2,8 +2,8 @@
 //! and a ray is taken there. What moves is such a group, and the ray is taken to where it is at the ray's time.
 
 use super::Accel;
-use crate::geometry::{Bounds, Placed, Pose, Ray, Vec3};
-use crate::shape::{Hit, Parametrisation, Shape, SurfaceHit};
+use crate::geometry::{Bounds, Placed, Pose, Ray, Transform, Vec3};
+use crate::shape::{AtRest, Hit, Parametrisation, Shape, SurfaceHit};
 use std::sync::Arc;
 
 /// A group where its transform puts it.
@@ -11,6 +11,8 @@ use std::sync::Arc;
 pub struct Instance {
     group: Arc<Accel>,
     placed: Placed,
+    /// Where the group is at rest, see [`AtRest`].
+    rest: Pose,
     /// Length of the diagonal of the group's box.
     reach: f64,
 }
@@ -29,9 +31,21 @@ pub(super) struct Slice {
 }
 
 impl Instance {
+    /// At rest it is where it stands at first.
     pub fn new(group: Arc<Accel>, placed: Placed) -> Self {
         let reach = group.bounds().diameter();
-        Self { reach, group, placed }
+        Self { reach, group, rest: placed.at(f64::NEG_INFINITY), placed }
+    }
+
+    /// The same with another place at rest.
+    #[must_use]
+    pub fn resting(self, rest: &Transform) -> Self {
+        Self { rest: Pose::new(rest), ..self }
+    }
+
+    /// Of a shape that is a part of a solid, which alone finds it. `bounds` are the shape's, in its own coordinates.
+    pub fn of_part(bounds: Bounds, placed: Placed) -> Self {
+        Self { reach: bounds.diameter(), ..Self::new(Arc::new(Accel::build(&[])), placed) }
     }
 
     /// A box around it in world space, from one time to another; empty where the group has no surface.
@@ -112,7 +126,7 @@ impl Instance {
         SurfaceHit { point, shading_normal }
     }
 
-    /// The coordinates of a point of `shape`, one of the group's.
+    /// The coordinates of a point of `shape`, one of the group's, and where it is at rest.
     #[inline(never)]
     pub(super) fn parametrisation(
         &self,
@@ -120,13 +134,19 @@ impl Instance {
         hit: &Hit,
         position: Vec3,
         time: f64,
-    ) -> Parametrisation {
+    ) -> (Parametrisation, AtRest) {
         let pose = self.placed.at(time);
-        let local = shape.parametrisation(hit, pose.local_point(position));
-        Parametrisation {
+        let position = pose.local_point(position);
+        let local = shape.parametrisation(hit, position);
+        let here = Parametrisation {
             uv: local.uv,
             tangent: pose.world_vector(local.tangent),
             bitangent: pose.world_vector(local.bitangent),
-        }
+        };
+        let at_rest = AtRest {
+            position: self.rest.world_point(position),
+            tangents: [local.tangent, local.bitangent].map(|tangent| self.rest.world_vector(tangent)),
+        };
+        (here, at_rest)
     }
 }

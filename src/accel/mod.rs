@@ -1,7 +1,7 @@
 //! Which surface a ray meets first, and whether it meets any.
 //!
-//! A tree of boxes, eight to a node, over packets of four triangles, over analytic shapes and over instances of other
-//! trees. The boxes are `f32` and only ever err towards visiting too much; what they let through is tested in `f64`. So
+//! A tree of boxes, eight to a node, over packets of four triangles, over analytic shapes, over solids and over instances of
+//! other trees. The boxes are `f32` and only ever err towards visiting too much; what they let through is tested in `f64`. So
 //! the answer is the very one of a loop over all surfaces, whatever the tree looks like.
 
 mod build;
@@ -12,10 +12,12 @@ mod packet;
 mod tests;
 
 use crate::geometry::{Bounds, Ray, Vec3};
-use crate::shape::{Curves, Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
+use crate::shape::solid::Solid;
+use crate::shape::{AtRest, Curves, Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
 pub use instance::Instance;
 use node::{Child, Node, NodeRay, NodeSpace};
 use packet::{Packet, PacketRay};
+use std::sync::Arc;
 
 /// All shapes of a scene, ready for ray queries.
 #[derive(Clone, Debug)]
@@ -47,6 +49,8 @@ enum Other {
     Instance {
         during: [f64; 2],
     },
+    /// Its hits carry their own indices.
+    Solid(Arc<Solid>),
 }
 
 /// A subtree that waits to be visited, and where the ray enters it.
@@ -59,17 +63,23 @@ struct Waiting {
 impl Accel {
     /// Hits carry a shape's index in `shapes`. Takes about a second for a million triangles on two cores.
     pub fn build(shapes: &[Shape]) -> Self {
-        build::build(shapes, 0, Vec::new(), [0.0; 2])
+        build::build(shapes, 0, &[], Vec::new(), [0.0; 2])
     }
 
-    /// A group's tree: its hits carry indices that begin with `first`.
-    pub fn of_group(shapes: &[Shape], first: u32) -> Self {
-        build::build(shapes, first, Vec::new(), [0.0; 2])
+    /// A group's tree: its hits carry indices that begin with `first`. Shapes that are parts of solids are met with these alone.
+    pub fn of_group(shapes: &[Shape], first: u32, solids: &[Arc<Solid>]) -> Self {
+        build::build(shapes, first, solids, Vec::new(), [0.0; 2])
     }
 
-    /// Of shapes and instances of groups, for rays of times while a shutter is open.
-    pub fn with_instances(shapes: &[Shape], instances: Vec<Instance>, shutter: [f64; 2]) -> Self {
-        build::build(shapes, 0, instances, shutter)
+    /// Of shapes, solids and instances of groups, for rays of times while a shutter is open. Shapes and instances that are parts
+    /// of solids are met with these alone.
+    pub fn with_instances(
+        shapes: &[Shape],
+        solids: &[Arc<Solid>],
+        instances: Vec<Instance>,
+        shutter: [f64; 2],
+    ) -> Self {
+        build::build(shapes, 0, solids, instances, shutter)
     }
 
     /// A box around all surfaces at all times, up to rounding; empty where there are none.
@@ -87,11 +97,20 @@ impl Accel {
         }
     }
 
-    /// The coordinates of the point `position` that [`Accel::surface`] gave for a hit.
-    pub fn parametrisation(&self, shapes: &[Shape], hit: &Hit, position: Vec3, time: f64) -> Parametrisation {
+    /// The coordinates of the point `position` that [`Accel::surface`] gave for a hit, and where that is at rest.
+    pub fn parametrisation(
+        &self,
+        shapes: &[Shape],
+        hit: &Hit,
+        position: Vec3,
+        time: f64,
+    ) -> (Parametrisation, AtRest) {
         let shape = &shapes[hit.shape as usize];
         match hit.instance {
-            NO_INSTANCE => shape.parametrisation(hit, position),
+            NO_INSTANCE => {
+                let here = shape.parametrisation(hit, position);
+                (here, AtRest { position, tangents: [here.tangent, here.bitangent] })
+            }
             instance => self.instances[instance as usize].parametrisation(shape, hit, position, time),
         }
     }
@@ -196,6 +215,7 @@ impl Accel {
                         self.in_instance(*index, ray, time, nearest)
                     }
                     Other::Instance { .. } => None,
+                    Other::Solid(solid) => in_solid(solid, ray, time, nearest),
                 };
                 if let Some(hit) = hit {
                     found |= take_nearer(nearest, hit);
@@ -241,6 +261,7 @@ impl Accel {
                     Other::Instance { during: [from, to] } => {
                         *from <= time && time <= *to && self.instances[*index as usize].occluded(ray, time)
                     }
+                    Other::Solid(solid) => solid.closest(ray, time).is_some(),
                 };
                 if self.others[child.items()].iter().any(occludes) {
                     return true;
@@ -255,6 +276,14 @@ impl Accel {
             child = stack[waiting].child;
         }
     }
+}
+
+/// The nearest hit with a solid, unless there is a nearer one already.
+#[inline(never)]
+fn in_solid(solid: &Solid, ray: &Ray, time: f64, nearest: &Option<Hit>) -> Option<Hit> {
+    // Up to and with the nearest: of equally near ones it is not the order of leaves that decides.
+    let t_max = nearest.map_or(ray.t_max, |hit| hit.t.next_up());
+    solid.closest(&Ray { t_max, ..*ray }, time).filter(|hit| hit.t < ray.t_max)
 }
 
 /// Inserts into `stack[bottom..top]`, which is sorted so that the nearest is on top.

@@ -1,6 +1,7 @@
 //! Projectors: a camera that sends out its picture, as Mitsuba 3's `projector`.
 
 use crate::geometry::{Transform, Vec3};
+use crate::shape::AtRest;
 use crate::spectrum::{Sampled, Spectrum};
 use crate::texture::{Texture, TexturePoint};
 use std::f64::consts::PI;
@@ -61,7 +62,8 @@ impl Projector {
             return Sampled::ZERO;
         }
         // The picture's left is local +x, its first row is at the top.
-        let at = TexturePoint { uv: [0.5 - 0.5 * x, 0.5 - 0.5 * y], position: self.position, mesh: None };
+        let uv = [0.5 - 0.5 * x, 0.5 - 0.5 * y];
+        let at = TexturePoint { uv, position: self.position, at_rest: AtRest::NONE, mesh: None };
         let strength = PI * self.scale / (local.z * local.z * self.axis.dot(direction));
         self.picture.sample(&at, nm) * strength
     }

@@ -1,6 +1,7 @@
 //! Spot lights: a point that shines into a cone, as Mitsuba 3's `spot`.
 
 use crate::geometry::{Transform, Vec3};
+use crate::shape::AtRest;
 use crate::spectrum::{Sampled, Spectrum};
 use crate::texture::{Texture, TexturePoint};
 use std::f64::consts::TAU;
@@ -53,7 +54,8 @@ impl Spot {
                 // Mitsuba 3's mapping, which turns the picture over where the cone is wider than a half space.
                 let unit = 0.5 / (local.z * self.cutoff.tan());
                 let uv = [0.5 + unit * local.x, 0.5 + unit * local.y];
-                intensity * slide.sample(&TexturePoint { uv, position: self.position, mesh: None }, nm)
+                let at = TexturePoint { uv, position: self.position, at_rest: AtRest::NONE, mesh: None };
+                intensity * slide.sample(&at, nm)
             }
         }
     }

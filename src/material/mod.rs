@@ -6,6 +6,7 @@
 
 mod facets;
 mod layered;
+mod metal;
 mod relief;
 mod shading;
 
@@ -13,6 +14,7 @@ pub use facets::Facets;
 pub use layered::{
     PlasticMaterial, PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial, ThinDielectricMaterial,
 };
+pub use metal::Metal;
 pub use relief::{Relief, ReliefMap};
 pub use shading::{Shading, ShadingPoint};
 
@@ -40,10 +42,9 @@ pub enum Material {
         reflectance: Texture,
         transmittance: Texture,
     },
-    /// A metal: complex index n + i·k against vacuum.
+    /// A metal against vacuum.
     Conductor {
-        n: Texture,
-        k: Texture,
+        index: Metal,
         specular_reflectance: Texture,
         facets: Option<Facets>,
     },
@@ -223,8 +224,9 @@ impl Material {
         match self {
             Self::Diffuse { reflectance } => vec![reflectance],
             Self::DiffuseTransmitter { reflectance, transmittance } => vec![reflectance, transmittance],
-            Self::Conductor { n, k, specular_reflectance, facets } => {
-                facets.iter().flat_map(Facets::textures).chain([n, k, specular_reflectance]).collect()
+            Self::Conductor { index, specular_reflectance, facets } => {
+                let facets = facets.iter().flat_map(Facets::textures);
+                facets.chain(index.textures()).chain([specular_reflectance]).collect()
             }
             Self::Dielectric(dielectric) => {
                 let factors = [&dielectric.specular_reflectance, &dielectric.specular_transmittance];
@@ -258,12 +260,10 @@ impl Material {
                     transmittance: transmittance.sample(at, nm),
                 })
             }
-            Self::Conductor { n, k, specular_reflectance, facets } => {
-                let facet = Conductor {
-                    eta: n.sample(at, nm),
-                    k: k.sample(at, nm),
-                    specular_reflectance: specular_reflectance.sample(at, nm),
-                };
+            Self::Conductor { index, specular_reflectance, facets } => {
+                let (eta, k) = index.sample(at, nm);
+                let specular_reflectance = specular_reflectance.sample(at, nm);
+                let facet = Conductor { eta, k, specular_reflectance };
                 match facets {
                     None => Bsdf::Conductor(facet),
                     Some(facets) => {

@@ -9,7 +9,7 @@ use crate::light::Lights;
 use crate::material::{MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, MediumStack};
 use crate::sampling::{Dimensions, Stream};
-use crate::shape::{Hit, Parametrisation, Shape};
+use crate::shape::{AtRest, Hit, Parametrisation, Shape};
 use crate::spectrum::colour::Observer;
 use crate::spectrum::{Sampled, Spectrum, WavelengthDensity, Wavelengths};
 use crate::texture::{MeshPoint, TexturePoint};
@@ -157,6 +157,7 @@ pub struct Intersection {
     hit: Hit,
     /// All zero where nothing asks for it.
     parametrisation: Parametrisation,
+    at_rest: AtRest,
 }
 
 impl Scene {
@@ -208,13 +209,16 @@ impl Scene {
         let hit: Hit = self.accel.closest(ray, time)?;
         let surface = &self.surfaces[hit.shape as usize];
         let met = self.accel.surface(&self.shapes, &hit, ray, time);
-        let (parametrisation, frame) = if surface.parametrised {
-            let parametrisation = self.accel.parametrisation(&self.shapes, &hit, met.point.position, time);
-            (parametrisation, Frame::with_tangent(met.shading_normal, parametrisation.tangent))
+        let (parametrisation, at_rest, frame) = if surface.parametrised {
+            let (parametrisation, at_rest) =
+                self.accel.parametrisation(&self.shapes, &hit, met.point.position, time);
+            let frame = Frame::with_tangent(met.shading_normal, parametrisation.tangent);
+            (parametrisation, at_rest, frame)
         } else {
-            (Parametrisation::NONE, Frame::around(met.shading_normal))
+            (Parametrisation::NONE, AtRest::NONE, Frame::around(met.shading_normal))
         };
-        Some(Intersection { t: hit.t, point: met.point, frame, light: surface.light, hit, parametrisation })
+        let (t, point, light) = (hit.t, met.point, surface.light);
+        Some(Intersection { t, point, frame, light, hit, parametrisation, at_rest })
     }
 
     /// How the surface scatters at a path's wavelengths. `choice` in [0, 1) chooses between the materials of a surface
@@ -329,6 +333,6 @@ impl Scene {
             }
             _ => None,
         };
-        TexturePoint { uv: hit.parametrisation.uv, position: hit.point.position, mesh }
+        TexturePoint { uv: hit.parametrisation.uv, position: hit.point.position, at_rest: hit.at_rest, mesh }
     }
 }

@@ -15,12 +15,14 @@ mod cylinder;
 mod disk;
 mod figure;
 mod grid;
+mod heightfield;
 mod mesh;
 mod placement;
 mod quadric;
 mod rectangle;
 mod sampled;
 mod sdfgrid;
+pub mod solid;
 mod sphere;
 mod support;
 #[cfg(test)]
@@ -33,7 +35,8 @@ pub use crossing::{Crossing, Crossings};
 pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use figure::{Figure, FigureKind, FillRule};
+pub use figure::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel};
+pub use heightfield::{HeightData, HeightField, Terrain};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
@@ -102,6 +105,20 @@ impl Parametrisation {
     pub const NONE: Self = Self { uv: [0.0; 2], tangent: Vec3::ZERO, bitangent: Vec3::ZERO };
 }
 
+/// A point of a surface where it is before instances and motion carry it anywhere: what is carved from a block keeps its
+/// grain. In the coordinates of the compiled scene; of what is instanced in those that its group would have in there.
+#[derive(Clone, Copy, Debug)]
+pub struct AtRest {
+    pub position: Vec3,
+    /// ∂p/∂u and ∂p/∂v, as in [`Parametrisation`].
+    pub tangents: [Vec3; 2],
+}
+
+impl AtRest {
+    /// Of a surface that nothing asks for it.
+    pub const NONE: Self = Self { position: Vec3::ZERO, tangents: [Vec3::ZERO; 2] };
+}
+
 /// A point chosen on a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSample {
@@ -131,6 +148,17 @@ impl AreaSample {
     }
 }
 
+/// Where a surface is open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Opening {
+    /// It is one by nature.
+    Surface,
+    /// It has no caps.
+    Caps,
+    /// An edge of a mesh, by its vertices, to which triangles of one side are missing.
+    Edge([u32; 2]),
+}
+
 /// Why a shape cannot be made.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShapeError {
@@ -150,8 +178,14 @@ pub enum ShapeError {
     Nothing,
     /// A grid has fewer than two points along an axis, or not a value for each of its points.
     GridPoints,
+    /// The base of a height field isn't below all of it.
+    Base,
     /// Contours are not finite or enclose no area.
     Outline,
+    /// A profile is not finite, has too few points, or reaches over the axis.
+    Profile,
+    /// The threshold of blobs is not above 0, or something of them is not finite.
+    Threshold,
     /// An exponent of a superquadric is out of range.
     Exponent(f64),
     /// The placement makes the shape too thin or too large to compute with.
@@ -182,10 +216,13 @@ impl fmt::Display for ShapeError {
             Self::Coefficients => write!(f, "the coefficients must be finite and not all zero"),
             Self::Endless => write!(f, "it goes on without end unless it is cut off by planes on all sides"),
             Self::Nothing => write!(f, "there is no such surface, or none between the planes"),
+            Self::Base => write!(f, "the base must be below all heights"),
             Self::GridPoints => {
                 write!(f, "a grid needs two points along each axis and a value for each point")
             }
             Self::Exponent(exponent) => write!(f, "its exponents must be from 0.001 to 2, not {exponent}"),
+            Self::Profile => write!(f, "its profile must be finite and on one side of the axis"),
+            Self::Threshold => write!(f, "its threshold must be above 0 and all numbers finite"),
             Self::Outline => write!(f, "its outline must be finite and enclose an area"),
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")
@@ -248,6 +285,24 @@ impl Shape {
             Self::Sampled(sampled) => sampled.crossings(ray),
             Self::Figure(figure) => figure.crossings(ray),
             Self::Mesh(mesh) => mesh.crossings(ray),
+        }
+    }
+
+    /// Whether it encloses a volume, so that a solid can be made of it.
+    ///
+    /// # Errors
+    /// Where it is open.
+    pub fn is_closed(&self) -> Result<(), Opening> {
+        match self {
+            Self::Sphere(_) | Self::Torus(_) | Self::SweptSphere(_) => Ok(()),
+            Self::Disk(_) | Self::Cylinder(_) | Self::Curves(_) => Err(Opening::Surface),
+            Self::Quadric(quadric) if quadric.is_closed() => Ok(()),
+            Self::Quadric(_) => Err(Opening::Caps),
+            Self::Sampled(sampled) if sampled.is_closed() => Ok(()),
+            Self::Figure(figure) if figure.is_closed() => Ok(()),
+            Self::Figure(figure) if !figure.is_flat() => Err(Opening::Caps),
+            Self::Sampled(_) | Self::Figure(_) => Err(Opening::Surface),
+            Self::Mesh(mesh) => mesh.open_edge().map_or(Ok(()), |edge| Err(Opening::Edge(edge))),
         }
     }
 

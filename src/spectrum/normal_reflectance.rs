@@ -82,7 +82,7 @@ pub fn index_of_reflectance(reflectance: f64) -> Result<f64, ReflectanceError> {
 
 /// `(1 + √R) / (1 − √R)`, written with `1 − √R = (1 − R) / (1 + √R)`: exact to a few units in the last place as R → 1,
 /// where `1 − √R` would cancel.
-fn dielectric_index(reflectance: f64) -> f64 {
+pub(crate) fn dielectric_index(reflectance: f64) -> f64 {
     let above = 1.0 + reflectance.sqrt();
     above * above / (1.0 - reflectance)
 }
@@ -108,7 +108,7 @@ pub fn extinction_of_reflectance(reflectance: f64, n: f64) -> Result<f64, Reflec
 
 /// `√((R (n + 1)² − (n − 1)²) / (1 − R))` with the difference of squares factored, which cancels less; zero where rounding
 /// makes it negative.
-fn extinction(reflectance: f64, n: f64) -> f64 {
+pub(crate) fn extinction(reflectance: f64, n: f64) -> f64 {
     let (root, gap) = (reflectance.sqrt() * (n + 1.0), (n - 1.0).abs());
     (((root - gap) * (root + gap)).max(0.0) / (1.0 - reflectance)).sqrt()
 }

@@ -7,6 +7,9 @@
 mod attribute;
 mod bitmap;
 mod checkerboard;
+mod noise;
+mod pattern;
+mod procedural;
 #[cfg(test)]
 mod tests;
 mod uv;
@@ -15,11 +18,14 @@ mod volume;
 pub use attribute::Attribute;
 pub use bitmap::{Bitmap, Filter, Placing};
 pub use checkerboard::Checkerboard;
+pub use noise::Octaves;
+pub use pattern::{Pattern, Veins};
+pub use procedural::{Ground, Procedural};
 pub use uv::{UvTransform, Wrap};
 pub use volume::{Volume, from_box};
 
 use crate::geometry::Vec3;
-use crate::shape::Mesh;
+use crate::shape::{AtRest, Mesh};
 use crate::spectrum::{Extrapolation, Sampled, Spectrum, upsample};
 use crate::units::WavelengthRange;
 
@@ -32,6 +38,7 @@ pub enum Texture {
     Checkerboard(Box<Checkerboard>),
     Attribute(Attribute),
     Volume(Box<Volume>),
+    Procedural(Box<Procedural>),
     /// Another texture times a spectrum.
     Filtered {
         texture: Box<Texture>,
@@ -45,6 +52,8 @@ pub struct TexturePoint<'a> {
     pub uv: [f64; 2],
     /// In the coordinates of the compiled scene.
     pub position: Vec3,
+    /// The same point before instances and motion, for what sticks to a body.
+    pub at_rest: AtRest,
     /// The place on a mesh, for what its vertices and faces carry.
     pub mesh: Option<MeshPoint<'a>>,
 }
@@ -68,6 +77,7 @@ impl Texture {
             Self::Checkerboard(board) => board.sample(at, nm),
             Self::Attribute(attribute) => attribute.sample(at, nm),
             Self::Volume(volume) => volume.sample(at, nm),
+            Self::Procedural(procedural) => procedural.sample(at, nm),
             Self::Filtered { texture, by } => texture.sample(at, nm) * by.sample(nm),
         }
     }
@@ -81,6 +91,7 @@ impl Texture {
             Self::Checkerboard(board) => board.value(at),
             Self::Attribute(attribute) => attribute.value(at),
             Self::Volume(volume) => volume.value(at),
+            Self::Procedural(procedural) => procedural.value(at),
             Self::Filtered { texture, by } => texture.value(at) * scalar(by),
         }
     }
@@ -91,7 +102,9 @@ impl Texture {
             Self::Bitmap(bitmap) => bitmap.rgb(at),
             Self::Attribute(attribute) => attribute.rgb(at),
             Self::Volume(volume) => volume.rgb(at),
-            Self::Uniform(_) | Self::Checkerboard(_) | Self::Filtered { .. } => [self.value(at); 3],
+            Self::Uniform(_) | Self::Checkerboard(_) | Self::Procedural(_) | Self::Filtered { .. } => {
+                [self.value(at); 3]
+            }
         }
     }
 
@@ -99,6 +112,7 @@ impl Texture {
     pub fn gradient(&self, at: &TexturePoint) -> [f64; 2] {
         match self {
             Self::Bitmap(bitmap) => bitmap.gradient(at),
+            Self::Procedural(procedural) => procedural.gradient(at),
             Self::Filtered { texture, by } => texture.gradient(at).map(|slope| slope * scalar(by)),
             // What only the reader of a scene could ask of the others, and does not.
             Self::Uniform(_) | Self::Checkerboard(_) | Self::Attribute(_) | Self::Volume(_) => [0.0; 2],
@@ -110,7 +124,11 @@ impl Texture {
         match self {
             Self::Uniform(_) => false,
             Self::Filtered { texture, .. } => texture.varies(),
-            Self::Bitmap(_) | Self::Checkerboard(_) | Self::Attribute(_) | Self::Volume(_) => true,
+            Self::Bitmap(_)
+            | Self::Checkerboard(_)
+            | Self::Attribute(_)
+            | Self::Volume(_)
+            | Self::Procedural(_) => true,
         }
     }
 
@@ -122,6 +140,7 @@ impl Texture {
             Self::Checkerboard(board) => board.colours.iter().all(|colour| colour.is_zero(range)),
             Self::Attribute(attribute) => attribute.scale == 0.0,
             Self::Volume(volume) => volume.max_bound() == 0.0,
+            Self::Procedural(procedural) => procedural.colours.iter().all(|colour| colour.is_zero(range)),
             Self::Filtered { texture, by } => texture.is_zero(range) || by.is_zero(range),
         }
     }
@@ -142,6 +161,7 @@ impl Texture {
                 let scale = 2.0 * mean.into_iter().fold(f64::MIN_POSITIVE, f64::max);
                 Spectrum::Sigmoid { shape: upsample(mean.map(|value| value / scale)), factor: scale }
             }
+            Self::Procedural(procedural) => procedural.mean_spectrum(range),
             Self::Filtered { texture, by } => {
                 let within = texture.mean_spectrum(range);
                 tabulated(range, by, |nm| within.at(nm) * by.at(nm))
@@ -154,9 +174,8 @@ impl Texture {
         match self {
             Self::Uniform(spectrum) => spectrum.bounds(range).1,
             Self::Bitmap(bitmap) => bitmap.max_bound(),
-            Self::Checkerboard(board) => {
-                board.colours.iter().map(|colour| colour.max_bound(range)).fold(f64::NEG_INFINITY, f64::max)
-            }
+            Self::Checkerboard(board) => greatest(&board.colours, range),
+            Self::Procedural(procedural) => greatest(&procedural.colours, range),
             Self::Attribute(attribute) => attribute.scale,
             Self::Volume(volume) => volume.max_bound(),
             Self::Filtered { texture, by } => texture.max_bound(range) * by.bounds(range).1,
@@ -168,7 +187,11 @@ impl Texture {
         match self {
             Self::Bitmap(bitmap) => bitmap.resolution(),
             Self::Filtered { texture, .. } => texture.resolution(),
-            Self::Uniform(_) | Self::Checkerboard(_) | Self::Attribute(_) | Self::Volume(_) => [1, 1],
+            Self::Uniform(_)
+            | Self::Checkerboard(_)
+            | Self::Attribute(_)
+            | Self::Volume(_)
+            | Self::Procedural(_) => [1, 1],
         }
     }
 
@@ -185,10 +208,16 @@ impl Texture {
         match self {
             Self::Attribute(attribute) => vec![&attribute.name],
             Self::Checkerboard(board) => board.colours.iter().flat_map(Self::attributes).collect(),
+            Self::Procedural(procedural) => procedural.colours.iter().flat_map(Self::attributes).collect(),
             Self::Filtered { texture, .. } => texture.attributes(),
             Self::Uniform(_) | Self::Bitmap(_) | Self::Volume(_) => Vec::new(),
         }
     }
+}
+
+/// The greatest bound of several textures.
+fn greatest(textures: &[Texture], range: WavelengthRange) -> f64 {
+    textures.iter().map(|texture| texture.max_bound(range)).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// A spectrum as one number: a colour's is its mean, as in Mitsuba 3.

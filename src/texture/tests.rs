@@ -1,11 +1,12 @@
 use super::*;
 use crate::geometry::Transform;
 use crate::raster::{Grid, Image};
+use crate::shape::AtRest;
 
 const NM: [f64; 4] = [450.0, 550.0, 600.0, 650.0];
 
 fn at(u: f64, v: f64) -> TexturePoint<'static> {
-    TexturePoint { uv: [u, v], position: Vec3::ZERO, mesh: None }
+    TexturePoint { uv: [u, v], position: Vec3::ZERO, at_rest: AtRest::NONE, mesh: None }
 }
 
 fn placing(filter: Filter, wrap: Wrap) -> Placing {
@@ -139,7 +140,7 @@ fn grids_are_looked_up_in_space() {
     let volume = |grid: &Grid, to_local, raw| {
         Texture::Volume(Box::new(Volume::new(grid, to_local, Filter::Linear, Wrap::Clamp, raw)))
     };
-    let place = |x, y, z| TexturePoint { uv: [0.0; 2], position: Vec3::new(x, y, z), mesh: None };
+    let place = |x, y, z| TexturePoint { position: Vec3::new(x, y, z), ..at(0.0, 0.0) };
     let values = (0..8).map(|i| 0.1 * i as f32).collect();
     let corners = [Vec3::new(-2.0, -1.0, 0.0), Vec3::new(2.0, 3.0, 4.0)];
     let grid = Grid { size: [2; 3], channels: 1, values, corners };
@@ -157,4 +158,116 @@ fn grids_are_looked_up_in_space() {
     let texture = volume(&grid, Transform::IDENTITY, false);
     close(&texture.sample(&place(0.4, 0.3, 0.6), &NM).0, &[0.21376, 0.35864, 0.39237, 0.99064], 5e-5);
     close(&volume(&grid, Transform::IDENTITY, true).rgb(&place(0.4, 0.3, 0.6)), &[0.623, 0.312, 0.24], 1e-6);
+}
+
+fn octaves() -> Octaves {
+    Octaves { count: 3, gain: 0.5, seed: 0 }
+}
+
+fn patterns() -> [Pattern; 5] {
+    let veins = Veins { octaves: octaves(), strength: 1.5 };
+    [
+        Pattern::Noise(octaves()),
+        Pattern::Turbulence(octaves()),
+        Pattern::Marble(veins),
+        Pattern::Wood(veins),
+        Pattern::Bands,
+    ]
+}
+
+fn procedural(pattern: Pattern, ground: Ground, colours: Vec<Texture>, mixed: bool) -> Procedural {
+    Procedural { pattern, ground, colours, range: [0.0, 1.0], mixed }
+}
+
+const PLAIN: Ground = Ground::Uv(UvTransform::IDENTITY);
+
+/// Measured spectra are selected and mixed as they are, wavelength by wavelength.
+#[test]
+fn patterns_select_and_mix_spectra() {
+    let measured = ["colorchecker/red", "colorchecker/blue", "colorchecker/green"]
+        .map(|name| crate::spectrum::catalogue::reflectance(name).unwrap());
+    let [red, blue, green] = measured.each_ref().map(|spectrum| spectrum.sample(&NM));
+    let colours: Vec<Texture> = measured.into_iter().map(Texture::Uniform).collect();
+    let stripes = Texture::Procedural(Box::new(procedural(Pattern::Bands, PLAIN, colours.clone(), false)));
+    for (u, expected) in [(0.1, red), (0.3, red), (0.4, blue), (0.7, green), (1.2, red), (-0.1, green)] {
+        assert_eq!(stripes.sample(&at(u, 0.3), &NM), expected, "{u}");
+    }
+    let waves = Texture::Procedural(Box::new(procedural(Pattern::Bands, PLAIN, colours, true)));
+    assert_eq!(waves.sample(&at(0.0, 0.0), &NM), red);
+    assert_eq!(waves.sample(&at(0.5, 0.0), &NM), green);
+    // A third of the way up the wave, from the first colour to the second.
+    let third = (1.0f64 / 3.0).acos() / std::f64::consts::TAU;
+    let expected = red * (1.0 / 3.0) + blue * (2.0 / 3.0);
+    close(&waves.sample(&at(third, 0.0), &NM).0, &expected.0, 1e-12);
+}
+
+#[test]
+fn colours_begin_and_end_where_the_range_does() {
+    let colours = vec![Texture::Uniform(Spectrum::Constant(0.2)), Texture::Uniform(Spectrum::Constant(0.6))];
+    let mut texture = procedural(Pattern::Bands, PLAIN, colours, true);
+    texture.range = [0.25, 0.75];
+    for (u, value) in [(0.0, 0.2), (1.0 / 6.0, 0.2), (0.25, 0.4), (1.0 / 3.0, 0.6), (0.5, 0.6)] {
+        assert!((texture.value(&at(u, 0.0)) - value).abs() < 1e-12, "{u}");
+    }
+}
+
+/// Slopes by u and v are those of the values: of patterns on u and v, of patterns in space on a slanted surface, and of
+/// textures within them.
+#[test]
+fn slopes_of_patterns_are_those_of_their_values() {
+    let to_pattern = UvTransform([[3.0, -1.0, 0.2], [0.5, 2.0, -0.4]]);
+    let to_space = Transform::scale(1.7).then(&Transform::translation(Vec3::new(0.3, 0.1, -2.0)));
+    let tangents = [Vec3::new(0.4, -0.2, 0.9), Vec3::new(-0.1, 0.8, 0.3)];
+    let place = |u: f64, v: f64| {
+        let position = Vec3::new(5.0, 3.0, 1.0) + tangents[0] * u + tangents[1] * v;
+        TexturePoint { at_rest: AtRest { position, tangents }, ..at(u, v) }
+    };
+    let board = Image::new(3, 2, 1, vec![0.1, 0.7, 0.3, 0.9, 0.5, 0.2], false);
+    let step = 1e-6;
+    for pattern in patterns() {
+        for ground in [Ground::Uv(to_pattern), Ground::Solid(to_space)] {
+            let plain = Placing { filter: Filter::Linear, ..placing(Filter::Linear, Wrap::Repeat) };
+            let colours = vec![
+                Texture::Uniform(Spectrum::Constant(0.1)),
+                bitmap(&board, plain, true),
+                Texture::Uniform(Spectrum::Constant(0.9)),
+            ];
+            let texture = procedural(pattern, ground, colours, true);
+            let mut creases = 0;
+            for i in 0..400 {
+                let (u, v) = (0.0371 * f64::from(i), 0.0213 * f64::from(i));
+                let difference = |du: f64, dv: f64| {
+                    texture.value(&place(u + du, v + dv)) - texture.value(&place(u - du, v - dv))
+                };
+                let expected = [difference(step, 0.0), difference(0.0, step)].map(|d| d / (2.0 * step));
+                let found = texture.gradient(&place(u, v));
+                // Where a texel, a crease of the turbulence or the end of a ring lies in between.
+                let same = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4 * (1.0 + b.abs()));
+                creases += u32::from(!same);
+            }
+            assert!(creases <= 4, "{pattern:?} {ground:?}: {creases} of 400");
+        }
+    }
+}
+
+/// No value is below the least or above the greatest of the colours, and the mean that lights are chosen by is about the mean.
+#[test]
+fn patterns_keep_to_their_colours() {
+    let range = WavelengthRange::VISIBLE;
+    let constant = |value| Texture::Uniform(Spectrum::Constant(value));
+    for pattern in patterns() {
+        for mixed in [true, false] {
+            let colours = vec![constant(0.2), constant(0.9), constant(0.4)];
+            let ground = Ground::Uv(UvTransform([[37.0, 5.0, 0.0], [-11.0, 23.0, 0.0]]));
+            let texture = Texture::Procedural(Box::new(procedural(pattern, ground, colours, mixed)));
+            let (mut sum, count) = (0.0, 10_000);
+            for i in 0..count {
+                let value = texture.value(&at((0.618_034 * f64::from(i)).fract(), f64::from(i) / 1e4));
+                assert!((0.2..=texture.max_bound(range)).contains(&value), "{pattern:?}: {value}");
+                sum += value / f64::from(count);
+            }
+            let mean = texture.mean_spectrum(range).at(550.0);
+            assert!((mean / sum - 1.0).abs() < 0.1, "{pattern:?}: {mean}, not {sum}");
+        }
+    }
 }

@@ -2,7 +2,9 @@ use super::layered;
 use super::spectra::{self, index, spectrum};
 use crate::bsdf::microfacet;
 use crate::geometry::Transform;
-use crate::material::{DielectricMaterial, Facets, Material, MaterialId, Materials, Relief, ReliefMap};
+use crate::material::{
+    DielectricMaterial, Facets, Material, MaterialId, Materials, Metal, Relief, ReliefMap,
+};
 use crate::medium::{Body, Filling};
 use crate::scene::description::{
     Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, Medium, MetalAssumption, ReliefShading, Roughness,
@@ -87,6 +89,17 @@ impl MaterialCompiler {
         Ok(Some(self.bodies.len() as u32 - 1))
     }
 
+    /// Whether two bodies are made of the same.
+    pub fn same_inside(&self, a: u32, b: u32) -> bool {
+        let (a, b) = (&self.bodies[a as usize], &self.bodies[b as usize]);
+        let absorption = |filling: Filling| match filling {
+            Filling::Medium(medium) => (Filling::Vacuum, self.media[medium as usize].as_ref()),
+            other => (other, None),
+        };
+        let same = |a: Filling, b: Filling| absorption(a) == absorption(b);
+        a.index == b.index && same(a.interior, b.interior) && same(a.exterior, b.exterior)
+    }
+
     fn filling(&mut self, medium: &Option<Medium>) -> Result<Option<Filling>, SceneError> {
         medium.as_ref().map(|medium| self.medium(medium).map(Filling::Medium)).transpose()
     }
@@ -131,15 +144,11 @@ impl MaterialCompiler {
                 reflectance: texture(reflectance)?,
                 transmittance: texture(transmittance)?,
             },
-            BsdfKind::Conductor { index, specular_reflectance, roughness } => {
-                let (n, k) = self.metal(index)?;
-                Material::Conductor {
-                    n,
-                    k,
-                    specular_reflectance: texture(specular_reflectance)?,
-                    facets: roughness.as_ref().map(facets).transpose()?,
-                }
-            }
+            BsdfKind::Conductor { index, specular_reflectance, roughness } => Material::Conductor {
+                index: self.metal(index)?,
+                specular_reflectance: texture(specular_reflectance)?,
+                facets: roughness.as_ref().map(facets).transpose()?,
+            },
             BsdfKind::Dielectric {
                 interior,
                 exterior,
@@ -181,21 +190,26 @@ impl MaterialCompiler {
         })
     }
 
-    /// n and k of a metal.
-    fn metal(&self, metal: &ConductorIndex) -> Result<(Texture, Texture), SceneError> {
+    fn metal(&self, metal: &ConductorIndex) -> Result<Metal, SceneError> {
         let (n, k) = match metal {
             // n = 0 reflects everything at every angle.
             ConductorIndex::Mirror => (Spectrum::ZERO, Spectrum::ONE),
             ConductorIndex::Complex { n, k } => {
-                return Ok((spectra::texture(n, &self.shift)?, spectra::texture(k, &self.shift)?));
+                let [n, k] = [n, k].map(|source| spectra::texture(source, &self.shift));
+                return Ok(Metal::Index { n: n?, k: k? });
             }
             ConductorIndex::Named { place, name } => catalogue::conductor(name)
                 .map_err(|unknown| SceneError::at(place, unknown.to_string(), "the name of a conductor"))?,
             ConductorIndex::NormalReflectance { reflectance, assumption } => {
+                let texture = spectra::texture(reflectance, &self.shift)?;
+                if texture.varies() {
+                    let unit_index = matches!(assumption, MetalAssumption::UnitIndex);
+                    return Ok(Metal::NormalReflectance { reflectance: texture, unit_index });
+                }
                 self.metal_from_reflectance(reflectance, assumption)?
             }
         };
-        Ok((Texture::Uniform(n), Texture::Uniform(k)))
+        Ok(Metal::Index { n: Texture::Uniform(n), k: Texture::Uniform(k) })
     }
 
     fn metal_from_reflectance(

@@ -1,10 +1,13 @@
 use crate::geometry::Transform;
 use crate::scene::description::{
-    BitmapSource, IndexKind, IndexSource, RgbRole, SpectrumKind, SpectrumSource, VolumeSource,
+    BitmapSource, IndexKind, IndexSource, PatternSpace, ProceduralSource, RgbRole, SpectrumKind,
+    SpectrumSource, VolumeSource,
 };
 use crate::scene::source::{Place, SceneError};
 use crate::spectrum::{Extrapolation, NormalReflectance, Spectrum, SpectrumError, catalogue, upsample};
-use crate::texture::{Attribute, Bitmap, Checkerboard, Placing, Texture, UvTransform, Volume, from_box};
+use crate::texture::{
+    Attribute, Bitmap, Checkerboard, Ground, Placing, Procedural, Texture, UvTransform, Volume, from_box,
+};
 use crate::units::WavelengthRange;
 
 /// A spectrum that can be looked up. Tables of a file are zero beyond their ends, as in Mitsuba 3; measured ones of the
@@ -35,7 +38,8 @@ pub(super) fn spectrum(source: &SpectrumSource) -> Result<Spectrum, SceneError> 
         SpectrumKind::Bitmap(_)
         | SpectrumKind::Checkerboard(_)
         | SpectrumKind::MeshAttribute { .. }
-        | SpectrumKind::Volume(_) => {
+        | SpectrumKind::Volume(_)
+        | SpectrumKind::Procedural(_) => {
             return Err(SceneError::at(
                 &source.place,
                 "A texture stands where nothing can vary over a surface",
@@ -61,6 +65,7 @@ pub(super) fn texture(source: &SpectrumSource, shift: &Transform) -> Result<Text
             return Ok(Texture::Attribute(Attribute { name: name.clone(), scale: source.scale }));
         }
         SpectrumKind::Volume(volume) => Texture::Volume(Box::new(grid(volume, &source.place, shift)?)),
+        SpectrumKind::Procedural(source) => Texture::Procedural(Box::new(procedural(source, shift)?)),
         SpectrumKind::Daylit(nested) => match texture(nested, shift)? {
             Texture::Uniform(_) => return spectrum(source).map(Texture::Uniform),
             texture => Texture::Filtered { texture: Box::new(texture), by: d65(&source.place)? },
@@ -70,6 +75,22 @@ pub(super) fn texture(source: &SpectrumSource, shift: &Transform) -> Result<Text
     Ok(match source.scale {
         1.0 => unscaled,
         scale => Texture::Filtered { texture: Box::new(unscaled), by: Spectrum::Constant(scale) },
+    })
+}
+
+fn procedural(source: &ProceduralSource, shift: &Transform) -> Result<Procedural, SceneError> {
+    let to_periods = Transform::scale(1.0 / source.period);
+    Ok(Procedural {
+        pattern: source.pattern,
+        ground: match &source.space {
+            PatternSpace::Uv(transform) => Ground::Uv(to_uv(&transform.then(&to_periods))),
+            PatternSpace::World(to_world) => {
+                Ground::Solid(shift.inverse().then(&to_world.inverse()).then(&to_periods))
+            }
+        },
+        colours: source.colours.iter().map(|colour| texture(colour, shift)).collect::<Result<_, _>>()?,
+        range: source.range,
+        mixed: source.mixed,
     })
 }
 

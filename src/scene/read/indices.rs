@@ -5,7 +5,7 @@ use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId, Value};
-use super::{Reader, names};
+use super::{Reader, names, textures};
 use crate::spectrum::DispersionFormula;
 use crate::spectrum::catalogue::Kind;
 use crate::units::WavelengthRange;
@@ -218,6 +218,16 @@ pub(super) fn interior(query: &Query<'_>) -> IndexSource {
         ));
     }
     if let Some(reflectance) = reflectance {
+        if textures::varies(&reflectance) {
+            query.error(
+                SceneError::at(
+                    &reflectance.place,
+                    "The index of a body cannot vary over its surface",
+                    "expected a normal_reflectance that is the same everywhere",
+                )
+                .with_remedy("that of a conductor can vary; specular_reflectance can for all"),
+            );
+        }
         if let Some(assume) = query.text("assume")
             && assume != "k=0"
         {

@@ -362,6 +362,7 @@ fn extremes(
         | SpectrumKind::Checkerboard(_)
         | SpectrumKind::MeshAttribute { .. }
         | SpectrumKind::Volume(_)
+        | SpectrumKind::Procedural(_)
         | SpectrumKind::Daylit(_) => Some(Vec::new()),
     }
 }

@@ -7,7 +7,7 @@ use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::spectra::{self, Use, required};
 use super::tree::{Class, ObjectId, Value};
-use super::{Reader, files};
+use super::{Reader, files, patterns};
 use crate::raster::{Grid, Image, ImageError};
 use crate::texture::{Filter, Wrap};
 use std::cell::RefCell;
@@ -32,7 +32,7 @@ impl<T> Default for Loaded<T> {
 }
 
 impl<T> Loaded<T> {
-    fn get(
+    pub fn get(
         &self,
         reader: &Reader,
         path: &Path,
@@ -81,7 +81,7 @@ pub(super) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
         }))),
         "mesh_attribute" => mesh_attribute(query),
         "volume" => volume(query),
-        _ => None,
+        _ => patterns::kind(query),
     }
 }
 
@@ -206,7 +206,8 @@ pub(super) fn varies(source: &SpectrumSource) -> bool {
         SpectrumKind::Bitmap(_)
         | SpectrumKind::Checkerboard(_)
         | SpectrumKind::MeshAttribute { .. }
-        | SpectrumKind::Volume(_) => true,
+        | SpectrumKind::Volume(_)
+        | SpectrumKind::Procedural(_) => true,
         SpectrumKind::Daylit(nested) => varies(nested),
         _ => false,
     }
@@ -221,9 +222,7 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
         Some(false)
     };
     let title = purpose.title(name);
-    if varies(source)
-        && matches!(purpose, Use::NormalReflectance | Use::Absorption | Use::Index | Use::Response)
-    {
+    if varies(source) && matches!(purpose, Use::Absorption | Use::Index | Use::Response) {
         return refuse(format!("{title} cannot vary over a surface"), "expected a spectrum", "");
     }
     if !purpose.is_spectral()
@@ -240,9 +239,9 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
         let expected = "expected a number, or a texture that gives one";
         return refuse(format!("{title} does not depend on the wavelength"), expected, "");
     }
-    let sloped = matches!(source.kind, SpectrumKind::Bitmap(_));
-    if purpose == Use::Height && !sloped {
-        return refuse(format!("{title} has no slope"), "expected a bitmap", "");
+    if purpose == Use::Height && !is_sloped(source) {
+        let expected = "expected a bitmap, or a pattern whose colours are interpolated";
+        return refuse(format!("{title} has no slope"), expected, "");
     }
     match &source.kind {
         SpectrumKind::Rgb { rgb, role } => {
@@ -276,15 +275,17 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
             if let Some((problem, expected, remedy)) = unfit(purpose, channels) {
                 return refuse(format!("{title} is {problem}"), expected, remedy);
             }
-            if bitmap.image.channels == 3 {
+            // Colours are made into reflectances, but of those no index may follow from the brightest.
+            if bitmap.image.channels == 3 && purpose != Use::NormalReflectance {
                 return Some(true);
             }
             let image = &bitmap.image;
             let value = |value: f32| if bitmap.raw { f64::from(value) } else { image.light(value) };
             let bad = image.values.iter().position(|&v| !purpose.allows(value(v) * source.scale));
             bad.map_or(Some(true), |at| {
+                let texel = at / image.channels;
                 let (x, y, found) =
-                    (at % image.width, at / image.width, value(image.values[at]) * source.scale);
+                    (texel % image.width, texel / image.width, value(image.values[at]) * source.scale);
                 refuse(
                     format!("{title} is {found} at the texel {x}, {y}"),
                     purpose.expected(),
@@ -294,6 +295,19 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
         }
         SpectrumKind::Checkerboard(board) => {
             Some(board.colours.iter().all(|colour| spectra::check(reader, colour, name, purpose)))
+        }
+        SpectrumKind::Procedural(_) if purpose == Use::Normals => refuse(
+            format!("{title} is one number, not a normal"),
+            "expected a bitmap of three raw channels",
+            "",
+        ),
+        SpectrumKind::Procedural(procedural) => {
+            let fits = |colour: &SpectrumSource| {
+                let slopes = purpose != Use::Height || is_sloped(colour);
+                // Between numbers there is a slope, though they have none.
+                spectra::check(reader, colour, name, if slopes { purpose } else { Use::Share })
+            };
+            Some(procedural.colours.iter().fold(true, |all, colour| fits(colour) && all))
         }
         SpectrumKind::MeshAttribute { .. } if purpose == Use::Normals => {
             refuse(format!("{title} cannot come from a mesh"), "expected a bitmap of three raw channels", "")
@@ -316,6 +330,18 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
         }
         SpectrumKind::Daylit(nested) => Some(spectra::check(reader, nested, name, purpose)),
         _ => None,
+    }
+}
+
+/// Whether the values change steadily over the surface.
+fn is_sloped(source: &SpectrumSource) -> bool {
+    match &source.kind {
+        SpectrumKind::Bitmap(_) => true,
+        SpectrumKind::Procedural(procedural) => {
+            let is_number = |colour: &SpectrumSource| matches!(colour.kind, SpectrumKind::Constant(_));
+            procedural.mixed && procedural.colours.iter().all(|colour| is_number(colour) || is_sloped(colour))
+        }
+        _ => false,
     }
 }
 

@@ -1,11 +1,13 @@
-use super::super::description::{BitmapSource, RgbRole, SpectrumKind, SpectrumSource, VolumeSource};
+use super::super::description::{
+    BitmapSource, PatternSpace, ProceduralSource, RgbRole, SpectrumKind, SpectrumSource, VolumeSource,
+};
 use super::super::info::hash_of_values;
-use super::super::read::Class;
+use super::super::read::{COLOURS, Class};
 use super::super::source::Place;
 use super::{Told, Value};
 use crate::raster::{Grid, Image};
 use crate::spectrum::{DispersionFormula, FormulaKind};
-use crate::texture::{Filter, Wrap};
+use crate::texture::{Filter, Octaves, Pattern, Veins, Wrap};
 use std::path::Path;
 use std::rc::Rc;
 
@@ -44,6 +46,7 @@ pub(super) fn tell(source: &SpectrumSource) -> Value {
             told("mesh_attribute").text("name", name).float("scale", *scale)
         }
         SpectrumKind::Volume(source) => told("volume").named("volume", volume(place, source)),
+        SpectrumKind::Procedural(source) => procedural(place, source),
         SpectrumKind::Daylit(nested) => {
             let nested = match tell(nested) {
                 Value::Object(object) => object,
@@ -74,6 +77,34 @@ fn bitmap(told: Told, source: &BitmapSource) -> Told {
         .boolean("raw", source.raw)
         .transform("to_uv", &source.to_uv);
     if source.half { told.text("format", "fp16") } else { told }
+}
+
+fn procedural(place: &Place, source: &ProceduralSource) -> Told {
+    let told = |plugin| Told::new(Class::Spectrum, plugin, place);
+    let noise = |told: Told, octaves: &Octaves| {
+        told.integer("octaves", octaves.count)
+            .float("gain", octaves.gain)
+            .integer("seed", octaves.seed as i64)
+    };
+    let veins = |told: Told, veins: &Veins| noise(told, &veins.octaves).float("turbulence", veins.strength);
+    let told = match &source.pattern {
+        Pattern::Noise(octaves) => noise(told("noise"), octaves),
+        Pattern::Turbulence(octaves) => noise(told("turbulence"), octaves),
+        Pattern::Marble(marble) => veins(told("marble"), marble),
+        Pattern::Wood(wood) => veins(told("wood"), wood),
+        Pattern::Bands => told("bands"),
+    };
+    let told = told.float("period", source.period);
+    let told = match &source.space {
+        PatternSpace::World(to_world) => told.text("space", "world").transform("to_world", to_world),
+        PatternSpace::Uv(to_uv) => told.text("space", "uv").transform("to_uv", to_uv),
+    };
+    let colours = COLOURS.into_iter().zip(&source.colours);
+    colours
+        .fold(told, |told, (name, colour)| told.spectrum(name, colour))
+        .float("low", source.range[0])
+        .float("high", source.range[1])
+        .boolean("interpolate", source.mixed)
 }
 
 fn volume(place: &Place, source: &VolumeSource) -> Told {

@@ -7,7 +7,7 @@ mod roughness;
 use super::query::Query;
 use super::spectra::{self, Use};
 use super::tree::ObjectId;
-use super::{Reader, indices};
+use super::{Reader, indices, textures};
 use crate::scene::description::{Bsdf, BsdfKind, ConductorIndex, MetalAssumption, Roughness};
 use crate::scene::source::{Place, SceneError};
 use crate::spectrum::catalogue::Kind;
@@ -114,7 +114,10 @@ fn conductor_index(query: &Query<'_>) -> ConductorIndex {
                 );
             }
         }
-        return ConductorIndex::NormalReflectance { assumption: metal(query, assume, n), reflectance };
+        return ConductorIndex::NormalReflectance {
+            assumption: metal(query, assume, n, textures::varies(&reflectance)),
+            reflectance,
+        };
     }
     if let Some(entry) = query.entry("material") {
         if query.has("eta") || query.has("k") {
@@ -159,6 +162,7 @@ fn metal(
     query: &Query<'_>,
     unit_index: Option<bool>,
     n: Option<crate::scene::description::SpectrumSource>,
+    varies: bool,
 ) -> MetalAssumption {
     let place = query.place("normal_reflectance");
     let note = |text: &str| query.reader.assumption(&place, text.to_owned());
@@ -172,6 +176,16 @@ fn metal(
             MetalAssumption::NoAbsorption
         }
         (Some(n), None) => {
+            if varies {
+                query.error(
+                    SceneError::at(
+                        &place,
+                        "With a known eta the reflectance cannot vary over the surface",
+                        "expected a normal_reflectance that is the same everywhere",
+                    )
+                    .with_remedy("leave out eta: assume says what takes its place"),
+                );
+            }
             note("normal_reflectance with a known eta: k follows from both");
             MetalAssumption::KnownIndex(n)
         }

@@ -3,6 +3,7 @@
 mod sunsky;
 
 use super::Reader;
+use super::patterns;
 use super::query::Query;
 use super::sensors;
 use super::spectra::{self, Use};
@@ -239,7 +240,9 @@ fn spot(query: &Query<'_>, motion: &mut Motion) -> LightKind {
     }
     let texture = spectra::read(query, "texture", Use::Emission);
     let slide = |source: &SpectrumSource| {
-        textures::varies(source) && !matches!(source.kind, SpectrumKind::MeshAttribute { .. })
+        let nowhere =
+            matches!(source.kind, SpectrumKind::MeshAttribute { .. }) || patterns::is_in_space(source);
+        textures::varies(source) && !nowhere
     };
     if let Some(texture) = texture.as_ref().filter(|texture| !slide(texture)) {
         query.error(
@@ -258,7 +261,9 @@ fn projector(query: &Query<'_>, motion: &mut Motion) -> LightKind {
     let to_world;
     (to_world, *motion) = rigid(query);
     let irradiance = spectra::radiance(query, "irradiance");
-    if matches!(irradiance.kind, SpectrumKind::MeshAttribute { .. } | SpectrumKind::Volume(_)) {
+    if matches!(irradiance.kind, SpectrumKind::MeshAttribute { .. } | SpectrumKind::Volume(_))
+        || patterns::is_in_space(&irradiance)
+    {
         query.error(SceneError::at(
             &irradiance.place,
             "A projector has no surface and no place to look its picture up at",

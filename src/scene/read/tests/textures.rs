@@ -1,8 +1,10 @@
 //! What colours and textures mean depends on where they stand, as seen in Mitsuba 3.9.1.
 
 use super::{errors, scene, shape};
-use crate::scene::description::{BsdfKind, ConductorIndex, LightKind, RgbRole, SpectrumKind, SpectrumSource};
-use crate::texture::{Filter, Wrap};
+use crate::scene::description::{
+    BsdfKind, ConductorIndex, LightKind, PatternSpace, RgbRole, SpectrumKind, SpectrumSource,
+};
+use crate::texture::{Filter, Octaves, Pattern, Veins, Wrap};
 
 fn reflectance(content: &str) -> SpectrumSource {
     let shape = shape(&format!(r#"<shape type="sphere"><bsdf type="diffuse">{content}</bsdf></shape>"#));
@@ -94,4 +96,55 @@ fn textures_stand_only_where_they_can_be_looked_up() {
         board("sigma_t")
     );
     assert!(errors(&medium).contains("cannot vary over a surface"));
+}
+
+#[test]
+fn patterns_have_their_defaults() {
+    let read = |plugin: &str, content: &str| {
+        let source =
+            reflectance(&format!(r#"<texture type="{plugin}" name="reflectance">{content}</texture>"#));
+        let SpectrumKind::Procedural(source) = &source.kind else { panic!("{source:?}") };
+        source.clone()
+    };
+    let noise = read("noise", "");
+    let one = Octaves { count: 1, gain: 0.5, seed: 0 };
+    assert_eq!(
+        (noise.pattern, noise.period, noise.range, noise.mixed),
+        (Pattern::Noise(one), 1.0, [0.0, 1.0], true)
+    );
+    assert!(matches!(noise.space, PatternSpace::World(_)));
+    let colours: Vec<f64> = noise.colours.iter().map(|colour| colour.constant().unwrap()).collect();
+    assert_eq!(colours, [0.0, 1.0]);
+    let more = Octaves { count: 6, ..one };
+    assert_eq!(read("turbulence", "").pattern, Pattern::Turbulence(more));
+    assert_eq!(read("marble", "").pattern, Pattern::Marble(Veins { octaves: more, strength: 2.0 }));
+    let bands = read(
+        "bands",
+        r#"<string name="space" value="uv"/><float name="period" value="0.2"/><float name="color0" value="0.5"/>
+           <rgb name="color2" value="1 0 0"/><spectrum name="color1" value="400:0.5, 700:0.6"/>"#,
+    );
+    assert_eq!((bands.pattern, bands.mixed, bands.period), (Pattern::Bands, false, 0.2));
+    assert!(matches!(bands.space, PatternSpace::Uv(_)) && bands.colours.len() == 3);
+    let text = errors(
+        r#"<shape type="sphere"><bsdf type="diffuse"><texture type="bands" name="reflectance"><float name="color1" value="1.5"/></texture></bsdf></shape>"#,
+    );
+    assert!(text.contains("reflectance is 1.5"), "{text}");
+}
+
+/// A metal's reflectance at normal incidence may vary, a body's index not.
+#[test]
+fn normal_reflectance_varies_on_metals_alone() {
+    let of = |bsdf: &str, content: &str| {
+        format!(
+            r#"<shape type="sphere"><bsdf type="{bsdf}"><texture type="marble" name="normal_reflectance">
+               <float name="color0" value="0.3"/><float name="color1" value="0.8"/></texture>{content}</bsdf></shape>"#
+        )
+    };
+    assert!(matches!(shape(&of("conductor", "")).bsdf.kind, BsdfKind::Conductor { .. }));
+    let known = r#"<float name="eta" value="0.2"/>"#;
+    assert!(errors(&of("conductor", known)).contains("known eta"));
+    assert!(errors(&of("dielectric", "")).contains("cannot vary over its surface"));
+    assert!(
+        errors(&of("conductor", "").replace("0.8", "1")).contains("reflectance \"normal_reflectance\" is 1")
+    );
 }

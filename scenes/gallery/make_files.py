@@ -1,0 +1,123 @@
+"""Makes the meshes, images and the grid of the gallery. Run it in this folder: python3 make_files.py (needs numpy and Pillow)."""
+
+import struct
+
+import numpy as np
+from PIL import Image
+
+
+
+def stella_obj(path):
+    """Two tetrahedra through one another."""
+    lines = ["# Two tetrahedra through one another"]
+    for sign in (1, -1):
+        corners = sign * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+        lines += [f"v {x} {y} {z}" for x, y, z in corners]
+        for a, b, c in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)):
+            p, q, r = corners[[a, b, c]]
+            if np.dot(np.cross(q - p, r - p), p + q + r) < 0:
+                b, c = c, b
+            lines.append("f " + " ".join(str(i - 4) for i in (a, b, c)))
+    path_write(path, "\n".join(lines) + "\n")
+
+
+def path_write(path, text):
+    with open(path, "w", encoding="ascii") as file:
+        file.write(text)
+
+
+def knot(around=90, across=14, radius=0.28):
+    """A tube along the trefoil knot: points, outward normals, and the share of the way along it."""
+    t = np.linspace(0, 2 * np.pi, around, endpoint=False)
+
+    def curve(t):
+        return np.stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)], axis=-1)
+
+    middle = curve(t)
+    along = curve(t + 1e-4) - curve(t - 1e-4)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    side = np.cross(along, np.array([0.0, 0.0, 1.0]))
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    up = np.cross(side, along)
+    a = np.linspace(0, 2 * np.pi, across, endpoint=False)
+    normals = np.cos(a)[None, :, None] * side[:, None] + np.sin(a)[None, :, None] * up[:, None]
+    points = middle[:, None] + radius * 2.2 * normals
+    return 0.4 * points, normals, t / (2 * np.pi)
+
+
+def knot_ply(path):
+    points, normals, share = knot()
+    around, across = points.shape[:2]
+    header = ["ply", "format ascii 1.0", f"element vertex {around * across}"]
+    header += [f"property float {name}" for name in ("x", "y", "z", "nx", "ny", "nz", "r", "g", "b")]
+    header += [f"element face {around * across}", "property list uchar int vertex_indices", "end_header"]
+    lines = header
+    for i in range(around):
+        for j in range(across):
+            colour = 0.45 + 0.35 * np.cos(2 * np.pi * (share[i] + np.array([0, 1, 2]) / 3))
+            numbers = [*points[i, j], *normals[i, j], *colour]
+            lines.append(" ".join(f"{number:.3f}" for number in numbers))
+    for i in range(around):
+        for j in range(across):
+            a, b = i * across + j, i * across + (j + 1) % across
+            c, d = (a + across) % (around * across), (b + across) % (around * across)
+            lines.append(f"4 {a} {b} {d} {c}")
+    path_write(path, "\n".join(lines) + "\n")
+
+
+def tiles_png(path):
+    """A tile: a star of eight points in a square."""
+    size = 128
+    y, x = (np.mgrid[0:size, 0:size] + 0.5) / size * 2 - 1
+    angle, radius = np.arctan2(y, x), np.hypot(x, y)
+    star = radius < 0.55 + 0.2 * np.abs(np.abs((angle * 8 / (2 * np.pi)) % 1 * 2 - 1))
+    core = radius < 0.3
+    rim = np.maximum(abs(x), abs(y)) > 0.93
+    image = np.empty((size, size, 3))
+    image[:] = (0.86, 0.83, 0.72)
+    image[star] = (0.12, 0.3, 0.55)
+    image[core] = (0.85, 0.6, 0.15)
+    image[rim] = (0.45, 0.16, 0.1)
+    Image.fromarray((255 * image).astype(np.uint8)).save(path, optimize=True)
+
+
+def normals_png(path):
+    """Normals of round studs, each component x stored as (x + 1)/2."""
+    size = 128
+    y, x = (np.mgrid[0:size, 0:size] + 0.5) / size * 2 - 1
+    radius = np.hypot(x, y)
+    within = radius < 0.8
+    slope = np.where(within, 1.2 * radius / 0.8, 0)
+    normal = np.stack([slope * x / np.maximum(radius, 1e-9), slope * y / np.maximum(radius, 1e-9), np.ones_like(x)], -1)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    Image.fromarray(np.round(255 * (normal + 1) / 2).astype(np.uint8)).save(path, optimize=True)
+
+
+def leaf_png(path):
+    """A leaf: where it is, and where it is not."""
+    height, width = 192, 128
+    y, x = np.mgrid[0:height, 0:width] + 0.5
+    v, u = 1 - y / height, x / width * 2 - 1
+    edge = 0.9 * np.sin(np.pi * np.clip(v, 0, 1) ** 0.75) * (0.85 + 0.15 * np.cos(26 * np.pi * v))
+    leaf = (np.abs(u) < edge) | ((np.abs(u) < 0.03) & (v < 0.3))
+    veins = (np.abs((np.abs(u) * 0.6 + (1 - v) * 1.0) * 7 % 1 - 0.5) < 0.06) & (np.abs(u) > 0.06) & (np.abs(u) < 0.8 * edge)
+    Image.fromarray((255 * (leaf & ~veins)).astype(np.uint8)).save(path, optimize=True)
+
+
+def grid_vol(path):
+    """Colours in space: red along x, green along y, blue along z."""
+    n = 8
+    z, y, x = np.mgrid[0:n, 0:n, 0:n] / (n - 1)
+    checker = ((np.indices((n, n, n)) // 2).sum(axis=0) % 2)[..., None]
+    values = 0.08 + 0.75 * np.stack([x, y, z], axis=-1) * (0.35 + 0.65 * checker)
+    header = b"VOL\x03" + struct.pack("<5i6f", 1, n, n, n, 3, 0, 0, 0, 1, 1, 1)
+    with open(path, "wb") as file:
+        file.write(header + values.astype("<f4").tobytes())
+
+
+stella_obj("obj/stella.obj")
+knot_ply("parts/knot.ply")
+tiles_png("bitmap/tile.png")
+normals_png("normalmap/studs.png")
+leaf_png("mask/leaf.png")
+grid_vol("volume/colours.vol")
