@@ -19,7 +19,7 @@ struct Case {
     walk_samples: u32,
 }
 
-const CASES: [Case; 10] = [
+const CASES: [Case; 11] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384 },
     Case { name: "metals", samples: 1024, walk_samples: 4096 },
     Case { name: "dispersion", samples: 2048, walk_samples: 8192 },
@@ -30,6 +30,7 @@ const CASES: [Case; 10] = [
     Case { name: "veils", samples: 1024, walk_samples: 8192 },
     Case { name: "motion", samples: 1024, walk_samples: 8192 },
     Case { name: "quadrics", samples: 1024, walk_samples: 8192 },
+    Case { name: "solids", samples: 1024, walk_samples: 8192 },
 ];
 
 fn load(case: &Case, integrator: &str) -> Scene {
@@ -132,6 +133,12 @@ fn motion() {
 #[test]
 fn quadrics() {
     agrees("quadrics");
+}
+
+/// Lights of which parts are cut away, or lie within other parts, some of them moving.
+#[test]
+fn solids() {
+    agrees("solids");
 }
 
 /// Light samples that pass through what is not there find what paths find behind it.

@@ -7,11 +7,14 @@ use super::packet::{Packet, WIDTH};
 use super::{Accel, Instance, Other};
 use crate::geometry::{Bounds, Vec3};
 use crate::shape::Shape;
+use crate::shape::solid::Solid;
 use glam::Vec3A;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// One surface, or a group of them. Shapes are counted from the first of the list.
@@ -19,7 +22,9 @@ use std::time::Duration;
 enum Primitive {
     Triangle { shape: u32, triangle: u32 },
     Analytic { shape: u32 },
+    Segment { shape: u32, segment: u32 },
     Instance { index: u32, during: [f64; 2] },
+    Solid(u32),
 }
 
 /// What one slot of a node can become.
@@ -35,6 +40,7 @@ struct Builder<'a> {
     shapes: &'a [Shape],
     /// Index of the first shape, as hits are to carry it.
     first: u32,
+    solids: &'a [Arc<Solid>],
     primitives: &'a [Primitive],
     boxes: &'a [Aabb],
     tree: &'a [Bvh2Node],
@@ -43,11 +49,32 @@ struct Builder<'a> {
     accel: Accel,
 }
 
-pub(super) fn build(shapes: &[Shape], first: u32, instances: Vec<Instance>, shutter: [f64; 2]) -> Accel {
-    let around = instances.iter().map(|instance| instance.bounds(shutter));
-    let scene = Bounds::of_all(shapes.iter().map(Shape::bounds).chain(around));
+/// All that a tree is built over.
+struct Surfaces<'a> {
+    shapes: &'a [Shape],
+    instances: &'a [Instance],
+    solids: &'a [Arc<Solid>],
+    shutter: [f64; 2],
+    /// The shapes, counted from the first of the list, and the instances that are met as parts of solids alone.
+    parts: [BTreeSet<u32>; 2],
+}
+
+pub(super) fn build(
+    shapes: &[Shape],
+    first: u32,
+    solids: &[Arc<Solid>],
+    instances: Vec<Instance>,
+    shutter: [f64; 2],
+) -> Accel {
+    let parts = || solids.iter().flat_map(|solid| solid.parts());
+    let parts = [
+        parts().map(|(shape, _)| shape - first).collect(),
+        parts().filter_map(|(_, carried)| carried).collect(),
+    ];
+    let surfaces = Surfaces { shapes, instances: &instances, solids, shutter, parts };
+    let scene = surfaces.bounds();
     let space = NodeSpace::new(if scene.is_empty() { Bounds::of([Vec3::ZERO]) } else { scene });
-    let (primitives, boxes) = primitives(shapes, &instances, shutter, &space);
+    let (primitives, boxes) = surfaces.primitives(&space);
     let accel = Accel {
         space,
         nodes: Vec::new(),
@@ -64,48 +91,85 @@ pub(super) fn build(shapes: &[Shape], first: u32, instances: Vec<Instance>, shut
     let parameters = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::fast_build() };
     let tree = build_bvh2(&boxes, parameters, &mut Duration::default());
     let order = tree.primitive_indices;
-    let mut builder =
-        Builder { shapes, first, primitives: &primitives, boxes: &boxes, tree: &tree.nodes, order, accel };
+    let mut builder = Builder {
+        shapes,
+        first,
+        solids,
+        primitives: &primitives,
+        boxes: &boxes,
+        tree: &tree.nodes,
+        order,
+        accel,
+    };
     builder.collapse();
     builder.accel
 }
 
-/// Everything that can be hit, with its box in node space.
-fn primitives(
-    shapes: &[Shape],
-    instances: &[Instance],
-    shutter: [f64; 2],
-    space: &NodeSpace,
-) -> (Vec<Primitive>, Vec<Aabb>) {
-    let count =
-        shapes.iter().map(|shape| if let Shape::Mesh(mesh) = shape { mesh.triangle_count() } else { 1 });
-    let count = count.sum::<usize>() + instances.len();
-    let (mut primitives, mut boxes) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let mut add = |primitive: Primitive, bounds: Bounds| {
-        let bounds = space.of(bounds);
-        boxes.push(Aabb::new(Vec3A::from(bounds.min.as_vec3()), Vec3A::from(bounds.max.as_vec3())));
-        primitives.push(primitive);
-    };
-    for (shape, surface) in (0u32..).zip(shapes) {
-        match surface {
-            Shape::Mesh(mesh) => {
-                for triangle in 0..mesh.triangle_count() as u32 {
-                    if !mesh.is_degenerate(triangle) {
-                        add(Primitive::Triangle { shape, triangle }, Bounds::of(mesh.triangle(triangle)));
+impl Surfaces<'_> {
+    /// The shapes that are met by themselves, with their places in the list.
+    fn own_shapes(&self) -> impl Iterator<Item = (u32, &Shape)> {
+        (0u32..).zip(self.shapes).filter(|(shape, _)| !self.parts[0].contains(shape))
+    }
+
+    /// Likewise.
+    fn own_instances(&self) -> impl Iterator<Item = (u32, &Instance)> {
+        (0u32..).zip(self.instances).filter(|(instance, _)| !self.parts[1].contains(instance))
+    }
+
+    fn bounds(&self) -> Bounds {
+        let shapes = self.own_shapes().map(|(_, shape)| shape.bounds());
+        let instances = self.own_instances().map(|(_, instance)| instance.bounds(self.shutter));
+        let solids = self.solids.iter().map(|solid| solid.bounds());
+        Bounds::of_all(shapes.chain(instances).chain(solids))
+    }
+
+    /// Everything that can be hit, with its box in node space.
+    fn primitives(&self, space: &NodeSpace) -> (Vec<Primitive>, Vec<Aabb>) {
+        let pieces = |shape: &Shape| match shape {
+            Shape::Mesh(mesh) => mesh.triangle_count(),
+            Shape::Curves(curves) => curves.segment_count(),
+            _ => 1,
+        };
+        let count = self.own_shapes().map(|(_, shape)| pieces(shape)).sum::<usize>()
+            + self.instances.len()
+            + self.solids.len();
+        let (mut primitives, mut boxes) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut add = |primitive: Primitive, bounds: Bounds| {
+            let bounds = space.of(bounds);
+            boxes.push(Aabb::new(Vec3A::from(bounds.min.as_vec3()), Vec3A::from(bounds.max.as_vec3())));
+            primitives.push(primitive);
+        };
+        for (shape, surface) in self.own_shapes() {
+            match surface {
+                Shape::Mesh(mesh) => {
+                    for triangle in 0..mesh.triangle_count() as u32 {
+                        if !mesh.is_degenerate(triangle) {
+                            add(Primitive::Triangle { shape, triangle }, Bounds::of(mesh.triangle(triangle)));
+                        }
                     }
                 }
-            }
-            _ => add(Primitive::Analytic { shape }, surface.bounds()),
-        }
-    }
-    for (index, instance) in (0u32..).zip(instances) {
-        for Slice { during, bounds } in instance.slices(shutter) {
-            if !bounds.is_empty() {
-                add(Primitive::Instance { index, during }, bounds);
+                Shape::Curves(curves) => {
+                    for segment in 0..curves.segment_count() as u32 {
+                        add(Primitive::Segment { shape, segment }, curves.segment_bounds(segment));
+                    }
+                }
+                _ => add(Primitive::Analytic { shape }, surface.bounds()),
             }
         }
+        for (index, instance) in self.own_instances() {
+            for Slice { during, bounds } in instance.slices(self.shutter) {
+                if !bounds.is_empty() {
+                    add(Primitive::Instance { index, during }, bounds);
+                }
+            }
+        }
+        for (index, solid) in (0u32..).zip(self.solids) {
+            if !solid.bounds().is_empty() {
+                add(Primitive::Solid(index), solid.bounds());
+            }
+        }
+        (primitives, boxes)
     }
-    (primitives, boxes)
 }
 
 impl Builder<'_> {
@@ -205,8 +269,18 @@ impl Builder<'_> {
                     let surface = self.shapes[shape as usize].clone();
                     self.accel.others.push((self.first + shape, Other::Shape(surface)));
                 }
+                Primitive::Segment { shape, segment } => {
+                    if let Shape::Curves(curves) = &self.shapes[shape as usize] {
+                        let curves = curves.clone();
+                        self.accel.others.push((self.first + shape, Other::Segment { curves, segment }));
+                    }
+                }
                 Primitive::Instance { index, during } => {
                     self.accel.others.push((index, Other::Instance { during }));
+                }
+                Primitive::Solid(index) => {
+                    let solid = self.solids[index as usize].clone();
+                    self.accel.others.push((index, Other::Solid(solid)));
                 }
                 Primitive::Triangle { shape, triangle } => {
                     if i % WIDTH == 0 {

@@ -43,6 +43,11 @@ impl Instance {
         Self { rest: Pose::new(rest), ..self }
     }
 
+    /// Of a shape that is a part of a solid, which alone finds it. `bounds` are the shape's, in its own coordinates.
+    pub fn of_part(bounds: Bounds, placed: Placed) -> Self {
+        Self { reach: bounds.diameter(), ..Self::new(Arc::new(Accel::build(&[])), placed) }
+    }
+
     /// A box around it in world space, from one time to another; empty where the group has no surface.
     pub fn bounds(&self, during: [f64; 2]) -> Bounds {
         self.placed.bounds(self.group.bounds(), during)

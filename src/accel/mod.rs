@@ -1,7 +1,7 @@
 //! Which surface a ray meets first, and whether it meets any.
 //!
-//! A tree of boxes, eight to a node, over packets of four triangles, over analytic shapes and over instances of other
-//! trees. The boxes are `f32` and only ever err towards visiting too much; what they let through is tested in `f64`. So
+//! A tree of boxes, eight to a node, over packets of four triangles, over analytic shapes, over solids and over instances of
+//! other trees. The boxes are `f32` and only ever err towards visiting too much; what they let through is tested in `f64`. So
 //! the answer is the very one of a loop over all surfaces, whatever the tree looks like.
 
 mod build;
@@ -12,10 +12,12 @@ mod packet;
 mod tests;
 
 use crate::geometry::{Bounds, Ray, Vec3};
-use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
+use crate::shape::solid::Solid;
+use crate::shape::{AtRest, Curves, Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
 pub use instance::Instance;
 use node::{Child, Node, NodeRay, NodeSpace};
 use packet::{Packet, PacketRay};
+use std::sync::Arc;
 
 /// All shapes of a scene, ready for ray queries.
 #[derive(Clone, Debug)]
@@ -38,10 +40,17 @@ pub struct Accel {
 #[expect(clippy::large_enum_variant, reason = "a test of a shape waits for one load instead of two")]
 enum Other {
     Shape(Shape),
+    /// One of the segments of curves.
+    Segment {
+        curves: Curves,
+        segment: u32,
+    },
     /// Its index says which one; met only by rays of a time from one to another.
     Instance {
         during: [f64; 2],
     },
+    /// Its hits carry their own indices.
+    Solid(Arc<Solid>),
 }
 
 /// A subtree that waits to be visited, and where the ray enters it.
@@ -54,17 +63,23 @@ struct Waiting {
 impl Accel {
     /// Hits carry a shape's index in `shapes`. Takes about a second for a million triangles on two cores.
     pub fn build(shapes: &[Shape]) -> Self {
-        build::build(shapes, 0, Vec::new(), [0.0; 2])
+        build::build(shapes, 0, &[], Vec::new(), [0.0; 2])
     }
 
-    /// A group's tree: its hits carry indices that begin with `first`.
-    pub fn of_group(shapes: &[Shape], first: u32) -> Self {
-        build::build(shapes, first, Vec::new(), [0.0; 2])
+    /// A group's tree: its hits carry indices that begin with `first`. Shapes that are parts of solids are met with these alone.
+    pub fn of_group(shapes: &[Shape], first: u32, solids: &[Arc<Solid>]) -> Self {
+        build::build(shapes, first, solids, Vec::new(), [0.0; 2])
     }
 
-    /// Of shapes and instances of groups, for rays of times while a shutter is open.
-    pub fn with_instances(shapes: &[Shape], instances: Vec<Instance>, shutter: [f64; 2]) -> Self {
-        build::build(shapes, 0, instances, shutter)
+    /// Of shapes, solids and instances of groups, for rays of times while a shutter is open. Shapes and instances that are parts
+    /// of solids are met with these alone.
+    pub fn with_instances(
+        shapes: &[Shape],
+        solids: &[Arc<Solid>],
+        instances: Vec<Instance>,
+        shutter: [f64; 2],
+    ) -> Self {
+        build::build(shapes, 0, solids, instances, shutter)
     }
 
     /// A box around all surfaces at all times, up to rounding; empty where there are none.
@@ -193,10 +208,14 @@ impl Accel {
             for (index, other) in &self.others[range] {
                 let hit = match other {
                     Other::Shape(shape) => shape.intersect(ray).map(|hit| Hit { shape: *index, ..hit }),
+                    Other::Segment { curves, segment } => {
+                        curves.intersect_segment(*segment, ray).map(|hit| Hit { shape: *index, ..hit })
+                    }
                     Other::Instance { during: [from, to] } if *from <= time && time <= *to => {
                         self.in_instance(*index, ray, time, nearest)
                     }
                     Other::Instance { .. } => None,
+                    Other::Solid(solid) => in_solid(solid, ray, time, nearest),
                 };
                 if let Some(hit) = hit {
                     found |= take_nearer(nearest, hit);
@@ -238,9 +257,11 @@ impl Accel {
             } else if child.is_other() {
                 let occludes = |(index, other): &(u32, Other)| match other {
                     Other::Shape(shape) => shape.intersect(ray).is_some(),
+                    Other::Segment { curves, segment } => curves.intersect_segment(*segment, ray).is_some(),
                     Other::Instance { during: [from, to] } => {
                         *from <= time && time <= *to && self.instances[*index as usize].occluded(ray, time)
                     }
+                    Other::Solid(solid) => solid.closest(ray, time).is_some(),
                 };
                 if self.others[child.items()].iter().any(occludes) {
                     return true;
@@ -255,6 +276,14 @@ impl Accel {
             child = stack[waiting].child;
         }
     }
+}
+
+/// The nearest hit with a solid, unless there is a nearer one already.
+#[inline(never)]
+fn in_solid(solid: &Solid, ray: &Ray, time: f64, nearest: &Option<Hit>) -> Option<Hit> {
+    // Up to and with the nearest: of equally near ones it is not the order of leaves that decides.
+    let t_max = nearest.map_or(ray.t_max, |hit| hit.t.next_up());
+    solid.closest(&Ray { t_max, ..*ray }, time).filter(|hit| hit.t < ray.t_max)
 }
 
 /// Inserts into `stack[bottom..top]`, which is sorted so that the nearest is on top.

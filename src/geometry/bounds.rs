@@ -22,6 +22,12 @@ impl Bounds {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// What two boxes share.
+    pub fn common(self, other: Self) -> Self {
+        let common = Self { min: self.min.max(other.min), max: self.max.min(other.max) };
+        if common.is_empty() { Self::EMPTY } else { common }
+    }
+
     /// The smallest box around several.
     pub fn of_all(boxes: impl IntoIterator<Item = Self>) -> Self {
         boxes.into_iter().fold(Self::EMPTY, Self::union)

@@ -95,6 +95,33 @@ fn within(mut roots: Roots, [low, high]: [f64; 2]) -> Roots {
     roots
 }
 
+/// Bounds on a function's values and on its slopes over an interval.
+#[derive(Clone, Copy, Debug)]
+pub struct Enclosure {
+    pub value: [f64; 2],
+    pub slope: [f64; 2],
+}
+
+/// Halves an interval, as long as neither the value nor the slope is known to keep its sign in a piece of it, down to
+/// `least` of its width, and adds the places where it is cut to `edges`: in between the function changes its sign at most once.
+pub fn isolate(
+    interval: [f64; 2],
+    least: f64,
+    enclose: &impl Fn([f64; 2]) -> Enclosure,
+    edges: &mut SmallVec<[f64; 8]>,
+) {
+    let keeps_sign = |[low, high]: [f64; 2]| low > 0.0 || high < 0.0;
+    let Enclosure { value, slope } = enclose(interval);
+    if keeps_sign(value) || keeps_sign(slope) || least >= 1.0 {
+        return;
+    }
+    let [low, high] = interval;
+    let middle = 0.5 * (low + high);
+    isolate([low, middle], 2.0 * least, enclose, edges);
+    edges.push(middle);
+    isolate([middle, high], 2.0 * least, enclose, edges);
+}
+
 /// Roots of a continuous function that changes its sign at most once between neighbouring `edges`, which ascend.
 pub fn sign_changes(edges: &[f64], function: impl Fn(f64) -> Sample) -> Roots {
     let mut roots = Roots::new();

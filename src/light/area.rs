@@ -1,6 +1,8 @@
 use crate::geometry::{Placed, Pose, SurfacePoint, Vec3};
+use crate::shape::solid::Solid;
 use crate::shape::{AtRest, Hit, NO_INSTANCE, Shape, ShapeSample};
 use crate::texture::{MeshPoint, TexturePoint};
+use std::sync::Arc;
 
 /// A surface whose front emits.
 #[derive(Clone, Debug)]
@@ -8,12 +10,30 @@ pub struct AreaGeometry {
     /// In coordinates of its own where it is placed, else in the world's.
     shape: Shape,
     placed: Option<Box<Placed>>,
+    /// What it is a part of.
+    whole: Option<Whole>,
     area: f64,
     /// A sphere around the surface.
     centre: Vec3,
     radius: f64,
     /// The normal of a surface that lies in one plane. This, centre and radius are in the coordinates of the shape.
     plane: Option<Vec3>,
+}
+
+/// The solid of which a surface is a part: only what is left of the surface emits.
+#[derive(Clone, Debug)]
+struct Whole {
+    solid: Arc<Solid>,
+    /// Which of the scene's shapes the surface is.
+    shape: u32,
+    /// Whether the solid is carried along; otherwise its coordinates are those of the world.
+    carried: bool,
+}
+
+impl Whole {
+    fn shows(&self, sample: &ShapeSample, time: f64) -> bool {
+        self.solid.shows(self.shape, &sample.surface.point, time)
+    }
 }
 
 impl AreaGeometry {
@@ -26,12 +46,18 @@ impl AreaGeometry {
             plane: plane_normal(&shape),
             shape,
             placed: None,
+            whole: None,
         }
     }
 
     /// A surface in coordinates of its own that is carried along.
     pub fn carried(shape: Shape, placed: Placed) -> Self {
         Self { placed: Some(Box::new(placed)), ..Self::new(shape) }
+    }
+
+    /// Makes it the part of a solid that it is in the scene's list of shapes; `carried`: together with the whole solid.
+    pub fn is_part(&mut self, solid: Arc<Solid>, shape: u32, carried: bool) {
+        self.whole = Some(Whole { solid, shape, carried });
     }
 
     fn pose(&self, time: f64) -> Option<Pose> {
@@ -43,16 +69,24 @@ impl AreaGeometry {
         self.area
     }
 
-    /// A point on the front, as seen from a place. `None` where the surface shows its back, or nothing.
+    /// A point on the front, as seen from a place. `None` where the surface shows its back, or nothing, and where it is cut away.
     pub fn sample_toward(&self, from: &SurfacePoint, time: f64, u: [f64; 2]) -> Option<ShapeSample> {
-        let Some(placed) = &self.placed else { return self.sample_local(from.position, u) };
+        let (local, world) = match &self.whole {
+            Some(whole) if whole.carried || self.placed.is_none() => (Some(whole), None),
+            whole => (None, whole.as_ref()),
+        };
+        let left = |whole: Option<&Whole>, sample: &ShapeSample| whole.is_none_or(|w| w.shows(sample, time));
+        let Some(placed) = &self.placed else {
+            return self.sample_local(from.position, u).filter(|sample| left(local, sample));
+        };
         let pose = placed.at(time);
-        let mut sample = self.sample_local(pose.local_point(from.position), u)?;
+        let mut sample =
+            self.sample_local(pose.local_point(from.position), u).filter(|sample| left(local, sample))?;
         let point = placed.surface_point(&pose, &sample.surface.point, 2.0 * self.radius);
         let direction = (point.position - from.position).try_normalize()?;
         sample.surface.point = point;
         sample.density *= pose.solid_angle_ratio(direction);
-        Some(sample)
+        left(world, &sample).then_some(sample)
     }
 
     fn sample_local(&self, from: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
@@ -130,9 +164,13 @@ impl AreaGeometry {
 /// The normal of a surface all of which lies in one plane and faces one way.
 fn plane_normal(shape: &Shape) -> Option<Vec3> {
     match shape {
-        Shape::Sphere(_) | Shape::Cylinder(_) | Shape::Quadric(_) | Shape::Torus(_) | Shape::Sampled(_) => {
-            None
-        }
+        Shape::Sphere(_)
+        | Shape::Cylinder(_)
+        | Shape::Quadric(_)
+        | Shape::Torus(_)
+        | Shape::Sampled(_)
+        | Shape::Curves(_)
+        | Shape::SweptSphere(_) => None,
         Shape::Figure(figure) if !figure.is_flat() => None,
         Shape::Disk(_) | Shape::Figure(_) => shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal),
         Shape::Mesh(mesh) => {

@@ -8,7 +8,10 @@ use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
 use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
-use crate::shape::{FigureKind, MeshData, QuadricKind};
+use crate::shape::solid::Operation;
+use crate::shape::{
+    ControlPoint, CurveKind, FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain,
+};
 use crate::spectrum::DispersionFormula;
 use crate::texture::{Filter, Pattern, Wrap};
 use std::path::PathBuf;
@@ -20,6 +23,7 @@ pub struct Description {
     pub integrator: Integrator,
     pub sensor: Sensor,
     pub shapes: Vec<Shape>,
+    pub solids: Vec<Solid>,
     pub instances: Vec<Instance>,
     /// Lights that are no shape's surface.
     pub lights: Vec<Light>,
@@ -296,6 +300,27 @@ pub enum BsdfKind {
     },
 }
 
+impl BsdfKind {
+    /// Whether light may get to the other side.
+    pub fn transmits(&self) -> bool {
+        match self {
+            Self::DiffuseTransmitter { .. }
+            | Self::Dielectric { .. }
+            | Self::ThinDielectric { .. }
+            | Self::PrincipledThin { .. }
+            | Self::Null
+            | Self::Mask { .. } => true,
+            Self::Principled { base, .. } => base.spec_trans.constant() != Some(0.0),
+            Self::Diffuse { .. } | Self::Conductor { .. } | Self::Plastic { .. } => false,
+            Self::Blend { nested, .. } => nested.iter().any(|nested| nested.kind.transmits()),
+            Self::BumpMap { nested, .. } | Self::NormalMap { nested, .. } => nested.kind.transmits(),
+            Self::TwoSided { front, back, .. } => {
+                front.kind.transmits() || back.as_ref().is_some_and(|back| back.kind.transmits())
+            }
+        }
+    }
+}
+
 /// How bump and normal maps deal with normals that are no surface's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReliefShading {
@@ -424,8 +449,32 @@ pub enum ShapeKind {
         major_radius: f64,
         minor_radius: f64,
     },
-    /// `polygon`, `extrusion`, `superquadric` (extensions).
+    /// `polygon`, `extrusion`, `revolution`, `superquadric` and `blobs` (extensions).
     Figure(FigureKind),
+    /// `sdfgrid`.
+    Distances {
+        file: PathBuf,
+        data: Arc<SdfData>,
+        /// Whether shading normals are smooth.
+        smooth: bool,
+    },
+    /// `heightfield` (an extension).
+    Heights {
+        source: HeightSource,
+        data: Arc<HeightData>,
+        scale: f64,
+        /// The height of the bottom of a body.
+        base: Option<f64>,
+        /// Whether shading normals are smooth.
+        smooth: bool,
+    },
+    /// `linearcurve`, `bsplinecurve` and, `solid`, `sweptsphere` (an extension): in the file's own coordinates.
+    Curves {
+        file: PathBuf,
+        kind: CurveKind,
+        solid: bool,
+        curves: Arc<Vec<Vec<ControlPoint>>>,
+    },
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
@@ -442,12 +491,55 @@ pub enum ShapeKind {
     },
 }
 
+/// Where the heights of a `heightfield` are from.
+#[derive(Clone, Debug)]
+pub enum HeightSource {
+    /// A channel of an image.
+    Image {
+        file: PathBuf,
+        channel: usize,
+    },
+    /// Written in the scene.
+    List,
+    Terrain(Terrain),
+}
+
+/// A body joined or cut from closed shapes (an extension). What it says of its surface and media its leaves say too.
+#[derive(Clone, Debug)]
+pub struct Solid {
+    pub place: Place,
+    pub id: Option<String>,
+    pub operation: Operation,
+    /// In the order of the file: of a difference the first is what the others are cut from.
+    pub parts: Vec<Part>,
+    pub to_world: Transform,
+    pub motion: Option<Arc<Animation>>,
+}
+
+#[derive(Clone, Debug)]
+pub enum Part {
+    Shape(Shape),
+    Solid(Solid),
+}
+
+impl Solid {
+    /// The shapes that it is made of, in the order of the file.
+    pub fn leaves(&self) -> Vec<&Shape> {
+        let of_part = |part| match part {
+            &Part::Shape(ref shape) => vec![shape],
+            Part::Solid(solid) => solid.leaves(),
+        };
+        self.parts.iter().flat_map(of_part).collect()
+    }
+}
+
 /// Shapes that stand nowhere by themselves, in coordinates of their own.
 #[derive(Clone, Debug)]
 pub struct ShapeGroup {
     pub place: Place,
     pub id: Option<String>,
     pub shapes: Vec<Shape>,
+    pub solids: Vec<Solid>,
 }
 
 /// A group of shapes where a transform puts it.

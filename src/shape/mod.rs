@@ -10,16 +10,19 @@
 
 mod chords;
 mod crossing;
+mod curves;
 mod cylinder;
 mod disk;
 mod figure;
 mod grid;
+mod heightfield;
 mod mesh;
 mod placement;
 mod quadric;
 mod rectangle;
 mod sampled;
 mod sdfgrid;
+pub mod solid;
 mod sphere;
 mod support;
 #[cfg(test)]
@@ -29,9 +32,11 @@ mod triangle;
 
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 pub use crossing::{Crossing, Crossings};
+pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use figure::{Figure, FigureKind, FillRule};
+pub use figure::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel};
+pub use heightfield::{HeightData, HeightField, Terrain};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
@@ -51,6 +56,8 @@ pub enum Shape {
     /// Rare and large: the others are not to grow by it.
     Quadric(Box<Quadric>),
     Torus(Box<Torus>),
+    Curves(Curves),
+    SweptSphere(Box<SweptSphere>),
     Sampled(Box<Sampled>),
     Figure(Box<Figure>),
     Mesh(Mesh),
@@ -63,11 +70,12 @@ pub struct Hit {
     pub t: f64,
     /// Index of the shape in the list that the acceleration structure was built from.
     pub shape: u32,
-    /// Index of the triangle within its mesh, or of the part of an analytic shape; 0 where it has but one.
+    /// Index of the triangle within its mesh, of the segment of curves, or of the part of an analytic shape; 0 where it has but one.
     pub triangle: u32,
     /// Index of the instance by which the shape was met; [`NO_INSTANCE`] where it stands for itself.
     pub instance: u32,
-    /// Barycentric coordinates of the triangle's second and third vertex; [0, 0] for analytic shapes.
+    /// Barycentric coordinates of the triangle's second and third vertex; for curves the
+    /// place along the segment and 0, [0, 0] for other analytic shapes.
     pub barycentric: [f64; 2],
 }
 
@@ -140,6 +148,17 @@ impl AreaSample {
     }
 }
 
+/// Where a surface is open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Opening {
+    /// It is one by nature.
+    Surface,
+    /// It has no caps.
+    Caps,
+    /// An edge of a mesh, by its vertices, to which triangles of one side are missing.
+    Edge([u32; 2]),
+}
+
 /// Why a shape cannot be made.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShapeError {
@@ -149,6 +168,8 @@ pub enum ShapeError {
     Ends,
     /// The tube of a torus is as thick as its ring or thicker.
     Tube { major: f64, minor: f64 },
+    /// A curve has too few control points.
+    ControlPoints { found: usize, least: usize },
     /// All coefficients of a quadric vanish, or some are not finite.
     Coefficients,
     /// A quadric goes on without end.
@@ -157,8 +178,14 @@ pub enum ShapeError {
     Nothing,
     /// A grid has fewer than two points along an axis, or not a value for each of its points.
     GridPoints,
+    /// The base of a height field isn't below all of it.
+    Base,
     /// Contours are not finite or enclose no area.
     Outline,
+    /// A profile is not finite, has too few points, or reaches over the axis.
+    Profile,
+    /// The threshold of blobs is not above 0, or something of them is not finite.
+    Threshold,
     /// An exponent of a superquadric is out of range.
     Exponent(f64),
     /// The placement makes the shape too thin or too large to compute with.
@@ -183,13 +210,19 @@ impl fmt::Display for ShapeError {
             Self::Tube { major, minor } => {
                 write!(f, "the radius of a torus's tube, {minor}, must be below that of its ring, {major}")
             }
+            Self::ControlPoints { found, least } => {
+                write!(f, "a curve has {found} control points and needs at least {least}")
+            }
             Self::Coefficients => write!(f, "the coefficients must be finite and not all zero"),
             Self::Endless => write!(f, "it goes on without end unless it is cut off by planes on all sides"),
             Self::Nothing => write!(f, "there is no such surface, or none between the planes"),
+            Self::Base => write!(f, "the base must be below all heights"),
             Self::GridPoints => {
                 write!(f, "a grid needs two points along each axis and a value for each point")
             }
             Self::Exponent(exponent) => write!(f, "its exponents must be from 0.001 to 2, not {exponent}"),
+            Self::Profile => write!(f, "its profile must be finite and on one side of the axis"),
+            Self::Threshold => write!(f, "its threshold must be above 0 and all numbers finite"),
             Self::Outline => write!(f, "its outline must be finite and enclose an area"),
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")
@@ -226,6 +259,10 @@ impl Shape {
                 quadric.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
             }
             Self::Torus(torus) => torus.intersect(ray).map(analytic),
+            Self::Curves(curves) => curves.intersect(ray),
+            Self::SweptSphere(swept) => {
+                swept.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
+            }
             Self::Sampled(sampled) => sampled.intersect(ray),
             Self::Figure(figure) => {
                 figure.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
@@ -243,9 +280,29 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.crossings(ray),
             Self::Quadric(quadric) => quadric.crossings(ray),
             Self::Torus(torus) => torus.crossings(ray),
+            Self::Curves(curves) => curves.crossings(ray),
+            Self::SweptSphere(swept) => swept.crossings(ray),
             Self::Sampled(sampled) => sampled.crossings(ray),
             Self::Figure(figure) => figure.crossings(ray),
             Self::Mesh(mesh) => mesh.crossings(ray),
+        }
+    }
+
+    /// Whether it encloses a volume, so that a solid can be made of it.
+    ///
+    /// # Errors
+    /// Where it is open.
+    pub fn is_closed(&self) -> Result<(), Opening> {
+        match self {
+            Self::Sphere(_) | Self::Torus(_) | Self::SweptSphere(_) => Ok(()),
+            Self::Disk(_) | Self::Cylinder(_) | Self::Curves(_) => Err(Opening::Surface),
+            Self::Quadric(quadric) if quadric.is_closed() => Ok(()),
+            Self::Quadric(_) => Err(Opening::Caps),
+            Self::Sampled(sampled) if sampled.is_closed() => Ok(()),
+            Self::Figure(figure) if figure.is_closed() => Ok(()),
+            Self::Figure(figure) if !figure.is_flat() => Err(Opening::Caps),
+            Self::Sampled(_) | Self::Figure(_) => Err(Opening::Surface),
+            Self::Mesh(mesh) => mesh.open_edge().map_or(Ok(()), |edge| Err(Opening::Edge(edge))),
         }
     }
 
@@ -257,6 +314,8 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.surface(ray.at(hit.t)),
             Self::Quadric(quadric) => quadric.surface(ray.at(hit.t), hit.triangle),
             Self::Torus(torus) => torus.surface(ray.at(hit.t)),
+            Self::Curves(curves) => curves.surface(hit, ray.at(hit.t)),
+            Self::SweptSphere(swept) => swept.surface(ray.at(hit.t), hit.triangle),
             Self::Sampled(sampled) => sampled.surface(hit, ray.at(hit.t)),
             Self::Figure(figure) => figure.surface(ray.at(hit.t), hit.triangle),
             Self::Mesh(mesh) => mesh.surface(hit.triangle, hit.barycentric),
@@ -271,6 +330,8 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.parametrisation(position),
             Self::Quadric(quadric) => quadric.parametrisation(position, hit.triangle),
             Self::Torus(torus) => torus.parametrisation(position),
+            Self::Curves(curves) => curves.parametrisation(hit, position),
+            Self::SweptSphere(swept) => swept.parametrisation(position, hit.triangle),
             Self::Sampled(sampled) => sampled.parametrisation(hit, position),
             Self::Figure(figure) => figure.parametrisation(position, hit.triangle),
             Self::Mesh(mesh) => mesh.parametrisation(hit.triangle, hit.barycentric),
@@ -285,6 +346,8 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.bounds(),
             Self::Quadric(quadric) => quadric.bounds(),
             Self::Torus(torus) => torus.bounds(),
+            Self::Curves(curves) => curves.bounds(),
+            Self::SweptSphere(swept) => swept.bounds(),
             Self::Sampled(sampled) => sampled.bounds(),
             Self::Figure(figure) => figure.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
@@ -299,6 +362,8 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.area(),
             Self::Quadric(quadric) => quadric.area(),
             Self::Torus(torus) => torus.area(),
+            Self::Curves(curves) => curves.area(),
+            Self::SweptSphere(swept) => swept.area(),
             Self::Sampled(sampled) => sampled.area(),
             Self::Figure(figure) => figure.area(),
             Self::Mesh(mesh) => mesh.area(),
@@ -306,8 +371,9 @@ impl Shape {
     }
 
     /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on
-    /// ellipsoids, elliptic or sheared cylinders and rings, quadrics, curved figures and what is sampled. `None` for a mesh without
-    /// area and, for some `u`, on quadrics, curved figures and grids of distances.
+    /// ellipsoids, elliptic or sheared cylinders and rings, quadrics, curved figures, swept spheres and what is sampled. `None` for
+    /// a mesh without area, for curves, which are no lights, and, for some `u`, on quadrics, curved figures, swept spheres and grids of
+    /// distances.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(sphere) => Some(sphere.sample(u)),
@@ -315,6 +381,8 @@ impl Shape {
             Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
             Self::Quadric(quadric) => quadric.sample(u),
             Self::Torus(torus) => Some(torus.sample(u)),
+            Self::Curves(_) => None,
+            Self::SweptSphere(swept) => swept.sample(u),
             Self::Sampled(sampled) => sampled.sample(u),
             Self::Figure(figure) => figure.sample(u),
             Self::Mesh(mesh) => mesh.sample(u),
@@ -330,6 +398,8 @@ impl Shape {
             Self::Cylinder(cylinder) => Some(cylinder.sample(u)),
             Self::Quadric(quadric) => quadric.sample(u),
             Self::Torus(torus) => Some(torus.sample(u)),
+            Self::Curves(_) => None,
+            Self::SweptSphere(swept) => swept.sample(u),
             Self::Sampled(sampled) => sampled.sample(u),
             Self::Figure(figure) => figure.sample(u),
             Self::Mesh(mesh) => mesh.unfold(u),
@@ -344,6 +414,8 @@ impl Shape {
             Self::Cylinder(cylinder) => cylinder.area_density(point),
             Self::Quadric(quadric) => quadric.area_density(point),
             Self::Torus(torus) => torus.area_density(point),
+            Self::Curves(_) => 0.0,
+            Self::SweptSphere(swept) => swept.area_density(point),
             Self::Sampled(sampled) => sampled.area_density(point),
             Self::Figure(figure) => figure.area_density(point),
             Self::Mesh(mesh) => mesh.area_density(),
@@ -361,8 +433,9 @@ impl Shape {
             | Self::Cylinder(_)
             | Self::Quadric(_)
             | Self::Torus(_)
-            | Self::Figure(_)
-            | Self::Sampled(_) => None,
+            | Self::Curves(_)
+            | Self::SweptSphere(_) => None,
+            Self::Figure(_) | Self::Sampled(_) => None,
         };
         if by_solid_angle.is_some() {
             return by_solid_angle;
@@ -382,8 +455,9 @@ impl Shape {
             | Self::Cylinder(_)
             | Self::Quadric(_)
             | Self::Torus(_)
-            | Self::Figure(_)
-            | Self::Sampled(_) => None,
+            | Self::Curves(_)
+            | Self::SweptSphere(_) => None,
+            Self::Figure(_) | Self::Sampled(_) => None,
         };
         by_solid_angle.unwrap_or_else(|| {
             steradians_to_area(reference, point).map_or(0.0, |factor| factor * self.area_density(point))

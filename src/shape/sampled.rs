@@ -1,7 +1,7 @@
 //! Surfaces that are given by numbers on a grid.
 
 use super::crossing::Crossings;
-use super::{AreaSample, Hit, Parametrisation, SdfGrid, SurfaceHit};
+use super::{AreaSample, HeightField, Hit, Parametrisation, SdfGrid, SurfaceHit};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 
 /// Each with the contract of [`super::Shape`].
@@ -9,54 +9,64 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 pub enum Sampled {
     /// `sdfgrid`.
     Distances(SdfGrid),
+    /// `heightfield`.
+    Heights(HeightField),
 }
 
 impl Sampled {
     pub(super) fn intersect(&self, ray: &Ray) -> Option<Hit> {
         match self {
             Self::Distances(grid) => grid.intersect(ray),
+            Self::Heights(heights) => heights.intersect(ray),
         }
     }
 
     pub(super) fn crossings(&self, ray: &Ray) -> Crossings {
         match self {
             Self::Distances(grid) => grid.crossings(ray),
+            Self::Heights(heights) => heights.crossings(ray),
         }
     }
 
     pub(super) fn surface(&self, hit: &Hit, position: Vec3) -> SurfaceHit {
         match self {
             Self::Distances(grid) => grid.surface(position, hit.triangle),
+            Self::Heights(heights) => heights.surface(position, hit.triangle),
         }
     }
 
-    pub(super) fn parametrisation(&self, _hit: &Hit, _position: Vec3) -> Parametrisation {
+    pub(super) fn parametrisation(&self, hit: &Hit, position: Vec3) -> Parametrisation {
         match self {
             Self::Distances(_) => Parametrisation::NONE,
+            Self::Heights(heights) => heights.parametrisation(position, hit.triangle),
         }
     }
 
     pub(super) fn bounds(&self) -> Bounds {
         match self {
             Self::Distances(grid) => grid.bounds(),
+            Self::Heights(heights) => heights.bounds(),
         }
     }
 
     pub(super) fn area(&self) -> f64 {
         match self {
             Self::Distances(grid) => grid.area(),
+            Self::Heights(heights) => heights.area(),
         }
     }
 
     pub(super) fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Distances(grid) => grid.sample(u),
+            Self::Heights(heights) => Some(heights.sample(u)),
         }
     }
 
     pub(super) fn area_density(&self, point: &SurfacePoint) -> f64 {
         match self {
             Self::Distances(grid) => grid.area_density(point),
+            Self::Heights(heights) => heights.area_density(point),
         }
     }
 
@@ -64,6 +74,7 @@ impl Sampled {
     pub fn is_closed(&self) -> bool {
         match self {
             Self::Distances(grid) => grid.is_closed(),
+            Self::Heights(heights) => heights.is_closed(),
         }
     }
 }

@@ -127,8 +127,8 @@ impl Sphere {
         }
     }
 
-    /// Uniform in solid angle over the cone that the sphere fills. `None` from inside, or where the
-    /// placement isn't a similarity.
+    /// Uniform in solid angle over the cone that the sphere fills. `None` from inside, where the placement isn't a similarity
+    /// or where normals point inward.
     pub fn sample_cone(&self, reference: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
         let cone = self.cone(reference)?;
         // x = 1 - cos θ is kept, never cos θ: a distant sphere fills no more than x = 1e-20.
@@ -154,7 +154,8 @@ impl Sphere {
     }
 
     fn cone(&self, reference: Vec3) -> Option<Cone> {
-        let radius = self.placement.scale?;
+        // From outside, the front of one that is turned inside out is what lies beyond the cone's near side.
+        let radius = self.placement.scale.filter(|_| !self.inward)?;
         let from_centre = reference - self.placement.pose.origin;
         let distance = from_centre.length();
         if distance <= radius {

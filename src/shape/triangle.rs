@@ -17,6 +17,26 @@ pub struct RaySpace {
     pub shear: [f64; 3],
 }
 
+/// 1 or -1: on which side of an edge, or of a triangle, a line passes.
+type Side = i32;
+
+/// The sign of q × p as seen from the z axis, exactly, and as seen from a place beside it, (ε, ε²) from there, where it is 0. 0
+/// only where p and q coincide there.
+fn side_of_edge(q: [f64; 3], p: [f64; 3]) -> Side {
+    let (first, second) = (q[0] * p[1], q[1] * p[0]);
+    let order = |a: f64, b: f64| a.partial_cmp(&b).map_or(0, |order| order as Side);
+    // Rounding keeps order: products that differ when rounded differ like that.
+    let mut side = order(first, second);
+    if side == 0 {
+        // What each lost in rounding is known exactly.
+        side = order(q[0].mul_add(p[1], -first), q[1].mul_add(p[0], -second));
+    }
+    if side == 0 {
+        side = order(q[1], p[1]);
+    }
+    if side == 0 { order(p[0], q[0]) } else { side }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
     pub t: f64,
@@ -61,7 +81,36 @@ impl RaySpace {
         Some(TriangleHit { t, barycentric: [v / determinant, w / determinant] })
     }
 
-    fn sheared(&self, vertex: Vec3) -> [f64; 3] {
+    /// Whether the line goes through a triangle, told by exact signs, so that it crosses a closed mesh as often inwards as
+    /// outwards wherever it goes. `vertices` are sheared.
+    ///
+    /// A line through an edge or a vertex is taken as moved aside by an infinitely small step (Edelsbrunner and Mücke, "Simulation
+    /// of Simplicity", ACM Transactions on Graphics 9(1), 1990), the same for all triangles: then it never is on one.
+    pub fn passes(vertices: [[f64; 3]; 3]) -> Option<Side> {
+        let [a, b, c] = vertices;
+        let side = side_of_edge(c, b);
+        (side != 0 && side_of_edge(a, c) == side && side_of_edge(b, a) == side).then_some(side)
+    }
+
+    /// Where a line that passes a triangle of sheared vertices does so. The second number bounds how far off that may be, however
+    /// flat the line comes in.
+    pub fn place([a, b, c]: [[f64; 3]; 3]) -> (TriangleHit, f64) {
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        let determinant = u + v + w;
+        let (low, high) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
+        // Seen edge-on, the line is in the triangle's plane: any place of it will do.
+        let share =
+            |part: f64| if determinant == 0.0 { 1.0 / 3.0 } else { (part / determinant).clamp(0.0, 1.0) };
+        let barycentric = [share(v), share(w)];
+        let [v, w] = barycentric;
+        let t = a[2] + (b[2] - a[2]) * v + (c[2] - a[2]) * w;
+        (TriangleHit { t: t.clamp(low, high), barycentric }, high - low)
+    }
+
+    /// In coordinates in which the line is the z axis.
+    pub fn sheared(&self, vertex: Vec3) -> [f64; 3] {
         let relative = vertex - self.origin;
         let [x, y, z] = self.axes.map(|axis| relative[axis]);
         [x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z]

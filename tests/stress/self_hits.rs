@@ -69,8 +69,8 @@ impl Stage {
         let accel = match placed.clone() {
             None => Accel::build(&shapes),
             Some(placed) => {
-                let group = Arc::new(Accel::of_group(&shapes, 0));
-                Accel::with_instances(&[], vec![Instance::new(group, placed)], SHUTTER)
+                let group = Arc::new(Accel::of_group(&shapes, 0, &[]));
+                Accel::with_instances(&[], &[], vec![Instance::new(group, placed)], SHUTTER)
             }
         };
         Self { shapes, accel, form, staging, motion: placed, still }

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 /// One group, once.
 fn instance_of(shapes: &[Shape], place: &Transform) -> Accel {
-    let group = Arc::new(Accel::of_group(shapes, 0));
-    Accel::with_instances(&[], vec![Instance::new(group, Placed::still(place).unwrap())], [0.0; 2])
+    let group = Arc::new(Accel::of_group(shapes, 0, &[]));
+    Accel::with_instances(&[], &[], vec![Instance::new(group, Placed::still(place).unwrap())], [0.0; 2])
 }
 
 /// Whether two points found for the same ray are one within their error bounds and what a ray's parameter rounds.
@@ -139,13 +139,13 @@ fn the_nearest_of_overlapping_instances_is_found() {
         let middle = shapes.len();
         shapes.push(Shape::Disk(Disk::new(&any_placement(0.5, &mut random), false).unwrap()));
         let groups = [(top, middle), (middle, shapes.len())]
-            .map(|(from, to)| Arc::new(Accel::of_group(&shapes[from..to], from as u32)));
+            .map(|(from, to)| Arc::new(Accel::of_group(&shapes[from..to], from as u32, &[])));
         let instances: Vec<_> = (0..count)
             .map(|i| {
                 Instance::new(groups[i % 2].clone(), Placed::still(&any_placement(0.7, &mut random)).unwrap())
             })
             .collect();
-        let accel = Accel::with_instances(&shapes[..top], instances.clone(), [0.0; 2]);
+        let accel = Accel::with_instances(&shapes[..top], &[], instances.clone(), [0.0; 2]);
         for _ in 0..5000 {
             let ray = any_ray(&mut random);
             let expected = brute_force(&shapes[..top], &instances, &ray);
@@ -214,11 +214,11 @@ fn rays_that_leave_an_instance_do_not_return() {
 #[test]
 fn an_instance_costs_a_small_record() {
     let mut random = random(25);
-    let group = Arc::new(Accel::of_group(&[Shape::Mesh(soup(20_000, 0.01, &mut random))], 0));
+    let group = Arc::new(Accel::of_group(&[Shape::Mesh(soup(20_000, 0.01, &mut random))], 0, &[]));
     let instances: Vec<_> = (0..1000)
         .map(|_| Instance::new(group.clone(), Placed::still(&any_placement(0.1, &mut random)).unwrap()))
         .collect();
-    let accel = Accel::with_instances(&[], instances, [0.0; 2]);
+    let accel = Accel::with_instances(&[], &[], instances, [0.0; 2]);
     assert!(
         accel.memory() < 1000 * 1200 && group.memory() > 500_000,
         "{} {}",
@@ -232,7 +232,7 @@ fn an_instance_costs_a_small_record() {
 fn moving_instances_are_hit_where_they_are_at_the_rays_time() {
     let mut random = random(81);
     let shapes = mixture(60, 0.5, &mut random);
-    let group = Arc::new(Accel::of_group(&shapes, 0));
+    let group = Arc::new(Accel::of_group(&shapes, 0, &[]));
     let key = |time: f64, degrees: f64, x: f64, y: f64| {
         let turn = DMat4::from_axis_angle(Vec3::new(0.0, 0.6, 0.8), degrees.to_radians());
         (time, Transform::new(DMat4::from_translation(Vec3::new(x, y, 0.0)) * turn).unwrap())
@@ -242,7 +242,7 @@ fn moving_instances_are_hit_where_they_are_at_the_rays_time() {
     let moving = Instance::new(group.clone(), Placed::moving(motion.clone()).unwrap());
     // It pays to know roughly when it is where.
     assert!(moving.slices([0.0, 1.0]).len() >= 16);
-    let accel = Accel::with_instances(&[], vec![moving], [0.0, 1.0]);
+    let accel = Accel::with_instances(&[], &[], vec![moving], [0.0, 1.0]);
     let mut met = 0;
     for i in 0..4000 {
         let time = f64::from(i) / 3999.0;
@@ -269,7 +269,7 @@ fn moving_instances_are_hit_where_they_are_at_the_rays_time() {
 #[test]
 fn a_diagonal_mover_is_not_tested_along_all_of_its_box() {
     let pixel = Mesh::rectangle(&Transform::scale(0.5), false).unwrap();
-    let group = Arc::new(Accel::of_group(&[Shape::Mesh(pixel)], 0));
+    let group = Arc::new(Accel::of_group(&[Shape::Mesh(pixel)], 0, &[]));
     let end = Transform::translation(Vec3::new(100.0, 100.0, 0.0));
     let motion = Motion::new(&[(0.0, Transform::IDENTITY), (1.0, end)]).unwrap();
     let instance = Instance::new(group, Placed::moving(motion).unwrap());

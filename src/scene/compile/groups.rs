@@ -1,109 +1,235 @@
 //! Groups of shapes, and the instances that show them. A shape that moves is a group of its own, with one instance.
 
-use super::place;
+use super::shapes;
+use super::solids::{self, Plan};
 use crate::accel::{self, Accel};
 use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
-use crate::scene::description::{self, Animation, Description, Shape, ShapeGroup, ShapeKind};
+use crate::scene::description::{self, Animation, Description, Shape, ShapeGroup};
 use crate::scene::source::Place;
 use crate::scene::traceable::Surface;
 use crate::shape;
+use crate::shape::solid::{Carried, Leaf, Solid, Tree};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The groups that some instance shows, and the shapes that move. Like the scene, each is moved so that its centre lies at
-/// the origin.
+/// The groups that some instance shows, and what moves. Like the scene, each is moved so that its centre lies at the origin.
 pub(super) struct Groups<'a> {
-    /// Shapes that stand still.
-    own: Vec<&'a Shape>,
+    /// What stands still.
+    own: Group<'a>,
     groups: Vec<Group<'a>>,
     instances: Vec<Instance<'a>>,
     shutter: [f64; 2],
 }
 
 struct Group<'a> {
-    /// In coordinates of the group, but for their own `to_world`.
-    shapes: Vec<&'a Shape>,
-    /// Whether a shape's own `to_world` puts it where it belongs in the group: that of a moving shape is part of the motion.
-    placed: bool,
+    pieces: Vec<Piece<'a>>,
+    /// By the places of their leaves among the pieces.
+    solids: Vec<Plan>,
     bounds: Bounds,
-    /// Which of the scene's shapes are the group's.
-    range: Range<usize>,
+    /// Index of the first piece among the scene's shapes.
+    start: usize,
 }
+
+/// A shape of a group, or of a solid in it.
+#[derive(Clone)]
+pub(super) struct Piece<'a> {
+    pub shape: &'a Shape,
+    /// To the coordinates of the group, or, where it moves within a solid, to those that its motion takes further.
+    pub to_group: Transform,
+    /// Whether it is a part of a solid, and, then, whether it is cut away.
+    pub part: bool,
+    pub subtracted: bool,
+    /// Of a part of a solid that moves by itself.
+    pub keys: Option<Keys>,
+}
+
+/// What a transform is at some times.
+pub(super) type Keys = Vec<(f64, Transform)>;
 
 /// A group and where it stands.
 struct Instance<'a> {
     place: &'a Place,
     group: usize,
-    to_world: &'a Transform,
-    motion: Option<&'a Animation>,
+    /// Whether it is one of those that show a group of the file: its textures lie in the group's coordinates.
+    of_group: bool,
+    to_world: Transform,
+    keys: Option<Keys>,
+}
+
+/// A shape to be traced.
+pub(super) struct Traced<'a> {
+    pub shape: &'a Shape,
+    /// To the coordinates that it is traced in.
+    pub to_traced: Transform,
+    pub flip_normals: bool,
+    /// Whether it is a part of a solid.
+    pub part: bool,
+    /// Where it is carried to from there, if it moves.
+    pub carried: Option<Placed>,
+}
+
+/// Where the shapes of one solid are in the scene's list.
+pub(super) struct Assembled {
+    pub solid: Arc<Solid>,
+    /// Whether it moves as a whole.
+    pub moves: bool,
+}
+
+impl<'a> Piece<'a> {
+    pub fn whole(shape: &'a Shape, to_group: Transform) -> Self {
+        Self { shape, to_group, part: false, subtracted: false, keys: None }
+    }
+
+    /// In the coordinates that [`Self::to_group`] leads to.
+    fn bounds(&self) -> Bounds {
+        shapes::bounds(self.shape, &self.to_group)
+    }
+
+    fn motion(&self) -> Option<Motion> {
+        self.keys.as_deref().and_then(|keys| Motion::new(keys).ok())
+    }
+}
+
+impl<'a> Group<'a> {
+    fn new(pieces: Vec<Piece<'a>>, solids: Vec<Plan>, shutter: [f64; 2]) -> Self {
+        let boxes: Vec<Bounds> = pieces
+            .iter()
+            .map(|piece| match piece.motion() {
+                None => piece.bounds(),
+                Some(motion) => motion.bounds(piece.bounds(), shutter),
+            })
+            .collect();
+        let shapes = pieces.iter().zip(&boxes).filter(|(piece, _)| !piece.part).map(|(_, bounds)| *bounds);
+        let bounds = Bounds::of_all(shapes.chain(solids.iter().map(|plan| plan.bounds(&boxes))));
+        Self { pieces, solids, bounds, start: 0 }
+    }
+
+    fn range(&self) -> Range<usize> {
+        self.start..self.start + self.pieces.len()
+    }
 }
 
 impl<'a> Groups<'a> {
     pub fn new(description: &'a Description) -> Self {
-        let (moving, own): (Vec<&Shape>, Vec<&Shape>) =
-            description.shapes.iter().partition(|shape| shape.motion.is_some());
         let shutter = description.sensor.shutter.during();
-        let mut all = Self { own, groups: Vec::new(), instances: Vec::new(), shutter };
+        let (moving, still): (Vec<&Shape>, Vec<&Shape>) =
+            description.shapes.iter().partition(|shape| shape.motion.is_some());
+        let mut own = solids::Flat::default();
+        own.pieces.extend(still.into_iter().map(|shape| Piece::whole(shape, shape.to_world)));
+        let mut all = Self {
+            own: Group::new(Vec::new(), Vec::new(), shutter),
+            groups: Vec::new(),
+            instances: Vec::new(),
+            shutter,
+        };
         let mut known: BTreeMap<*const ShapeGroup, usize> = BTreeMap::new();
         for description::Instance { place, group, to_world, motion, .. } in &description.instances {
-            let group = *known
-                .entry(Arc::as_ptr(group))
-                .or_insert_with(|| all.group(group.shapes.iter().collect(), true));
-            all.instances.push(Instance { place, group, to_world, motion: motion.as_deref() });
+            let group = *known.entry(Arc::as_ptr(group)).or_insert_with(|| {
+                let mut flat = solids::Flat::default();
+                flat.pieces.extend(group.shapes.iter().map(|shape| Piece::whole(shape, shape.to_world)));
+                group.solids.iter().for_each(|solid| flat.add(solid));
+                all.group(flat)
+            });
+            all.show(place, group, true, to_world, motion.as_deref());
         }
         for shape in moving {
-            let group = all.group(vec![shape], false);
-            let motion = shape.motion.as_deref();
-            all.instances.push(Instance { place: &shape.place, group, to_world: &shape.to_world, motion });
+            let mut flat = solids::Flat::default();
+            flat.pieces.push(Piece::whole(shape, Transform::IDENTITY));
+            let group = all.group(flat);
+            all.show(&shape.place, group, false, &shape.to_world, shape.motion.as_deref());
+        }
+        for solid in &description.solids {
+            if solid.motion.is_none() {
+                own.add(solid);
+                continue;
+            }
+            let mut flat = solids::Flat::default();
+            flat.add(solid);
+            let group = all.group(flat);
+            all.show(&solid.place, group, false, &solid.to_world, solid.motion.as_deref());
+        }
+        // Parts that move of unions that are nothing but their parts.
+        for (mut piece, keys) in std::mem::take(&mut own.moving) {
+            piece.part = false;
+            let (place, to_world) = (&piece.shape.place, piece.shape.to_world);
+            let group = all.group(solids::Flat { pieces: vec![piece], ..solids::Flat::default() });
+            all.instances.push(Instance { place, group, of_group: false, to_world, keys: Some(keys) });
+        }
+        all.own = Group::new(own.pieces, own.solids, shutter);
+        let mut start = all.own.pieces.len();
+        for group in &mut all.groups {
+            group.start = start;
+            start += group.pieces.len();
         }
         all
     }
 
     /// The index of a new group.
-    fn group(&mut self, shapes: Vec<&'a Shape>, placed: bool) -> usize {
-        let start = self.groups.last().map_or(self.own.len(), |last| last.range.end);
-        let range = start..start + shapes.len();
-        let bounds = bounds(&shapes, placed);
-        self.groups.push(Group { shapes, placed, bounds, range });
+    fn group(&mut self, flat: solids::Flat<'a>) -> usize {
+        self.groups.push(Group::new(flat.pieces, flat.solids, self.shutter));
         self.groups.len() - 1
+    }
+
+    fn show(
+        &mut self,
+        place: &'a Place,
+        group: usize,
+        of_group: bool,
+        to_world: &Transform,
+        motion: Option<&Animation>,
+    ) {
+        let keys = motion.map(|motion| motion.keys.clone());
+        self.instances.push(Instance { place, group, of_group, to_world: *to_world, keys });
     }
 
     /// Whether anything moves while the shutter is open.
     pub fn move_while_open(&self) -> bool {
-        self.shutter[0] < self.shutter[1] && self.instances.iter().any(|instance| instance.motion.is_some())
+        self.shutter[0] < self.shutter[1]
+            && (self.instances.iter().any(|instance| instance.keys.is_some())
+                || self.own.pieces.iter().any(|piece| piece.keys.is_some()))
     }
 
     /// The box around all shapes and instances while the shutter is open, in the file's coordinates.
     pub fn scene_bounds(&self) -> Bounds {
         let instances = self.instances.iter().map(|instance| {
             let group = self.groups[instance.group].bounds;
-            match instance.motion.and_then(|motion| Motion::new(&motion.keys).ok()) {
+            match instance.keys.as_deref().and_then(|keys| Motion::new(keys).ok()) {
                 None => Bounds::of(group.corners().map(|corner| instance.to_world.point(corner))),
                 Some(motion) => motion.bounds(group, self.shutter),
             }
         });
-        bounds(&self.own, true).union(Bounds::of_all(instances))
+        self.own.bounds.union(Bounds::of_all(instances))
     }
 
-    /// How many shapes stand still: they come first.
+    /// How many shapes stand still or are parts of what does: they come first.
     pub fn own(&self) -> usize {
-        self.own.len()
+        self.own.pieces.len()
     }
 
-    /// All shapes, first those that stand still. With each what moves it to the coordinates that it is traced in, and where
-    /// it is carried to from there if it moves; `shift` moves the scene to the origin.
-    pub fn shapes(&self, shift: &Transform) -> Vec<(&'a Shape, Transform, Option<Placed>)> {
-        let own = self.own.iter().map(|&shape| (shape, shape.to_world.then(shift), None));
+    /// All shapes, first those that stand still. `shift` moves the scene to the origin.
+    pub fn shapes(&self, shift: &Transform) -> Vec<Traced<'a>> {
+        let traced = |piece: &Piece<'a>, to_traced: Transform, carried: Option<Placed>| Traced {
+            shape: piece.shape,
+            to_traced,
+            flip_normals: piece.shape.flip_normals != piece.subtracted,
+            part: piece.part,
+            carried,
+        };
+        let own = self.own.pieces.iter().map(|piece| match &piece.keys {
+            None => traced(piece, piece.to_group.then(shift), None),
+            Some(_) => {
+                let centre = Transform::translation(-centre(piece.bounds()));
+                traced(piece, piece.to_group.then(&centre), part_placed(piece, shift))
+            }
+        });
         let grouped = self.groups.iter().enumerate().flat_map(|(index, group)| {
             let centre = Transform::translation(-centre(group.bounds));
-            group.shapes.iter().map(move |&shape| {
-                if group.placed {
-                    return (shape, shape.to_world.then(&centre), None);
-                }
-                let mover = self.instances.iter().find(|instance| instance.group == index);
-                (shape, centre, mover.and_then(|instance| self.placed(instance, shift)))
-            })
+            let mover = self.instances.iter().find(|instance| instance.group == index);
+            // Groups that instances show hold no lights, which alone ask where a shape is carried to.
+            let placed =
+                mover.filter(|mover| mover.keys.is_some()).and_then(|instance| self.placed(instance, shift));
+            group.pieces.iter().map(move |piece| traced(piece, piece.to_group.then(&centre), placed.clone()))
         });
         own.chain(grouped).collect()
     }
@@ -111,13 +237,13 @@ impl<'a> Groups<'a> {
     /// Where an instance stands over time; `None` where its transform makes it too thin or too large.
     fn placed(&self, instance: &Instance<'a>, shift: &Transform) -> Option<Placed> {
         let centre = centre(self.groups[instance.group].bounds);
-        match instance.motion {
+        match &instance.keys {
             None => {
-                let to_world = Transform::translation(centre).then(instance.to_world).then(shift);
+                let to_world = Transform::translation(centre).then(&instance.to_world).then(shift);
                 Placed::still(&to_world)
             }
-            Some(motion) => {
-                let motion = Motion::new(&motion.keys).ok()?.recentred(centre, shift.point(Vec3::ZERO));
+            Some(keys) => {
+                let motion = Motion::new(keys).ok()?.recentred(centre, shift.point(Vec3::ZERO));
                 Placed::moving(motion)
             }
         }
@@ -125,52 +251,101 @@ impl<'a> Groups<'a> {
 
     /// Whether some group has a surface of a body, which may then lie within another.
     pub fn hold_bodies(&self, surfaces: &[Surface]) -> bool {
-        self.groups.iter().any(|group| surfaces[group.range.clone()].iter().any(|s| s.body.is_some()))
+        self.groups.iter().any(|group| surfaces[group.range()].iter().any(|s| s.body.is_some()))
     }
 
-    /// The tree of the scene whose shapes, those of groups included, are `shapes`. `shift` moves the scene to the origin.
+    /// Whether a surface of a body moves by itself.
+    pub fn move_bodies(&self, surfaces: &[Surface]) -> bool {
+        let pieces = self.own.pieces.iter().zip(surfaces);
+        pieces.into_iter().any(|(piece, surface)| piece.keys.is_some() && surface.body.is_some())
+    }
+
+    /// For each solid the range of the scene's shapes that are its parts.
+    pub fn solids(&self) -> Vec<Vec<usize>> {
+        let all = std::iter::once(&self.own).chain(&self.groups);
+        all.flat_map(|group| {
+            let in_scene = |plan: &Plan| plan.leaves().into_iter().map(|leaf| group.start + leaf).collect();
+            group.solids.iter().map(in_scene).collect::<Vec<_>>()
+        })
+        .collect()
+    }
+
+    /// The tree of the scene whose shapes, those of groups included, are `shapes`, and the solids in the order of
+    /// [`Self::solids`]. `shift` moves the scene to the origin.
     ///
     /// # Errors
     /// The places of instances whose transforms make them too thin or too large.
-    pub fn accel(&self, shapes: &[shape::Shape], shift: &Transform) -> Result<Accel, Vec<&'a Place>> {
+    pub fn accel(
+        &self,
+        shapes: &[shape::Shape],
+        shift: &Transform,
+    ) -> Result<(Accel, Vec<Assembled>), Vec<&'a Place>> {
+        let (mut instances, mut errors, mut assembled) = (Vec::new(), Vec::new(), Vec::new());
+        let mut carried = BTreeMap::new();
+        for (index, piece) in self.own.pieces.iter().enumerate().filter(|(_, piece)| piece.keys.is_some()) {
+            match part_placed(piece, shift) {
+                Some(placed) => {
+                    let instance = instances.len() as u32;
+                    instances.push(accel::Instance::of_part(shapes[index].bounds(), placed.clone()));
+                    carried.insert(index, Carried { placed, instance });
+                }
+                None => errors.push(&piece.shape.place),
+            }
+        }
+        let mut assemble = |group: &Group<'a>, carried: &BTreeMap<usize, Carried>, moves: bool| {
+            let solids: Vec<Arc<Solid>> = group
+                .solids
+                .iter()
+                .map(|plan| {
+                    let leaf = |piece: usize| {
+                        let index = group.start + piece;
+                        let carried = carried.get(&index).cloned();
+                        Tree::Leaf(Leaf { shape: shapes[index].clone(), index: index as u32, carried })
+                    };
+                    Arc::new(Solid::new(plan.tree(&leaf), self.shutter))
+                })
+                .collect();
+            assembled.extend(solids.iter().map(|solid| Assembled { solid: solid.clone(), moves }));
+            solids
+        };
+        let own_solids = assemble(&self.own, &carried, false);
+        let none = BTreeMap::new();
         let trees: Vec<Arc<Accel>> = self
             .groups
             .iter()
-            .map(|group| Arc::new(Accel::of_group(&shapes[group.range.clone()], group.range.start as u32)))
+            .map(|group| {
+                let solids = assemble(group, &none, true);
+                Arc::new(Accel::of_group(&shapes[group.range()], group.start as u32, &solids))
+            })
             .collect();
-        let (mut instances, mut errors) = (Vec::new(), Vec::new());
         for instance in &self.instances {
             match self.placed(instance, shift) {
                 Some(placed) => {
-                    let group = &self.groups[instance.group];
                     let shown = accel::Instance::new(trees[instance.group].clone(), placed);
-                    instances.push(match group.placed {
-                        true => shown.resting(&Transform::translation(centre(group.bounds)).then(shift)),
+                    let centre = centre(self.groups[instance.group].bounds);
+                    instances.push(match instance.of_group {
+                        true => shown.resting(&Transform::translation(centre).then(shift)),
                         false => shown,
                     });
                 }
                 None => errors.push(instance.place),
             }
         }
-        let own = &shapes[..self.own.len()];
-        if errors.is_empty() { Ok(Accel::with_instances(own, instances, self.shutter)) } else { Err(errors) }
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        let own = &shapes[self.own.range()];
+        Ok((Accel::with_instances(own, &own_solids, instances, self.shutter), assembled))
     }
+}
+
+/// Where a part of a solid that moves by itself is carried to.
+fn part_placed(piece: &Piece<'_>, shift: &Transform) -> Option<Placed> {
+    let motion = piece.motion()?.recentred(centre(piece.bounds()), shift.point(Vec3::ZERO));
+    Placed::moving(motion)
 }
 
 /// The middle of a box, or the origin where there is none.
 pub(super) fn centre(bounds: Bounds) -> Vec3 {
     if bounds.is_empty() || !bounds.centre().is_finite() { Vec3::ZERO } else { bounds.centre() }
-}
-
-/// The box around shapes, in the coordinates of their file, or each in its own.
-fn bounds(shapes: &[&Shape], placed: bool) -> Bounds {
-    Bounds::of_all(shapes.iter().map(|shape| {
-        let to_world = if placed { shape.to_world } else { Transform::IDENTITY };
-        match &shape.kind {
-            ShapeKind::Mesh { mesh, .. } => {
-                Bounds::of(mesh.positions.iter().map(|p| to_world.point(p.map(f64::from).into())))
-            }
-            _ => place(shape, &to_world).map_or(Bounds::EMPTY, |placed| placed.bounds()),
-        }
-    }))
 }

@@ -9,6 +9,8 @@ mod layered;
 mod lights;
 mod materials;
 mod sensors;
+mod shapes;
+mod solids;
 mod spectra;
 
 use super::description::{self, Description, IntegratorKind, ShapeKind};
@@ -18,13 +20,11 @@ use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Coverage, Integrator, Limits};
 use crate::light::Light;
 use crate::material::Material;
-use crate::shape::{
-    Cylinder, Disk, Figure, Mesh, Quadric, Shape, ShapeError, Sphere, Torus, compute_vertex_normals,
-};
+use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
 use crate::units::WavelengthRange;
-use groups::Groups;
+use groups::{Assembled, Groups, Traced};
 use materials::MaterialCompiler;
 
 /// What a scene is compiled for.
@@ -66,11 +66,13 @@ impl Compiler<'_> {
         let shift = Transform::translation(-groups::centre(groups.scene_bounds()));
         self.shift = shift;
         let mut materials = MaterialCompiler::new(self.options.range, shift);
-        let (mut shapes, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
-        for (shape, to_world, carried) in groups.shapes(&shift) {
-            let Some(geometry) = self.keep(&shape.place, place(shape, &to_world)) else {
-                continue;
-            };
+        let (mut geometries, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
+        for Traced { shape, to_traced, flip_normals, part, carried } in groups.shapes(&shift) {
+            let geometry = shapes::place(shape, &to_traced, flip_normals, part);
+            let Some(geometry) = self.keep(&shape.place, geometry) else { continue };
+            if part {
+                self.refuse_open(shape, &geometry);
+            }
             let surface = match materials.surface(shape) {
                 Ok(surface) => surface,
                 Err(error) => {
@@ -90,7 +92,7 @@ impl Compiler<'_> {
                     Some(lights.len() as u32 - 1)
                 }
             };
-            shapes.push(geometry);
+            geometries.push(geometry);
             let textured = light.is_some_and(|light| lights[light as usize].is_textured());
             surfaces.push(Surface { light, parametrised: surface.parametrised || textured, ..surface });
         }
@@ -103,23 +105,37 @@ impl Compiler<'_> {
         if description.integrator.kind == IntegratorKind::Walk {
             self.refuse_lights_that_a_walk_misses();
         }
+        if self.errors.is_empty() {
+            self.join_bodies(&groups, &materials, &mut surfaces);
+        }
         let film = self.film();
         if !self.errors.is_empty() {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         }
         let MaterialCompiler { materials, bodies, media, .. } = materials;
-        let accel = groups.accel(&shapes, &shift).map_err(|places| {
+        let shapes = geometries;
+        let (accel, solids) = groups.accel(&shapes, &shift).map_err(|places| {
             for place in places {
                 self.cannot_be_made(place, &ShapeError::Placement);
             }
             SceneErrors { sources: description.sources.clone(), errors: std::mem::take(&mut self.errors) }
         })?;
+        for (Assembled { solid, moves }, parts) in solids.iter().zip(groups.solids()) {
+            for part in parts {
+                let light = surfaces[part].light.map(|light| &mut lights[light as usize]);
+                if let Some(Light::Area { geometry, .. }) = light {
+                    geometry.is_part(solid.clone(), part as u32, *moves);
+                }
+            }
+        }
         let Some(camera) = self.camera(&shift, accel.bounds()).filter(|_| self.errors.is_empty()) else {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         };
         let scene_radius = 0.5 * accel.bounds().diameter();
         let own = groups.own();
-        let bodies_may_nest = may_nest(&shapes[..own], &surfaces[..own]) || groups.hold_bodies(&surfaces);
+        let bodies_may_nest = may_nest(&shapes[..own], &surfaces[..own])
+            || groups.hold_bodies(&surfaces)
+            || groups.move_bodies(&surfaces);
         let absorption = media.iter().any(Option::is_some);
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
         let shutter = description.sensor.shutter;
@@ -206,6 +222,57 @@ impl Compiler<'_> {
         shape.map_err(|error| self.cannot_be_made(place, &error)).ok()
     }
 
+    /// Solids are made of what has an inside.
+    fn refuse_open(&mut self, shape: &description::Shape, geometry: &Shape) {
+        let Err(opening) = geometry.is_closed() else { return };
+        let kind = &shape.kind;
+        let (problem, remedy) = match (opening, kind) {
+            (Opening::Edge(edge), ShapeKind::Mesh { mesh, .. }) => {
+                let [a, b] = edge.map(|vertex| {
+                    let [x, y, z] = mesh.positions[vertex as usize];
+                    format!("({x}, {y}, {z})")
+                });
+                let problem = format!("this mesh is open at its edge from {a} to {b}");
+                (problem, "close it: at each edge as many triangles must lie on one side as on the other")
+            }
+            (Opening::Caps, _) => {
+                ("this surface is open where it is cut off".to_owned(), "give it capped=\"true\"")
+            }
+            (_, ShapeKind::Cylinder { .. }) => {
+                let remedy = "use a `cone` with radius1 equal to radius, which is a cylinder with caps";
+                ("this surface is open: Mitsuba's cylinder has no caps".to_owned(), remedy)
+            }
+            _ => ("this surface encloses nothing".to_owned(), "use a `cube`, or a closed mesh"),
+        };
+        let error = SceneError::at(&shape.place, problem, "a closed shape as a part of a solid");
+        self.errors.push(error.with_remedy(remedy));
+    }
+
+    /// All of a solid that lets light through is one body.
+    fn join_bodies(&mut self, groups: &Groups<'_>, materials: &MaterialCompiler, surfaces: &mut [Surface]) {
+        let places: Vec<&Place> =
+            groups.shapes(&Transform::IDENTITY).iter().map(|traced| &traced.shape.place).collect();
+        for parts in groups.solids() {
+            let of_body = |&part: &usize| Some((part, surfaces[part].body?));
+            let clear: Vec<(usize, u32)> = parts.iter().filter_map(of_body).collect();
+            let Some(&(_, first)) = clear.first() else { continue };
+            for (part, body) in clear {
+                if !materials.same_inside(body, first) {
+                    let problem = "this part encloses something else than the first that light gets into";
+                    let error = SceneError::at(
+                        places[part],
+                        problem,
+                        "the same index, interior and exterior in all parts of a solid",
+                    );
+                    self.errors.push(error.with_remedy(
+                        "bodies of several materials are several shapes: cut one out of the other by a `difference`",
+                    ));
+                }
+                surfaces[part].body = Some(first);
+            }
+        }
+    }
+
     fn cannot_be_made(&mut self, place: &Place, error: &ShapeError) {
         self.errors.push(SceneError::at(
             place,
@@ -215,42 +282,10 @@ impl Compiler<'_> {
     }
 }
 
-/// A shape where its transform puts it.
-fn place(shape: &description::Shape, to_world: &Transform) -> Result<Shape, ShapeError> {
-    let flip = shape.flip_normals;
-    Ok(match &shape.kind {
-        ShapeKind::Sphere { centre, radius } => Shape::Sphere(Sphere::new(to_world, *centre, *radius, flip)?),
-        ShapeKind::Disk => Shape::Disk(Disk::new(to_world, flip)?),
-        ShapeKind::Cylinder { from, to, radius } => {
-            Shape::Cylinder(Cylinder::new(to_world, *from, *to, *radius, flip)?)
-        }
-        ShapeKind::Quadric { kind, capped } => {
-            Shape::Quadric(Box::new(Quadric::of_kind(to_world, kind, *capped, flip)?))
-        }
-        ShapeKind::Torus { major_radius, minor_radius } => {
-            Shape::Torus(Box::new(Torus::new(to_world, *major_radius, *minor_radius, flip)?))
-        }
-        ShapeKind::Figure(kind) => Shape::Figure(Box::new(Figure::new(to_world, kind, flip)?)),
-        ShapeKind::Rectangle => Shape::Mesh(Mesh::rectangle(to_world, flip)?),
-        ShapeKind::Cube => Shape::Mesh(Mesh::cube(to_world, flip)?),
-        ShapeKind::Mesh { mesh, compute_normals, .. } => {
-            let mut placed = mesh.transformed(to_world);
-            if *compute_normals {
-                placed.normals = Some(compute_vertex_normals(&placed.positions, &placed.indices));
-            }
-            placed.flip_normals ^= flip;
-            Shape::Mesh(Mesh::new(placed)?)
-        }
-    })
-}
-
-/// Whether a ray may be within two bodies at once, going by their boxes.
+/// Whether a ray may be within two bodies at once, going by the boxes of their surfaces.
 fn may_nest(shapes: &[Shape], surfaces: &[Surface]) -> bool {
-    let boxes: Vec<Bounds> = shapes
-        .iter()
-        .zip(surfaces)
-        .filter(|(_, surface)| surface.body.is_some())
-        .map(|(shape, _)| shape.bounds())
-        .collect();
-    boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| a.overlaps(*b)))
+    let of_body = |(shape, surface): (&Shape, &Surface)| Some((surface.body?, shape.bounds()));
+    let boxes: Vec<(u32, Bounds)> = shapes.iter().zip(surfaces).filter_map(of_body).collect();
+    let meet = |(body, a): &(u32, Bounds), (other, b): &(u32, Bounds)| body != other && a.overlaps(*b);
+    boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| meet(a, b)))
 }

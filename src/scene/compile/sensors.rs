@@ -1,6 +1,6 @@
 //! The sensor: which rays it measures, on which film, and which wavelengths matter to it.
 
-use super::{Compiler, place, spectra};
+use super::{Compiler, shapes, spectra};
 use crate::camera::{
     Aperture, Camera, Distant, IrradianceMeter, Projection, Projective, ProjectiveSettings, RadianceMeter,
     Rays, ThinLens, View, Window,
@@ -203,7 +203,8 @@ impl Compiler<'_> {
             self.errors.push(error.with_remedy("give it a <transform> in place of the <animation>"));
             return None;
         }
-        let surface = self.keep(&shape.place, place(shape, &shape.to_world.then(shift)))?;
+        let surface = shapes::place(shape, &shape.to_world.then(shift), shape.flip_normals, false);
+        let surface = self.keep(&shape.place, surface)?;
         let area = surface.area();
         if area > 0.0 && area.is_finite() {
             return Some(surface);

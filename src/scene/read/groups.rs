@@ -1,23 +1,30 @@
-//! Shapes that hold shapes: `merge`, `shapegroup`, and the `instance` that shows a group somewhere.
+//! Shapes that hold shapes and are none themselves: `merge`, `shapegroup`, and the `instance` that shows a group somewhere.
 
-use super::super::description::{Instance, Shape, ShapeGroup};
+use super::super::description::{Instance, Shape, ShapeGroup, Solid};
 use super::super::source::SceneError;
 use super::query::{Query, capital};
 use super::tree::{Class, ObjectId};
-use super::{Reader, shapes};
+use super::{Reader, shapes, solids};
 use std::sync::Arc;
 
-/// The shapes in an object and those merged into it, and the instances.
-pub(super) fn read(reader: &Reader, query: &Query<'_>) -> (Vec<Shape>, Vec<Instance>) {
-    let (mut shapes, mut instances) = (Vec::new(), Vec::new());
-    collect(reader, query, &mut shapes, &mut instances);
-    (shapes, instances)
+/// What an object holds, and what is merged into it.
+#[derive(Default)]
+pub(super) struct Found {
+    pub shapes: Vec<Shape>,
+    pub solids: Vec<Solid>,
+    pub instances: Vec<Instance>,
 }
 
-fn collect(reader: &Reader, query: &Query<'_>, shapes: &mut Vec<Shape>, instances: &mut Vec<Instance>) {
+pub(super) fn read(reader: &Reader, query: &Query<'_>) -> Found {
+    let mut found = Found::default();
+    collect(reader, query, &mut found);
+    found
+}
+
+fn collect(reader: &Reader, query: &Query<'_>, found: &mut Found) {
     for (_, id) in query.objects(Class::Shape) {
         match reader.tree.get(id).plugin.as_str() {
-            "merge" => merge(reader, id, shapes, instances),
+            "merge" => merge(reader, id, found),
             // What an instance shows; by itself it shows nothing.
             "shapegroup" if query.object.plugin == "shapegroup" => {
                 let problem = "A shapegroup within a shapegroup";
@@ -25,14 +32,15 @@ fn collect(reader: &Reader, query: &Query<'_>, shapes: &mut Vec<Shape>, instance
                 query.error(error.with_remedy("groups don't nest, as in Mitsuba 3"));
             }
             "shapegroup" => drop(group(reader, id)),
-            "instance" => instances.extend(instance(reader, id)),
-            _ => shapes.extend(shapes::read(reader, id)),
+            "instance" => found.instances.extend(instance(reader, id)),
+            plugin if solids::operation(plugin).is_some() => found.solids.extend(solids::read(reader, id)),
+            _ => found.shapes.extend(shapes::read(reader, id)),
         }
     }
 }
 
 /// `merge` is nothing but its children: that Mitsuba 3 makes one mesh of those that can be one changes no picture.
-fn merge(reader: &Reader, id: ObjectId, shapes: &mut Vec<Shape>, instances: &mut Vec<Instance>) {
+fn merge(reader: &Reader, id: ObjectId, found: &mut Found) {
     let query = Query::new(reader, id);
     if !reader.merges.borrow_mut().insert(id) {
         // References could double it as often as they liked.
@@ -41,7 +49,7 @@ fn merge(reader: &Reader, id: ObjectId, shapes: &mut Vec<Shape>, instances: &mut
         query.error(error.with_remedy("put it into a shapegroup and use instances of that"));
         return;
     }
-    collect(reader, &query, shapes, instances);
+    collect(reader, &query, found);
     refuse_surface(&query);
     query.finish();
 }
@@ -103,7 +111,7 @@ fn group(reader: &Reader, id: ObjectId) -> Arc<ShapeGroup> {
         let error = SceneError::at(&query.place("to_world"), problem, "expected none");
         query.error(error.with_remedy("transform its shapes or its instances"));
     }
-    let (shapes, instances) = read(reader, &query);
+    let Found { shapes, solids, instances } = read(reader, &query);
     refuse_surface(&query);
     if let Some(inner) = instances.first() {
         let error =
@@ -112,12 +120,13 @@ fn group(reader: &Reader, id: ObjectId) -> Arc<ShapeGroup> {
             error.with_remedy("groups don't nest, as in Mitsuba 3: put the shapes themselves into this one"),
         );
     }
-    for shape in &shapes {
-        if let Some(motion) = &shape.motion {
-            let problem = "A shape that moves within a shapegroup";
-            let error = SceneError::at(&motion.place, problem, "expected shapes that stand still in a group");
-            query.error(error.with_remedy("let the instance move, or put the shape directly into the scene"));
-        }
+    let of_shapes = shapes.iter().filter_map(|shape| shape.motion.as_ref().map(|motion| &motion.place));
+    for place in of_shapes.chain(solids.iter().filter_map(solids::any_motion)) {
+        let problem = "A shape that moves within a shapegroup";
+        let error = SceneError::at(place, problem, "expected shapes that stand still in a group");
+        query.error(error.with_remedy("let the instance move, or put the shape directly into the scene"));
+    }
+    for shape in shapes.iter().chain(solids.iter().flat_map(Solid::leaves)) {
         if let Some(emission) = &shape.emission {
             let problem = "A light within a shapegroup";
             let error =
@@ -130,6 +139,7 @@ fn group(reader: &Reader, id: ObjectId) -> Arc<ShapeGroup> {
         place: reader.tree.get(id).place.clone(),
         id: reader.tree.get(id).id.clone(),
         shapes,
+        solids,
     });
     reader.groups.borrow_mut().insert(id, group.clone());
     group

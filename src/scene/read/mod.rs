@@ -6,9 +6,11 @@
 
 mod attributes;
 mod bsdfs;
+mod curves;
 mod figures;
 mod files;
 mod films;
+mod grids;
 mod groups;
 mod indices;
 mod integrators;
@@ -27,6 +29,7 @@ mod samplers;
 mod sensors;
 mod serialized;
 mod shapes;
+pub(super) mod solids;
 mod spd;
 mod spectra;
 #[cfg(test)]
@@ -36,7 +39,7 @@ mod transforms;
 mod tree;
 mod xml;
 
-use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, SpectrumSource};
+use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, Solid, SpectrumSource};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
@@ -155,7 +158,7 @@ struct Reader {
     grids: textures::Loaded<Grid>,
     meshes: RefCell<BTreeMap<meshes::MeshKey, Option<Arc<MeshData>>>>,
     groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
-    /// The `merge` shapes that were read already.
+    /// The `merge` shapes and the solids that were read already.
     merges: RefCell<BTreeSet<ObjectId>>,
 }
 
@@ -195,17 +198,20 @@ impl Reader {
             None => integrators::default(&place),
         };
         let sensor = self.sensor(&query);
-        let (shapes, instances) = groups::read(self, &query);
+        let groups::Found { shapes, solids, instances } = groups::read(self, &query);
         let lights = self.lights(&query);
         self.definitions(&query);
         query.finish();
         let grouped = instances.iter().flat_map(|instance| &instance.group.shapes);
-        self.media_under(shapes.iter().chain(grouped));
+        let grouped_solids = instances.iter().flat_map(|instance| &instance.group.solids);
+        let parts = solids.iter().chain(grouped_solids).flat_map(Solid::leaves);
+        self.media_under(shapes.iter().chain(grouped).chain(parts));
         Some(Description {
             sources: Sources::default(),
             integrator,
             sensor: sensor?,
             shapes,
+            solids,
             instances,
             lights,
             extensions: Vec::new(),

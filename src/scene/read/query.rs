@@ -253,6 +253,11 @@ impl<'a> Query<'a> {
         found.into_iter().next()
     }
 
+    /// Whether an object within it is wrong, which is reported already.
+    pub fn has_broken(&self) -> bool {
+        self.object.entries.iter().any(|entry| matches!(entry.value, Value::Broken))
+    }
+
     /// Reports what nobody asked for.
     pub fn finish(self) {
         // A child that was wrong itself may be what was asked for.

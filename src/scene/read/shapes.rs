@@ -3,13 +3,27 @@
 use super::super::description::{Medium, Shape, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
+use super::solids::{self, Inherited};
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, figures, lights, media, meshes, quadrics};
+use super::{Reader, bsdfs, curves, figures, grids, lights, media, meshes, quadrics};
 use crate::geometry::Vec3;
+use std::sync::Arc;
 
 /// `None` where the shape is wrong, which is reported.
 pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
     let query = Query::new(reader, id);
+    // It is read with the scene's other sensors.
+    query.object(Class::Sensor);
+    one(query, &Inherited::default())
+}
+
+/// A part of a solid.
+pub(super) fn read_part(reader: &Reader, id: ObjectId, around: &Inherited) -> Option<Shape> {
+    one(Query::new(reader, id), around)
+}
+
+fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
+    let reader = query.reader;
     let object = query.object;
     let kind = match object.plugin.as_str() {
         "sphere" => Some(ShapeKind::Sphere {
@@ -25,8 +39,15 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         "cylinder" => Some(cylinder(&query)),
         "cone" | "paraboloid" | "hyperboloid" | "quadric" => quadrics::read(&query),
         "torus" => Some(torus(&query)),
-        "polygon" | "extrusion" | "superquadric" => figures::read(&query),
+        "sdfgrid" => grids::distances(&query),
+        "heightfield" => grids::heights(&query),
+        "polygon" | "extrusion" | "revolution" | "superquadric" | "blobs" => figures::read(&query),
+        "linearcurve" | "bsplinecurve" | "sweptsphere" => curves::read(&query),
         "obj" | "ply" | "serialized" => meshes::read(&query),
+        plugin if solids::operation(plugin).is_some() => {
+            solids::refuse_sensor(&query);
+            return None;
+        }
         _ => {
             reader.unknown_plugin(object);
             return None;
@@ -38,13 +59,13 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
     query.float("silhouette_sampling_weight");
     let emitter = query.object(Class::Emitter);
     let emission = emitter.and_then(|(_, id)| lights::area(reader, id));
-    let bsdf = match query.object(Class::Bsdf) {
-        Some((_, id)) => bsdfs::read(reader, id),
-        None => bsdfs::default(&object.place, emitter.is_some()),
+    let bsdf = match (query.object(Class::Bsdf), &around.bsdf) {
+        (Some((_, id)), _) => bsdfs::read(reader, id),
+        (None, Some(inherited)) => Arc::clone(inherited),
+        (None, None) => bsdfs::default(&object.place, emitter.is_some()),
     };
     let [interior, exterior] = media(&query);
-    // It is read with the scene's other sensors.
-    query.object(Class::Sensor);
+    let [inside, outside] = around.media.clone();
     query.finish();
     Some(Shape {
         place: object.place.clone(),
@@ -55,8 +76,8 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
         flip_normals,
         bsdf,
         emission,
-        interior,
-        exterior,
+        interior: interior.or(inside),
+        exterior: exterior.or(outside),
     })
 }
 
@@ -93,7 +114,7 @@ pub(super) fn axis(query: &Query<'_>) -> [Vec3; 2] {
 }
 
 /// The media inside and outside.
-fn media(query: &Query<'_>) -> [Option<Medium>; 2] {
+pub(super) fn media(query: &Query<'_>) -> [Option<Medium>; 2] {
     let mut sides = [None, None];
     for (entry, id) in query.objects(Class::Medium) {
         let side = match entry.name.as_deref() {

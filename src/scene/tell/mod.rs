@@ -18,7 +18,7 @@ use super::source::Place;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -157,6 +157,8 @@ impl Told {
 #[derive(Default)]
 pub(super) struct Teller {
     bsdfs: BTreeMap<*const Bsdf, Rc<Told>>,
+    /// Ids of shapes. One that is a part of several solids is told in full each time: around it there may be other things.
+    shapes: BTreeSet<String>,
     groups: BTreeMap<*const ShapeGroup, Rc<Told>>,
 }
 
@@ -179,6 +181,9 @@ pub(super) fn scene(description: &Description) -> Told {
         let told = shapes::tell(&mut teller, shape);
         let own = sensor.take_if(|_| meter.is_some_and(|surface| surface.place == shape.place));
         scene = scene.child(own.into_iter().fold(told, Told::child));
+    }
+    for solid in &description.solids {
+        scene = scene.child(shapes::solid(&mut teller, solid));
     }
     for instance in &description.instances {
         scene = scene.child(shapes::instance(&mut teller, instance));

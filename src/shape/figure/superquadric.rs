@@ -6,7 +6,7 @@
 //! method, begun outside, comes nearer from the same side until it is there, or finds the slope turned, which proves a miss.
 
 use super::Local;
-use crate::geometry::{Bounds, Vec3};
+use crate::geometry::Vec3;
 use crate::shape::ShapeError;
 use crate::shape::chords::OnLine;
 use smallvec::SmallVec;
@@ -158,7 +158,7 @@ impl Local for Superquadric {
         dual(dual(size.x, size.y, self.powers[0]), size.z, self.powers[1])
     }
 
-    fn rounding(&self) -> f64 {
+    fn rounding(&self, _: Vec3) -> f64 {
         16.0 * f64::EPSILON
     }
 

@@ -50,11 +50,18 @@ impl Mesh {
 
     /// The image of [-1, 1]³ with outward normals, each face with its own vertices and uv.
     pub fn cube(to_world: &Transform, flip_normals: bool) -> Result<Self, ShapeError> {
-        // Per face: its first corner, then the directions in which u falls from 1 and v grows.
-        let faces: [[[f32; 3]; 3]; 6] = FACES;
-        let mut data = MeshData { flip_normals, ..MeshData::default() };
+        let mut data = MeshData::cube(flip_normals).transformed(to_world);
+        data.normals = None;
+        Self::new(data)
+    }
+}
+
+impl MeshData {
+    /// [-1, 1]³. Its normals only say which side is outside.
+    pub fn cube(flip_normals: bool) -> Self {
+        let mut data = Self { flip_normals, ..Self::default() };
         let (mut normals, mut uvs) = (Vec::new(), Vec::new());
-        for [normal, u_axis, v_axis] in faces {
+        for [normal, u_axis, v_axis] in FACES {
             let first = data.positions.len() as u32;
             for uv in [[0.0f32, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]] {
                 let [u, v] = uv.map(|x| 2.0 * x - 1.0);
@@ -66,9 +73,7 @@ impl Mesh {
         }
         data.normals = Some(normals);
         data.uvs = Some(uvs);
-        let mut data = data.transformed(to_world);
-        data.normals = None;
-        Self::new(data)
+        data
     }
 }
 

@@ -1,6 +1,7 @@
 //! Triangle meshes: `f32` vertices, everything computed from them in `f64`.
 
 mod build;
+mod exact;
 mod normals;
 mod sampling;
 
@@ -9,8 +10,10 @@ use super::rectangle::Rectangle;
 use super::triangle::{RaySpace, TriangleHit};
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
+use exact::Exact;
 pub use normals::compute_vertex_normals;
 use sampling::AreaTable;
+use std::sync::Arc;
 
 /// What a mesh is made from. Positions and normals are in world space.
 #[derive(Clone, Debug, Default)]
@@ -46,7 +49,9 @@ pub struct MeshAttribute {
 /// A validated mesh. Degenerate triangles are kept but neither hit nor sampled.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    data: MeshData,
+    data: Arc<MeshData>,
+    /// Its vertices as they were before they were rounded, if it is part of a solid.
+    exact: Option<Arc<Exact>>,
     bounds: Bounds,
     /// Error bound of a point on it and of the test against it; see [`Mesh::error_bound`].
     error: f64,
@@ -65,7 +70,8 @@ impl Mesh {
             0.5 * (b - a).cross(c - a).length()
         });
         let table = AreaTable::new(areas);
-        Ok(Self { error: error_bound(bounds), bounds, table, data, rectangle: None })
+        let data = Arc::new(data);
+        Ok(Self { error: error_bound(bounds), bounds, table, data, exact: None, rectangle: None })
     }
 
     pub fn triangle_count(&self) -> usize {
@@ -84,6 +90,9 @@ impl Mesh {
     }
 
     pub fn triangle(&self, triangle: u32) -> [Vec3; 3] {
+        if let Some(exact) = &self.exact {
+            return self.data.indices[triangle as usize].map(|index| exact.positions[index as usize]);
+        }
         let [a, b, c] = self.triangle_f32(triangle);
         [to_f64(a), to_f64(b), to_f64(c)]
     }
@@ -111,17 +120,26 @@ impl Mesh {
         nearest
     }
 
-    /// All crossings along the whole line. At an edge that two triangles share both count.
+    /// All crossings along the whole line: of a closed mesh as many inwards as outwards, also through edges and vertices.
     pub fn crossings(&self, ray: &Ray) -> Crossings {
         let space = RaySpace::new(ray);
         let mut found = Crossings::new();
-        for triangle in 0..self.triangle_count() as u32 {
-            let Some(TriangleHit { t, barycentric }) = space.cross(self.triangle(triangle)) else { continue };
-            let slope = self.surface(triangle, barycentric).point.normal.dot(ray.direction);
+        // Seen from its other end, the z axis turns everything round.
+        let facing = if space.shear[2] > 0.0 { 1 } else { -1 };
+        let mut test = |triangle: u32| {
+            let sheared = self.triangle(triangle).map(|vertex| space.sheared(vertex));
+            let Some(side) = RaySpace::passes(sheared) else { return };
+            let (TriangleHit { t, barycentric }, extent) = RaySpace::place(sheared);
+            let slope = self.surface(triangle, barycentric).point.normal.dot(ray.direction).abs();
             // Seen from afar, differences and products round in proportion to the distance.
             let height = self.error + 16.0 * f64::EPSILON * t.abs();
             let hit = Hit { t, shape: 0, triangle, instance: NO_INSTANCE, barycentric };
-            found.push(Crossing { hit, error: height / slope.abs(), enters: slope < 0.0 });
+            let enters = (side == facing) != self.data.flip_normals;
+            found.push(Crossing { hit, error: (height / slope).min(extent + height), enters });
+        };
+        match &self.exact {
+            Some(exact) => exact.near_line(ray, test),
+            None => (0..self.triangle_count() as u32).for_each(&mut test),
         }
         found.sort_by(|a, b| a.hit.t.total_cmp(&b.hit.t));
         found

@@ -121,7 +121,7 @@ impl Polynomial {
 
     /// Simple roots in a range, in ascending order, by bisection and Newton's method between those of the derivative.
     pub fn roots(&self, range: [f64; 2]) -> Vec<Doubled> {
-        let degree = self.0.len() - 1;
+        let degree = self.0.len().saturating_sub(1);
         if degree == 0 {
             return Vec::new();
         }

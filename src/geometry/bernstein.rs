@@ -1,0 +1,216 @@
+//! Cubics in Bernstein form, whose values never leave the range of their coefficients: bounds of whole stretches for nothing.
+
+use super::roots::{Sample, bracketed};
+use smallvec::SmallVec;
+use std::ops::{Add, Mul, Sub};
+
+/// What a cubic may be a function to.
+pub trait Value: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> {}
+
+impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>> Value for T {}
+
+/// Coefficients of a polynomial of up to the sixth degree on [0, 1].
+pub type Coefficients = SmallVec<[f64; 7]>;
+
+/// A cubic's value.
+pub fn cubic<T: Value>(c: &[T; 4], u: f64) -> T {
+    blossom(c, [u; 3])
+}
+
+/// Its first derivative.
+pub fn cubic_slope<T: Value>(c: &[T; 4], u: f64) -> T {
+    let v = 1.0 - u;
+    ((c[1] - c[0]) * (v * v) + (c[2] - c[1]) * (2.0 * u * v) + (c[3] - c[2]) * (u * u)) * 3.0
+}
+
+/// Its second derivative.
+pub fn cubic_bend<T: Value>(c: &[T; 4], u: f64) -> T {
+    let [first, second] = [(c[2] - c[1]) - (c[1] - c[0]), (c[3] - c[2]) - (c[2] - c[1])];
+    (first * (1.0 - u) + second * u) * 6.0
+}
+
+/// The function of three parameters, linear in each and the same in any order of them, that is the cubic where all are equal.
+fn blossom<T: Value>(c: &[T; 4], [u, v, w]: [f64; 3]) -> T {
+    // Both ends come out as they are.
+    let mix = |a: T, b: T, u: f64| a * (1.0 - u) + b * u;
+    let [a, b, d] = [mix(c[0], c[1], u), mix(c[1], c[2], u), mix(c[2], c[3], u)];
+    mix(mix(a, b, v), mix(b, d, v), w)
+}
+
+/// The same cubic from `from` to `to`, as one on [0, 1].
+pub fn restricted<T: Value>(c: &[T; 4], [from, to]: [f64; 2]) -> [T; 4] {
+    [[from; 3], [from, from, to], [from, to, to], [to; 3]].map(|place| blossom(c, place))
+}
+
+/// The square of a cubic.
+pub fn squared(c: &[f64; 4]) -> Coefficients {
+    let [a, b, d, e] = *c;
+    SmallVec::from_buf([
+        a * a,
+        a * b,
+        (2.0 * a * d + 3.0 * b * b) / 5.0,
+        (a * e + 9.0 * b * d) / 10.0,
+        (2.0 * b * e + 3.0 * d * d) / 5.0,
+        d * e,
+        e * e,
+    ])
+}
+
+/// The derivative.
+pub fn derivative(c: &[f64]) -> Coefficients {
+    let degree = c.len().saturating_sub(1) as f64;
+    c.windows(2).map(|pair| (pair[1] - pair[0]) * degree).collect()
+}
+
+/// Both halves, each as a polynomial on [0, 1].
+pub fn halves(c: &[f64]) -> [Coefficients; 2] {
+    let (mut left, mut rest) = (Coefficients::new(), Coefficients::from_slice(c));
+    let mut right: Coefficients = smallvec::smallvec![0.0; c.len()];
+    while let (Some(&first), Some(&last)) = (rest.first(), rest.last()) {
+        left.push(first);
+        right[rest.len() - 1] = last;
+        rest = rest.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
+    }
+    [left, right]
+}
+
+/// How often neighbouring coefficients differ in sign: at least as many roots as the polynomial has between 0 and 1 (Descartes),
+/// and as many where it is none or one.
+pub fn variations(c: &[f64]) -> usize {
+    let mut signs = c.iter().filter(|&&c| c != 0.0).map(|&c| c > 0.0);
+    let Some(mut last) = signs.next() else { return 0 };
+    signs.filter(|&sign| std::mem::replace(&mut last, sign) != sign).count()
+}
+
+/// Where the polynomial with coefficients `c` over `place` changes its sign there, in ascending order: `function` is the same
+/// polynomial over the whole, evaluated with less rounding.
+pub fn sign_changes(c: &[f64], place: [f64; 2], function: &impl Fn(f64) -> Sample) -> SmallVec<[f64; 8]> {
+    let mut found = SmallVec::new();
+    search(c, place, function, 0, &mut found);
+    found
+}
+
+fn search(
+    c: &[f64],
+    [from, to]: [f64; 2],
+    function: &impl Fn(f64) -> Sample,
+    depth: u32,
+    found: &mut SmallVec<[f64; 8]>,
+) {
+    /// What has not come apart by then is a touch.
+    const DEEPEST: u32 = 46;
+    match variations(c) {
+        0 => {}
+        1 => {
+            let (first, last) = (function(from).value, function(to).value);
+            if first * last < 0.0 {
+                found.push(bracketed(from, to, first.signum(), function).t);
+            } else {
+                // Within rounding it is at one of the ends.
+                found.push(if first.abs() < last.abs() { from } else { to });
+            }
+        }
+        _ if depth == DEEPEST => {}
+        _ => {
+            let ([left, right], middle) = (halves(c), 0.5 * (from + to));
+            search(&left, [from, middle], function, depth + 1, found);
+            search(&right, [middle, to], function, depth + 1, found);
+        }
+    }
+}
+
+/// A range of values, lower end first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range(pub f64, pub f64);
+
+impl Range {
+    /// Around a polynomial on [0, 1].
+    pub fn of(c: &[f64]) -> Self {
+        c.iter()
+            .fold(Self(f64::INFINITY, f64::NEG_INFINITY), |range, &c| Self(range.0.min(c), range.1.max(c)))
+    }
+
+    pub fn has_zero(self) -> bool {
+        self.0 <= 0.0 && self.1 >= 0.0
+    }
+
+    /// Of the square roots of what of it isn't negative.
+    pub fn sqrt(self) -> Self {
+        Self(self.0.max(0.0).sqrt(), self.1.max(0.0).sqrt())
+    }
+}
+
+impl Add for Range {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0, self.1 + other.1)
+    }
+}
+
+impl Mul for Range {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self::of(&[self.0 * other.0, self.0 * other.1, self.1 * other.0, self.1 * other.1])
+    }
+}
+
+impl Mul<f64> for Range {
+    type Output = Self;
+    fn mul(self, factor: f64) -> Self {
+        self * Self(factor, factor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CUBIC: [f64; 4] = [1.0, -2.0, 0.5, 3.0];
+
+    /// Against the power basis: 1 − 9 u + 16.5 u² − 5.5 u³.
+    #[test]
+    fn cubics_and_their_derivatives() {
+        for i in 0..=10 {
+            let u = f64::from(i) / 10.0;
+            let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-14, "{u}: {a} {b}");
+            near(cubic(&CUBIC, u), 1.0 - 9.0 * u + 16.5 * u * u - 5.5 * u * u * u);
+            near(cubic_slope(&CUBIC, u), -9.0 + 33.0 * u - 16.5 * u * u);
+            near(cubic_bend(&CUBIC, u), 33.0 - 33.0 * u);
+            let part = restricted(&CUBIC, [0.25, 0.75]);
+            near(cubic(&part, u), cubic(&CUBIC, 0.25 + 0.5 * u));
+        }
+        assert_eq!((cubic(&CUBIC, 0.0), cubic(&CUBIC, 1.0)), (1.0, 3.0));
+    }
+
+    fn value(c: &[f64], u: f64) -> f64 {
+        let mut c = Coefficients::from_slice(c);
+        while c.len() > 1 {
+            c = c.windows(2).map(|pair| pair[0] * (1.0 - u) + pair[1] * u).collect();
+        }
+        c[0]
+    }
+
+    #[test]
+    fn squares_halves_and_ranges() {
+        let square = squared(&CUBIC);
+        let slope = derivative(&square);
+        let [left, right] = halves(&square);
+        let range = Range::of(&square);
+        for i in 0..=10 {
+            let u = f64::from(i) / 10.0;
+            let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-13, "{u}: {a} {b}");
+            near(value(&square, u), cubic(&CUBIC, u).powi(2));
+            near(value(&slope, u), 2.0 * cubic(&CUBIC, u) * cubic_slope(&CUBIC, u));
+            near(value(&left, u), value(&square, 0.5 * u));
+            near(value(&right, u), value(&square, 0.5 + 0.5 * u));
+            assert!((range.0..=range.1).contains(&value(&square, u)));
+        }
+        let sample = |u: f64| Sample { value: cubic(&CUBIC, u), slope: cubic_slope(&CUBIC, u), error: 0.0 };
+        let roots = sign_changes(&CUBIC, [0.0, 1.0], &sample);
+        assert!(roots.len() == 2 && roots.iter().all(|&u| sample(u).value.abs() < 1e-14), "{roots:?}");
+        assert_eq!(variations(&CUBIC), 2);
+        assert_eq!(variations(&[0.0, -1.0, 0.0, 2.0]), 1);
+        assert_eq!(Range(-1.0, 2.0) * Range(-3.0, 1.0), Range(-6.0, 3.0));
+        assert_eq!((Range(-1.0, 4.0)).sqrt(), Range(0.0, 2.0));
+    }
+}

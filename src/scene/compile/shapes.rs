@@ -1,0 +1,73 @@
+//! Shapes where their transforms put them.
+
+use crate::geometry::{Bounds, Transform};
+use crate::scene::description::{Shape, ShapeKind};
+use crate::shape::{
+    self, Curves, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, Sampled, SdfGrid, ShapeError,
+    Sphere, SweptSphere, Torus, compute_vertex_normals,
+};
+
+/// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to single precision.
+pub(super) fn place(
+    shape: &Shape,
+    to_world: &Transform,
+    flip_normals: bool,
+    part: bool,
+) -> Result<shape::Shape, ShapeError> {
+    let flip = flip_normals;
+    Ok(match &shape.kind {
+        ShapeKind::Sphere { centre, radius } => {
+            shape::Shape::Sphere(Sphere::new(to_world, *centre, *radius, flip)?)
+        }
+        ShapeKind::Disk => shape::Shape::Disk(Disk::new(to_world, flip)?),
+        ShapeKind::Cylinder { from, to, radius } => {
+            shape::Shape::Cylinder(Cylinder::new(to_world, *from, *to, *radius, flip)?)
+        }
+        ShapeKind::Quadric { kind, capped } => {
+            shape::Shape::Quadric(Box::new(Quadric::of_kind(to_world, kind, *capped, flip)?))
+        }
+        ShapeKind::Torus { major_radius, minor_radius } => {
+            shape::Shape::Torus(Box::new(Torus::new(to_world, *major_radius, *minor_radius, flip)?))
+        }
+        ShapeKind::Distances { data, smooth, .. } => {
+            let grid = SdfGrid::new(to_world, data.clone(), *smooth, flip)?;
+            shape::Shape::Sampled(Box::new(Sampled::Distances(grid)))
+        }
+        ShapeKind::Heights { data, scale, base, smooth, .. } => {
+            let field = HeightField::new(to_world, data.clone(), *scale, *base, *smooth, flip)?;
+            shape::Shape::Sampled(Box::new(Sampled::Heights(field)))
+        }
+        ShapeKind::Figure(kind) => shape::Shape::Figure(Box::new(Figure::new(to_world, kind, flip)?)),
+        ShapeKind::Curves { kind, solid: false, curves, .. } => {
+            shape::Shape::Curves(Curves::new(to_world, *kind, curves, flip)?)
+        }
+        ShapeKind::Curves { kind, solid: true, curves, .. } => {
+            shape::Shape::SweptSphere(Box::new(SweptSphere::new(to_world, *kind, curves, flip)?))
+        }
+        ShapeKind::Rectangle => shape::Shape::Mesh(Mesh::rectangle(to_world, flip)?),
+        ShapeKind::Cube if part => {
+            let cube = MeshData::cube(flip);
+            let placed = MeshData { normals: None, ..cube.transformed(to_world) };
+            shape::Shape::Mesh(Mesh::part(&cube, to_world, placed)?)
+        }
+        ShapeKind::Cube => shape::Shape::Mesh(Mesh::cube(to_world, flip)?),
+        ShapeKind::Mesh { mesh, compute_normals, .. } => {
+            let mut placed = mesh.transformed(to_world);
+            if *compute_normals {
+                placed.normals = Some(compute_vertex_normals(&placed.positions, &placed.indices));
+            }
+            placed.flip_normals ^= flip;
+            shape::Shape::Mesh(if part { Mesh::part(mesh, to_world, placed)? } else { Mesh::new(placed)? })
+        }
+    })
+}
+
+/// The box around a shape; empty where it cannot be made.
+pub(super) fn bounds(shape: &Shape, to_world: &Transform) -> Bounds {
+    match &shape.kind {
+        ShapeKind::Mesh { mesh, .. } => {
+            Bounds::of(mesh.positions.iter().map(|p| to_world.point(p.map(f64::from).into())))
+        }
+        _ => place(shape, to_world, false, true).map_or(Bounds::EMPTY, |placed| placed.bounds()),
+    }
+}

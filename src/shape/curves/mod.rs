@@ -1,0 +1,362 @@
+//! Curves with a thickness: Mitsuba 3's `linearcurve` and `bsplinecurve`, made for hair, of which each segment is a surface by
+//! itself for the acceleration structure; and the swept sphere, a body.
+
+mod round_cone;
+mod stretch;
+mod swept;
+
+use super::crossing::{Crossing, Crossings};
+use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
+use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use round_cone::RoundCone;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use stretch::Stretch;
+pub use swept::SweptSphere;
+
+/// A place on a curve and the radius there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControlPoint {
+    pub position: Vec3,
+    pub radius: f64,
+}
+
+/// How control points make a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CurveKind {
+    /// Straight from each to the next.
+    Linear,
+    /// By uniform cubic B-splines, for each four neighbours a segment.
+    BSpline,
+}
+
+impl CurveKind {
+    /// Control points that a segment is made of.
+    pub fn order(self) -> usize {
+        match self {
+            Self::Linear => 2,
+            Self::BSpline => 4,
+        }
+    }
+}
+
+/// A line near a piece of a curve, in coordinates relative to it.
+#[derive(Clone, Copy, Debug)]
+struct Near {
+    /// The line's point that is nearest to the piece's middle, or about.
+    start: Vec3,
+    /// Of unit length.
+    direction: Vec3,
+    /// Bound on the rounding errors of coordinates.
+    rounding: f64,
+}
+
+impl Near {
+    /// `None` where a line passes a ball of radius `reach` around `middle`. With the distance from its origin to `start`.
+    fn new(origin: Vec3, direction: Vec3, middle: Vec3, reach: f64) -> Option<(Self, f64)> {
+        let away = origin - middle;
+        let shift = -away.dot(direction);
+        let start = away + direction * shift;
+        let rounding = 4.0 * f64::EPSILON * (away.abs().max_element() + reach);
+        let limit = reach + rounding;
+        (start.length_squared() <= limit * limit).then_some((Self { start, direction, rounding }, shift))
+    }
+
+    /// Bound on the error with which a line meets a ball, of which it is within for 2 · `half`. The line's distance from the
+    /// ball's centre is off by e, half's square by 2 r e, half itself by r e / half, and never by more than √(2 r e).
+    fn slack(&self, radius: f64, half: f64) -> f64 {
+        let square = 4.0 * radius * (self.rounding + f64::EPSILON * radius);
+        (square / half).min(square.sqrt()) + self.rounding
+    }
+}
+
+/// A place on a line and on a curve.
+#[derive(Clone, Copy, Debug)]
+struct Spot {
+    /// Distance from the line's start.
+    t: f64,
+    /// Along the piece of the curve, from 0 to 1.
+    u: f64,
+    /// Bound on the error of t.
+    error: f64,
+}
+
+/// A stretch of a line within a piece of a curve.
+#[derive(Clone, Copy, Debug)]
+struct Span {
+    enter: Spot,
+    leave: Spot,
+}
+
+impl Span {
+    /// From the first entry of both to the last exit.
+    fn around(self, other: Self) -> Self {
+        Self {
+            enter: if other.enter.t < self.enter.t { other.enter } else { self.enter },
+            leave: if other.leave.t > self.leave.t { other.leave } else { self.leave },
+        }
+    }
+}
+
+/// A piece of a curve in coordinates relative to its middle, so that nothing but the distance of who looks at it costs digits.
+#[derive(Clone, Copy, Debug)]
+struct Anchored<T> {
+    middle: Vec3,
+    reach: f64,
+    piece: T,
+}
+
+#[derive(Clone, Debug)]
+enum Segments {
+    Linear(Arc<[Anchored<RoundCone>]>),
+    BSpline(Arc<[Anchored<Stretch>]>),
+}
+
+/// Mitsuba 3's curves.
+///
+/// Linear ones are round cones, the hulls of neighbouring balls; B-splines are tubes, open at both ends, whose circle stands across
+/// the path. Only what faces the ray is met: from within they are invisible, though not each other. Radii are those of the
+/// world, wherever the control points are put. Hits carry the segment as their triangle and the place along it as first
+/// barycentric coordinate.
+#[derive(Clone, Debug)]
+pub struct Curves {
+    segments: Segments,
+    inward: bool,
+}
+
+impl Curves {
+    /// Every curve needs two control points, or four for B-splines. Normals point out of the tubes unless `flip_normals`.
+    pub fn new(
+        to_world: &Transform,
+        kind: CurveKind,
+        curves: &[Vec<ControlPoint>],
+        flip_normals: bool,
+    ) -> Result<Self, ShapeError> {
+        let mut placed = Vec::new();
+        for curve in curves {
+            check(kind, curve)?;
+            let moved = curve
+                .iter()
+                .map(|point| ControlPoint { position: to_world.point(point.position), ..*point })
+                .collect::<Vec<_>>();
+            if !moved.iter().all(|point| point.position.is_finite()) {
+                return Err(ShapeError::Placement);
+            }
+            placed.push(moved);
+        }
+        let windows = || placed.iter().flat_map(|curve| curve.windows(kind.order()));
+        if u32::try_from(windows().count()).is_err() {
+            return Err(ShapeError::TooLarge);
+        }
+        let segments = match kind {
+            CurveKind::Linear => Segments::Linear(
+                windows()
+                    .map(|pair| {
+                        let middle = 0.5 * (pair[0].position + pair[1].position);
+                        let piece = cone([pair[0], pair[1]], middle);
+                        Anchored { middle, reach: piece.reach(), piece }
+                    })
+                    .collect(),
+            ),
+            CurveKind::BSpline => Segments::BSpline(
+                windows()
+                    .map(|four| {
+                        let middle = 0.5 * (four[1].position + four[2].position);
+                        let piece = stretch([four[0], four[1], four[2], four[3]], middle);
+                        // Around its own middle, which is near.
+                        let reach = piece.reach() + piece.middle().length();
+                        Anchored { middle, reach, piece }
+                    })
+                    .collect(),
+            ),
+        };
+        Ok(Self { segments, inward: flip_normals })
+    }
+
+    pub fn segment_count(&self) -> usize {
+        match &self.segments {
+            Segments::Linear(cones) => cones.len(),
+            Segments::BSpline(stretches) => stretches.len(),
+        }
+    }
+
+    /// The nearest hit of all segments, found one by one.
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let hits =
+            (0..self.segment_count() as u32).filter_map(|segment| self.intersect_segment(segment, ray));
+        hits.reduce(|nearest, hit| if hit.t < nearest.t { hit } else { nearest })
+    }
+
+    /// The nearest hit of a segment.
+    pub fn intersect_segment(&self, segment: u32, ray: &Ray) -> Option<Hit> {
+        let mut nearest: Option<Hit> = None;
+        self.each_entry(segment, ray, |crossing| {
+            let t = crossing.hit.t;
+            if t >= 0.0 && t < ray.t_max && nearest.is_none_or(|hit| t < hit.t) {
+                nearest = Some(crossing.hit);
+            }
+        });
+        nearest
+    }
+
+    /// Where the line meets a segment from outside, in ascending order over all of them.
+    pub fn crossings(&self, ray: &Ray) -> Crossings {
+        let mut found = Crossings::new();
+        for segment in 0..self.segment_count() as u32 {
+            self.each_entry(segment, ray, |crossing| found.push(crossing));
+        }
+        found.sort_by(|a, b| a.hit.t.total_cmp(&b.hit.t));
+        found
+    }
+
+    fn each_entry(&self, segment: u32, ray: &Ray, mut found: impl FnMut(Crossing)) {
+        let mut give = |spot: Spot, shift: f64| {
+            let t = shift + spot.t;
+            let hit =
+                Hit { t, shape: 0, triangle: segment, instance: NO_INSTANCE, barycentric: [spot.u, 0.0] };
+            let rounding = 4.0 * f64::EPSILON * (shift.abs() + spot.t.abs());
+            found(Crossing { hit, error: spot.error + rounding, enters: !self.inward });
+        };
+        match &self.segments {
+            Segments::Linear(cones) => {
+                let Anchored { middle, reach, piece } = &cones[segment as usize];
+                if let Some((line, shift)) = Near::new(ray.origin, ray.direction, *middle, *reach)
+                    && let Some(span) = piece.span(&line)
+                {
+                    give(span.enter, shift);
+                }
+            }
+            Segments::BSpline(stretches) => {
+                let Anchored { middle, reach, piece } = &stretches[segment as usize];
+                if let Some((line, shift)) = Near::new(ray.origin, ray.direction, *middle, *reach) {
+                    piece.tube_entries(&line).into_iter().for_each(|spot| give(spot, shift));
+                }
+            }
+        }
+    }
+
+    /// A place on a segment near `position`: relative to the segment's middle, from the path outward.
+    fn place(&self, segment: u32, u: f64, position: Vec3) -> Place {
+        match &self.segments {
+            Segments::Linear(cones) => {
+                let Anchored { middle, reach, piece } = cones[segment as usize];
+                let outward = position - middle - piece.centre(u);
+                let normal = outward.try_normalize().unwrap_or(Vec3::Z);
+                Place {
+                    middle,
+                    reach,
+                    centre: piece.centre(u),
+                    outward: normal * piece.radius(u),
+                    normal,
+                    velocity: piece.along,
+                    growth: piece.growth,
+                    bend: Vec3::ZERO,
+                }
+            }
+            Segments::BSpline(stretches) => {
+                let Anchored { middle, reach, piece } = stretches[segment as usize];
+                let (centre, velocity) = (piece.centre(u), piece.velocity(u));
+                let across = (position - middle - centre).reject_from(velocity);
+                let outward = across.try_normalize().unwrap_or(Vec3::Z) * piece.radius(u);
+                let normal = piece.tube_normal(u, centre + outward).try_normalize().unwrap_or(Vec3::Z);
+                let (growth, bend) = (piece.growth(u), piece.bend(u));
+                Place { middle, reach, centre, outward, normal, velocity, growth, bend }
+            }
+        }
+    }
+
+    /// The point of the surface at a hit near `position`.
+    pub fn surface(&self, hit: &Hit, position: Vec3) -> SurfaceHit {
+        let place = self.place(hit.triangle, hit.barycentric[0], position);
+        let position = place.middle + (place.centre + place.outward);
+        let normal = if self.inward { -place.normal } else { place.normal };
+        // The point's own rounding and that of a ray that starts there, and what both are off by in the segment's coordinates.
+        let error = f64::EPSILON * (2.0 * position.abs().max_element() + 24.0 * place.reach);
+        SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal: normal }
+    }
+
+    /// u around the curve, from where a frame that keeps to the z axis has its first direction; v along all segments of all curves.
+    pub fn parametrisation(&self, hit: &Hit, position: Vec3) -> Parametrisation {
+        let Place { outward, velocity, growth, bend, .. } =
+            self.place(hit.triangle, hit.barycentric[0], position);
+        let (count, speed) = (self.segment_count() as f64, velocity.length());
+        let ahead = velocity / speed;
+        // Where the path runs along z there is no such frame, but one that is as good.
+        let up = Vec3::Z.reject_from_normalized(ahead).try_normalize().unwrap_or(Vec3::Y);
+        let side = up.cross(ahead);
+        let turn = outward.dot(up).atan2(outward.dot(side)) / TAU;
+        let around = ahead.cross(outward);
+        // How fast the frame turns along the path.
+        let turning = bend.reject_from_normalized(ahead) / speed;
+        let steepness = Vec3::Z.reject_from_normalized(ahead).length();
+        let twist = if steepness > 0.0 { ahead.z * turning.dot(side) / steepness } else { 0.0 };
+        let along = ahead * (speed - outward.dot(bend) / speed)
+            + outward.normalize_or_zero() * growth
+            + around * twist;
+        let finite = |vector: Vec3| if vector.is_finite() { vector } else { Vec3::ZERO };
+        Parametrisation {
+            uv: [turn.rem_euclid(1.0), (hit.barycentric[0] + f64::from(hit.triangle)) / count],
+            tangent: finite(around * TAU),
+            bitangent: finite(along * count),
+        }
+    }
+
+    pub fn segment_bounds(&self, segment: u32) -> Bounds {
+        let (middle, bounds) = match &self.segments {
+            Segments::Linear(cones) => {
+                (cones[segment as usize].middle, cones[segment as usize].piece.bounds())
+            }
+            Segments::BSpline(stretches) => {
+                (stretches[segment as usize].middle, stretches[segment as usize].piece.bounds())
+            }
+        };
+        Bounds { min: middle + bounds.min, max: middle + bounds.max }
+    }
+
+    pub fn bounds(&self) -> Bounds {
+        Bounds::of_all((0..self.segment_count() as u32).map(|segment| self.segment_bounds(segment)))
+    }
+
+    /// Of all segments, also of what is within others.
+    pub fn area(&self) -> f64 {
+        match &self.segments {
+            Segments::Linear(cones) => cones.iter().map(|cone| cone.piece.area()).sum(),
+            Segments::BSpline(stretches) => stretches.iter().map(|stretch| stretch.piece.tube_area()).sum(),
+        }
+    }
+}
+
+/// See [`Curves::place`].
+struct Place {
+    middle: Vec3,
+    reach: f64,
+    centre: Vec3,
+    /// From the centre to the surface.
+    outward: Vec3,
+    /// Of unit length.
+    normal: Vec3,
+    velocity: Vec3,
+    growth: f64,
+    bend: Vec3,
+}
+
+fn check(kind: CurveKind, curve: &[ControlPoint]) -> Result<(), ShapeError> {
+    if let Some(point) = curve.iter().find(|point| !(point.radius >= 0.0 && point.radius.is_finite())) {
+        return Err(ShapeError::Radius(point.radius));
+    }
+    if curve.len() < kind.order() {
+        return Err(ShapeError::ControlPoints { found: curve.len(), least: kind.order() });
+    }
+    if !curve.iter().all(|point| point.position.is_finite()) {
+        return Err(ShapeError::Ends);
+    }
+    Ok(())
+}
+
+fn cone(points: [ControlPoint; 2], origin: Vec3) -> RoundCone {
+    RoundCone::new(points.map(|point| point.position - origin), points.map(|point| point.radius))
+}
+
+fn stretch(points: [ControlPoint; 4], origin: Vec3) -> Stretch {
+    Stretch::of_spline(points.map(|point| point.position - origin), points.map(|point| point.radius))
+}
