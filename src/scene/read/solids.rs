@@ -1,6 +1,6 @@
 //! Solids: `union`, `intersection` and `difference` of closed shapes, which Mitsuba 3 does not have.
 
-use super::super::description::{Bsdf, Medium, Part, Solid};
+use super::super::description::{Bsdf, Medium, Part, Priority, Solid};
 use super::super::source::{Place, SceneError};
 use super::query::{Query, capital};
 use super::tree::{Class, ObjectId};
@@ -31,6 +31,7 @@ pub(super) struct Inherited {
     pub bsdf: Option<Arc<Bsdf>>,
     /// Inside and outside.
     pub media: [Option<Medium>; 2],
+    pub priority: Option<Priority>,
 }
 
 /// Where a solid stands in others.
@@ -72,6 +73,9 @@ fn read_within(reader: &Reader, id: ObjectId, around: &Around) -> Option<Solid> 
         if own.is_some() {
             inherited.clone_from(own);
         }
+    }
+    if let Some(priority) = shapes::priority(&query) {
+        inner.inherited.priority = Some(priority);
     }
     for (entry, _) in query.objects(Class::Emitter) {
         let problem = format!("{} has no surface of its own", capital(&query.title()));
