@@ -3,7 +3,7 @@
 use crate::spectrum::Spectrum;
 
 /// What a closed surface encloses.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Body {
     /// Refractive index inside, for what refracts.
     pub index: Option<Spectrum>,

@@ -67,6 +67,14 @@ impl Accel {
                     }
                 }
             }
+            // Open at both ends, so that what counts is that a ray ends there.
+            Other::Segment { curves, segment } => {
+                if let Some(hit) =
+                    curves.intersect_segment(*segment, ray).filter(|hit| hit.t >= from && hit.t <= to)
+                {
+                    report(Hit { shape: index, ..hit }, None);
+                }
+            }
             Other::Instance { during: [start, end] } if *start <= time && time <= *end => {
                 self.instances[index as usize].crossings(ray, time, [from, to], &mut |hit, error| {
                     report(Hit { instance: index, ..hit }, error);

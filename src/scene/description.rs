@@ -9,7 +9,9 @@ use crate::integrator::Techniques;
 use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
 use crate::shape::solid::Operation;
-use crate::shape::{FigureKind, MeshData, QuadricKind};
+use crate::shape::{
+    ControlPoint, CurveKind, FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain,
+};
 use crate::spectrum::DispersionFormula;
 use crate::texture::{Filter, Pattern, Wrap};
 use std::path::PathBuf;
@@ -455,8 +457,32 @@ pub enum ShapeKind {
         major_radius: f64,
         minor_radius: f64,
     },
-    /// `polygon`, `extrusion`, `revolution`, `superquadric` (extensions).
+    /// `polygon`, `extrusion`, `revolution`, `superquadric` and `blobs` (extensions).
     Figure(FigureKind),
+    /// `sdfgrid`.
+    Distances {
+        file: PathBuf,
+        data: Arc<SdfData>,
+        /// Whether shading normals are smooth.
+        smooth: bool,
+    },
+    /// `heightfield` (an extension).
+    Heights {
+        source: HeightSource,
+        data: Arc<HeightData>,
+        scale: f64,
+        /// The height of the bottom of a body.
+        base: Option<f64>,
+        /// Whether shading normals are smooth.
+        smooth: bool,
+    },
+    /// `linearcurve`, `bsplinecurve` and, `solid`, `sweptsphere` (an extension): in the file's own coordinates.
+    Curves {
+        file: PathBuf,
+        kind: CurveKind,
+        solid: bool,
+        curves: Arc<Vec<Vec<ControlPoint>>>,
+    },
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
@@ -471,6 +497,19 @@ pub enum ShapeKind {
         /// `face_normals` does not ask for flat triangles.
         compute_normals: bool,
     },
+}
+
+/// Where the heights of a `heightfield` are from.
+#[derive(Clone, Debug)]
+pub enum HeightSource {
+    /// A channel of an image.
+    Image {
+        file: PathBuf,
+        channel: usize,
+    },
+    /// Written in the scene.
+    List,
+    Terrain(Terrain),
 }
 
 /// A body joined or cut from closed shapes (an extension). What it says of its surface and media its leaves say too.

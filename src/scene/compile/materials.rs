@@ -135,6 +135,20 @@ impl MaterialCompiler {
         known.map_or(self.bodies.len() as u32 + 1, |body| body.index_class)
     }
 
+    /// Whether two bodies are made of the same.
+    pub fn same_inside(&self, a: u32, b: u32) -> bool {
+        let (a, b) = (&self.bodies[a as usize], &self.bodies[b as usize]);
+        let absorption = |filling: Filling| match filling {
+            Filling::Medium(medium) => (Filling::Vacuum, self.media[medium as usize].as_ref()),
+            other => (other, None),
+        };
+        let same = |a: Filling, b: Filling| absorption(a) == absorption(b);
+        a.index == b.index
+            && a.priority == b.priority
+            && same(a.interior, b.interior)
+            && same(a.exterior, b.exterior)
+    }
+
     fn filling(&mut self, medium: &Option<Medium>) -> Result<Option<Filling>, SceneError> {
         medium.as_ref().map(|medium| self.medium(medium).map(Filling::Medium)).transpose()
     }

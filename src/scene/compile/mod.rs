@@ -21,7 +21,6 @@ use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Coverage, Integrator, Limits};
 use crate::light::Light;
 use crate::material::Material;
-use crate::medium::Body;
 use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
@@ -112,7 +111,7 @@ impl Compiler<'_> {
             self.refuse_lights_that_a_walk_misses();
         }
         if self.errors.is_empty() {
-            self.join_bodies(&groups, &materials.bodies, &mut surfaces);
+            self.join_bodies(&groups, &materials, &mut surfaces);
         }
         let film = self.film();
         if !self.errors.is_empty() {
@@ -264,7 +263,7 @@ impl Compiler<'_> {
     }
 
     /// All of a solid that lets light through is one body.
-    fn join_bodies(&mut self, groups: &Groups<'_>, bodies: &[Body], surfaces: &mut [Surface]) {
+    fn join_bodies(&mut self, groups: &Groups<'_>, materials: &MaterialCompiler, surfaces: &mut [Surface]) {
         let places: Vec<&Place> =
             groups.shapes(&Transform::IDENTITY).iter().map(|traced| &traced.shape.place).collect();
         for parts in groups.solids() {
@@ -272,7 +271,7 @@ impl Compiler<'_> {
             let clear: Vec<(usize, u32)> = parts.iter().filter_map(of_body).collect();
             let Some(&(_, first)) = clear.first() else { continue };
             for (part, body) in clear {
-                if bodies[body as usize] != bodies[first as usize] {
+                if !materials.same_inside(body, first) {
                     let problem = "this part encloses something else than the first that light gets into";
                     let error = SceneError::at(
                         places[part],

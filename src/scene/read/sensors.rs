@@ -24,7 +24,9 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 12] = [
+const ANALYTIC: [&str; 16] = [
+    "sdfgrid",
+    "heightfield",
     "sphere",
     "disk",
     "cylinder",
@@ -33,10 +35,12 @@ const ANALYTIC: [&str; 12] = [
     "hyperboloid",
     "quadric",
     "torus",
+    "sweptsphere",
     "polygon",
     "extrusion",
     "revolution",
     "superquadric",
+    "blobs",
 ];
 
 /// The scene's sensors in Mitsuba 3's order, which numbers them; `None` for those that are wrong, which is reported.

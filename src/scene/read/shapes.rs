@@ -5,7 +5,7 @@ use super::super::source::SceneError;
 use super::query::Query;
 use super::solids::{self, Inherited};
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, figures, lights, media, meshes, quadrics};
+use super::{Reader, bsdfs, curves, figures, grids, lights, media, meshes, quadrics};
 use crate::geometry::Vec3;
 use std::sync::Arc;
 
@@ -39,7 +39,10 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         "cylinder" => Some(cylinder(&query)),
         "cone" | "paraboloid" | "hyperboloid" | "quadric" => quadrics::read(&query),
         "torus" => Some(torus(&query)),
-        "polygon" | "extrusion" | "revolution" | "superquadric" => figures::read(&query),
+        "sdfgrid" => grids::distances(&query),
+        "heightfield" => grids::heights(&query),
+        "polygon" | "extrusion" | "revolution" | "superquadric" | "blobs" => figures::read(&query),
+        "linearcurve" | "bsplinecurve" | "sweptsphere" => curves::read(&query),
         "obj" | "ply" | "serialized" => meshes::read(&query),
         plugin if solids::operation(plugin).is_some() => {
             solids::refuse_sensor(&query);

@@ -79,7 +79,10 @@ impl RoundCone {
         let a = self.growth * self.growth - aside.length_squared();
         let b = self.radius * self.growth - off.dot(aside);
         let c = self.radius * self.radius - off.length_squared();
-        let discriminant = b * b - a * c;
+        // B² − A C without its cancellation, which would be total at the tip of a thin cone.
+        let widening = (aside * self.radius - off * self.growth).length();
+        let passing = from.cross(self.along).dot(ahead).abs();
+        let discriminant = (widening - passing) * (widening + passing);
         if discriminant > 0.0 {
             // A u² + 2 B u + (s'² C − B²)/excess = 0
             let root = s1.abs() * (discriminant / excess).sqrt();

@@ -243,6 +243,8 @@ struct Part {
     slope: Coefficients,
     /// P
     bend: Coefficients,
+    /// Bound on the rounding of P's coefficients.
+    rounding: f64,
 }
 
 impl Seen {
@@ -251,9 +253,14 @@ impl Seen {
         let Frame { x, y, z } = Frame::around(line.direction);
         let away = stretch.points.map(|point| point - line.start);
         let on = |axis: Vec3| away.map(|point| point.dot(axis));
-        // At rest where two control points are one; what a little way makes of it is below rounding.
-        let start = if stretch.points[0] == stretch.points[1] { 1e-8 } else { 0.0 };
-        let end = if stretch.points[3] == stretch.points[2] { 1.0 - 1e-8 } else { 1.0 };
+        // At rest where two control points are one, or three. How far the path gets in that little is below rounding.
+        let rest = |[a, b, c]: [Vec3; 3]| match () {
+            () if a != b => 0.0,
+            () if b != c => 1e-8,
+            () => 1e-5,
+        };
+        let [a, b, c, d] = stretch.points;
+        let (start, end) = (rest([a, b, c]), 1.0 - rest([d, c, b]));
         let seen = Self { along: on(z), across: [on(x), on(y)], radii: stretch.radii, ends: [start, end] };
         (Range::of(&seen.part([0.0, 1.0], Sweep::Ball).squared).1 > 0.0).then_some(seen)
     }
@@ -270,7 +277,8 @@ impl Seen {
             Sweep::Circle => derivative(&across).iter().map(|c| 0.5 * c).collect(),
             Sweep::Ball => derivative(&squared).iter().map(|c| -0.5 * c).collect(),
         };
-        Part { squared, slope: derivative(&cut(&self.along)), bend }
+        let size = across.iter().chain(&r).fold(0.0f64, |size, c| size.max(c.abs()));
+        Part { squared, slope: derivative(&cut(&self.along)), bend, rounding: 64.0 * f64::EPSILON * size }
     }
 
     /// √D; 0 where there is none.
@@ -338,18 +346,20 @@ impl Seen {
         depth: u32,
         found: &mut SmallVec<[f64; 4]>,
     ) {
-        let Part { squared, slope, bend } = self.part([from, to], sweep);
+        let Part { squared, slope, bend, rounding } = self.part([from, to], sweep);
         let half = Range::of(&squared).sqrt();
         let (speed, side) = (Range::of(&slope), branch.side());
-        if !(Range::of(&bend) + speed * half * side).has_zero() {
+        let Range(least, most) = Range::of(&bend) + speed * half * side;
+        if least > rounding || most < -rounding {
             return;
         }
+        // Nothing but rounding is left of it.
+        let vanishes = most.max(-least) <= 2.0 * rounding;
         // √D times the derivative: √D P' ± (s'' D + s' D'/2).
         let change =
             Range::of(&derivative(&slope)) * (half * half) + speed * (Range::of(&derivative(&squared)) * 0.5);
         let monotonic = !(half * Range::of(&derivative(&bend)) + change * side).has_zero();
-        let deepest = depth == DEEPEST;
-        if monotonic || deepest {
+        if monotonic || vanishes || depth == DEEPEST {
             // Zero counts as positive, so that a root on the edge of two parts is one of the one or of the other.
             let sign = |u: f64| if self.function(u, branch, sweep).value < 0.0 { -1.0 } else { 1.0 };
             let (first, last) = (sign(from), sign(to));
