@@ -4,7 +4,7 @@ use super::node::{Child, NodeRay};
 use super::packet::PacketRay;
 use super::{Accel, Other};
 use crate::geometry::Ray;
-use crate::shape::{Hit, RaySpace};
+use crate::shape::{Crossings, Hit, RaySpace};
 use smallvec::SmallVec;
 use std::ops::ControlFlow;
 
@@ -59,22 +59,16 @@ impl Accel {
         [from, to]: [f64; 2],
         report: &mut dyn FnMut(Hit, Option<f64>),
     ) {
+        let mut report_within = |crossings: Crossings| {
+            for crossing in crossings {
+                if crossing.hit.t >= from && crossing.hit.t <= to {
+                    report(Hit { shape: index, ..crossing.hit }, Some(crossing.error));
+                }
+            }
+        };
         match other {
-            Other::Shape(shape) => {
-                for crossing in shape.crossings(ray) {
-                    if crossing.hit.t >= from && crossing.hit.t <= to {
-                        report(Hit { shape: index, ..crossing.hit }, Some(crossing.error));
-                    }
-                }
-            }
-            // Open at both ends, so that what counts is that a ray ends there.
-            Other::Segment { curves, segment } => {
-                if let Some(hit) =
-                    curves.intersect_segment(*segment, ray).filter(|hit| hit.t >= from && hit.t <= to)
-                {
-                    report(Hit { shape: index, ..hit }, None);
-                }
-            }
+            Other::Shape(shape) => report_within(shape.crossings(ray)),
+            Other::Segment { curves, segment } => report_within(curves.segment_crossings(*segment, ray)),
             Other::Instance { during: [start, end] } if *start <= time && time <= *end => {
                 self.instances[index as usize].crossings(ray, time, [from, to], &mut |hit, error| {
                     report(Hit { instance: index, ..hit }, error);

@@ -129,12 +129,6 @@ impl MaterialCompiler {
         Ok(Some(self.bodies.len() as u32 - 1))
     }
 
-    fn index_class(&self, index: Option<&Spectrum>) -> u32 {
-        let Some(index) = index.filter(|&index| *index != Spectrum::Constant(AIR_INDEX)) else { return 0 };
-        let known = self.bodies.iter().find(|body| body.index.as_ref() == Some(index));
-        known.map_or(self.bodies.len() as u32 + 1, |body| body.index_class)
-    }
-
     /// Whether two bodies are made of the same.
     pub fn same_inside(&self, a: u32, b: u32) -> bool {
         let (a, b) = (&self.bodies[a as usize], &self.bodies[b as usize]);
@@ -147,6 +141,12 @@ impl MaterialCompiler {
             && a.priority == b.priority
             && same(a.interior, b.interior)
             && same(a.exterior, b.exterior)
+    }
+
+    fn index_class(&self, index: Option<&Spectrum>) -> u32 {
+        let Some(index) = index.filter(|&index| *index != Spectrum::Constant(AIR_INDEX)) else { return 0 };
+        let known = self.bodies.iter().find(|body| body.index.as_ref() == Some(index));
+        known.map_or(self.bodies.len() as u32 + 1, |body| body.index_class)
     }
 
     fn filling(&mut self, medium: &Option<Medium>) -> Result<Option<Filling>, SceneError> {

@@ -507,7 +507,8 @@ pub(super) fn field_of_view(query: &Query<'_>) -> FieldOfView {
 /// `50`, `50mm` or `50 mm`.
 fn millimetres(query: &Query<'_>, text: &str) -> f64 {
     match super::attributes::number(text.trim_end().trim_end_matches("mm")) {
-        Some(length) if length > 0.0 => length,
+        // Outside, not even the tangent of half the angle is a number that one can go on with.
+        Some(length) if (1e-6..=1e12).contains(&length) => length,
         _ => {
             query.error(SceneError::at(
                 &query.place("focal_length"),

@@ -65,7 +65,8 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         (None, None) => bsdfs::default(&object.place, emitter.is_some()),
     };
     let [interior, exterior] = media(&query);
-    let [inside, outside] = around.media.clone();
+    // Where light doesn't get in, it is not asked what is there.
+    let [inside, outside] = if bsdf.kind.transmits() { around.media.clone() } else { [None, None] };
     let priority = priority(&query).or_else(|| around.priority.clone());
     query.finish();
     Some(Shape {
