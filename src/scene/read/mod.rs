@@ -6,6 +6,7 @@
 
 mod attributes;
 mod bsdfs;
+mod curves;
 mod figures;
 mod files;
 mod films;

@@ -307,7 +307,7 @@ impl Local for Revolution {
         self.pieces.iter().map(|piece| piece.reach(in_plane)).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    fn rounding(&self) -> f64 {
+    fn rounding(&self, _: Vec3) -> f64 {
         32.0 * f64::EPSILON
     }
 
