@@ -9,6 +9,7 @@
 //! - Tangent rays count as misses.
 
 mod chords;
+mod closed;
 mod crossing;
 mod curves;
 mod cylinder;
@@ -36,7 +37,7 @@ pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use figure::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel};
-pub use heightfield::{HeightData, HeightField};
+pub use heightfield::{HeightData, HeightField, Terrain};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;

@@ -10,8 +10,11 @@
 
 mod bodies;
 mod contact;
+mod extremes;
 mod leaks;
 mod precision;
+mod renders;
+mod scales;
 mod self_hits;
 mod table;
 

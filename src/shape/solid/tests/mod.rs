@@ -1,4 +1,5 @@
 mod kit;
+mod laws;
 mod meshes;
 
 use super::{Boundary, Operation, Solid};
