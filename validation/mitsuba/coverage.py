@@ -51,6 +51,8 @@ WORDS = {
         "disk": SHAPE,
         "cylinder": f"{SHAPE} p0 p1 radius",
         "cube": SHAPE,
+        "linearcurve": "to_world filename",
+        "bsplinecurve": "to_world filename",
         "obj": f"{MESH} flip_tex_coords",
         "ply": f"{MESH} flip_tex_coords",
         "serialized": f"{MESH} shape_index",
