@@ -221,9 +221,16 @@ impl Curves {
     pub fn crossings(&self, ray: &Ray) -> Crossings {
         let mut found = Crossings::new();
         for segment in 0..self.segment_count() as u32 {
-            self.each_entry(segment, ray, |crossing| found.push(crossing));
+            found.extend(self.segment_crossings(segment, ray));
         }
         found.sort_by(|a, b| a.hit.t.total_cmp(&b.hit.t));
+        found
+    }
+
+    /// Likewise of one segment.
+    pub fn segment_crossings(&self, segment: u32, ray: &Ray) -> Crossings {
+        let mut found = Crossings::new();
+        self.each_entry(segment, ray, |crossing| found.push(crossing));
         found
     }
 
