@@ -468,7 +468,6 @@ fn curves_are_crossed_where_the_oracle_says_a_million_times() {
 fn kinds() -> Vec<(String, Shape)> {
     let place = placement(Vec3::splat(0.7));
     let all = paths().into_iter().flat_map(|(name, path)| {
-        let place = place.clone();
         Made::ALL.into_iter().map(move |made| (format!("{name} {made:?}"), made.shape(&place, &path, false)))
     });
     all.collect()
