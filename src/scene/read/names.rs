@@ -252,9 +252,7 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "stokes",
             "time_gated_path",
         ],
-        Class::Shape => {
-            &["bsplinecurve", "ellipsoids", "ellipsoidsmesh", "linearcurve", "sdfgrid", "blender"]
-        }
+        Class::Shape => &["ellipsoids", "ellipsoidsmesh", "sdfgrid", "blender"],
         Class::Bsdf => &[
             "circular",
             "hair",
