@@ -6,6 +6,7 @@
 
 mod build;
 mod instance;
+mod line;
 mod node;
 mod packet;
 #[cfg(test)]

@@ -6,7 +6,7 @@ pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
 
 use crate::film::{ALPHA, BadValues, Extras, Film, FilterSampler, FixedPoint, PixelSums, SpectralBins};
 use crate::integrator::{self, Seen};
-use crate::sampling::{Sampler, SamplerKind, Stream};
+use crate::sampling::{Sampler, SamplerKind, Stream, mix};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use rayon::prelude::*;
@@ -211,6 +211,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         scene,
         schedule,
         sampler: Sampler::new(settings.sampler, settings.seed, schedule.samples_per_replicate),
+        seed: settings.seed,
         filter: scene.filter_sampler(),
         scale: film.scale(),
         empty: film.pixel_sums(),
@@ -256,6 +257,7 @@ struct Exposure<'a> {
     scene: &'a Scene,
     schedule: Schedule,
     sampler: Sampler,
+    seed: u64,
     filter: FilterSampler,
     scale: FixedPoint,
     empty: PixelSums,
@@ -266,8 +268,11 @@ impl Exposure<'_> {
     /// Some samples of every replicate of one pixel.
     fn pixel<const C: usize>(&self, pixel: [u32; 2], indices: Range<u32>, bad: &mut BadValues) -> PixelSums {
         let mut sums = self.empty.clone();
+        let [x, y] = pixel.map(u64::from);
+        let of_pixel = mix(self.seed ^ mix(x << 32 | y));
         for replicate in 0..self.schedule.replicates {
             for index in indices.clone() {
+                sums.begin(of_pixel ^ (u64::from(replicate) << 32 | u64::from(index)));
                 let stream = self.sampler.stream(pixel, replicate, index);
                 self.sample::<C>(pixel, replicate, &stream, &mut sums, bad);
             }

@@ -2,7 +2,7 @@
 //! the place in the file that it came from. No behaviour, no file access, nothing to trace yet.
 
 use super::source::{Place, Sources};
-use crate::camera::Shutter;
+use crate::camera::{FisheyeProjection, Shutter, Stop};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
@@ -422,6 +422,14 @@ pub struct Shape {
     pub emission: Option<SpectrumSource>,
     pub interior: Option<Medium>,
     pub exterior: Option<Medium>,
+    /// Which of several transparent bodies counts where they overlap: that of the highest (an extension). 0 where it is left out.
+    pub priority: Option<Priority>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Priority {
+    pub place: Place,
+    pub value: i32,
 }
 
 #[derive(Clone, Debug)]
@@ -659,6 +667,20 @@ pub enum SensorKind {
         near_clip: f64,
         far_clip: f64,
     },
+    /// `fisheye` and `panorama` (extensions). The frame is that of a perspective camera.
+    Angular {
+        to_world: Transform,
+        map: AngularMap,
+        /// Distances from the camera.
+        near_clip: f64,
+        far_clip: f64,
+    },
+    /// `sensorplane`, a film in the scene itself (an extension): it lies across its local z, in the middle of which the origin is.
+    Plane {
+        to_world: Transform,
+        width: f64,
+        stop: Stop,
+    },
     RadianceMeter {
         origin: Vec3,
         direction: Vec3,
@@ -674,6 +696,19 @@ pub enum SensorKind {
     },
     /// Sensors side by side, from left to right. Their own films and samplers don't matter.
     Batch(Vec<Sensor>),
+}
+
+/// See [`crate::camera::DirectionMap`]; fields of view in degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AngularMap {
+    Fisheye {
+        projection: FisheyeProjection,
+        fov: f64,
+    },
+    /// Across and up.
+    Panorama {
+        fov: [f64; 2],
+    },
 }
 
 /// What a distant sensor looks at.

@@ -9,6 +9,7 @@
 //! - Tangent rays count as misses.
 
 mod chords;
+mod closed;
 mod crossing;
 mod curves;
 mod cylinder;

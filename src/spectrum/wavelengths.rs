@@ -52,7 +52,7 @@ impl WavelengthDensity {
     /// half by its share of the whole and half as much as any other, so that a weak light of another colour than the
     /// rest is still seen. Zero only where no light emits.
     ///
-    /// Without any emission within the range all wavelengths are alike.
+    /// Without any emission within the range, or with an infinite one, all wavelengths are alike.
     pub fn new(range: WavelengthRange, sensor: &[Response], lights: &[Emission]) -> Self {
         let spectra = lights.iter().map(|l| l.spectrum).chain(sensor.iter().map(|channel| channel.spectrum));
         let edges = edges(range, spectra.flat_map(Spectrum::nodes));
@@ -79,8 +79,10 @@ impl WavelengthDensity {
                 }
             }
         }
-        if total <= 0.0 {
-            emitted = edges.windows(2).map(|edge| edge[1] - edge[0]).collect();
+        // Lights that are stronger than numbers go say nothing either.
+        let widths: Vec<f64> = edges.windows(2).map(|edge| edge[1] - edge[0]).collect();
+        if !(total > 0.0 && total.is_finite()) {
+            emitted.clone_from(&widths);
         }
         let middles: Vec<f64> = edges.windows(2).map(|edge| 0.5 * (edge[0] + edge[1])).collect();
         let whole: f64 = sensor.iter().map(|channel| channel.weight).sum();
@@ -95,8 +97,9 @@ impl WavelengthDensity {
                 integrals.iter_mut().zip(&seen).for_each(|(integral, seen)| *integral += weight * seen / sum);
             }
         }
-        let table = PiecewiseConstant::new(edges, &integrals)
-            .expect("a positive sum of finite, non-negative values between ascending edges is a density");
+        let table = PiecewiseConstant::new(edges.clone(), &integrals)
+            .or_else(|| PiecewiseConstant::new(edges, &widths))
+            .expect("edges ascend, so that their distances make a density");
         Self { table }
     }
 

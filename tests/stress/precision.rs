@@ -1,11 +1,14 @@
 //! How precisely surfaces are met from near and far: the distance to a known point of them.
 
 use super::bodies::{Form, Truth, bodies};
+use super::renders::{compiled, description};
 use super::table::{Table, count, seconds};
 use super::{direction, in_parallel, power, trials};
 use abbe::accel::Accel;
 use abbe::geometry::{Ray, Transform};
+use abbe::render::{AuxiliaryKind, auxiliary};
 use abbe::shape::Shape;
+use abbe::units::WavelengthRange;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg as Random;
 use std::time::Instant;
@@ -111,4 +114,48 @@ fn distances_are_precise() {
     assert!(total.from_far < FROM_FAR, "{:e}", total.from_far);
     assert!(total.in_double < IN_DOUBLE, "{:e}", total.in_double);
     assert!(total.in_single < IN_SINGLE, "{:e}", total.in_single);
+}
+
+/// A thing far away makes the scene large. The faces of a small cube do not turn for that, though vertices are stored in single
+/// precision.
+#[test]
+fn what_is_far_away_tilts_no_face() {
+    let scene = |more: &str| {
+        format!(
+            r#"<sensor type="orthographic"><transform name="to_world"><lookat origin="0.3, -0.4, 5" target="0, 0, 0" up="0, 1, 0"/>
+               </transform><film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="24"/>
+               <rfilter type="box"/></film></sensor>
+               <shape type="cube"><transform name="to_world"><scale value="0.5"/><rotate x="1" y="2" z="3" angle="50"/>
+               <translate x="0.1" y="0.2"/></transform></shape>{more}"#
+        )
+    };
+    let normals = |content: &str| {
+        let scene = compiled(&description(content));
+        let images =
+            auxiliary(&scene, &[AuxiliaryKind::Normal, AuxiliaryKind::Depth], WavelengthRange::VISIBLE, 1);
+        images.into_iter().map(|image| image.values).collect::<Vec<_>>()
+    };
+    let alone = normals(&scene(""));
+    let mut table = Table::new(
+        "What a thing far away does to a cube of the size of 1",
+        &["how far", "largest change of normals", "of depths"],
+    );
+    let mut largest = 0.0f32;
+    for far in [1e3, 1e6, 1e9] {
+        let lamp = format!(
+            r#"<shape type="sphere"><point name="center" x="{far:e}" y="{:e}" z="0"/></shape>"#,
+            0.3 * far
+        );
+        let beside = normals(&scene(&lamp));
+        let apart = |images: std::ops::Range<usize>| {
+            let pairs = images.flat_map(|image| alone[image].iter().zip(&beside[image]));
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+        };
+        table.row(&[format!("{far:.0e}"), format!("{:.1e}", apart(0..3)), format!("{:.1e}", apart(3..4))]);
+        largest = largest.max(apart(0..4));
+    }
+    table.print();
+    assert!(alone[2].iter().any(|&z| z != 0.0), "the cube is not in the picture");
+    // Single precision of the cube itself, and of pictures; at edges a pixel sees a little more of one face or the other.
+    assert!(largest < 1e-4, "{largest}");
 }

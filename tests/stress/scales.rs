@@ -1,4 +1,5 @@
-//! The same scene as small as 10⁻⁶, as large as 10⁶ and as far away as 10⁵ times its size is the same picture.
+//! The same scene as small as 10⁻⁶, as large as 10⁶ and as far away as 10⁵ times its size is the same picture, and so it is
+//! with something in it that is 10⁶ units away.
 
 use super::is_full;
 use super::renders::{compiled, description, expose, mean, radiances};
@@ -13,10 +14,12 @@ const LEVEL: f64 = 0.001;
 const SIZE: f64 = 6.0;
 
 /// Where everything is put: scaled, then moved by as much along two axes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct World {
     scale: f64,
     away: f64,
+    /// Whether there is a dark ball so far away that nothing sees it.
+    far_ball: bool,
 }
 
 impl World {
@@ -33,6 +36,17 @@ impl World {
             offset,
             -0.6 * offset,
             0.3 * offset
+        )
+    }
+
+    /// What changes nothing but the box around the scene.
+    fn far_ball(self) -> String {
+        if !self.far_ball {
+            return String::new();
+        }
+        let place = self.place(r#"<translate x="-1e6" y="2e5" z="1e5"/>"#);
+        format!(
+            r#"<shape type="sphere">{place}<bsdf type="diffuse"><float name="reflectance" value="0"/></bsdf></shape>"#
         )
     }
 
@@ -86,7 +100,7 @@ fn solids(world: World) -> String {
         world.place(r#"<translate x="-2" y="-2" z="2"/>"#)
     );
     format!(
-        r#"{}{point}
+        r#"{}{point}{}
         <bsdf type="diffuse" id="grey"><spectrum name="reflectance" value="0.6"/></bsdf>
         <bsdf type="roughconductor" id="metal"><string name="material" value="Au"/><float name="alpha" value="0.2"/></bsdf>
         <bsdf type="roughplastic" id="plastic"><float name="alpha" value="0.1"/></bsdf>
@@ -105,7 +119,8 @@ fn solids(world: World) -> String {
         <shape type="instance">{second}<ref id="group"/></shape>
         <shape type="sphere">{lamp}<emitter type="area"><spectrum name="radiance" value="12"/></emitter></shape>
         <shape type="rectangle">{panel}<emitter type="area"><spectrum name="radiance" value="5"/></emitter></shape>"#,
-        camera(world, "perspective", "")
+        camera(world, "perspective", ""),
+        world.far_ball()
     )
 }
 
@@ -127,7 +142,7 @@ fn glass(world: World) -> String {
     let panel =
         world.place(r#"<scale value="1.2"/><rotate x="1" angle="180"/><translate x="0" y="0" z="3"/>"#);
     format!(
-        r#"{}
+        r#"{}{}
         <bsdf type="diffuse" id="grey"><spectrum name="reflectance" value="0.6"/></bsdf>
         <bsdf type="dielectric" id="glass"/>
         <shape type="rectangle">{floor}<ref id="grey"/></shape>
@@ -141,6 +156,7 @@ fn glass(world: World) -> String {
         <shape type="rectangle">{panel}<emitter type="area"><spectrum name="radiance" value="6"/></emitter></shape>
         <emitter type="constant"><spectrum name="radiance" value="0.5"/></emitter>"#,
         camera(world, "thinlens", &lens),
+        world.far_ball(),
         world.times(3.0, -1),
         world.times(0.2, -1),
         world.times(0.7, -1),
@@ -158,18 +174,39 @@ fn smallest_p(a: &[Estimate], b: &[Estimate]) -> f64 {
 #[test]
 fn pictures_do_not_depend_on_scale_and_place() {
     let samples = if is_full() { 1024 } else { 32 };
-    let worlds = [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e5), (1e-6, 1e5), (1e6, 1e5)];
+    let world = |scale, away, far_ball| World { scale, away, far_ball };
+    let worlds = [
+        world(1.0, 0.0, false),
+        world(1e-6, 0.0, false),
+        world(1e6, 0.0, false),
+        world(1.0, 1e5, false),
+        world(1e-6, 1e5, false),
+        world(1e6, 1e5, false),
+        world(1.0, 0.0, true),
+        world(1e-6, 1e5, true),
+    ];
     let mut table = Table::new(
         "The same scene at other scales and places",
-        &["scene", "scale", "away / size", "mean", "error", "p of the mean", "p of pixels", "bad", "s"],
+        &[
+            "scene",
+            "scale",
+            "away / size",
+            "ball",
+            "mean",
+            "error",
+            "p of the mean",
+            "p of pixels",
+            "bad",
+            "s",
+        ],
     );
     let scenes: [(&str, fn(World) -> String); 2] = [("solids", solids), ("glass", glass)];
     let mut failures = Vec::new();
     for (name, scene) in scenes {
         let mut reference = None;
-        for (seed, (scale, away)) in (1u64..).zip(worlds) {
+        for (seed, world) in (1u64..).zip(worlds) {
             let began = Instant::now();
-            let film = expose(&compiled(&description(&scene(World { scale, away }))), samples, seed);
+            let film = expose(&compiled(&description(&scene(world))), samples, seed);
             let found = radiances(&film);
             let whole = mean(&found);
             let reference = reference.get_or_insert_with(|| found.clone());
@@ -177,8 +214,9 @@ fn pictures_do_not_depend_on_scale_and_place() {
             let p_pixels = smallest_p(&found, reference);
             table.row(&[
                 name.to_owned(),
-                format!("{scale:.0e}"),
-                format!("{away:.0e}"),
+                format!("{:.0e}", world.scale),
+                format!("{:.0e}", world.away),
+                if world.far_ball { "10⁶ away" } else { "" }.to_owned(),
                 format!("{:.5}", whole.mean),
                 format!("{:.5}", whole.variance.sqrt()),
                 format!("{p_mean:.3}"),
@@ -189,7 +227,7 @@ fn pictures_do_not_depend_on_scale_and_place() {
             // Seen alone, each is a picture: black everywhere would be the same at all scales.
             let is_picture = whole.mean > 0.05 && whole.variance.sqrt() < 0.05 * whole.mean;
             if film.bad.total() > 0 || p_mean < LEVEL || p_pixels < LEVEL || !is_picture {
-                failures.push(format!("{name}, scale {scale:e}, away {away:e}"));
+                failures.push(format!("{name}, {world:?}"));
             }
         }
     }

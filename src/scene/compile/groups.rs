@@ -1,4 +1,5 @@
-//! Groups of shapes, and the instances that show them. A shape that moves is a group of its own, with one instance.
+//! Groups of shapes, and the instances that show them. A shape that moves is a group of its own, with one instance, and so is
+//! a mesh so small beside the scene that vertices in single precision would bend it.
 
 use super::shapes;
 use super::solids::{self, Plan};
@@ -9,7 +10,7 @@ use crate::scene::source::Place;
 use crate::scene::traceable::Surface;
 use crate::shape;
 use crate::shape::solid::{Carried, Leaf, Solid, Tree};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -26,6 +27,8 @@ struct Group<'a> {
     pieces: Vec<Piece<'a>>,
     /// By the places of their leaves among the pieces.
     solids: Vec<Plan>,
+    /// Around each piece.
+    boxes: Vec<Bounds>,
     bounds: Bounds,
     /// Index of the first piece among the scene's shapes.
     start: usize,
@@ -51,7 +54,7 @@ pub(super) type Keys = Vec<(f64, Transform)>;
 struct Instance<'a> {
     place: &'a Place,
     group: usize,
-    /// Whether it is one of those that show a group of the file: its textures lie in the group's coordinates.
+    /// Whether its textures lie in the group's coordinates: not where a single thing moves.
     of_group: bool,
     to_world: Transform,
     keys: Option<Keys>,
@@ -65,7 +68,7 @@ pub(super) struct Traced<'a> {
     pub flip_normals: bool,
     /// Whether it is a part of a solid.
     pub part: bool,
-    /// Where it is carried to from there, if it moves.
+    /// Where it is carried to from there, if it moves or has coordinates of its own, and shines.
     pub carried: Option<Placed>,
 }
 
@@ -102,7 +105,7 @@ impl<'a> Group<'a> {
             .collect();
         let shapes = pieces.iter().zip(&boxes).filter(|(piece, _)| !piece.part).map(|(_, bounds)| *bounds);
         let bounds = Bounds::of_all(shapes.chain(solids.iter().map(|plan| plan.bounds(&boxes))));
-        Self { pieces, solids, bounds, start: 0 }
+        Self { pieces, solids, boxes, bounds, start: 0 }
     }
 
     fn range(&self) -> Range<usize> {
@@ -110,12 +113,44 @@ impl<'a> Group<'a> {
     }
 }
 
+/// A mesh that reaches this many times its own size from the middle of the scene gets coordinates of its own. Rounding moves
+/// vertices by up to 2⁻²⁴ of how far they are from the middle of their coordinates: up to here by 10⁻⁴ of the mesh.
+const FARTHEST: f64 = 2048.0;
+
+/// Whether a shape is a mesh that is too small for the coordinates of the scene around it.
+fn is_apart(shape: &Shape, own: Bounds, scene: Bounds) -> bool {
+    let middle = centre(scene);
+    let reach = (own.min - middle).abs().max((own.max - middle).abs()).max_element();
+    let size = (own.max - own.min).max_element();
+    let is_mesh = || {
+        let placed = shapes::place(shape, &shape.to_world, false, false);
+        matches!(placed, Ok(shape::Shape::Mesh(_)))
+    };
+    size > 0.0 && reach.is_finite() && reach > FARTHEST * size && is_mesh()
+}
+
 impl<'a> Groups<'a> {
     pub fn new(description: &'a Description) -> Self {
+        let all = Self::with_apart(description, |_| false);
+        let scene = all.scene_bounds();
+        let own = all.own.pieces.iter().zip(&all.own.boxes).filter(|(piece, _)| !piece.part);
+        let apart: BTreeSet<*const Shape> = own
+            .filter(|(piece, bounds)| is_apart(piece.shape, **bounds, scene))
+            .map(|(piece, _)| std::ptr::from_ref(piece.shape))
+            .collect();
+        if apart.is_empty() {
+            return all;
+        }
+        Self::with_apart(description, |shape| apart.contains(&std::ptr::from_ref(shape)))
+    }
+
+    /// With some of the shapes that stand still in groups of their own.
+    fn with_apart(description: &'a Description, is_apart: impl Fn(&Shape) -> bool) -> Self {
         let shutter = description.sensor.shutter.during();
         let (moving, still): (Vec<&Shape>, Vec<&Shape>) =
             description.shapes.iter().partition(|shape| shape.motion.is_some());
         let mut own = solids::Flat::default();
+        let (apart, still): (Vec<&Shape>, Vec<&Shape>) = still.into_iter().partition(|shape| is_apart(shape));
         own.pieces.extend(still.into_iter().map(|shape| Piece::whole(shape, shape.to_world)));
         let mut all = Self {
             own: Group::new(Vec::new(), Vec::new(), shutter),
@@ -138,6 +173,12 @@ impl<'a> Groups<'a> {
             flat.pieces.push(Piece::whole(shape, Transform::IDENTITY));
             let group = all.group(flat);
             all.show(&shape.place, group, false, &shape.to_world, shape.motion.as_deref());
+        }
+        for shape in apart {
+            let mut flat = solids::Flat::default();
+            flat.pieces.push(Piece::whole(shape, shape.to_world));
+            let group = all.group(flat);
+            all.show(&shape.place, group, true, &Transform::IDENTITY, None);
         }
         for solid in &description.solids {
             if solid.motion.is_none() {
@@ -226,9 +267,9 @@ impl<'a> Groups<'a> {
         let grouped = self.groups.iter().enumerate().flat_map(|(index, group)| {
             let centre = Transform::translation(-centre(group.bounds));
             let mover = self.instances.iter().find(|instance| instance.group == index);
-            // Groups that instances show hold no lights, which alone ask where a shape is carried to.
-            let placed =
-                mover.filter(|mover| mover.keys.is_some()).and_then(|instance| self.placed(instance, shift));
+            // Only lights ask where a shape is carried to; the groups of the file hold none.
+            let shines = group.pieces.iter().any(|piece| piece.shape.emission.is_some());
+            let placed = mover.filter(|_| shines).and_then(|instance| self.placed(instance, shift));
             group.pieces.iter().map(move |piece| traced(piece, piece.to_group.then(&centre), placed.clone()))
         });
         own.chain(grouped).collect()
@@ -252,6 +293,27 @@ impl<'a> Groups<'a> {
     /// Whether some group has a surface of a body, which may then lie within another.
     pub fn hold_bodies(&self, surfaces: &[Surface]) -> bool {
         self.groups.iter().any(|group| surfaces[group.range()].iter().any(|s| s.body.is_some()))
+    }
+
+    /// For each instance its group's range of all shapes, the box around it while the shutter is open, and by how much at most
+    /// it stretches lengths. `shift` moves the scene to the origin.
+    pub fn placed_boxes(
+        &self,
+        shapes: &[shape::Shape],
+        shift: &Transform,
+    ) -> Vec<(Range<usize>, Bounds, f64)> {
+        let placed = |instance: &Instance<'a>| {
+            let placed = self.placed(instance, shift)?;
+            let range = self.groups[instance.group].range();
+            let group = Bounds::of_all(shapes[range.clone()].iter().map(shape::Shape::bounds));
+            Some((range, placed.bounds(group, self.shutter), placed.largest_stretch()))
+        };
+        self.instances.iter().filter_map(placed).collect()
+    }
+
+    /// Of the scene's own shapes, whether it is a part of a solid that moves by itself.
+    pub fn moves(&self, shape: usize) -> bool {
+        self.own.pieces[shape].keys.is_some()
     }
 
     /// Whether a surface of a body moves by itself.

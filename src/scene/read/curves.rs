@@ -77,7 +77,8 @@ fn parse(bytes: &[u8], kind: CurveKind) -> Result<Vec<Vec<ControlPoint>>, CurveE
     let finished = |curve: &mut Vec<ControlPoint>, line: usize| {
         let (found, least) = (curve.len(), kind.order());
         if found > 0 && found < least {
-            let problem = format!("The curve that ends here has {found} control points");
+            let points = if found == 1 { "point" } else { "points" };
+            let problem = format!("The curve that ends here has {found} control {points}");
             let expected = format!("expected {least} or more between empty lines");
             return Err(CurveError { problem, expected, line });
         }

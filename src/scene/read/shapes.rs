@@ -1,6 +1,6 @@
 //! Shapes.
 
-use super::super::description::{Medium, Shape, ShapeKind};
+use super::super::description::{Medium, Priority, Shape, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
 use super::solids::{self, Inherited};
@@ -65,7 +65,9 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         (None, None) => bsdfs::default(&object.place, emitter.is_some()),
     };
     let [interior, exterior] = media(&query);
-    let [inside, outside] = around.media.clone();
+    // Where light doesn't get in, it is not asked what is there.
+    let [inside, outside] = if bsdf.kind.transmits() { around.media.clone() } else { [None, None] };
+    let priority = priority(&query).or_else(|| around.priority.clone());
     query.finish();
     Some(Shape {
         place: object.place.clone(),
@@ -78,6 +80,7 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         emission,
         interior: interior.or(inside),
         exterior: exterior.or(outside),
+        priority,
     })
 }
 
@@ -111,6 +114,15 @@ pub(super) fn axis(query: &Query<'_>) -> [Vec3; 2] {
         ));
     }
     [from, to]
+}
+
+/// Which of several bodies counts.
+pub(super) fn priority(query: &Query<'_>) -> Option<Priority> {
+    let value = query.integer("priority", i64::from(i32::MIN), i64::from(i32::MAX))?;
+    let place = query.place("priority");
+    let text = "priority: where transparent bodies overlap, the highest alone counts";
+    query.reader.extension(&place, text.to_owned());
+    Some(Priority { place, value: value as i32 })
 }
 
 /// The media inside and outside.

@@ -97,8 +97,12 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
         Some(interior) => told.named("interior", medium(interior)),
         None => told,
     };
-    match &shape.exterior {
+    let told = match &shape.exterior {
         Some(exterior) => told.named("exterior", medium(exterior)),
+        None => told,
+    };
+    match &shape.priority {
+        Some(priority) => told.integer("priority", priority.value),
         None => told,
     }
 }

@@ -180,8 +180,7 @@ impl Stretch {
         for window in seen.windows() {
             for branch in [Branch::First, Branch::Second] {
                 for u in seen.roots(window, branch, Sweep::Circle) {
-                    let half = seen.half(u);
-                    let t = cubic(&seen.along, u) - branch.side() * half;
+                    let t = seen.on_circle(u, branch);
                     let point = line.start + line.direction * t;
                     let Some(normal) = self.tube_normal(u, point).try_normalize() else { continue };
                     let facing = normal.dot(line.direction);
@@ -189,7 +188,7 @@ impl Stretch {
                         let radius = self.radius(u);
                         // A surface that is off by a height is met that height over the cosine away, as long as its own bend
                         // over that distance doesn't matter; else the line all but touches.
-                        let height = 4.0 * line.rounding + 16.0 * f64::EPSILON * radius;
+                        let height = 16.0 * line.rounding + 32.0 * f64::EPSILON * radius;
                         let touch = (8.0 * radius * height).sqrt();
                         let error =
                             if facing * facing * radius > 16.0 * height { height / -facing } else { touch };
@@ -209,18 +208,15 @@ impl Stretch {
             let mut span: Option<Span> = None;
             let mut consider = |u: f64| {
                 let half = seen.half(u);
-                if half > 0.0 {
-                    let (middle, error) = (cubic(&seen.along, u), line.slack(self.radius(u), half));
-                    let spot = |t: f64| Spot { t, u, error };
-                    let here = Span { enter: spot(middle - half), leave: spot(middle + half) };
-                    span = Some(span.map_or(here, |span| span.around(here)));
-                }
+                let here = line.chord(u, cubic(&seen.along, u), half, self.radius(u));
+                span = Some(span.map_or(here, |span| span.around(here)));
             };
             window.into_iter().for_each(&mut consider);
             for branch in [Branch::First, Branch::Second] {
                 seen.roots(window, branch, Sweep::Ball).into_iter().for_each(&mut consider);
             }
-            spans.extend(span);
+            let most = self.radii.into_iter().fold(0.0, f64::max);
+            spans.extend(span.map(|span| span.settled(line, most)));
         }
         spans
     }
@@ -279,6 +275,19 @@ impl Seen {
         };
         let size = across.iter().chain(&r).fold(0.0f64, |size, c| size.max(c.abs()));
         Part { squared, slope: derivative(&cut(&self.along)), bend, rounding: 64.0 * f64::EPSILON * size }
+    }
+
+    /// Where the line passes the circle u, in one of the two places that its ball has: s ∓ √D, or what is the same at a root,
+    /// s + q·q'/s'. The one is worth little where D vanishes, the other where the line goes across the path.
+    fn on_circle(&self, u: f64, branch: Branch) -> f64 {
+        let [x, y] = self.across.map(|c| [cubic(&c, u), cubic_slope(&c, u)]);
+        let (half, speed) = (self.half(u), cubic_slope(&self.along, u));
+        let from_centre = if half * speed.hypot(x[1].hypot(y[1])) < cubic(&self.radii, u) * speed.abs() {
+            (x[0] * x[1] + y[0] * y[1]) / speed
+        } else {
+            -branch.side() * half
+        };
+        cubic(&self.along, u) + from_centre
     }
 
     /// √D; 0 where there is none.
