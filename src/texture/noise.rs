@@ -105,7 +105,7 @@ fn noise(p: Vec3, seed: u64) -> Field {
 fn direction(hash: u64) -> Vec3 {
     let sign = |bit: u32| if hash >> bit & 1 == 0 { 1.0 } else { -1.0 };
     let (a, b) = (sign(0), sign(1));
-    match (hash >> 32) * 3 >> 32 {
+    match ((hash >> 32) * 3) >> 32 {
         0 => Vec3::new(0.0, a, b),
         1 => Vec3::new(a, 0.0, b),
         _ => Vec3::new(a, b, 0.0),
