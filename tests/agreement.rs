@@ -19,7 +19,7 @@ struct Case {
     walk_samples: u32,
 }
 
-const CASES: [Case; 11] = [
+const CASES: [Case; 12] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384 },
     Case { name: "metals", samples: 1024, walk_samples: 4096 },
     Case { name: "dispersion", samples: 2048, walk_samples: 8192 },
@@ -29,6 +29,7 @@ const CASES: [Case; 11] = [
     Case { name: "extentless", samples: 1024, walk_samples: 0 },
     Case { name: "veils", samples: 1024, walk_samples: 8192 },
     Case { name: "motion", samples: 1024, walk_samples: 8192 },
+    Case { name: "contact", samples: 1024, walk_samples: 8192 },
     Case { name: "quadrics", samples: 1024, walk_samples: 8192 },
     Case { name: "solids", samples: 1024, walk_samples: 8192 },
 ];
@@ -70,7 +71,7 @@ fn compare(a: &Film, b: &Film) -> (f64, f64) {
 
 /// Both parts of the verdict, at 1 % over all comparisons of this file.
 fn assert_same(what: &str, a: &Film, b: &Film) {
-    let level = sidak(0.01, 2 * (CASES.len() * 3 + 1));
+    let level = sidak(0.01, 2 * (CASES.len() * 3 + 2));
     let (p, z) = compare(a, b);
     println!("{what}: smallest p {p:.3}, means differ by {z:.2} standard errors");
     assert!(p > level, "{what}: a pixel differs, p = {p:e}");
@@ -133,6 +134,17 @@ fn motion() {
 #[test]
 fn quadrics() {
     agrees("quadrics");
+}
+
+/// Bodies with faces in common and priorities: also where light samples pass through what is hidden.
+#[test]
+fn contact() {
+    agrees("contact");
+    let case = CASES.iter().find(|case| case.name == "contact").unwrap();
+    let [path, volpath] = ["path", "volpath"].map(|integrator| {
+        expose(&load(case, integrator), &settings(case.samples, WavelengthCount::Four, 21))
+    });
+    assert_same("contact, path and volpath", &path, &volpath);
 }
 
 /// Lights of which parts are cut away, or lie within other parts, some of them moving.

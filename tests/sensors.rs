@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 /// How many results are judged in this file.
-const TESTS: usize = 40;
+const TESTS: usize = 56;
 
 /// A scene and its film, compiled for the wavelengths that the film asks for.
 fn scene(content: &str) -> (Scene, WavelengthRange) {
@@ -80,6 +80,51 @@ fn irradiance_under_a_sky_and_under_a_disk() {
     );
     let below = exposed(&format!("{}{lamp}", meter(small)), 65_536);
     assert_is(below.bin(0, 0, 0), PI * 4.0 / 13.0, &below);
+}
+
+/// E = π L / 2 (1 − (z² + ρ² − r²) / √((z² + ρ² + r²)² − 4 ρ² r²)) at the distance ρ from the axis of a disk of radius r at the height z (Howell, *A
+/// Catalog of Radiation Heat Transfer Configuration Factors*, B-13), averaged over pixels.
+#[test]
+fn a_sensor_plane_measures_the_sky_through_its_stop() {
+    for (radius, distance) in [(0.5, 2.0), (3.0, 1.0)] {
+        let sensor = format!(
+            r#"<sensor type="sensorplane"><float name="width" value="3"/>
+               <float name="aperture_radius" value="{radius}"/><float name="aperture_distance" value="{distance}"/>
+               <transform name="to_world"><lookat origin="5, -2, 7" target="1, 1, 1" up="0, 0, 1"/></transform>{}</sensor>"#,
+            film("hdrfilm", 3, r#"<rfilter type="box"/>"#)
+        );
+        let found = exposed(&format!("{SKY}{sensor}"), 65_536);
+        for x in 0..3 {
+            const STEPS: usize = 100;
+            let at = |i: usize| (i as f64 + 0.5) / STEPS as f64 - 0.5;
+            let of_sky = |i: usize| {
+                let (x, y) = (f64::from(x) - 1.0 + at(i % STEPS), at(i / STEPS));
+                let (z, rho, r) = (distance * distance, x * x + y * y, f64::powi(radius, 2));
+                0.5 * PI * (1.0 - (z + rho - r) / ((z + rho + r).powi(2) - 4.0 * rho * r).sqrt())
+            };
+            let truth = (0..STEPS * STEPS).map(of_sky).sum::<f64>() / (STEPS * STEPS) as f64;
+            assert_is(found.bin(x, 0, 0), truth, &found);
+        }
+    }
+}
+
+/// Two half circles on two pixels.
+#[test]
+fn outside_of_a_fisheye_there_is_nothing() {
+    for projection in ["equidistant", "equisolid", "stereographic", "orthographic"] {
+        let sensor = format!(
+            r#"<sensor type="fisheye"><string name="projection" value="{projection}"/>{}</sensor>"#,
+            film("hdrfilm", 2, r#"<rfilter type="box"/>"#)
+        );
+        let found = exposed(&format!("{SKY}{sensor}"), 65_536);
+        (0..2).for_each(|x| assert_is(found.bin(x, 0, 0), PI / 8.0, &found));
+    }
+    let panorama = format!(
+        r#"<sensor type="panorama">{}</sensor>"#,
+        film("hdrfilm", 2, r#"<rfilter type="gaussian"/>"#)
+    );
+    let found = exposed(&format!("{SKY}{panorama}"), 4096);
+    assert_is(found.bin(1, 0, 0), 1.0, &found);
 }
 
 /// A lamp without extent is as bright as one is near to it, and one nanometre holds hardly any luminance: neither leaves the

@@ -25,7 +25,7 @@ fn picture(camera: &str, content: &str) -> Vec<f64> {
     let scene = compiled(&format!(
         r#"<integrator type="path"><integer name="max_depth" value="1"/></integrator>
            <sensor type="perspective"><float name="fov" value="30"/>{camera}
-           <float name="shutter_open" value="0"/><float name="shutter_close" value="1"/>
+           <float name="shutter_open" value="0.5"/><float name="shutter_close" value="0.5"/>
            <film type="hdrfilm"><integer name="width" value="{SIZE}"/><integer name="height" value="{SIZE}"/>
            <rfilter type="box"/></film></sensor>{content}"#
     ));
@@ -35,27 +35,21 @@ fn picture(camera: &str, content: &str) -> Vec<f64> {
 }
 
 const LOOK: &str = r#"<lookat origin="1, -6, 2" target="0.2, 0.1, 0" up="0, 0, 1"/>"#;
-const AWAY: &str = r#"<rotate x="1" y="2" z="-0.5" angle="70"/><translate x="3" y="-4" z="40"/>"#;
+const AWAY: &str = r#"<rotate x="0.6" z="0.8" angle="70"/><translate x="3" y="-4" z="40"/>"#;
 
-/// `to_world` of something that stands still, or is carried away in the course of the exposure.
-fn placed(steps: &str, carried: bool) -> String {
-    match carried {
-        false => format!(r#"<transform name="to_world">{steps}</transform>"#),
-        true => format!(
-            r#"<animation name="to_world"><transform time="0">{steps}</transform>
-               <transform time="1">{steps}{AWAY}</transform></animation>"#
-        ),
-    }
+fn placed(steps: &str) -> String {
+    format!(r#"<transform name="to_world">{steps}</transform>"#)
 }
 
 /// A ball that reflects everything at once, by a pattern: under light from everywhere its radiance is the pattern's value.
-fn ball(pattern: &str) -> String {
+fn ball(pattern: &str, place: &str) -> String {
     format!(
         r#"<bsdf type="conductor"><texture type="{pattern}" name="specular_reflectance">
-           <float name="period" value="0.3"/></texture></bsdf>"#
+           <float name="period" value="0.3"/>{place}</texture></bsdf>"#
     )
 }
 
+const PATTERNS: [&str; 4] = ["noise", "marble", "wood", "bands"];
 const DAY: &str = r#"<emitter type="constant"><spectrum name="radiance" value="1"/></emitter>"#;
 const TURNED: &str = r#"<rotate y="1" angle="30"/><translate x="0.3" y="0.2"/>"#;
 
@@ -65,45 +59,56 @@ fn assert_same(what: &str, found: &[f64], expected: &[f64]) {
     assert!(largest < 1e-6 * most, "{what}: {largest} of {most}");
 }
 
-/// The camera is carried along with what it looks at, through 70 degrees and 40 units, and by what an instance is moved.
+/// A ball of a pattern, seen by a camera.
+fn see(pattern: &str, to_world: &str, place: &str, camera: &str) -> Vec<f64> {
+    let shape = format!(r#"<shape type="sphere">{to_world}{}</shape>"#, ball(pattern, place));
+    picture(&placed(camera), &format!("{shape}{DAY}"))
+}
+
+/// Whether the pattern can be seen at all.
+fn assert_varied(pattern: &str, pixels: &[f64]) {
+    let (least, most) = pixels.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &y| (a.min(y), b.max(y)));
+    assert!(least < 0.7 * most, "{pattern} cannot be seen: {least} to {most}");
+}
+
+/// In the middle of its way a ball has turned by half of the angle: so has its pattern.
 #[test]
-fn patterns_stick_to_what_moves_and_to_instances() {
-    let see = |pattern: &str, moves: bool| {
-        let shape = format!(r#"<shape type="sphere">{}{}</shape>"#, placed(TURNED, moves), ball(pattern));
-        picture(&placed(LOOK, moves), &format!("{shape}{DAY}"))
-    };
-    let instanced = |pattern: &str| {
-        let shape = format!(r#"<shape type="sphere">{}{}</shape>"#, placed(TURNED, false), ball(pattern));
+fn patterns_stick_to_what_moves() {
+    for pattern in PATTERNS {
+        let key = |time: f64| {
+            let (angle, way) = (90.0 * time, 1.6 * time - 0.8);
+            format!(r#"<rotate x="0.6" z="0.8" angle="{angle}"/><translate x="{way}" y="0.5"/>"#)
+        };
+        let keys = [0.0, 1.0].map(|time| format!(r#"<transform time="{time}">{}</transform>"#, key(time)));
+        let moving =
+            see(pattern, &format!(r#"<animation name="to_world">{}</animation>"#, keys.concat()), "", LOOK);
+        // From where it stands at first to where it is then, which takes the pattern along.
+        let carried =
+            r#"<translate x="0.8" y="-0.5"/><rotate x="0.6" z="0.8" angle="45"/><translate y="0.5"/>"#;
+        let still = see(pattern, &placed(&key(0.5)), &placed(carried), LOOK);
+        assert_varied(pattern, &still);
+        assert_same(&format!("{pattern} moves"), &moving, &still);
+    }
+}
+
+#[test]
+fn patterns_stick_to_instances() {
+    for pattern in PATTERNS {
+        let shape = format!(r#"<shape type="sphere">{}{}</shape>"#, placed(TURNED), ball(pattern, ""));
         let group = format!(r#"<shape type="shapegroup" id="group">{shape}</shape>"#);
-        let instance = format!(
-            r#"<shape type="instance"><ref id="group"/><transform name="to_world">{AWAY}</transform></shape>"#
-        );
-        picture(&placed(&format!("{LOOK}{AWAY}"), false), &format!("{group}{instance}{DAY}"))
-    };
-    for pattern in ["noise", "marble", "wood", "bands"] {
-        let still = see(pattern, false);
-        let (least, most) = still.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &y| (a.min(y), b.max(y)));
-        assert!(least < 0.7 * most, "{pattern} cannot be seen: {least} to {most}");
-        assert_same(&format!("{pattern} moves"), &see(pattern, true), &still);
-        assert_same(&format!("{pattern} instanced"), &instanced(pattern), &still);
+        let instance = format!(r#"<shape type="instance"><ref id="group"/>{}</shape>"#, placed(AWAY));
+        let camera = placed(&format!("{LOOK}{AWAY}"));
+        let found = picture(&camera, &format!("{group}{instance}{DAY}"));
+        assert_same(&format!("{pattern} instanced"), &found, &see(pattern, &placed(TURNED), "", LOOK));
     }
 }
 
 /// The transform of a pattern in space takes it along like a body's own.
 #[test]
 fn a_pattern_is_placed_by_its_own_transform() {
-    let see = |steps: &str, place: &str, camera: &str| {
-        let texture = format!(
-            r#"<bsdf type="conductor"><texture type="wood" name="specular_reflectance">
-               <float name="period" value="0.3"/>{place}</texture></bsdf>"#
-        );
-        let shape = format!(r#"<shape type="sphere">{}{texture}</shape>"#, placed(steps, false));
-        picture(&placed(camera, false), &format!("{shape}{DAY}"))
-    };
-    let carried = format!("{TURNED}{AWAY}");
-    let expected = see(TURNED, "", LOOK);
     let camera = format!("{LOOK}{AWAY}");
-    assert_same("both carried", &see(&carried, &placed(AWAY, false), &camera), &expected);
+    let found = see("wood", &placed(&format!("{TURNED}{AWAY}")), &placed(AWAY), &camera);
+    assert_same("both carried", &found, &see("wood", &placed(TURNED), "", LOOK));
 }
 
 /// Standard errors within which all of `tests` results lie with 99 % probability if nothing is wrong. Never less than 3.
@@ -144,11 +149,11 @@ fn reliefs_make_no_energy() {
                 ));
                 let one_bin = bins(WavelengthRange::VISIBLE, 1);
                 let film =
-                    expose(&scene, &Settings { bins: one_bin, ..settings(2048, WavelengthCount::Four, 5) });
+                    expose(&scene, &Settings { bins: one_bin, ..settings(1024, WavelengthCount::Four, 5) });
                 let (mean, error) = mean_over_pixels(&film, |x, y| film.bin(x, y, 0));
                 println!("height {i}, scale {scale}, {shadowing}, {bsdf}: {mean:.4} ± {error:.1e}");
                 assert!(mean <= 1.0 + bound * error, "{height}, {scale}, {bsdf}: {mean} ± {error}");
-                assert!(mean > 0.2, "{height}, {scale}, {bsdf}: {mean} ± {error} is nearly black");
+                assert!(mean > 0.1, "{height}, {scale}, {bsdf}: {mean} ± {error} is nearly black");
             }
         }
     }

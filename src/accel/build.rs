@@ -22,6 +22,7 @@ use std::time::Duration;
 enum Primitive {
     Triangle { shape: u32, triangle: u32 },
     Analytic { shape: u32 },
+    Segment { shape: u32, segment: u32 },
     Instance { index: u32, during: [f64; 2] },
     Solid(u32),
 }
@@ -124,8 +125,12 @@ impl Surfaces<'_> {
 
     /// Everything that can be hit, with its box in node space.
     fn primitives(&self, space: &NodeSpace) -> (Vec<Primitive>, Vec<Aabb>) {
-        let triangles = |shape: &Shape| if let Shape::Mesh(mesh) = shape { mesh.triangle_count() } else { 1 };
-        let count = self.own_shapes().map(|(_, shape)| triangles(shape)).sum::<usize>()
+        let pieces = |shape: &Shape| match shape {
+            Shape::Mesh(mesh) => mesh.triangle_count(),
+            Shape::Curves(curves) => curves.segment_count(),
+            _ => 1,
+        };
+        let count = self.own_shapes().map(|(_, shape)| pieces(shape)).sum::<usize>()
             + self.instances.len()
             + self.solids.len();
         let (mut primitives, mut boxes) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -141,6 +146,11 @@ impl Surfaces<'_> {
                         if !mesh.is_degenerate(triangle) {
                             add(Primitive::Triangle { shape, triangle }, Bounds::of(mesh.triangle(triangle)));
                         }
+                    }
+                }
+                Shape::Curves(curves) => {
+                    for segment in 0..curves.segment_count() as u32 {
+                        add(Primitive::Segment { shape, segment }, curves.segment_bounds(segment));
                     }
                 }
                 _ => add(Primitive::Analytic { shape }, surface.bounds()),
@@ -258,6 +268,12 @@ impl Builder<'_> {
                 Primitive::Analytic { shape } => {
                     let surface = self.shapes[shape as usize].clone();
                     self.accel.others.push((self.first + shape, Other::Shape(surface)));
+                }
+                Primitive::Segment { shape, segment } => {
+                    if let Shape::Curves(curves) = &self.shapes[shape as usize] {
+                        let curves = curves.clone();
+                        self.accel.others.push((self.first + shape, Other::Segment { curves, segment }));
+                    }
                 }
                 Primitive::Instance { index, during } => {
                     self.accel.others.push((index, Other::Instance { during }));

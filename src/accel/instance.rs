@@ -115,6 +115,20 @@ impl Instance {
         self.group.occluded(&self.local(&self.placed.at(time), ray).0, time)
     }
 
+    /// See [`Accel::crossings`]; without the instance's own index.
+    pub(super) fn crossings(
+        &self,
+        ray: &Ray,
+        time: f64,
+        stretch: [f64; 2],
+        report: &mut dyn FnMut(Hit, Option<f64>),
+    ) {
+        let (local, scale) = self.local(&self.placed.at(time), ray);
+        self.group.crossings(&local, time, stretch.map(|t| t * scale), &mut |hit, error| {
+            report(Hit { t: hit.t / scale, ..hit }, error.map(|error| error / scale));
+        });
+    }
+
     /// The surface of `shape`, one of the group's, where `ray` hit it.
     #[inline(never)]
     pub(super) fn surface(&self, shape: &Shape, hit: &Hit, ray: &Ray, time: f64) -> SurfaceHit {

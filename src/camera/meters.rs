@@ -1,7 +1,7 @@
 //! Sensors that measure light rather than make pictures.
 
 use super::Window;
-use crate::geometry::{Frame, Ray, Vec3};
+use crate::geometry::{Bounds, Frame, Ray, Vec3};
 use crate::sampling::warp;
 use crate::shape::Shape;
 use std::f64::consts::PI;
@@ -39,6 +39,14 @@ impl IrradianceMeter {
     pub fn new(surface: Shape, window: Window) -> Self {
         let per_area = 1.0 / surface.area();
         Self { surface, window, per_area }
+    }
+
+    /// A box around where its rays begin.
+    pub fn origins(&self) -> Bounds {
+        let Bounds { min, max } = self.surface.bounds();
+        // By less than this do they begin off the surface.
+        let margin = Vec3::splat(1e-6 * (max - min).length());
+        Bounds { min: min - margin, max: max + margin }
     }
 
     /// A ray toward the hemisphere around the shading normal, with density cos θ / π, so that its weight is π.

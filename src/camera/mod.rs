@@ -3,15 +3,19 @@
 //! A pixel's value is the mean over its rays of the radiance along them × the ray's weight × the sensor's response to the
 //! wavelength, as in Mitsuba 3: no cos⁴ falloff, no vignetting.
 
+mod angular;
 mod meters;
+mod plane;
 mod projective;
 mod shutter;
 
+pub use angular::{Angular, DirectionMap, FisheyeProjection};
 pub use meters::{Distant, IrradianceMeter, RadianceMeter};
+pub use plane::{SensorPlane, Stop};
 pub use projective::{Aperture, Projection, Projective, ProjectiveSettings, ThinLens};
 pub use shutter::{Shutter, ShutterKind};
 
-use crate::geometry::Ray;
+use crate::geometry::{Bounds, Ray};
 use crate::spectrum::Spectrum;
 
 /// One view of the scene, or several side by side on one film.
@@ -57,6 +61,8 @@ pub struct View {
 #[derive(Clone, Debug)]
 pub enum Rays {
     Projective(Box<Projective>),
+    Angular(Box<Angular>),
+    Plane(Box<SensorPlane>),
     Radiance(RadianceMeter),
     Irradiance(Box<IrradianceMeter>),
     Distant(Box<Distant>),
@@ -89,22 +95,37 @@ impl Camera {
 
     /// Whether what it sees depends on the time.
     pub fn is_moving(&self) -> bool {
-        let moves = |view: &View| matches!(&view.rays, Rays::Projective(camera) if camera.is_moving());
-        self.views.iter().any(moves)
+        self.views.iter().any(|view| match &view.rays {
+            Rays::Projective(camera) => camera.is_moving(),
+            Rays::Angular(camera) => camera.is_moving(),
+            Rays::Plane(plane) => plane.is_moving(),
+            Rays::Radiance(_) | Rays::Irradiance(_) | Rays::Distant(_) => false,
+        })
+    }
+
+    /// A box around where its rays begin, from one time to another. Empty for what looks from outside of the scene.
+    pub fn origins(&self, during: [f64; 2]) -> Bounds {
+        Bounds::of_all(self.views.iter().map(|view| match &view.rays {
+            Rays::Projective(projective) => projective.origins(during),
+            Rays::Angular(camera) => camera.origins(during),
+            Rays::Plane(plane) => plane.origins(during),
+            Rays::Radiance(meter) => Bounds::of([meter.ray().origin]),
+            Rays::Irradiance(meter) => meter.origins(),
+            Rays::Distant(_) => Bounds::EMPTY,
+        }))
     }
 
     /// Whether [`Self::ray`] uses its second sample.
     pub fn uses_lens(&self) -> bool {
         self.views.iter().any(|view| match &view.rays {
             Rays::Projective(projective) => projective.has_lens(),
-            Rays::Radiance(_) => false,
-            Rays::Irradiance(_) | Rays::Distant(_) => true,
+            Rays::Angular(_) | Rays::Radiance(_) => false,
+            Rays::Plane(_) | Rays::Irradiance(_) | Rays::Distant(_) => true,
         })
     }
 
     /// The ray seen at a film position (pixels from the top left corner of the film). `lens_u` chooses what a position leaves
-    /// open: the point of the lens, the direction toward an irradiance meter. `time` says where a camera that moves is. `None` where a surface to measure at has no
-    /// area.
+    /// open: the point of the lens or the stop, the direction toward an irradiance meter. `time` says where a camera that moves is. `None` where there is nothing to measure: outside the circle of a fisheye, or where a surface to measure at has no area.
     pub fn ray(&self, film: [f64; 2], lens_u: [f64; 2], time: f64) -> Option<SensorRay<'_>> {
         let (view, film) = match &self.columns {
             None => (self.views.first()?, film),
@@ -118,6 +139,8 @@ impl Camera {
         };
         let (ray, weight) = match &view.rays {
             Rays::Projective(projective) => (projective.ray(film, lens_u, time), 1.0),
+            Rays::Angular(camera) => (camera.ray(film, time)?, 1.0),
+            Rays::Plane(plane) => plane.ray(film, lens_u, time),
             Rays::Radiance(meter) => (meter.ray(), 1.0),
             Rays::Irradiance(meter) => meter.ray(film, lens_u)?,
             Rays::Distant(distant) => distant.ray(lens_u)?,

@@ -1,6 +1,6 @@
 //! Cameras that project the scene onto a plane.
 
-use crate::geometry::{Placed, Ray, Vec3};
+use crate::geometry::{Bounds, Placed, Ray, Vec3};
 use crate::sampling::warp;
 
 /// A pinhole, thin-lens or orthographic camera. It looks along its local +z, local +x is the picture's left and +y its top.
@@ -11,6 +11,8 @@ pub struct Projective {
     /// Film positions in pixels to the local plane z = 1: scale and offset of each axis.
     scale: [f64; 2],
     offset: [f64; 2],
+    /// Width and height in pixels.
+    film: [f64; 2],
     /// Depths between which surfaces are seen.
     near_clip: f64,
     far_clip: f64,
@@ -50,6 +52,12 @@ pub enum Aperture {
 }
 
 impl Aperture {
+    fn radius(self) -> f64 {
+        match self {
+            Self::Disk { radius } | Self::Polygon { radius, .. } => radius,
+        }
+    }
+
     /// The point that a place in the unit square stands for; strata stay in one piece.
     fn point(self, u: [f64; 2]) -> [f64; 2] {
         match self {
@@ -88,6 +96,7 @@ impl Projective {
             projection: settings.projection,
             scale: [-per_pixel; 2],
             offset: [-per_pixel * width * (px - 0.5), -per_pixel * height * (py - 0.5)],
+            film: settings.film,
             near_clip: settings.near_clip,
             far_clip: settings.far_clip,
         }
@@ -100,6 +109,25 @@ impl Projective {
 
     pub fn is_moving(&self) -> bool {
         self.placed.is_moving()
+    }
+
+    /// A box around where its rays begin, from one time to another, also of those a film's width beyond its border.
+    pub fn origins(&self, during: [f64; 2]) -> Bounds {
+        let film = [0, 1].map(|i| self.offset[i].abs() + 2.0 * (self.scale[i] * self.film[i]).abs());
+        let radius = match self.projection {
+            // Rays have come this far from their point of the lens toward one of the plane in focus.
+            Projection::ThinLens(ThinLens { aperture, focus_distance }) => {
+                aperture.radius() * (1.0 - self.near_clip / focus_distance).abs()
+            }
+            Projection::Pinhole | Projection::Orthographic => 0.0,
+        };
+        let across = match self.projection {
+            Projection::Orthographic => 1.0,
+            Projection::Pinhole | Projection::ThinLens(_) => self.near_clip,
+        };
+        let half = |i: usize| across * film[i] + radius;
+        let [min, max] = [-1.0, 1.0].map(|side| Vec3::new(side * half(0), side * half(1), self.near_clip));
+        self.placed.bounds(Bounds { min, max }, during)
     }
 
     /// The ray seen at a film position (pixels from the top left corner of the film) through the point of the lens

@@ -239,6 +239,18 @@ impl Placed {
         (largest < 1e12).then(|| Self { place, local_errors: spread * 16.0 })
     }
 
+    /// By how much lengths are stretched at most: a bound, at any time.
+    pub fn largest_stretch(&self) -> f64 {
+        let frobenius = |m: DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+        match &self.place {
+            Place::Still(pose) => frobenius(pose.linear),
+            Place::Moving(motion) => {
+                let ends = motion.stretches.iter().flat_map(|s| [s.scale, s.scale + s.growth]);
+                ends.map(frobenius).fold(0.0, f64::max)
+            }
+        }
+    }
+
     pub fn is_moving(&self) -> bool {
         matches!(self.place, Place::Moving(_))
     }

@@ -17,7 +17,7 @@ use super::{Seen, Techniques};
 use crate::bsdf::Density;
 use crate::geometry::{Ray, SurfacePoint};
 use crate::material::Shading;
-use crate::medium::MediumStack;
+use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
@@ -32,7 +32,7 @@ struct Path<const C: usize> {
     ratio: Sampled<C>,
     /// How the last ray was chosen: the weight of light found by it asks for that.
     last: LastChoice,
-    media: MediumStack,
+    media: Media,
     /// Product of the factors by which refraction compressed radiance: no loss, so no reason to end a path.
     compression: f64,
 }
@@ -62,7 +62,7 @@ pub fn radiance<const C: usize>(
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
 ) -> Seen<C> {
-    let mut path = Path::<C>::from_camera(scene, time);
+    let mut path = Path::<C>::from_camera(scene, &ray, time);
     let mut arriving = Sampled::ZERO;
     // Segments behind this vertex. A surface that a ray passes as if there were none may leave it as it is.
     let mut depth = 0;
@@ -70,12 +70,10 @@ pub fn radiance<const C: usize>(
     let mut straight = true;
     let mut met = scene.limits.sky_covers(scene);
     for vertex in 0.. {
-        let Some(hit) = scene.intersect(&ray, time, depth == 0) else {
-            path.cross(scene, f64::INFINITY, wavelengths);
+        let Some(hit) = path.advance(scene, &ray, depth == 0, wavelengths) else {
             arriving += path.escaped(scene, &ray, straight, wavelengths);
             break;
         };
-        path.cross(scene, hit.t, wavelengths);
         arriving += path.emitted(scene, &ray, &hit, wavelengths);
         let last = depth + 1 >= scene.limits.max_depth;
         // Past the last segment only alpha asks whether this surface is in the way, and light that may pass it as if there
@@ -126,22 +124,31 @@ pub fn radiance<const C: usize>(
 }
 
 impl<const C: usize> Path<C> {
-    fn from_camera(scene: &Scene, time: f64) -> Self {
+    fn from_camera(scene: &Scene, ray: &Ray, time: f64) -> Self {
         Self {
             time,
             throughput: Sampled::ONE,
             ratio: Sampled::ONE,
             last: LastChoice::Camera,
-            media: scene.media_at_camera(),
+            media: scene.media_at_sensor(ray, time),
             compression: 1.0,
         }
     }
 
-    /// Attenuates along a stretch of the medium that the path is in (Beer and Lambert).
-    fn cross(&mut self, scene: &Scene, distance: f64, wavelengths: &Wavelengths<C>) {
-        if let Some(transmittance) = scene.transmittance(&self.media, distance, wavelengths) {
-            self.throughput *= transmittance;
-        }
+    /// To the next surface, attenuated by the media on the way (Beer and Lambert).
+    fn advance(
+        &mut self,
+        scene: &Scene,
+        ray: &Ray,
+        from_camera: bool,
+        wavelengths: &Wavelengths<C>,
+    ) -> Option<Intersection> {
+        let Self { throughput, media, time, .. } = self;
+        scene.intersect(ray, *time, from_camera, media, |media: &MediumStack, distance| {
+            if let Some(transmittance) = scene.transmittance(media, distance, wavelengths) {
+                *throughput *= transmittance;
+            }
+        })
     }
 
     /// Light from beyond the scene, weighed against having been sampled.
@@ -242,7 +249,7 @@ impl<const C: usize> Path<C> {
         if beyond {
             scene.pass_through(hit, toward_light, &mut media);
         }
-        let visibility = scene.visibility(&sample.shadow_ray, self.time, &media, wavelengths);
+        let visibility = scene.visibility(&sample.shadow_ray, self.time, &media.here, wavelengths);
         self.throughput * value.f_cos * sample.radiance * weight * visibility
     }
 

@@ -16,16 +16,16 @@ pub fn radiance<const C: usize>(
     stream: &Stream,
 ) -> Seen<C> {
     let hero = Wavelengths::<1> { nm: [wavelengths.nm[0]], density: Sampled([wavelengths.density[0]]) };
-    let mut media = scene.media_at_camera();
+    let mut media = scene.media_at_sensor(&ray, time);
     let (mut arriving, mut throughput) = (0.0, 1.0);
     let mut met = scene.limits.sky_covers(scene);
     for vertex in 0.. {
         let shown = vertex > 0 || !scene.limits.hide_emitters;
-        let hit = scene.intersect(&ray, time, vertex == 0);
-        let distance = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
-        if let Some(transmittance) = scene.transmittance(&media, distance, &hero) {
-            throughput *= transmittance.hero();
-        }
+        let hit = scene.intersect(&ray, time, vertex == 0, &mut media, |media, distance| {
+            if let Some(transmittance) = scene.transmittance(media, distance, &hero) {
+                throughput *= transmittance.hero();
+            }
+        });
         let Some(hit) = hit else {
             if let Some(environment) = scene.lights.environment().filter(|_| shown) {
                 arriving += throughput * environment.radiance(ray.direction, &hero.nm).hero();

@@ -87,6 +87,19 @@ pub struct DielectricMaterial {
     pub facets: Option<Facets>,
 }
 
+/// What is on the other side of a body's surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Around<'a> {
+    /// The index there; `None` in air.
+    pub index: Option<&'a Spectrum>,
+    /// Whether another body ends or begins there, so that what the surface's own material says of its outside does not count.
+    pub joined: bool,
+}
+
+impl Around<'_> {
+    pub const UNKNOWN: Self = Self { index: None, joined: false };
+}
+
 /// Index of air at standard conditions as Mitsuba 3 has it: what surrounds a body in nothing else.
 pub const AIR_INDEX: f64 = 1.000_277;
 
@@ -127,6 +140,14 @@ impl Materials {
     /// The attributes that textures of a material and those within it want of a mesh.
     pub fn attributes(&self, id: MaterialId) -> Vec<&str> {
         self.within(id).flat_map(Material::textures).flat_map(Texture::attributes).collect()
+    }
+
+    /// The material below what only turns the surface.
+    pub fn below_relief(&self, id: MaterialId) -> &Material {
+        match self.get(id) {
+            Material::Relief { nested, .. } => self.below_relief(*nested),
+            material => material,
+        }
     }
 
     /// The index on the inside of the first dielectric within a material.
@@ -243,7 +264,7 @@ impl Material {
 
     /// The numbers at a point and the wavelengths of a path. `around` is the index of what surrounds the surface, for
     /// bodies that leave it open. A material that nests is [`Bsdf::Black`]: it is gone through before.
-    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Option<&Spectrum>) -> Bsdf<C> {
+    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Around<'_>) -> Bsdf<C> {
         match self {
             Self::Black
             | Self::TwoSided { .. }
@@ -281,8 +302,8 @@ impl Material {
 }
 
 impl DielectricMaterial {
-    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Option<&Spectrum>) -> Bsdf<C> {
-        let outside = match self.exterior.as_ref().or(around) {
+    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Around<'_>) -> Bsdf<C> {
+        let outside = match self.exterior.as_ref().filter(|_| !around.joined).or(around.index) {
             Some(index) => index.sample(nm),
             None => Sampled::splat(AIR_INDEX),
         };

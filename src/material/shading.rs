@@ -1,10 +1,10 @@
 //! How a surface scatters at one point, in world space.
 
 use super::relief::Guard;
-use super::{Material, MaterialId, Materials};
+use super::{Around, Material, MaterialId, Materials};
 use crate::bsdf::{Bsdf, Evaluation, Scatter};
 use crate::geometry::{Frame, Vec3};
-use crate::spectrum::{Sampled, Spectrum};
+use crate::spectrum::Sampled;
 use crate::texture::TexturePoint;
 use smallvec::SmallVec;
 
@@ -40,7 +40,7 @@ impl Materials {
         at: &ShadingPoint,
         toward_eye: Vec3,
         nm: &[f64; C],
-        around: Option<&Spectrum>,
+        around: Around<'_>,
         mut choice: f64,
     ) -> Shading<C> {
         let mut frame = at.frame;
@@ -83,7 +83,7 @@ impl Materials {
         at: &ShadingPoint,
         toward_eye: Vec3,
         nm: &[f64; C],
-        around: Option<&Spectrum>,
+        around: Around<'_>,
     ) -> Sampled<C> {
         let of = |id: MaterialId| self.passing(id, at, toward_eye, nm, around);
         match self.get(id) {

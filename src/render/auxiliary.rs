@@ -91,18 +91,17 @@ fn pixel(
         let Some(sample) = scene.camera_ray(filter, pixel, &stream) else { continue };
         let (ray, weight) = (sample.sensor.ray, sample.filter_weight);
         let path = wavelengths.sample::<8>(sample.wavelength);
-        let hit = scene.intersect(&ray, sample.time, true);
+        let mut media = scene.media_at_sensor(&ray, sample.time);
+        let hit = scene.intersect(&ray, sample.time, true, &mut media, |_, _| {});
         let value = match (kind, hit) {
             (AuxiliaryKind::Depth, hit) => [hit.map_or(f64::INFINITY, |hit| hit.t), 0.0, 0.0],
             (_, None) => [0.0; 3],
             (AuxiliaryKind::Normal, Some(hit)) => {
                 let [.., choice] = stream.draw(Dimensions::Light(0));
-                let media = scene.media_at_camera();
                 scene.shade(&hit, -ray.direction, &media, &path, choice).frame.z.into()
             }
             (AuxiliaryKind::Albedo, Some(hit)) => {
                 let [.., choice] = stream.draw(Dimensions::Light(0));
-                let media = scene.media_at_camera();
                 let shading = scene.shade(&hit, -ray.direction, &media, &path, choice);
                 let [u, v, lobe, _] = stream.draw(Dimensions::Scattering(0));
                 let scattered = shading.sample(lobe, [u, v]);

@@ -2,14 +2,16 @@
 //! the place in the file that it came from. No behaviour, no file access, nothing to trace yet.
 
 use super::source::{Place, Sources};
-use crate::camera::Shutter;
+use crate::camera::{FisheyeProjection, Shutter, Stop};
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
 use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
 use crate::shape::solid::Operation;
-use crate::shape::{FigureKind, MeshData, QuadricKind};
+use crate::shape::{
+    ControlPoint, CurveKind, FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain,
+};
 use crate::spectrum::DispersionFormula;
 use crate::texture::{Filter, Pattern, Wrap};
 use std::path::PathBuf;
@@ -420,6 +422,14 @@ pub struct Shape {
     pub emission: Option<SpectrumSource>,
     pub interior: Option<Medium>,
     pub exterior: Option<Medium>,
+    /// Which of several transparent bodies counts where they overlap: that of the highest (an extension). 0 where it is left out.
+    pub priority: Option<Priority>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Priority {
+    pub place: Place,
+    pub value: i32,
 }
 
 #[derive(Clone, Debug)]
@@ -447,8 +457,32 @@ pub enum ShapeKind {
         major_radius: f64,
         minor_radius: f64,
     },
-    /// `polygon`, `extrusion`, `revolution`, `superquadric` (extensions).
+    /// `polygon`, `extrusion`, `revolution`, `superquadric` and `blobs` (extensions).
     Figure(FigureKind),
+    /// `sdfgrid`.
+    Distances {
+        file: PathBuf,
+        data: Arc<SdfData>,
+        /// Whether shading normals are smooth.
+        smooth: bool,
+    },
+    /// `heightfield` (an extension).
+    Heights {
+        source: HeightSource,
+        data: Arc<HeightData>,
+        scale: f64,
+        /// The height of the bottom of a body.
+        base: Option<f64>,
+        /// Whether shading normals are smooth.
+        smooth: bool,
+    },
+    /// `linearcurve`, `bsplinecurve` and, `solid`, `sweptsphere` (an extension): in the file's own coordinates.
+    Curves {
+        file: PathBuf,
+        kind: CurveKind,
+        solid: bool,
+        curves: Arc<Vec<Vec<ControlPoint>>>,
+    },
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
@@ -463,6 +497,19 @@ pub enum ShapeKind {
         /// `face_normals` does not ask for flat triangles.
         compute_normals: bool,
     },
+}
+
+/// Where the heights of a `heightfield` are from.
+#[derive(Clone, Debug)]
+pub enum HeightSource {
+    /// A channel of an image.
+    Image {
+        file: PathBuf,
+        channel: usize,
+    },
+    /// Written in the scene.
+    List,
+    Terrain(Terrain),
 }
 
 /// A body joined or cut from closed shapes (an extension). What it says of its surface and media its leaves say too.
@@ -620,6 +667,20 @@ pub enum SensorKind {
         near_clip: f64,
         far_clip: f64,
     },
+    /// `fisheye` and `panorama` (extensions). The frame is that of a perspective camera.
+    Angular {
+        to_world: Transform,
+        map: AngularMap,
+        /// Distances from the camera.
+        near_clip: f64,
+        far_clip: f64,
+    },
+    /// `sensorplane`, a film in the scene itself (an extension): it lies across its local z, in the middle of which the origin is.
+    Plane {
+        to_world: Transform,
+        width: f64,
+        stop: Stop,
+    },
     RadianceMeter {
         origin: Vec3,
         direction: Vec3,
@@ -635,6 +696,19 @@ pub enum SensorKind {
     },
     /// Sensors side by side, from left to right. Their own films and samplers don't matter.
     Batch(Vec<Sensor>),
+}
+
+/// See [`crate::camera::DirectionMap`]; fields of view in degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AngularMap {
+    Fisheye {
+        projection: FisheyeProjection,
+        fov: f64,
+    },
+    /// Across and up.
+    Panorama {
+        fov: [f64; 2],
+    },
 }
 
 /// What a distant sensor looks at.

@@ -3,6 +3,7 @@
 mod compile;
 pub mod description;
 mod info;
+mod meeting;
 mod read;
 pub mod source;
 mod tell;

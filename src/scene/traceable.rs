@@ -1,13 +1,14 @@
 //! A compiled scene: immutable, with only what is needed to trace it.
 
+use super::meeting::{Contacts, Meeting};
 use crate::accel::Accel;
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Integrator, Limits};
 use crate::light::Lights;
-use crate::material::{MaterialId, Materials, Shading, ShadingPoint};
-use crate::medium::{Body, MediumStack};
+use crate::material::{Around, MaterialId, Materials, Shading, ShadingPoint};
+use crate::medium::{Body, Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
 use crate::shape::{AtRest, Hit, Parametrisation, Shape};
 use crate::spectrum::colour::Observer;
@@ -34,9 +35,10 @@ pub struct Scene {
     pub(super) surfaces: Vec<Surface>,
     pub(super) materials: Materials,
     pub(super) bodies: Vec<Body>,
+    pub(super) contacts: Contacts,
     /// Absorption of each medium, per unit of length; `None` where it is zero everywhere.
     pub(super) media: Vec<Option<Spectrum>>,
-    /// What absorbs around the camera.
+    /// What the file says that absorbs around the camera.
     pub(super) camera_medium: Option<u32>,
 }
 
@@ -80,12 +82,26 @@ pub struct CameraSample<'a> {
 pub(super) struct Surface {
     pub material: MaterialId,
     pub light: Option<u32>,
+    pub role: Role,
+    /// Whether it is a part of a solid of the scene's own: which instance a moving part is says nothing of the body then.
+    pub part: bool,
     /// What the surface encloses, if it is that of a transparent body.
     pub body: Option<u32>,
     /// Whether material or light ask for the surface's coordinates.
     pub parametrised: bool,
     /// Whether light may pass straight through as if there were no surface.
     pub may_pass: bool,
+}
+
+/// What a surface is among others that are met at the same place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// The boundary of what refracts, and nothing else.
+    Interface,
+    /// One that light passes as if there were none.
+    Veil,
+    /// It has a say of its own: it scatters, absorbs or shines.
+    Other,
 }
 
 /// What the scene asks of the renderer. What it does not ask for is not done.
@@ -97,6 +113,12 @@ pub struct Needs {
     pub absorption: bool,
     /// Some body may lie within another, or absorbs: paths keep account of what they are inside of.
     pub medium_stack: bool,
+    /// Bodies have priorities: surfaces beneath the one that counts are none.
+    pub precedence: bool,
+    /// Transparent bodies may have faces in common with other things.
+    pub contact: bool,
+    /// Rays of the sensor may begin within a body.
+    pub sensor_within: bool,
     pub lens: bool,
     /// Something moves while the shutter is open.
     pub motion: bool,
@@ -112,11 +134,14 @@ pub struct Needs {
 }
 
 impl Needs {
-    fn all(&self) -> [(&'static str, bool); 10] {
+    fn all(&self) -> [(&'static str, bool); 13] {
         [
             ("dispersion", self.dispersion),
             ("absorption", self.absorption),
             ("medium stack", self.medium_stack),
+            ("precedence", self.precedence),
+            ("surfaces in contact", self.contact),
+            ("sensor within a body", self.sensor_within),
             ("lens", self.lens),
             ("motion", self.motion),
             ("light samples", self.light_samples),
@@ -125,6 +150,11 @@ impl Needs {
             ("transparent shadows", self.clear_shadows),
             ("surface coordinates", self.textures),
         ]
+    }
+
+    /// Whether several surfaces may be met at once, or some are none.
+    pub fn meetings(&self) -> bool {
+        self.precedence || self.contact
     }
 
     /// What the renderer does for this scene beyond the least.
@@ -154,10 +184,14 @@ pub struct Intersection {
     pub frame: Frame,
     /// The light that the surface is, if it is one.
     pub light: Option<u32>,
-    hit: Hit,
+    pub(super) hit: Hit,
     /// All zero where nothing asks for it.
     parametrisation: Parametrisation,
     at_rest: AtRest,
+    /// Whether the ray comes from the side that the normal points to.
+    from_front: bool,
+    /// Whether several bodies end or begin here.
+    pub(super) joined: bool,
 }
 
 impl Scene {
@@ -191,34 +225,78 @@ impl Scene {
         Some(CameraSample { sensor, filter_weight, wavelength, time })
     }
 
-    /// Where a ray first meets a surface. Camera rays pass through hidden lights.
-    pub fn intersect(&self, ray: &Ray, time: f64, from_camera: bool) -> Option<Intersection> {
+    /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each stretch of the
+    /// way, with what it leads through.
+    #[inline]
+    pub fn intersect(
+        &self,
+        ray: &Ray,
+        time: f64,
+        from_camera: bool,
+        media: &mut Media,
+        mut cross: impl FnMut(&MediumStack, f64),
+    ) -> Option<Intersection> {
         let mut ray = *ray;
-        let mut passed = 0.0;
+        // Lengths of the way, and of the part of it that leads through what the ray is in now.
+        let (mut passed, mut within) = (0.0, 0.0);
         loop {
-            let hit = self.meet(&ray, time)?;
-            if !(from_camera && self.limits.hide_emitters && hit.light.is_some()) {
-                return Some(Intersection { t: hit.t + passed, ..hit });
+            let Some(mut hit) = self.meet(&ray, time) else {
+                cross(&media.here, f64::INFINITY);
+                return None;
+            };
+            let hides = from_camera && self.limits.hide_emitters;
+            if !(hides && hit.light.is_some()) {
+                let meeting = match self.needs.meetings() {
+                    true => self.meeting(&ray, time, &mut hit, media),
+                    false => Meeting::Surface,
+                };
+                match meeting {
+                    Meeting::Surface if !(hides && hit.light.is_some()) => {
+                        cross(&media.here, within + hit.t);
+                        return Some(Intersection { t: hit.t + passed, ..hit });
+                    }
+                    Meeting::Surface | Meeting::Nothing => {}
+                    Meeting::Straight => {
+                        cross(&media.here, within + hit.t);
+                        within = -hit.t;
+                        media.here = media.beyond;
+                    }
+                }
             }
             passed += hit.t;
+            within += hit.t;
             ray = hit.point.rest_of(&ray);
         }
     }
 
     fn meet(&self, ray: &Ray, time: f64) -> Option<Intersection> {
-        let hit: Hit = self.accel.closest(ray, time)?;
+        self.accel.closest(ray, time).map(|hit| self.intersection(&hit, ray, time))
+    }
+
+    /// All about a hit.
+    #[inline]
+    pub(super) fn intersection(&self, hit: &Hit, ray: &Ray, time: f64) -> Intersection {
         let surface = &self.surfaces[hit.shape as usize];
-        let met = self.accel.surface(&self.shapes, &hit, ray, time);
+        let met = self.accel.surface(&self.shapes, hit, ray, time);
         let (parametrisation, at_rest, frame) = if surface.parametrised {
             let (parametrisation, at_rest) =
-                self.accel.parametrisation(&self.shapes, &hit, met.point.position, time);
+                self.accel.parametrisation(&self.shapes, hit, met.point.position, time);
             let frame = Frame::with_tangent(met.shading_normal, parametrisation.tangent);
             (parametrisation, at_rest, frame)
         } else {
             (Parametrisation::NONE, AtRest::NONE, Frame::around(met.shading_normal))
         };
-        let (t, point, light) = (hit.t, met.point, surface.light);
-        Some(Intersection { t, point, frame, light, hit, parametrisation, at_rest })
+        Intersection {
+            t: hit.t,
+            point: met.point,
+            frame,
+            light: surface.light,
+            hit: *hit,
+            parametrisation,
+            at_rest,
+            from_front: ray.direction.dot(met.point.normal) < 0.0,
+            joined: false,
+        }
     }
 
     /// How the surface scatters at a path's wavelengths. `choice` in [0, 1) chooses between the materials of a surface
@@ -227,29 +305,48 @@ impl Scene {
         &self,
         hit: &Intersection,
         toward_eye: Vec3,
-        media: &MediumStack,
+        media: &Media,
         wavelengths: &Wavelengths<C>,
         choice: f64,
     ) -> Shading<C> {
         let surface = self.surface(hit);
-        let around = self.index_around(surface, media);
+        let around = self.around(hit, media);
         let at = self.shading_point(hit);
         self.materials.shade(surface.material, &at, toward_eye, &wavelengths.nm, around, choice)
     }
 
     /// Keeps account of the body that a ray enters or leaves by passing through a surface.
-    pub fn pass_through(&self, hit: &Intersection, direction: Vec3, media: &mut MediumStack) {
-        let Some(body) = self.surface(hit).body.filter(|_| self.needs.medium_stack) else { return };
-        if direction.dot(hit.point.normal) < 0.0 {
-            media.enter(body);
+    pub fn pass_through(&self, hit: &Intersection, direction: Vec3, media: &mut Media) {
+        if !self.needs.medium_stack {
+            return;
+        }
+        let enters = direction.dot(hit.point.normal) < 0.0;
+        if self.needs.meetings() {
+            if enters == hit.from_front {
+                media.here = media.beyond;
+            }
+            return;
+        }
+        let Some(body) = self.body_of(&hit.hit) else { return };
+        if enters {
+            media.here.enter(body, &self.bodies);
         } else {
-            media.leave(body, &self.bodies);
+            media.here.leave(body, &self.bodies);
         }
     }
 
-    /// What surrounds the camera.
-    pub fn media_at_camera(&self) -> MediumStack {
-        MediumStack::outside(self.camera_medium)
+    /// What a sensor's ray begins in.
+    pub fn media_at_sensor(&self, ray: &Ray, time: f64) -> Media {
+        let mut here = MediumStack::outside(self.camera_medium);
+        if self.needs.sensor_within {
+            let mut within = MediumStack::default();
+            self.bodies_around(ray, time, &mut within);
+            // What the file says of the medium there is believed.
+            if self.camera_medium.is_none_or(|medium| within.medium(&self.bodies) == Some(medium)) {
+                here = within;
+            }
+        }
+        Media::of(here)
     }
 
     /// The share that a stretch of what surrounds the ray lets through; `None` where nothing absorbs.
@@ -280,40 +377,62 @@ impl Scene {
         let within = |share: Sampled<C>, media: &MediumStack, distance: f64| {
             self.transmittance(media, distance, wavelengths).map_or(share, |part| share * part)
         };
-        if !self.needs.clear_shadows {
+        if !self.needs.clear_shadows && !self.needs.meetings() {
             return if self.accel.occluded(ray, time) {
                 Sampled::ZERO
             } else {
                 within(Sampled::ONE, media, ray.t_max)
             };
         }
-        let (mut ray, mut media, mut share) = (*ray, *media, Sampled::ONE);
-        while let Some(hit) = self.meet(&ray, time) {
-            let surface = self.surface(&hit);
-            if !surface.may_pass {
-                return Sampled::ZERO;
+        let (mut ray, mut media, mut share) = (*ray, Media::of(*media), Sampled::ONE);
+        while let Some(mut hit) = self.meet(&ray, time) {
+            let meeting = match self.needs.meetings() {
+                true => self.meeting(&ray, time, &mut hit, &mut media),
+                false => Meeting::Surface,
+            };
+            match meeting {
+                Meeting::Surface => {
+                    // What ends the way is in contact with the light that it leads to.
+                    if hit.light.is_some() && hit.t >= ray.t_max {
+                        break;
+                    }
+                    let surface = self.surface(&hit);
+                    if !(self.needs.clear_shadows && surface.may_pass) {
+                        return Sampled::ZERO;
+                    }
+                    let around = self.around(&hit, &media);
+                    let at = self.shading_point(&hit);
+                    let toward_eye = -ray.direction;
+                    share *=
+                        self.materials.passing(surface.material, &at, toward_eye, &wavelengths.nm, around);
+                    if share.is_zero() {
+                        return share;
+                    }
+                    share = within(share, &media.here, hit.t);
+                    self.pass_through(&hit, ray.direction, &mut media);
+                }
+                Meeting::Straight => {
+                    share = within(share, &media.here, hit.t);
+                    media.here = media.beyond;
+                }
+                Meeting::Nothing => share = within(share, &media.here, hit.t),
             }
-            let around = self.index_around(surface, &media);
-            let at = self.shading_point(&hit);
-            let toward_eye = -ray.direction;
-            share *= self.materials.passing(surface.material, &at, toward_eye, &wavelengths.nm, around);
-            if share.is_zero() {
-                return share;
-            }
-            share = within(share, &media, hit.t);
-            self.pass_through(&hit, ray.direction, &mut media);
             ray = hit.point.rest_of(&ray);
         }
-        within(share, &media, ray.t_max)
+        within(share, &media.here, ray.t_max)
     }
 
     fn surface(&self, hit: &Intersection) -> &Surface {
         &self.surfaces[hit.hit.shape as usize]
     }
 
-    fn index_around(&self, surface: &Surface, media: &MediumStack) -> Option<&Spectrum> {
-        let body = surface.body.filter(|_| self.needs.medium_stack)?;
-        media.index_around(body, &self.bodies)
+    /// What the surface at a hit has on its other side, for bodies that leave it open.
+    fn around(&self, hit: &Intersection, media: &Media) -> Around<'_> {
+        let Some(body) = self.body_of(&hit.hit).filter(|_| self.needs.medium_stack) else {
+            return Around::UNKNOWN;
+        };
+        let outside = if self.needs.meetings() && !hit.from_front { &media.beyond } else { &media.here };
+        Around { index: outside.index_around(body, &self.bodies), joined: hit.joined }
     }
 
     fn shading_point(&self, hit: &Intersection) -> ShadingPoint<'_> {

@@ -9,6 +9,7 @@
 //! - Tangent rays count as misses.
 
 mod chords;
+mod closed;
 mod crossing;
 mod curves;
 mod cylinder;
@@ -35,8 +36,8 @@ pub use crossing::{Crossing, Crossings};
 pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use figure::{Figure, FigureKind, FillRule, Interpolation};
-pub use heightfield::{HeightData, HeightField};
+pub use figure::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel};
+pub use heightfield::{HeightData, HeightField, Terrain};
 pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
@@ -184,6 +185,8 @@ pub enum ShapeError {
     Outline,
     /// A profile is not finite, has too few points, or reaches over the axis.
     Profile,
+    /// The threshold of blobs is not above 0, or something of them is not finite.
+    Threshold,
     /// An exponent of a superquadric is out of range.
     Exponent(f64),
     /// The placement makes the shape too thin or too large to compute with.
@@ -219,7 +222,10 @@ impl fmt::Display for ShapeError {
                 write!(f, "a grid needs two points along each axis and a value for each point")
             }
             Self::Exponent(exponent) => write!(f, "its exponents must be from 0.001 to 2, not {exponent}"),
-            Self::Profile => write!(f, "its profile must be finite and on one side of the axis"),
+            Self::Profile => write!(f, "its profile must be finite, long enough and on one side of the axis"),
+            Self::Threshold => {
+                write!(f, "all numbers must be finite, and its threshold above 0 and reached somewhere")
+            }
             Self::Outline => write!(f, "its outline must be finite and enclose an area"),
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")

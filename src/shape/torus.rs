@@ -200,8 +200,18 @@ impl Torus {
         found.extend(roots.iter().map(|root| {
             let slope = function(root.t).slope;
             let height = 2.0 * coordinate + 8.0 * f64::EPSILON;
-            // As long as the slope hardly changes over that distance; else the line all but touches.
-            let error = if slope * slope > 4.0 * bend * height { 2.0 * height / slope.abs() } else { 2.0 };
+            // As long as the slope hardly changes over that distance. Else the line all but touches, or it clings to the surface
+            // as it passes: then it certainly has where it is further off than rounding could place it.
+            let error = if slope * slope > 4.0 * bend * height {
+                2.0 * height / slope.abs()
+            } else {
+                let passed = |reach: f64| {
+                    let [before, after] = [-reach, reach].map(|step| function(root.t + step).value);
+                    before.abs().min(after.abs()) > height && (before < 0.0) != (after < 0.0)
+                };
+                let reaches = std::iter::successors(Some(1e-7), |reach| Some(2.0 * reach));
+                reaches.take_while(|&reach| reach < 2.0).find(|&reach| passed(reach)).unwrap_or(2.0)
+            };
             let rounding = 4.0 * f64::EPSILON * (shift.abs() + root.t.abs());
             OnLine { t: shift + root.t, error: error + rounding, enters: slope < 0.0, part: 0 }
         }));

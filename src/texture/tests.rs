@@ -235,7 +235,7 @@ fn slopes_of_patterns_are_those_of_their_values() {
             let texture = procedural(pattern, ground, colours, true);
             let mut creases = 0;
             for i in 0..400 {
-                let (u, v) = (0.0371 * f64::from(i), 0.0213 * f64::from(i));
+                let (u, v) = (0.037_137 * f64::from(i), 0.021_319 * f64::from(i));
                 let difference = |du: f64, dv: f64| {
                     texture.value(&place(u + du, v + dv)) - texture.value(&place(u - du, v - dv))
                 };

@@ -295,6 +295,27 @@ impl<'a> Groups<'a> {
         self.groups.iter().any(|group| surfaces[group.range()].iter().any(|s| s.body.is_some()))
     }
 
+    /// For each instance its group's range of all shapes, the box around it while the shutter is open, and by how much at most
+    /// it stretches lengths. `shift` moves the scene to the origin.
+    pub fn placed_boxes(
+        &self,
+        shapes: &[shape::Shape],
+        shift: &Transform,
+    ) -> Vec<(Range<usize>, Bounds, f64)> {
+        let placed = |instance: &Instance<'a>| {
+            let placed = self.placed(instance, shift)?;
+            let range = self.groups[instance.group].range();
+            let group = Bounds::of_all(shapes[range.clone()].iter().map(shape::Shape::bounds));
+            Some((range, placed.bounds(group, self.shutter), placed.largest_stretch()))
+        };
+        self.instances.iter().filter_map(placed).collect()
+    }
+
+    /// Of the scene's own shapes, whether it is a part of a solid that moves by itself.
+    pub fn moves(&self, shape: usize) -> bool {
+        self.own.pieces[shape].keys.is_some()
+    }
+
     /// Whether a surface of a body moves by itself.
     pub fn move_bodies(&self, surfaces: &[Surface]) -> bool {
         let pieces = self.own.pieces.iter().zip(surfaces);

@@ -1,6 +1,6 @@
 //! Panes, plastic and "principled" surfaces.
 
-use super::materials::shape;
+use super::materials::facet_shape;
 use super::spectra::{self, index};
 use crate::bsdf::RoughCoat;
 use crate::geometry::Transform;
@@ -129,5 +129,5 @@ fn coat(
         )
         .with_remedy("a surface without a coat is `diffuse`"));
     }
-    Ok(RoughCoat::shared(shape(roughness.distribution), roughness.alpha, inside / outside))
+    Ok(RoughCoat::shared(facet_shape(roughness.distribution), roughness.alpha, inside / outside))
 }

@@ -3,7 +3,7 @@ use super::spectra::{self, index, spectrum};
 use crate::bsdf::microfacet;
 use crate::geometry::Transform;
 use crate::material::{
-    DielectricMaterial, Facets, Material, MaterialId, Materials, Metal, Relief, ReliefMap,
+    AIR_INDEX, DielectricMaterial, Facets, Material, MaterialId, Materials, Metal, Relief, ReliefMap,
 };
 use crate::medium::{Body, Filling};
 use crate::scene::description::{
@@ -11,7 +11,8 @@ use crate::scene::description::{
     Shape, SpectrumSource,
 };
 use crate::scene::source::SceneError;
-use crate::scene::traceable::Surface;
+use crate::scene::traceable::{Role, Surface};
+use crate::shape;
 use crate::spectrum::{NormalReflectance, Spectrum, catalogue};
 use crate::texture::Texture;
 use crate::units::WavelengthRange;
@@ -46,13 +47,25 @@ impl MaterialCompiler {
     }
 
     /// What a shape's surface is, without the light that it may be.
-    pub fn surface(&mut self, shape: &Shape) -> Result<Surface, SceneError> {
+    pub fn surface(
+        &mut self,
+        shape: &Shape,
+        geometry: &shape::Shape,
+        part: bool,
+    ) -> Result<Surface, SceneError> {
         let material = self.material(&shape.bsdf)?;
-        let body = self.body(shape, material)?;
+        let body = self.body(shape, geometry, part, material)?;
         let any = |has: &dyn Fn(&Material) -> bool| self.materials.any(material, &has);
         Ok(Surface {
             material,
             light: None,
+            role: match self.materials.below_relief(material) {
+                _ if shape.emission.is_some() => Role::Other,
+                Material::Dielectric(_) => Role::Interface,
+                Material::Null => Role::Veil,
+                _ => Role::Other,
+            },
+            part: false,
             body,
             parametrised: any(&Material::is_parametrised),
             may_pass: any(&Material::may_pass),
@@ -60,10 +73,24 @@ impl MaterialCompiler {
     }
 
     /// What the surface encloses: an index where it refracts, and what the file says is on either side.
-    fn body(&mut self, shape: &Shape, material: MaterialId) -> Result<Option<u32>, SceneError> {
+    fn body(
+        &mut self,
+        shape: &Shape,
+        geometry: &shape::Shape,
+        part: bool,
+        material: MaterialId,
+    ) -> Result<Option<u32>, SceneError> {
+        let refuse_priority = |problem: &str, expected: &str| match &shape.priority {
+            // That of a solid is not meant for all of its parts.
+            Some(priority) if !part => Err(SceneError::at(&priority.place, problem, expected)),
+            _ => Ok(None),
+        };
         if !self.materials.any(material, &Material::transmits) {
             return match &shape.interior {
-                None => Ok(None),
+                None => refuse_priority(
+                    "There is nothing inside this shape that could take precedence: no ray ever gets into it",
+                    "a priority of a shape that lets light through, such as one with a `dielectric`",
+                ),
                 Some(medium) => Err(SceneError::at(
                     &medium.place,
                     "no ray ever gets into this medium",
@@ -83,10 +110,43 @@ impl MaterialCompiler {
             (Some(inside), outside) => (inside, outside.unwrap_or(Filling::Unsaid)),
         };
         if index.is_none() && interior == Filling::Unsaid {
-            return Ok(None);
+            return refuse_priority(
+                "There is nothing inside this shape that could take precedence: neither an index nor a medium",
+                "a priority of a shape with a `dielectric` or an interior medium",
+            );
         }
-        self.bodies.push(Body { index, interior, exterior });
+        // All faces of a solid together are closed.
+        let closed = part || geometry.encloses();
+        if !closed {
+            refuse_priority(
+                "The shape encloses nothing that could take precedence",
+                "a priority of a closed shape whose normals point outward",
+            )?;
+        }
+        let priority = shape.priority.as_ref().map_or(0, |priority| priority.value);
+        let index_class = self.index_class(index.as_ref());
+        self.bodies.push(Body { index, interior, exterior, priority, closed, index_class });
         Ok(Some(self.bodies.len() as u32 - 1))
+    }
+
+    /// Whether two bodies are made of the same.
+    pub fn same_inside(&self, a: u32, b: u32) -> bool {
+        let (a, b) = (&self.bodies[a as usize], &self.bodies[b as usize]);
+        let absorption = |filling: Filling| match filling {
+            Filling::Medium(medium) => (Filling::Vacuum, self.media[medium as usize].as_ref()),
+            other => (other, None),
+        };
+        let same = |a: Filling, b: Filling| absorption(a) == absorption(b);
+        a.index == b.index
+            && a.priority == b.priority
+            && same(a.interior, b.interior)
+            && same(a.exterior, b.exterior)
+    }
+
+    fn index_class(&self, index: Option<&Spectrum>) -> u32 {
+        let Some(index) = index.filter(|&index| *index != Spectrum::Constant(AIR_INDEX)) else { return 0 };
+        let known = self.bodies.iter().find(|body| body.index.as_ref() == Some(index));
+        known.map_or(self.bodies.len() as u32 + 1, |body| body.index_class)
     }
 
     fn filling(&mut self, medium: &Option<Medium>) -> Result<Option<Filling>, SceneError> {
@@ -244,10 +304,10 @@ fn facets(roughness: &Roughness, shift: &Transform) -> Result<Facets, SceneError
         Alpha::Anisotropic([u, v]) => [texture(u)?, texture(v)?],
     };
     let isotropic = matches!(roughness.alpha, Alpha::Isotropic(_));
-    Ok(Facets { shape: shape(roughness.distribution), alpha, isotropic })
+    Ok(Facets { shape: facet_shape(roughness.distribution), alpha, isotropic })
 }
 
-pub(super) fn shape(distribution: Distribution) -> microfacet::Shape {
+pub(super) fn facet_shape(distribution: Distribution) -> microfacet::Shape {
     match distribution {
         Distribution::Beckmann => microfacet::Shape::Beckmann,
         Distribution::Ggx => microfacet::Shape::Ggx,

@@ -4,6 +4,7 @@
 //! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single precision: how
 //! far a scene lies from the origin of its file makes no difference.
 
+mod contact;
 mod groups;
 mod layered;
 mod lights;
@@ -20,7 +21,6 @@ use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Coverage, Integrator, Limits};
 use crate::light::Light;
 use crate::material::Material;
-use crate::medium::Body;
 use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
@@ -68,13 +68,15 @@ impl Compiler<'_> {
         self.shift = shift;
         let mut materials = MaterialCompiler::new(self.options.range, shift);
         let (mut geometries, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
+        let mut precedence = false;
         for Traced { shape, to_traced, flip_normals, part, carried } in groups.shapes(&shift) {
+            precedence |= shape.priority.is_some();
             let geometry = shapes::place(shape, &to_traced, flip_normals, part);
             let Some(geometry) = self.keep(&shape.place, geometry) else { continue };
             if part {
                 self.refuse_open(shape, &geometry);
             }
-            let surface = match materials.surface(shape) {
+            let surface = match materials.surface(shape, &geometry, part) {
                 Ok(surface) => surface,
                 Err(error) => {
                     self.errors.push(error);
@@ -95,7 +97,9 @@ impl Compiler<'_> {
             };
             geometries.push(geometry);
             let textured = light.is_some_and(|light| lights[light as usize].is_textured());
-            surfaces.push(Surface { light, parametrised: surface.parametrised || textured, ..surface });
+            let part = part && surfaces.len() < groups.own();
+            let parametrised = surface.parametrised || textured;
+            surfaces.push(Surface { light, part, parametrised, ..surface });
         }
         let (environment, moving_lights) = self.other_lights(&mut lights, &shift);
         let camera_medium = description
@@ -107,7 +111,7 @@ impl Compiler<'_> {
             self.refuse_lights_that_a_walk_misses();
         }
         if self.errors.is_empty() {
-            self.join_bodies(&groups, &materials.bodies, &mut surfaces);
+            self.join_bodies(&groups, &materials, &mut surfaces);
         }
         let film = self.film();
         if !self.errors.is_empty() {
@@ -132,6 +136,11 @@ impl Compiler<'_> {
         let Some(camera) = self.camera(&shift, accel.bounds()).filter(|_| self.errors.is_empty()) else {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         };
+        let contacts = contact::contacts(&groups, &shift, &shapes, &surfaces, &bodies);
+        let contact = !contacts.of.is_empty();
+        let during = description.sensor.shutter.during();
+        let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &surfaces, &bodies)
+            .any(|around| around.overlaps(camera.origins(during)));
         let scene_radius = 0.5 * accel.bounds().diameter();
         let own = groups.own();
         let bodies_may_nest = may_nest(&shapes[..own], &surfaces[..own])
@@ -145,7 +154,10 @@ impl Compiler<'_> {
         let needs = Needs {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
-            medium_stack: absorption || bodies_may_nest,
+            medium_stack: absorption || bodies_may_nest || contact || precedence || sensor_within,
+            precedence,
+            contact,
+            sensor_within,
             lens: camera.uses_lens(),
             motion: groups.move_while_open() || lights_move && shutter.open < shutter.close,
             light_samples: !lights.is_empty(),
@@ -183,6 +195,7 @@ impl Compiler<'_> {
             surfaces,
             materials,
             bodies,
+            contacts,
             media,
             camera_medium,
         })
@@ -250,7 +263,7 @@ impl Compiler<'_> {
     }
 
     /// All of a solid that lets light through is one body.
-    fn join_bodies(&mut self, groups: &Groups<'_>, bodies: &[Body], surfaces: &mut [Surface]) {
+    fn join_bodies(&mut self, groups: &Groups<'_>, materials: &MaterialCompiler, surfaces: &mut [Surface]) {
         let places: Vec<&Place> =
             groups.shapes(&Transform::IDENTITY).iter().map(|traced| &traced.shape.place).collect();
         for parts in groups.solids() {
@@ -258,7 +271,7 @@ impl Compiler<'_> {
             let clear: Vec<(usize, u32)> = parts.iter().filter_map(of_body).collect();
             let Some(&(_, first)) = clear.first() else { continue };
             for (part, body) in clear {
-                if bodies[body as usize] != bodies[first as usize] {
+                if !materials.same_inside(body, first) {
                     let problem = "this part encloses something else than the first that light gets into";
                     let error = SceneError::at(
                         places[part],

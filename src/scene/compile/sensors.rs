@@ -2,12 +2,13 @@
 
 use super::{Compiler, shapes, spectra};
 use crate::camera::{
-    Aperture, Camera, Distant, IrradianceMeter, Projection, Projective, ProjectiveSettings, RadianceMeter,
-    Rays, ThinLens, View, Window,
+    Angular, Aperture, Camera, DirectionMap, Distant, IrradianceMeter, Projection, Projective,
+    ProjectiveSettings, RadianceMeter, Rays, SensorPlane, ThinLens, View, Window,
 };
 use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
 use crate::scene::description::{
-    self, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, Sensor, SensorKind, SpectrumKind,
+    self, AngularMap, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, Sensor, SensorKind,
+    SpectrumKind,
 };
 use crate::scene::source::SceneError;
 use crate::scene::traceable::{FilmChannel, FilmPlan};
@@ -141,6 +142,22 @@ impl Compiler<'_> {
             SensorKind::Orthographic { to_world, near_clip, far_clip } => {
                 let placed = self.camera_placed(sensor, to_world, shift)?;
                 projective(Projection::Orthographic, placed, 1.0, [0.0; 2], [*near_clip, *far_clip])
+            }
+            SensorKind::Angular { to_world, map, near_clip, far_clip } => {
+                let placed = self.camera_placed(sensor, to_world, shift)?;
+                let map = match *map {
+                    AngularMap::Fisheye { projection, fov } => {
+                        DirectionMap::Fisheye { projection, half_angle: 0.5 * fov.to_radians() }
+                    }
+                    AngularMap::Panorama { fov } => {
+                        DirectionMap::Panorama { angles: fov.map(f64::to_radians) }
+                    }
+                };
+                Rays::Angular(Box::new(Angular::new(placed, map, film.size, [*near_clip, *far_clip])))
+            }
+            SensorKind::Plane { to_world, width, stop } => {
+                let placed = self.camera_placed(sensor, to_world, shift)?;
+                Rays::Plane(Box::new(SensorPlane::new(placed, film.size, *width, *stop)))
             }
             SensorKind::RadianceMeter { origin, direction } => {
                 Rays::Radiance(RadianceMeter::new(shift.point(*origin), *direction))

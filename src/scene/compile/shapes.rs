@@ -3,7 +3,8 @@
 use crate::geometry::{Bounds, Transform};
 use crate::scene::description::{Shape, ShapeKind};
 use crate::shape::{
-    self, Cylinder, Disk, Figure, Mesh, MeshData, Quadric, ShapeError, Sphere, Torus, compute_vertex_normals,
+    self, Curves, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, Sampled, SdfGrid, ShapeError,
+    Sphere, SweptSphere, Torus, compute_vertex_normals,
 };
 
 /// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to single precision.
@@ -28,7 +29,21 @@ pub(super) fn place(
         ShapeKind::Torus { major_radius, minor_radius } => {
             shape::Shape::Torus(Box::new(Torus::new(to_world, *major_radius, *minor_radius, flip)?))
         }
+        ShapeKind::Distances { data, smooth, .. } => {
+            let grid = SdfGrid::new(to_world, data.clone(), *smooth, flip)?;
+            shape::Shape::Sampled(Box::new(Sampled::Distances(grid)))
+        }
+        ShapeKind::Heights { data, scale, base, smooth, .. } => {
+            let field = HeightField::new(to_world, data.clone(), *scale, *base, *smooth, flip)?;
+            shape::Shape::Sampled(Box::new(Sampled::Heights(field)))
+        }
         ShapeKind::Figure(kind) => shape::Shape::Figure(Box::new(Figure::new(to_world, kind, flip)?)),
+        ShapeKind::Curves { kind, solid: false, curves, .. } => {
+            shape::Shape::Curves(Curves::new(to_world, *kind, curves, flip)?)
+        }
+        ShapeKind::Curves { kind, solid: true, curves, .. } => {
+            shape::Shape::SweptSphere(Box::new(SweptSphere::new(to_world, *kind, curves, flip)?))
+        }
         ShapeKind::Rectangle => shape::Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube if part => {
             let cube = MeshData::cube(flip);

@@ -1,7 +1,7 @@
 use super::super::Description;
 use super::super::tell::{self, Told, Value};
 use crate::geometry::Transform;
-use crate::shape::{MeshAttribute, MeshData};
+use crate::shape::{ControlPoint, MeshAttribute, MeshData};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -82,6 +82,15 @@ fn text(text: &str) -> u64 {
 /// Source: G. Fowler, L. C. Noll, K.-P. Vo, D. Eastlake, "The FNV Non-Cryptographic Hash Algorithm".
 fn fnv1a(words: impl Iterator<Item = u64>) -> u64 {
     words.fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
+/// Of what a file of curves holds.
+pub(in crate::scene) fn hash_of_curves(curves: &[Vec<ControlPoint>]) -> u64 {
+    let of_curve = |curve: &Vec<ControlPoint>| {
+        let numbers = curve.iter().flat_map(|point| [point.position.to_array().to_vec(), vec![point.radius]]);
+        fnv1a(numbers.flatten().map(f64::to_bits))
+    };
+    fnv1a(curves.iter().map(of_curve))
 }
 
 /// Of what a file of texels or cells holds.

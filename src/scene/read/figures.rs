@@ -4,9 +4,9 @@ use super::super::description::ShapeKind;
 use super::super::source::SceneError;
 use super::attributes;
 use super::query::Query;
-use super::spectra::required;
+use super::spectra::{numbers, required};
 use crate::geometry::{Transform, Vec3};
-use crate::shape::{Figure, FigureKind, FillRule, Interpolation, ShapeError};
+use crate::shape::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel, ShapeError};
 
 /// `None` where the shape is wrong, which is reported.
 pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
@@ -15,6 +15,7 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
         "polygon" => "a flat shape with any outline",
         "extrusion" => "a polygon swept along z",
         "revolution" => "a profile turned around z",
+        "blobs" => "soft balls that flow together",
         _ => "an ellipsoid between box and octahedron",
     };
     query.reader.extension(&query.object.place, format!("{plugin}: {what}"));
@@ -25,6 +26,7 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
             FigureKind::Polygon { contours: contours?, rule }
         }
         "revolution" => revolution(query)?,
+        "blobs" => blobs(query)?,
         "superquadric" => FigureKind::Superquadric {
             exponents: [query.positive("e1", 1.0), query.positive("e2", 1.0)],
             semi_axes: query.vector("semi_axes").unwrap_or(Vec3::ONE),
@@ -52,7 +54,17 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
                         "expected four or more points \"r z\", no r of the curve below 0"
                     }
                 },
-                "a closed Bézier curve comes back to its first point, which is not given again",
+                match interpolation {
+                    Interpolation::Bezier => {
+                        "a closed one comes back to its first point, which is not given again"
+                    }
+                    _ => "r is the distance from the z axis",
+                },
+            ),
+            FigureKind::Blobs { .. } => (
+                "threshold",
+                "expected a threshold that the densities reach somewhere",
+                "in its centre the density of a ball alone is its strength, 1 unless given",
             ),
             FigureKind::Superquadric { exponents, .. } => (
                 match error {
@@ -88,6 +100,46 @@ fn revolution(query: &Query<'_>) -> Option<FigureKind> {
     let text = required(query, "profile", text)?;
     let profile = points::<2>(query, "profile", text)?;
     Some(FigureKind::Revolution { profile, interpolation, closed, capped })
+}
+
+fn blobs(query: &Query<'_>) -> Option<FigureKind> {
+    let kernels = [("gaussian", Kernel::Gaussian), ("metaball", Kernel::Metaball), ("soft", Kernel::Soft)];
+    let kernel = query.choice("kernel", &kernels, false).unwrap_or(Kernel::Soft);
+    let threshold = query.positive("threshold", 0.5);
+    let (radii, strengths) = (query.has("radii"), query.has("strengths"));
+    let radii = if radii { numbers(query, "radii") } else { Some(vec![1.0]) };
+    let strengths = if strengths { numbers(query, "strengths") } else { Some(vec![1.0]) };
+    let text = query.text("centers");
+    let text = required(query, "centers", text)?;
+    let centres = points::<3>(query, "centers", text)?;
+    let count = centres.len();
+    let (radii, strengths) =
+        (each(query, "radii", radii?, count)?, each(query, "strengths", strengths?, count)?);
+    if let Some(wrong) = radii.iter().find(|radius| **radius <= 0.0) {
+        let problem = format!("A radius of the blobs is {wrong}");
+        query.error(SceneError::at(&query.place("radii"), problem, "expected numbers above 0"));
+        return None;
+    }
+    let blob = |((centre, radius), strength): (([f64; 3], f64), f64)| Blob {
+        centre: centre.into(),
+        radius,
+        strength,
+    };
+    let blobs = centres.into_iter().zip(radii).zip(strengths).map(blob).collect();
+    Some(FigureKind::Blobs { blobs, kernel, threshold })
+}
+
+/// One number for all of them, or one for each. `None` where it is reported that there are others.
+fn each(query: &Query<'_>, name: &'static str, numbers: Vec<f64>, count: usize) -> Option<Vec<f64>> {
+    match numbers[..] {
+        [one] => Some(vec![one; count]),
+        _ if numbers.len() == count => Some(numbers),
+        _ => {
+            let problem = format!("There are {} {name} for {count} centers", numbers.len());
+            query.error(SceneError::at(&query.place(name), problem, "expected one, or one for each center"));
+            None
+        }
+    }
 }
 
 fn rule(query: &Query<'_>) -> FillRule {

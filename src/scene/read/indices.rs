@@ -225,7 +225,9 @@ pub(super) fn interior(query: &Query<'_>) -> IndexSource {
                     "The index of a body cannot vary over its surface",
                     "expected a normal_reflectance that is the same everywhere",
                 )
-                .with_remedy("that of a conductor can vary; specular_reflectance can for all"),
+                .with_remedy(
+                    "a conductor's can vary; here specular_reflectance can, which weighs what is reflected",
+                ),
             );
         }
         if let Some(assume) = query.text("assume")

@@ -6,9 +6,11 @@
 
 mod attributes;
 mod bsdfs;
+mod curves;
 mod figures;
 mod files;
 mod films;
+mod grids;
 mod groups;
 mod indices;
 mod integrators;

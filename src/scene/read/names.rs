@@ -46,6 +46,9 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "perspective",
             "thinlens",
             "orthographic",
+            "fisheye",
+            "panorama",
+            "sensorplane",
             "radiancemeter",
             "irradiancemeter",
             "distant",
@@ -76,13 +79,19 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "hyperboloid",
             "quadric",
             "torus",
+            "obj",
+            "ply",
+            "serialized",
+            "sdfgrid",
+            "heightfield",
+            "linearcurve",
+            "bsplinecurve",
+            "sweptsphere",
             "polygon",
             "extrusion",
             "revolution",
             "superquadric",
-            "obj",
-            "ply",
-            "serialized",
+            "blobs",
             "union",
             "intersection",
             "difference",
@@ -295,6 +304,24 @@ mod tests {
         let all = || Class::ELEMENTS.iter().flat_map(|&(_, class)| plugins(class));
         for name in all().filter(|&&name| name != "regular") {
             assert_eq!(all().filter(|other| *other == name).count(), 1, "{name}");
+        }
+    }
+
+    /// Each shape and each texture has a picture, or a word on why it has none.
+    #[test]
+    fn the_gallery_shows_every_shape_and_texture() {
+        let gallery = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/gallery");
+        let page = std::fs::read_to_string(gallery.join("README.md")).unwrap();
+        let textures = plugins(Class::Spectrum).iter().filter(|name| is_texture(name));
+        for name in plugins(Class::Shape).iter().chain(textures) {
+            let shown =
+                ["scene.xml", "picture.png"].iter().all(|file| gallery.join(name).join(file).is_file());
+            assert!(shown || page.contains(&format!("`{name}`")), "scenes/gallery has no {name}");
+        }
+        for link in
+            page.split(['"', '(', ')']).filter(|link| link.ends_with(".png") || link.ends_with(".xml"))
+        {
+            assert!(gallery.join(link).is_file(), "{link} is not there");
         }
     }
 

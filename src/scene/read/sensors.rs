@@ -1,15 +1,15 @@
 //! Sensors: where the camera stands, what it sees, and with which film and sampler.
 
 use super::super::description::{
-    Animation, Aperture, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, Medium, Sensor,
-    SensorKind, Shape,
+    AngularMap, Animation, Aperture, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, Medium,
+    Sensor, SensorKind, Shape,
 };
 use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::spectra::{self, Use, required};
 use super::tree::{Class, ObjectId, Value};
 use super::{Reader, films, media, samplers, shapes, textures};
-use crate::camera::{Shutter, ShutterKind};
+use crate::camera::{FisheyeProjection, Shutter, ShutterKind, Stop};
 use crate::geometry::{Transform, Vec3};
 use std::sync::Arc;
 
@@ -24,7 +24,9 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 12] = [
+const ANALYTIC: [&str; 16] = [
+    "sdfgrid",
+    "heightfield",
     "sphere",
     "disk",
     "cylinder",
@@ -33,10 +35,12 @@ const ANALYTIC: [&str; 12] = [
     "hyperboloid",
     "quadric",
     "torus",
+    "sweptsphere",
     "polygon",
     "extrusion",
     "revolution",
     "superquadric",
+    "blobs",
 ];
 
 /// The scene's sensors in Mitsuba 3's order, which numbers them; `None` for those that are wrong, which is reported.
@@ -83,6 +87,9 @@ fn read(reader: &Reader, found: Found, in_batch: bool) -> Option<Sensor> {
         "perspective" => Some(perspective(&query, false, &mut motion)),
         "thinlens" => Some(perspective(&query, true, &mut motion)),
         "orthographic" => Some(orthographic(&query, &mut motion)),
+        "fisheye" => Some(fisheye(&query, &mut motion)),
+        "panorama" => Some(panorama(&query, &mut motion)),
+        "sensorplane" => Some(plane(&query, &mut motion)),
         "radiancemeter" => radiance_meter(&query),
         "irradiancemeter" => irradiance_meter(&query, found.shape),
         "distant" => Some(distant(&query)),
@@ -145,6 +152,61 @@ fn orthographic(query: &Query<'_>, motion: &mut Motion) -> SensorKind {
     let [near_clip, far_clip] = clips(query);
     without_focus(query);
     SensorKind::Orthographic { to_world, near_clip, far_clip }
+}
+
+fn fisheye(query: &Query<'_>, motion: &mut Motion) -> SensorKind {
+    let text = "fisheye: a camera that sees a cone of any width on a circle";
+    query.reader.extension(&query.object.place, text.to_owned());
+    let projection = query.choice("projection", &FisheyeProjection::NAMES, false);
+    let projection = projection.unwrap_or(FisheyeProjection::Equidistant);
+    let (limit, included) = projection.limit();
+    let most = (2.0 * limit).to_degrees();
+    let fov = angle(query, "fov", 180.0, most, included);
+    angular(query, AngularMap::Fisheye { projection, fov }, motion)
+}
+
+fn panorama(query: &Query<'_>, motion: &mut Motion) -> SensorKind {
+    let text = "panorama: a camera that sees all around, longitude across and latitude up";
+    query.reader.extension(&query.object.place, text.to_owned());
+    let fov = [angle(query, "fov", 360.0, 360.0, true), angle(query, "fov_y", 180.0, 180.0, true)];
+    angular(query, AngularMap::Panorama { fov }, motion)
+}
+
+fn angular(query: &Query<'_>, map: AngularMap, motion: &mut Motion) -> SensorKind {
+    let to_world;
+    (to_world, *motion) = camera_to_world(query);
+    let [near_clip, far_clip] = clips(query);
+    SensorKind::Angular { to_world, map, near_clip, far_clip }
+}
+
+fn plane(query: &Query<'_>, motion: &mut Motion) -> SensorKind {
+    let text = "sensorplane: a film in the scene, which measures the irradiance through a stop";
+    query.reader.extension(&query.object.place, text.to_owned());
+    let to_world;
+    (to_world, *motion) = camera_to_world(query);
+    let stop = Stop {
+        radius: query.positive("aperture_radius", 1.0),
+        distance: query.positive("aperture_distance", 1.0),
+    };
+    SensorKind::Plane { to_world, width: query.positive("width", 1.0), stop }
+}
+
+/// Degrees above 0 and up to the most that can be shown.
+fn angle(query: &Query<'_>, name: &'static str, default: f64, most: f64, included: bool) -> f64 {
+    let angle = query.float(name).unwrap_or(default);
+    if angle > 0.0 && (angle < most || included && angle == most) {
+        return angle;
+    }
+    let expected = match included {
+        true => format!("expected an angle above 0 and up to {most} degrees"),
+        false => format!("expected an angle between 0 and {most} degrees"),
+    };
+    query.error(SceneError::at(
+        &query.place(name),
+        format!("The field of view is {angle} degrees"),
+        expected,
+    ));
+    default
 }
 
 /// Mitsuba 3 reads and ignores where a camera without a lens focuses.

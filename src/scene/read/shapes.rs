@@ -1,11 +1,11 @@
 //! Shapes.
 
-use super::super::description::{Medium, Shape, ShapeKind};
+use super::super::description::{Medium, Priority, Shape, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
 use super::solids::{self, Inherited};
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, figures, lights, media, meshes, quadrics};
+use super::{Reader, bsdfs, curves, figures, grids, lights, media, meshes, quadrics};
 use crate::geometry::Vec3;
 use std::sync::Arc;
 
@@ -39,7 +39,10 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         "cylinder" => Some(cylinder(&query)),
         "cone" | "paraboloid" | "hyperboloid" | "quadric" => quadrics::read(&query),
         "torus" => Some(torus(&query)),
-        "polygon" | "extrusion" | "revolution" | "superquadric" => figures::read(&query),
+        "sdfgrid" => grids::distances(&query),
+        "heightfield" => grids::heights(&query),
+        "polygon" | "extrusion" | "revolution" | "superquadric" | "blobs" => figures::read(&query),
+        "linearcurve" | "bsplinecurve" | "sweptsphere" => curves::read(&query),
         "obj" | "ply" | "serialized" => meshes::read(&query),
         plugin if solids::operation(plugin).is_some() => {
             solids::refuse_sensor(&query);
@@ -62,7 +65,9 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         (None, None) => bsdfs::default(&object.place, emitter.is_some()),
     };
     let [interior, exterior] = media(&query);
-    let [inside, outside] = around.media.clone();
+    // Where light doesn't get in, it is not asked what is there.
+    let [inside, outside] = if bsdf.kind.transmits() { around.media.clone() } else { [None, None] };
+    let priority = priority(&query).or_else(|| around.priority.clone());
     query.finish();
     Some(Shape {
         place: object.place.clone(),
@@ -75,6 +80,7 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         emission,
         interior: interior.or(inside),
         exterior: exterior.or(outside),
+        priority,
     })
 }
 
@@ -108,6 +114,15 @@ pub(super) fn axis(query: &Query<'_>) -> [Vec3; 2] {
         ));
     }
     [from, to]
+}
+
+/// Which of several bodies counts.
+pub(super) fn priority(query: &Query<'_>) -> Option<Priority> {
+    let value = query.integer("priority", i64::from(i32::MIN), i64::from(i32::MAX))?;
+    let place = query.place("priority");
+    let text = "priority: where transparent bodies overlap, the highest alone counts";
+    query.reader.extension(&place, text.to_owned());
+    Some(Priority { place, value: value as i32 })
 }
 
 /// The media inside and outside.

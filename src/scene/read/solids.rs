@@ -1,6 +1,6 @@
 //! Solids: `union`, `intersection` and `difference` of closed shapes, which Mitsuba 3 does not have.
 
-use super::super::description::{Bsdf, Medium, Part, Solid};
+use super::super::description::{Bsdf, Medium, Part, Priority, Solid};
 use super::super::source::{Place, SceneError};
 use super::query::{Query, capital};
 use super::tree::{Class, ObjectId};
@@ -31,6 +31,7 @@ pub(super) struct Inherited {
     pub bsdf: Option<Arc<Bsdf>>,
     /// Inside and outside.
     pub media: [Option<Medium>; 2],
+    pub priority: Option<Priority>,
 }
 
 /// Where a solid stands in others.
@@ -67,10 +68,14 @@ fn read_within(reader: &Reader, id: ObjectId, around: &Around) -> Option<Solid> 
     if let Some((_, id)) = query.object(Class::Bsdf) {
         inner.inherited.bsdf = Some(bsdfs::read(reader, id));
     }
-    for (own, inherited) in shapes::media(&query).into_iter().zip(&mut inner.inherited.media) {
+    let media = shapes::media(&query);
+    for (own, inherited) in media.iter().zip(&mut inner.inherited.media) {
         if own.is_some() {
-            *inherited = own;
+            inherited.clone_from(own);
         }
+    }
+    if let Some(priority) = shapes::priority(&query) {
+        inner.inherited.priority = Some(priority);
     }
     for (entry, _) in query.objects(Class::Emitter) {
         let problem = format!("{} has no surface of its own", capital(&query.title()));
@@ -87,7 +92,16 @@ fn read_within(reader: &Reader, id: ObjectId, around: &Around) -> Option<Solid> 
     }
     let parts = found.iter().filter_map(|&(entry, id)| part(&query, &entry.place, id, &inner)).collect();
     query.finish();
-    Some(Solid { place: place.clone(), id: object.id.clone(), operation, parts, to_world, motion })
+    let solid = Solid { place: place.clone(), id: object.id.clone(), operation, parts, to_world, motion };
+    let clear = solid.leaves().iter().any(|leaf| leaf.bsdf.kind.transmits());
+    if let Some(medium) = media.into_iter().flatten().next().filter(|_| !clear) {
+        let problem = "No ray ever gets into this medium";
+        let expected = "expected a medium in or around surfaces that let light through";
+        reader.error(SceneError::at(&medium.place, problem, expected).with_remedy(
+            "give the solid a BSDF that lets light through, such as `dielectric` or `null`, or leave the medium out",
+        ));
+    }
+    Some(solid)
 }
 
 fn part(query: &Query<'_>, place: &Place, id: ObjectId, around: &Around) -> Option<Part> {

@@ -32,7 +32,7 @@ impl<T> Default for Loaded<T> {
 }
 
 impl<T> Loaded<T> {
-    fn get(
+    pub fn get(
         &self,
         reader: &Reader,
         path: &Path,

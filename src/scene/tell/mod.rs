@@ -18,7 +18,7 @@ use super::source::Place;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::Techniques;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -157,6 +157,8 @@ impl Told {
 #[derive(Default)]
 pub(super) struct Teller {
     bsdfs: BTreeMap<*const Bsdf, Rc<Told>>,
+    /// Ids of shapes. One that is a part of several solids is told in full each time: around it there may be other things.
+    shapes: BTreeSet<String>,
     groups: BTreeMap<*const ShapeGroup, Rc<Told>>,
 }
 

@@ -1,10 +1,10 @@
 use super::super::description::{
-    Aperture, Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, PixelFormat, Sampler,
-    Sensor, SensorKind, Shape,
+    AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, PixelFormat,
+    Sampler, Sensor, SensorKind, Shape,
 };
 use super::super::read::Class;
 use super::{Teller, Told, shapes};
-use crate::camera::{Shutter, ShutterKind};
+use crate::camera::{FisheyeProjection, Shutter, ShutterKind};
 use crate::film::FilterKind;
 
 /// The sensor as such. One that measures on a surface is to be put into the shape that [`surface`] gives.
@@ -27,6 +27,15 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
             .placement(to_world, &sensor.motion)
             .float("near_clip", *near_clip)
             .float("far_clip", *far_clip),
+        SensorKind::Angular { to_world, map, near_clip, far_clip } => angular(&told, map)
+            .placement(to_world, &sensor.motion)
+            .float("near_clip", *near_clip)
+            .float("far_clip", *far_clip),
+        SensorKind::Plane { to_world, width, stop } => told("sensorplane")
+            .placement(to_world, &sensor.motion)
+            .float("width", *width)
+            .float("aperture_radius", stop.radius)
+            .float("aperture_distance", stop.distance),
         SensorKind::RadianceMeter { origin, direction } => {
             told("radiancemeter").vector("origin", *origin).vector("direction", *direction)
         }
@@ -56,6 +65,18 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
         None => told,
     };
     shutter(told, &sensor.shutter).child(film(&sensor.film)).child(sampler(&sensor.sampler))
+}
+
+fn angular(told: impl Fn(&'static str) -> Told, map: &AngularMap) -> Told {
+    match map {
+        AngularMap::Fisheye { projection, fov } => {
+            let name = FisheyeProjection::NAMES.iter().find(|(_, known)| known == projection);
+            told("fisheye").float("fov", *fov).text("projection", name.map_or("", |(name, _)| name))
+        }
+        AngularMap::Panorama { fov: [across, up] } => {
+            told("panorama").float("fov", *across).float("fov_y", *up)
+        }
+    }
 }
 
 fn shutter(told: Told, shutter: &Shutter) -> Told {

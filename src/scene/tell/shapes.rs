@@ -1,15 +1,18 @@
 use super::super::description::{
-    Instance, Medium, Part, Shape, ShapeGroup, ShapeKind, Solid, SpectrumSource,
+    HeightSource, Instance, Medium, Part, Shape, ShapeGroup, ShapeKind, Solid, SpectrumSource,
 };
-use super::super::info::hash_of_mesh;
+use super::super::info::{hash_of_curves, hash_of_mesh, hash_of_values};
 use super::super::read::{Class, solids};
 use super::{Teller, Told, Value, bsdfs};
-use crate::shape::{FigureKind, FillRule, Interpolation, QuadricKind, Sheets};
+use crate::shape::{
+    Blob, CurveKind, FigureKind, FillRule, HeightData, Interpolation, Kernel, QuadricKind, Sheets, Terrain,
+};
 use std::rc::Rc;
 use std::sync::Arc;
 
 pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
-    let told = |plugin| Told::new(Class::Shape, plugin, &shape.place).id(&shape.id);
+    let id = shape.id.clone().filter(|id| teller.shapes.insert(id.clone()));
+    let told = |plugin| Told::new(Class::Shape, plugin, &shape.place).id(&id);
     let told = match &shape.kind {
         ShapeKind::Sphere { centre, radius } => {
             told("sphere").vector("center", *centre).float("radius", *radius)
@@ -25,6 +28,40 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
             told("torus").float("major_radius", *major_radius).float("minor_radius", *minor_radius)
         }
         ShapeKind::Figure(kind) => figure(told, kind),
+        ShapeKind::Distances { file, data, smooth } => {
+            let (points, values) = data.grid();
+            let [x, y, z] = points;
+            let filename = Value::File {
+                path: file.clone(),
+                content: hash_of_values(&[x, y, z, 1], values),
+                summary: format!("{x} × {y} × {z} points"),
+            };
+            told("sdfgrid").with("filename", filename).text("normals", normals(*smooth))
+        }
+        ShapeKind::Heights { source, data, scale, base, smooth } => {
+            let told = heights(told("heightfield"), source, data)
+                .float("scale", *scale)
+                .text("normals", normals(*smooth));
+            match base {
+                Some(base) => told.float("base", *base),
+                None => told,
+            }
+        }
+        ShapeKind::Curves { file, kind, solid, curves } => {
+            let points = curves.iter().map(Vec::len).sum::<usize>();
+            let filename = Value::File {
+                path: file.clone(),
+                content: hash_of_curves(curves),
+                summary: format!("{} curves, {points} control points", curves.len()),
+            };
+            match (solid, kind) {
+                (false, CurveKind::Linear) => told("linearcurve"),
+                (false, CurveKind::BSpline) => told("bsplinecurve"),
+                (true, CurveKind::Linear) => told("sweptsphere").text("interpolation", "linear"),
+                (true, CurveKind::BSpline) => told("sweptsphere").text("interpolation", "bspline"),
+            }
+            .with("filename", filename)
+        }
         ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, compute_normals } => {
             let filename = Value::File {
                 path: file.clone(),
@@ -45,10 +82,13 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
             }
         }
     };
-    let told = told
-        .placement(&shape.to_world, &shape.motion)
-        .boolean("flip_normals", shape.flip_normals)
-        .child(bsdfs::tell(teller, &shape.bsdf));
+    let told = told.placement(&shape.to_world, &shape.motion);
+    // Mitsuba 3's curves don't know the word.
+    let told = match shape.kind {
+        ShapeKind::Curves { solid: false, .. } if !shape.flip_normals => told,
+        _ => told.boolean("flip_normals", shape.flip_normals),
+    };
+    let told = told.child(bsdfs::tell(teller, &shape.bsdf));
     let told = match &shape.emission {
         Some(radiance) => told.child(area(radiance)),
         None => told,
@@ -57,9 +97,40 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
         Some(interior) => told.named("interior", medium(interior)),
         None => told,
     };
-    match &shape.exterior {
+    let told = match &shape.exterior {
         Some(exterior) => told.named("exterior", medium(exterior)),
         None => told,
+    };
+    match &shape.priority {
+        Some(priority) => told.integer("priority", priority.value),
+        None => told,
+    }
+}
+
+fn normals(smooth: bool) -> &'static str {
+    if smooth { "smooth" } else { "analytic" }
+}
+
+fn heights(told: Told, source: &HeightSource, data: &HeightData) -> Told {
+    let ([width, depth], values) = data.grid();
+    match source {
+        HeightSource::Image { file, channel } => {
+            let filename = Value::File {
+                path: file.clone(),
+                content: hash_of_values(&[width, depth, 1], values),
+                summary: format!("{width} × {depth} heights"),
+            };
+            told.with("filename", filename).integer("channel", *channel as i64)
+        }
+        HeightSource::List => {
+            let values: Vec<f64> = values.iter().map(|&value| f64::from(value)).collect();
+            told.numbers("heights", &values).integer("width", width as i64)
+        }
+        HeightSource::Terrain(Terrain { levels, hurst, seed }) => told
+            .text("terrain", "spectral")
+            .integer("levels", *levels)
+            .float("hurst", *hurst)
+            .integer("seed", *seed as i64),
     }
 }
 
@@ -124,6 +195,21 @@ fn figure(told: impl Fn(&'static str) -> Told, kind: &FigureKind) -> Told {
                 .text("interpolation", interpolation)
                 .boolean("closed", *closed)
                 .boolean("capped", *capped)
+        }
+        FigureKind::Blobs { blobs, kernel, threshold } => {
+            let all = |number: fn(&Blob) -> f64| blobs.iter().map(number).collect::<Vec<f64>>();
+            let centres: Vec<[f64; 3]> = blobs.iter().map(|blob| blob.centre.to_array()).collect();
+            let kernel = match kernel {
+                Kernel::Gaussian => "gaussian",
+                Kernel::Metaball => "metaball",
+                Kernel::Soft => "soft",
+            };
+            told("blobs")
+                .text("centers", points(&centres))
+                .numbers("radii", &all(|blob| blob.radius))
+                .numbers("strengths", &all(|blob| blob.strength))
+                .text("kernel", kernel)
+                .float("threshold", *threshold)
         }
         FigureKind::Superquadric { exponents: [e1, e2], semi_axes } => {
             told("superquadric").float("e1", *e1).float("e2", *e2).vector("semi_axes", *semi_axes)

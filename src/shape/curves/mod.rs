@@ -62,11 +62,20 @@ impl Near {
         (start.length_squared() <= limit * limit).then_some((Self { start, direction, rounding }, shift))
     }
 
-    /// Bound on the error with which a line meets a ball, of which it is within for 2 · `half`. The line's distance from the
-    /// ball's centre is off by e, half's square by 2 r e, half itself by r e / half, and never by more than √(2 r e).
-    fn slack(&self, radius: f64, half: f64) -> f64 {
-        let square = 4.0 * radius * (self.rounding + f64::EPSILON * radius);
-        (square / half).min(square.sqrt()) + self.rounding
+    /// How far the squared radius of a ball less the line's squared distance from its centre may be off.
+    fn square_error(&self, radius: f64) -> f64 {
+        4.0 * radius * (self.rounding + f64::EPSILON * radius)
+    }
+
+    /// Where the line meets the ball u of this radius, within which it is from `middle` − `half` to `middle` + `half`.
+    ///
+    /// A half² that is off by e is half off by e / (2 half), as long as e is much less than that; else it is not certain that the
+    /// line enters at all, see [`Span::settled`].
+    fn chord(&self, u: f64, middle: f64, half: f64, radius: f64) -> Span {
+        let square = self.square_error(radius);
+        let error = if half * half > 16.0 * square { square / half + self.rounding } else { f64::INFINITY };
+        let spot = |t: f64| Spot { t, u, error };
+        Span { enter: spot(middle - half), leave: spot(middle + half) }
     }
 }
 
@@ -95,6 +104,15 @@ impl Span {
             enter: if other.enter.t < self.enter.t { other.enter } else { self.enter },
             leave: if other.leave.t > self.leave.t { other.leave } else { self.leave },
         }
+    }
+
+    /// The line all but touches where an error has no bound yet: it may pass, or be within by what is between both ends, and a
+    /// little more.
+    fn settled(mut self, line: &Near, radius: f64) -> Self {
+        let most = (self.leave.t - self.enter.t) + 2.0 * line.square_error(radius).sqrt() + line.rounding;
+        self.enter.error = self.enter.error.min(most);
+        self.leave.error = self.leave.error.min(most);
+        self
     }
 }
 
@@ -203,9 +221,16 @@ impl Curves {
     pub fn crossings(&self, ray: &Ray) -> Crossings {
         let mut found = Crossings::new();
         for segment in 0..self.segment_count() as u32 {
-            self.each_entry(segment, ray, |crossing| found.push(crossing));
+            found.extend(self.segment_crossings(segment, ray));
         }
         found.sort_by(|a, b| a.hit.t.total_cmp(&b.hit.t));
+        found
+    }
+
+    /// Likewise of one segment.
+    pub fn segment_crossings(&self, segment: u32, ray: &Ray) -> Crossings {
+        let mut found = Crossings::new();
+        self.each_entry(segment, ray, |crossing| found.push(crossing));
         found
     }
 

@@ -1,6 +1,6 @@
 //! Round cones: what a ball sweeps that moves straight on and grows or shrinks steadily, the hull of two balls.
 
-use super::{Near, Span, Spot};
+use super::{Near, Span};
 use crate::geometry::{Bounds, Vec3};
 use std::f64::consts::{PI, TAU};
 
@@ -56,33 +56,35 @@ impl RoundCone {
         let (off, aside) = (from.cross(ahead), self.along.cross(ahead));
         let (s0, s1) = (from.dot(ahead), self.along.dot(ahead));
         let mut span: Option<Span> = None;
-        let mut consider = |u: f64| {
-            let radius = self.radius(u);
-            let distance = (off + aside * u).length();
-            let squared = (radius - distance) * (radius + distance);
-            if squared > 0.0 {
-                let (middle, half) = (s0 + u * s1, squared.sqrt());
-                let error = line.slack(radius, half);
-                let spot = |t: f64| Spot { t, u, error };
-                let here = Span { enter: spot(middle - half), leave: spot(middle + half) };
-                span = Some(span.map_or(here, |span| span.around(here)));
-            }
+        let mut consider = |u: f64, half: f64| {
+            let here = line.chord(u, s0 + u * s1, half, self.radius(u));
+            span = Some(span.map_or(here, |span| span.around(here)));
+        };
+        let half = |u: f64| {
+            let (radius, distance) = (self.radius(u), (off + aside * u).length());
+            (radius > distance).then(|| ((radius - distance) * (radius + distance)).sqrt())
         };
         let excess = self.along.length_squared() - self.growth * self.growth;
         if excess <= 0.0 {
             // One ball holds all others.
-            consider(if self.growth > 0.0 { 1.0 } else { 0.0 });
-            return span;
+            let largest = if self.growth > 0.0 { 1.0 } else { 0.0 };
+            half(largest).into_iter().for_each(|half| consider(largest, half));
+            return span.map(|span| span.settled(line, self.radius(largest)));
         }
-        consider(0.0);
-        consider(1.0);
+        for end in [0.0, 1.0] {
+            half(end).into_iter().for_each(|half| consider(end, half));
+        }
         let a = self.growth * self.growth - aside.length_squared();
         let b = self.radius * self.growth - off.dot(aside);
         let c = self.radius * self.radius - off.length_squared();
-        let discriminant = b * b - a * c;
+        // B² − A C without its cancellation, which would be total at the tip of a thin cone.
+        let widening = (aside * self.radius - off * self.growth).length();
+        let passing = off.cross(aside).dot(ahead).abs();
+        let discriminant = (widening - passing) * (widening + passing);
         if discriminant > 0.0 {
-            // A u² + 2 B u + (s'² C − B²)/excess = 0
-            let root = s1.abs() * (discriminant / excess).sqrt();
+            // A u² + 2 B u + (s'² C − B²)/excess = 0, and at both roots D is the same.
+            let stationary = (discriminant / excess).sqrt();
+            let root = s1.abs() * stationary;
             let far = -(b + root.copysign(b));
             let near = if a.abs() > 1e-3 * excess {
                 (root.copysign(b) - b) / a
@@ -91,11 +93,13 @@ impl RoundCone {
             };
             for u in [far / a, near] {
                 if u > 0.0 && u < 1.0 {
-                    consider(u);
+                    // By u's own D an error of u cancels, unless the line all but touches.
+                    let own = half(u).filter(|own| (own / stationary - 1.0).abs() < 0.1);
+                    consider(u, own.unwrap_or(stationary));
                 }
             }
         }
-        span
+        span.map(|span| span.settled(line, self.radius.max(self.radius + self.growth)))
     }
 
     /// The u of the ball that touches the surface at a point near it.

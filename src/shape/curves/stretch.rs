@@ -180,8 +180,7 @@ impl Stretch {
         for window in seen.windows() {
             for branch in [Branch::First, Branch::Second] {
                 for u in seen.roots(window, branch, Sweep::Circle) {
-                    let half = seen.half(u);
-                    let t = cubic(&seen.along, u) - branch.side() * half;
+                    let t = seen.on_circle(u, branch);
                     let point = line.start + line.direction * t;
                     let Some(normal) = self.tube_normal(u, point).try_normalize() else { continue };
                     let facing = normal.dot(line.direction);
@@ -189,7 +188,7 @@ impl Stretch {
                         let radius = self.radius(u);
                         // A surface that is off by a height is met that height over the cosine away, as long as its own bend
                         // over that distance doesn't matter; else the line all but touches.
-                        let height = 4.0 * line.rounding + 16.0 * f64::EPSILON * radius;
+                        let height = 16.0 * line.rounding + 32.0 * f64::EPSILON * radius;
                         let touch = (8.0 * radius * height).sqrt();
                         let error =
                             if facing * facing * radius > 16.0 * height { height / -facing } else { touch };
@@ -209,18 +208,15 @@ impl Stretch {
             let mut span: Option<Span> = None;
             let mut consider = |u: f64| {
                 let half = seen.half(u);
-                if half > 0.0 {
-                    let (middle, error) = (cubic(&seen.along, u), line.slack(self.radius(u), half));
-                    let spot = |t: f64| Spot { t, u, error };
-                    let here = Span { enter: spot(middle - half), leave: spot(middle + half) };
-                    span = Some(span.map_or(here, |span| span.around(here)));
-                }
+                let here = line.chord(u, cubic(&seen.along, u), half, self.radius(u));
+                span = Some(span.map_or(here, |span| span.around(here)));
             };
             window.into_iter().for_each(&mut consider);
             for branch in [Branch::First, Branch::Second] {
                 seen.roots(window, branch, Sweep::Ball).into_iter().for_each(&mut consider);
             }
-            spans.extend(span);
+            let most = self.radii.into_iter().fold(0.0, f64::max);
+            spans.extend(span.map(|span| span.settled(line, most)));
         }
         spans
     }
@@ -243,6 +239,8 @@ struct Part {
     slope: Coefficients,
     /// P
     bend: Coefficients,
+    /// Bound on the rounding of P's coefficients.
+    rounding: f64,
 }
 
 impl Seen {
@@ -251,9 +249,14 @@ impl Seen {
         let Frame { x, y, z } = Frame::around(line.direction);
         let away = stretch.points.map(|point| point - line.start);
         let on = |axis: Vec3| away.map(|point| point.dot(axis));
-        // At rest where two control points are one; what a little way makes of it is below rounding.
-        let start = if stretch.points[0] == stretch.points[1] { 1e-8 } else { 0.0 };
-        let end = if stretch.points[3] == stretch.points[2] { 1.0 - 1e-8 } else { 1.0 };
+        // At rest where two control points are one, or three. How far the path gets in that little is below rounding.
+        let rest = |[a, b, c]: [Vec3; 3]| match () {
+            () if a != b => 0.0,
+            () if b != c => 1e-8,
+            () => 1e-5,
+        };
+        let [a, b, c, d] = stretch.points;
+        let (start, end) = (rest([a, b, c]), 1.0 - rest([d, c, b]));
         let seen = Self { along: on(z), across: [on(x), on(y)], radii: stretch.radii, ends: [start, end] };
         (Range::of(&seen.part([0.0, 1.0], Sweep::Ball).squared).1 > 0.0).then_some(seen)
     }
@@ -270,7 +273,21 @@ impl Seen {
             Sweep::Circle => derivative(&across).iter().map(|c| 0.5 * c).collect(),
             Sweep::Ball => derivative(&squared).iter().map(|c| -0.5 * c).collect(),
         };
-        Part { squared, slope: derivative(&cut(&self.along)), bend }
+        let size = across.iter().chain(&r).fold(0.0f64, |size, c| size.max(c.abs()));
+        Part { squared, slope: derivative(&cut(&self.along)), bend, rounding: 64.0 * f64::EPSILON * size }
+    }
+
+    /// Where the line passes the circle u, in one of the two places that its ball has: s ∓ √D, or what is the same at a root,
+    /// s + q·q'/s'. The one is worth little where D vanishes, the other where the line goes across the path.
+    fn on_circle(&self, u: f64, branch: Branch) -> f64 {
+        let [x, y] = self.across.map(|c| [cubic(&c, u), cubic_slope(&c, u)]);
+        let (half, speed) = (self.half(u), cubic_slope(&self.along, u));
+        let from_centre = if half * speed.hypot(x[1].hypot(y[1])) < cubic(&self.radii, u) * speed.abs() {
+            (x[0] * x[1] + y[0] * y[1]) / speed
+        } else {
+            -branch.side() * half
+        };
+        cubic(&self.along, u) + from_centre
     }
 
     /// √D; 0 where there is none.
@@ -338,18 +355,20 @@ impl Seen {
         depth: u32,
         found: &mut SmallVec<[f64; 4]>,
     ) {
-        let Part { squared, slope, bend } = self.part([from, to], sweep);
+        let Part { squared, slope, bend, rounding } = self.part([from, to], sweep);
         let half = Range::of(&squared).sqrt();
         let (speed, side) = (Range::of(&slope), branch.side());
-        if !(Range::of(&bend) + speed * half * side).has_zero() {
+        let Range(least, most) = Range::of(&bend) + speed * half * side;
+        if least > rounding || most < -rounding {
             return;
         }
+        // Nothing but rounding is left of it.
+        let vanishes = most.max(-least) <= 2.0 * rounding;
         // √D times the derivative: √D P' ± (s'' D + s' D'/2).
         let change =
             Range::of(&derivative(&slope)) * (half * half) + speed * (Range::of(&derivative(&squared)) * 0.5);
         let monotonic = !(half * Range::of(&derivative(&bend)) + change * side).has_zero();
-        let deepest = depth == DEEPEST;
-        if monotonic || deepest {
+        if monotonic || vanishes || depth == DEEPEST {
             // Zero counts as positive, so that a root on the edge of two parts is one of the one or of the other.
             let sign = |u: f64| if self.function(u, branch, sweep).value < 0.0 { -1.0 } else { 1.0 };
             let (first, last) = (sign(from), sign(to));

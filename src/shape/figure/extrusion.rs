@@ -162,7 +162,7 @@ impl Local for Extrusion {
         reach(&self.outline, direction) + (direction.z * low).max(direction.z * high)
     }
 
-    fn rounding(&self) -> f64 {
+    fn rounding(&self, _: Vec3) -> f64 {
         8.0 * f64::EPSILON
     }
 

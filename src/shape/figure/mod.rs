@@ -2,6 +2,7 @@
 //!
 //! What they have in common is here: their place in the world, the rounding that comes with it, and how they are sampled.
 
+mod blobs;
 mod extrusion;
 mod facets;
 mod outline;
@@ -15,6 +16,8 @@ use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use blobs::Blobs;
+pub use blobs::{Blob, Kernel};
 use extrusion::Extrusion;
 use facets::Facets;
 use glam::DMat4;
@@ -50,6 +53,8 @@ pub enum FigureKind {
     /// (|x/a|^(2/e₂) + |y/b|^(2/e₂))^(e₂/e₁) + |z/c|^(2/e₁) = 1 with the semi-axes a, b, c and the exponents e₁, e₂ from 0.001,
     /// almost a box, by 1, an ellipsoid, to 2, an octahedron.
     Superquadric { exponents: [f64; 2], semi_axes: Vec3 },
+    /// Where the densities of soft balls add up to a threshold.
+    Blobs { blobs: Vec<Blob>, kernel: Kernel, threshold: f64 },
 }
 
 /// A figure in coordinates in which none of a point's exceeds 1.
@@ -59,6 +64,7 @@ enum Form {
     Extrusion(Extrusion),
     Revolution(Revolution),
     Superquadric(Superquadric),
+    Blobs(Blobs),
 }
 
 /// What a figure is to know of itself, in its own coordinates. Its parts are numbered in a way of its own.
@@ -75,7 +81,7 @@ trait Local {
     /// The largest direction · x.
     fn reach(&self, direction: Vec3) -> f64;
     /// Bound on how far from the figure, along the normal, its own arithmetic may place a point.
-    fn rounding(&self) -> f64;
+    fn rounding(&self, point: Vec3) -> f64;
     fn is_closed(&self) -> bool;
 }
 
@@ -86,6 +92,7 @@ impl Form {
             Self::Extrusion(extrusion) => extrusion,
             Self::Revolution(revolution) => revolution,
             Self::Superquadric(superquadric) => superquadric,
+            Self::Blobs(blobs) => blobs,
         }
     }
 }
@@ -128,11 +135,16 @@ impl Figure {
                 let form = Form::Superquadric(Superquadric::new(*exponents)?);
                 (form, Placement::new(&stretched.then(to_world))?)
             }
+            FigureKind::Blobs { blobs, kernel, threshold } => {
+                let (made, scale, origin) = Blobs::new(blobs, *kernel, *threshold)?;
+                let place = Transform::scale(scale).then(&Transform::translation(origin));
+                (Form::Blobs(made), Placement::new(&place.then(to_world))?)
+            }
         };
         let facets = match &form {
             Form::Polygon(polygon) => Some(Facets::new(&placement, polygon.facets())),
             Form::Extrusion(extrusion) => Some(Facets::new(&placement, extrusion.facets())),
-            Form::Revolution(_) | Form::Superquadric(_) => None,
+            Form::Revolution(_) | Form::Superquadric(_) | Form::Blobs(_) => None,
         };
         let reach = |sign: f64| Vec3::from(Vec3::AXES.map(|axis| sign * form.local().reach(axis * sign)));
         let around = Bounds { min: reach(-1.0), max: reach(1.0) };
@@ -188,7 +200,8 @@ impl Figure {
         let outward = self.form.local().normal(local, part);
         let image = self.placement.pose.world_normal(outward);
         let stretch = image.length();
-        let error = self.placement.error(position, outward, stretch) + self.form.local().rounding() / stretch;
+        let error =
+            self.placement.error(position, outward, stretch) + self.form.local().rounding(local) / stretch;
         let normal = image / if self.inward { -stretch } else { stretch };
         SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal: normal }
     }

@@ -57,7 +57,7 @@ impl Local for Polygon {
         reach(&self.outline, direction)
     }
 
-    fn rounding(&self) -> f64 {
+    fn rounding(&self, _: Vec3) -> f64 {
         0.0
     }
 

@@ -158,7 +158,7 @@ impl Local for Superquadric {
         dual(dual(size.x, size.y, self.powers[0]), size.z, self.powers[1])
     }
 
-    fn rounding(&self) -> f64 {
+    fn rounding(&self, _: Vec3) -> f64 {
         16.0 * f64::EPSILON
     }
 

@@ -5,6 +5,7 @@
 //! two cells share ([`super::grid`]).
 
 mod sampling;
+mod terrain;
 
 use super::crossing::{Crossing, Crossings};
 use super::grid::{Change, Line, Pyramid, Signs, Stretch, index, place};
@@ -16,6 +17,7 @@ use glam::DMat4;
 use sampling::Table;
 use smallvec::SmallVec;
 use std::sync::Arc;
+pub use terrain::Terrain;
 
 /// Heights at points that divide a square evenly, first along x, then y; shared by all shapes made of them.
 #[derive(Clone, Debug)]

@@ -241,6 +241,11 @@ fn a_fine_field_is_its_function() {
         Shape::Sampled(Box::new(Sampled::Heights(field)))
     };
     let [flat, round, flipped] = [made(false, false), made(true, false), made(true, true)];
+    // ∫ √(1 + x² + y²) over the square, by the midpoint rule.
+    let middle = |i: usize| (2.0 * i as f64 + 1.0) / 500.0 - 1.0;
+    let element = |i: usize| (1.0 + middle(i % 500).powi(2) + middle(i / 500).powi(2)).sqrt();
+    let area = (0..250_000).map(element).sum::<f64>() * 4.0 / 250_000.0;
+    assert!(close(flat.area() / area, 1.0, 1e-4), "{} {area}", flat.area());
     let mut random = Random::seed_from_u64(1);
     let (mut analytic, mut smooth) = (0.0, 0.0);
     for _ in 0..2_000 {

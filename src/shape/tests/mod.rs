@@ -293,8 +293,9 @@ fn area_densities_integrate_to_one() {
             assert!(close(reported / sample.density, 1.0, 1e-9), "{name}: {reported} {}", sample.density);
             mean += 1.0 / (sample.density * (GRID * GRID) as f64);
         }
-        // The midpoint rule is good to about 1 / GRID².
-        assert!(close(mean / shape.area(), 1.0, 1e-4), "{name}: {mean} {}", shape.area());
+        // The midpoint rule is good to about 1 / GRID², and to 1 / GRID of the jumps between patches.
+        let tolerance = if matches!(shape, Shape::Sampled(_)) { 1e-3 } else { 1e-4 };
+        assert!(close(mean / shape.area(), 1.0, tolerance), "{name}: {mean} {}", shape.area());
     }
 }
 

@@ -6,6 +6,7 @@ mod grammar;
 mod groups;
 mod harm;
 mod sensors;
+mod solids;
 mod textures;
 
 use super::{ReadOptions, read_str};

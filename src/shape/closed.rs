@@ -1,0 +1,60 @@
+//! Whether a shape encloses a volume: what is inside of it can then be told from how often a line has crossed it.
+
+use super::{Mesh, Shape};
+use crate::geometry::{Ray, Vec3};
+
+impl Shape {
+    /// Whether it is closed and its normals point outward, so that every line enters and leaves it by turns.
+    pub fn encloses(&self) -> bool {
+        self.is_closed().is_ok()
+            && match self {
+                Self::Mesh(mesh) => mesh.has_outward_normals(),
+                _ => self.faces_outward(),
+            }
+    }
+
+    /// Of a closed shape: whether lines enter it before they leave it.
+    fn faces_outward(&self) -> bool {
+        let probes = (0..16).filter_map(|i| self.sample([(f64::from(i) + 0.5) / 16.0, 0.3]));
+        let first_crossing = |point: Vec3, normal: Vec3| {
+            self.crossings(&Ray::new(point, -normal)).first().map(|crossing| crossing.enters)
+        };
+        let mut found = probes.filter_map(|probe| {
+            let point = probe.surface.point;
+            first_crossing(point.position, point.normal)
+        });
+        found.next().unwrap_or(false)
+    }
+
+    /// Bound on how far the surface lies from where its file puts it: meshes are rounded to single precision, everything
+    /// by the transforms. `shift` is how far it was moved to the scene's own coordinates.
+    pub fn placement_error(&self, shift: f64) -> f64 {
+        let bounds = self.bounds();
+        let reach = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).length() };
+        // A point goes through few products of matrices and one of a matrix and a vector, of four terms each.
+        let by_transforms = 32.0 * f64::EPSILON * (reach + shift);
+        match self {
+            Self::Mesh(_) => 0.5 * f64::from(f32::EPSILON) * reach + by_transforms,
+            _ => by_transforms,
+        }
+    }
+
+    /// The largest error bound of a point on it, as far as a grid of points tells. Not a bound: it says how far to look.
+    pub fn typical_error(&self) -> f64 {
+        let at = |i: u32| [(f64::from(i % 8) + 0.5) / 8.0, (f64::from(i / 8) + 0.5) / 8.0];
+        let errors = (0..64).filter_map(|i| Some(self.sample(at(i))?.surface.point.error));
+        errors.fold(0.0, f64::max)
+    }
+}
+
+impl Mesh {
+    /// Of a closed mesh: whether the volume that it encloses is positive.
+    fn has_outward_normals(&self) -> bool {
+        let volume = (0..self.triangle_count() as u32).map(|triangle| {
+            let [a, b, c] = self.triangle(triangle);
+            a.dot(b.cross(c))
+        });
+        let side = if self.data().flip_normals { -1.0 } else { 1.0 };
+        volume.sum::<f64>() * side > 0.0
+    }
+}

@@ -1,0 +1,150 @@
+//! Whole renders of solids: energy, halves that are a whole, and what is refused.
+
+mod common;
+
+use abbe::film::{Film, Measured};
+use abbe::render::WavelengthCount;
+use abbe::scene::{CompileOptions, ReadOptions, Scene, compile, read_str};
+use abbe::stats::{Estimate, sidak, welch};
+use common::{expose, mean_over_pixels, settings};
+use std::path::Path;
+
+fn compiled(content: &str) -> Result<Scene, String> {
+    let text = format!(
+        r#"<scene version="3.0.0">
+        <integrator type="path"><integer name="max_depth" value="64"/></integrator>
+        <sensor type="perspective">
+            <float name="fov" value="40"/>
+            <transform name="to_world"><lookat origin="1, 1.5, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+            <film type="hdrfilm">
+                <integer name="width" value="12"/><integer name="height" value="12"/>
+                <string name="pixel_format" value="xyz"/><rfilter type="box"/>
+            </film>
+        </sensor>{content}</scene>"#
+    );
+    let description = read_str(text, Path::new("scene.xml"), &ReadOptions::default())
+        .unwrap_or_else(|errors| panic!("{errors}"));
+    compile(&description, &CompileOptions::default()).map_err(|errors| errors.to_string())
+}
+
+fn scene(content: &str) -> Scene {
+    compiled(content).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+const LUMINANCE: [f64; 3] = [0.0, 1.0, 0.0];
+
+fn luminance(film: &Film) -> (f64, f64) {
+    mean_over_pixels(film, |x, y| film.combined(x, y, LUMINANCE))
+}
+
+const SKY: &str = r#"<emitter type="constant"><spectrum name="radiance" value="1"/></emitter>"#;
+
+/// Under an even sky glass that absorbs nothing is invisible, however it is cut: a lens, a bubble, a flush bore, a union of
+/// abutting parts.
+#[test]
+fn glass_that_is_cut_neither_gains_nor_loses_light() {
+    let glass = r#"<bsdf type="dielectric"><float name="int_ior" value="1.6"/></bsdf>"#;
+    let bodies = [
+        format!(
+            r#"<shape type="intersection">{glass}
+                <shape type="sphere"><point name="center" x="0" y="0" z="0.6"/></shape>
+                <shape type="sphere"><point name="center" x="0" y="0" z="-0.6"/></shape>
+            </shape>"#
+        ),
+        format!(
+            r#"<shape type="difference">{glass}
+                <shape type="union">
+                    <shape type="cube"><transform name="to_world"><scale value="0.5"/></transform></shape>
+                    <shape type="cube"><transform name="to_world"><scale value="0.5"/><translate x="1"/></transform></shape>
+                    <shape type="torus"/>
+                </shape>
+                <shape type="sphere"><float name="radius" value="0.4"/></shape>
+                <shape type="cone">
+                    <point name="p0" value="0.8, -0.5, 0"/><point name="p1" value="0.8, 0.5, 0"/>
+                    <float name="radius" value="0.2"/><float name="radius1" value="0.2"/>
+                </shape>
+            </shape>"#
+        ),
+    ];
+    let (empty, _) = luminance(&expose(&scene(SKY), &settings(16, WavelengthCount::Four, 1)));
+    for body in bodies {
+        let film = expose(&scene(&format!("{body}{SKY}")), &settings(256, WavelengthCount::Four, 2));
+        let (mean, error) = luminance(&film);
+        println!("{mean} of {empty}, standard error {error}");
+        // What paths of more than 64 segments carry is lost.
+        assert!((mean - empty).abs() < 4.0 * error + 1e-3 * empty, "{mean} {empty} {error}");
+    }
+}
+
+/// A ball of glass cut in two and put together again is the ball, by Welch's t-test per pixel.
+#[test]
+fn a_ball_in_two_halves_is_a_ball() {
+    let room = r#"<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="3"/><translate y="-1"/></transform></shape>
+        <shape type="sphere"><point name="center" x="-2" y="3" z="1"/><float name="radius" value="0.7"/>
+            <emitter type="area"><spectrum name="radiance" value="5"/></emitter></shape>"#;
+    let glass = r#"<bsdf type="dielectric"><float name="int_ior" value="1.5"/></bsdf>
+        <medium name="interior" type="homogeneous"><spectrum name="sigma_t" value="400:0.1, 700:1.5"/><float name="albedo" value="0"/></medium>"#;
+    let half = |y: f64| {
+        format!(
+            r#"<shape type="intersection"><shape type="sphere"/>
+                <shape type="cube"><transform name="to_world"><translate y="{y}"/></transform></shape></shape>"#
+        )
+    };
+    let tilt = r#"<transform name="to_world"><rotate x="1" y="2" angle="35"/></transform>"#;
+    let halves = format!(r#"{room}<shape type="union">{glass}{tilt}{}{}</shape>"#, half(1.0), half(-1.0));
+    let ball = format!(r#"{room}<shape type="sphere">{glass}{tilt}</shape>"#);
+    let films = [(halves, 3), (ball, 4)]
+        .map(|(text, seed)| expose(&scene(&text), &settings(1024, WavelengthCount::Four, seed)));
+    let estimate = |film: &Film, m: Measured| Estimate {
+        mean: m.mean,
+        variance: m.error * m.error,
+        degrees: f64::from(film.replicates) - 1.0,
+    };
+    let mut smallest = 1.0f64;
+    let [a, b] = &films;
+    for y in 0..a.height {
+        for x in 0..a.width {
+            let (p, q) = (a.combined(x, y, LUMINANCE), b.combined(x, y, LUMINANCE));
+            if p.error.max(q.error) > 1e-7 * p.mean.abs() {
+                smallest = smallest.min(welch(&estimate(a, p), &estimate(b, q)).p_value);
+            }
+        }
+    }
+    let ((mean_a, error_a), (mean_b, error_b)) = (luminance(a), luminance(b));
+    println!("smallest p {smallest:e}, means {mean_a} {mean_b}, errors {error_a} {error_b}");
+    assert!(smallest > sidak(0.01, 144), "{smallest:e}");
+    assert!((mean_a - mean_b).abs() < 4.0 * error_a.hypot(error_b), "{mean_a} {mean_b}");
+}
+
+fn refused(content: &str) -> String {
+    compiled(content).err().expect("it is refused")
+}
+
+#[test]
+fn parts_must_be_closed() {
+    for (part, says) in [
+        (r#"<shape type="cylinder"/>"#, "use a `cone` with radius1 equal to radius"),
+        (r#"<shape type="rectangle"/>"#, "this surface encloses nothing"),
+        (r#"<shape type="disk"/>"#, "this surface encloses nothing"),
+        (r#"<shape type="cone"><boolean name="capped" value="false"/></shape>"#, r#"give it capped="true""#),
+    ] {
+        let message = refused(&format!(r#"<shape type="difference"><shape type="cube"/>{part}</shape>"#));
+        assert!(message.contains(says), "{message}");
+    }
+}
+
+/// What light gets into is one body; what it doesn't get into is of any kind.
+#[test]
+fn a_solid_is_one_body() {
+    let glass =
+        |index: f64| format!(r#"<bsdf type="dielectric"><float name="int_ior" value="{index}"/></bsdf>"#);
+    let pair = |a: &str, b: &str| {
+        format!(
+            r#"<shape type="difference"><shape type="cube">{a}</shape><shape type="sphere">{b}</shape></shape>"#
+        )
+    };
+    let message = refused(&pair(&glass(1.5), &glass(1.6)));
+    assert!(message.contains("encloses something else"), "{message}");
+    scene(&pair(&glass(1.5), &glass(1.5)));
+    scene(&pair(&glass(1.5), r#"<bsdf type="diffuse"/>"#));
+}
