@@ -93,7 +93,7 @@ fn a_sensor_plane_measures_the_sky_through_its_stop() {
                <transform name="to_world"><lookat origin="5, -2, 7" target="1, 1, 1" up="0, 0, 1"/></transform>{}</sensor>"#,
             film("hdrfilm", 3, r#"<rfilter type="box"/>"#)
         );
-        let found = exposed(&format!("{SKY}{sensor}"), 16_384);
+        let found = exposed(&format!("{SKY}{sensor}"), 65_536);
         for x in 0..3 {
             const STEPS: usize = 100;
             let at = |i: usize| (i as f64 + 0.5) / STEPS as f64 - 0.5;
@@ -123,7 +123,7 @@ fn outside_of_a_fisheye_there_is_nothing() {
         r#"<sensor type="panorama">{}</sensor>"#,
         film("hdrfilm", 2, r#"<rfilter type="gaussian"/>"#)
     );
-    let found = exposed(&format!("{SKY}{panorama}"), 64);
+    let found = exposed(&format!("{SKY}{panorama}"), 4096);
     assert_is(found.bin(1, 0, 0), 1.0, &found);
 }
 

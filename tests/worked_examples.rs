@@ -599,14 +599,14 @@ thread_local! {
 #[derive(Clone, Copy, Debug)]
 struct Counted(f64);
 
-fn count(what: impl FnOnce(&mut Counts)) {
-    COUNTS.with_borrow_mut(what);
+fn count(which: impl FnOnce(&mut Counts) -> &mut u32) {
+    COUNTS.with_borrow_mut(|counts| *which(counts) += 1);
 }
 
 impl Add for Counted {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        count(|counts| counts.add += 1);
+        count(|counts| &mut counts.add);
         Self(self.0 + other.0)
     }
 }
@@ -614,7 +614,7 @@ impl Add for Counted {
 impl Sub for Counted {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
-        count(|counts| counts.add += 1);
+        count(|counts| &mut counts.add);
         Self(self.0 - other.0)
     }
 }
@@ -622,7 +622,7 @@ impl Sub for Counted {
 impl Mul for Counted {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        count(|counts| counts.mul += 1);
+        count(|counts| &mut counts.mul);
         Self(self.0 * other.0)
     }
 }
@@ -630,7 +630,7 @@ impl Mul for Counted {
 impl Div for Counted {
     type Output = Self;
     fn div(self, other: Self) -> Self {
-        count(|counts| counts.div += 1);
+        count(|counts| &mut counts.div);
         Self(self.0 / other.0)
     }
 }
@@ -644,12 +644,12 @@ impl Neg for Counted {
 
 impl Counted {
     fn sqrt(self) -> Self {
-        count(|counts| counts.sqrt += 1);
+        count(|counts| &mut counts.sqrt);
         Self(self.0.sqrt())
     }
 
     fn is_below(self, other: f64) -> bool {
-        count(|counts| counts.cmp += 1);
+        count(|counts| &mut counts.cmp);
         self.0 < other
     }
 }

@@ -115,9 +115,39 @@ def grid_vol(path):
         file.write(header + values.astype("<f4").tobytes())
 
 
+def cage_vol(path):
+    """Distances from a ball in a rounded cube that a greater ball has been cut out of, over the cube of half size 1."""
+    n = 32
+    z, y, x = np.meshgrid(*[np.linspace(-1, 1, n)] * 3, indexing="ij")
+    from_centre = np.sqrt(x * x + y * y + z * z)
+    off = np.abs(np.stack([x, y, z])) - 0.58
+    cube = np.sqrt((np.maximum(off, 0) ** 2).sum(0)) + np.minimum(off.max(0), 0) - 0.2
+    hole = 0.92 - from_centre
+    cut = 0.5 * (cube + hole + np.sqrt((cube - hole) ** 2 + 0.12**2))
+    values = 0.5 * np.minimum(cut, from_centre - 0.55)
+    header = b"VOL\x03" + struct.pack("<5i6f", 1, n, n, n, 1, 0, 0, 0, 1, 1, 1)
+    with open(path, "wb") as file:
+        file.write(header + values.astype("<f4").tobytes())
+
+
+def ripples_png(path):
+    """Waves around two places."""
+    v, u = np.meshgrid(*[np.linspace(-1, 1, 96)] * 2, indexing="ij")
+
+    def ring(x, y):
+        r = np.hypot(u - x, v - y)
+        return np.cos(16 * r) * np.exp(-1.2 * r)
+
+    heights = ring(-0.35, -0.3) + 0.8 * ring(0.5, 0.4)
+    heights = (heights - heights.min()) / np.ptp(heights)
+    Image.fromarray(np.round(65535 * heights).astype(np.uint16)).save(path)
+
+
 stella_obj("obj/stella.obj")
 knot_ply("parts/knot.ply")
 tiles_png("bitmap/tile.png")
 normals_png("normalmap/studs.png")
 leaf_png("mask/leaf.png")
 grid_vol("volume/colours.vol")
+cage_vol("sdfgrid/cage.vol")
+ripples_png("heightfield/ripples.png")

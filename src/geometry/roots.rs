@@ -102,24 +102,37 @@ pub struct Enclosure {
     pub slope: [f64; 2],
 }
 
-/// Halves an interval, as long as neither the value nor the slope is known to keep its sign in a piece of it, down to
-/// `least` of its width, and adds the places where it is cut to `edges`: in between the function changes its sign at most once.
+/// Cuts an interval into pieces over each of which the function's value or its slope keeps its sign, so that it changes its
+/// sign at most once; adds where it cuts to `edges`. The value is known from bounds on it, and from that in the middle with bounds
+/// on the slope. A piece over which it is no more than `noise`, its own rounding, is left as it is: there it touches zero.
 pub fn isolate(
     interval: [f64; 2],
-    least: f64,
+    noise: f64,
+    function: &impl Fn(f64) -> Sample,
     enclose: &impl Fn([f64; 2]) -> Enclosure,
     edges: &mut SmallVec<[f64; 8]>,
 ) {
-    let keeps_sign = |[low, high]: [f64; 2]| low > 0.0 || high < 0.0;
-    let Enclosure { value, slope } = enclose(interval);
-    if keeps_sign(value) || keeps_sign(slope) || least >= 1.0 {
-        return;
+    // What is flatter than this many pieces can tell is taken to touch as well.
+    const MOST_PIECES: usize = 4000;
+    let mut waiting: SmallVec<[[f64; 2]; 32]> = SmallVec::from_slice(&[interval]);
+    let mut pieces = 0;
+    while let Some([low, high]) = waiting.pop() {
+        pieces += 1;
+        let Enclosure { value: [least, most], slope: [falling, rising] } = enclose([low, high]);
+        let middle = 0.5 * (low + high);
+        let change = 0.5 * (high - low) * rising.max(-falling);
+        let there = function(middle).value;
+        let (least, most) = (least.max(there - change - noise), most.min(there + change + noise));
+        let keeps_sign = least > 0.0 || most < 0.0 || falling > 0.0 || rising < 0.0;
+        let touches = -2.0 * noise <= least && most <= 2.0 * noise;
+        if keeps_sign || touches || pieces > MOST_PIECES || !(low < middle && middle < high) {
+            if high < interval[1] {
+                edges.push(high);
+            }
+        } else {
+            waiting.extend([[middle, high], [low, middle]]);
+        }
     }
-    let [low, high] = interval;
-    let middle = 0.5 * (low + high);
-    isolate([low, middle], 2.0 * least, enclose, edges);
-    edges.push(middle);
-    isolate([middle, high], 2.0 * least, enclose, edges);
 }
 
 /// Roots of a continuous function that changes its sign at most once between neighbouring `edges`, which ascend.

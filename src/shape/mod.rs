@@ -222,8 +222,10 @@ impl fmt::Display for ShapeError {
                 write!(f, "a grid needs two points along each axis and a value for each point")
             }
             Self::Exponent(exponent) => write!(f, "its exponents must be from 0.001 to 2, not {exponent}"),
-            Self::Profile => write!(f, "its profile must be finite and on one side of the axis"),
-            Self::Threshold => write!(f, "its threshold must be above 0 and all numbers finite"),
+            Self::Profile => write!(f, "its profile must be finite, long enough and on one side of the axis"),
+            Self::Threshold => {
+                write!(f, "all numbers must be finite, and its threshold above 0 and reached somewhere")
+            }
             Self::Outline => write!(f, "its outline must be finite and enclose an area"),
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")

@@ -4,8 +4,11 @@ use crate::geometry::{Bounds, Vec3};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Halvings of the whole box: each side is known to 1/1024.
-const DEEPEST: u32 = 30;
+/// Halvings of the whole box by which each side is known to 1/1024.
+pub(super) const COARSE: u32 = 30;
+
+/// And to 1/4,000,000, for surfaces of which little more than the farthest point is left by then.
+pub(super) const FINE: u32 = 66;
 
 /// Cells looked at before the answer is left as loose as it is.
 const MOST_CELLS: usize = 20_000;
@@ -38,9 +41,15 @@ impl PartialEq for Cell {
 
 impl Eq for Cell {}
 
-/// An upper bound on direction · x over all points x of a surface that lies within `start`, about a thousandth of the box
-/// above the least one. `None` where the surface is nowhere. `is_free` says of a box that there is nothing of the surface in it.
-pub(super) fn support(direction: Vec3, start: Bounds, is_free: impl Fn(Bounds) -> bool) -> Option<f64> {
+/// An upper bound on direction · x over all points x of a surface that lies within `start`, above the least one by what is left
+/// of the box after `halvings`. `None` where the surface is nowhere. `is_free` says of a box that the farthest point of the
+/// surface is not in it, for instance because there is nothing of the surface in it.
+pub(super) fn support(
+    direction: Vec3,
+    start: Bounds,
+    halvings: u32,
+    is_free: impl Fn(Bounds) -> bool,
+) -> Option<f64> {
     let cell = |bounds: Bounds, depth| {
         let half = 0.5 * (bounds.max - bounds.min);
         Cell { reach: direction.dot(bounds.centre()) + direction.abs().dot(half), bounds, depth }
@@ -52,7 +61,7 @@ pub(super) fn support(direction: Vec3, start: Bounds, is_free: impl Fn(Bounds) -
             continue;
         }
         seen += 1;
-        if depth >= DEEPEST || seen >= MOST_CELLS {
+        if depth >= halvings || seen >= MOST_CELLS {
             return Some(reach);
         }
         let size = bounds.max - bounds.min;

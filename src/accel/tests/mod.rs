@@ -2,7 +2,7 @@ mod instances;
 
 use super::Accel;
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
-use crate::shape::{Cylinder, Disk, Hit, Mesh, MeshData, Shape, Sphere};
+use crate::shape::{ControlPoint, CurveKind, Curves, Cylinder, Disk, Hit, Mesh, MeshData, Shape, Sphere};
 use glam::{DMat4, DQuat};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
@@ -60,6 +60,11 @@ fn mixture(count: usize, size: f64, random: &mut Random) -> Vec<Shape> {
         shapes.push(Shape::Disk(Disk::new(&any_placement(size, random), false).unwrap()));
         let place = any_placement(size, random);
         shapes.push(Shape::Cylinder(Cylinder::new(&place, Vec3::ZERO, Vec3::Z, 1.0, false).unwrap()));
+    }
+    for kind in [CurveKind::Linear, CurveKind::BSpline] {
+        let mut control = || ControlPoint { position: in_cube(random), radius: 0.1 * size };
+        let curve = (0..count + 4).map(|_| control()).collect();
+        shapes.push(Shape::Curves(Curves::new(&Transform::IDENTITY, kind, &[curve], false).unwrap()));
     }
     shapes.push(Shape::Mesh(soup(count, 0.1 * size, random)));
     shapes

@@ -137,7 +137,10 @@ impl MaterialCompiler {
             other => (other, None),
         };
         let same = |a: Filling, b: Filling| absorption(a) == absorption(b);
-        a.index == b.index && same(a.interior, b.interior) && same(a.exterior, b.exterior)
+        a.index == b.index
+            && a.priority == b.priority
+            && same(a.interior, b.interior)
+            && same(a.exterior, b.exterior)
     }
 
     fn index_class(&self, index: Option<&Spectrum>) -> u32 {

@@ -54,7 +54,12 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
                         "expected four or more points \"r z\", no r of the curve below 0"
                     }
                 },
-                "a closed Bézier curve comes back to its first point, which is not given again",
+                match interpolation {
+                    Interpolation::Bezier => {
+                        "a closed one comes back to its first point, which is not given again"
+                    }
+                    _ => "r is the distance from the z axis",
+                },
             ),
             FigureKind::Blobs { .. } => (
                 "threshold",

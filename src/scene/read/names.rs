@@ -79,6 +79,9 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "hyperboloid",
             "quadric",
             "torus",
+            "obj",
+            "ply",
+            "serialized",
             "sdfgrid",
             "heightfield",
             "linearcurve",
@@ -89,9 +92,6 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "revolution",
             "superquadric",
             "blobs",
-            "obj",
-            "ply",
-            "serialized",
             "union",
             "intersection",
             "difference",
@@ -252,9 +252,7 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "stokes",
             "time_gated_path",
         ],
-        Class::Shape => {
-            &["bsplinecurve", "ellipsoids", "ellipsoidsmesh", "linearcurve", "sdfgrid", "blender"]
-        }
+        Class::Shape => &["ellipsoids", "ellipsoidsmesh", "sdfgrid", "blender"],
         Class::Bsdf => &[
             "circular",
             "hair",

@@ -157,7 +157,7 @@ impl Curves {
                 .iter()
                 .map(|point| ControlPoint { position: to_world.point(point.position), ..*point })
                 .collect::<Vec<_>>();
-            if !moved.iter().all(|point| point.position.is_finite()) {
+            if !moved.iter().all(can_be_squared) {
                 return Err(ShapeError::Placement);
             }
             placed.push(moved);
@@ -372,10 +372,15 @@ fn check(kind: CurveKind, curve: &[ControlPoint]) -> Result<(), ShapeError> {
     if curve.len() < kind.order() {
         return Err(ShapeError::ControlPoints { found: curve.len(), least: kind.order() });
     }
-    if !curve.iter().all(|point| point.position.is_finite()) {
-        return Err(ShapeError::Ends);
+    if !curve.iter().all(can_be_squared) {
+        return Err(ShapeError::Placement);
     }
     Ok(())
+}
+
+/// Whether nothing overflows that is computed from it.
+fn can_be_squared(point: &ControlPoint) -> bool {
+    point.position.abs().max_element().max(point.radius) < 1e75 && point.position.is_finite()
 }
 
 fn cone(points: [ControlPoint; 2], origin: Vec3) -> RoundCone {

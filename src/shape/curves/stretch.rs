@@ -56,7 +56,7 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// The stretch of a uniform cubic B-spline that four neighbouring control points make. Neighbours share their ends exactly.
+    /// The stretch of a uniform cubic B-spline that four neighbouring control points make.
     pub fn of_spline(points: [Vec3; 4], radii: [f64; 4]) -> Self {
         fn bezier<T: bernstein::Value>([a, b, c, d]: [T; 4]) -> [T; 4] {
             let end = |a: T, b: T, c: T| b + ((a - b) + (c - b)) * (1.0 / 6.0);

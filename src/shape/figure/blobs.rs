@@ -96,7 +96,7 @@ impl Blobs {
             around = around.including(blob.centre - reach).including(blob.centre + reach);
         }
         if around.is_empty() {
-            return Err(ShapeError::Nothing);
+            return Err(ShapeError::Threshold);
         }
         let (origin, scale) = (around.centre(), 0.5 * (around.max - around.min).max_element());
         let local = |blob: &Blob| Blob {
@@ -115,7 +115,7 @@ impl Blobs {
             steepness: blobs.iter().map(|blob| 2.0 * blob.strength.abs() / blob.radius).sum(),
             blobs,
         };
-        let toward = |direction: Vec3| made.search(direction).ok_or(ShapeError::Nothing);
+        let toward = |direction: Vec3| made.search(direction).ok_or(ShapeError::Threshold);
         let max = Vec3::new(toward(Vec3::X)?, toward(Vec3::Y)?, toward(Vec3::Z)?);
         let min = -Vec3::new(toward(-Vec3::X)?, toward(-Vec3::Y)?, toward(-Vec3::Z)?);
         made.around = Bounds { min: min.max(made.around.min), max: max.min(made.around.max) };
@@ -147,10 +147,36 @@ impl Blobs {
         [least, most]
     }
 
+    /// Bounds on the gradient within a box, component by component.
+    fn gradients(&self, cell: Bounds) -> [Vec3; 2] {
+        let (mut least, mut most) = (Vec3::ZERO, Vec3::ZERO);
+        for Blob { centre, radius, strength } in &self.blobs {
+            let near = (*centre - centre.clamp(cell.min, cell.max)).length_squared();
+            let far = (*centre - cell.min).abs().max((*centre - cell.max).abs()).length_squared();
+            let scale = 1.0 / (radius * radius);
+            let slopes =
+                [near, far].map(|squared| 2.0 * strength * scale * self.kernel.at(squared * scale)[1]);
+            let away = [cell.min - centre, cell.max - centre];
+            let products =
+                [away[0] * slopes[0], away[0] * slopes[1], away[1] * slopes[0], away[1] * slopes[1]];
+            least += products.into_iter().reduce(Vec3::min).unwrap_or(Vec3::ZERO);
+            most += products.into_iter().reduce(Vec3::max).unwrap_or(Vec3::ZERO);
+        }
+        [least, most]
+    }
+
+    /// The largest direction · x. At the farthest point the gradient is along the direction.
     fn search(&self, direction: Vec3) -> Option<f64> {
-        support::support(direction, self.around, |cell| {
+        let (across, over) = direction.normalize().any_orthonormal_pair();
+        support::support(direction, self.around, support::FINE, |cell| {
             let [least, most] = self.range(cell);
-            most < 0.0 || least > 0.0
+            if most < 0.0 || least > 0.0 {
+                return true;
+            }
+            let [least, most] = self.gradients(cell);
+            let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
+            let slack = 1e-12 * self.steepness;
+            [across, over].iter().any(|axis| middle.dot(*axis).abs() > half.dot(axis.abs()) + slack)
         })
     }
 }
@@ -245,11 +271,11 @@ impl Local for Blobs {
         let mut cuts: SmallVec<[f64; 16]> = SmallVec::from_slice(&[enter, leave]);
         cuts.extend(kernels.iter().map(|passed| passed.t).filter(|&t| enter < t && t < leave));
         cuts.sort_by(f64::total_cmp);
-        // How far down intervals are halved: nearer to a touching point values are only rounding.
-        const LEAST: f64 = 1e-12;
+        let noise = 8.0 * f64::EPSILON * self.size;
+        let along = |t: f64| self.along(&kernels, t);
         for pair in cuts.windows(2) {
             edges.push(pair[0]);
-            isolate([pair[0], pair[1]], LEAST, &|part| self.enclose(&kernels, part), &mut edges);
+            isolate([pair[0], pair[1]], noise, &along, &|part| self.enclose(&kernels, part), &mut edges);
         }
         edges.push(leave);
         let function = |t: f64| {
@@ -306,7 +332,7 @@ impl Local for Blobs {
         ([u, v], [on_surface(by_u), on_surface(by_v)])
     }
 
-    /// To about a thousandth of the size, from above.
+    /// To less than a millionth of the size, from above.
     fn reach(&self, direction: Vec3) -> f64 {
         let corner = self.around.corners().map(|corner| corner.dot(direction)).fold(f64::MIN, f64::max);
         self.search(direction).unwrap_or(corner).min(corner)

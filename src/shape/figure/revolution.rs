@@ -35,9 +35,6 @@ struct InPlane {
     height: f64,
 }
 
-/// How far down intervals are halved: nearer to a touching point values are only rounding.
-const LEAST: f64 = 1e-12;
-
 impl InPlane {
     /// Half of the chord that the plane cuts from a circle around the axis.
     fn half_chord(&self, radius: f64) -> f64 {
@@ -168,7 +165,8 @@ impl Revolution {
             }
             let mut edges: SmallVec<[f64; 8]> = SmallVec::from_slice(&[range[0]]);
             if !monotonic {
-                isolate(range, LEAST, &|part| plane.enclose(piece, branch, part), &mut edges);
+                let along = |s: f64| plane.function(piece, branch, s);
+                isolate(range, plane.height, &along, &|part| plane.enclose(piece, branch, part), &mut edges);
             }
             edges.push(range[1]);
             if edges.len() == 2 && !differ {

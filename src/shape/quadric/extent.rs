@@ -82,7 +82,7 @@ pub(super) fn reach_toward(
     if !clipped_across && let Some(reach) = of_revolution(form, [within.min.z, within.max.z], direction) {
         return reach;
     }
-    support::support(direction, within, |cell| {
+    support::support(direction, within, support::COARSE, |cell| {
         let half = 0.5 * (cell.max - cell.min);
         let centre = cell.centre();
         let value = form.value(centre);

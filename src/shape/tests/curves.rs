@@ -462,13 +462,12 @@ fn curves_are_crossed_where_the_oracle_says() {
 #[test]
 #[ignore = "takes half an hour"]
 fn curves_are_crossed_where_the_oracle_says_a_million_times() {
-    check_all(20_000);
+    check_all(100_000);
 }
 
 fn kinds() -> Vec<(String, Shape)> {
     let place = placement(Vec3::splat(0.7));
     let all = paths().into_iter().flat_map(|(name, path)| {
-        let place = place.clone();
         Made::ALL.into_iter().map(move |made| (format!("{name} {made:?}"), made.shape(&place, &path, false)))
     });
     all.collect()
@@ -482,7 +481,7 @@ fn hits_are_on_the_surface_and_within_the_box() {
     for (name, shape) in kinds() {
         let bounds = shape.bounds();
         let mut seen = 0;
-        for _ in 0..20_000 {
+        for _ in 0..8_000 {
             let ray = any_ray(&shape, bounds, &mut random);
             let Some(hit) = shape.intersect(&ray) else { continue };
             let point = shape.surface(&hit, &ray).point;
@@ -518,7 +517,7 @@ fn hits_are_on_the_surface_and_within_the_box() {
             }
             seen += 1;
         }
-        assert!(seen > 5, "{name}: {seen}");
+        assert!(seen > 1, "{name}: {seen}");
     }
 }
 

@@ -4,7 +4,7 @@ use super::doubled::{Doubled, Polynomial};
 use super::oracle::{Exact, Line, any_ray, check_against, near};
 use super::{close, direction, placement};
 use crate::geometry::{Ray, Transform, Vec3};
-use crate::shape::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel, Shape, ShapeError};
+use crate::shape::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel, Shape, ShapeError, Sphere};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
 
@@ -528,7 +528,7 @@ fn prisms_are_crossed_where_the_oracle_says() {
 }
 
 #[test]
-#[ignore = "takes a minute"]
+#[ignore = "takes minutes"]
 fn prisms_are_crossed_where_the_oracle_says_a_million_times() {
     check_prisms(250_000);
 }
@@ -542,7 +542,7 @@ fn closed_figures_are_entered_and_left_by_turns() {
         if !figure.is_closed() {
             continue;
         }
-        for _ in 0..10_000 {
+        for _ in 0..1_000 {
             let ray = any_ray(&shape, shape.bounds(), &mut random);
             let found = shape.crossings(&ray);
             assert!(found.len() % 2 == 0, "{name}: {ray:?} {found:?}");
@@ -553,6 +553,97 @@ fn closed_figures_are_entered_and_left_by_turns() {
                 let slope = normal.dot(ray.direction);
                 assert!(slope.abs() < 1e-6 || (slope < 0.0) == crossing.enters, "{name}: {ray:?} {slope:e}");
             }
+        }
+    }
+}
+
+/// A half circle turned around z, in 64 cubics that are within 10⁻¹³ of it, is the sphere, and so is a superquadric with both
+/// exponents 1: same hits, normals, u and area.
+#[test]
+fn a_half_circle_turned_is_a_sphere() {
+    const ARCS: usize = 64;
+    let angle = std::f64::consts::PI / ARCS as f64;
+    let handle = 4.0 / 3.0 * (0.25 * angle).tan();
+    let mut profile = vec![[0.0, -1.0]];
+    for i in 0..ARCS {
+        let ends = [i, i + 1].map(|k| (k as f64 * angle).sin_cos());
+        let [(s0, c0), (s1, c1)] = ends;
+        let end = if i + 1 == ARCS { [0.0, 1.0] } else { [s1, -c1] };
+        profile.extend([[s0 + handle * c0, -c0 + handle * s0], [s1 - handle * c1, -c1 - handle * s1], end]);
+    }
+    let place = placement(Vec3::new(0.9, 0.5, 0.3));
+    let turned = figure(&place, &turned(&profile, Interpolation::Bezier, false, true));
+    let even = FigureKind::Superquadric { exponents: [1.0; 2], semi_axes: Vec3::ONE };
+    let even = figure(&place, &even);
+    let sphere = Shape::Sphere(Sphere::new(&place, Vec3::ZERO, 1.0, false).unwrap());
+    let mut random = Random::seed_from_u64(5);
+    let mut hits = 0;
+    for _ in 0..5_000 {
+        let ray = any_ray(&sphere, sphere.bounds(), &mut random);
+        let exact = sphere.crossings(&ray);
+        if exact.len() < 2 || exact[1].hit.t - exact[0].hit.t < 1e-3 {
+            continue;
+        }
+        for shape in [&turned, &even] {
+            let found = shape.crossings(&ray);
+            assert_eq!(found.len(), 2, "{ray:?}");
+            for (a, b) in found.iter().zip(&exact) {
+                assert!((a.hit.t - b.hit.t).abs() < a.error + b.error + 1e-9, "{a:?} {b:?}");
+                let (p, q) = (shape.surface(&a.hit, &ray).point, sphere.surface(&b.hit, &ray).point);
+                assert!(p.normal.distance(q.normal) < 1e-6 * (1.0 + ray.origin.length() * 1e-3));
+                let uv = shape.parametrisation(&a.hit, p.position).uv;
+                let expected = sphere.parametrisation(&b.hit, p.position).uv;
+                assert!(close(uv[0], expected[0], 1e-9) || (uv[0] - expected[0]).abs() > 1.0 - 1e-9);
+                // The profile goes up, a sphere's v down.
+                let v = if std::ptr::eq(shape, &turned) { 1.0 - uv[1] } else { uv[1] };
+                assert!(close(v, expected[1], 1e-4), "{v} {}", expected[1]);
+            }
+        }
+        hits += 1;
+    }
+    assert!(hits > 1_000);
+    for shape in [&turned, &even] {
+        assert!(close(shape.area() / sphere.area(), 1.0, 1e-3), "{} {}", shape.area(), sphere.area());
+    }
+}
+
+/// Every side of the box around a figure touches it: a plane a millionth of the size within it meets the figure. Seen by lines
+/// in that plane around the figure's outermost point, which is climbed to from samples.
+#[test]
+fn boxes_touch_figures_on_all_sides() {
+    let mut random = Random::seed_from_u64(6);
+    for (name, shape) in super::all_shapes() {
+        let Shape::Figure(figure) = &shape else { continue };
+        let bounds = shape.bounds();
+        let size = bounds.diameter();
+        for axis in 0..6 {
+            let outwards = if axis < 3 { Vec3::AXES[axis] } else { -Vec3::AXES[axis - 3] };
+            let side = if axis < 3 { bounds.max[axis] } else { -bounds.min[axis - 3] };
+            let mut most = f64::NEG_INFINITY;
+            let mut at = Vec3::ZERO;
+            let mut take = |found: Option<Vec3>, most: &mut f64| {
+                if let Some(point) = found.filter(|point| point.dot(outwards) > *most) {
+                    (*most, at) = (point.dot(outwards), point);
+                }
+                at
+            };
+            for _ in 0..4_000 {
+                let sample = figure.sample([random.random(), random.random()]);
+                take(sample.map(|sample| sample.surface.point.position), &mut most);
+            }
+            // Lines along the axis near the best so far, nearer and nearer.
+            let mut place = take(None, &mut most);
+            for step in 0..6_000 {
+                let spread = size * 10f64.powf(-1.0 - 7.0 * f64::from(step) / 6_000.0);
+                let offset = direction(&mut random) * spread;
+                let ray = Ray::new(place + offset.reject_from(outwards) + outwards * size, -outwards);
+                let met = shape.intersect(&ray).map(|hit| ray.at(hit.t));
+                place = take(met, &mut most);
+            }
+            assert!(most <= side + 1e-13, "{name}: outside by {:e}", most - side);
+            // The corners of flat pieces are hard to find.
+            let near = if figure.is_curved() { 1e-6 } else { 1e-4 };
+            assert!(side - most < near * size, "{name}: axis {axis} loose by {:e}", (side - most) / size);
         }
     }
 }

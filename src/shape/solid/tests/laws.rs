@@ -126,7 +126,7 @@ fn volumes_are_those_of_inclusion_and_exclusion() {
         let both = || vec![leaf(a, first), leaf(b, second)];
         let [union, intersection, difference] =
             OPERATIONS.map(|operation| Model::Node(operation, both()).solid());
-        let alone = both().map_solids();
+        let alone: Vec<Solid> = both().iter().map(Model::solid).collect();
         for _ in 0..500 {
             let toward = direction(&mut random);
             let ray = Ray::new(in_cube(&mut random) - toward * 5.0, toward);
@@ -151,17 +151,6 @@ fn volumes_are_those_of_inclusion_and_exclusion() {
     let error = ((squares / f64::from(lines) - mean * mean) / f64::from(lines)).sqrt();
     let expected = PI * (4.0 + d) * (2.0 - d) * (2.0 - d) / 12.0;
     assert!((mean - expected).abs() < 4.0 * error && error < 0.01 * expected, "{mean} {expected} {error}");
-}
-
-trait Solids {
-    fn map_solids(&self) -> Vec<Solid>;
-}
-
-impl Solids for Vec<Model> {
-    /// Each alone.
-    fn map_solids(&self) -> Vec<Solid> {
-        self.iter().map(Model::solid).collect()
-    }
 }
 
 /// A sphere cut in two and put together again is the sphere, to the last bit of its distances.

@@ -1,3 +1,5 @@
+//! Solids against functions that are negative inside them.
+
 mod kit;
 mod laws;
 mod meshes;
@@ -216,15 +218,10 @@ fn judge_coincident(lines: u64) {
     ];
     for (what, model) in coincident() {
         for (index, place) in places.iter().enumerate() {
-            let tally = judge_scaled(&placed(&model, place), place, lines, index as u64);
+            let tally = judge(&placed(&model, place), place, lines, index as u64);
             assert_eq!((tally.mismatches, tally.slivers), (0, 0), "{what} {index}: {tally:?}");
         }
     }
-}
-
-/// The functions of [`kit`] measure in the shapes' own coordinates, whose rounding grows with the distance from the origin.
-fn judge_scaled(model: &Model, place: &Transform, lines: u64, seed: u64) -> Tally {
-    judge(model, place, lines, seed)
 }
 
 #[test]
