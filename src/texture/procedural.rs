@@ -2,9 +2,10 @@
 
 use super::noise::Field;
 use super::{Pattern, Texture, TexturePoint, UvTransform};
-use crate::geometry::{Transform, Vec3};
+use crate::geometry::Vec3;
 use crate::spectrum::{Sampled, Spectrum};
 use crate::units::WavelengthRange;
+use glam::DAffine3;
 
 /// A pattern and the textures that its values stand for.
 #[derive(Clone, Debug)]
@@ -25,7 +26,7 @@ pub enum Ground {
     /// The surface's own; the pattern is cut at z = 0.
     Uv(UvTransform),
     /// The place in space, from [`TexturePoint::at_rest`].
-    Solid(Transform),
+    Solid(DAffine3),
 }
 
 impl Ground {
@@ -35,7 +36,7 @@ impl Ground {
                 let [u, v] = to_pattern.apply(at.uv);
                 Vec3::new(u, v, 0.0)
             }
-            Self::Solid(to_pattern) => to_pattern.point(at.at_rest.position),
+            Self::Solid(to_pattern) => to_pattern.transform_point3(at.at_rest.position),
         }
     }
 
@@ -44,7 +45,7 @@ impl Ground {
         match self {
             Self::Uv(to_pattern) => to_pattern.pull_back([slope.x, slope.y]),
             Self::Solid(to_pattern) => {
-                at.at_rest.tangents.map(|tangent| slope.dot(to_pattern.vector(tangent)))
+                at.at_rest.tangents.map(|tangent| slope.dot(to_pattern.transform_vector3(tangent)))
             }
         }
     }

@@ -225,7 +225,7 @@ fn slopes_of_patterns_are_those_of_their_values() {
     let board = Image::new(3, 2, 1, vec![0.1, 0.7, 0.3, 0.9, 0.5, 0.2], false);
     let step = 1e-6;
     for pattern in patterns() {
-        for ground in [Ground::Uv(to_pattern), Ground::Solid(to_space)] {
+        for ground in [Ground::Uv(to_pattern), Ground::Solid(glam::DAffine3::from_mat4(to_space.matrix()))] {
             let plain = Placing { filter: Filter::Linear, ..placing(Filter::Linear, Wrap::Repeat) };
             let colours = vec![
                 Texture::Uniform(Spectrum::Constant(0.1)),

@@ -85,7 +85,8 @@ fn procedural(source: &ProceduralSource, shift: &Transform) -> Result<Procedural
         ground: match &source.space {
             PatternSpace::Uv(transform) => Ground::Uv(to_uv(&transform.then(&to_periods))),
             PatternSpace::World(to_world) => {
-                Ground::Solid(shift.inverse().then(&to_world.inverse()).then(&to_periods))
+                let to_pattern = shift.inverse().then(&to_world.inverse()).then(&to_periods);
+                Ground::Solid(glam::DAffine3::from_mat4(to_pattern.matrix()))
             }
         },
         colours: source.colours.iter().map(|colour| texture(colour, shift)).collect::<Result<_, _>>()?,

@@ -307,7 +307,8 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
                 // Between numbers there is a slope, though they have none.
                 spectra::check(reader, colour, name, if slopes { purpose } else { Use::Share })
             };
-            Some(procedural.colours.iter().fold(true, |all, colour| fits(colour) && all))
+            // All of them, so that each that is wrong is reported.
+            Some(procedural.colours.iter().filter(|colour| !fits(colour)).count() == 0)
         }
         SpectrumKind::MeshAttribute { .. } if purpose == Use::Normals => {
             refuse(format!("{title} cannot come from a mesh"), "expected a bitmap of three raw channels", "")
