@@ -117,7 +117,7 @@ fn a_ball_in_two_halves_is_a_ball() {
 }
 
 fn refused(content: &str) -> String {
-    compiled(content).err().expect("it is refused")
+    compiled(content).expect_err("it is refused")
 }
 
 #[test]

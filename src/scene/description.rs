@@ -524,7 +524,9 @@ pub struct Solid {
     pub motion: Option<Arc<Animation>>,
 }
 
+/// What a solid is made of.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly all are shapes")]
 pub enum Part {
     Shape(Shape),
     Solid(Solid),
@@ -533,11 +535,11 @@ pub enum Part {
 impl Solid {
     /// The shapes that it is made of, in the order of the file.
     pub fn leaves(&self) -> Vec<&Shape> {
-        let of_part = |part| match part {
-            &Part::Shape(ref shape) => vec![shape],
+        let of_parts = self.parts.iter().map(|part| match part {
+            Part::Shape(shape) => vec![shape],
             Part::Solid(solid) => solid.leaves(),
-        };
-        self.parts.iter().flat_map(of_part).collect()
+        });
+        of_parts.flatten().collect()
     }
 }
 

@@ -164,8 +164,8 @@ impl Scene {
                 let closed = self.bodies[body.body as usize].closed;
                 let again = closed && together[i].at_start && inside == together[i].enters;
                 // Between entering and leaving at once the ray only touches.
-                let possible = !(ways(true) && ways(false)) && !again;
-                if !possible {
+                let touches = ways(true) && ways(false);
+                if touches || again {
                     together[i].effective = false;
                 } else if leaving != together[i].enters && !bodies[..i].contains(&Some(body)) {
                     toggled += 1;

@@ -33,6 +33,9 @@ const MEMORY_FACTOR: usize = 100;
 /// An image of one colour may be a thousandth as long as its texels; these are held as bytes, as floats and as spectra.
 const IMAGE_FACTOR: usize = 1100 * (1 + 3 * 4);
 
+/// A scene may ask for terrain of 2²² points in a word, which is computed in complex numbers.
+const TERRAIN_MEMORY: usize = 48 << 22;
+
 /// Counts what is allocated, and the most that there was.
 struct Counting;
 
@@ -355,7 +358,9 @@ fn try_one(case: u64, input: &Input, draw: bool, scratch: &Path, tally: &mut Tal
     let memory = PEAK.load(Ordering::Relaxed).saturating_sub(before);
     let factor = if matches!(input.kind, Kind::Image(_)) { IMAGE_FACTOR } else { MEMORY_FACTOR };
     let length = input.bytes.len();
-    let is_well = outcome.is_ok() && took < LONGEST && memory < LEAST_MEMORY + factor * length;
+    let has_terrain = input.bytes.windows(7).any(|word| word == b"terrain");
+    let most = LEAST_MEMORY + factor * length + if has_terrain { TERRAIN_MEMORY } else { 0 };
+    let is_well = outcome.is_ok() && took < LONGEST && memory < most;
     if !is_well {
         let kept = scratch.join(format!("case-{case}"));
         std::fs::write(&kept, &input.bytes).expect("a file can be written");

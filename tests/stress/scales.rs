@@ -200,7 +200,8 @@ fn pictures_do_not_depend_on_scale_and_place() {
             "s",
         ],
     );
-    let scenes: [(&str, fn(World) -> String); 2] = [("solids", solids), ("glass", glass)];
+    type Text = fn(World) -> String;
+    let scenes: [(&str, Text); 2] = [("solids", solids), ("glass", glass)];
     let mut failures = Vec::new();
     for (name, scene) in scenes {
         let mut reference = None;

@@ -30,10 +30,13 @@ fn an_instance_where_it_was_made_changes_nothing() {
         let ray = any_ray(&mut random);
         let (expected, found) = (plain.closest(&ray, 0.0), instance.closest(&ray, 0.0));
         assert_eq!(found.is_some(), instance.occluded(&ray, 0.0));
-        assert_eq!(found.map(|hit| (hit.shape, hit.triangle)), expected.map(|hit| (hit.shape, hit.triangle)));
+        assert_eq!(found.map(|hit| hit.shape), expected.map(|hit| hit.shape));
         let (Some(expected), Some(found)) = (expected, found) else { continue };
         hits += 1;
         assert_eq!(found.instance, 0);
+        // Where two segments of a curve meet it may be either, by rounding.
+        let joined = u32::from(matches!(shapes[found.shape as usize], Shape::Curves(_)));
+        assert!(found.triangle.abs_diff(expected.triangle) <= joined, "{found:?} {expected:?}");
         let (a, b) =
             (instance.surface(&shapes, &found, &ray, 0.0), plain.surface(&shapes, &expected, &ray, 0.0));
         assert!(same(&a.point, &b.point, expected.t), "{ray:?} {expected:?} {found:?}");

@@ -27,7 +27,7 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
             .placement(to_world, &sensor.motion)
             .float("near_clip", *near_clip)
             .float("far_clip", *far_clip),
-        SensorKind::Angular { to_world, map, near_clip, far_clip } => angular(&told, map)
+        SensorKind::Angular { to_world, map, near_clip, far_clip } => angular(told, map)
             .placement(to_world, &sensor.motion)
             .float("near_clip", *near_clip)
             .float("far_clip", *far_clip),

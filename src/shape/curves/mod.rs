@@ -305,7 +305,8 @@ impl Curves {
         let Place { outward, velocity, growth, bend, .. } =
             self.place(hit.triangle, hit.barycentric[0], position);
         let (count, speed) = (self.segment_count() as f64, velocity.length());
-        let ahead = velocity / speed;
+        // A path that stands still leads nowhere; what it is turned around is as good as any.
+        let ahead = velocity.try_normalize().unwrap_or(Vec3::Z);
         // Where the path runs along z there is no such frame, but one that is as good.
         let up = Vec3::Z.reject_from_normalized(ahead).try_normalize().unwrap_or(Vec3::Y);
         let side = up.cross(ahead);

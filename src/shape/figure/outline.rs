@@ -371,11 +371,11 @@ mod tests {
                     outline(&[&[centre.to_array(), a, b]], FillRule::EvenOdd)
                 })
                 .collect();
-            for i in 0..4 {
+            for &corner in &corners {
                 for at in [0.0, 1e-17, 0.1, 0.3, 0.5, random.random_range(0.0..1.0)] {
-                    let p = centre.lerp(corners[i], at);
+                    let p = centre.lerp(corner, at);
                     let owners = parts.iter().filter(|part| part.contains(p)).count();
-                    assert_eq!(owners, 1, "{p} on the edge to {}", corners[i]);
+                    assert_eq!(owners, 1, "{p} on the edge to {corner}");
                 }
             }
         }

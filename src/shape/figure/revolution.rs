@@ -114,7 +114,7 @@ impl Revolution {
         let open_ends = [first, last].map(|end| end.x > 0.0);
         let closed = around || capped || open_ends == [false; 2];
         // Twice the area between the profile and the axis, positive where the profile goes up.
-        let area: f64 = pieces.iter().map(|piece| area(piece)).sum();
+        let area: f64 = pieces.iter().map(area).sum();
         if capped && !around {
             for (end, open) in [first, last].into_iter().zip(open_ends) {
                 let on_axis = DVec2::new(0.0, end.y);

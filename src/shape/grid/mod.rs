@@ -27,8 +27,8 @@ pub(super) enum Stretch<const N: usize> {
 impl<const N: usize> Line<N> {
     /// The part of it within limits and the cells; `None` where there is none.
     pub fn within(&self, size: [usize; N], [mut low, mut high]: [f64; 2]) -> Option<[f64; 2]> {
-        for axis in 0..N {
-            let (origin, direction, end) = (self.origin[axis], self.direction[axis], size[axis] as f64);
+        for (axis, cells) in size.into_iter().enumerate() {
+            let (origin, direction, end) = (self.origin[axis], self.direction[axis], cells as f64);
             if direction == 0.0 {
                 if !(0.0..=end).contains(&origin) {
                     return None;
@@ -54,10 +54,10 @@ impl<const N: usize> Line<N> {
     /// Where it enters a cell in which it is at t, and across which axis; none where that is before `first`.
     fn entry(&self, cell: [usize; N], at: f64, first: f64) -> (f64, Option<usize>) {
         let (mut entry, mut across) = (first, None);
-        for axis in 0..N {
+        for (axis, cell) in cell.into_iter().enumerate() {
             let direction = self.direction[axis];
             if direction != 0.0 {
-                let plane = cell[axis] + usize::from(direction < 0.0);
+                let plane = cell + usize::from(direction < 0.0);
                 let t = (plane as f64 - self.origin[axis]) / direction;
                 // A line along a side may by rounding seem to enter later.
                 if t >= entry && t <= at {

@@ -383,7 +383,7 @@ impl HeightField {
 /// The outward normal of one of the four sides.
 fn wall_normal(wall: usize) -> Vec3 {
     let axis = if wall < 2 { Vec3::X } else { Vec3::Y };
-    if wall % 2 == 0 { -axis } else { axis }
+    if wall.is_multiple_of(2) { -axis } else { axis }
 }
 
 /// A ray in a field's own coordinates; t is that of the ray less `shift`.

@@ -288,7 +288,7 @@ impl SdfGrid {
         self.data.is_closed()
     }
 
-    /// By the midpoint rule over lines through the cells that the surface goes through, along each axis; see [`super::chords`].
+    /// By the midpoint rule over lines through the cells that the surface goes through, along each axis, as `chords.rs` has it.
     pub fn area(&self) -> f64 {
         const LINES: usize = 8;
         let mut sum = 0.0;

@@ -34,6 +34,7 @@ pub enum Operation {
 
 /// What a solid is made from.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a tree is small and taken apart at once")]
 pub enum Tree {
     Leaf(Leaf),
     Node(Operation, Vec<Tree>),

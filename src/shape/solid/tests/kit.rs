@@ -7,13 +7,16 @@ use glam::{DMat4, DQuat};
 use std::sync::Arc;
 
 /// A function of a place in the world, negative inside and 0 on the surface.
+/// A shape where a transform puts it, its normals flipped or not.
+pub type Make = Arc<dyn Fn(&Transform, bool) -> Shape + Send + Sync>;
+
 pub type Depth = Arc<dyn Fn(Vec3) -> f64 + Send + Sync>;
 
 /// A closed shape of a size of about 1 around the origin.
 #[derive(Clone)]
 pub struct Item {
     pub name: &'static str,
-    pub make: Arc<dyn Fn(&Transform, bool) -> Shape + Send + Sync>,
+    pub make: Make,
     pub depth: Depth,
 }
 
@@ -175,6 +178,7 @@ pub fn all() -> Vec<Item> {
 
 /// A tree of shapes and the same of functions.
 #[derive(Clone)]
+#[expect(clippy::large_enum_variant, reason = "a tree is small")]
 pub enum Model {
     Leaf(Item, Transform),
     Node(Operation, Vec<Model>),
