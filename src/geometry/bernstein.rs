@@ -99,24 +99,27 @@ fn search(
 ) {
     /// What has not come apart by then is a touch.
     const DEEPEST: u32 = 46;
-    match variations(c) {
-        0 => {}
-        1 => {
-            let (first, last) = (function(from).value, function(to).value);
-            if first * last < 0.0 {
-                found.push(bracketed(from, to, first.signum(), function).t);
-            } else {
-                // Within rounding it is at one of the ends.
-                found.push(if first.abs() < last.abs() { from } else { to });
-            }
+    let count = variations(c);
+    if count == 0 || (count > 1 && depth == DEEPEST) {
+        return;
+    }
+    if count == 1 {
+        let (first, last) = (function(from).value, function(to).value);
+        // Where an end is a root, as where a path comes to rest, there may be another within.
+        let apart = first * last != 0.0 || depth == DEEPEST;
+        if first * last < 0.0 {
+            found.push(bracketed(from, to, first.signum(), function).t);
+        } else if apart {
+            // Within rounding it is at one of the ends.
+            found.push(if first.abs() < last.abs() { from } else { to });
         }
-        _ if depth == DEEPEST => {}
-        _ => {
-            let ([left, right], middle) = (halves(c), 0.5 * (from + to));
-            search(&left, [from, middle], function, depth + 1, found);
-            search(&right, [middle, to], function, depth + 1, found);
+        if apart {
+            return;
         }
     }
+    let ([left, right], middle) = (halves(c), 0.5 * (from + to));
+    search(&left, [from, middle], function, depth + 1, found);
+    search(&right, [middle, to], function, depth + 1, found);
 }
 
 /// A range of values, lower end first.
@@ -188,6 +191,16 @@ mod tests {
             c = c.windows(2).map(|pair| pair[0] * (1.0 - u) + pair[1] * u).collect();
         }
         c[0]
+    }
+
+    /// A root at an end hides none within: (u − 3/10) (1 − u).
+    #[test]
+    fn roots_beside_one_at_an_end() {
+        let function = |u: f64| Sample { value: (u - 0.3) * (1.0 - u), slope: 1.3 - 2.0 * u, error: 0.0 };
+        for last in [0.0, -1e-17, 1e-17] {
+            let found = sign_changes(&[-0.3, 0.35, last], [0.0, 1.0], &function);
+            assert!((found[0] - 0.3).abs() < 1e-15, "{found:?}");
+        }
     }
 
     #[test]

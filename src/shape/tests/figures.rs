@@ -607,8 +607,8 @@ fn a_half_circle_turned_is_a_sphere() {
     }
 }
 
-/// Every side of the box around a figure touches it: a plane a millionth of the size within it meets the figure. Seen by lines
-/// in that plane around the figure's outermost point, which is climbed to from samples.
+/// Every side of the box around a figure touches it: the figure's outermost point is climbed to from samples, by lines along
+/// the axis. The search, not the box, is what a hundred-thousandth is left to.
 #[test]
 fn boxes_touch_figures_on_all_sides() {
     let mut random = Random::seed_from_u64(6);
@@ -633,17 +633,17 @@ fn boxes_touch_figures_on_all_sides() {
             }
             // Lines along the axis near the best so far, nearer and nearer.
             let mut place = take(None, &mut most);
-            for step in 0..9_000 {
-                // Three times over: along a ridge the first search gets stuck.
-                let spread = size * 10f64.powf(-1.0 - 7.0 * f64::from(step % 3_000) / 3_000.0);
+            let steps = if figure.is_curved() { 24_000 } else { 6_000 };
+            for step in 0..steps {
+                let spread = size * 10f64.powf(-1.0 - 7.0 * f64::from(step) / f64::from(steps));
                 let offset = direction(&mut random) * spread;
                 let ray = Ray::new(place + offset.reject_from(outwards) + outwards * size, -outwards);
                 let met = shape.intersect(&ray).map(|hit| ray.at(hit.t));
                 place = take(met, &mut most);
             }
             assert!(most <= side + 1e-13, "{name}: outside by {:e}", most - side);
-            // The corners of flat pieces are hard to find.
-            let near = if figure.is_curved() { 1e-6 } else { 1e-4 };
+            // The corners of flat pieces and the rims of open ones are hard to find.
+            let near = if figure.is_curved() && figure.is_closed() { 1e-5 } else { 1e-4 };
             assert!(side - most < near * size, "{name}: axis {axis} loose by {:e}", (side - most) / size);
         }
     }
