@@ -51,7 +51,6 @@ WORDS = {
         "disk": SHAPE,
         "cylinder": f"{SHAPE} p0 p1 radius",
         "cube": SHAPE,
-        "sdfgrid": "filename normals=analytic|smooth to_world",
         "linearcurve": "to_world filename",
         "bsplinecurve": "to_world filename",
         "obj": f"{MESH} flip_tex_coords",
