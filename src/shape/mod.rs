@@ -437,8 +437,9 @@ impl Shape {
             | Self::Quadric(_)
             | Self::Torus(_)
             | Self::Curves(_)
-            | Self::SweptSphere(_) => None,
-            Self::Figure(_) | Self::Sampled(_) => None,
+            | Self::SweptSphere(_)
+            | Self::Figure(_)
+            | Self::Sampled(_) => None,
         };
         if by_solid_angle.is_some() {
             return by_solid_angle;
@@ -459,8 +460,9 @@ impl Shape {
             | Self::Quadric(_)
             | Self::Torus(_)
             | Self::Curves(_)
-            | Self::SweptSphere(_) => None,
-            Self::Figure(_) | Self::Sampled(_) => None,
+            | Self::SweptSphere(_)
+            | Self::Figure(_)
+            | Self::Sampled(_) => None,
         };
         by_solid_angle.unwrap_or_else(|| {
             steradians_to_area(reference, point).map_or(0.0, |factor| factor * self.area_density(point))

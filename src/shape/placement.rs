@@ -1,7 +1,10 @@
 //! The affine map that places an analytic shape, and the rounding errors that come with it.
 
-use crate::geometry::{Pose, Transform, Vec3};
+use super::chords::OnLine;
+use super::crossing::{Crossing, Crossings};
+use crate::geometry::{Pose, Ray, Transform, Vec3};
 use crate::shape::ShapeError;
+use smallvec::SmallVec;
 
 /// A pose and what follows from it.
 #[derive(Clone, Debug)]
@@ -33,6 +36,41 @@ impl Placement {
             mirrors: determinant < 0.0,
             local_error: 16.0 * spread,
         })
+    }
+
+    /// Nearest distance with 0 ≤ t < `ray.t_max`, and the part that is met there. `crossed` gives, in ascending order, where
+    /// the line through a local point, its direction of unit length, crosses the shape.
+    pub fn nearest(
+        &self,
+        ray: &Ray,
+        crossed: impl FnOnce(Vec3, Vec3) -> SmallVec<[OnLine; 4]>,
+    ) -> Option<(f64, u32)> {
+        let (origin, direction, speed) = self.local_line(ray);
+        let found = crossed(origin, direction);
+        let mut hits = found.iter().map(|crossing| (crossing.t / speed, crossing.part));
+        hits.find(|&(t, _)| t >= 0.0 && t < ray.t_max)
+    }
+
+    /// All crossings along the whole line, by the same. `inward`: whether normals are flipped.
+    pub fn crossings(
+        &self,
+        ray: &Ray,
+        inward: bool,
+        crossed: impl FnOnce(Vec3, Vec3) -> SmallVec<[OnLine; 4]>,
+    ) -> Crossings {
+        let (origin, direction, speed) = self.local_line(ray);
+        let in_world = |&OnLine { t, error, enters, part }: &OnLine| {
+            let t = t / speed;
+            Crossing::analytic(t, error / speed + 4.0 * f64::EPSILON * t.abs(), enters != inward, part)
+        };
+        crossed(origin, direction).iter().map(in_world).collect()
+    }
+
+    /// The ray's line in local coordinates, and how much longer lengths along it are there.
+    fn local_line(&self, ray: &Ray) -> (Vec3, Vec3, f64) {
+        let direction = self.pose.local_vector(ray.direction);
+        let speed = direction.length();
+        (self.pose.local_point(ray.origin), direction / speed, speed)
     }
 
     /// Error bound for [`crate::geometry::SurfacePoint::error`] of a point whose local coordinates don't

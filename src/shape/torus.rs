@@ -5,7 +5,7 @@
 //! quartic's sign and no cancellation, is followed to where it is the tube's radius. So a thin ring is as exact as a thick one.
 
 use super::chords::OnLine;
-use super::crossing::{Crossing, Crossings};
+use super::crossing::Crossings;
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::roots::{Sample, polynomial_within, sign_changes};
@@ -42,23 +42,13 @@ impl Torus {
 
     /// Nearest distance with 0 ≤ t < `ray.t_max`.
     pub fn intersect(&self, ray: &Ray) -> Option<f64> {
-        let direction = self.placement.pose.local_vector(ray.direction);
-        let speed = direction.length();
-        let crossings = self.crossed(self.placement.pose.local_point(ray.origin), direction / speed);
-        let mut distances = crossings.iter().map(|crossing| crossing.t / speed);
-        distances.find(|&t| t >= 0.0 && t < ray.t_max)
+        let nearest = self.placement.nearest(ray, |origin, direction| self.crossed(origin, direction));
+        nearest.map(|(t, _)| t)
     }
 
     /// All crossings along the whole line.
     pub fn crossings(&self, ray: &Ray) -> Crossings {
-        let direction = self.placement.pose.local_vector(ray.direction);
-        let speed = direction.length();
-        let found = self.crossed(self.placement.pose.local_point(ray.origin), direction / speed);
-        let in_world = |&OnLine { t, error, enters, part }: &OnLine| {
-            let t = t / speed;
-            Crossing::analytic(t, error / speed + 4.0 * f64::EPSILON * t.abs(), enters != self.inward, part)
-        };
-        found.iter().map(in_world).collect()
+        self.placement.crossings(ray, self.inward, |origin, direction| self.crossed(origin, direction))
     }
 
     /// From the nearest point of the tube's centre line to a local point.

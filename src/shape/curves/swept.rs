@@ -8,7 +8,7 @@ use super::stretch::Stretch;
 use super::{ControlPoint, CurveKind, Near, Span, check, cone, stretch};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use crate::shape::chords::{self, Crossed, OnLine};
-use crate::shape::crossing::{Crossing, Crossings};
+use crate::shape::crossing::Crossings;
 use crate::shape::placement::Placement;
 use crate::shape::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use smallvec::SmallVec;
@@ -133,23 +133,12 @@ impl SweptSphere {
 
     /// Nearest distance with 0 ≤ t < `ray.t_max`, and the piece that is met.
     pub fn intersect(&self, ray: &Ray) -> Option<(f64, u32)> {
-        let direction = self.placement.pose.local_vector(ray.direction);
-        let speed = direction.length();
-        let found = self.crossed(self.placement.pose.local_point(ray.origin), direction / speed);
-        let mut hits = found.iter().map(|crossing| (crossing.t / speed, crossing.part));
-        hits.find(|&(t, _)| t >= 0.0 && t < ray.t_max)
+        self.placement.nearest(ray, |origin, direction| self.crossed(origin, direction))
     }
 
     /// All crossings along the whole line.
     pub fn crossings(&self, ray: &Ray) -> Crossings {
-        let direction = self.placement.pose.local_vector(ray.direction);
-        let speed = direction.length();
-        let found = self.crossed(self.placement.pose.local_point(ray.origin), direction / speed);
-        let in_world = |&OnLine { t, error, enters, part }: &OnLine| {
-            let t = t / speed;
-            Crossing::analytic(t, error / speed + 4.0 * f64::EPSILON * t.abs(), enters != self.inward, part)
-        };
-        found.iter().map(in_world).collect()
+        self.placement.crossings(ray, self.inward, |origin, direction| self.crossed(origin, direction))
     }
 
     /// The point of a piece's surface nearest to `position`, in local space.

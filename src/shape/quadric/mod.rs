@@ -7,7 +7,7 @@ mod form;
 mod kinds;
 
 use super::chords::{self, Crossed, OnLine};
-use super::crossing::{Crossing, Crossings};
+use super::crossing::Crossings;
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::roots::{difference_of_products, quadratic};
@@ -102,25 +102,12 @@ impl Quadric {
 
     /// Nearest distance with 0 ≤ t < `ray.t_max`, and the part that is met.
     pub fn intersect(&self, ray: &Ray) -> Option<(f64, u32)> {
-        let origin = self.placement.pose.local_point(ray.origin);
-        let direction = self.placement.pose.local_vector(ray.direction);
-        let speed = direction.length();
-        let crossings = self.crossed(origin, direction / speed);
-        let hit = crossings.iter().map(|crossing| (crossing.t / speed, crossing.part));
-        hit.into_iter().find(|&(t, _)| t >= 0.0 && t < ray.t_max)
+        self.placement.nearest(ray, |origin, direction| self.crossed(origin, direction))
     }
 
     /// All crossings along the whole line.
     pub fn crossings(&self, ray: &Ray) -> Crossings {
-        let origin = self.placement.pose.local_point(ray.origin);
-        let direction = self.placement.pose.local_vector(ray.direction);
-        let speed = direction.length();
-        let found = self.crossed(origin, direction / speed);
-        let in_world = |OnLine { t, error, enters, part }: &OnLine| {
-            let t = t / speed;
-            Crossing::analytic(t, error / speed + 4.0 * f64::EPSILON * t.abs(), *enters != self.inward, *part)
-        };
-        found.iter().map(in_world).collect()
+        self.placement.crossings(ray, self.inward, |origin, direction| self.crossed(origin, direction))
     }
 
     /// The point of a part nearest to `position` in local space, to first order.
