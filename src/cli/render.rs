@@ -27,9 +27,14 @@ pub struct Args {
     #[arg(short, long, value_name = "OUT.exr")]
     output: Option<PathBuf>,
 
-    /// Samples per pixel, dealt into 4 to 16 replicates whose spread gives the error [default: what the scene says]
+    /// Samples per pixel, dealt into replicates whose spread gives the error [default: what the scene says]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     spp: Option<u32>,
+
+    /// Independent replicates that the samples are dealt into. Few make a picture less noisy, for its samples are spread
+    /// better together, and its error bars less sure; 1 has none [default: 4 to 16, by the number of samples]
+    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    replicates: Option<u32>,
 
     /// Seed of the sample values [default: what the scene says]
     #[arg(long, value_name = "N")]
@@ -82,7 +87,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let path = args.output_path()?;
     let sampler = &description.sensor.sampler;
     let settings = Settings {
-        schedule: Schedule::of(sampler.kind, sampler.sample_count),
+        schedule: match args.replicates {
+            Some(replicates) if sampler.kind.is_random() => {
+                Schedule::with_replicates(sampler.sample_count, replicates)
+            }
+            _ => Schedule::of(sampler.kind, sampler.sample_count),
+        },
         seed: sampler.seed,
         sampler: sampler.kind,
         wavelengths: args.wavelengths,

@@ -56,6 +56,7 @@ impl BadValues {
 pub struct FixedPoint {
     /// A power of two.
     quantum: f64,
+    per_quantum: f64,
 }
 
 /// Contributions from here on do not fit beside others, in quanta.
@@ -66,12 +67,13 @@ const SMALL: f64 = 16_777_216.0;
 
 impl FixedPoint {
     /// For shares: numbers of the order of 1.
-    pub const SHARE: Self = Self { quantum: 1.0 / (1u64 << 40) as f64 };
+    pub const SHARE: Self = Self { quantum: 1.0 / (1u64 << 40) as f64, per_quantum: (1u64 << 40) as f64 };
 
     /// For contributions of the order of `reference`, the radiance of the brightest light.
     pub fn for_reference(reference: f64) -> Self {
         let exponent = if reference.is_normal() { reference.abs().log2().ceil() as i32 } else { 0 };
-        Self { quantum: 2f64.powi(exponent.clamp(-900, 900) - 40) }
+        let quantum = 2f64.powi(exponent.clamp(-900, 900) - 40);
+        Self { quantum, per_quantum: 1.0 / quantum }
     }
 }
 
@@ -130,7 +132,7 @@ impl PixelSums {
         scale: FixedPoint,
         bad: &mut BadValues,
     ) {
-        let exact = value / scale.quantum;
+        let exact = value * scale.per_quantum;
         let quanta = if exact.abs() >= SMALL || exact == 0.0 {
             exact.round_ties_even()
         } else {

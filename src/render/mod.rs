@@ -100,6 +100,13 @@ impl Schedule {
             .unwrap_or(Self { replicates: samples, samples_per_replicate: 1 })
     }
 
+    /// Deals `samples` per pixel, or the next larger number that can be dealt, into so many replicates. One is best stratified
+    /// and has no error bars.
+    pub fn with_replicates(samples: u32, replicates: u32) -> Self {
+        let replicates = replicates.max(1);
+        Self { replicates, samples_per_replicate: samples.max(1).div_ceil(replicates) }
+    }
+
     /// Deals `samples` per pixel as a sampler allows. Where nothing is random they are one sequence, and there are no error bars.
     pub fn of(sampler: SamplerKind, samples: u32) -> Self {
         if sampler.is_random() {
@@ -358,6 +365,10 @@ mod tests {
         assert_eq!(dealt(100), (10, 10));
         // No prime can be dealt: the next number that can.
         assert_eq!(dealt(101), (6, 17));
+        // As many as are asked for, and the next number of samples that allows it.
+        assert_eq!(Schedule::with_replicates(64, 1), Schedule { replicates: 1, samples_per_replicate: 64 });
+        assert_eq!(Schedule::with_replicates(30, 4), Schedule { replicates: 4, samples_per_replicate: 8 });
+        assert_eq!(Schedule::with_replicates(2, 8), Schedule { replicates: 8, samples_per_replicate: 1 });
         for samples in 8..2000 {
             assert!(Schedule::new(samples).samples() - u64::from(samples) < 8, "{samples}");
         }

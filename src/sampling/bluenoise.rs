@@ -59,7 +59,7 @@ impl Layout {
 
     /// The sample of the set that `key` stands for.
     pub(super) fn sample(self, index: u32, order: u64, role: Role, key: u64) -> [u32; 4] {
-        sobol::of_shuffled(self.shuffled(index, mix(order)), role, key)
+        sobol::of_shuffled(self.shuffled(index, mix(order)).reverse_bits(), role, key)
     }
 
     /// Exchanges the quads at every level, at random but alike for all that a quad holds. The last digit is a

@@ -144,6 +144,7 @@ impl Sampler {
                 (key(self.layout.block(pixel), round), self.layout.index(pixel, within))
             }
             SamplerKind::Regular => (0, within),
+            SamplerKind::Sobol => (key(pixel, round), within.reverse_bits()),
             _ => (key(pixel, round), within),
         };
         Stream { sampler: self, kind: self.kind, key, index }
@@ -157,6 +158,7 @@ pub struct Stream<'a> {
     kind: SamplerKind,
     /// Stands for seed, sequence, and pixel or block of pixels.
     key: u64,
+    /// Of the Sobol sampler with its bits in reverse.
     index: u32,
 }
 

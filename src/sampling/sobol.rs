@@ -8,6 +8,8 @@
 //! Every aligned run of 2ᵏ indices is perfectly stratified in each dimension, and in the pair (0, 1) of the film and of
 //! padded sets, for up to 2³² points.
 
+use wide::u32x4;
+
 /// Primitive polynomials and initial direction numbers of the dimensions after the first as (degree, inner coefficients,
 /// m₁ …): Joe and Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM
 /// J. Sci. Comput. 30, 2008 (file new-joe-kuo-6.21201). Dimension 1 is the van der Corput sequence.
@@ -74,7 +76,8 @@ const fn directions(role: usize) -> [[u32; 4]; 32] {
     v
 }
 
-/// For each role and each byte of the index, the four dimensions' sum of direction numbers over its set bits.
+/// For each role and each byte of the index, the four dimensions' sum of direction numbers over its set bits. Everything has its
+/// bits in reverse, the byte too: scrambling begins at the bit that decides most.
 static BY_BYTE: [[[[u32; 4]; 256]; 4]; DIMENSIONS.len()] = {
     let mut table = [[[[0u32; 4]; 256]; 4]; DIMENSIONS.len()];
     let mut role = 0;
@@ -84,12 +87,13 @@ static BY_BYTE: [[[[u32; 4]; 256]; 4]; DIMENSIONS.len()] = {
         while byte < 4 {
             let mut value = 1;
             while value < 256 {
-                // All but the lowest set bit, and that.
-                let rest = table[role][byte][value & (value - 1)];
-                let bit = (value as u32).trailing_zeros() as usize;
+                // All but the highest set bit, which is the lowest of the index's own byte, and that.
+                let bit = 7 - (value as u8).leading_zeros() as usize;
+                let rest = table[role][byte][value & !(1 << bit)];
                 let mut column = 0;
                 while column < 4 {
-                    table[role][byte][value][column] = rest[column] ^ v[8 * byte + bit][column];
+                    table[role][byte][value][column] =
+                        rest[column] ^ v[8 * byte + 7 - bit][column].reverse_bits();
                     column += 1;
                 }
                 value += 1;
@@ -101,54 +105,74 @@ static BY_BYTE: [[[[u32; 4]; 256]; 4]; DIMENSIONS.len()] = {
     table
 };
 
-/// The `index`-th Sobol point's values for a role as binary fractions, unscrambled.
+/// A Sobol point's values for a role as binary fractions, unscrambled. Takes and gives bits in reverse.
 fn point(index: u32, role: Role) -> [u32; 4] {
     let table = &BY_BYTE[role as usize];
-    let mut bits = table[0][index as usize & 255];
-    let (mut rest, mut byte) = (index >> 8, 1);
+    let mut bits = table[0][index as usize >> 24];
+    let (mut rest, mut byte) = (index << 8, 1);
     // Few sequences are longer than 256 or 65,536 points.
     while rest != 0 {
-        for (bits, row) in bits.iter_mut().zip(table[byte][rest as usize & 255]) {
+        for (bits, row) in bits.iter_mut().zip(table[byte][rest as usize >> 24]) {
             *bits ^= row;
         }
-        rest >>= 8;
+        rest <<= 8;
         byte += 1;
     }
     bits
 }
 
-/// Owen scrambling by a hash in which each bit depends on the bits above it alone (after Laine and Karras;
-/// this form and its constants by Vegdahl, "Building a Better LK Hash", 2021). Flips each bit of a
-/// binary fraction depending on the more significant ones, so strata stay strata.
-fn owen(fraction: u32, seed: u32) -> u32 {
-    let mut x = fraction.reverse_bits();
+/// Owen scrambling of binary fractions by a hash in which each bit depends on the bits above it alone (after Laine and Karras;
+/// this form and its constants by Vegdahl, "Building a Better LK Hash", 2021). Flips each bit depending on the more significant
+/// ones, so strata stay strata. Takes and gives bits in reverse, four numbers at once.
+#[inline]
+fn owen(mut x: u32x4, seeds: u32x4) -> u32x4 {
+    x ^= x * u32x4::splat(0x3d20_adea);
+    x += seeds;
+    x *= (seeds >> 16) | u32x4::ONE;
+    x ^= x * u32x4::splat(0x0552_6c56);
+    x ^ x * u32x4::splat(0x53a2_2864)
+}
+
+/// The same of one number.
+#[inline]
+fn owen_one(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);
     x ^= x.wrapping_mul(0x0552_6c56);
-    x ^= x.wrapping_mul(0x53a2_2864);
-    x.reverse_bits()
+    x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// The `index`-th point's values in a set, of a sequence of 2 to the power of `length` points.
+/// Four numbers with their bits in reverse.
+#[inline]
+fn reversed(mut x: u32x4) -> u32x4 {
+    for (distance, mask) in
+        [(1, 0x5555_5555), (2, 0x3333_3333), (4, 0x0f0f_0f0f), (8, 0x00ff_00ff), (16, 0x0000_ffff)]
+    {
+        let mask = u32x4::splat(mask);
+        x = ((x >> distance) & mask) | ((x & mask) << distance);
+    }
+    x
+}
+
+/// The values in a set of the point whose index is given with its bits in reverse, of a sequence of 2 to the power of `length`
+/// points.
 ///
 /// The sets of a sequence have the order of its points in common, for which `order` stands, and each its own scrambling, for
 /// which `key` stands.
+#[inline]
 pub(super) fn scrambled(index: u32, length: u32, order: u64, role: Role, key: u64) -> [u32; 4] {
     // What is above the sequence's own bits is the same for all of them: another aligned run, no better than the first.
-    let within = u32::MAX.checked_shl(length).map_or(u32::MAX, |above| !above);
-    of_shuffled(owen(index, order as u32) & within, role, key)
+    let within = !u32::MAX.checked_shr(length).unwrap_or(0);
+    of_shuffled(owen_one(index, order as u32) & within, role, key)
 }
 
-/// The point of that number in the scrambled sequence that `key` stands for, without shuffling.
+/// The point of that number, its bits in reverse, in the scrambled sequence that `key` stands for, without shuffling.
+#[inline]
 pub(super) fn of_shuffled(index: u32, role: Role, key: u64) -> [u32; 4] {
-    let mut bits = point(index, role);
-    let seeds = [super::mix(key ^ 1), super::mix(key ^ 2)];
-    let seeds = [seeds[0] as u32, (seeds[0] >> 32) as u32, seeds[1] as u32, (seeds[1] >> 32) as u32];
-    for (bits, seed) in bits.iter_mut().zip(seeds) {
-        *bits = owen(*bits, seed);
-    }
-    bits
+    let [a, b] = [super::mix(key ^ 1), super::mix(key ^ 2)];
+    let seeds = u32x4::new([a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32]);
+    reversed(owen(u32x4::new(point(index, role)), seeds)).to_array()
 }
 
 #[cfg(test)]
@@ -156,10 +180,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn four_numbers_are_treated_as_one_is() {
+        let numbers = [0, 1, 0x8000_0000, 0xdead_beef];
+        let seeds = [0, 0xffff_ffff, 12345, 0x9e37_79b9];
+        let each: [u32; 4] = std::array::from_fn(|i| owen_one(numbers[i], seeds[i]));
+        assert_eq!(owen(u32x4::new(numbers), u32x4::new(seeds)).to_array(), each);
+        assert_eq!(reversed(u32x4::new(numbers)).to_array(), numbers.map(u32::reverse_bits));
+    }
+
+    #[test]
     fn dimensions_begin_as_published() {
         // The first eight points of the Sobol sequence in eighths (Joe and Kuo's own example program).
         let eighths = |dimension: usize| {
-            (0..8).map(move |i| point(i, Role::Padded)[dimension] >> 29).collect::<Vec<_>>()
+            (0..8u32)
+                .map(move |i| point(i.reverse_bits(), Role::Padded)[dimension].reverse_bits() >> 29)
+                .collect::<Vec<_>>()
         };
         let sorted = |mut v: Vec<u32>| {
             v.sort();
@@ -177,7 +212,7 @@ mod tests {
         for (key, role) in (0..10u64).flat_map(|key| [(key, Role::Camera), (key, Role::Padded)]) {
             for start in [0u32, 256, 1 << 20] {
                 let points: Vec<_> = (start..start + 256)
-                    .map(|i| scrambled(i, 32, key, role, super::super::mix(key)))
+                    .map(|i| scrambled(i.reverse_bits(), 32, key, role, super::super::mix(key)))
                     .collect();
                 for dimension in 0..4 {
                     let mut seen = [false; 256];
@@ -201,10 +236,11 @@ mod tests {
     fn works_past_two_to_the_sixteen() {
         // The mean of a smooth function over 2^17 points is closer than independent points could make it.
         let n = 1u32 << 17;
-        let mean: f64 =
-            (0..n).map(|i| f64::from(scrambled(i, 17, 5, Role::Lens, 77)[1]).powi(2)).sum::<f64>()
-                / f64::from(n)
-                / 4_294_967_296f64.powi(2);
+        let mean: f64 = (0..n)
+            .map(|i| f64::from(scrambled(i.reverse_bits(), 17, 5, Role::Lens, 77)[1]).powi(2))
+            .sum::<f64>()
+            / f64::from(n)
+            / 4_294_967_296f64.powi(2);
         assert!((mean - 1.0 / 3.0).abs() < 1e-7, "{mean}");
     }
 }

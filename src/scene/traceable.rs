@@ -236,6 +236,12 @@ impl Scene {
         media: &mut Media,
         mut cross: impl FnMut(&MediumStack, f64),
     ) -> Option<Intersection> {
+        let hides = from_camera && self.limits.hide_emitters;
+        if !hides && !self.needs.meetings() {
+            let hit = self.meet(ray, time);
+            cross(&media.here, hit.as_ref().map_or(f64::INFINITY, |hit| hit.t));
+            return hit;
+        }
         let mut ray = *ray;
         // Lengths of the way, and of the part of it that leads through what the ray is in now.
         let (mut passed, mut within) = (0.0, 0.0);
@@ -244,7 +250,6 @@ impl Scene {
                 cross(&media.here, f64::INFINITY);
                 return None;
             };
-            let hides = from_camera && self.limits.hide_emitters;
             if !(hides && hit.light.is_some()) {
                 let meeting = match self.needs.meetings() {
                     true => self.meeting(&ray, time, &mut hit, media),

@@ -127,7 +127,8 @@ pub struct Uniform {
     start: f64,
     end: f64,
     per_step: f64,
-    grid: Box<[f64]>,
+    /// For each cell its value at the lower end and the difference to that at the upper one.
+    cells: Box<[[f64; 2]]>,
     held: bool,
     source: Table,
 }
@@ -150,7 +151,7 @@ impl Uniform {
         let node = |i: usize| if i as f64 == steps { max } else { min + (max - min) * (i as f64 / steps) };
         let nodes: Vec<f64> = (0..values.len()).map(node).collect();
         let source = Table::new(&nodes, values, outside)?;
-        Ok(Self::on_grid(source, values.into()))
+        Ok(Self::on_grid(source, values))
     }
 
     /// The same function on a regular grid, if there is one that contains every node.
@@ -167,14 +168,15 @@ impl Uniform {
                 })
         })?;
         let node = |i: usize| (known.min + known.width() * (i as f64 / cells)).min(known.max);
-        let grid = (0..=cells as usize).map(|i| table.at(node(i))).collect();
-        Some(Self::on_grid(table.clone(), grid))
+        let grid: Vec<f64> = (0..=cells as usize).map(|i| table.at(node(i))).collect();
+        Some(Self::on_grid(table.clone(), &grid))
     }
 
-    fn on_grid(source: Table, grid: Box<[f64]>) -> Self {
+    fn on_grid(source: Table, grid: &[f64]) -> Self {
         let WavelengthRange { min: start, max: end } = source.domain();
         let per_step = (grid.len() - 1) as f64 / (end - start);
-        Self { start, end, per_step, grid, held: source.outside == Extrapolation::Hold, source }
+        let cells = grid.windows(2).map(|pair| [pair[0], pair[1] - pair[0]]).collect();
+        Self { start, end, per_step, cells, held: source.outside == Extrapolation::Hold, source }
     }
 
     /// The value at `nm`.
@@ -184,10 +186,11 @@ impl Uniform {
         if !inside && !self.held {
             return 0.0;
         }
-        let place = ((nm - self.start) * self.per_step).clamp(0.0, (self.grid.len() - 1) as f64);
-        let cell = (place as usize).min(self.grid.len() - 2);
-        let fraction = place - cell as f64;
-        self.grid[cell] * (1.0 - fraction) + self.grid[cell + 1] * fraction
+        let place = ((nm - self.start) * self.per_step).clamp(0.0, self.cells.len() as f64);
+        // A 32-bit number is converted in one instruction.
+        let cell = (place as i32 as usize).min(self.cells.len() - 1);
+        let [value, rise] = self.cells[cell];
+        value + rise * (place - cell as i32 as f64)
     }
 
     /// The table as published.
@@ -201,8 +204,8 @@ impl Uniform {
     }
 
     pub(super) fn scaled(&self, factor: f64) -> Self {
-        let grid = self.grid.iter().map(|value| value * factor).collect();
-        Self { grid, source: self.source.scaled(factor), ..self.clone() }
+        let cells = self.cells.iter().map(|cell| cell.map(|value| value * factor)).collect();
+        Self { cells, source: self.source.scaled(factor), ..self.clone() }
     }
 
     pub(super) fn with_extrapolation(&self, outside: Extrapolation) -> Self {

@@ -89,6 +89,7 @@ impl Mesh {
         [at(a), at(b), at(c)]
     }
 
+    #[inline]
     pub fn triangle(&self, triangle: u32) -> [Vec3; 3] {
         if let Some(exact) = &self.exact {
             return self.data.indices[triangle as usize].map(|index| exact.positions[index as usize]);
@@ -146,6 +147,7 @@ impl Mesh {
     }
 
     /// The point of a triangle with the given weights of its second and third vertex.
+    #[inline]
     pub fn surface(&self, triangle: u32, barycentric: [f64; 2]) -> SurfaceHit {
         let [a, b, c] = self.triangle(triangle);
         let [v, w] = barycentric;

@@ -92,9 +92,9 @@ impl Observer {
         }
         // The tables have a step of 1 nm (a test holds this against them).
         let place = nm - self.start;
-        let cell = (place as usize).min(self.values.len() - 2);
-        let fraction = place - cell as f64;
-        let (a, b) = (self.values[cell], self.values[cell + 1]);
+        let cell = (place as i32 as usize).min(self.values.len() - 2);
+        let fraction = place - cell as i32 as f64;
+        let [a, b] = [self.values[cell], self.values[cell + 1]];
         let lerp = |i: usize| a[i] * (1.0 - fraction) + b[i] * fraction;
         [lerp(0), lerp(1), lerp(2)]
     }
