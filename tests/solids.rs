@@ -130,7 +130,8 @@ fn touching(glass: &str) -> [String; 4] {
 fn bodies_that_touch_cannot_be_seen_under_an_even_sky() {
     let seen = |content: &str| {
         let long = r#"<integer name="max_depth" value="2000"/><integer name="rr_depth" value="2000"/>"#;
-        let scene = with_integrator(&format!("{content}{SKY}"), long).unwrap_or_else(|errors| panic!("{errors}"));
+        let scene =
+            with_integrator(&format!("{content}{SKY}"), long).unwrap_or_else(|errors| panic!("{errors}"));
         let film = expose(&scene, &settings(64, WavelengthCount::Four, 7));
         let pixels = (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y)));
         pixels.map(|(x, y)| film.combined(x, y, LUMINANCE).mean).collect::<Vec<_>>()

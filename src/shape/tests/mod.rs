@@ -12,8 +12,8 @@ mod tori;
 mod worked;
 
 use super::{
-    CurveKind, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, QuadricKind, Sampled, SdfGrid, Shape,
-    ShapeError, Sheets, Sphere, Torus,
+    CurveKind, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, QuadricKind, Sampled, SdfGrid,
+    Shape, ShapeError, Sheets, Sphere, Torus,
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DQuat};
