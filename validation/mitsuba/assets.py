@@ -217,6 +217,14 @@ def volumes():
     for name, data, box in (("grey", grey, (0, 0, 0, 1, 1, 1)), ("colour", colour, (-1, -0.5, 0, 1, 1, 1.5))):
         z, y, x, c = data.shape
         (VOLUMES / f"{name}.vol").write_bytes(b"VOL\x03" + struct.pack("<5i6f", 1, x, y, z, c, *box) + data.astype("<f4").tobytes())
+    # Two balls that run into one another, on few points: cells are as large as what they show. As many points along z as along x, for
+    # Mitsuba takes either for the other (FACTS.md, 89).
+    z, y, x = np.meshgrid(*(np.linspace(0, 1, points) for points in (11, 9, 11)), indexing="ij")
+    balls = [np.sqrt((x - cx) ** 2 + (y - 0.5) ** 2 + (z - cz) ** 2) - r for cx, cz, r in ((0.36, 0.42, 0.24), (0.66, 0.6, 0.2))]
+    distances = -0.05 * np.log(sum(np.exp(-ball / 0.05) for ball in balls))
+    z, y, x = distances.shape
+    header = b"VOL\x03" + struct.pack("<5i6f", 1, x, y, z, 1, 0, 0, 0, 1, 1, 1)
+    (VOLUMES / "distances.vol").write_bytes(header + distances.astype("<f4").tobytes())
 
 
 if __name__ == "__main__":

@@ -51,6 +51,7 @@ WORDS = {
         "disk": SHAPE,
         "cylinder": f"{SHAPE} p0 p1 radius",
         "cube": SHAPE,
+        "sdfgrid": "filename normals=analytic|smooth to_world",
         "linearcurve": "to_world filename",
         "bsplinecurve": "to_world filename",
         "obj": f"{MESH} flip_tex_coords",

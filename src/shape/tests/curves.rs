@@ -71,6 +71,18 @@ fn paths() -> Vec<(&'static str, Vec<ControlPoint>)> {
     ]
 }
 
+/// A ball along a bend of a size of about 1.
+pub fn swept(to_world: &Transform, kind: CurveKind) -> Shape {
+    let path = control(&[
+        [-0.75, -0.25, 0.0, 0.125],
+        [-0.25, 0.5, 0.125, 0.25],
+        [0.375, -0.375, -0.125, 0.1875],
+        [0.5, 0.5, 0.375, 0.25],
+        [0.75, 0.0, 0.5, 0.125],
+    ]);
+    Made::Swept(kind).shape(to_world, &path, false)
+}
+
 fn constant(value: Doubled) -> Polynomial {
     Polynomial(vec![value])
 }

@@ -1,10 +1,10 @@
 //! Tests over all shapes.
 
 mod curves;
-mod doubled;
+pub(super) mod doubled;
 mod figures;
 mod heightfields;
-mod oracle;
+pub(super) mod oracle;
 mod quadrics;
 mod sampled;
 mod sdfgrids;
@@ -12,8 +12,8 @@ mod tori;
 mod worked;
 
 use super::{
-    Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, QuadricKind, Sampled, SdfGrid, Shape,
-    ShapeError, Sheets, Sphere, Torus,
+    CurveKind, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, QuadricKind, Sampled, SdfGrid,
+    Shape, ShapeError, Sheets, Sphere, Torus,
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DQuat};
@@ -114,6 +114,8 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
         ("sheared torus", torus(&skew, 0.7, 0.3)),
         ("distances", distances(&similar, true)),
         ("sheared distances", distances(&skew, false)),
+        ("swept sphere", curves::swept(&similar, CurveKind::Linear)),
+        ("sheared swept sphere", curves::swept(&skew, CurveKind::BSpline)),
         ("heights", heights(&skew, None)),
         ("solid heights", heights(&similar, Some(-0.75))),
         ("rectangle", Shape::Mesh(Mesh::rectangle(&rectangle, false).unwrap())),
@@ -127,7 +129,7 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
 /// Whether its points are those of chords, of which some `u` have none.
 fn by_chords(shape: &Shape) -> bool {
     match shape {
-        Shape::Quadric(_) => true,
+        Shape::Quadric(_) | Shape::SweptSphere(_) => true,
         Shape::Figure(figure) => figure.is_curved(),
         Shape::Sampled(sampled) => matches!(**sampled, Sampled::Distances(_)),
         _ => false,
@@ -448,7 +450,14 @@ fn samples_are_not_hidden_by_their_own_surface() {
     for (name, shape) in all_shapes() {
         let convex = !matches!(name, "uneven mesh")
             && !name.contains("cylinder")
-            && !matches!(shape, Shape::Quadric(_) | Shape::Torus(_) | Shape::Figure(_) | Shape::Sampled(_));
+            && !matches!(
+                shape,
+                Shape::Quadric(_)
+                    | Shape::Torus(_)
+                    | Shape::SweptSphere(_)
+                    | Shape::Figure(_)
+                    | Shape::Sampled(_)
+            );
         for _ in 0..5_000 {
             let reference = direction(&mut random) * 10f64.powf(random.random_range(0.5..6.0));
             let Some(sample) = shape.sample_toward(reference, [random.random(), random.random()]) else {

@@ -4,6 +4,7 @@ abbe has the value of a closed form where Mitsuba has another. Each case is a sc
 found, whoever was wrong, with the witness of each.
 """
 
+import struct
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,6 +47,15 @@ SKY = '<emitter type="constant"><spectrum name="radiance" value="1"/></emitter>'
 PLANE = '<shape type="rectangle"><transform name="to_world"><scale value="50"/></transform>{}</shape>'
 MATT = '<bsdf type="diffuse"><spectrum name="reflectance" value="0.5"/></bsdf>'
 LAMP = '<shape type="rectangle"><transform name="to_world"><scale value="{}"/><lookat origin="{}" target="{}" up="0, 1, 0"/></transform><emitter type="area"><spectrum name="radiance" value="{}"/></emitter></shape>'
+
+
+GRID = compare.KEPT / "settled/plane.vol"
+
+
+def write_grid():
+    """z - 1/2 on 4×2×2 points of the unit cube, in Mitsuba's format: float32, x fastest."""
+    z = np.repeat([-0.5, 0.5], 8).astype("<f4")
+    GRID.write_bytes(b"VOL\x03" + struct.pack("<5i6f", 1, 4, 2, 2, 1, 0, 0, 0, 1, 1, 1) + z.tobytes())
 
 
 REFLECTED = (0.5 / 2.5) ** 2
@@ -97,6 +107,16 @@ CASES = [
         film=16,
         spp=256,
     ),
+    Case(
+        "sdfgrid of 4×2×2 points",
+        89,
+        "a plane of it, z = 1/2: L = ρ 0.5 under a sky of 1",
+        0.5,
+        f'<shape type="sdfgrid"><string name="filename" value="{GRID}"/>{MATT}</shape>' + SKY,
+        '<transform name="to_world"><scale x="0.45" y="0.45"/><lookat origin="0.5, 0.5, 5" target="0.5, 0.5, 0" up="0, 1, 0"/></transform>',
+        film=16,
+        spp=256,
+    ),
 ]
 
 
@@ -143,6 +163,7 @@ def run(claim):
     rows = []
     folder = compare.KEPT / "settled"
     folder.mkdir(parents=True, exist_ok=True)
+    write_grid()
     for number, case in enumerate(CASES[:1] if claim.planted else CASES):
         file, wrong = folder / f"case-{number}.xml", claim.work / f"case-{number}.xml"
         file.write_text(document(case))

@@ -1,15 +1,17 @@
 //! Closed shapes with functions that are negative inside them: what tells membership apart from any crossing.
 
 use super::super::{Leaf, Operation, Solid, Tree};
-use crate::geometry::{Transform, Vec3};
+use crate::geometry::{Ray, Transform, Vec3};
+use crate::shape::tests::doubled::{Doubled, Polynomial};
+use crate::shape::tests::oracle::{Line, near};
 use crate::shape::{Mesh, MeshData, Quadric, QuadricKind, Shape, Sheets, Sphere, Torus};
 use glam::{DMat4, DQuat};
 use std::sync::Arc;
 
-/// A function of a place in the world, negative inside and 0 on the surface.
 /// A shape where a transform puts it, its normals flipped or not.
 pub type Make = Arc<dyn Fn(&Transform, bool) -> Shape + Send + Sync>;
 
+/// A function of a place in the world, negative inside and 0 on the surface.
 pub type Depth = Arc<dyn Fn(Vec3) -> f64 + Send + Sync>;
 
 /// A closed shape of a size of about 1 around the origin.
@@ -18,6 +20,8 @@ pub struct Item {
     pub name: &'static str,
     pub make: Make,
     pub depth: Depth,
+    /// Functions along a line that are all negative inside, for what is so thin that only 32 digits can tell.
+    pub exact: Option<fn(&Line) -> Vec<Polynomial>>,
 }
 
 pub fn turned(angle: f64, stretch: Vec3, position: Vec3) -> Transform {
@@ -30,7 +34,7 @@ fn item(
     make: impl Fn(&Transform, bool) -> Shape + Send + Sync + 'static,
     depth: impl Fn(Vec3) -> f64 + Send + Sync + 'static,
 ) -> Item {
-    Item { name, make: Arc::new(make), depth: Arc::new(depth) }
+    Item { name, make: Arc::new(make), depth: Arc::new(depth), exact: None }
 }
 
 fn quadric(name: &'static str, kind: QuadricKind, depth: fn(Vec3) -> f64) -> Item {
@@ -47,6 +51,12 @@ fn mesh(data: &MeshData, place: &Transform, flip: bool) -> Shape {
 
 fn box_depth(p: Vec3, low: Vec3, high: Vec3) -> f64 {
     (low - p).max(p - high).max_element()
+}
+
+/// Negative where a coordinate is between -1 and 1.
+fn between_ones(coordinate: &Polynomial) -> [Polynomial; 2] {
+    let one = Polynomial::constant(1.0);
+    [&Polynomial::constant(-1.0) - coordinate, coordinate - &one]
 }
 
 /// Of height 2 along z, over an L.
@@ -107,13 +117,20 @@ pub fn cube() -> Item {
         let cube = MeshData { normals: None, ..MeshData::cube(false) };
         mesh(&cube, place, flip)
     };
-    item("cube", make, |p| box_depth(p, -Vec3::ONE, Vec3::ONE))
+    let exact = |line: &Line| line.0.iter().flat_map(between_ones).collect();
+    Item { exact: Some(exact), ..item("cube", make, |p| box_depth(p, -Vec3::ONE, Vec3::ONE)) }
 }
 
 /// From z = -1 to z = 1, of radius 1.
 pub fn cylinder() -> Item {
     let kind = QuadricKind::Cone { from: -Vec3::Z, to: Vec3::Z, radii: [1.0; 2] };
-    quadric("cylinder", kind, |p| (p.x * p.x + p.y * p.y - 1.0).max(p.z.abs() - 1.0))
+    let exact = |line: &Line| {
+        let [x, y, z] = &line.0;
+        let [bottom, top] = between_ones(z);
+        vec![&(&(x * x) + &(y * y)) - &Polynomial::constant(1.0), bottom, top]
+    };
+    let depth = |p: Vec3| (p.x * p.x + p.y * p.y - 1.0).max(p.z.abs() - 1.0);
+    Item { exact: Some(exact), ..quadric("cylinder", kind, depth) }
 }
 
 pub fn sphere() -> Item {
@@ -176,6 +193,17 @@ pub fn all() -> Vec<Item> {
     ]
 }
 
+impl Operation {
+    /// Of functions that are negative inside: union is their minimum, intersection their maximum.
+    fn put_together(self, first: f64, others: impl Iterator<Item = f64>) -> f64 {
+        match self {
+            Self::Union => others.fold(first, f64::min),
+            Self::Intersection => others.fold(first, f64::max),
+            Self::Difference => others.fold(first, |depth, other| depth.max(-other)),
+        }
+    }
+}
+
 /// A tree of shapes and the same of functions.
 #[derive(Clone)]
 #[expect(clippy::large_enum_variant, reason = "a tree is small")]
@@ -207,7 +235,23 @@ impl Model {
         }
     }
 
-    /// The functions put together: union is their minimum, intersection their maximum.
+    /// What the functions are at a place on a line, by 32 digits, where all parts have them.
+    pub fn exact_depth(&self, ray: &Ray, t: f64) -> Option<f64> {
+        match self {
+            Self::Leaf(item, place) => {
+                let at = Doubled::from(t) - near(ray).into();
+                let functions = (item.exact?)(&Line::new(ray, place));
+                functions.iter().map(|function| function.at(at).high).reduce(f64::max)
+            }
+            Self::Node(operation, parts) => {
+                let parts: Option<Vec<f64>> = parts.iter().map(|part| part.exact_depth(ray, t)).collect();
+                let parts = parts?;
+                Some(operation.put_together(parts[0], parts[1..].iter().copied()))
+            }
+        }
+    }
+
+    /// The functions put together.
     pub fn depth(&self) -> Depth {
         match self {
             Self::Leaf(item, place) => {
@@ -218,12 +262,7 @@ impl Model {
                 let (operation, parts) = (*operation, parts.iter().map(Self::depth).collect::<Vec<_>>());
                 Arc::new(move |p| {
                     let first = parts[0](p);
-                    let others = parts[1..].iter().map(|part| part(p));
-                    match operation {
-                        Operation::Union => others.fold(first, f64::min),
-                        Operation::Intersection => others.fold(first, f64::max),
-                        Operation::Difference => others.fold(first, |depth, other| depth.max(-other)),
-                    }
+                    operation.put_together(first, parts[1..].iter().map(|part| part(p)))
                 })
             }
         }
