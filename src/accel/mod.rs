@@ -5,8 +5,10 @@
 //! the answer is the very one of a loop over all surfaces, whatever the tree looks like.
 
 mod build;
+mod collapse;
 mod instance;
 mod line;
+mod memory;
 mod node;
 mod packet;
 #[cfg(test)]
@@ -16,6 +18,7 @@ use crate::geometry::{Bounds, Ray, Vec3};
 use crate::shape::solid::Solid;
 use crate::shape::{AtRest, Curves, Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
 pub use instance::Instance;
+use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
 use packet::{Packet, PacketRay};
 use std::sync::Arc;
@@ -157,6 +160,7 @@ impl Accel {
                 if mask != 0 {
                     let first = mask.trailing_zeros() as usize;
                     child = node.child(first);
+                    self.prefetch(child);
                     mask &= mask - 1;
                     if mask != 0 {
                         let mut next = Waiting { entry: entries[first], child };
@@ -165,6 +169,7 @@ impl Accel {
                             let lane = mask.trailing_zeros() as usize;
                             mask &= mask - 1;
                             let mut other = Waiting { entry: entries[lane & 7], child: node.child(lane) };
+                            self.prefetch(other.child);
                             if other.entry < next.entry {
                                 std::mem::swap(&mut other, &mut next);
                             }
@@ -191,6 +196,16 @@ impl Accel {
                     break;
                 }
             }
+        }
+    }
+
+    /// Has what a slot holds brought near.
+    #[inline(always)]
+    fn prefetch(&self, child: Child) {
+        if let Some(index) = child.node() {
+            self.nodes.get(index).into_iter().for_each(prefetch);
+        } else if !child.is_other() {
+            self.packets.get(child.items().start).into_iter().for_each(prefetch);
         }
     }
 
@@ -253,6 +268,7 @@ impl Accel {
                     let lane = mask.trailing_zeros() as usize;
                     mask &= mask - 1;
                     stack[waiting].child = node.child(lane);
+                    self.prefetch(node.child(lane));
                     waiting += 1;
                 }
             } else if child.is_other() {

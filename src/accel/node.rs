@@ -7,6 +7,9 @@ use wide::f32x8;
 /// Half a unit in the last place of 1 in `f32`.
 const U32: f64 = 1.0 / (1u32 << 24) as f64;
 
+/// How many children a node has at most.
+pub(super) const WIDTH: usize = 8;
+
 /// The coordinates of nodes: those of the world moved and scaled (by a power of two), so that the scene
 /// just fits into [-1, 1]³. Then one bound on rounding errors holds for all scenes.
 #[derive(Clone, Copy, Debug)]
@@ -176,7 +179,9 @@ fn above(x: f64) -> f32 {
     -below(-x)
 }
 
+/// Begins where a cache line does.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub(super) struct Node {
     /// Per axis the lower and the upper planes of the eight boxes.
     planes: [[f32x8; 2]; 3],
