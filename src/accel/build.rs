@@ -3,6 +3,7 @@
 
 use super::collapse::{Collapse, LeafCost};
 use super::instance::Slice;
+use super::memory::in_large_pages;
 use super::node::{self, Child, Node, NodeSpace};
 use super::packet::{Packet, WIDTH};
 use super::{Accel, Instance, Other};
@@ -79,7 +80,7 @@ pub(super) fn build(
     let accel = Accel {
         space,
         nodes: Vec::new(),
-        packets: Vec::with_capacity(primitives.len() / 2),
+        packets: Vec::new(),
         others: Vec::new(),
         instances,
         bounds: scene,
@@ -92,6 +93,8 @@ pub(super) fn build(
     let parameters = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::fast_build() };
     let tree = build_bvh2(&boxes, parameters, &mut Duration::default());
     let order = tree.primitive_indices;
+    let leaves = tree.nodes.len() / 2 + 1;
+    let accel = Accel { packets: in_large_pages(leaves), ..accel };
     let mut builder = Builder {
         shapes,
         first,
@@ -203,6 +206,9 @@ impl Builder<'_> {
         }
         // Every node on the way down leaves at most seven siblings waiting, the last one eight.
         self.accel.stack_size = 7 * deepest + 1;
+        let mut nodes = in_large_pages(self.accel.nodes.len());
+        nodes.append(&mut self.accel.nodes);
+        self.accel.nodes = nodes;
     }
 
     /// At most eight parts of a node of the binary tree.

@@ -1,17 +1,16 @@
 //! Hints to the processor and the operating system about memory. They change no result.
 
-/// Asks for a value to be brought near while something else is done.
+/// Asks for so many bytes to be brought near while something else is done. The address may be any.
 #[inline(always)]
-pub(super) fn prefetch<T>(value: &T) {
+pub(super) fn prefetch<const BYTES: usize>(address: *const u8) {
     #[cfg(target_arch = "x86_64")]
-    for line in (0..size_of::<T>()).step_by(64) {
+    for line in (0..BYTES).step_by(64) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let start = std::ptr::from_ref(value).cast::<i8>();
-        // SAFETY: the address is one within `value`, and a prefetch neither reads nor faults.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(start.add(line)) };
+        // SAFETY: a prefetch neither reads nor faults, whatever the address.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(line).cast()) };
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = value;
+    let _ = address;
 }
 
 /// A list with room for so many items, in large pages where the system has them: a ray that goes through a large tree needs another
@@ -21,9 +20,10 @@ pub(super) fn in_large_pages<T>(capacity: usize) -> Vec<T> {
     #[cfg(target_os = "linux")]
     {
         const PAGE: usize = 4096;
+        const LARGE_PAGE: usize = 1 << 21;
         let start = (list.as_ptr() as usize).next_multiple_of(PAGE);
         let end = (list.as_ptr() as usize + capacity * size_of::<T>()) / PAGE * PAGE;
-        if start < end {
+        if start + 2 * LARGE_PAGE < end {
             // SAFETY: whole pages that belong to the list; the advice does not change what is in them. Failure means small pages.
             unsafe { libc::madvise(start as *mut libc::c_void, end - start, libc::MADV_HUGEPAGE) };
         }
