@@ -1,8 +1,10 @@
 //! From shapes to the tree: a binary tree by the crate obvhs (parallel locally-ordered clustering with
 //! reinsertion), collapsed into nodes of eight.
 
+use super::collapse::{Collapse, LeafCost};
 use super::instance::Slice;
-use super::node::{Child, Node, NodeSpace};
+use super::memory::in_large_pages;
+use super::node::{self, Child, Node, NodeSpace};
 use super::packet::{Packet, WIDTH};
 use super::{Accel, Instance, Other};
 use crate::geometry::{Bounds, Vec3};
@@ -78,7 +80,7 @@ pub(super) fn build(
     let accel = Accel {
         space,
         nodes: Vec::new(),
-        packets: Vec::with_capacity(primitives.len() / 2),
+        packets: Vec::new(),
         others: Vec::new(),
         instances,
         bounds: scene,
@@ -91,6 +93,8 @@ pub(super) fn build(
     let parameters = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::fast_build() };
     let tree = build_bvh2(&boxes, parameters, &mut Duration::default());
     let order = tree.primitive_indices;
+    let leaves = tree.nodes.len() / 2 + 1;
+    let accel = Accel { packets: in_large_pages(leaves), ..accel };
     let mut builder = Builder {
         shapes,
         first,
@@ -175,6 +179,7 @@ impl Surfaces<'_> {
 impl Builder<'_> {
     /// Turns the binary tree into nodes of eight, in depth-first order.
     fn collapse(&mut self) {
+        let collapse = Collapse::new(self.tree, |leaf| self.leaf_cost(leaf));
         // Nodes of the binary tree that wait to become nodes, with the slots that will refer to them.
         let mut todo = vec![(0, None, 1)];
         let mut deepest = 0;
@@ -185,7 +190,7 @@ impl Builder<'_> {
                 let parent: &mut Node = &mut self.accel.nodes[parent];
                 parent.set_child(lane, Child::of_node(index));
             }
-            let parts = self.parts(root);
+            let parts = self.parts(&collapse, root);
             let boxes: Vec<_> = parts.iter().map(|part| self.part_box(part)).collect();
             let mut node = Node::new(&boxes);
             for (lane, part) in parts.into_iter().enumerate() {
@@ -201,42 +206,38 @@ impl Builder<'_> {
         }
         // Every node on the way down leaves at most seven siblings waiting, the last one eight.
         self.accel.stack_size = 7 * deepest + 1;
+        let mut nodes = in_large_pages(self.accel.nodes.len());
+        nodes.append(&mut self.accel.nodes);
+        self.accel.nodes = nodes;
     }
 
-    /// At most eight parts of a node of the binary tree: the largest is opened while there is room.
-    fn parts(&mut self, root: usize) -> Vec<Part> {
-        let mut parts = self.split(root);
-        loop {
-            // Opening gives at most four parts: two leaves of two kinds each.
-            let candidates = parts.iter().enumerate().filter_map(|(i, part)| match part {
-                Part::Inner(node) => Some((i, *node, self.tree[*node].aabb().half_area())),
-                Part::Leaf { .. } => None,
-            });
-            let Some((place, node, _)) = candidates.max_by(|a, b| a.2.total_cmp(&b.2)) else { return parts };
-            let opened = self.split(node);
-            if parts.len() - 1 + opened.len() > 8 {
-                return parts;
-            }
-            parts.splice(place..=place, opened);
-        }
-    }
-
-    /// The children of an inner node, or what a leaf holds; leaves by kind.
-    fn split(&mut self, node: usize) -> Vec<Part> {
-        let Bvh2Node { prim_count, first_index, .. } = self.tree[node];
-        let first = first_index as usize;
-        if prim_count > 0 {
-            return self.leaves(first, prim_count as usize);
-        }
-        let mut parts = Vec::with_capacity(4);
-        for child in [first, first + 1] {
-            let Bvh2Node { prim_count, first_index, .. } = self.tree[child];
-            match prim_count {
-                0 => parts.push(Part::Inner(child)),
-                count => parts.extend(self.leaves(first_index as usize, count as usize)),
+    /// At most eight parts of a node of the binary tree.
+    fn parts(&mut self, collapse: &Collapse, root: usize) -> Vec<Part> {
+        let mut parts = Vec::with_capacity(node::WIDTH);
+        let tree = self.tree;
+        let roots = if tree[root].prim_count > 0 { vec![root] } else { collapse.parts(root) };
+        for part in roots {
+            match tree[part] {
+                Bvh2Node { prim_count: 0, .. } => parts.push(Part::Inner(part)),
+                Bvh2Node { prim_count, first_index, .. } => {
+                    parts.extend(self.leaves(first_index as usize, prim_count as usize));
+                }
             }
         }
         parts
+    }
+
+    fn leaf_cost(&self, leaf: &Bvh2Node) -> LeafCost {
+        let first = leaf.first_index as usize;
+        let items = &self.order[first..first + leaf.prim_count as usize];
+        let triangles = items.iter().filter(|&&item| self.is_triangle(item)).count();
+        let others = items.len() - triangles;
+        let packets = triangles.div_ceil(WIDTH);
+        LeafCost { slots: packets.min(1) + others.min(1), visit: (packets + others) as f32 }
+    }
+
+    fn is_triangle(&self, item: u32) -> bool {
+        matches!(self.primitives[item as usize], Primitive::Triangle { .. })
     }
 
     fn leaves(&mut self, first: usize, count: usize) -> Vec<Part> {

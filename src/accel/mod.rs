@@ -5,10 +5,13 @@
 //! the answer is the very one of a loop over all surfaces, whatever the tree looks like.
 
 mod build;
+mod collapse;
 mod instance;
 mod line;
+mod memory;
 mod node;
 mod packet;
+mod stack;
 #[cfg(test)]
 mod tests;
 
@@ -16,8 +19,11 @@ use crate::geometry::{Bounds, Ray, Vec3};
 use crate::shape::solid::Solid;
 use crate::shape::{AtRest, Curves, Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
 pub use instance::Instance;
+use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
 use packet::{Packet, PacketRay};
+use stack::{Stack, Waiting};
+use std::hint::select_unpredictable;
 use std::sync::Arc;
 
 /// All shapes of a scene, ready for ray queries.
@@ -52,13 +58,6 @@ enum Other {
     },
     /// Its hits carry their own indices.
     Solid(Arc<Solid>),
-}
-
-/// A subtree that waits to be visited, and where the ray enters it.
-#[derive(Clone, Copy)]
-struct Waiting {
-    entry: f32,
-    child: Child,
 }
 
 impl Accel {
@@ -133,46 +132,40 @@ impl Accel {
     }
 
     /// Lends a stack that is large enough: of fixed size, except for trees deeper than any reasonable one.
-    fn with_stack<R: Default>(&self, query: impl FnOnce(&mut [Waiting]) -> R) -> R {
-        const NONE: Waiting = Waiting { entry: 0.0, child: Child::EMPTY };
+    #[inline(always)]
+    fn with_stack<R: Default>(&self, query: impl FnOnce(Stack) -> R) -> R {
         match self.stack_size {
             0 => R::default(),
-            1..=16 => query(&mut [NONE; 16]),
-            17..=64 => query(&mut [NONE; 64]),
-            65..=256 => query(&mut [NONE; 256]),
-            size => query(&mut vec![NONE; size]),
+            1..=128 => query(Stack::new(&mut [Stack::UNUSED; 128])),
+            size => query(Stack::new(&mut vec![Stack::UNUSED; size])),
         }
     }
 
-    fn closest_with(&self, ray: &Ray, time: f64, stack: &mut [Waiting]) -> Option<Hit> {
+    fn closest_with(&self, ray: &Ray, time: f64, mut stack: Stack) -> Option<Hit> {
         let mut node_ray = NodeRay::new(&self.space, ray)?;
         let packet_ray = PacketRay::new(&RaySpace::new(ray));
         let mut nearest: Option<Hit> = None;
         let mut child = Child::of_node(0);
-        let mut waiting = 0;
         loop {
             if let Some(index) = child.node() {
                 let node = &self.nodes[index];
                 let (mut mask, entries) = node.entered(&node_ray);
                 if mask != 0 {
-                    let first = mask.trailing_zeros() as usize;
-                    child = node.child(first);
-                    mask &= mask - 1;
-                    if mask != 0 {
-                        let mut next = Waiting { entry: entries[first], child };
-                        let bottom = waiting;
-                        while mask != 0 {
-                            let lane = mask.trailing_zeros() as usize;
-                            mask &= mask - 1;
-                            let mut other = Waiting { entry: entries[lane & 7], child: node.child(lane) };
-                            if other.entry < next.entry {
-                                std::mem::swap(&mut other, &mut next);
-                            }
-                            insert(stack, bottom, waiting, other);
-                            waiting += 1;
-                        }
-                        child = next.child;
+                    let mut take = || {
+                        let lane = mask.trailing_zeros() as usize & 7;
+                        mask &= mask - 1;
+                        self.prefetch(node.child(lane));
+                        (Waiting::new(entries[lane], node.child(lane)), mask)
+                    };
+                    let (mut next, mut more) = take();
+                    let bottom = stack.len();
+                    while more != 0 {
+                        let (other, rest) = take();
+                        more = rest;
+                        stack.insert(bottom, next.max(other));
+                        next = next.min(other);
                     }
+                    child = next.child();
                     continue;
                 }
             } else {
@@ -181,17 +174,22 @@ impl Accel {
                     node_ray.shorten(&self.space, hit.t);
                 }
             }
-            loop {
-                if waiting == 0 {
-                    return nearest;
+            child = loop {
+                let Some(next) = stack.pop() else { return nearest };
+                if next.entry() <= node_ray.t_max() {
+                    break next.child();
                 }
-                waiting -= 1;
-                if stack[waiting].entry <= node_ray.t_max() {
-                    child = stack[waiting].child;
-                    break;
-                }
-            }
+            };
         }
+    }
+
+    /// Has what a slot holds brought near.
+    #[inline(always)]
+    fn prefetch(&self, child: Child) {
+        let node = self.nodes.as_ptr().wrapping_add(child.index()).cast::<u8>();
+        let packet = self.packets.as_ptr().wrapping_add(child.index()).cast::<u8>();
+        // Not a branch: which it will be nothing can foresee.
+        prefetch::<{ size_of::<Node>() }>(select_unpredictable(child.is_leaf(), packet, node));
     }
 
     /// Whether the leaf has a nearer hit, which it then puts into `nearest`.
@@ -239,21 +237,30 @@ impl Accel {
         (hit.t < ray.t_max).then_some(Hit { instance: index, ..hit })
     }
 
-    fn occluded_with(&self, ray: &Ray, time: f64, stack: &mut [Waiting]) -> bool {
+    fn occluded_with(&self, ray: &Ray, time: f64, mut stack: Stack) -> bool {
         let Some(node_ray) = NodeRay::new(&self.space, ray) else { return false };
         let packet_ray = PacketRay::new(&RaySpace::new(ray));
         let t_last = ray.t_max.next_down();
         let mut child = Child::of_node(0);
-        let mut waiting = 0;
         loop {
             if let Some(index) = child.node() {
                 let node = &self.nodes[index];
                 let (mut mask, _) = node.entered(&node_ray);
-                while mask != 0 {
-                    let lane = mask.trailing_zeros() as usize;
-                    mask &= mask - 1;
-                    stack[waiting].child = node.child(lane);
-                    waiting += 1;
+                if mask != 0 {
+                    let mut take = || {
+                        let lane = mask.trailing_zeros() as usize & 7;
+                        mask &= mask - 1;
+                        self.prefetch(node.child(lane));
+                        (node.child(lane), mask)
+                    };
+                    let (first, mut more) = take();
+                    while more != 0 {
+                        let (other, rest) = take();
+                        more = rest;
+                        stack.push(Waiting::new(0.0, other));
+                    }
+                    child = first;
+                    continue;
                 }
             } else if child.is_other() {
                 let occludes = |(index, other): &(u32, Other)| match other {
@@ -270,11 +277,8 @@ impl Accel {
             } else if self.packets[child.items()].iter().any(|packet| packet.occludes(&packet_ray, t_last)) {
                 return true;
             }
-            if waiting == 0 {
-                return false;
-            }
-            waiting -= 1;
-            child = stack[waiting].child;
+            let Some(next) = stack.pop() else { return false };
+            child = next.child();
         }
     }
 }
@@ -285,16 +289,6 @@ fn in_solid(solid: &Solid, ray: &Ray, time: f64, nearest: &Option<Hit>) -> Optio
     // Up to and with the nearest: of equally near ones it is not the order of leaves that decides.
     let t_max = nearest.map_or(ray.t_max, |hit| hit.t.next_up());
     solid.closest(&Ray { t_max, ..*ray }, time).filter(|hit| hit.t < ray.t_max)
-}
-
-/// Inserts into `stack[bottom..top]`, which is sorted so that the nearest is on top.
-fn insert(stack: &mut [Waiting], bottom: usize, top: usize, item: Waiting) {
-    let mut place = top;
-    while place > bottom && stack[place - 1].entry < item.entry {
-        stack[place] = stack[place - 1];
-        place -= 1;
-    }
-    stack[place] = item;
 }
 
 /// The order in which the tree is walked must not decide between hits at the same distance.

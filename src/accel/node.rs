@@ -1,11 +1,18 @@
 //! Nodes of eight boxes, and the one-sided error of testing a ray against them in `f32`.
 
 use crate::geometry::{Bounds, Ray, Vec3};
+use std::hint::select_unpredictable;
 use std::ops::Range;
 use wide::f32x8;
 
 /// Half a unit in the last place of 1 in `f32`.
 const U32: f64 = 1.0 / (1u32 << 24) as f64;
+
+/// By how much exits are moved away; see [`NodeRay`].
+const EXIT_SCALE: f32 = 1.0 + 32.0 * U32 as f32;
+
+/// How many children a node has at most.
+pub(super) const WIDTH: usize = 8;
 
 /// The coordinates of nodes: those of the world moved and scaled (by a power of two), so that the scene
 /// just fits into [-1, 1]³. Then one bound on rounding errors holds for all scenes.
@@ -45,7 +52,9 @@ impl NodeSpace {
 pub(super) struct NodeRay {
     /// Which of a slab's two planes is entered first, for each axis.
     sign: [usize; 3],
+    /// 1/d and -o/d, with o moved forward.
     enter: [(f32x8, f32x8); 3],
+    /// Likewise with o moved back, and scaled.
     leave: [(f32x8, f32x8); 3],
     t_max: f32,
     t_max_lanes: f32x8,
@@ -87,7 +96,7 @@ impl NodeRay {
             let slack = slack.copysign(d);
             sign[axis] = usize::from(d < 0.0);
             enter[axis] = lanes(inverse, start[axis] + slack);
-            leave[axis] = lanes(inverse * (1.0 + 32.0 * U32 as f32), start[axis] - slack);
+            leave[axis] = lanes(inverse * EXIT_SCALE, start[axis] - slack);
         }
         let mut node_ray = Self { sign, enter, leave, t_max: 0.0, t_max_lanes: f32x8::ZERO, advance };
         node_ray.shorten(space, ray.t_max);
@@ -96,7 +105,7 @@ impl NodeRay {
 
     /// Ends the ray at the world distance `t`.
     pub fn shorten(&mut self, space: &NodeSpace, t: f64) {
-        self.t_max = (t * space.scale - self.advance) as f32 * (1.0 + 32.0 * U32 as f32);
+        self.t_max = (t * space.scale - self.advance) as f32 * EXIT_SCALE;
         self.t_max_lanes = f32x8::splat(self.t_max);
     }
 
@@ -152,7 +161,25 @@ impl Child {
     }
 
     pub fn node(self) -> Option<usize> {
-        (self.0 & Self::LEAF == 0).then_some(self.0 as usize)
+        (!self.is_leaf()).then_some(self.0 as usize)
+    }
+
+    pub fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF != 0
+    }
+
+    /// Of the node, or of the first item of the leaf.
+    pub fn index(self) -> usize {
+        let of_node = self.0 & !Self::LEAF;
+        select_unpredictable(self.is_leaf(), self.0 & Self::INDEX, of_node) as usize
+    }
+
+    pub fn to_bits(self) -> u32 {
+        self.0
+    }
+
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
     }
 
     pub fn is_other(self) -> bool {
@@ -165,7 +192,20 @@ impl Child {
     }
 }
 
+/// A number less than `x`, and none that is subnormal: with those processors compute a hundred times as long.
+fn below(x: f64) -> f32 {
+    let below = (x as f32).next_down();
+    if below.is_subnormal() { -f32::MIN_POSITIVE } else { below }
+}
+
+/// Likewise greater.
+fn above(x: f64) -> f32 {
+    -below(-x)
+}
+
+/// Begins where a cache line does.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub(super) struct Node {
     /// Per axis the lower and the upper planes of the eight boxes.
     planes: [[f32x8; 2]; 3],
@@ -177,15 +217,10 @@ impl Node {
     pub fn new(boxes: &[Bounds]) -> Self {
         let plane = |axis: usize, side: usize| {
             f32x8::new(std::array::from_fn(|lane| match boxes.get(lane) {
-                Some(bounds) if side == 0 => (bounds.min[axis] as f32).next_down(),
-                Some(bounds) => (bounds.max[axis] as f32).next_up(),
-                None => {
-                    if side == 0 {
-                        f32::INFINITY
-                    } else {
-                        f32::NEG_INFINITY
-                    }
-                }
+                Some(bounds) if side == 0 => below(bounds.min[axis]),
+                Some(bounds) => above(bounds.max[axis]),
+                None if side == 0 => f32::INFINITY,
+                None => f32::NEG_INFINITY,
             }))
         };
         Self {
@@ -205,11 +240,11 @@ impl Node {
     /// A bit for every box that the ray may meet, and where it enters them.
     #[inline(always)]
     pub fn entered(&self, ray: &NodeRay) -> (u32, [f32; 8]) {
-        let near =
-            |axis: usize| self.planes[axis][ray.sign[axis] & 1].mul_add(ray.enter[axis].0, ray.enter[axis].1);
-        let far = |axis: usize| {
-            self.planes[axis][(ray.sign[axis] & 1) ^ 1].mul_add(ray.leave[axis].0, ray.leave[axis].1)
+        let plane = |axis: usize, side: usize, (inverse, start): (f32x8, f32x8)| {
+            self.planes[axis][side & 1].mul_add(inverse, start)
         };
+        let near = |axis: usize| plane(axis, ray.sign[axis], ray.enter[axis]);
+        let far = |axis: usize| plane(axis, ray.sign[axis] ^ 1, ray.leave[axis]);
         let enter = near(0).fast_max(near(1)).fast_max(near(2).fast_max(f32x8::ZERO));
         let leave = far(0).fast_min(far(1)).fast_min(far(2).fast_min(ray.t_max_lanes));
         (enter.simd_le(leave).to_bitmask(), enter.to_array())
