@@ -1,0 +1,40 @@
+//! Whole paths: small pictures of the scenes that `validation/speed` measures, on one thread.
+
+use super::Kernel;
+use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
+use abbe::sampling::SamplerKind;
+use abbe::scene::{CompileOptions, ReadOptions, Scene, compile, read};
+use std::path::Path;
+
+const SIZE: usize = 16;
+const SAMPLES: u32 = 8;
+
+/// A scene of `validation/speed`, small.
+pub fn compiled(name: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("validation/speed/scenes/{name}.xml"));
+    let options = ReadOptions { defines: vec![("size".to_owned(), SIZE.to_string())], ..ReadOptions::default() };
+    let description = read(&path, &options).unwrap_or_else(|errors| panic!("{errors}"));
+    compile(&description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+pub fn kernels() -> Vec<Kernel> {
+    // Pixels are dealt to the pool's threads: the only one is that which asks.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
+    let pool = std::rc::Rc::new(pool.expect("one thread, which is there already"));
+    let settings = Settings {
+        schedule: Schedule::new(SAMPLES),
+        seed: 1,
+        sampler: SamplerKind::Sobol,
+        wavelengths: WavelengthCount::Four,
+        bins: None,
+    };
+    ["cornell", "caustic", "absorber", "sodium"]
+        .into_iter()
+        .map(|name| {
+            let (scene, settings, pool) = (compiled(name), settings.clone(), pool.clone());
+            let work = move || drop(pool.install(|| render(&scene, &settings, &Unwatched::new())));
+            let items = SIZE * SIZE * SAMPLES as usize;
+            Kernel { group: "path", name: name.to_owned(), items, work: Box::new(work) }
+        })
+        .collect()
+}
