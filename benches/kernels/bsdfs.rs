@@ -45,14 +45,20 @@ fn table() -> Vec<(&'static str, Bsdf<4>)> {
         ("diffuse transmitter", Bsdf::DiffuseTransmitter(leaf)),
         ("conductor", Bsdf::Conductor(metal)),
         ("rough conductor, GGX", Bsdf::RoughConductor(RoughConductor { facet: metal, microfacets: ggx })),
-        ("rough conductor, Beckmann", Bsdf::RoughConductor(RoughConductor { facet: metal, microfacets: beckmann })),
+        (
+            "rough conductor, Beckmann",
+            Bsdf::RoughConductor(RoughConductor { facet: metal, microfacets: beckmann }),
+        ),
         ("glass", Bsdf::Dielectric(glass)),
         ("flint", Bsdf::Dielectric(flint)),
         ("rough glass, GGX", Bsdf::RoughDielectric(RoughDielectric { facet: glass, microfacets: ggx })),
         ("rough flint, GGX", Bsdf::RoughDielectric(RoughDielectric { facet: flint, microfacets: ggx })),
         ("pane", Bsdf::ThinDielectric(pane)),
         ("plastic", Bsdf::Plastic(Plastic { eta: glass.eta, base: matt, specular_reflectance: one })),
-        ("rough plastic, GGX", Bsdf::RoughPlastic(RoughPlastic { coat, base: matt, specular_reflectance: one })),
+        (
+            "rough plastic, GGX",
+            Bsdf::RoughPlastic(RoughPlastic { coat, base: matt, specular_reflectance: one }),
+        ),
         ("principled", Bsdf::Principled(coated)),
         ("principled thin", Bsdf::PrincipledThin(PrincipledThin { base, diff_trans: 0.7, eta: 1.5 })),
     ]
@@ -70,15 +76,18 @@ fn inputs() -> Vec<(Vec3, Vec3, f64, [f64; 2])> {
         .collect()
 }
 
-pub fn kernels() -> Vec<Kernel> {
-    let mut kernels = Vec::new();
-    for (name, bsdf) in table() {
+pub fn sampling() -> Vec<Kernel> {
+    let kernel = |(name, bsdf): (&str, Bsdf<4>)| {
         let of = inputs();
-        kernels.push(Kernel::batch("sample", name, move |i| bsdf.sample(of[i].0, of[i].2, of[i].3)));
-        if !bsdf.is_discrete() {
-            let of = inputs();
-            kernels.push(Kernel::batch("evaluate", name, move |i| bsdf.evaluate(of[i].0, of[i].1)));
-        }
-    }
-    kernels
+        Kernel::batch(name, move |i| bsdf.sample(of[i].0, of[i].2, of[i].3))
+    };
+    table().into_iter().map(kernel).collect()
+}
+
+pub fn evaluation() -> Vec<Kernel> {
+    let kernel = |(name, bsdf): (&str, Bsdf<4>)| {
+        let of = inputs();
+        Kernel::batch(name, move |i| bsdf.evaluate(of[i].0, of[i].1))
+    };
+    table().into_iter().filter(|(_, bsdf)| !bsdf.is_discrete()).map(kernel).collect()
 }

@@ -13,13 +13,13 @@ mod pieces;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use std::hint::black_box;
+use std::process::ExitCode;
 
 /// Operations of an iteration.
 const BATCH: usize = 256;
 
 /// A piece of work that is the same each time.
 struct Kernel {
-    group: &'static str,
     name: String,
     items: usize,
     work: Box<dyn Fn()>,
@@ -27,23 +27,37 @@ struct Kernel {
 
 impl Kernel {
     /// `operation` on each of the [`BATCH`] inputs, by their index.
-    fn batch<T>(group: &'static str, name: impl Into<String>, operation: impl Fn(usize) -> T + 'static) -> Self {
+    fn batch<T>(name: impl Into<String>, operation: impl Fn(usize) -> T + 'static) -> Self {
         let work = move || (0..BATCH).for_each(|index| drop(black_box(operation(black_box(index)))));
-        Self { group, name: name.into(), items: BATCH, work: Box::new(work) }
+        Self { name: name.into(), items: BATCH, work: Box::new(work) }
     }
 }
 
-fn kernels() -> Vec<Kernel> {
-    [bsdfs::kernels(), pieces::kernels(), paths::kernels()].into_iter().flatten().collect()
+/// Makes the kernels of a group.
+type Group = fn() -> Vec<Kernel>;
+
+const GROUPS: [(&str, Group); 8] = [
+    ("bsdf_sample", bsdfs::sampling),
+    ("bsdf_evaluate", bsdfs::evaluation),
+    ("sampler", pieces::samplers),
+    ("spectrum", pieces::spectra),
+    ("wavelengths", pieces::wavelengths),
+    ("film", pieces::films),
+    ("light", pieces::lights),
+    ("path", paths::kernels),
+];
+
+fn kernels(group: &str) -> Vec<Kernel> {
+    GROUPS.into_iter().find(|(name, _)| *name == group).map_or_else(Vec::new, |(_, make)| make())
 }
 
-/// The kernels of a group, as arguments of its benchmark.
+/// The names of a group's kernels, as arguments of its benchmark.
 fn names(group: &str) -> Vec<String> {
-    kernels().into_iter().filter(|kernel| kernel.group == group).map(|kernel| kernel.name).collect()
+    kernels(group).into_iter().map(|kernel| kernel.name).collect()
 }
 
 fn find(group: &str, name: &str) -> Option<Kernel> {
-    kernels().into_iter().find(|kernel| kernel.group == group && kernel.name == name)
+    kernels(group).into_iter().find(|kernel| kernel.name == name)
 }
 
 fn time(bencher: Bencher, group: &str, name: &str) {
@@ -51,14 +65,14 @@ fn time(bencher: Bencher, group: &str, name: &str) {
     bencher.counter(ItemsCount::new(kernel.items)).bench_local(|| (kernel.work)());
 }
 
-#[divan::bench(args = names("sample"))]
+#[divan::bench(args = names("bsdf_sample"))]
 fn bsdf_sample(bencher: Bencher, name: &str) {
-    time(bencher, "sample", name);
+    time(bencher, "bsdf_sample", name);
 }
 
-#[divan::bench(args = names("evaluate"))]
+#[divan::bench(args = names("bsdf_evaluate"))]
 fn bsdf_evaluate(bencher: Bencher, name: &str) {
-    time(bencher, "evaluate", name);
+    time(bencher, "bsdf_evaluate", name);
 }
 
 #[divan::bench(args = names("sampler"))]
@@ -97,22 +111,30 @@ fn counted(work: &dyn Fn()) {
     work();
 }
 
-fn main() {
+fn main() -> ExitCode {
+    // A picture's pixels are dealt to the threads of this pool: the only one is that which asks.
+    if let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global() {
+        eprintln!("error: no pool of threads: {error}");
+        return ExitCode::FAILURE;
+    }
     let words: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     match words[..] {
-        ["--list-kernels", ..] => kernels().iter().for_each(|k| println!("{} {}", k.group, k.name)),
-        ["--once", group, name, ..] => match find(group, name) {
-            // What is made on first use is none of it.
-            Some(kernel) => {
-                (kernel.work)();
-                counted(&kernel.work);
+        ["--list-kernels", ..] => {
+            for (group, _) in GROUPS {
+                names(group).iter().for_each(|name| println!("{group} {name}"));
             }
-            None => {
+        }
+        ["--once", group, name, ..] => {
+            let Some(kernel) = find(group, name) else {
                 eprintln!("error: no kernel {group} {name}");
-                std::process::exit(2);
-            }
-        },
+                return ExitCode::FAILURE;
+            };
+            // What is made on first use is none of it.
+            (kernel.work)();
+            counted(&kernel.work);
+        }
         _ => divan::main(),
     }
+    ExitCode::SUCCESS
 }

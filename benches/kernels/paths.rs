@@ -12,15 +12,13 @@ const SAMPLES: u32 = 8;
 /// A scene of `validation/speed`, small.
 pub fn compiled(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("validation/speed/scenes/{name}.xml"));
-    let options = ReadOptions { defines: vec![("size".to_owned(), SIZE.to_string())], ..ReadOptions::default() };
+    let options =
+        ReadOptions { defines: vec![("size".to_owned(), SIZE.to_string())], ..ReadOptions::default() };
     let description = read(&path, &options).unwrap_or_else(|errors| panic!("{errors}"));
     compile(&description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 pub fn kernels() -> Vec<Kernel> {
-    // Pixels are dealt to the pool's threads: the only one is that which asks.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
-    let pool = std::rc::Rc::new(pool.expect("one thread, which is there already"));
     let settings = Settings {
         schedule: Schedule::new(SAMPLES),
         seed: 1,
@@ -31,10 +29,10 @@ pub fn kernels() -> Vec<Kernel> {
     ["cornell", "caustic", "absorber", "sodium"]
         .into_iter()
         .map(|name| {
-            let (scene, settings, pool) = (compiled(name), settings.clone(), pool.clone());
-            let work = move || drop(pool.install(|| render(&scene, &settings, &Unwatched::new())));
+            let (scene, settings) = (compiled(name), settings.clone());
+            let work = move || drop(render(&scene, &settings, &Unwatched::new()));
             let items = SIZE * SIZE * SAMPLES as usize;
-            Kernel { group: "path", name: name.to_owned(), items, work: Box::new(work) }
+            Kernel { name: name.to_owned(), items, work: Box::new(work) }
         })
         .collect()
 }

@@ -27,14 +27,16 @@ const PATH: [Dimensions; 9] = [
     Dimensions::Scattering(3),
 ];
 
-fn samplers() -> impl Iterator<Item = Kernel> {
-    SamplerKind::NAMES.into_iter().map(|(name, kind)| {
+/// The sample values of a whole path.
+pub fn samplers() -> Vec<Kernel> {
+    let kernel = |(name, kind)| {
         let sampler = Sampler::new(kind, 1, SEQUENCE);
-        Kernel::batch("sampler", format!("{name}, {} sets", PATH.len()), move |index| {
+        Kernel::batch(name, move |index| {
             let stream = sampler.stream([index as u32, 7], 3, index as u32 % SEQUENCE);
             PATH.map(|dimensions| stream.draw(dimensions))
         })
-    })
+    };
+    SamplerKind::NAMES.into_iter().map(kernel).collect()
 }
 
 /// The fluorescent lamp F11, at 5 nm.
@@ -63,9 +65,10 @@ fn density(emission: &Spectrum) -> WavelengthDensity {
     WavelengthDensity::new(WavelengthRange::VISIBLE, &sensor, &[Emission { spectrum: emission, weight: 1.0 }])
 }
 
-fn spectra() -> Vec<Kernel> {
+/// Look-ups at the four wavelengths of a path.
+pub fn spectra() -> Vec<Kernel> {
     let flat = density(&Spectrum::ONE);
-    let wavelengths: Vec<Wavelengths<4>> = (0..BATCH).map(|index| flat.sample(share(index))).collect();
+    let at: Vec<Wavelengths<4>> = (0..BATCH).map(|index| flat.sample(share(index))).collect();
     let sigmoid = Spectrum::Sigmoid { shape: upsample([0.7, 0.3, 0.1]), factor: 1.0 };
     let blackbody = Spectrum::blackbody(2856.0).expect("a temperature above 0");
     let named = [
@@ -78,56 +81,62 @@ fn spectra() -> Vec<Kernel> {
     let mut kernels: Vec<Kernel> = named
         .into_iter()
         .map(|(name, spectrum)| {
-            let of = wavelengths.clone();
-            Kernel::batch("spectrum", name, move |index| spectrum.sample(&of[index].nm))
+            let of = at.clone();
+            Kernel::batch(name, move |index| spectrum.sample(&of[index].nm))
         })
         .collect();
     let observer = Observer::cie1931();
-    kernels.push(Kernel::batch("spectrum", "observer", move |index| observer.sample(&wavelengths[index].nm)));
-    let lines = Spectrum::irregular(&[588.5, 589.0, 589.6, 590.1], &[0.0, 2.0, 1.0, 0.0], Extrapolation::Zero);
-    let lines = lines.expect("nodes that ascend");
-    for (name, emission) in [("flat", Spectrum::ONE), ("F11", fluorescent()), ("sodium lines", lines)] {
-        let density = density(&emission);
-        kernels.push(Kernel::batch("wavelengths", name, move |index| density.sample::<4>(share(index))));
-    }
+    kernels.push(Kernel::batch("observer", move |index| observer.sample(&at[index].nm)));
     kernels
 }
 
-fn films() -> Vec<Kernel> {
+/// The choice of a path's four wavelengths.
+pub fn wavelengths() -> Vec<Kernel> {
+    let lines =
+        Spectrum::irregular(&[588.5, 589.0, 589.6, 590.1], &[0.0, 2.0, 1.0, 0.0], Extrapolation::Zero);
+    let lines = lines.expect("nodes that ascend");
+    let kernel = |(name, emission): (&str, Spectrum)| {
+        let density = density(&emission);
+        Kernel::batch(name, move |index| density.sample::<4>(share(index)))
+    };
+    [("flat", Spectrum::ONE), ("F11", fluorescent()), ("sodium lines", lines)].map(kernel).into()
+}
+
+/// Adding samples and pixels to a film, and where samples fall on it.
+pub fn films() -> Vec<Kernel> {
     let scale = FixedPoint::for_reference(1.0);
     let film = RefCell::new(Film::new(16, 16, 8, Extras::default(), scale));
     let sums = RefCell::new((film.borrow().pixel_sums(), BadValues::default()));
-    let sample = Kernel::batch("film", "a sample's X, Y, Z", move |index| {
+    let sample = Kernel::batch("a sample's X, Y, Z", move |index| {
         let (sums, bad) = &mut *sums.borrow_mut();
         sums.begin(index as u64);
         (0..3).for_each(|channel| sums.add(index as u32 % 8, channel, share(index), scale, bad));
     });
     let pixel = film.borrow().pixel_sums();
-    let pixels = Kernel::batch("film", "a pixel of 8 replicates", move |index| {
+    let pixels = Kernel::batch("a pixel of 8 replicates", move |index| {
         film.borrow_mut().add(index as u32 % 16, index as u32 / 16, &pixel);
     });
     let mut kernels = vec![sample, pixels];
     for (name, kind) in [("box", FilterKind::Box), ("gaussian", FilterKind::Gaussian { stddev: 0.5 })] {
         let filter = FilterSampler::new(kind, [16, 16], false);
-        kernels.push(Kernel::batch("film", format!("filter: {name}"), move |index| {
+        kernels.push(Kernel::batch(format!("filter: {name}"), move |index| {
             filter.sample([5, 7], [share(index), share(index + 9)])
         }));
     }
     kernels
 }
 
-fn lights() -> impl Iterator<Item = Kernel> {
-    [("one lamp", "cornell"), ("lamp and sky", "absorber")].into_iter().map(|(name, scene)| {
+/// The choice of a light and of a point on it.
+pub fn lights() -> Vec<Kernel> {
+    let kernel = |(name, scene)| {
         let scene = compiled(scene);
-        Kernel::batch("light", name, move |index| {
+        Kernel::batch(name, move |index| {
             let position = Vec3::new(share(index) - 0.5, share(index + 5) - 0.5, -0.5);
             let from = SurfacePoint { position, normal: Vec3::Z, error: 1e-9 };
             let wavelengths = scene.wavelengths.sample::<4>(share(index + 9));
-            scene.lights.sample(&from, 0.0, &wavelengths, share(index + 1), [share(index + 2), share(index + 3)])
+            let u = [share(index + 2), share(index + 3)];
+            scene.lights.sample(&from, 0.0, &wavelengths, share(index + 1), u)
         })
-    })
-}
-
-pub fn kernels() -> Vec<Kernel> {
-    samplers().chain(spectra()).chain(films()).chain(lights()).collect()
+    };
+    [("one lamp", "cornell"), ("lamp and sky", "absorber")].map(kernel).into()
 }
