@@ -3,12 +3,13 @@
 //! `cargo bench --bench kernels` times all, `cargo bench --bench kernels -- bsdf` those of a group. An iteration is a batch of
 //! [`BATCH`] operations, or a small picture where the items are samples.
 //!
-//! `-- --list-kernels` and `-- --once GROUP NAME` are for `validation/speed/instructions`, which counts the instructions of one
-//! iteration.
+//! `-- --list-kernels` and `-- --repeat TIMES GROUP NAME` are for `validation/speed`, which counts the instructions of an iteration and
+//! measures the processor time of many.
 
 mod bsdfs;
 mod paths;
 mod pieces;
+mod skips;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
@@ -36,7 +37,7 @@ impl Kernel {
 /// Makes the kernels of a group.
 type Group = fn() -> Vec<Kernel>;
 
-const GROUPS: [(&str, Group); 8] = [
+const GROUPS: [(&str, Group); 9] = [
     ("bsdf_sample", bsdfs::sampling),
     ("bsdf_evaluate", bsdfs::evaluation),
     ("sampler", pieces::samplers),
@@ -45,6 +46,7 @@ const GROUPS: [(&str, Group); 8] = [
     ("film", pieces::films),
     ("light", pieces::lights),
     ("path", paths::kernels),
+    ("skip", skips::kernels),
 ];
 
 fn kernels(group: &str) -> Vec<Kernel> {
@@ -105,6 +107,11 @@ fn path(bencher: Bencher, name: &str) {
     time(bencher, "path", name);
 }
 
+#[divan::bench(args = names("skip"))]
+fn skip(bencher: Bencher, name: &str) {
+    time(bencher, "skip", name);
+}
+
 /// What callgrind counts.
 #[inline(never)]
 fn counted(work: &dyn Fn()) {
@@ -125,14 +132,14 @@ fn main() -> ExitCode {
                 names(group).iter().for_each(|name| println!("{group} {name}"));
             }
         }
-        ["--once", group, name, ..] => {
-            let Some(kernel) = find(group, name) else {
-                eprintln!("error: no kernel {group} {name}");
+        ["--repeat", times, group, name, ..] => {
+            let (Some(kernel), Ok(times)) = (find(group, name), times.parse::<u32>()) else {
+                eprintln!("error: no kernel {group} {name}, or no number {times}");
                 return ExitCode::FAILURE;
             };
             // What is made on first use is none of it.
             (kernel.work)();
-            counted(&kernel.work);
+            (0..times).for_each(|_| counted(&kernel.work));
         }
         _ => divan::main(),
     }

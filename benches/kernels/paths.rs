@@ -18,7 +18,8 @@ pub fn compiled(name: &str) -> Scene {
     compile(&description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-pub fn kernels() -> Vec<Kernel> {
+/// Renders a small picture of a scene.
+pub fn picture(name: String, scene: Scene) -> Kernel {
     let settings = Settings {
         schedule: Schedule::new(SAMPLES),
         seed: 1,
@@ -26,13 +27,11 @@ pub fn kernels() -> Vec<Kernel> {
         wavelengths: WavelengthCount::Four,
         bins: None,
     };
-    ["cornell", "caustic", "absorber", "sodium"]
-        .into_iter()
-        .map(|name| {
-            let (scene, settings) = (compiled(name), settings.clone());
-            let work = move || drop(render(&scene, &settings, &Unwatched::new()));
-            let items = SIZE * SIZE * SAMPLES as usize;
-            Kernel { name: name.to_owned(), items, work: Box::new(work) }
-        })
-        .collect()
+    let work = move || drop(render(&scene, &settings, &Unwatched::new()));
+    Kernel { name, items: SIZE * SIZE * SAMPLES as usize, work: Box::new(work) }
+}
+
+pub fn kernels() -> Vec<Kernel> {
+    let kernel = |name: &str| picture(name.to_owned(), compiled(name));
+    ["cornell", "caustic", "absorber", "sodium"].map(kernel).into()
 }

@@ -13,7 +13,7 @@ from harness.abbe import ROOT
 from speed import assets, measure, report
 from speed.programs import WORK, busy
 
-PARTS = ("renders", "curves", "start", "triangles", "threads")
+PARTS = ("renders", "curves", "start", "triangles", "threads", "skips")
 
 
 def parts(power, options):
@@ -24,8 +24,8 @@ def parts(power, options):
         if part in ("renders", "curves"):
             step = getattr(measure, part)
             yield from ((f"{part}-{scene.name}", lambda scene=scene, step=step: step(power, contestants, scene)) for scene in scenes)
-        elif part == "threads":
-            yield part, lambda: measure.threads(power, options.abbe)
+        elif part in ("threads", "skips"):
+            yield part, lambda step=getattr(measure, part): step(power, options.abbe)
         else:
             yield part, lambda step=getattr(measure, part): step(power, contestants)
 

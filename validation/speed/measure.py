@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from speed import assets, figures
-from speed.programs import HERE, Abbe, Mitsuba
+from speed.programs import HERE, Abbe, Mitsuba, execute, kernels
 
 median = statistics.median
 
@@ -50,6 +50,8 @@ class Power:
 FULL = Power(256, 5, (4, 16, 64, 256), 2, (1e3, 1e4, 1e5, 1e6, 1e7), {"abbe": (64,) * 8, "llvm multijitter": (256,) * 8})
 QUICK = Power(64, 2, (4, 16, 64), 1, (1e3, 1e4, 1e5, 1e6), {"abbe": (64,) * 4, "llvm multijitter": (256,) * 4})
 SPP = 64
+# Pictures of which the time is taken where something is left out or done.
+SKIP_PICTURES = 100
 # The run that is taken off: what starting and ending takes is in both.
 LEAST = 1
 
@@ -186,4 +188,15 @@ def threads(power, binary):
             own[program.name]["cpu"].append(used.cpu - least.cpu)
             own[program.name]["wall"].append(used.wall - least.wall)
         print(f"    {scene.name}: " + ", ".join(f"{name} threads {min(line['wall']):.2f} s" for name, line in own.items()), flush=True)
+    return found
+
+
+def skips(power, binary):
+    """Small pictures of which the renderer does what the scene has no need of, beside the same without (benches/kernels/skips.rs)."""
+    found = {}
+    program = kernels()
+    names = [name for group, name in program.list() if group == "skip"]
+    for _, name in rounds(power.rounds, names):
+        none, many = (execute(program.command(times, "skip", name)).cpu for times in (0, SKIP_PICTURES))
+        found.setdefault(name, []).append((many - none) / SKIP_PICTURES)
     return found

@@ -90,3 +90,27 @@ def busy():
     """Seconds that all processors of the machine have worked since it started."""
     told = [int(word) for word in Path("/proc/stat").read_text().splitlines()[0].split()[1:]]
     return (sum(told[:3]) + sum(told[5:7])) / os.sysconf("SC_CLK_TCK")
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """Small pieces of work of abbe's: benches/kernels."""
+
+    binary: str
+
+    def list(self):
+        """(group, name) of each."""
+        told = subprocess.run([self.binary, "--list-kernels"], cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
+        return [tuple(line.split(" ", 1)) for line in told.splitlines()]
+
+    def command(self, times, group, name):
+        """Does a piece of work so many times, after once to warm up."""
+        return [self.binary, "--repeat", str(times), group, name]
+
+
+def kernels():
+    """The program with the pieces of work, built."""
+    command = ["cargo", "bench", "--bench", "kernels", "--no-run", "--message-format", "json"]
+    told = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()
+    artefacts = [json.loads(line) for line in told if line.startswith("{")]
+    return Kernels(next(a["executable"] for a in artefacts if a.get("target", {}).get("name") == "kernels" and a.get("executable")))

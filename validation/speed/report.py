@@ -1,12 +1,16 @@
 """RESULTS.md and its plots, from what the parts measured."""
 
+import json
 import statistics
 
 from harness.plots import plt
+from speed.instructions import RECORD
 from speed.measure import FULL, OPPONENT, QUICK, SCENES, SPP
 
 median = statistics.median
 OURS = "abbe"
+SKIPS = """What `abbe info` lists as skipped, done all the same, on a small picture; that no bit of the picture changes is tested in `tests/skips.rs`. *medium stack* is part of the
+four below it. Dispersion, roughness, motion, light samples and surface coordinates are no question in the loop: without them a material, a spectrum or a transform is of another kind."""
 # Marks and lines of the programs, the same in all plots.
 STYLES = {OURS: "o-", OPPONENT: "s-", "llvm independent": "s--", "scalar multijitter": "^-"}
 
@@ -79,6 +83,23 @@ def threads(told):
         rows.append((scene, f"{min(one['wall']):.2f}", f"{min(two['wall']):.2f}", f"{min(one['wall']) / min(two['wall']):.2f}", f"{median(two['cpu']) / median(one['cpu']):.3f}"))
     header = ("scene", "1 thread, least s by the clock", "2 threads", "ratio", "CPU s of 2 threads / of 1")
     return table(header, rows)
+
+
+def skips(told):
+    """What each thing that a scene needs not would take, as a share of the picture's time and instructions without it."""
+    found = told["skips"]["found"]
+    counted = json.loads(RECORD.read_text())["instructions"] if RECORD.exists() else {}
+    scenes = list(dict.fromkeys(name.split(", ")[0] for name in found))
+    plain = {scene: f"{scene}, nothing more" for scene in scenes}
+
+    def cells(scene, what):
+        name = f"{scene}, {what}"
+        instructions = counted.get(f"skip: {name}", 0) / counted.get(f"skip: {plain[scene]}", 1)
+        return f"{median(found[name]) / median(found[plain[scene]]) - 1:+.1%}", f"{instructions - 1:+.1%}" if instructions else ""
+
+    whats = [name.split(", ", 1)[1] for name in found if name.startswith(f"{scenes[0]}, ") and name != plain[scenes[0]]]
+    rows = [(what, *(cell for scene in scenes for cell in cells(scene, what))) for what in whats]
+    return table(("done although not needed", *(f"{scene}: {what}" for scene in scenes for what in ("CPU time", "instructions"))), rows)
 
 
 def bars(told):
@@ -167,6 +188,8 @@ def write(told, folder, quick):
         lines += ["## Triangles", "", *triangles(told), *plot_triangles(told, folder / "plots/triangles.svg")]
     if "threads" in told:
         lines += ["## Threads", "", *threads(told)]
+    if "skips" in told:
+        lines += ["## What is left out", "", SKIPS, "", *skips(told)]
     path = folder / "RESULTS.md"
     path.write_text("\n".join(lines), encoding="utf-8")
     print(path)
