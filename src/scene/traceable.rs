@@ -105,7 +105,7 @@ pub(super) enum Role {
 }
 
 /// What the scene asks of the renderer. What it does not ask for is not done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Needs {
     /// Some surface parts wavelengths.
     pub dispersion: bool,
@@ -150,6 +150,26 @@ impl Needs {
             ("transparent shadows", self.clear_shadows),
             ("surface coordinates", self.textures),
         ]
+    }
+
+    /// What one or the other asks for.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            dispersion: self.dispersion || other.dispersion,
+            absorption: self.absorption || other.absorption,
+            medium_stack: self.medium_stack || other.medium_stack,
+            precedence: self.precedence || other.precedence,
+            contact: self.contact || other.contact,
+            sensor_within: self.sensor_within || other.sensor_within,
+            lens: self.lens || other.lens,
+            motion: self.motion || other.motion,
+            light_samples: self.light_samples || other.light_samples,
+            rough_surfaces: self.rough_surfaces || other.rough_surfaces,
+            choices: self.choices || other.choices,
+            clear_shadows: self.clear_shadows || other.clear_shadows,
+            textures: self.textures || other.textures,
+        }
     }
 
     /// Whether several surfaces may be met at once, or some are none.
@@ -197,6 +217,14 @@ pub struct Intersection {
 impl Scene {
     pub fn needs(&self) -> Needs {
         self.needs
+    }
+
+    /// The same scene, for which the renderer also does what `more` says and the scene has no need of. The picture is the
+    /// same and takes longer: by how much is what leaving it out is worth.
+    #[must_use]
+    pub fn with_needs(mut self, more: Needs) -> Self {
+        self.needs = self.needs.or(more);
+        self
     }
 
     /// Where a pixel's samples fall on the film.

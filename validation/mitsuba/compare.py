@@ -10,23 +10,20 @@ import numpy as np
 
 import coverage
 import welch
+from harness import machine
 from harness.abbe import ROOT
 from harness.claim import Check
 from harness.plots import plt
 
 HERE = Path(__file__).resolve().parent
 KEPT = ROOT / "target/validation/mitsuba-renders"
-LLVM_NAMES = ("libLLVM.so.19.1", "libLLVM-19.so.1", "libLLVM-19.so")
-LLVM_FOLDERS = ("/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu", "/usr/lib/llvm-19/lib", "/usr/lib64", "/usr/lib")
 # Mitsuba integrates every fifth row of the CIE's table (FACTS.md, 51).
 OBSERVER = ("--observer", "cie1931-5nm")
 
 
 def load_mitsuba(variant=None):
     """Mitsuba in the named variant, or in its fastest spectral one: with LLVM 19 if it is there (14 is refused, 15 aborts), else scalar."""
-    found = [Path(f, n) for f in LLVM_FOLDERS for n in LLVM_NAMES if Path(f, n).exists()]
-    if found:
-        os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(found[0]))
+    machine.find_llvm()
     import mitsuba
 
     mitsuba.set_variant(variant or ("llvm_ad_spectral" if "DRJIT_LIBLLVM_PATH" in os.environ else "scalar_spectral"))

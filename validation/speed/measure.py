@@ -1,0 +1,202 @@
+"""The parts of the measurement. Each returns plain data, which `speed.main` keeps, and `speed.report` shows."""
+
+import statistics
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from speed import assets, figures
+from speed.programs import HERE, Abbe, Mitsuba, execute, kernels
+
+median = statistics.median
+
+
+@dataclass(frozen=True)
+class Scene:
+    name: str
+    what: str
+    bar: float  # largest cost that is wanted, as a share of Mitsuba's
+    trimmed: bool = False
+    defines: dict = None
+
+    @property
+    def path(self):
+        return HERE / "scenes" / f"{self.name}.xml"
+
+
+SCENES = (
+    Scene("cornell", "Cornell box, measured spectra", 1 / 4),
+    Scene("metals", "rough Au, Cu, Al under sky and lamp", 1 / 4),
+    Scene("mesh", "1.3 million triangles", 1 / 4),
+    Scene("absorber", "absorbing glass ball", 1 / 4, trimmed=True),
+    Scene("caustic", "caustic of a glass ball", 1 / 2, trimmed=True),
+    Scene("fluorescent", "Cornell box under F11", 1 / 20),
+    Scene("sodium", "Cornell box under sodium lines", 1 / 20),
+)
+
+
+@dataclass(frozen=True)
+class Power:
+    """How much is measured."""
+
+    size: int  # of the pictures, pixels
+    rounds: int  # runs of each program of which the median is taken
+    curve: tuple  # samples per pixel
+    curve_rounds: int
+    counts: tuple  # of triangles
+    chunks: dict  # of the references: see `figures.reference`
+
+
+FULL = Power(256, 5, (4, 16, 64, 256), 2, (1e3, 1e4, 1e5, 1e6, 1e7), {"abbe": (64,) * 8, "llvm multijitter": (256,) * 8})
+QUICK = Power(64, 2, (4, 16, 64), 1, (1e3, 1e4, 1e5, 1e6), {"abbe": (64,) * 4, "llvm multijitter": (256,) * 4})
+SPP = 64
+# Pictures of which the time is taken where something is left out or done.
+SKIP_PICTURES = 100
+# The run that is taken off: what starting and ending takes is in both.
+LEAST = 1
+
+OPPONENT = "llvm multijitter"
+
+
+def programs(binary):
+    """abbe, and Mitsuba in its two spectral variants. The strongest is `OPPONENT`."""
+    return (
+        Abbe(binary),
+        Mitsuba(OPPONENT, "llvm_ad_spectral", "multijitter"),
+        Mitsuba("llvm independent", "llvm_ad_spectral", "independent"),
+        Mitsuba("scalar multijitter", "scalar_spectral", "multijitter"),
+    )
+
+
+def scene_at(scene, size, **more):
+    return Scene(scene.name, scene.what, scene.bar, scene.trimmed, {"size": str(size)} | more)
+
+
+def rounds(count, contestants):
+    """Round by round, each contestant once, in an order that turns: what else the machine does meets all alike."""
+    for turn in range(count):
+        for place in range(len(contestants)):
+            yield turn, contestants[(place + turn) % len(contestants)]
+
+
+def renders(power, contestants, scene):
+    """Error and use of all programs on a scene, at 64 samples per pixel."""
+    scene = scene_at(scene, power.size)
+    reference = figures.reference(scene, contestants[:2], power.chunks)
+    warm(contestants, scene)
+    told = {program.name: {"cpu": [], "whole": [], "wall": [], "peak": [], "error": []} for program in contestants}
+    for turn, program in rounds(power.rounds, contestants):
+        least, _ = program.run(scene.path, LEAST, 1001 + turn, scene.defines)
+        used, picture = program.run(scene.path, SPP, 1 + turn, scene.defines)
+        own = told[program.name]
+        own["cpu"].append((used.cpu - least.cpu) * SPP / (SPP - LEAST))
+        own["whole"].append(used.cpu)
+        own["wall"].append(used.wall)
+        own["peak"].append(used.peak)
+        own["error"].append(reference.error_of(picture, scene.trimmed))
+        print(f"    {scene.name}: {program.name}: {own['cpu'][-1]:.2f} s, relMSE {own['error'][-1]:.3g}", flush=True)
+    return {
+        "samples": power.size**2 * SPP,
+        "programs": told,
+        "reference": {"error": reference.error, "share": reference.share, "difference": reference.difference, "sigma": reference.sigma},
+    }
+
+
+def curves(power, contestants, scene):
+    """Error against processor time, from few to many samples per pixel. Mitsuba's scalar variant is left out: it takes long and differs in time alone."""
+    contestants = contestants[:3]
+    scene = scene_at(scene, power.size)
+    reference = figures.reference(scene, contestants[:2], power.chunks)
+    warm(contestants, scene)
+    found = {program.name: {"spp": list(power.curve), "cpu": [[] for _ in power.curve], "error": [[] for _ in power.curve]} for program in contestants}
+    for turn, program in rounds(power.curve_rounds, contestants):
+        least, _ = program.run(scene.path, LEAST, 2001 + turn, scene.defines)
+        for at, spp in enumerate(power.curve):
+            used, picture = program.run(scene.path, spp, 2101 + turn, scene.defines)
+            found[program.name]["cpu"][at].append((used.cpu - least.cpu) * spp / (spp - LEAST))
+            found[program.name]["error"][at].append(reference.error_of(picture, scene.trimmed))
+        print(f"    {scene.name}: {program.name}: {found[program.name]['error'][-1][-1]:.3g} at {power.curve[-1]} spp", flush=True)
+    return found
+
+
+def warm(contestants, scene):
+    """Mitsuba compiles a kernel once for each scene and sampler and keeps it: none of the measured runs shall do that."""
+    for program in contestants[1:]:
+        for spp in (LEAST, SPP):
+            program.run(scene.path, spp, 1, scene.defines)
+
+
+def start(power, contestants):
+    """Whole processes that make one sample of each pixel of a picture of 16 × 16, or of the usual size: to the first sample, nearly."""
+    cornell = SCENES[0]
+    found = {}
+    for size in (16, power.size):
+        scene = scene_at(cornell, size)
+        warm(contestants, scene)
+        for turn, program in rounds(2 * power.rounds + 1, contestants):
+            used, _ = program.run(scene.path, LEAST, 1 + turn, scene.defines)
+            keep(found, f"{program.name}, {size}×{size}", used)
+        with tempfile.TemporaryDirectory() as empty:
+            for turn in range(2):
+                cold = Mitsuba("llvm multijitter, no kernel kept", "llvm_ad_spectral", "multijitter", Path(empty) / str(turn))
+                cold.home.mkdir()
+                keep(found, f"{cold.name}, {size}×{size}", cold.run(scene.path, LEAST, 1 + turn, scene.defines)[0])
+    return found
+
+
+def keep(found, name, used):
+    own = found.setdefault(name, {"cpu": [], "wall": [], "peak": []})
+    own["cpu"].append(used.cpu)
+    own["wall"].append(used.wall)
+    own["peak"].append(used.peak)
+
+
+def triangles(power, contestants):
+    """The same ball cut into more and more triangles: time of a sample, time to the first one, and memory."""
+    mesh = next(scene for scene in SCENES if scene.name == "mesh")
+    spp = SPP // 4
+    found = []
+    for count in map(assets.triangles_near, power.counts):
+        assets.ball(count)
+        scene, small = (scene_at(mesh, size, triangles=str(count)) for size in (power.size, 16))
+        warm(contestants[:2], scene)
+        own = {"triangles": count, "programs": {p.name: {"sample": [], "first": [], "first cpu": [], "peak": []} for p in contestants[:2]}}
+        for turn, program in rounds(max(power.rounds // 2, 1) + 1, contestants[:2]):
+            first, _ = program.run(small.path, LEAST, 1 + turn, small.defines)
+            least, _ = program.run(scene.path, LEAST, 1 + turn, scene.defines)
+            used, _ = program.run(scene.path, spp, 1 + turn, scene.defines)
+            line = own["programs"][program.name]
+            line["sample"].append((used.cpu - least.cpu) / (power.size**2 * (spp - LEAST)))
+            line["first"].append(first.wall)
+            line["first cpu"].append(first.cpu)
+            line["peak"].append(first.peak)
+        print(f"    {count} triangles: " + ", ".join(f"{name} {median(line['sample']) * 1e6:.2f} µs a sample, {median(line['first']):.2f} s" for name, line in own["programs"].items()), flush=True)
+        found.append(own)
+    return found
+
+
+def threads(power, binary):
+    """abbe with one thread and with two, on two scenes."""
+    found = {}
+    contestants = [Abbe(binary, f"{count}", ("--threads", str(count))) for count in (1, 2)]
+    for scene in (SCENES[0], SCENES[1]):
+        scene = scene_at(scene, power.size)
+        own = found[scene.name] = {program.name: {"cpu": [], "wall": []} for program in contestants}
+        for turn, program in rounds(power.rounds, contestants):
+            least, _ = program.run(scene.path, LEAST, 1 + turn, scene.defines)
+            used, _ = program.run(scene.path, SPP, 1 + turn, scene.defines)
+            own[program.name]["cpu"].append(used.cpu - least.cpu)
+            own[program.name]["wall"].append(used.wall - least.wall)
+        print(f"    {scene.name}: " + ", ".join(f"{name} threads {min(line['wall']):.2f} s" for name, line in own.items()), flush=True)
+    return found
+
+
+def skips(power, binary):
+    """Small pictures of which the renderer does what the scene has no need of, beside the same without (benches/kernels/skips.rs)."""
+    found = {}
+    program = kernels()
+    names = [name for group, name in program.list() if group == "skip"]
+    for _, name in rounds(power.rounds, names):
+        none, many = (execute(program.command(times, "skip", name)).cpu for times in (0, SKIP_PICTURES))
+        found.setdefault(name, []).append((many - none) / SKIP_PICTURES)
+    return found
