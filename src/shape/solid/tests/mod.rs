@@ -177,8 +177,9 @@ fn pairs_are_what_their_parts_are() {
     judge_pairs(2_000);
 }
 
+/// 363 million lines. All tests of solids that are left out by default take about a quarter of an hour of one core, most of it this.
 #[test]
-#[ignore = "takes some minutes"]
+#[ignore = "takes twelve minutes of one core"]
 fn pairs_are_what_their_parts_are_on_a_million_lines_each() {
     judge_pairs(1_000_000);
 }
@@ -241,7 +242,9 @@ fn judge_coincident(lines: u64) {
             tally
         })
         .reduce(Tally::default, Tally::and);
-    report("coincident faces", tally);
+    // Many places are in doubt here: a chord from end to end of two boxes that abut has its middle in the wall between them.
+    println!("coincident faces: {tally:?}");
+    assert!(tally.hits * 4 > tally.lines, "{tally:?}");
 }
 
 #[test]
@@ -249,8 +252,9 @@ fn faces_that_coincide_are_one_or_none() {
     judge_coincident(1_000);
 }
 
+/// 126 million lines, over a million for each two shapes and operation.
 #[test]
-#[ignore = "takes some minutes"]
+#[ignore = "takes four minutes of one core"]
 fn faces_that_coincide_are_one_or_none_on_a_million_lines() {
     judge_coincident(350_000);
 }
