@@ -8,11 +8,12 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
-from harness import machine
+from harness import machine as machines
 from harness.abbe import ROOT
 from speed import assets, measure, report
 from speed.programs import WORK, busy
 
+BINARY = ROOT / "target/release/abbe"
 PARTS = ("renders", "curves", "start", "triangles", "threads", "skips")
 
 
@@ -35,13 +36,13 @@ def main():
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"what to measure anew: {', '.join(PARTS)} (default: all)")
     parser.add_argument("--quick", action="store_true", help="small pictures and few runs, in some minutes: whether all of it works, no figures to keep")
     parser.add_argument("--scenes", metavar="NAME,…", default=(), type=lambda words: tuple(words.split(",")), help=f"only these of {', '.join(s.name for s in measure.SCENES)}")
-    parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary to measure")
+    parser.add_argument("--abbe", type=Path, default=BINARY, help="the binary to measure")
     parser.add_argument("--report", action="store_true", help="measure nothing: write what was found before")
     options = parser.parse_args()
     for given, known in ((options.parts, PARTS), (options.scenes, [scene.name for scene in measure.SCENES])):
         if unknown := set(given) - set(known):
             parser.error(f"no such thing: {', '.join(sorted(unknown))}; there are {', '.join(known)}")
-    if not machine.find_llvm():
+    if not machines.find_llvm():
         parser.error("Mitsuba is fastest with LLVM 19, and there is none (Debian: libllvm19); slower it is no opponent")
     kept = WORK / ("quick" if options.quick else "full")
     kept.mkdir(parents=True, exist_ok=True)
@@ -53,7 +54,9 @@ def main():
         began, worked, own = time.monotonic(), busy(), own_seconds()
         found = step()
         wall, worked, own = time.monotonic() - began, busy() - worked, own_seconds() - own
-        about = {"when": datetime.now(UTC).isoformat(timespec="minutes"), "machine": machine.describe(), "wall": wall, "others": max(worked - own, 0) / wall}
+        commit, machine = machines.describe().split("; ", 1)
+        commit = commit if options.abbe == BINARY else f"another binary than that of {commit}"
+        about = {"when": datetime.now(UTC).isoformat(timespec="minutes"), "commit": commit, "machine": machine, "wall": wall, "others": max(worked - own, 0) / wall}
         (kept / f"{name}.json").write_text(json.dumps({"about": about, "found": found}, indent=1))
     told = {path.stem: json.loads(path.read_text()) for path in sorted(kept.glob("*.json"))}
     report.write(told, ROOT / "validation/speed" if not options.quick else kept, options.quick)
