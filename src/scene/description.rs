@@ -10,7 +10,7 @@ use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
 use crate::shape::solid::Operation;
 use crate::shape::{
-    ControlPoint, CurveKind, FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain,
+    ControlNet, ControlPoint, CurveKind, FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain,
 };
 use crate::spectrum::DispersionFormula;
 use crate::texture::{Filter, Pattern, Wrap};
@@ -482,6 +482,12 @@ pub enum ShapeKind {
         kind: CurveKind,
         solid: bool,
         curves: Arc<Vec<Vec<ControlPoint>>>,
+    },
+    /// `bezierpatch` (an extension).
+    Patches {
+        /// Where they are from, unless they are written in the scene.
+        file: Option<PathBuf>,
+        patches: Arc<Vec<ControlNet>>,
     },
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {

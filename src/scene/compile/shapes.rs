@@ -3,7 +3,7 @@
 use crate::geometry::{Bounds, Transform};
 use crate::scene::description::{Shape, ShapeKind};
 use crate::shape::{
-    self, Curves, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, Sampled, SdfGrid, ShapeError,
+    self, Curves, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Patches, Quadric, Sampled, SdfGrid, ShapeError,
     Sphere, SweptSphere, Torus, compute_vertex_normals,
 };
 
@@ -43,6 +43,9 @@ pub(super) fn place(
         }
         ShapeKind::Curves { kind, solid: true, curves, .. } => {
             shape::Shape::SweptSphere(Box::new(SweptSphere::new(to_world, *kind, curves, flip)?))
+        }
+        ShapeKind::Patches { patches, .. } => {
+            shape::Shape::Patches(Patches::new(to_world, patches, flip)?)
         }
         ShapeKind::Rectangle => shape::Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube if part => {

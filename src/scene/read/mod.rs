@@ -21,6 +21,7 @@ mod meshes;
 mod names;
 mod obj;
 mod parsed;
+mod patches;
 mod patterns;
 mod ply;
 mod quadrics;

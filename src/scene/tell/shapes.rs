@@ -1,7 +1,7 @@
 use super::super::description::{
     HeightSource, Instance, Medium, Part, Shape, ShapeGroup, ShapeKind, Solid, SpectrumSource,
 };
-use super::super::info::{hash_of_curves, hash_of_mesh, hash_of_values};
+use super::super::info::{hash_of_curves, hash_of_mesh, hash_of_patches, hash_of_values};
 use super::super::read::{Class, solids};
 use super::{Teller, Told, Value, bsdfs};
 use crate::shape::{
@@ -61,6 +61,18 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
                 (true, CurveKind::BSpline) => told("sweptsphere").text("interpolation", "bspline"),
             }
             .with("filename", filename)
+        }
+        ShapeKind::Patches { file: Some(file), patches } => {
+            let filename = Value::File {
+                path: file.clone(),
+                content: hash_of_patches(patches),
+                summary: format!("{} patches", patches.len()),
+            };
+            told("bezierpatch").with("filename", filename)
+        }
+        ShapeKind::Patches { file: None, patches } => {
+            let all: Vec<[f64; 3]> = patches.iter().flatten().map(|point| point.to_array()).collect();
+            told("bezierpatch").text("points", points(&all))
         }
         ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, compute_normals } => {
             let filename = Value::File {

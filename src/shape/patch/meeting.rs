@@ -10,7 +10,8 @@
 //!   determinant of F's derivative. Where interval bounds say that D keeps its sign, y is monotonic: one place or none, as the signs
 //!   at both ends say. Where they say that D x_q's own derivative keeps its sign, y has one extreme, which is found first: two places
 //!   or none, as the sign there says. So it is one and the same sign that decides on both, and a line that hardly touches doesn't
-//!   lose one of two (the same idea in one dimension: [`crate::geometry::roots`]).
+//!   lose one of two (the same idea in one dimension: [`crate::geometry::roots`]). Near a cusp, where there may be three, D itself is
+//!   followed along the curve, beside which it has both signs.
 //!
 //! Nothing is left out but by a proof, rounding included, and no two places are taken for one unless they turn the same way and are
 //! no further apart than rounding. So a line through a point that two patches share meets at least one of them, whatever the
@@ -87,9 +88,9 @@ impl Near {
             let (sum, lost_sum) = two_sum(away, way);
             sum + (lost_sum + (lost + lost_way))
         }));
-        let limit = patch.reach * (1.0 + NOISE);
-        // Of the least that is across the line all the rest is.
-        if !(start.length_squared() <= limit * limit * (1.0 + 1e-9)) {
+        let limit = patch.reach * (1.0 + 1e-9);
+        let passes_near = start.length_squared() <= limit * limit;
+        if !passes_near {
             return None;
         }
         let ahead = direction.normalize();
@@ -308,8 +309,18 @@ impl<'a> Curve<'a> {
         if steepest * (1.0 + MARGIN) / (1.0 + 2.0 * MARGIN) > margins[1] / (1.0 + 2.0 * margins[1]) {
             return None;
         }
-        let monotonic = course == Course::Monotonic;
-        Some(Self { seen, part, along, axis, around, monotonic })
+        let mut curve = Self { seen, part, along, axis, around, monotonic: course != Course::Bent };
+        if let Course::Steady(most) = course {
+            let [from, to] = around[0];
+            let middle = 0.5 * (from + to);
+            // A curve that isn't there never comes into the part.
+            if let Some(q) = curve.follow(middle) {
+                let there = curve.here(middle, q).determinant().abs() - 64.0 * NOISE;
+                curve.monotonic = there * (to - from) * (around[1][1] - around[1][0]) > most;
+                return curve.monotonic.then_some(curve);
+            }
+        }
+        Some(curve)
     }
 
     /// u and v.
@@ -446,6 +457,8 @@ enum Course {
     Monotonic,
     /// It has one extreme at most.
     Bent,
+    /// All that is known is how much the determinant changes from the middle to an end.
+    Steady(f64),
 }
 
 /// Coordinates along an axis of the plane and across it, over a part; the first index goes along p, the second along q.
@@ -469,13 +482,20 @@ impl Turned {
         let steepest = x.p.0.abs().max(x.p.1.abs()) / x.q.0;
         let y = Slopes::of(&self.y);
         let less = |a: Range, b: Range| a + b * -1.0;
-        if !less(x.p * y.q, y.p * x.q).has_zero() {
+        let determinant = less(x.p * y.q, y.p * x.q);
+        if !determinant.has_zero() {
             return Some((Course::Monotonic, steepest));
         }
         let (bent_x, bent_y) = (Bends::of(&self.x), Bends::of(&self.y));
         let change_p = less(bent_x.pp * y.q + x.p * bent_y.pq, bent_y.pp * x.q + y.p * bent_x.pq);
         let change_q = less(bent_x.pq * y.q + x.p * bent_y.qq, bent_y.pq * x.q + y.p * bent_x.qq);
-        (!less(change_p * x.q, change_q * x.p).has_zero()).then_some((Course::Bent, steepest))
+        let change = less(change_p * x.q, change_q * x.p);
+        if !change.has_zero() {
+            return Some((Course::Bent, steepest));
+        }
+        // Near a cusp, where three places come together, the determinant changes much less along the curve than across it.
+        let most = 0.5 * change.0.abs().max(change.1.abs()) / x.q.0;
+        (most < 0.1 * (determinant.1 - determinant.0)).then_some((Course::Steady(most), steepest))
     }
 }
 

@@ -5,6 +5,7 @@ mod doubled;
 mod figures;
 mod heightfields;
 mod oracle;
+mod patches;
 mod quadrics;
 mod sampled;
 mod sdfgrids;
@@ -12,7 +13,7 @@ mod tori;
 mod worked;
 
 use super::{
-    Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, QuadricKind, Sampled, SdfGrid, Shape,
+    Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Patches, Quadric, QuadricKind, Sampled, SdfGrid, Shape,
     ShapeError, Sheets, Sphere, Torus,
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
@@ -93,6 +94,10 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
             HeightField::new(place, heightfields::hills([9, 7]), 0.5, base, false, false).unwrap(),
         )))
     };
+    let patch = |place: &Transform, wanted| {
+        let found = patches::kinds().into_iter().find(|(name, _)| *name == wanted);
+        Shape::Patches(Patches::new(place, &[found.unwrap().1], false).unwrap())
+    };
     let figures = figures::kinds().into_iter().enumerate().map(|(i, (name, kind))| {
         let place = if i % 2 == 0 { &similar } else { &skew };
         (name, Shape::Figure(Box::new(Figure::new(place, &kind, false).unwrap())))
@@ -116,6 +121,8 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
         ("sheared distances", distances(&skew, false)),
         ("heights", heights(&skew, None)),
         ("solid heights", heights(&similar, Some(-0.75))),
+        ("patch", patch(&similar, "sail")),
+        ("sheared patch", patch(&skew, "lid")),
         ("rectangle", Shape::Mesh(Mesh::rectangle(&rectangle, false).unwrap())),
         ("parallelogram", Shape::Mesh(Mesh::rectangle(&skew, false).unwrap())),
         ("cube", Shape::Mesh(Mesh::cube(&skew, false).unwrap())),
@@ -124,10 +131,10 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
     shapes
 }
 
-/// Whether its points are those of chords, of which some `u` have none.
+/// Whether its points are those of chords, or are chosen among others, so that some `u` have none.
 fn by_chords(shape: &Shape) -> bool {
     match shape {
-        Shape::Quadric(_) => true,
+        Shape::Quadric(_) | Shape::Patches(_) => true,
         Shape::Figure(figure) => figure.is_curved(),
         Shape::Sampled(sampled) => matches!(**sampled, Sampled::Distances(_)),
         _ => false,
@@ -448,7 +455,10 @@ fn samples_are_not_hidden_by_their_own_surface() {
     for (name, shape) in all_shapes() {
         let convex = !matches!(name, "uneven mesh")
             && !name.contains("cylinder")
-            && !matches!(shape, Shape::Quadric(_) | Shape::Torus(_) | Shape::Figure(_) | Shape::Sampled(_));
+            && !matches!(
+                shape,
+                Shape::Quadric(_) | Shape::Torus(_) | Shape::Figure(_) | Shape::Patches(_) | Shape::Sampled(_)
+            );
         for _ in 0..5_000 {
             let reference = direction(&mut random) * 10f64.powf(random.random_range(0.5..6.0));
             let Some(sample) = shape.sample_toward(reference, [random.random(), random.random()]) else {
