@@ -498,7 +498,10 @@ pub enum ShapeKind {
         shape_index: u32,
         /// Whether v was read as 1 − v.
         flip_tex_coords: bool,
+        /// Deformed, if it is.
         mesh: Arc<MeshData>,
+        /// What was done to it before, in the words of the scene file (an extension).
+        deform: Option<String>,
         /// Whether vertex normals are to be computed once the mesh is placed: the file has none, and
         /// `face_normals` does not ask for flat triangles.
         compute_normals: bool,

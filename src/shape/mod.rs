@@ -40,7 +40,7 @@ pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use figure::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel};
 pub use heightfield::{HeightData, HeightField, Terrain};
-pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
+pub use mesh::{Deformation, Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use patch::{ControlNet, Patches};
 pub use pieces::Pieces;
 pub use quadric::{Quadric, QuadricKind, Sheets};
@@ -204,6 +204,8 @@ pub enum ShapeError {
     AttributeCount { attribute: &'static str, found: usize, vertices: usize },
     /// An attribute must have one or three numbers for each vertex or triangle.
     AttributeValues { found: usize, expected: usize },
+    /// A deformation turns a mesh inside out at a vertex.
+    Folded { vertex: usize },
     /// More triangles or vertices than 32-bit indices can name.
     TooLarge,
 }
@@ -247,6 +249,7 @@ impl fmt::Display for ShapeError {
             Self::AttributeValues { found, expected } => {
                 write!(f, "an attribute has {found} numbers instead of {expected}")
             }
+            Self::Folded { vertex } => write!(f, "vertex {vertex} is folded over"),
             Self::TooLarge => write!(f, "a mesh has at most 2^32 - 1 triangles and vertices"),
         }
     }

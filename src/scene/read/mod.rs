@@ -7,6 +7,7 @@
 mod attributes;
 mod bsdfs;
 mod curves;
+mod deform;
 mod figures;
 mod files;
 mod films;

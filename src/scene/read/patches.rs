@@ -44,7 +44,8 @@ fn from_list(query: &Query<'_>, text: &str) -> Option<Vec<ControlNet>> {
     let points = figures::points::<3>(query, "points", text)?;
     if points.is_empty() || !points.len().is_multiple_of(POINTS) {
         let problem = format!("{} control points make no bicubic patch", points.len());
-        let error = SceneError::at(&query.place("points"), problem, "expected 16 points, or a multiple of it");
+        let error =
+            SceneError::at(&query.place("points"), problem, "expected 16 points, or a multiple of it");
         query.error(error.with_remedy("four rows of four, along u first"));
         return None;
     }
@@ -108,9 +109,9 @@ fn parse(bytes: &[u8]) -> Result<Vec<ControlNet>, PatchError> {
     const DEGREES: &str = "expected \"3 3\", the degrees, before the points of each patch";
     const POINT: &str = "expected sixteen points \"x y z\" for each patch";
     let text = String::from_utf8_lossy(bytes);
-    let words = (1..).zip(text.lines()).flat_map(|(line, text)| {
-        text.split_whitespace().map(move |word| (line, word))
-    });
+    let words = (1..)
+        .zip(text.lines())
+        .flat_map(|(line, text)| text.split_whitespace().map(move |word| (line, word)));
     let mut words = Words { words, line: 1 };
     let word = words.next(COUNT)?;
     let count = match word.parse::<usize>() {

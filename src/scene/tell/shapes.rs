@@ -74,7 +74,7 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
             let all: Vec<[f64; 3]> = patches.iter().flatten().map(|point| point.to_array()).collect();
             told("bezierpatch").text("points", points(&all))
         }
-        ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, compute_normals } => {
+        ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, deform, compute_normals } => {
             let filename = Value::File {
                 path: file.clone(),
                 content: hash_of_mesh(mesh),
@@ -86,6 +86,10 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
             let told = match *plugin {
                 "serialized" => told.integer("shape_index", *shape_index),
                 _ => told.boolean("flip_tex_coords", *flip_tex_coords),
+            };
+            let told = match deform {
+                Some(deform) => told.text("deform", deform.clone()),
+                None => told,
             };
             match (&mesh.normals, compute_normals) {
                 (Some(_), _) => told.remark("normals of the file"),

@@ -249,8 +249,9 @@ impl Search<'_> {
 
     fn add(&mut self, place: Place) {
         let same = |other: &Place| {
-            let beside =
-                |axis: usize| (place.at[axis] - other.at[axis]).abs() <= place.spread[axis] + other.spread[axis];
+            let beside = |axis: usize| {
+                (place.at[axis] - other.at[axis]).abs() <= place.spread[axis] + other.spread[axis]
+            };
             place.determinant * other.determinant > 0.0 && beside(0) && beside(1)
         };
         if !self.places.iter().any(same) {
@@ -363,7 +364,8 @@ impl<'a> Curve<'a> {
         let jet = self.seen.jet(self.parameters(p, q));
         let along_p = self.turned(if self.along == 1 { jet.u } else { jet.v });
         let along_q = self.turned(if self.along == 1 { jet.v } else { jet.u });
-        let [pp, qq] = if self.along == 1 { [jet.uu, jet.vv] } else { [jet.vv, jet.uu] }.map(|c| self.turned(c));
+        let [pp, qq] =
+            if self.along == 1 { [jet.uu, jet.vv] } else { [jet.vv, jet.uu] }.map(|c| self.turned(c));
         let pq = self.turned(jet.uv);
         let change_p = pp.perp_dot(along_q) + along_p.perp_dot(pq);
         let change_q = pq.perp_dot(along_q) + along_p.perp_dot(qq);
@@ -411,7 +413,8 @@ impl<'a> Curve<'a> {
     /// other.
     fn nearby(&self) -> Option<[f64; 2]> {
         const MOST_STEPS: usize = 8;
-        let [mut p, mut q] = [1 - self.along, self.along].map(|i| self.part.from[i] + 0.5 * self.part.size[i]);
+        let [mut p, mut q] =
+            [1 - self.along, self.along].map(|i| self.part.from[i] + 0.5 * self.part.size[i]);
         for _ in 0..MOST_STEPS {
             let here = self.here(p, q);
             let value = DVec2::new(here.x, here.y);

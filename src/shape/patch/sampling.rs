@@ -50,8 +50,7 @@ fn bound(Net(c): &Net<Vec3>) -> f64 {
 impl Table {
     fn new(shared: &Shared) -> Self {
         const NODES: usize = 4;
-        let nodes: Vec<(f64, f64)> =
-            gauss_legendre(NODES).map(|(x, w)| (0.5 * (x + 1.0), 0.5 * w)).collect();
+        let nodes: Vec<(f64, f64)> = gauss_legendre(NODES).map(|(x, w)| (0.5 * (x + 1.0), 0.5 * w)).collect();
         let (mut sums, mut total, mut area) = (Vec::new(), 0.0, 0.0);
         for patch in &shared.patches {
             for cell in 0..CELLS * CELLS {

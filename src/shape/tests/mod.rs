@@ -13,8 +13,8 @@ mod tori;
 mod worked;
 
 use super::{
-    Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Patches, Quadric, QuadricKind, Sampled, SdfGrid, Shape,
-    ShapeError, Sheets, Sphere, Torus,
+    Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Patches, Quadric, QuadricKind, Sampled, SdfGrid,
+    Shape, ShapeError, Sheets, Sphere, Torus,
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DQuat};
@@ -457,7 +457,11 @@ fn samples_are_not_hidden_by_their_own_surface() {
             && !name.contains("cylinder")
             && !matches!(
                 shape,
-                Shape::Quadric(_) | Shape::Torus(_) | Shape::Figure(_) | Shape::Patches(_) | Shape::Sampled(_)
+                Shape::Quadric(_)
+                    | Shape::Torus(_)
+                    | Shape::Figure(_)
+                    | Shape::Patches(_)
+                    | Shape::Sampled(_)
             );
         for _ in 0..5_000 {
             let reference = direction(&mut random) * 10f64.powf(random.random_range(0.5..6.0));

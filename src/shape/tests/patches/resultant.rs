@@ -49,7 +49,10 @@ impl Bicubic {
         };
         let rows = c.map(powers);
         let columns = [0, 1, 2, 3].map(|j| powers([0, 1, 2, 3].map(|i| rows[i][j])));
-        Self([0, 1, 2, 3].map(|i| Polynomial(vec![columns[0][i], columns[1][i], columns[2][i], columns[3][i]])))
+        Self(
+            [0, 1, 2, 3]
+                .map(|i| Polynomial(vec![columns[0][i], columns[1][i], columns[2][i], columns[3][i]])),
+        )
     }
 
     /// As a polynomial of u.
@@ -76,6 +79,21 @@ fn resultant(a: &[Polynomial; 4], b: &[Polynomial; 4]) -> Polynomial {
     let second = &m02 * &(&(&m02 * &m23) - &(&m13 * &m03));
     let third = &m03 * &(&(&m02 * &m13) - &(&middle * &m03));
     &(&first - &second) + &third
+}
+
+/// The same by eliminating u as well as v: next to a border that is a point one of both loses its digits.
+pub fn all_crossings(points: &Points, line: &Line) -> Vec<Crossing> {
+    let mut found = crossings(points, line);
+    let transposed = std::array::from_fn(|i| std::array::from_fn(|j| points[j][i]));
+    for other in crossings(&transposed, line) {
+        let other = Crossing { u: other.v, v: other.u, against: !other.against, ..other };
+        let same = |c: &Crossing| (c.u - other.u).high.abs() < 1e-20 && (c.v - other.v).high.abs() < 1e-20;
+        if !found.iter().any(same) {
+            found.push(other);
+        }
+    }
+    found.sort_by(|a, b| a.t.high.total_cmp(&b.t.high));
+    found
 }
 
 /// In ascending order of t.
