@@ -81,15 +81,29 @@ fn resultant(a: &[Polynomial; 4], b: &[Polynomial; 4]) -> Polynomial {
     &(&first - &second) + &third
 }
 
-/// The same by eliminating u as well as v: next to a border that is a point one of both loses its digits.
+/// The same by eliminating both u and v, and either from both ends: next to a border that is a point, where there are as many roots
+/// as the degree, only that one keeps its digits for which it is at 0.
 pub fn all_crossings(points: &Points, line: &Line) -> Vec<Crossing> {
-    let mut found = crossings(points, line);
-    let transposed = std::array::from_fn(|i| std::array::from_fn(|j| points[j][i]));
-    for other in crossings(&transposed, line) {
-        let other = Crossing { u: other.v, v: other.u, against: !other.against, ..other };
-        let same = |c: &Crossing| (c.u - other.u).high.abs() < 1e-20 && (c.v - other.v).high.abs() < 1e-20;
-        if !found.iter().any(same) {
-            found.push(other);
+    let mut found: Vec<Crossing> = Vec::new();
+    for (exchange, reverse) in [(false, false), (false, true), (true, false), (true, true)] {
+        let seen: Points = std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let j = if reverse { 3 - j } else { j };
+                if exchange { points[j][i] } else { points[i][j] }
+            })
+        });
+        for mut crossing in crossings(&seen, line) {
+            if reverse {
+                crossing.v = number(1.0) - crossing.v;
+            }
+            if exchange {
+                (crossing.u, crossing.v) = (crossing.v, crossing.u);
+            }
+            crossing.against ^= exchange != reverse;
+            let beside = |a: Doubled, b: Doubled| (a - b).high.abs() < 1e-20;
+            if !found.iter().any(|c| beside(c.u, crossing.u) && beside(c.v, crossing.v)) {
+                found.push(crossing);
+            }
         }
     }
     found.sort_by(|a, b| a.t.high.total_cmp(&b.t.high));
