@@ -12,9 +12,7 @@ pub(super) fn deformed(query: &Query<'_>, mesh: Arc<MeshData>) -> Option<(Arc<Me
     let place = query.place("deform");
     query.reader.extension(&place, "deform: a mesh twisted, tapered or bent".to_owned());
     let words = text.split(';').map(str::trim).filter(|word| !word.is_empty());
-    let Some(all) = words.map(|word| one(query, word)).collect::<Option<Vec<Deformation>>>() else {
-        return None;
-    };
+    let all = words.map(|word| one(query, word)).collect::<Option<Vec<Deformation>>>()?;
     match mesh.deformed(&all) {
         Ok(made) => Some((Arc::new(made), Some(text.trim().to_owned()))),
         Err(error) => {

@@ -20,8 +20,8 @@ pub type ControlNet = [Vec3; 16];
 
 /// Bicubic Bézier patches.
 ///
-/// The normal is that of ∂p/∂u × ∂p/∂v and stays on its side of the surface wherever a transform takes it. Each patch has uv from 0 to
-/// 1. Hits carry the patch as their triangle and uv as barycentric coordinates. Borders that two patches share by the same control
+/// The normal is that of ∂p/∂u × ∂p/∂v and stays on its side of the surface wherever a transform takes it. Each patch has uv of its
+/// own. Hits carry the patch as their triangle and uv as barycentric coordinates. Borders that two patches share by the same control
 /// points are met by at least one of them, and a border may be a single point.
 #[derive(Clone, Debug)]
 pub struct Patches {
