@@ -143,6 +143,47 @@ def ripples_png(path):
     Image.fromarray(np.round(65535 * heights).astype(np.uint16)).save(path)
 
 
+def teapot_bpt(path):
+    """The teapot of Martin Newell (University of Utah, 1975; F. Crow, "The origins of the teapot", IEEE CG&A 7(1), 1987), with the bottom
+    that others gave it: 32 patches. Most of it is turned, by control points of its profile, r z, and not quite round."""
+    profiles = [
+        [(1.4, 2.4), (1.3375, 2.53125), (1.4375, 2.53125), (1.5, 2.4)],
+        [(1.5, 2.4), (1.75, 1.875), (2, 1.35), (2, 0.9)],
+        [(2, 0.9), (2, 0.45), (1.5, 0.225), (1.5, 0.15)],
+        [(0, 3.15), (0.8, 3.15), (0, 2.85), (0.2, 2.7)],
+        [(0.2, 2.7), (0.4, 2.55), (1.3, 2.55), (1.3, 2.4)],
+        # The bottom goes around the other way: its normals, too, point out.
+        [(0, 0), (1.425, 0), (1.5, 0.075), (1.5, 0.15)],
+    ]
+    # Of handle and spout one half: for each row x and z below and above, and half the width.
+    halves = [
+        [(-1.6, 2.025, -1.5, 2.25, 0.3), (-2.3, 2.025, -2.5, 2.25, 0.3), (-2.7, 2.025, -3, 2.25, 0.3), (-2.7, 1.8, -3, 1.8, 0.3)],
+        [(-2.7, 1.8, -3, 1.8, 0.3), (-2.7, 1.575, -3, 1.35, 0.3), (-2.5, 1.125, -2.65, 0.9375, 0.3), (-2, 0.9, -1.9, 0.6, 0.3)],
+        [(1.7, 1.425, 1.7, 0.6, 0.66), (2.6, 1.425, 3.1, 0.825, 0.66), (2.3, 2.1, 2.4, 2.025, 0.25), (2.7, 2.4, 3.3, 2.4, 0.25)],
+        [(2.7, 2.4, 3.3, 2.4, 0.25), (2.8, 2.475, 3.525, 2.49375, 0.25), (2.9, 2.475, 3.45, 2.5125, 0.15), (2.8, 2.4, 3.2, 2.4, 0.15)],
+    ]
+    patches = []
+    for index, profile in enumerate(profiles):
+        for quarter in range(4):
+            rows = []
+            for r, z in profile:
+                side = 0.45 if (r, z) == (0.8, 3.15) else round(0.56 * r, 6)
+                for x, y in [(r, 0), (r, -side), (side, -r), (0, -r)]:
+                    for _ in range(quarter):
+                        x, y = y, -x
+                    rows.append((x, -y if index == 5 else y, z))
+            patches.append(rows)
+    for half in halves:
+        below = [[(x, 0, z), (x, -w, z), (a, -w, b), (a, 0, b)] for x, z, a, b, w in half]
+        patches.append([point for row in below for point in row])
+        patches.append([(x, -y, z) for row in below for x, y, z in reversed(row)])
+    lines = [str(len(patches))]
+    for patch in patches:
+        lines.append("3 3")
+        lines += [" ".join(f"{number + 0:g}" for number in point) for point in patch]
+    path_write(path, "\n".join(lines) + "\n")
+
+
 stella_obj("obj/stella.obj")
 knot_ply("parts/knot.ply")
 tiles_png("bitmap/tile.png")
@@ -151,3 +192,4 @@ leaf_png("mask/leaf.png")
 grid_vol("volume/colours.vol")
 cage_vol("sdfgrid/cage.vol")
 ripples_png("heightfield/ripples.png")
+teapot_bpt("bezierpatch/teapot.bpt")

@@ -8,8 +8,8 @@ use super::node::{self, Child, Node, NodeSpace};
 use super::packet::{Packet, WIDTH};
 use super::{Accel, Instance, Other};
 use crate::geometry::{Bounds, Vec3};
-use crate::shape::Shape;
 use crate::shape::solid::Solid;
+use crate::shape::{Pieces, Shape};
 use glam::Vec3A;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -24,7 +24,7 @@ use std::time::Duration;
 enum Primitive {
     Triangle { shape: u32, triangle: u32 },
     Analytic { shape: u32 },
-    Segment { shape: u32, segment: u32 },
+    Piece { shape: u32, piece: u32 },
     Instance { index: u32, during: [f64; 2] },
     Solid(u32),
 }
@@ -131,8 +131,7 @@ impl Surfaces<'_> {
     fn primitives(&self, space: &NodeSpace) -> (Vec<Primitive>, Vec<Aabb>) {
         let pieces = |shape: &Shape| match shape {
             Shape::Mesh(mesh) => mesh.triangle_count(),
-            Shape::Curves(curves) => curves.segment_count(),
-            _ => 1,
+            _ => Pieces::of(shape).map_or(1, |pieces| pieces.count()),
         };
         let count = self.own_shapes().map(|(_, shape)| pieces(shape)).sum::<usize>()
             + self.instances.len()
@@ -152,12 +151,14 @@ impl Surfaces<'_> {
                         }
                     }
                 }
-                Shape::Curves(curves) => {
-                    for segment in 0..curves.segment_count() as u32 {
-                        add(Primitive::Segment { shape, segment }, curves.segment_bounds(segment));
+                _ => match Pieces::of(surface) {
+                    Some(pieces) => {
+                        for piece in 0..pieces.count() as u32 {
+                            add(Primitive::Piece { shape, piece }, pieces.bounds(piece));
+                        }
                     }
-                }
-                _ => add(Primitive::Analytic { shape }, surface.bounds()),
+                    None => add(Primitive::Analytic { shape }, surface.bounds()),
+                },
             }
         }
         for (index, instance) in self.own_instances() {
@@ -270,10 +271,9 @@ impl Builder<'_> {
                     let surface = self.shapes[shape as usize].clone();
                     self.accel.others.push((self.first + shape, Other::Shape(surface)));
                 }
-                Primitive::Segment { shape, segment } => {
-                    if let Shape::Curves(curves) = &self.shapes[shape as usize] {
-                        let curves = curves.clone();
-                        self.accel.others.push((self.first + shape, Other::Segment { curves, segment }));
+                Primitive::Piece { shape, piece } => {
+                    if let Some(pieces) = Pieces::of(&self.shapes[shape as usize]) {
+                        self.accel.others.push((self.first + shape, Other::Piece { pieces, piece }));
                     }
                 }
                 Primitive::Instance { index, during } => {

@@ -68,7 +68,7 @@ impl Accel {
         };
         match other {
             Other::Shape(shape) => report_within(shape.crossings(ray)),
-            Other::Segment { curves, segment } => report_within(curves.segment_crossings(*segment, ray)),
+            Other::Piece { pieces, piece } => report_within(pieces.crossings(*piece, ray)),
             Other::Instance { during: [start, end] } if *start <= time && time <= *end => {
                 self.instances[index as usize].crossings(ray, time, [from, to], &mut |hit, error| {
                     report(Hit { instance: index, ..hit }, error);

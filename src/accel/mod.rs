@@ -17,7 +17,7 @@ mod tests;
 
 use crate::geometry::{Bounds, Ray, Vec3};
 use crate::shape::solid::Solid;
-use crate::shape::{AtRest, Curves, Hit, NO_INSTANCE, Parametrisation, RaySpace, Shape, SurfaceHit};
+use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Pieces, RaySpace, Shape, SurfaceHit};
 pub use instance::Instance;
 use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
@@ -47,10 +47,10 @@ pub struct Accel {
 #[expect(clippy::large_enum_variant, reason = "a test of a shape waits for one load instead of two")]
 enum Other {
     Shape(Shape),
-    /// One of the segments of curves.
-    Segment {
-        curves: Curves,
-        segment: u32,
+    /// One of the pieces of a shape.
+    Piece {
+        pieces: Pieces,
+        piece: u32,
     },
     /// Its index says which one; met only by rays of a time from one to another.
     Instance {
@@ -207,8 +207,8 @@ impl Accel {
             for (index, other) in &self.others[range] {
                 let hit = match other {
                     Other::Shape(shape) => shape.intersect(ray).map(|hit| Hit { shape: *index, ..hit }),
-                    Other::Segment { curves, segment } => {
-                        curves.intersect_segment(*segment, ray).map(|hit| Hit { shape: *index, ..hit })
+                    Other::Piece { pieces, piece } => {
+                        pieces.intersect(*piece, ray).map(|hit| Hit { shape: *index, ..hit })
                     }
                     Other::Instance { during: [from, to] } if *from <= time && time <= *to => {
                         self.in_instance(*index, ray, time, nearest)
@@ -265,7 +265,7 @@ impl Accel {
             } else if child.is_other() {
                 let occludes = |(index, other): &(u32, Other)| match other {
                     Other::Shape(shape) => shape.intersect(ray).is_some(),
-                    Other::Segment { curves, segment } => curves.intersect_segment(*segment, ray).is_some(),
+                    Other::Piece { pieces, piece } => pieces.intersect(*piece, ray).is_some(),
                     Other::Instance { during: [from, to] } => {
                         *from <= time && time <= *to && self.instances[*index as usize].occluded(ray, time)
                     }

@@ -170,6 +170,7 @@ fn plane_normal(shape: &Shape) -> Option<Vec3> {
         | Shape::Torus(_)
         | Shape::Sampled(_)
         | Shape::Curves(_)
+        | Shape::Patches(_)
         | Shape::SweptSphere(_) => None,
         Shape::Figure(figure) if !figure.is_flat() => None,
         Shape::Disk(_) | Shape::Figure(_) => shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal),

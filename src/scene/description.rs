@@ -10,7 +10,7 @@ use crate::raster::{Grid, Image};
 use crate::sampling::SamplerKind;
 use crate::shape::solid::Operation;
 use crate::shape::{
-    ControlPoint, CurveKind, FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain,
+    ControlNet, ControlPoint, CurveKind, FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain,
 };
 use crate::spectrum::DispersionFormula;
 use crate::texture::{Filter, Pattern, Wrap};
@@ -483,6 +483,12 @@ pub enum ShapeKind {
         solid: bool,
         curves: Arc<Vec<Vec<ControlPoint>>>,
     },
+    /// `bezierpatch` (an extension).
+    Patches {
+        /// Where they are from, unless they are written in the scene.
+        file: Option<PathBuf>,
+        patches: Arc<Vec<ControlNet>>,
+    },
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
@@ -492,7 +498,10 @@ pub enum ShapeKind {
         shape_index: u32,
         /// Whether v was read as 1 − v.
         flip_tex_coords: bool,
+        /// Deformed, if it is.
         mesh: Arc<MeshData>,
+        /// What was done to it before, in the words of the scene file (an extension).
+        deform: Option<String>,
         /// Whether vertex normals are to be computed once the mesh is placed: the file has none, and
         /// `face_normals` does not ask for flat triangles.
         compute_normals: bool,

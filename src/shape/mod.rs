@@ -18,6 +18,8 @@ mod figure;
 mod grid;
 mod heightfield;
 mod mesh;
+mod patch;
+mod pieces;
 mod placement;
 mod quadric;
 mod rectangle;
@@ -38,7 +40,9 @@ pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use figure::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel};
 pub use heightfield::{HeightData, HeightField, Terrain};
-pub use mesh::{Mesh, MeshAttribute, MeshData, compute_vertex_normals};
+pub use mesh::{Deformation, Mesh, MeshAttribute, MeshData, compute_vertex_normals};
+pub use patch::{ControlNet, Patches};
+pub use pieces::Pieces;
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
 pub use sampled::Sampled;
@@ -61,6 +65,7 @@ pub enum Shape {
     SweptSphere(Box<SweptSphere>),
     Sampled(Box<Sampled>),
     Figure(Box<Figure>),
+    Patches(Patches),
     Mesh(Mesh),
 }
 
@@ -71,12 +76,12 @@ pub struct Hit {
     pub t: f64,
     /// Index of the shape in the list that the acceleration structure was built from.
     pub shape: u32,
-    /// Index of the triangle within its mesh, of the segment of curves, or of the part of an analytic shape; 0 where it has but one.
+    /// Index of the triangle within its mesh, of the segment of curves, of the patch, or of the part of an analytic shape; 0 where it has but one.
     pub triangle: u32,
     /// Index of the instance by which the shape was met; [`NO_INSTANCE`] where it stands for itself.
     pub instance: u32,
     /// Barycentric coordinates of the triangle's second and third vertex; for curves the
-    /// place along the segment and 0, [0, 0] for other analytic shapes.
+    /// place along the segment and 0, for patches u and v, [0, 0] for other analytic shapes.
     pub barycentric: [f64; 2],
 }
 
@@ -199,6 +204,8 @@ pub enum ShapeError {
     AttributeCount { attribute: &'static str, found: usize, vertices: usize },
     /// An attribute must have one or three numbers for each vertex or triangle.
     AttributeValues { found: usize, expected: usize },
+    /// A deformation turns a mesh inside out at a vertex.
+    Folded { vertex: usize },
     /// More triangles or vertices than 32-bit indices can name.
     TooLarge,
 }
@@ -242,6 +249,7 @@ impl fmt::Display for ShapeError {
             Self::AttributeValues { found, expected } => {
                 write!(f, "an attribute has {found} numbers instead of {expected}")
             }
+            Self::Folded { vertex } => write!(f, "vertex {vertex} is folded over"),
             Self::TooLarge => write!(f, "a mesh has at most 2^32 - 1 triangles and vertices"),
         }
     }
@@ -270,6 +278,7 @@ impl Shape {
             Self::Figure(figure) => {
                 figure.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
             }
+            Self::Patches(patches) => patches.intersect(ray),
             Self::Mesh(mesh) => mesh.intersect(ray),
         }
     }
@@ -287,6 +296,7 @@ impl Shape {
             Self::SweptSphere(swept) => swept.crossings(ray),
             Self::Sampled(sampled) => sampled.crossings(ray),
             Self::Figure(figure) => figure.crossings(ray),
+            Self::Patches(patches) => patches.crossings(ray),
             Self::Mesh(mesh) => mesh.crossings(ray),
         }
     }
@@ -298,7 +308,7 @@ impl Shape {
     pub fn is_closed(&self) -> Result<(), Opening> {
         match self {
             Self::Sphere(_) | Self::Torus(_) | Self::SweptSphere(_) => Ok(()),
-            Self::Disk(_) | Self::Cylinder(_) | Self::Curves(_) => Err(Opening::Surface),
+            Self::Disk(_) | Self::Cylinder(_) | Self::Curves(_) | Self::Patches(_) => Err(Opening::Surface),
             Self::Quadric(quadric) if quadric.is_closed() => Ok(()),
             Self::Quadric(_) => Err(Opening::Caps),
             Self::Sampled(sampled) if sampled.is_closed() => Ok(()),
@@ -321,6 +331,7 @@ impl Shape {
             Self::SweptSphere(swept) => swept.surface(ray.at(hit.t), hit.triangle),
             Self::Sampled(sampled) => sampled.surface(hit, ray.at(hit.t)),
             Self::Figure(figure) => figure.surface(ray.at(hit.t), hit.triangle),
+            Self::Patches(patches) => patches.surface(hit),
             Self::Mesh(mesh) => mesh.surface(hit.triangle, hit.barycentric),
         }
     }
@@ -337,6 +348,7 @@ impl Shape {
             Self::SweptSphere(swept) => swept.parametrisation(position, hit.triangle),
             Self::Sampled(sampled) => sampled.parametrisation(hit, position),
             Self::Figure(figure) => figure.parametrisation(position, hit.triangle),
+            Self::Patches(patches) => patches.parametrisation(hit),
             Self::Mesh(mesh) => mesh.parametrisation(hit.triangle, hit.barycentric),
         }
     }
@@ -353,6 +365,7 @@ impl Shape {
             Self::SweptSphere(swept) => swept.bounds(),
             Self::Sampled(sampled) => sampled.bounds(),
             Self::Figure(figure) => figure.bounds(),
+            Self::Patches(patches) => patches.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
         }
     }
@@ -369,13 +382,14 @@ impl Shape {
             Self::SweptSphere(swept) => swept.area(),
             Self::Sampled(sampled) => sampled.area(),
             Self::Figure(figure) => figure.area(),
+            Self::Patches(patches) => patches.area(),
             Self::Mesh(mesh) => mesh.area(),
         }
     }
 
     /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on
     /// ellipsoids, elliptic or sheared cylinders and rings, quadrics, curved figures, swept spheres and what is sampled. `None` for
-    /// a mesh without area, for curves, which are no lights, and, for some `u`, on quadrics, curved figures, swept spheres and grids of
+    /// a mesh without area, for curves, which are no lights, and, for some `u`, on quadrics, curved figures, swept spheres, patches and grids of
     /// distances.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
@@ -388,6 +402,7 @@ impl Shape {
             Self::SweptSphere(swept) => swept.sample(u),
             Self::Sampled(sampled) => sampled.sample(u),
             Self::Figure(figure) => figure.sample(u),
+            Self::Patches(patches) => patches.sample(u),
             Self::Mesh(mesh) => mesh.sample(u),
         }
     }
@@ -405,6 +420,7 @@ impl Shape {
             Self::SweptSphere(swept) => swept.sample(u),
             Self::Sampled(sampled) => sampled.sample(u),
             Self::Figure(figure) => figure.sample(u),
+            Self::Patches(patches) => patches.sample(u),
             Self::Mesh(mesh) => mesh.unfold(u),
         }
     }
@@ -421,6 +437,7 @@ impl Shape {
             Self::SweptSphere(swept) => swept.area_density(point),
             Self::Sampled(sampled) => sampled.area_density(point),
             Self::Figure(figure) => figure.area_density(point),
+            Self::Patches(patches) => patches.area_density(),
             Self::Mesh(mesh) => mesh.area_density(),
         }
     }
@@ -439,6 +456,7 @@ impl Shape {
             | Self::Curves(_)
             | Self::SweptSphere(_)
             | Self::Figure(_)
+            | Self::Patches(_)
             | Self::Sampled(_) => None,
         };
         if by_solid_angle.is_some() {
@@ -462,6 +480,7 @@ impl Shape {
             | Self::Curves(_)
             | Self::SweptSphere(_)
             | Self::Figure(_)
+            | Self::Patches(_)
             | Self::Sampled(_) => None,
         };
         by_solid_angle.unwrap_or_else(|| {

@@ -3,8 +3,8 @@
 use crate::geometry::{Bounds, Transform};
 use crate::scene::description::{Shape, ShapeKind};
 use crate::shape::{
-    self, Curves, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, Sampled, SdfGrid, ShapeError,
-    Sphere, SweptSphere, Torus, compute_vertex_normals,
+    self, Curves, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Patches, Quadric, Sampled, SdfGrid,
+    ShapeError, Sphere, SweptSphere, Torus, compute_vertex_normals,
 };
 
 /// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to single precision.
@@ -44,6 +44,7 @@ pub(super) fn place(
         ShapeKind::Curves { kind, solid: true, curves, .. } => {
             shape::Shape::SweptSphere(Box::new(SweptSphere::new(to_world, *kind, curves, flip)?))
         }
+        ShapeKind::Patches { patches, .. } => shape::Shape::Patches(Patches::new(to_world, patches, flip)?),
         ShapeKind::Rectangle => shape::Shape::Mesh(Mesh::rectangle(to_world, flip)?),
         ShapeKind::Cube if part => {
             let cube = MeshData::cube(flip);

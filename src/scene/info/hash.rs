@@ -1,7 +1,7 @@
 use super::super::Description;
 use super::super::tell::{self, Told, Value};
 use crate::geometry::Transform;
-use crate::shape::{ControlPoint, MeshAttribute, MeshData};
+use crate::shape::{ControlNet, ControlPoint, MeshAttribute, MeshData};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -91,6 +91,11 @@ pub(in crate::scene) fn hash_of_curves(curves: &[Vec<ControlPoint>]) -> u64 {
         fnv1a(numbers.flatten().map(f64::to_bits))
     };
     fnv1a(curves.iter().map(of_curve))
+}
+
+/// Of what a file of patches holds.
+pub(in crate::scene) fn hash_of_patches(patches: &[ControlNet]) -> u64 {
+    fnv1a(patches.iter().flatten().flat_map(|point| point.to_array()).map(f64::to_bits))
 }
 
 /// Of what a file of texels or cells holds.

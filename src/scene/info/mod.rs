@@ -5,6 +5,6 @@ mod hash;
 mod json;
 mod outline;
 
-pub(super) use hash::{hash_of_curves, hash_of_mesh, hash_of_values};
+pub(super) use hash::{hash_of_curves, hash_of_mesh, hash_of_patches, hash_of_values};
 pub use json::json;
 pub use outline::outline;

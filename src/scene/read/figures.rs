@@ -182,7 +182,11 @@ fn contours(query: &Query<'_>) -> Option<Vec<Vec<[f64; 2]>>> {
 }
 
 /// Points of some coordinates each, separated by commas. `None` where it is wrong, which is reported.
-fn points<const N: usize>(query: &Query<'_>, name: &'static str, text: &str) -> Option<Vec<[f64; N]>> {
+pub(super) fn points<const N: usize>(
+    query: &Query<'_>,
+    name: &'static str,
+    text: &str,
+) -> Option<Vec<[f64; N]>> {
     let mut points = Vec::new();
     for point in text.split(',').filter(|point| !point.trim().is_empty()) {
         let coordinates: Option<Vec<f64>> = point.split_whitespace().map(attributes::number).collect();

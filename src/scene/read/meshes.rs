@@ -4,7 +4,7 @@ use super::super::description::ShapeKind;
 use super::super::source::SceneError;
 use super::query::Query;
 use super::spectra::required;
-use super::{files, obj, ply, serialized};
+use super::{deform, files, obj, ply, serialized};
 use crate::shape::MeshData;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -61,7 +61,8 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
         let mesh = load(query, &path, format, options).map(Arc::new);
         query.reader.meshes.borrow_mut().insert(key, mesh.clone());
         mesh
-    })?;
+    });
+    let (mesh, deform) = deform::deformed(query, mesh?)?;
     Some(ShapeKind::Mesh {
         file: path,
         plugin,
@@ -69,6 +70,7 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
         flip_tex_coords,
         compute_normals: mesh.normals.is_none() && !options.face_normals,
         mesh,
+        deform,
     })
 }
 

@@ -7,6 +7,7 @@
 mod attributes;
 mod bsdfs;
 mod curves;
+mod deform;
 mod figures;
 mod files;
 mod films;
@@ -21,6 +22,7 @@ mod meshes;
 mod names;
 mod obj;
 mod parsed;
+mod patches;
 mod patterns;
 mod ply;
 mod quadrics;

@@ -92,6 +92,7 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "revolution",
             "superquadric",
             "blobs",
+            "bezierpatch",
             "union",
             "intersection",
             "difference",

@@ -24,7 +24,7 @@ struct Found {
 }
 
 /// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 16] = [
+const ANALYTIC: [&str; 17] = [
     "sdfgrid",
     "heightfield",
     "sphere",
@@ -41,6 +41,7 @@ const ANALYTIC: [&str; 16] = [
     "revolution",
     "superquadric",
     "blobs",
+    "bezierpatch",
 ];
 
 /// The scene's sensors in Mitsuba 3's order, which numbers them; `None` for those that are wrong, which is reported.

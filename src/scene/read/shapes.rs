@@ -5,7 +5,7 @@ use super::super::source::SceneError;
 use super::query::Query;
 use super::solids::{self, Inherited};
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, curves, figures, grids, lights, media, meshes, quadrics};
+use super::{Reader, bsdfs, curves, figures, grids, lights, media, meshes, patches, quadrics};
 use crate::geometry::Vec3;
 use std::sync::Arc;
 
@@ -42,6 +42,7 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         "sdfgrid" => grids::distances(&query),
         "heightfield" => grids::heights(&query),
         "polygon" | "extrusion" | "revolution" | "superquadric" | "blobs" => figures::read(&query),
+        "bezierpatch" => patches::read(&query),
         "linearcurve" | "bsplinecurve" | "sweptsphere" => curves::read(&query),
         "obj" | "ply" | "serialized" => meshes::read(&query),
         plugin if solids::operation(plugin).is_some() => {

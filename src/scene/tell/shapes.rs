@@ -1,7 +1,7 @@
 use super::super::description::{
     HeightSource, Instance, Medium, Part, Shape, ShapeGroup, ShapeKind, Solid, SpectrumSource,
 };
-use super::super::info::{hash_of_curves, hash_of_mesh, hash_of_values};
+use super::super::info::{hash_of_curves, hash_of_mesh, hash_of_patches, hash_of_values};
 use super::super::read::{Class, solids};
 use super::{Teller, Told, Value, bsdfs};
 use crate::shape::{
@@ -62,7 +62,19 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
             }
             .with("filename", filename)
         }
-        ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, compute_normals } => {
+        ShapeKind::Patches { file: Some(file), patches } => {
+            let filename = Value::File {
+                path: file.clone(),
+                content: hash_of_patches(patches),
+                summary: format!("{} patches", patches.len()),
+            };
+            told("bezierpatch").with("filename", filename)
+        }
+        ShapeKind::Patches { file: None, patches } => {
+            let all: Vec<[f64; 3]> = patches.iter().flatten().map(|point| point.to_array()).collect();
+            told("bezierpatch").text("points", points(&all))
+        }
+        ShapeKind::Mesh { file, plugin, shape_index, flip_tex_coords, mesh, deform, compute_normals } => {
             let filename = Value::File {
                 path: file.clone(),
                 content: hash_of_mesh(mesh),
@@ -74,6 +86,10 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
             let told = match *plugin {
                 "serialized" => told.integer("shape_index", *shape_index),
                 _ => told.boolean("flip_tex_coords", *flip_tex_coords),
+            };
+            let told = match deform {
+                Some(deform) => told.text("deform", deform.clone()),
+                None => told,
             };
             match (&mesh.normals, compute_normals) {
                 (Some(_), _) => told.remark("normals of the file"),

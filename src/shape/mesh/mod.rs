@@ -1,6 +1,7 @@
 //! Triangle meshes: `f32` vertices, everything computed from them in `f64`.
 
 mod build;
+mod deform;
 mod exact;
 mod normals;
 mod sampling;
@@ -10,6 +11,7 @@ use super::rectangle::Rectangle;
 use super::triangle::{RaySpace, TriangleHit};
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
+pub use deform::Deformation;
 use exact::Exact;
 pub use normals::compute_vertex_normals;
 use sampling::AreaTable;

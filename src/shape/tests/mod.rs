@@ -5,6 +5,7 @@ pub(super) mod doubled;
 mod figures;
 mod heightfields;
 pub(super) mod oracle;
+mod patches;
 mod quadrics;
 mod sampled;
 mod sdfgrids;
@@ -12,8 +13,8 @@ mod tori;
 mod worked;
 
 use super::{
-    CurveKind, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Quadric, QuadricKind, Sampled, SdfGrid,
-    Shape, ShapeError, Sheets, Sphere, Torus,
+    CurveKind, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Patches, Quadric, QuadricKind, Sampled,
+    SdfGrid, Shape, ShapeError, Sheets, Sphere, Torus,
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DQuat};
@@ -93,6 +94,10 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
             HeightField::new(place, heightfields::hills([9, 7]), 0.5, base, false, false).unwrap(),
         )))
     };
+    let patch = |place: &Transform, wanted| {
+        let found = patches::kinds().into_iter().find(|(name, _)| *name == wanted);
+        Shape::Patches(Patches::new(place, &[found.unwrap().1], false).unwrap())
+    };
     let figures = figures::kinds().into_iter().enumerate().map(|(i, (name, kind))| {
         let place = if i % 2 == 0 { &similar } else { &skew };
         (name, Shape::Figure(Box::new(Figure::new(place, &kind, false).unwrap())))
@@ -118,6 +123,8 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
         ("sheared swept sphere", curves::swept(&skew, CurveKind::BSpline)),
         ("heights", heights(&skew, None)),
         ("solid heights", heights(&similar, Some(-0.75))),
+        ("patch", patch(&similar, "sail")),
+        ("sheared patch", patch(&skew, "lid")),
         ("rectangle", Shape::Mesh(Mesh::rectangle(&rectangle, false).unwrap())),
         ("parallelogram", Shape::Mesh(Mesh::rectangle(&skew, false).unwrap())),
         ("cube", Shape::Mesh(Mesh::cube(&skew, false).unwrap())),
@@ -126,10 +133,10 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
     shapes
 }
 
-/// Whether its points are those of chords, of which some `u` have none.
+/// Whether its points are those of chords, or are chosen among others, so that some `u` have none.
 fn by_chords(shape: &Shape) -> bool {
     match shape {
-        Shape::Quadric(_) | Shape::SweptSphere(_) => true,
+        Shape::Quadric(_) | Shape::Patches(_) | Shape::SweptSphere(_) => true,
         Shape::Figure(figure) => figure.is_curved(),
         Shape::Sampled(sampled) => matches!(**sampled, Sampled::Distances(_)),
         _ => false,
@@ -454,6 +461,7 @@ fn samples_are_not_hidden_by_their_own_surface() {
                 shape,
                 Shape::Quadric(_)
                     | Shape::Torus(_)
+                    | Shape::Patches(_)
                     | Shape::SweptSphere(_)
                     | Shape::Figure(_)
                     | Shape::Sampled(_)
