@@ -107,7 +107,7 @@ def curves(power, contestants, scene):
     contestants = contestants[:3]
     scene = scene_at(scene, power.size)
     reference = figures.reference(scene, contestants[:2], power.chunks)
-    warm(contestants, scene)
+    warm(contestants, scene, power.curve)
     found = {program.name: {"spp": list(power.curve), "cpu": [[] for _ in power.curve], "error": [[] for _ in power.curve]} for program in contestants}
     for turn, program in rounds(power.curve_rounds, contestants):
         least, _ = program.run(scene.path, LEAST, 2001 + turn, scene.defines)
@@ -119,10 +119,10 @@ def curves(power, contestants, scene):
     return found
 
 
-def warm(contestants, scene):
-    """Mitsuba compiles a kernel once for each scene and sampler and keeps it: none of the measured runs shall do that."""
+def warm(contestants, scene, counts=(SPP,)):
+    """Mitsuba compiles a kernel once for each scene, sampler and number of samples and keeps it: none of the measured runs shall do that."""
     for program in contestants[1:]:
-        for spp in (LEAST, SPP):
+        for spp in (LEAST, *counts):
             program.run(scene.path, spp, 1, scene.defines)
 
 
@@ -132,7 +132,7 @@ def start(power, contestants):
     found = {}
     for size in (16, power.size):
         scene = scene_at(cornell, size)
-        warm(contestants, scene)
+        warm(contestants, scene, ())
         for turn, program in rounds(2 * power.rounds + 1, contestants):
             used, _ = program.run(scene.path, LEAST, 1 + turn, scene.defines)
             keep(found, f"{program.name}, {size}×{size}", used)
@@ -159,7 +159,8 @@ def triangles(power, contestants):
     for count in map(assets.triangles_near, power.counts):
         assets.ball(count)
         scene, small = (scene_at(mesh, size, triangles=str(count)) for size in (power.size, 16))
-        warm(contestants[:2], scene)
+        warm(contestants[:2], scene, (spp,))
+        warm(contestants[:2], small, ())
         own = {"triangles": count, "programs": {p.name: {"sample": [], "first": [], "first cpu": [], "peak": []} for p in contestants[:2]}}
         for turn, program in rounds(max(power.rounds // 2, 1) + 1, contestants[:2]):
             first, _ = program.run(small.path, LEAST, 1 + turn, small.defines)
