@@ -137,7 +137,7 @@ pub fn crossings(points: &Points, line: &Line) -> Vec<Crossing> {
                 let (du, dv) = ((a * bv - av * b) / determinant, (au * b - a * bu) / determinant);
                 (u, v) = (u - du, v - dv);
                 let step = du.high.abs().max(dv.high.abs());
-                if !(step < 0.5) {
+                if step.is_nan() || step >= 0.5 {
                     break;
                 }
                 if step < 1e-26 {
