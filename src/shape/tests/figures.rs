@@ -253,7 +253,7 @@ fn superquadrics_are_crossed_where_the_oracle_says() {
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes a minute"]
 fn superquadrics_are_crossed_where_the_oracle_says_a_million_times() {
     check_superquadrics(72_000);
 }

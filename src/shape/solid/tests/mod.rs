@@ -177,9 +177,9 @@ fn pairs_are_what_their_parts_are() {
     judge_pairs(2_000);
 }
 
-/// 363 million lines. All tests of solids that are left out by default take about a quarter of an hour of one core, most of it this.
+/// 363 million lines. All tests of solids that are left out by default take about a quarter of an hour of one core, half of it this.
 #[test]
-#[ignore = "takes twelve minutes of one core"]
+#[ignore = "takes eight minutes of one core"]
 fn pairs_are_what_their_parts_are_on_a_million_lines_each() {
     judge_pairs(1_000_000);
 }
@@ -299,7 +299,7 @@ fn nested_trees_are_what_their_parts_are() {
 }
 
 #[test]
-#[ignore = "takes a minute"]
+#[ignore = "takes seconds"]
 fn nested_trees_are_what_their_parts_are_on_a_million_lines() {
     judge_nested(1000, 1_000);
 }
