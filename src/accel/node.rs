@@ -64,6 +64,7 @@ pub(super) struct NodeRay {
 
 impl NodeRay {
     /// `None` for rays that miss the scene's box, and for those that are not numbers.
+    #[inline(always)]
     pub fn new(space: &NodeSpace, ray: &Ray) -> Option<Self> {
         // Directions have unit length; this stops what isn't even near it before it can make NaN.
         if ray.direction.length_squared().is_nan() || ray.direction.length_squared() > 4.0 {
@@ -104,6 +105,7 @@ impl NodeRay {
     }
 
     /// Ends the ray at the world distance `t`.
+    #[inline(always)]
     pub fn shorten(&mut self, space: &NodeSpace, t: f64) {
         self.t_max = (t * space.scale - self.advance) as f32 * EXIT_SCALE;
         self.t_max_lanes = f32x8::splat(self.t_max);
@@ -116,11 +118,13 @@ impl NodeRay {
 }
 
 /// 1/d and -o/d.
+#[inline(always)]
 fn lanes(inverse: f32, origin: f64) -> (f32x8, f32x8) {
     (f32x8::splat(inverse), f32x8::splat(-(origin as f32) * inverse))
 }
 
 /// Where a ray is within an enlarged box: entry (not before 0) and exit.
+#[inline(never)]
 fn slab(bounds: Bounds, slack: f64, origin: Vec3, direction: Vec3) -> (f64, f64) {
     let (mut enter, mut leave) = (0.0f64, f64::INFINITY);
     for axis in 0..3 {

@@ -23,6 +23,7 @@ pub(super) struct PacketRay {
 }
 
 impl PacketRay {
+    #[inline(always)]
     pub fn new(space: &RaySpace) -> Self {
         let [x, y, z] = space.axes;
         Self {

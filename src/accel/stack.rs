@@ -75,3 +75,25 @@ impl<'a> Stack<'a> {
         unsafe { self.room[index].assume_init() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Siblings come out as they are entered, after them what waited before.
+    #[test]
+    fn the_soonest_sibling_is_on_top() {
+        let mut room = [Stack::UNUSED; 8];
+        let mut stack = Stack::new(&mut room);
+        let item = |entry: f32, index: usize| Waiting::new(entry, Child::of_node(index));
+        stack.push(item(0.5, 9));
+        let bottom = stack.len();
+        for (index, entry) in [3.0, 1e-30, f32::INFINITY, 0.0, 2.0].into_iter().enumerate() {
+            stack.insert(bottom, item(entry, index));
+        }
+        let popped: Vec<_> =
+            std::iter::from_fn(|| stack.pop()).map(|item| (item.entry(), item.child())).collect();
+        let expected = [(0.0, 3), (1e-30, 1), (2.0, 4), (3.0, 0), (f32::INFINITY, 2), (0.5, 9)];
+        assert_eq!(popped, expected.map(|(entry, index)| (entry, Child::of_node(index))));
+    }
+}

@@ -45,6 +45,7 @@ pub struct TriangleHit {
 }
 
 impl RaySpace {
+    #[inline]
     pub fn new(ray: &Ray) -> Self {
         let d = ray.direction.to_array();
         let size = d.map(f64::abs);
