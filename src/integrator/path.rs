@@ -271,8 +271,7 @@ impl<const C: usize> Path<C> {
         }
         let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
         let strength = alive * self.throughput.max() / self.ratio.sum() / self.compression;
-        // Between perfect mirrors nothing is ever lost: late in a path survival is never certain.
-        let survival = strength.min(if depth <= LATE { 1.0 } else { 0.95 });
+        let survival = strength.min(late_survival(depth));
         if u >= survival {
             return false;
         }
@@ -281,8 +280,20 @@ impl<const C: usize> Path<C> {
     }
 }
 
-/// Vertices after which a path without loss may end too.
-const LATE: u32 = 16;
+/// Most probability with which a path of so many segments goes on: between perfect mirrors nothing is ever lost.
+///
+/// The share of the paths that are still under way falls with the square of their length, so that their mean length is
+/// finite. Were it to fall as a power, the weights of those that are left would grow as one, and light that leaves a body only after
+/// many reflections would be estimated with infinite variance.
+fn late_survival(depth: u32) -> f64 {
+    /// Segments after which a path without loss may end too.
+    const LATE: u32 = 64;
+    if depth <= LATE {
+        return 1.0;
+    }
+    let kept = 1.0 - 1.0 / f64::from(depth);
+    kept * kept
+}
 
 /// Weight of a technique of density `own` beside one of density `other`, with exponent 2 (Veach, *Robust Monte Carlo
 /// Methods for Light Transport Simulation*, 1997, sec. 9.2.2).

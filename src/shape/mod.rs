@@ -206,6 +206,8 @@ pub enum ShapeError {
     AttributeValues { found: usize, expected: usize },
     /// A deformation turns a mesh inside out at a vertex.
     Folded { vertex: usize },
+    /// Subdivision would make more triangles of a mesh than it may.
+    TooFine { most: usize },
     /// More triangles or vertices than 32-bit indices can name.
     TooLarge,
 }
@@ -250,6 +252,7 @@ impl fmt::Display for ShapeError {
                 write!(f, "an attribute has {found} numbers instead of {expected}")
             }
             Self::Folded { vertex } => write!(f, "vertex {vertex} is folded over"),
+            Self::TooFine { most } => write!(f, "subdivided, it would have more than {most} triangles"),
             Self::TooLarge => write!(f, "a mesh has at most 2^32 - 1 triangles and vertices"),
         }
     }

@@ -36,6 +36,9 @@ const IMAGE_FACTOR: usize = 1100 * (1 + 3 * 4);
 /// A scene may ask for terrain of 2²² points in a word, which is computed in complex numbers.
 const TERRAIN_MEMORY: usize = 48 << 22;
 
+/// And a mesh to be cut into 2²⁰ triangles, each of which takes less than this when it is ready to be rendered.
+const SUBDIVIDED_MEMORY: usize = 400 << 20;
+
 /// Counts what is allocated, and the most that there was.
 struct Counting;
 
@@ -358,8 +361,9 @@ fn try_one(case: u64, input: &Input, draw: bool, scratch: &Path, tally: &mut Tal
     let memory = PEAK.load(Ordering::Relaxed).saturating_sub(before);
     let factor = if matches!(input.kind, Kind::Image(_)) { IMAGE_FACTOR } else { MEMORY_FACTOR };
     let length = input.bytes.len();
-    let has_terrain = input.bytes.windows(7).any(|word| word == b"terrain");
-    let most = LEAST_MEMORY + factor * length + if has_terrain { TERRAIN_MEMORY } else { 0 };
+    let count = |name: &[u8]| input.bytes.windows(name.len()).filter(|word| *word == name).count();
+    let asked = count(b"terrain").min(1) * TERRAIN_MEMORY + count(b"subdivide") * SUBDIVIDED_MEMORY;
+    let most = LEAST_MEMORY + factor * length + asked;
     let is_well = outcome.is_ok() && took < LONGEST && memory < most;
     if !is_well {
         let kept = scratch.join(format!("case-{case}"));

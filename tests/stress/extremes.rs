@@ -114,7 +114,8 @@ fn many_points(number: u32) -> Description {
 
 /// So many balls of light in a ring over the floor.
 fn many_balls(number: u32) -> Description {
-    const RADIUS: f64 = 1e-4;
+    // 10⁵ of them don't touch.
+    const RADIUS: f64 = 1e-5;
     // Each makes L (radius / distance)² cos.
     let radiance = 2.0 * 2f64.sqrt() / (RADIUS * RADIUS * f64::from(number));
     let mut description = description(&floor(&format!(

@@ -34,9 +34,10 @@ fn one(query: &Query<'_>, text: &str) -> Option<Deformation> {
     let mut words = text.split_whitespace();
     let name = words.next().unwrap_or_default();
     let numbers: Option<Vec<f64>> = words.map(attributes::number).collect();
-    let finest = f64::from(Deformation::FINEST);
     let found = match (name, numbers.as_deref()) {
-        ("subdivide", Some(&[times])) if (0.0..=finest).contains(&times) && times.fract() == 0.0 => {
+        ("subdivide", Some(&[times]))
+            if (0.0..=f64::from(u32::MAX)).contains(&times) && times.fract() == 0.0 =>
+        {
             Some(Deformation::Subdivide(times as u32))
         }
         ("twist", Some(&[degrees])) => Some(Deformation::Twist(degrees.to_radians())),
@@ -48,9 +49,7 @@ fn one(query: &Query<'_>, text: &str) -> Option<Deformation> {
     };
     if found.is_none() {
         let problem = format!("\"{text}\" is no deformation");
-        let expected = format!(
-            "expected \"twist degrees\", \"taper slope\", \"bend degrees zmin zmax\" or \"subdivide n\", n from 0 to {finest}"
-        );
+        let expected = "expected \"twist degrees\", \"taper slope\", \"bend degrees zmin zmax\" or \"subdivide n\", n a whole number";
         let error = SceneError::at(&query.place("deform"), problem, expected);
         query.error(
             error.with_remedy("degrees and slopes are per unit of z; semicolons separate deformations"),

@@ -7,7 +7,6 @@ use super::{MeshAttribute, MeshData, to_f64};
 use crate::geometry::Vec3;
 use crate::shape::ShapeError;
 use glam::DMat3;
-use std::collections::BTreeMap;
 
 /// A change of a mesh in its own coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,8 +22,8 @@ pub enum Deformation {
 }
 
 impl Deformation {
-    /// Most that [`Deformation::Subdivide`] may ask for: more than 10⁶ triangles from one.
-    pub const FINEST: u32 = 10;
+    /// Most triangles that [`Deformation::Subdivide`] may make of a mesh: a word of a file must not fill the memory.
+    pub const MOST_TRIANGLES: usize = 1 << 20;
 
     /// Where it takes a point, and its derivative there.
     pub fn at(&self, point: Vec3) -> (Vec3, DMat3) {
@@ -68,8 +67,16 @@ impl MeshData {
         let mut mesh = self.clone();
         for deformation in deformations {
             if let Deformation::Subdivide(times) = *deformation {
-                for _ in 0..times.min(Deformation::FINEST) {
-                    mesh = mesh.subdivided()?;
+                let most = Deformation::MOST_TRIANGLES;
+                for _ in 0..times {
+                    if 4 * mesh.indices.len() > most {
+                        return Err(ShapeError::TooFine { most });
+                    }
+                    // Nothing is not made more.
+                    if mesh.indices.is_empty() {
+                        break;
+                    }
+                    mesh = mesh.subdivided();
                 }
                 continue;
             }
@@ -93,23 +100,20 @@ impl MeshData {
     }
 
     /// Each triangle as four: its corners', and one between the middles of its sides.
-    fn subdivided(&self) -> Result<Self, ShapeError> {
-        let mut pairs: Vec<[u32; 2]> = Vec::new();
-        let mut middles: BTreeMap<[u32; 2], u32> = BTreeMap::new();
-        let first = self.positions.len();
-        let mut indices = Vec::with_capacity(4 * self.indices.len());
-        for &[a, b, c] in &self.indices {
-            let [ab, bc, ca] = [[a, b], [b, c], [c, a]].map(|[from, to]| {
-                *middles.entry([from.min(to), from.max(to)]).or_insert_with(|| {
-                    pairs.push([from, to]);
-                    (first + pairs.len() - 1) as u32
-                })
-            });
-            indices.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
-        }
-        if u32::try_from(first + pairs.len()).is_err() || u32::try_from(indices.len()).is_err() {
-            return Err(ShapeError::TooLarge);
-        }
+    fn subdivided(&self) -> Self {
+        let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]);
+        let mut pairs: Vec<[u32; 2]> = self.indices.iter().flat_map(sides).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        // All of them are there.
+        let middle = |side: [u32; 2]| {
+            (self.positions.len() + pairs.binary_search(&side).unwrap_or_else(|place| place)) as u32
+        };
+        let parts = |triangle: &[u32; 3]| {
+            let ([a, b, c], [ab, bc, ca]) = (*triangle, sides(triangle).map(middle));
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        };
+        let indices = self.indices.iter().flat_map(parts).collect();
         fn with_middles<const N: usize>(values: &[[f32; N]], pairs: &[[u32; 2]]) -> Vec<[f32; N]> {
             let mean = |&[a, b]: &[u32; 2]| {
                 let (a, b) = (values[a as usize], values[b as usize]);
@@ -131,14 +135,14 @@ impl MeshData {
             };
             MeshAttribute { values, ..attribute.clone() }
         };
-        Ok(Self {
+        Self {
             positions: with_middles(&self.positions, &pairs),
             normals: self.normals.as_ref().map(|normals| with_middles(normals, &pairs)),
             uvs: self.uvs.as_ref().map(|uvs| with_middles(uvs, &pairs)),
             attributes: self.attributes.iter().map(attribute).collect(),
             indices,
             flip_normals: self.flip_normals,
-        })
+        }
     }
 }
 
@@ -231,6 +235,20 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_is_cut_too_finely_is_refused() {
+        let cut = |times: &[u32]| {
+            let all: Vec<_> = times.iter().map(|&times| Deformation::Subdivide(times)).collect();
+            MeshData::cube(false).deformed(&all)
+        };
+        assert_eq!(cut(&[4, 4]).unwrap().indices.len(), 12 << 16);
+        for too_often in [&[9][..], &[8, 1], &[u32::MAX]] {
+            assert!(matches!(cut(too_often), Err(ShapeError::TooFine { .. })));
+        }
+        let nothing = MeshData { indices: Vec::new(), ..MeshData::cube(false) };
+        assert!(nothing.deformed(&[Deformation::Subdivide(u32::MAX)]).unwrap().indices.is_empty());
     }
 
     #[test]
