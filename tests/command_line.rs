@@ -167,6 +167,36 @@ fn info_says_what_is_used_and_what_is_skipped() {
 }
 
 #[test]
+fn one_replicate_has_no_error_bars() {
+    let folder = Folder::new("replicates");
+    let box_scene = scene("scenes/box/scene.xml");
+    let render = |replicates: &str| {
+        let arguments = ["render", box_scene.to_str().unwrap(), "--spp=16", "--size=8x8", "-o", "x.exr"];
+        let output = abbe(&folder, &[&arguments[..], &["--replicates", replicates]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let channels = abbe::output::exr::read(&folder.0.join("x.exr")).expect("a readable file").channels;
+        (channels.iter().any(|(name, _)| name.starts_with("error.")), stderr(&output))
+    };
+    let (has_errors, told) = render("1");
+    assert!(!has_errors && told.contains("error not known"), "{told}");
+    let (has_errors, told) = render("2");
+    assert!(has_errors && told.contains("in 2 replicates"), "{told}");
+}
+
+#[test]
+fn a_reader_that_has_had_enough_is_no_failure() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_abbe"))
+        .args(["spectrum", "--list"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("the program ends");
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
+}
+
+#[test]
 fn a_scene_told_in_json_renders_to_the_same_file() {
     let folder = Folder::new("json");
     let scene = scene("validation/mitsuba/scenes/meshes.xml");

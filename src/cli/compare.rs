@@ -78,11 +78,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let files = [&args.a, &args.b].map(|path| path.to_string_lossy());
     let files = [files[0].as_ref(), files[1].as_ref()];
     if args.json {
-        print!("{}", comparison.json(files));
+        super::say(&comparison.json(files))?;
     } else {
-        print!("{}", comparison.table(files));
+        super::say(&comparison.table(files))?;
         for (map, path) in &maps {
-            println!("{}: {}", path.display(), map.legend());
+            super::say(&format!("{}: {}\n", path.display(), map.legend()))?;
         }
     }
     if met.is_empty() { Ok(()) } else { Err(Failure::Other(met.join("\n"))) }

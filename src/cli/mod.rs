@@ -9,6 +9,7 @@ mod spectrum;
 mod study;
 
 use clap::{Parser, Subcommand};
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 /// A spectral, physically based Monte Carlo renderer.
@@ -40,6 +41,17 @@ pub enum Failure {
     Input(String),
     /// Anything else, such as a full disk.
     Other(String),
+}
+
+/// Writes to standard output. Who reads no further, such as `head`, has had enough: that is no failure.
+fn say(text: &str) -> Result<(), Failure> {
+    let mut output = std::io::stdout().lock();
+    match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::Other(format!("error: cannot write to standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 pub fn main() -> ExitCode {

@@ -54,12 +54,11 @@ struct Subject {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.list {
-        print!("{}", list(args.kind));
-        return Ok(());
+        return super::say(&list(args.kind));
     }
     let subjects = subjects(args)?;
     for subject in &subjects {
-        println!("{}", report::report(subject, &args.at));
+        super::say(&format!("{}\n", report::report(subject, &args.at)))?;
     }
     let Some(path) = &args.plot else { return Ok(()) };
     let [subject] = subjects.as_slice() else {

@@ -130,7 +130,7 @@ fn owen(mut x: u32x4, seeds: u32x4) -> u32x4 {
     x += seeds;
     x *= (seeds >> 16) | u32x4::ONE;
     x ^= x * u32x4::splat(0x0552_6c56);
-    x ^ x * u32x4::splat(0x53a2_2864)
+    x ^ (x * u32x4::splat(0x53a2_2864))
 }
 
 /// The same of one number.

@@ -59,12 +59,14 @@ OPPONENT = "llvm multijitter"
 
 
 def programs(binary):
-    """abbe, and Mitsuba in its two spectral variants. The strongest is `OPPONENT`."""
+    """abbe without error bars and, last, as it is by default, and Mitsuba in its two spectral variants. The strongest is `OPPONENT`."""
     return (
-        Abbe(binary),
+        # Mitsuba's pictures carry no error bars.
+        Abbe(binary, options=("--replicates", "1")),
         Mitsuba(OPPONENT, "llvm_ad_spectral", "multijitter"),
         Mitsuba("llvm independent", "llvm_ad_spectral", "independent"),
         Mitsuba("scalar multijitter", "scalar_spectral", "multijitter"),
+        Abbe(binary, "abbe, error bars"),
     )
 
 
@@ -103,7 +105,7 @@ def renders(power, contestants, scene):
 
 
 def curves(power, contestants, scene):
-    """Error against processor time, from few to many samples per pixel. Mitsuba's scalar variant is left out: it takes long and differs in time alone."""
+    """Error against processor time, from few to many samples per pixel. Of Mitsuba's scalar variant, which takes long and differs in time alone, and of abbe with error bars there is none."""
     contestants = contestants[:3]
     scene = scene_at(scene, power.size)
     reference = figures.reference(scene, contestants[:2], power.chunks)

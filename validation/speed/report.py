@@ -206,7 +206,7 @@ def method(told, power):
     rounds = sorted({len(part["found"]["programs"][OURS]["cpu"]) for name, part in told.items() if name.startswith("renders-")})
     return [
         f"{power.size} × {power.size} pixels, {SPP} samples each, no bound on depth, Russian roulette from depth 5, box filter; the same file for both programs.",
-        "abbe with its defaults. *CPU s*: user and system time of the whole process less that of one with 1 sample per pixel, × 64/63, so without start, loading and compiling;",
+        "abbe takes one sequence of samples per pixel (`--replicates 1`), for Mitsuba's pictures have no error bars either; the row with error bars is abbe by default. *CPU s*: user and system time of the whole process less that of one with 1 sample per pixel, × 64/63, so without start, loading and compiling;",
         f"median of {' or '.join(map(str, rounds))} rounds in which the programs take turns. *relMSE*: mean of (I − R)² / (R² + 0.01·mean(R)²) in Y, mean of the rounds ± its standard error, less the reference's own;",
         "*trimmed*: without the worst 0.1 % of the pixels. *cost* = relMSE × CPU s. R is the mean of long renders of both programs with other seeds, each weighed by how sure it is, so neither is judged by itself alone.",
     ]
