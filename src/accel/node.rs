@@ -1,7 +1,7 @@
 //! Nodes of eight boxes, and the one-sided error of testing a ray against them in `f32`.
 
 use crate::geometry::{Bounds, Ray, Vec3};
-use std::hint::select_unpredictable;
+use std::hint::{black_box, select_unpredictable};
 use std::ops::Range;
 use wide::f32x8;
 
@@ -52,12 +52,11 @@ impl NodeSpace {
 pub(super) struct NodeRay {
     /// Which of a slab's two planes is entered first, for each axis.
     sign: [usize; 3],
-    /// 1/d and -o/d, with o moved forward.
-    enter: [(f32x8, f32x8); 3],
+    /// 1/d and -o/d, with o moved forward. One number each: to load it into all lanes takes no longer than to load eight.
+    enter: [(f32, f32); 3],
     /// Likewise with o moved back, and scaled.
-    leave: [(f32x8, f32x8); 3],
+    leave: [(f32, f32); 3],
     t_max: f32,
-    t_max_lanes: f32x8,
     /// How far (in node space) the ray was advanced before it was rounded.
     advance: f64,
 }
@@ -87,8 +86,7 @@ impl NodeRay {
             return None;
         }
         let mut sign = [0; 3];
-        let mut enter = [(f32x8::ZERO, f32x8::ZERO); 3];
-        let mut leave = enter;
+        let (mut enter, mut leave) = ([(0.0, 0.0); 3], [(0.0, 0.0); 3]);
         for axis in 0..3 {
             let d = ray.direction[axis];
             // Along such a component a ray within the scene moves by far less than the slack.
@@ -96,10 +94,11 @@ impl NodeRay {
             let inverse = 1.0 / d as f32;
             let slack = slack.copysign(d);
             sign[axis] = usize::from(d < 0.0);
-            enter[axis] = lanes(inverse, start[axis] + slack);
-            leave[axis] = lanes(inverse * EXIT_SCALE, start[axis] - slack);
+            let plane = |inverse: f32, origin: f64| (inverse, -(origin as f32) * inverse);
+            enter[axis] = plane(inverse, start[axis] + slack);
+            leave[axis] = plane(inverse * EXIT_SCALE, start[axis] - slack);
         }
-        let mut node_ray = Self { sign, enter, leave, t_max: 0.0, t_max_lanes: f32x8::ZERO, advance };
+        let mut node_ray = Self { sign, enter, leave, t_max: 0.0, advance };
         node_ray.shorten(space, ray.t_max);
         Some(node_ray)
     }
@@ -108,19 +107,12 @@ impl NodeRay {
     #[inline(always)]
     pub fn shorten(&mut self, space: &NodeSpace, t: f64) {
         self.t_max = (t * space.scale - self.advance) as f32 * EXIT_SCALE;
-        self.t_max_lanes = f32x8::splat(self.t_max);
     }
 
     /// In node space, measured from where the ray enters the scene's box.
     pub fn t_max(&self) -> f32 {
         self.t_max
     }
-}
-
-/// 1/d and -o/d.
-#[inline(always)]
-fn lanes(inverse: f32, origin: f64) -> (f32x8, f32x8) {
-    (f32x8::splat(inverse), f32x8::splat(-(origin as f32) * inverse))
 }
 
 /// Where a ray is within an enlarged box: entry (not before 0) and exit.
@@ -244,13 +236,16 @@ impl Node {
     /// A bit for every box that the ray may meet, and where it enters them.
     #[inline(always)]
     pub fn entered(&self, ray: &NodeRay) -> (u32, [f32; 8]) {
-        let plane = |axis: usize, side: usize, (inverse, start): (f32x8, f32x8)| {
-            self.planes[axis][side & 1].mul_add(inverse, start)
+        // Else the compiler spreads the ray's numbers over eight lanes before the loop over nodes, and has no registers for
+        // that: a ray that visits two nodes then takes longer for the preparation than for the visits.
+        let ray = black_box(ray);
+        let plane = |axis: usize, side: usize, (inverse, start): (f32, f32)| {
+            self.planes[axis][side & 1].mul_add(f32x8::splat(inverse), f32x8::splat(start))
         };
         let near = |axis: usize| plane(axis, ray.sign[axis], ray.enter[axis]);
         let far = |axis: usize| plane(axis, ray.sign[axis] ^ 1, ray.leave[axis]);
         let enter = near(0).fast_max(near(1)).fast_max(near(2).fast_max(f32x8::ZERO));
-        let leave = far(0).fast_min(far(1)).fast_min(far(2).fast_min(ray.t_max_lanes));
+        let leave = far(0).fast_min(far(1)).fast_min(far(2).fast_min(f32x8::splat(ray.t_max)));
         (enter.simd_le(leave).to_bitmask(), enter.to_array())
     }
 }

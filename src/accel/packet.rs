@@ -1,6 +1,7 @@
 //! Four triangles, tested at once; see [`crate::shape::RaySpace`] for the test.
 
 use crate::shape::{Hit, NO_INSTANCE, RaySpace};
+use std::hint::black_box;
 use wide::f64x4;
 
 pub(super) const WIDTH: usize = 4;
@@ -15,26 +16,21 @@ pub(super) struct Packet {
     triangle: [u32; WIDTH],
 }
 
-/// [`RaySpace`] for four lanes.
+/// [`RaySpace`] as packets ask for it.
 pub(super) struct PacketRay {
     axes: [usize; 3],
-    origin: [f64x4; 3],
-    shear: [f64x4; 3],
+    /// In the order of the axes.
+    origin: [f64; 3],
+    shear: [f64; 3],
 }
 
 impl PacketRay {
     #[inline(always)]
     pub fn new(space: &RaySpace) -> Self {
+        // An array: a vector's component by a computed axis would be a branch.
+        let origin = space.origin.to_array();
         let [x, y, z] = space.axes;
-        Self {
-            axes: space.axes,
-            origin: [
-                f64x4::splat(space.origin[x]),
-                f64x4::splat(space.origin[y]),
-                f64x4::splat(space.origin[z]),
-            ],
-            shear: [f64x4::splat(space.shear[0]), f64x4::splat(space.shear[1]), f64x4::splat(space.shear[2])],
-        }
+        Self { axes: space.axes, origin: [origin[x % 3], origin[y % 3], origin[z % 3]], shear: space.shear }
     }
 }
 
@@ -86,6 +82,8 @@ impl Packet {
     /// multiply-add: it would round the two products of an edge function differently.
     #[inline(always)]
     fn test(&self, ray: &PacketRay, t_last: f64) -> Test {
+        // As in [`super::node::Node::entered`].
+        let ray = black_box(ray);
         let (a, b, c) = (self.sheared(0, ray), self.sheared(1, ray), self.sheared(2, ray));
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
@@ -107,9 +105,10 @@ impl Packet {
     fn sheared(&self, vertex: usize, ray: &PacketRay) -> [f64x4; 3] {
         let relative = |i: usize| {
             let [a, b, c, d] = self.vertices[vertex][ray.axes[i] % 3];
-            f64x4::new([f64::from(a), f64::from(b), f64::from(c), f64::from(d)]) - ray.origin[i]
+            f64x4::new([f64::from(a), f64::from(b), f64::from(c), f64::from(d)]) - f64x4::splat(ray.origin[i])
         };
+        let [shear_x, shear_y, shear_z] = ray.shear.map(f64x4::splat);
         let (x, y, z) = (relative(0), relative(1), relative(2));
-        [x - ray.shear[0] * z, y - ray.shear[1] * z, ray.shear[2] * z]
+        [x - shear_x * z, y - shear_y * z, shear_z * z]
     }
 }

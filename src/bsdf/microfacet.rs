@@ -10,7 +10,7 @@
 //! References: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007;
 //! Heitz, "Understanding the Masking-Shadowing Function", JCGT 3(2), 2014.
 
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, angle};
 use statrs::function::erf::{erf, erf_inv, erfc};
 use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, TAU};
 
@@ -147,7 +147,7 @@ fn sample_unit_ggx(v: Vec3, u: [f64; 2]) -> Vec3 {
     // The cap point's z is rest − v.z and sin² θ = (1 − z)(1 + z), both without cancellation.
     let rest = (1.0 - u[1]) * up;
     let sin = (u[1] * up * ((1.0 - v.z).max(0.0) + rest)).sqrt();
-    let (sin_phi, cos_phi) = (TAU * u[0]).sin_cos();
+    let (sin_phi, cos_phi) = angle::sin_cos(TAU * u[0]);
     Vec3::new(sin * cos_phi + v.x, sin * sin_phi + v.y, rest)
 }
 

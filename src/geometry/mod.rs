@@ -2,6 +2,7 @@
 //!
 //! Everything here is `f64`. Meshes and boxes are stored in `f32` by the rooms that own them.
 
+pub mod angle;
 pub mod bernstein;
 mod bounds;
 mod frame;

@@ -70,11 +70,12 @@ pub fn radiance<const C: usize>(
     let mut straight = true;
     let mut met = scene.limits.sky_covers(scene);
     for vertex in 0.. {
-        let Some(hit) = path.advance(scene, &ray, depth == 0, wavelengths) else {
+        // By reference: to move it costs as much as a shadow ray.
+        let Some(hit) = &path.advance(scene, &ray, depth == 0, wavelengths) else {
             arriving += path.escaped(scene, &ray, straight, wavelengths);
             break;
         };
-        arriving += path.emitted(scene, &ray, &hit, wavelengths);
+        arriving += path.emitted(scene, &ray, hit, wavelengths);
         let last = depth + 1 >= scene.limits.max_depth;
         // Past the last segment only alpha asks whether this surface is in the way, and light that may pass it as if there
         // were none: a light sample passes it too.
@@ -83,10 +84,9 @@ pub fn radiance<const C: usize>(
         }
         let light_values = Dimensions::Light(vertex);
         let choice = if scene.needs().choices { stream.draw(light_values)[3] } else { 0.0 };
-        let shading = scene.shade(&hit, -ray.direction, &path.media, wavelengths, choice);
+        let shading = scene.shade(hit, -ray.direction, &path.media, wavelengths, choice);
         if !last && !shading.bsdf.is_discrete() && !scene.lights.is_empty() {
-            arriving +=
-                path.direct_light(scene, &ray, &hit, &shading, wavelengths, stream.draw(light_values));
+            arriving += path.direct_light(scene, &ray, hit, &shading, wavelengths, stream.draw(light_values));
         }
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
         let scatter = shading.sample(lobe, [u, v]);
@@ -113,7 +113,7 @@ pub fn radiance<const C: usize>(
         }
         if scatter.transmitted {
             path.refract(&shading);
-            scene.pass_through(&hit, direction, &mut path.media);
+            scene.pass_through(hit, direction, &mut path.media);
         }
         if !path.survives(scene, depth, survival) {
             break;
@@ -244,12 +244,17 @@ impl<const C: usize> Path<C> {
         if weight == 0.0 {
             return Sampled::ZERO;
         }
-        let mut media = self.media;
         let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
-        if beyond {
+        let passed;
+        let media = if beyond && scene.needs().medium_stack {
+            let mut media = self.media;
             scene.pass_through(hit, toward_light, &mut media);
-        }
-        let visibility = scene.visibility(&sample.shadow_ray, self.time, &media.here, wavelengths);
+            passed = media.here;
+            &passed
+        } else {
+            &self.media.here
+        };
+        let visibility = scene.visibility(&sample.shadow_ray, self.time, media, wavelengths);
         self.throughput * value.f_cos * sample.radiance * weight * visibility
     }
 

@@ -10,7 +10,7 @@
 //!
 //! with the illuminant E. That is not the interpolation of their product, but what Mitsuba 3 does.
 
-use crate::geometry::{Transform, Vec3};
+use crate::geometry::{Transform, Vec3, angle};
 use crate::sampling::PiecewiseConstantGrid;
 use crate::spectrum::{Extrapolation, Sampled, Sigmoid, Spectrum, upsample};
 use std::f64::consts::{PI, TAU};
@@ -110,7 +110,8 @@ impl EnvironmentMap {
         let cos = above + (y - row as f64) * (below - above);
         let longitude = TAU * (x / self.columns as f64 + 0.5 / self.width as f64);
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        let local = Vec3::new(sin * longitude.sin(), cos, -sin * longitude.cos());
+        let (sin_longitude, cos_longitude) = angle::sin_cos(longitude);
+        let local = Vec3::new(sin * sin_longitude, cos, -sin * cos_longitude);
         (self.to_world.vector(local), self.per_steradian(row, probability))
     }
 
@@ -140,7 +141,7 @@ impl EnvironmentMap {
     /// Longitude over 2π and angle from +y over π, in the picture's frame.
     fn angles(&self, direction: Vec3) -> [f64; 2] {
         let local = self.from_world.vector(direction);
-        [(local.x.atan2(-local.z) / TAU).rem_euclid(1.0), local.y.clamp(-1.0, 1.0).acos() / PI]
+        [(angle::atan2(local.x, -local.z) / TAU).rem_euclid(1.0), angle::acos(local.y) / PI]
     }
 
     fn interpolate<const C: usize>(&self, [u, v]: [f64; 2], nm: &[f64; C]) -> (Sampled<C>, f64) {

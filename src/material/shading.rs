@@ -45,7 +45,7 @@ impl Materials {
     ) -> Shading<C> {
         let mut frame = at.frame;
         let mut guards = SmallVec::new();
-        let bsdf = loop {
+        let leaf = loop {
             match self.get(id) {
                 Material::TwoSided { front, back } => {
                     id = if frame.z.dot(toward_eye) < 0.0 {
@@ -57,7 +57,7 @@ impl Materials {
                 }
                 Material::Mask { opacity, nested } => {
                     if !decide(&mut choice, opacity.value(&at.texture)) {
-                        break Bsdf::Null;
+                        break &Material::Null;
                     }
                     id = *nested;
                 }
@@ -70,10 +70,15 @@ impl Materials {
                     guards.push(guard);
                     id = *nested;
                 }
-                leaf => break leaf.bsdf(&at.texture, nm, around),
+                leaf => break leaf,
             }
         };
-        Shading { bsdf, frame, toward_eye: frame.to_local(toward_eye), guards }
+        Shading {
+            bsdf: leaf.bsdf(&at.texture, nm, around),
+            frame,
+            toward_eye: frame.to_local(toward_eye),
+            guards,
+        }
     }
 
     /// The share of light that goes straight on as if there were no surface.

@@ -200,14 +200,12 @@ impl std::fmt::Display for Needs {
 pub struct Intersection {
     pub t: f64,
     pub point: SurfacePoint,
-    /// Around the shading normal of the front.
-    pub frame: Frame,
+    /// Of the front.
+    pub shading_normal: Vec3,
     /// The light that the surface is, if it is one.
     pub light: Option<u32>,
     pub(super) hit: Hit,
-    /// All zero where nothing asks for it.
-    parametrisation: Parametrisation,
-    at_rest: AtRest,
+    time: f64,
     /// Whether the ray comes from the side that the normal points to.
     from_front: bool,
     /// Whether several bodies end or begin here.
@@ -266,9 +264,10 @@ impl Scene {
     ) -> Option<Intersection> {
         let hides = from_camera && self.limits.hide_emitters;
         if !hides && !self.needs.meetings() {
-            let hit = self.meet(ray, time);
+            // What is large is made last, in the place where it stays: to move it costs as much as a shadow ray.
+            let hit = self.accel.closest(ray, time);
             cross(&media.here, hit.as_ref().map_or(f64::INFINITY, |hit| hit.t));
-            return hit;
+            return hit.map(|hit| self.intersection(&hit, ray, time));
         }
         let mut ray = *ray;
         // Lengths of the way, and of the part of it that leads through what the ray is in now.
@@ -311,22 +310,13 @@ impl Scene {
     pub(super) fn intersection(&self, hit: &Hit, ray: &Ray, time: f64) -> Intersection {
         let surface = &self.surfaces[hit.shape as usize];
         let met = self.accel.surface(&self.shapes, hit, ray, time);
-        let (parametrisation, at_rest, frame) = if surface.parametrised {
-            let (parametrisation, at_rest) =
-                self.accel.parametrisation(&self.shapes, hit, met.point.position, time);
-            let frame = Frame::with_tangent(met.shading_normal, parametrisation.tangent);
-            (parametrisation, at_rest, frame)
-        } else {
-            (Parametrisation::NONE, AtRest::NONE, Frame::around(met.shading_normal))
-        };
         Intersection {
             t: hit.t,
             point: met.point,
-            frame,
+            shading_normal: met.shading_normal,
             light: surface.light,
             hit: *hit,
-            parametrisation,
-            at_rest,
+            time,
             from_front: ray.direction.dot(met.point.normal) < 0.0,
             joined: false,
         }
@@ -469,22 +459,39 @@ impl Scene {
     }
 
     fn shading_point(&self, hit: &Intersection) -> ShadingPoint<'_> {
+        let normal = hit.shading_normal;
+        let (parametrisation, at_rest) = self.parametrisation(hit);
+        let Parametrisation { uv, tangent, bitangent } = parametrisation;
+        let parametrised = self.surface(hit).parametrised;
         ShadingPoint {
-            frame: hit.frame,
+            frame: if parametrised { Frame::with_tangent(normal, tangent) } else { Frame::around(normal) },
             geometric_normal: hit.point.normal,
-            tangents: [hit.parametrisation.tangent, hit.parametrisation.bitangent],
-            texture: self.texture_point(hit),
+            tangents: [tangent, bitangent],
+            texture: self.texture_point_with(hit, uv, at_rest),
         }
     }
 
     /// Where a texture of the surface is looked up.
     pub fn texture_point(&self, hit: &Intersection) -> TexturePoint<'_> {
+        let (Parametrisation { uv, .. }, at_rest) = self.parametrisation(hit);
+        self.texture_point_with(hit, uv, at_rest)
+    }
+
+    fn texture_point_with(&self, hit: &Intersection, uv: [f64; 2], at_rest: AtRest) -> TexturePoint<'_> {
         let mesh = match &self.shapes[hit.hit.shape as usize] {
             Shape::Mesh(mesh) => {
                 Some(MeshPoint { mesh, triangle: hit.hit.triangle, barycentric: hit.hit.barycentric })
             }
             _ => None,
         };
-        TexturePoint { uv: hit.parametrisation.uv, position: hit.point.position, at_rest: hit.at_rest, mesh }
+        TexturePoint { uv, position: hit.point.position, at_rest, mesh }
+    }
+
+    /// All zero where nothing asks for it.
+    fn parametrisation(&self, hit: &Intersection) -> (Parametrisation, AtRest) {
+        if !self.surface(hit).parametrised {
+            return (Parametrisation::NONE, AtRest::NONE);
+        }
+        self.accel.parametrisation(&self.shapes, &hit.hit, hit.point.position, hit.time)
     }
 }

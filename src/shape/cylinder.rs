@@ -4,7 +4,7 @@ use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
 use super::sphere::{ball_error, unit_ball_line, unit_ball_roots};
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
-use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
+use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3, angle};
 use glam::{DMat4, DVec4};
 use std::f64::consts::TAU;
 
@@ -112,7 +112,7 @@ impl Cylinder {
     /// u around the axis, v along it.
     pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
         let local = self.placement.pose.local_point(position);
-        let azimuth = local.y.atan2(local.x);
+        let azimuth = angle::atan2(local.y, local.x);
         let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
         Parametrisation {
             uv: [azimuth / TAU, local.z],
@@ -133,7 +133,7 @@ impl Cylinder {
 
     /// Uniform in local azimuth and height.
     pub fn sample(&self, u: [f64; 2]) -> AreaSample {
-        let (sin, cos) = (TAU * u[1]).sin_cos();
+        let (sin, cos) = angle::sin_cos(TAU * u[1]);
         let outward = Vec3::new(cos, sin, 0.0);
         AreaSample::analytic(self.surface_at(outward, u[0]), self.local_area_density(outward))
     }

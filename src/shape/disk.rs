@@ -3,7 +3,7 @@
 use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
-use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
 use crate::sampling::warp;
 use std::f64::consts::{PI, TAU};
 
@@ -73,7 +73,7 @@ impl Disk {
     pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
         let Vec3 { x, y, .. } = self.placement.pose.local_point(position);
         let r = x.hypot(y);
-        let azimuth = y.atan2(x);
+        let azimuth = angle::atan2(y, x);
         let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
         let outward = if r > 0.0 { Vec3::new(x / r, y / r, 0.0) } else { Vec3::X };
         Parametrisation {

@@ -2,7 +2,9 @@
 //! (Ureña, Fajardo and King, "An Area-Preserving Parametrization for Spherical Rectangles", EGSR 2013).
 
 use crate::geometry::Vec3;
+use crate::geometry::angle::{atan2, sin_cos};
 use std::f64::consts::TAU;
+use std::ops::Mul;
 
 /// A parallelogram with perpendicular edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,14 +53,15 @@ impl Rectangle {
         // Normals of the planes through the reference and the edges; z components of the unit normals.
         let unit = |side: f64| side / length(side, z0);
         let n = [unit(-y0), unit(x1), unit(y1), unit(-x0)];
-        // The inner angles are acos(−n₀n₁), acos(−n₁n₂) and so on; two of them are summed with one inverse function.
-        let k = TAU - sum_of_arc_cosines(-n[2] * n[3], -n[3] * n[0]);
-        let solid_angle = sum_of_arc_cosines(-n[0] * n[1], -n[1] * n[2]) - k;
+        // The inner angles are acos(−n₀n₁), acos(−n₁n₂) and so on: turns that add up by being multiplied.
+        let inner = |i: usize, j: usize| Turn::of_arc_cosine(-n[i] * n[j]);
+        let others = inner(2, 3) * inner(3, 0);
+        let solid_angle = (inner(0, 1) * inner(1, 2) * others).angle();
         let usable =
             z0 < 0.0 && solid_angle > SMALLEST_SOLID_ANGLE && solid_angle < TAU - SMALLEST_SOLID_ANGLE;
         usable.then_some(SphericalRectangle {
             solid_angle,
-            k,
+            k: others.back(),
             b0: n[0],
             b1: n[2],
             z0,
@@ -73,18 +76,53 @@ fn length(a: f64, b: f64) -> f64 {
     (a * a + b * b).sqrt()
 }
 
-/// acos(a) + acos(b), from 0 to 2π.
-fn sum_of_arc_cosines(a: f64, b: f64) -> f64 {
-    let (sin_a, sin_b) = ((1.0 - a * a).max(0.0).sqrt(), (1.0 - b * b).max(0.0).sqrt());
-    let angle = (sin_a * b + a * sin_b).atan2(a * b - sin_a * sin_b);
-    if angle < 0.0 { angle + TAU } else { angle }
+/// An angle by its cosine and sine.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    cos: f64,
+    sin: f64,
+}
+
+impl Turn {
+    fn of(angle: f64) -> Self {
+        let (sin, cos) = sin_cos(angle);
+        Self { cos, sin }
+    }
+
+    fn of_arc_cosine(cos: f64) -> Self {
+        Self { cos, sin: (1.0 - cos * cos).max(0.0).sqrt() }
+    }
+
+    /// By as much the other way.
+    fn back(self) -> Self {
+        Self { sin: -self.sin, ..self }
+    }
+
+    /// From 0 to 2π.
+    fn angle(self) -> f64 {
+        let angle = atan2(self.sin, self.cos);
+        if angle < 0.0 { angle + TAU } else { angle }
+    }
+}
+
+/// One after the other.
+impl Mul for Turn {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        Self {
+            cos: self.cos * other.cos - self.sin * other.sin,
+            sin: self.sin * other.cos + self.cos * other.sin,
+        }
+    }
 }
 
 /// A rectangle in the frame of a reference point, whose z axis is perpendicular to it.
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalRectangle {
     solid_angle: f64,
-    k: f64,
+    /// What the last two inner angles lack to a full turn.
+    k: Turn,
     b0: f64,
     b1: f64,
     z0: f64,
@@ -101,8 +139,7 @@ impl SphericalRectangle {
     /// Where on the rectangle, as fractions of its edges.
     pub fn sample(&self, u: [f64; 2]) -> [f64; 2] {
         // The part of the rectangle up to cu along x fills the fraction u[0] of the solid angle.
-        let au = u[0] * self.solid_angle + self.k;
-        let (sin, cos) = au.sin_cos();
+        let Turn { cos, sin } = Turn::of(u[0] * self.solid_angle) * self.k;
         let fu = (cos * self.b0 - self.b1) / sin;
         let cu = (1.0 / (fu * fu + self.b0 * self.b0).sqrt()).min(1.0).copysign(fu);
         let xu = (-cu * self.z0 / (1.0 - cu * cu).max(f64::MIN_POSITIVE).sqrt()).clamp(self.x[0], self.x[1]);

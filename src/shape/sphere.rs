@@ -3,7 +3,7 @@
 use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, ShapeSample, SurfaceHit};
-use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
+use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3, angle};
 use crate::sampling::quadrature::gauss_legendre;
 use std::f64::consts::{PI, TAU};
 
@@ -81,10 +81,10 @@ impl Sphere {
     /// u along the azimuth, v from the pole at local +z to the other.
     pub fn parametrisation(&self, position: Vec3) -> Parametrisation {
         let local = self.placement.pose.local_point(position);
-        let azimuth = local.y.atan2(local.x);
+        let azimuth = angle::atan2(local.y, local.x);
         let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
         let from_axis = local.x.hypot(local.y);
-        let polar = from_axis.atan2(local.z);
+        let polar = angle::atan2(from_axis, local.z);
         let outward = if from_axis > 0.0 { Vec3::new(local.x, local.y, 0.0) / from_axis } else { Vec3::X };
         Parametrisation {
             uv: [azimuth / TAU, polar / PI],
@@ -105,7 +105,7 @@ impl Sphere {
     /// Uniform over the unit sphere of local space.
     pub fn sample(&self, u: [f64; 2]) -> AreaSample {
         let z = 1.0 - 2.0 * u[0];
-        let (sin, cos) = (TAU * u[1]).sin_cos();
+        let (sin, cos) = angle::sin_cos(TAU * u[1]);
         let r = (2.0 * (u[0] - u[0] * u[0]).max(0.0).sqrt()).min(1.0);
         let local = Vec3::new(r * cos, r * sin, z);
         AreaSample::analytic(self.surface_at(local.normalize()), self.local_area_density(local))
@@ -140,7 +140,7 @@ impl Sphere {
         let sin_theta = sin_squared.sqrt();
         let cos_alpha = cos_beta * cos_theta + sin_beta * sin_theta;
         let sin_alpha = sin_beta * cos_theta - cos_beta * sin_theta;
-        let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+        let (sin_phi, cos_phi) = angle::sin_cos(TAU * u[1]);
         let frame = Frame::around(cone.toward_reference);
         let direction = frame.to_world(Vec3::new(sin_alpha * cos_phi, sin_alpha * sin_phi, cos_alpha));
         let local = self.placement.pose.local_vector(direction).normalize();

@@ -9,7 +9,7 @@ use super::crossing::Crossings;
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::roots::{Sample, polynomial_within, sign_changes};
-use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 
@@ -91,7 +91,7 @@ impl Torus {
         let outward = self.off_centre_line(local);
         let around = (local - outward) / self.major;
         let from_circle = outward.dot(around);
-        let turns = |y: f64, x: f64| (y.atan2(x) / TAU).rem_euclid(1.0);
+        let turns = |y: f64, x: f64| (angle::atan2(y, x) / TAU).rem_euclid(1.0);
         Parametrisation {
             uv: [turns(local.y, local.x), turns(local.z, from_circle)],
             tangent: self.placement.pose.world_vector(TAU * Vec3::new(-local.y, local.x, 0.0)),
@@ -131,7 +131,7 @@ impl Torus {
     /// Uniform over the local surface, whose area at the angle v around the tube is in proportion to major + minor cos v:
     /// v + (minor / major) sin v is uniform, Kepler's equation for the outside as aphelion.
     pub fn sample(&self, u: [f64; 2]) -> AreaSample {
-        let (sin_u, cos_u) = (TAU * u[0]).sin_cos();
+        let (sin_u, cos_u) = angle::sin_cos(TAU * u[0]);
         let mean = TAU * u[1] - PI;
         let eccentricity = self.minor / self.major;
         let equation = |v: f64| Sample {

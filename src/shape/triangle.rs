@@ -7,6 +7,7 @@
 //! of a difference of two rounded products is right or zero. Zero counts as inside: no ray slips through.
 
 use crate::geometry::{Ray, Vec3};
+use std::hint::select_unpredictable;
 
 /// The shear that takes a ray to the z axis.
 #[derive(Clone, Copy, Debug)]
@@ -49,14 +50,10 @@ impl RaySpace {
     pub fn new(ray: &Ray) -> Self {
         let d = ray.direction.to_array();
         let size = d.map(f64::abs);
-        let z = if size[0] > size[1] && size[0] > size[2] {
-            0
-        } else if size[1] > size[2] {
-            1
-        } else {
-            2
-        };
-        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+        // No branches: which axis it will be nothing can foresee.
+        let of_two = usize::from(size[1] >= size[0]);
+        let z = select_unpredictable(size[2] >= size[of_two], 2, of_two);
+        let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
         Self { origin: ray.origin, axes: [x, y, z], shear: [d[x] / d[z], d[y] / d[z], 1.0 / d[z]] }
     }
 
@@ -112,7 +109,8 @@ impl RaySpace {
 
     /// In coordinates in which the line is the z axis.
     pub fn sheared(&self, vertex: Vec3) -> [f64; 3] {
-        let relative = vertex - self.origin;
+        // An array: a vector's component by a computed axis would be a branch.
+        let relative = (vertex - self.origin).to_array();
         let [x, y, z] = self.axes.map(|axis| relative[axis]);
         [x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z]
     }

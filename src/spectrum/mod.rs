@@ -104,7 +104,7 @@ impl Spectrum {
     pub fn sample<const C: usize>(&self, nm: &[f64; C]) -> Sampled<C> {
         match self {
             Self::Constant(value) => Sampled::splat(*value),
-            Self::Uniform(table) => Sampled::from_fn(|lane| table.at(nm[lane])),
+            Self::Uniform(table) => table.sample(nm),
             Self::Irregular(table) => Sampled::from_fn(|lane| table.at(nm[lane])),
             Self::Blackbody(body) => Sampled::from_fn(|lane| body.at(nm[lane])),
             Self::Sigmoid { shape, factor } => Sampled::from_fn(|lane| factor * shape.at(nm[lane])),

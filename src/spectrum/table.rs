@@ -4,6 +4,7 @@
 //! 5 nm illuminants. A look-up structure never changes the function: a grid is used only if every node
 //! lies on it.
 
+use super::Sampled;
 use super::error::SpectrumError;
 use crate::units::WavelengthRange;
 
@@ -127,7 +128,7 @@ pub struct Uniform {
     start: f64,
     end: f64,
     per_step: f64,
-    /// For each cell its value at the lower end and the difference to that at the upper one.
+    /// For each cell its value at the lower end and the difference to that at the upper one; and one for the last node alone.
     cells: Box<[[f64; 2]]>,
     held: bool,
     source: Table,
@@ -175,22 +176,43 @@ impl Uniform {
     fn on_grid(source: Table, grid: &[f64]) -> Self {
         let WavelengthRange { min: start, max: end } = source.domain();
         let per_step = (grid.len() - 1) as f64 / (end - start);
-        let cells = grid.windows(2).map(|pair| [pair[0], pair[1] - pair[0]]).collect();
+        let cells = grid.windows(2).map(|pair| [pair[0], pair[1] - pair[0]]);
+        let cells = cells.chain([[grid[grid.len() - 1], 0.0]]).collect();
         Self { start, end, per_step, cells, held: source.outside == Extrapolation::Hold, source }
     }
 
     /// The value at `nm`.
-    #[inline]
     pub fn at(&self, nm: f64) -> f64 {
-        let inside = nm >= self.start && nm <= self.end;
-        if !inside && !self.held {
-            return 0.0;
+        self.sample(&[nm]).hero()
+    }
+
+    /// The values at the wavelengths (nm) of one path.
+    #[inline]
+    pub fn sample<const C: usize>(&self, nm: &[f64; C]) -> Sampled<C> {
+        /// Numbers around it have no fraction: what is added to it is rounded to an integer, which are its last bits.
+        const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
+        let last = self.cells.len() - 1;
+        let end = last as f64;
+        // Step by step for all lanes, so that each step but the look-up is one for vectors.
+        let place = Sampled::<C>::from_fn(|lane| {
+            let place = (nm[lane] - self.start) * self.per_step;
+            let place = if place > 0.0 { place } else { 0.0 };
+            if place < end { place } else { end }
+        });
+        // At a node either of its cells will do.
+        let whole = place.map(|place| (place - 0.5) + WHOLE);
+        let within = place - whole.map(|whole| whole - WHOLE);
+        let (mut value, mut rise) = (Sampled::<C>::ZERO, Sampled::<C>::ZERO);
+        for lane in 0..C {
+            let cell = whole[lane].to_bits() as u32 as usize;
+            [value[lane], rise[lane]] = self.cells[cell.min(last)];
         }
-        let place = ((nm - self.start) * self.per_step).clamp(0.0, self.cells.len() as f64);
-        // A 32-bit number is converted in one instruction.
-        let cell = (place as i32 as usize).min(self.cells.len() - 1);
-        let [value, rise] = self.cells[cell];
-        value + rise * (place - cell as i32 as f64)
+        let found = value + rise * within;
+        if self.held {
+            return found;
+        }
+        let known = |nm: f64| nm >= self.start && nm <= self.end;
+        Sampled::from_fn(|lane| if known(nm[lane]) { found[lane] } else { 0.0 })
     }
 
     /// The table as published.

@@ -1,7 +1,7 @@
 //! The clear coat's highlight.
 
 use crate::bsdf::microfacet::{Microfacets, Shape};
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, angle};
 use std::f64::consts::{PI, TAU};
 
 /// A highlight with tails longer than GGX's: "generalised Trowbridge-Reitz" with exponent 1 (Burley
@@ -35,7 +35,7 @@ impl ClearCoat {
         // 1 − cos² θ, from cos² θ = (1 − α^(2(1−u))) / (1 − α²).
         let sin2 = ((square.powf(1.0 - u[0]) - square) / (1.0 - square)).clamp(0.0, 1.0);
         let (sin, cos) = (sin2.sqrt(), (1.0 - sin2).sqrt());
-        let (sin_phi, cos_phi) = (TAU * u[1]).sin_cos();
+        let (sin_phi, cos_phi) = angle::sin_cos(TAU * u[1]);
         Vec3::new(sin * cos_phi, sin * sin_phi, cos)
     }
 }

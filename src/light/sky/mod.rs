@@ -14,7 +14,7 @@ mod tables;
 
 pub use position::{SunTime, sun_direction};
 
-use crate::geometry::{Frame, Transform, Vec3};
+use crate::geometry::{Frame, Transform, Vec3, angle};
 use crate::sampling::PiecewiseConstantGrid;
 use crate::spectrum::{Extrapolation, Sampled, Spectrum};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -125,7 +125,7 @@ impl Sky {
         if let Some(sun) = &self.sun
             && local.dot(self.sun_direction) >= sun.cos_edge
         {
-            let elevation = FRAC_PI_2 - local.z.min(1.0).acos();
+            let elevation = FRAC_PI_2 - angle::acos(local.z.min(1.0));
             let disc = match &sun.surface {
                 SunSurface::Even(radiance) => self.interpolated(nm, |i| radiance[i]),
                 SunSurface::Darkened(disc) => {
@@ -166,7 +166,7 @@ impl Sky {
         let local = self.from_world.vector(direction);
         let mut density = 0.0;
         if local.z >= 0.0 {
-            let azimuth = (local.y.atan2(local.x) / TAU).rem_euclid(1.0);
+            let azimuth = (angle::atan2(local.y, local.x) / TAU).rem_euclid(1.0);
             let column = ((azimuth * COLUMNS as f64) as usize).min(COLUMNS - 1);
             let row = ((local.z.sqrt() * ROWS as f64) as usize).min(ROWS - 1);
             let [low, high] = heights(row);
@@ -248,7 +248,7 @@ impl Sun {
     fn sample(&self, centre: Vec3, u: [f64; 2]) -> Vec3 {
         let below = u[0] * (1.0 - self.cos_edge);
         let radius = (below * (2.0 - below)).sqrt();
-        let (sin, cos) = (TAU * u[1]).sin_cos();
+        let (sin, cos) = angle::sin_cos(TAU * u[1]);
         Frame::around(centre).to_world(Vec3::new(radius * cos, radius * sin, 1.0 - below))
     }
 }
@@ -257,7 +257,7 @@ impl Sun {
 fn dome_at(local: Vec3, sun: Vec3, dome: &[Dome; WAVELENGTHS]) -> impl Fn(usize) -> f64 {
     let cos_theta = local.z.clamp(0.0, 1.0);
     let cos_gamma = local.dot(sun).clamp(-1.0, 1.0);
-    let gamma = local.cross(sun).length().atan2(cos_gamma);
+    let gamma = angle::atan2(local.cross(sun).length(), cos_gamma);
     let squared = cos_gamma * cos_gamma;
     move |wavelength| {
         let Dome { radiance, c } = dome[wavelength];

@@ -7,7 +7,7 @@ mod swept;
 
 use super::crossing::{Crossing, Crossings};
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
-use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
 use round_cone::RoundCone;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -310,7 +310,7 @@ impl Curves {
         // Where the path runs along z there is no such frame, but one that is as good.
         let up = Vec3::Z.reject_from_normalized(ahead).try_normalize().unwrap_or(Vec3::Y);
         let side = up.cross(ahead);
-        let turn = outward.dot(up).atan2(outward.dot(side)) / TAU;
+        let turn = angle::atan2(outward.dot(up), outward.dot(side)) / TAU;
         let around = ahead.cross(outward);
         // How fast the frame turns along the path.
         let turning = bend.reject_from_normalized(ahead) / speed;

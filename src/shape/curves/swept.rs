@@ -6,7 +6,7 @@
 use super::round_cone::RoundCone;
 use super::stretch::Stretch;
 use super::{ControlPoint, CurveKind, Near, Span, check, cone, stretch};
-use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
 use crate::shape::chords::{self, Crossed, OnLine};
 use crate::shape::crossing::Crossings;
 use crate::shape::placement::Placement;
@@ -168,7 +168,7 @@ impl SweptSphere {
         let ahead = velocity.try_normalize().unwrap_or(Vec3::Z);
         let up = Vec3::Z.reject_from_normalized(ahead).try_normalize().unwrap_or(Vec3::Y);
         let side = up.cross(ahead);
-        let turn = outward.dot(up).atan2(outward.dot(side)) / TAU;
+        let turn = angle::atan2(outward.dot(up), outward.dot(side)) / TAU;
         let around = ahead.cross(outward);
         // Along the surface, across the way around; as long as the path's step.
         let along = velocity.reject_from(outward);

@@ -6,7 +6,7 @@
 
 use super::Local;
 use crate::geometry::roots::{Enclosure, Sample, isolate, sign_changes};
-use crate::geometry::{Bounds, Vec3};
+use crate::geometry::{Bounds, Vec3, angle};
 use crate::shape::chords::OnLine;
 use crate::shape::{ShapeError, support};
 use smallvec::SmallVec;
@@ -318,8 +318,8 @@ impl Local for Blobs {
     fn parametrisation(&self, point: Vec3, part: u32) -> ([f64; 2], [Vec3; 2]) {
         let away = point - self.middle;
         let across = away.truncate().length();
-        let u = (away.y.atan2(away.x) / TAU).rem_euclid(1.0);
-        let v = across.atan2(away.z) / PI;
+        let u = (angle::atan2(away.y, away.x) / TAU).rem_euclid(1.0);
+        let v = angle::atan2(across, away.z) / PI;
         let normal = self.normal(point, part);
         // Both stay on the surface by giving way along the line from the middle.
         let inverse = 1.0 / away.dot(normal);

@@ -8,8 +8,8 @@
 
 use super::profile::{self, Interpolation, Piece};
 use super::{Local, power_above};
-use crate::geometry::Vec3;
 use crate::geometry::roots::{Enclosure, Sample, isolate, sign_changes};
+use crate::geometry::{Vec3, angle};
 use crate::shape::ShapeError;
 use crate::shape::chords::OnLine;
 use glam::DVec2;
@@ -293,7 +293,7 @@ impl Local for Revolution {
         let s = piece.nearest(DVec2::new(across.length(), point.z));
         let [low, high] = piece.range;
         let rate = (high - low) / (end - begin);
-        let u = (across.y.atan2(across.x) / TAU).rem_euclid(1.0);
+        let u = (angle::atan2(across.y, across.x) / TAU).rem_euclid(1.0);
         let along = piece.slope(s) * rate;
         let around = across.try_normalize().unwrap_or(DVec2::X);
         let by_v = (around * along.x).extend(along.y);

@@ -11,7 +11,7 @@ use super::crossing::Crossings;
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::roots::{difference_of_products, quadratic};
-use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
 pub use form::QuadraticForm;
 pub use kinds::{QuadricKind, Sheets};
 use smallvec::SmallVec;
@@ -175,7 +175,7 @@ impl Quadric {
                 bitangent: world(Vec3::AXES[j] * size[j]),
             };
         }
-        let azimuth = local.y.atan2(local.x);
+        let azimuth = angle::atan2(local.y, local.x);
         let azimuth = if azimuth < 0.0 { azimuth + TAU } else { azimuth };
         let [low, high] = self.heights;
         let gradient = self.form.gradient(local);
