@@ -19,7 +19,7 @@ struct Case {
     walk_samples: u32,
 }
 
-const CASES: [Case; 12] = [
+const CASES: [Case; 13] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384 },
     Case { name: "metals", samples: 1024, walk_samples: 4096 },
     Case { name: "dispersion", samples: 2048, walk_samples: 8192 },
@@ -32,6 +32,7 @@ const CASES: [Case; 12] = [
     Case { name: "contact", samples: 1024, walk_samples: 8192 },
     Case { name: "quadrics", samples: 1024, walk_samples: 8192 },
     Case { name: "solids", samples: 1024, walk_samples: 8192 },
+    Case { name: "caustics", samples: 2048, walk_samples: 65_536 },
 ];
 
 fn load(case: &Case, integrator: &str) -> Scene {
@@ -145,6 +146,14 @@ fn contact() {
         expose(&load(case, integrator), &settings(case.samples, WavelengthCount::Four, 21))
     });
     assert_same("contact, path and volpath", &path, &volpath);
+}
+
+/// Light paths find what chance finds, and are what finds it.
+#[test]
+fn caustics() {
+    agrees("caustics");
+    let case = CASES.iter().find(|case| case.name == "caustics").unwrap();
+    assert!(load(case, "path").needs().light_paths && !load(case, "walk").needs().light_paths);
 }
 
 /// Lights of which parts are cut away, or lie within other parts, some of them moving.

@@ -15,7 +15,7 @@ pub use plane::{SensorPlane, Stop};
 pub use projective::{Aperture, Projection, Projective, ProjectiveSettings, ThinLens};
 pub use shutter::{Shutter, ShutterKind};
 
-use crate::geometry::{Bounds, Ray};
+use crate::geometry::{Bounds, Ray, Vec3};
 use crate::spectrum::Spectrum;
 
 /// One view of the scene, or several side by side on one film.
@@ -68,6 +68,22 @@ pub enum Rays {
     Distant(Box<Distant>),
 }
 
+/// Where a point of the scene is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Projected<'a> {
+    /// On the film, in pixels from its top left corner.
+    pub film: [f64; 2],
+    /// Where rays from the lens begin to see.
+    pub begins: Vec3,
+    /// Unit vector from the point to the lens, and how far that is.
+    pub toward_lens: Vec3,
+    pub distance: f64,
+    /// The film's area for a solid angle at the lens.
+    pub pixels_per_steradian: f64,
+    /// As in [`SensorRay`].
+    pub response: Option<&'a Spectrum>,
+}
+
 /// A ray that a sensor measures.
 #[derive(Clone, Copy, Debug)]
 pub struct SensorRay<'a> {
@@ -101,6 +117,19 @@ impl Camera {
             Rays::Plane(plane) => plane.is_moving(),
             Rays::Radiance(_) | Rays::Irradiance(_) | Rays::Distant(_) => false,
         })
+    }
+
+    /// Whether [`Self::project`] tells of points where they are seen.
+    pub fn projects(&self) -> bool {
+        matches!(&self.views[..], [View { rays: Rays::Projective(camera), .. }] if camera.has_eye())
+            && self.columns.is_none()
+    }
+
+    /// Where a point is seen through the point of the lens that `lens_u` chooses: the reverse of [`Self::ray`]. `None` where it is not
+    /// in view.
+    pub fn project(&self, point: Vec3, lens_u: [f64; 2], time: f64) -> Option<Projected<'_>> {
+        let [View { rays: Rays::Projective(camera), response }] = &self.views[..] else { return None };
+        camera.project(point, lens_u, time).map(|seen| Projected { response: response.as_ref(), ..seen })
     }
 
     /// A box around where its rays begin, from one time to another. Empty for what looks from outside of the scene.

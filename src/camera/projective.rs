@@ -1,5 +1,6 @@
 //! Cameras that project the scene onto a plane.
 
+use super::Projected;
 use crate::geometry::{Bounds, Placed, Ray, Vec3};
 use crate::sampling::warp;
 
@@ -154,6 +155,45 @@ impl Projective {
             // In world units even where the camera's map scales, as in Mitsuba 3.
             t_max: (self.far_clip - self.near_clip) * length,
         }
+    }
+
+    /// Whether all rays come through a point or a lens.
+    pub fn has_eye(&self) -> bool {
+        self.projection != Projection::Orthographic
+    }
+
+    /// See [`super::Camera::project`]. `None` too for what has no eye.
+    pub fn project(&self, point: Vec3, lens_u: [f64; 2], time: f64) -> Option<Projected<'static>> {
+        let pose = self.placed.at(time);
+        let local = pose.local_point(point);
+        let (lens, focused) = match self.projection {
+            Projection::Pinhole => (Vec3::ZERO, Vec3::ZERO),
+            Projection::ThinLens(lens) => {
+                let [x, y] = lens.aperture.point(lens_u);
+                let origin = Vec3::new(x, y, 0.0);
+                (origin, origin / lens.focus_distance)
+            }
+            Projection::Orthographic => return None,
+        };
+        if !(local.z > self.near_clip && local.z < self.far_clip) {
+            return None;
+        }
+        let direction = (local - lens) / local.z;
+        let on_plane = direction + focused;
+        let axis = |i: usize| (on_plane[i] - self.offset[i]) / self.scale[i];
+        let away = pose.world_point(lens) - point;
+        let distance = away.length();
+        // The plane z = 1 is as far away as the direction is long, and seen at a slant of the same.
+        let length = direction.length();
+        let pixels_per_steradian = length.powi(3) / (self.scale[0] * self.scale[1]);
+        Some(Projected {
+            film: [axis(0), axis(1)],
+            begins: pose.world_point(lens + direction * self.near_clip),
+            toward_lens: away / distance,
+            distance,
+            pixels_per_steradian,
+            response: None,
+        })
     }
 }
 

@@ -3,6 +3,7 @@
 
 use crate::sampling::PiecewiseConstant;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 /// A separable reconstruction filter over the image plane, in pixels, with Mitsuba 3's names and defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -123,7 +124,34 @@ impl FilterSampler {
     }
 }
 
+impl FilterSampler {
+    /// The pixels, from the first to the last column and row, whose filters may reach a film position.
+    pub fn reached(&self, position: [f64; 2]) -> [Range<u32>; 2] {
+        let radius = self.kind.radius();
+        let axis = |position: f64, axis: &Axis| {
+            // The middle of a pixel is half a pixel from its corner.
+            let first = (position - radius - 0.5).ceil().max(0.0);
+            let end = (position + radius - 0.5).floor() + 1.0;
+            first as u32..(end.max(0.0) as u32).min(axis.cut_of.len() as u32)
+        };
+        [axis(position[0], &self.columns), axis(position[1], &self.rows)]
+    }
+
+    /// A pixel's filter at a film position, per pixel of area: its integral is 1.
+    pub fn at(&self, pixel: [u32; 2], position: [f64; 2]) -> f64 {
+        let [x, y] = [0, 1].map(|i| position[i] - f64::from(pixel[i]) - 0.5);
+        self.columns.at(self.kind, pixel[0], x) * self.rows.at(self.kind, pixel[1], y)
+    }
+}
+
 impl Axis {
+    fn at(&self, kind: FilterKind, pixel: u32, x: f64) -> f64 {
+        let cut = &self.cuts[usize::from(self.cut_of[pixel as usize])];
+        // Each place between two pixels belongs to one of them.
+        let within = x >= cut.low && x < cut.high;
+        if within { kind.at(x) * cut.normalisation } else { 0.0 }
+    }
+
     fn new(kind: FilterKind, size: u32, sample_border: bool) -> Self {
         let radius = kind.radius();
         let mut cuts: Vec<Cut> = Vec::new();

@@ -88,6 +88,8 @@ pub struct Extras {
     /// For each further channel of the sensor the integral of its response, nm: what is added to the channel is over it.
     pub responses: Vec<f64>,
     pub bins: Option<SpectralBins>,
+    /// Whether light paths bring something, too.
+    pub light_paths: bool,
 }
 
 impl Extras {
@@ -146,6 +148,12 @@ impl PixelSums {
         }
     }
 
+    /// What was added since, by channel, of a single replicate; then they are empty again.
+    pub fn take(&mut self) -> Vec<i64> {
+        let empty = vec![0; self.sums.len()];
+        std::mem::replace(&mut self.sums, empty)
+    }
+
     /// Says that every replicate has had so many samples more.
     pub fn count(&mut self, samples: u32) {
         self.samples += samples;
@@ -166,6 +174,27 @@ pub struct Film {
     sums: Vec<i64>,
     /// By pixel: samples of each replicate.
     samples: Vec<u32>,
+    light: LightPaths,
+}
+
+/// What light paths brought. Any of them may have come to any pixel, so it is their number that their sums are divided by.
+#[derive(Clone, Debug)]
+struct LightPaths {
+    /// Like the film's own; empty where there are none.
+    sums: Vec<i64>,
+    /// By replicate: how many there were.
+    count: Vec<u64>,
+}
+
+impl LightPaths {
+    /// What they brought to a replicate of a pixel, per path: a linear function of the channels.
+    fn mean(&self, index: usize, replicate: usize, channels: usize, of_sums: impl Fn(&[i64]) -> f64) -> f64 {
+        let count = self.count[replicate];
+        if self.sums.is_empty() || count == 0 {
+            return 0.0;
+        }
+        of_sums(&self.sums[(index * self.count.len() + replicate) * channels..][..channels]) / count as f64
+    }
 }
 
 /// Equal bins over a range of wavelengths, each measuring the mean spectral radiance within it.
@@ -204,7 +233,11 @@ pub struct Measured {
 impl Film {
     pub fn new(width: u32, height: u32, replicates: u32, extras: Extras, scale: FixedPoint) -> Self {
         let pixels = width as usize * height as usize;
-        let channels = extras.channels();
+        let sums = vec![0; pixels * replicates as usize * extras.channels()];
+        let light = LightPaths {
+            sums: if extras.light_paths { sums.clone() } else { Vec::new() },
+            count: vec![0; replicates as usize],
+        };
         Self {
             width,
             height,
@@ -212,19 +245,27 @@ impl Film {
             extras,
             bad: BadValues::default(),
             scale,
-            sums: vec![0; pixels * replicates as usize * channels],
+            sums,
             samples: vec![0; pixels],
+            light,
         }
     }
 
     /// Memory that a film takes, bytes.
     pub fn bytes(width: u32, height: u32, replicates: u32, extras: &Extras) -> u128 {
-        let pixel = u128::from(replicates) * extras.channels() as u128 * size_of::<i64>() as u128;
+        let kinds = if extras.light_paths { 2 } else { 1 };
+        let pixel = u128::from(replicates) * extras.channels() as u128 * kinds * size_of::<i64>() as u128;
         u128::from(width) * u128::from(height) * (pixel + size_of::<u32>() as u128)
     }
 
     pub fn scale(&self) -> FixedPoint {
         self.scale
+    }
+
+    /// Empty sums for what one replicate of a pixel gets.
+    pub fn light_sums(&self) -> PixelSums {
+        let channels = self.extras.channels();
+        PixelSums { channels, sums: vec![0; channels], samples: 0, rounding: 0 }
     }
 
     /// Empty sums for a pixel of this film.
@@ -244,6 +285,23 @@ impl Film {
                 None => self.bad.overflow += 1,
             }
         }
+    }
+
+    /// Adds what one light path brought to a replicate of a pixel. `sums` are those of one replicate.
+    pub fn add_light(&mut self, [x, y]: [u32; 2], replicate: u32, sums: &[i64]) {
+        let channels = self.extras.channels();
+        let first = (self.index(x, y) * self.replicates as usize + replicate as usize) * channels;
+        for (sum, &value) in self.light.sums[first..first + channels].iter_mut().zip(sums) {
+            match sum.checked_add(value) {
+                Some(next) => *sum = next,
+                None => self.bad.overflow += 1,
+            }
+        }
+    }
+
+    /// Says that a replicate has had so many light paths more.
+    pub fn count_light(&mut self, replicate: u32, paths: u64) {
+        self.light.count[replicate as usize] += paths;
     }
 
     /// How many samples a pixel has.
@@ -269,8 +327,9 @@ impl Film {
         if samples == 0.0 {
             return 0.0;
         }
-        let sums = &self.sums[first..first + 3];
-        (0..3).map(|i| weights[i] * sums[i] as f64).sum::<f64>() * self.scale.quantum / samples
+        let weighed = |sums: &[i64]| (0..3).map(|i| weights[i] * sums[i] as f64).sum::<f64>();
+        let light = self.light.mean(index, replicate as usize, self.extras.channels(), weighed);
+        (weighed(&self.sums[first..first + 3]) / samples + light) * self.scale.quantum
     }
 
     /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that measures it.
@@ -310,16 +369,17 @@ impl Film {
         if samples == 0.0 {
             return Measured { mean: 0.0, error: f64::INFINITY };
         }
-        let mean = sums.clone().map(&of_replicate).sum::<f64>() / r;
+        let means = sums.enumerate().map(|(replicate, sums)| {
+            of_replicate(sums) / samples + self.light.mean(index, replicate, channels, &of_replicate)
+        });
+        let mean = means.clone().sum::<f64>() / r;
         let error = if self.replicates < 2 {
             f64::INFINITY
         } else {
-            let spread: f64 =
-                sums.map(|sums| (of_replicate(sums) - mean) * (of_replicate(sums) - mean)).sum();
+            let spread: f64 = means.map(|of_one| (of_one - mean) * (of_one - mean)).sum();
             (spread / (r * (r - 1.0))).sqrt()
         };
-        let unit = scale.quantum / samples;
-        Measured { mean: mean * unit, error: error * unit }
+        Measured { mean: mean * scale.quantum, error: error * scale.quantum }
     }
 
     /// Over all pixels, the mean standard error of Y over the mean of Y; of all responses instead of Y where the sensor has

@@ -1,5 +1,6 @@
 //! Light transport: the radiance that arrives along a camera ray.
 
+mod caustics;
 mod path;
 mod walk;
 
@@ -7,6 +8,8 @@ use crate::geometry::Ray;
 use crate::sampling::Stream;
 use crate::scene::Scene;
 use crate::spectrum::{Sampled, Wavelengths};
+
+pub use caustics::{Caustics, Splat, splat};
 
 /// How the radiance along a camera ray is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +48,11 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// Whether light may reach a surface by way of another and be found by scattering.
+    pub fn allow_caustics(&self) -> bool {
+        self.max_depth >= 3 && self.techniques != Techniques::LightSamples
+    }
+
     /// Whether rays that meet no surface count as having met something.
     fn sky_covers(&self, scene: &Scene) -> bool {
         self.coverage == Coverage::Obstacle && scene.lights.environment().is_some() && !self.hide_emitters

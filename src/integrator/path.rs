@@ -35,6 +35,9 @@ struct Path<const C: usize> {
     media: Media,
     /// Product of the factors by which refraction compressed radiance: no loss, so no reason to end a path.
     compression: f64,
+    /// Whether it went from the camera to a matt surface and from there by way of smooth ones alone: what it finds so is counted on
+    /// light paths where there are any.
+    by_smooth_ways: bool,
 }
 
 /// How a ray came to be.
@@ -111,6 +114,12 @@ pub fn radiance<const C: usize>(
             };
             depth += 1;
         }
+        if scene.caustics().is_some() {
+            path.by_smooth_ways = match vertex {
+                0 => scatter.density != Density::Discrete && !shading.bsdf.transmits(),
+                _ => path.by_smooth_ways && scene.is_smooth(hit),
+            };
+        }
         if scatter.transmitted {
             path.refract(&shading);
             scene.pass_through(hit, direction, &mut path.media);
@@ -132,6 +141,7 @@ impl<const C: usize> Path<C> {
             last: LastChoice::Camera,
             media: scene.media_at_sensor(ray, time),
             compression: 1.0,
+            by_smooth_ways: false,
         }
     }
 
@@ -200,6 +210,10 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
         let Some(light) = hit.light else { return Sampled::ZERO };
+        let counted_there = self.by_smooth_ways && matches!(self.last, LastChoice::Discrete);
+        if counted_there && scene.caustics().is_some_and(|caustics| caustics.begin_at(light)) {
+            return Sampled::ZERO;
+        }
         if ray.direction.dot(hit.point.normal) >= 0.0 {
             return Sampled::ZERO;
         }
@@ -290,7 +304,7 @@ impl<const C: usize> Path<C> {
 /// The share of the paths that are still under way falls with the square of their length, so that their mean length is
 /// finite. Were it to fall as a power, the weights of those that are left would grow as one, and light that leaves a body only after
 /// many reflections would be estimated with infinite variance.
-fn late_survival(depth: u32) -> f64 {
+pub(super) fn late_survival(depth: u32) -> f64 {
     /// Segments after which a path without loss may end too.
     const LATE: u32 = 64;
     if depth <= LATE {

@@ -1,6 +1,6 @@
-use crate::geometry::{Placed, Pose, SurfacePoint, Vec3};
+use crate::geometry::{Bounds, Placed, Pose, SurfacePoint, Vec3};
 use crate::shape::solid::Solid;
-use crate::shape::{AtRest, Hit, NO_INSTANCE, Shape, ShapeSample};
+use crate::shape::{AreaSample, AtRest, Hit, NO_INSTANCE, Shape, ShapeSample};
 use crate::texture::{MeshPoint, TexturePoint};
 use std::sync::Arc;
 
@@ -67,6 +67,27 @@ impl AreaGeometry {
     /// In its own coordinates.
     pub fn area(&self) -> f64 {
         self.area
+    }
+
+    /// Whether all of the surface emits, and stays where it is.
+    pub fn stands_alone(&self) -> bool {
+        self.placed.is_none() && self.whole.is_none()
+    }
+
+    /// A point of it, uniform in area, which its density is per unit of. Only for what stands alone.
+    pub fn sample(&self, u: [f64; 2]) -> Option<ShapeSample> {
+        let AreaSample { surface, triangle, barycentric, density } = self.shape.sample(u)?;
+        (self.stands_alone() && density > 0.0).then_some(ShapeSample {
+            surface,
+            triangle,
+            barycentric,
+            density,
+        })
+    }
+
+    /// In its own coordinates.
+    pub fn bounds(&self) -> Bounds {
+        self.shape.bounds()
     }
 
     /// A point on the front, as seen from a place. `None` where the surface shows its back, or nothing, and where it is cut away.

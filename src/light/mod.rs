@@ -5,6 +5,7 @@
 //! them is the hero.
 
 mod area;
+mod casters;
 mod environment;
 mod environment_map;
 mod projector;
@@ -14,6 +15,7 @@ mod spot;
 mod tests;
 
 pub use area::AreaGeometry;
+pub use casters::{Caster, Casters};
 pub use environment::Environment;
 pub use environment_map::{EnvironmentMap, Texel};
 pub use projector::Projector;
@@ -60,6 +62,15 @@ pub struct LightSample<const C: usize> {
     /// of the choice already.
     pub radiance: Sampled<C>,
     pub density: Density,
+}
+
+/// A point of a light's surface and what it emits.
+#[derive(Clone, Copy, Debug)]
+pub struct Emitted<const C: usize> {
+    pub point: SurfacePoint,
+    pub radiance: Sampled<C>,
+    /// Of the point, per unit of area.
+    pub density: f64,
 }
 
 /// The lights of a scene.
@@ -125,6 +136,23 @@ impl Lights {
                 Sampled::ZERO
             }
         }
+    }
+
+    /// A point of an area light's front and what it emits at the wavelengths (nm) of a path. `None` for other lights.
+    pub fn emit<const C: usize>(
+        &self,
+        light: u32,
+        u: [f64; 2],
+        time: f64,
+        nm: &[f64; C],
+    ) -> Option<Emitted<C>> {
+        let Light::Area { geometry, radiance, .. } = &self.lights[light as usize] else { return None };
+        let sample = geometry.sample(u)?;
+        let radiance = match radiance.uniform() {
+            Some(spectrum) => spectrum.sample(nm),
+            None => radiance.sample(&geometry.texture_point(&sample, time), nm),
+        };
+        Some(Emitted { point: sample.surface.point, radiance, density: sample.density })
     }
 
     /// Chooses a light for a place and a point on it. `None` where no light can contribute.

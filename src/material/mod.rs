@@ -137,6 +137,16 @@ impl Materials {
         self.within(id).any(has)
     }
 
+    /// Whether it is smooth whatever is chosen: it sends light on in single directions alone, the same way forth and back.
+    pub fn is_smooth(&self, id: MaterialId) -> bool {
+        match self.get(id) {
+            Material::TwoSided { front, back } => self.is_smooth(*front) && self.is_smooth(*back),
+            Material::Conductor { facets, .. } => facets.is_none(),
+            Material::Dielectric(dielectric) => dielectric.facets.is_none(),
+            _ => false,
+        }
+    }
+
     /// The attributes that textures of a material and those within it want of a mesh.
     pub fn attributes(&self, id: MaterialId) -> Vec<&str> {
         self.within(id).flat_map(Material::textures).flat_map(Texture::attributes).collect()

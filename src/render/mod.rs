@@ -1,6 +1,7 @@
 //! From a compiled scene to an exposed film: pixels, threads, progress, interruption.
 
 mod auxiliary;
+mod light;
 
 pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
 
@@ -9,6 +10,8 @@ use crate::integrator::{self, Seen};
 use crate::sampling::{Sampler, SamplerKind, Stream, mix};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
+use crate::spectrum::{Sampled, Wavelengths};
+use light::LightPass;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -137,6 +140,7 @@ impl Settings {
             alpha: scene.film.alpha,
             responses: scene.film.channels.iter().map(|channel| channel.integral).collect(),
             bins: self.bins,
+            light_paths: scene.caustics().is_some(),
         }
     }
 }
@@ -222,13 +226,18 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         filter: scene.filter_sampler(),
         scale: film.scale(),
         empty: film.pixel_sums(),
+        empty_light: film.light_sums(),
         extras: film.extras.clone(),
     };
     let tiles: Vec<[u32; 2]> = (0..height.div_ceil(TILE))
         .flat_map(|y| (0..width.div_ceil(TILE)).map(move |x| [x * TILE, y * TILE]))
         .collect();
     let film = Mutex::new(film);
+    let light = scene.caustics().map(|caustics| LightPass::new(caustics, &exposure, settings.sampler));
     for pass in passes(schedule.samples_per_replicate) {
+        if let Some(light) = &light {
+            light.expose::<C>(&pass, &film, watch);
+        }
         tiles.par_iter().for_each(|&[left, top]| {
             if watch.stop().load(Ordering::Relaxed) {
                 return;
@@ -255,6 +264,15 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
     film.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
+/// Counts values that are no radiance and leaves them out.
+fn admit<const C: usize>(radiance: &mut Sampled<C>, bad: &mut BadValues) {
+    for lane in 0..C {
+        if radiance[lane] != 0.0 && !bad.admits(radiance[lane]) {
+            radiance[lane] = 0.0;
+        }
+    }
+}
+
 /// A film is whole between any two of its additions, so a poisoned lock is no reason to stop.
 fn lock(film: &Mutex<Film>) -> std::sync::MutexGuard<'_, Film> {
     film.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
@@ -268,6 +286,8 @@ struct Exposure<'a> {
     filter: FilterSampler,
     scale: FixedPoint,
     empty: PixelSums,
+    /// Of one replicate.
+    empty_light: PixelSums,
     extras: Extras,
 }
 
@@ -310,14 +330,28 @@ impl Exposure<'_> {
         if let Some(response) = sample.sensor.response {
             radiance *= response.sample(&wavelengths.nm);
         }
+        admit(&mut radiance, bad);
+        let weight = sample.filter_weight * sample.sensor.weight;
+        self.record(replicate, &(radiance * weight), &wavelengths, sums, bad);
+    }
+
+    /// Adds what a path measured to all channels of a replicate.
+    fn record<const C: usize>(
+        &self,
+        replicate: u32,
+        measured: &Sampled<C>,
+        wavelengths: &Wavelengths<C>,
+        sums: &mut PixelSums,
+        bad: &mut BadValues,
+    ) {
+        let scene = self.scene;
         let mut xyz = [0.0; 3];
         for lane in 0..C {
-            if radiance[lane] == 0.0 || !bad.admits(radiance[lane]) {
+            if measured[lane] == 0.0 {
                 continue;
             }
             let nm = wavelengths.nm[lane];
-            let weight =
-                sample.filter_weight * sample.sensor.weight * radiance[lane] / wavelengths.density[lane];
+            let weight = measured[lane] / wavelengths.density[lane];
             let response = scene.observer.at(nm);
             for channel in 0..3 {
                 xyz[channel] += weight * response[channel];

@@ -5,7 +5,7 @@ use crate::accel::Accel;
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
-use crate::integrator::{Integrator, Limits};
+use crate::integrator::{Caustics, Integrator, Limits};
 use crate::light::Lights;
 use crate::material::{Around, MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, MediumStack};
@@ -26,6 +26,7 @@ pub struct Scene {
     pub limits: Limits,
     pub wavelengths: WavelengthDensity,
     pub lights: Lights,
+    pub(super) caustics: Option<Caustics>,
     /// Of the order of the brightest light's contribution to Y: fixes the film's quantum.
     pub reference_radiance: f64,
     pub(super) needs: Needs,
@@ -91,6 +92,8 @@ pub(super) struct Surface {
     pub parametrised: bool,
     /// Whether light may pass straight through as if there were no surface.
     pub may_pass: bool,
+    /// Whether light paths lead through it; see [`Materials::is_smooth`].
+    pub smooth: bool,
 }
 
 /// What a surface is among others that are met at the same place.
@@ -131,10 +134,12 @@ pub struct Needs {
     pub clear_shadows: bool,
     /// Some surface asks for its coordinates.
     pub textures: bool,
+    /// Caustics are found from the side of the light.
+    pub light_paths: bool,
 }
 
 impl Needs {
-    fn all(&self) -> [(&'static str, bool); 13] {
+    fn all(&self) -> [(&'static str, bool); 14] {
         [
             ("dispersion", self.dispersion),
             ("absorption", self.absorption),
@@ -149,6 +154,7 @@ impl Needs {
             ("mixed materials", self.choices),
             ("transparent shadows", self.clear_shadows),
             ("surface coordinates", self.textures),
+            ("light paths", self.light_paths),
         ]
     }
 
@@ -169,6 +175,7 @@ impl Needs {
             choices: self.choices || other.choices,
             clear_shadows: self.clear_shadows || other.clear_shadows,
             textures: self.textures || other.textures,
+            light_paths: self.light_paths || other.light_paths,
         }
     }
 
@@ -336,6 +343,21 @@ impl Scene {
         let around = self.around(hit, media);
         let at = self.shading_point(hit);
         self.materials.shade(surface.material, &at, toward_eye, &wavelengths.nm, around, choice)
+    }
+
+    /// What light paths begin with, where there are any.
+    pub fn caustics(&self) -> Option<&Caustics> {
+        self.caustics.as_ref()
+    }
+
+    /// Whether light paths lead through a surface.
+    pub fn is_smooth(&self, hit: &Intersection) -> bool {
+        self.surface(hit).smooth
+    }
+
+    /// Whether anything at all is in the way of a ray.
+    pub fn is_occluded(&self, ray: &Ray, time: f64) -> bool {
+        self.accel.occluded(ray, time)
     }
 
     /// Keeps account of the body that a ray enters or leaves by passing through a surface.

@@ -98,6 +98,11 @@ impl Sphere {
         Bounds { min: self.placement.pose.origin - half, max: self.placement.pose.origin + half }
     }
 
+    /// `None` where it is drawn out to an ellipsoid.
+    pub fn radius(&self) -> Option<f64> {
+        self.placement.scale
+    }
+
     pub fn area(&self) -> f64 {
         self.area
     }

@@ -69,6 +69,7 @@ impl MaterialCompiler {
             body,
             parametrised: any(&Material::is_parametrised),
             may_pass: any(&Material::may_pass),
+            smooth: self.materials.is_smooth(material),
         })
     }
 

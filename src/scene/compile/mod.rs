@@ -4,6 +4,7 @@
 //! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single precision: how
 //! far a scene lies from the origin of its file makes no difference.
 
+mod caustics;
 mod contact;
 mod groups;
 mod layered;
@@ -151,7 +152,22 @@ impl Compiler<'_> {
         let shutter = description.sensor.shutter;
         let lights_move = !moving_lights.is_empty() || camera.is_moving();
         let lights = self.weighed(lights, environment, scene_radius).with_motion(moving_lights);
-        let needs = Needs {
+        let limits = Limits {
+            max_depth: description.integrator.max_depth.unwrap_or(u32::MAX),
+            rr_depth: description.integrator.rr_depth,
+            hide_emitters: description.integrator.hide_emitters,
+            passing_counts: !volumetric,
+            techniques: description.integrator.techniques,
+            coverage: match description.integrator.kind {
+                IntegratorKind::Direct => Coverage::Surface,
+                _ => Coverage::Obstacle,
+            },
+        };
+        let integrator = match description.integrator.kind {
+            IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::VolPath => Integrator::Path,
+            IntegratorKind::Walk => Integrator::Walk,
+        };
+        let mut needs = Needs {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
             medium_stack: absorption || bodies_may_nest || contact || precedence || sensor_within,
@@ -165,30 +181,35 @@ impl Compiler<'_> {
             choices: materials.iter().any(Material::chooses),
             clear_shadows: volumetric && surfaces.iter().any(|surface| surface.may_pass),
             textures: surfaces.iter().any(|surface| surface.parametrised),
+            light_paths: false,
         };
+        let setting = caustics::Setting {
+            groups: &groups,
+            shift: &shift,
+            shapes: &shapes,
+            bodies: &bodies,
+            lights: &lights,
+            camera: &camera,
+            camera_medium,
+            limits,
+            range: self.options.range,
+        };
+        let caustics = match integrator {
+            Integrator::Path => setting.caustics(&mut surfaces),
+            Integrator::Walk => None,
+        };
+        needs.light_paths = caustics.is_some();
         Ok(Scene {
             observer: self.options.observer,
-            integrator: match description.integrator.kind {
-                IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::VolPath => Integrator::Path,
-                IntegratorKind::Walk => Integrator::Walk,
-            },
-            limits: Limits {
-                max_depth: description.integrator.max_depth.unwrap_or(u32::MAX),
-                rr_depth: description.integrator.rr_depth,
-                hide_emitters: description.integrator.hide_emitters,
-                passing_counts: !volumetric,
-                techniques: description.integrator.techniques,
-                coverage: match description.integrator.kind {
-                    IntegratorKind::Direct => Coverage::Surface,
-                    _ => Coverage::Obstacle,
-                },
-            },
+            integrator,
+            limits,
             wavelengths: self.wavelengths(&self.responses(&camera, &film), &lights, scene_radius),
             reference_radiance: self.reference(&film, &lights, scene_radius),
             camera,
             shutter,
             film,
             lights,
+            caustics,
             needs,
             accel,
             shapes,

@@ -1,0 +1,107 @@
+//! The light paths of a render: what they bring to the film beside the pixels' own samples.
+
+use super::{Exposure, Watch, admit, lock};
+use crate::film::{BadValues, Film};
+use crate::integrator::{self, Caustics, Splat};
+use crate::sampling::{Sampler, SamplerKind, mix};
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::Ordering;
+
+/// For so many samples of the pixels together there is one light path: what these cost is then small beside the rest, and there are
+/// as many as pixels after few samples.
+const SAMPLES_PER_PATH: u64 = 4;
+
+/// Light paths that are made in one go.
+const CHUNK: u64 = 4096;
+
+/// Stands for a pixel in the sample values of light paths. No film is that large.
+const NO_PIXEL: u32 = u32::MAX;
+
+pub(super) struct LightPass<'a> {
+    caustics: &'a Caustics,
+    exposure: &'a Exposure<'a>,
+    sampler: Sampler,
+    pixels: u64,
+}
+
+impl<'a> LightPass<'a> {
+    pub fn new(caustics: &'a Caustics, exposure: &'a Exposure<'a>, kind: SamplerKind) -> Self {
+        let [width, height] = exposure.scene.film.size;
+        let pixels = u64::from(width) * u64::from(height);
+        // Light paths belong to no pixel: what only the others have to do with pixels, or with few samples, is nothing for them.
+        let kind = match kind {
+            SamplerKind::Independent => kind,
+            _ => SamplerKind::Sobol,
+        };
+        let samples = paths(pixels, exposure.schedule.samples_per_replicate);
+        let sampler = Sampler::new(kind, exposure.seed, u32::try_from(samples).unwrap_or(u32::MAX));
+        Self { caustics, exposure, sampler, pixels }
+    }
+
+    /// The light paths that belong to some samples of each pixel, of every replicate.
+    pub fn expose<const C: usize>(&self, samples: &Range<u32>, film: &Mutex<Film>, watch: &dyn Watch) {
+        let [first, end] = [samples.start, samples.end].map(|samples| paths(self.pixels, samples));
+        let replicates = 0..self.exposure.schedule.replicates;
+        let chunks: Vec<(u32, u64)> = replicates
+            .flat_map(|replicate| (first..end).step_by(CHUNK as usize).map(move |start| (replicate, start)))
+            .collect();
+        chunks.par_iter().for_each(|&(replicate, start)| {
+            if watch.stop().load(Ordering::Relaxed) {
+                return;
+            }
+            let range = start..(start + CHUNK).min(end);
+            let mut bad = BadValues::default();
+            let exposed = self.chunk::<C>(replicate, range.clone(), &mut bad);
+            let mut film = lock(film);
+            for (pixel, sums) in &exposed {
+                film.add_light(*pixel, replicate, sums);
+            }
+            film.count_light(replicate, range.end - range.start);
+            film.bad.add(bad);
+        });
+    }
+
+    fn chunk<const C: usize>(
+        &self,
+        replicate: u32,
+        range: Range<u64>,
+        bad: &mut BadValues,
+    ) -> Vec<([u32; 2], Vec<i64>)> {
+        let Exposure { scene, filter, .. } = self.exposure;
+        let mut sums = self.exposure.empty_light.clone();
+        let mut exposed = Vec::new();
+        for index in range {
+            // Beyond what a sequence holds another begins.
+            let (sequence, within) = ((index >> 32) as u32, index as u32);
+            let stream = self.sampler.stream([NO_PIXEL, sequence], replicate, within);
+            let Some(splat) = integrator::splat::<C>(scene, self.caustics, &stream) else { continue };
+            let Splat { film: place, mut radiance, wavelengths, response } = splat;
+            if let Some(response) = response {
+                radiance *= response.sample(&wavelengths.nm);
+            }
+            admit(&mut radiance, bad);
+            let position = [0, 1].map(|axis| place[axis] - f64::from(scene.film.offset[axis]));
+            let [columns, rows] = filter.reached(position);
+            for [x, y] in rows.flat_map(|y| columns.clone().map(move |x| [x, y])) {
+                let share = filter.at([x, y], position);
+                if share != 0.0 {
+                    sums.begin(
+                        mix(self.exposure.seed ^ mix(index ^ u64::from(replicate) << 48))
+                            ^ u64::from(x) << 32
+                            ^ u64::from(y),
+                    );
+                    self.exposure.record(0, &(radiance * share), &wavelengths, &mut sums, bad);
+                    exposed.push(([x, y], sums.take()));
+                }
+            }
+        }
+        exposed
+    }
+}
+
+/// How many light paths a replicate has after so many samples of each pixel.
+fn paths(pixels: u64, samples: u32) -> u64 {
+    (pixels * u64::from(samples)).div_ceil(SAMPLES_PER_PATH)
+}

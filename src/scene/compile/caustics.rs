@@ -1,0 +1,67 @@
+//! Whether caustics are found on light paths, and from where to where these lead.
+
+use super::contact;
+use super::groups::Groups;
+use crate::camera::Camera;
+use crate::geometry::{Bounds, Transform};
+use crate::integrator::{Caustics, Limits};
+use crate::light::{Caster, Casters, Light, Lights};
+use crate::medium::Body;
+use crate::scene::traceable::Surface;
+use crate::shape::Shape;
+use crate::units::WavelengthRange;
+
+/// All that decides about light paths.
+pub(super) struct Setting<'a> {
+    pub groups: &'a Groups<'a>,
+    pub shift: &'a Transform,
+    pub shapes: &'a [Shape],
+    pub bodies: &'a [Body],
+    pub lights: &'a Lights,
+    pub camera: &'a Camera,
+    pub camera_medium: Option<u32>,
+    pub limits: Limits,
+    pub range: WavelengthRange,
+}
+
+impl Setting<'_> {
+    /// Where light paths begin and where to. `None` where there are none: nothing is smooth, no light has a surface, the sensor does not
+    /// say where a point is seen, or light goes other ways than from surface to surface. Surfaces of which it is not known where they are are
+    /// then no longer smooth.
+    pub fn caustics(&self, surfaces: &mut [Surface]) -> Option<Caustics> {
+        let Limits { hide_emitters, passing_counts, .. } = self.limits;
+        let possible = self.limits.allow_caustics()
+            && passing_counts
+            && !hide_emitters
+            && self.camera_medium.is_none()
+            && self.camera.projects();
+        if !possible {
+            return None;
+        }
+        let own = self.groups.own();
+        for (i, surface) in surfaces[..own].iter_mut().enumerate() {
+            surface.smooth &= !self.groups.moves(i);
+        }
+        let smooth = |shape: usize| surfaces[shape].smooth;
+        let own = (0..own).filter(|&i| smooth(i)).map(|i| Caster::of(&self.shapes[i]));
+        let instances = self.groups.placed_boxes(self.shapes, self.shift).into_iter();
+        let instances = instances.filter(|(range, ..)| range.clone().any(smooth));
+        let casters =
+            Casters::new(own.chain(instances.map(|(_, bounds, _)| Caster::around(bounds))).collect());
+        Caustics::new(casters, &self.lights(surfaces))
+    }
+
+    /// The lights that light paths begin at, with their power: those with a surface that is known to lie outside of all bodies.
+    fn lights(&self, surfaces: &[Surface]) -> Vec<(u32, f64)> {
+        let bodies: Vec<Bounds> =
+            contact::body_boxes(self.groups, self.shift, self.shapes, surfaces, self.bodies).collect();
+        let begins = |(index, light): (u32, &Light)| {
+            let Light::Area { geometry, mean, .. } = light else { return None };
+            let outside =
+                geometry.stands_alone() && !bodies.iter().any(|body| body.overlaps(geometry.bounds()));
+            let power = geometry.area() * mean.integral(self.range);
+            (outside && power > 0.0 && power.is_finite()).then_some((index, power))
+        };
+        (0..).zip(self.lights.iter()).filter_map(begins).collect()
+    }
+}
