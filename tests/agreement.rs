@@ -72,7 +72,7 @@ fn compare(a: &Film, b: &Film) -> (f64, f64) {
 
 /// Both parts of the verdict, at 1 % over all comparisons of this file.
 fn assert_same(what: &str, a: &Film, b: &Film) {
-    let level = sidak(0.01, 2 * (CASES.len() * 3 + 2));
+    let level = sidak(0.01, 2 * (CASES.len() * 3 + 3));
     let (p, z) = compare(a, b);
     println!("{what}: smallest p {p:.3}, means differ by {z:.2} standard errors");
     assert!(p > level, "{what}: a pixel differs, p = {p:e}");
@@ -154,6 +154,17 @@ fn caustics() {
     agrees("caustics");
     let case = CASES.iter().find(|case| case.name == "caustics").unwrap();
     assert!(load(case, "path").needs().light_paths && !load(case, "walk").needs().light_paths);
+}
+
+/// All that light samples lose in its shadow comes back on light paths.
+#[test]
+fn a_ball_of_air_casts_no_shadow() {
+    let with = |height: &str| {
+        scene("tests/scenes/agreement/air.xml", &[("height", height)], WavelengthRange::VISIBLE)
+    };
+    assert!(with("1").needs().light_paths);
+    let films = ["1", "-2"].map(|height| expose(&with(height), &settings(1024, WavelengthCount::Four, 3)));
+    assert_same("a ball of air and none", &films[0], &films[1]);
 }
 
 /// Lights of which parts are cut away, or lie within other parts, some of them moving.

@@ -201,6 +201,7 @@ impl Projective {
 mod tests {
     use super::*;
     use crate::geometry::Transform;
+    use glam::DMat4;
 
     fn settings() -> ProjectiveSettings {
         ProjectiveSettings {
@@ -256,6 +257,42 @@ mod tests {
             assert!((at(4.0, edge[0]) - at(4.0, edge[1])).length() < 1e-6);
             let blur = (at(6.0, edge[0]) - at(6.0, edge[1])).length();
             assert!((blur - 2.0 * 0.1 * (6.0 - 4.0) / 4.0).abs() < 1e-6, "{blur}");
+        }
+    }
+
+    /// Points along a ray are seen where the ray comes from, and as large as the rays around it say.
+    #[test]
+    fn points_are_seen_where_their_rays_come_from() {
+        let turned = DMat4::from_axis_angle(Vec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
+        let placed = Transform::new(DMat4::from_translation(Vec3::new(3.0, -1.0, 2.0)) * turned).unwrap();
+        let lens = ThinLens { aperture: Aperture::Disk { radius: 0.3 }, focus_distance: 4.0 };
+        for projection in [Projection::Pinhole, Projection::ThinLens(lens)] {
+            let placed = Placed::still(&placed).unwrap();
+            let camera = Projective::new(ProjectiveSettings {
+                placed,
+                projection,
+                principal_point: [0.1, -0.2],
+                ..settings()
+            });
+            for (film, u, t) in [
+                ([3.0, 7.0], [0.2, 0.7], 2.5),
+                ([100.0, 50.0], [0.5, 0.5], 7.0),
+                ([190.0, 99.0], [0.9, 0.1], 0.4),
+            ] {
+                let ray = camera.ray(film, u, 0.0);
+                let seen = camera.project(ray.at(t), u, 0.0).unwrap();
+                assert!((seen.film[0] - film[0]).hypot(seen.film[1] - film[1]) < 1e-10, "{seen:?}");
+                assert!((seen.toward_lens + ray.direction).length() < 1e-14);
+                assert!((seen.begins - ray.origin).length() < 1e-14);
+                let step = 1e-3;
+                let at = |dx: f64, dy: f64| {
+                    camera.ray([film[0] + dx * step, film[1] + dy * step], u, 0.0).direction
+                };
+                let solid_angle = (at(0.5, 0.0) - at(-0.5, 0.0)).cross(at(0.0, 0.5) - at(0.0, -0.5)).length();
+                let expected = step * step / solid_angle;
+                assert!((seen.pixels_per_steradian / expected - 1.0).abs() < 1e-6, "{seen:?} {expected}");
+                assert!(camera.project(ray.origin - ray.direction, u, 0.0).is_none());
+            }
         }
     }
 }

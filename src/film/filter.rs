@@ -259,4 +259,42 @@ mod tests {
             }
         }
     }
+
+    /// What a filter weighs a place with is what its samples make of the place.
+    #[test]
+    fn filters_weigh_places_as_they_sample_them() {
+        const STEPS: u32 = 64;
+        for kind in ALL {
+            for sample_border in [false, true] {
+                let sampler = FilterSampler::new(kind, [5, 4], sample_border);
+                for pixel in [[0, 0], [2, 1], [4, 3]] {
+                    let (mut sampled, mut weighed, mut whole) = (0.0, 0.0, 0.0);
+                    let measure = |[x, y]: [f64; 2]| (0.7 * x - 0.3 * y).sin();
+                    let middles = |from: f64, width: f64, steps: u32| {
+                        (0..steps).map(move |i| from + width * (f64::from(i) + 0.5) / f64::from(steps))
+                    };
+                    for (u, v) in
+                        middles(0.0, 1.0, STEPS).flat_map(|u| middles(0.0, 1.0, STEPS).map(move |v| (u, v)))
+                    {
+                        let (place, weight) = sampler.sample(pixel, [u, v]);
+                        sampled += weight * measure(place) / f64::from(STEPS * STEPS);
+                    }
+                    let (from, width, fine) = (-4.0, 13.0, 13 * 32);
+                    let cell = (width / f64::from(fine)).powi(2);
+                    for (x, y) in middles(from, width, fine)
+                        .flat_map(|x| middles(from, width, fine).map(move |y| (x, y)))
+                    {
+                        let at = sampler.at(pixel, [x, y]);
+                        let [columns, rows] = sampler.reached([x, y]);
+                        let reached = columns.contains(&pixel[0]) && rows.contains(&pixel[1]);
+                        assert!(reached || at == 0.0, "{kind:?} {pixel:?} {x} {y}");
+                        weighed += at * measure([x, y]) * cell;
+                        whole += at * cell;
+                    }
+                    assert!((whole - 1.0).abs() < 2e-3, "{kind:?} {pixel:?}: {whole}");
+                    assert!((sampled - weighed).abs() < 4e-3, "{kind:?} {pixel:?}: {sampled} {weighed}");
+                }
+            }
+        }
+    }
 }

@@ -447,6 +447,28 @@ mod tests {
         assert_eq!(film.combined(1, 0, [1.0, 0.0, 0.0]).mean, 0.0);
     }
 
+    /// Each replicate's light is divided by the number of its own paths.
+    #[test]
+    fn light_paths_count_for_all_pixels() {
+        let extras = Extras { light_paths: true, ..Extras::default() };
+        let mut film = Film::new(2, 1, 2, extras, FixedPoint::for_reference(1.0));
+        let mut sums = film.pixel_sums();
+        (0..2).for_each(|replicate| sums.add(replicate, 1, 1.0, film.scale(), &mut film.bad));
+        sums.count(1);
+        film.add(0, 0, &sums);
+        film.add(1, 0, &sums);
+        let mut light = film.light_sums();
+        for (replicate, value, paths) in [(0, 6.0, 3), (1, 16.0, 4)] {
+            light.add(0, 1, value, film.scale(), &mut film.bad);
+            film.add_light([1, 0], replicate, &light.take());
+            film.count_light(replicate, paths);
+        }
+        let y = [0.0, 1.0, 0.0];
+        assert_eq!(film.combined(0, 0, y), Measured { mean: 1.0, error: 0.0 });
+        assert_eq!([0, 1].map(|replicate| film.of_replicate(1, 0, replicate, y)), [3.0, 5.0]);
+        assert_eq!(film.combined(1, 0, y), Measured { mean: 4.0, error: 1.0 });
+    }
+
     #[test]
     fn the_order_of_samples_leaves_no_trace() {
         let values: Vec<f64> = (0..64).map(|i| 1e-9 + 1e3 * (1.0 + (f64::from(i) * 0.7).sin())).collect();

@@ -160,3 +160,97 @@ impl Aim {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::chi_square;
+    use rand::Rng;
+    use rand_pcg::Pcg64Mcg;
+
+    fn at(x: f64, y: f64, z: f64, radius: f64) -> Caster {
+        Caster { centre: Vec3::new(x, y, z), radius }
+    }
+
+    fn point(normal: Vec3) -> SurfacePoint {
+        SurfacePoint { position: Vec3::ZERO, normal, error: 0.0 }
+    }
+
+    /// The mean of one over the density is the solid angle that is covered, and a cone is filled evenly from its axis to its rim.
+    #[test]
+    fn directions_follow_their_density() {
+        const DIRECTIONS: usize = 200_000;
+        const RINGS: usize = 16;
+        let one = vec![at(1.0, 0.5, 2.0, 0.8)];
+        let overlapping = vec![at(1.0, 0.5, 2.0, 0.8), at(0.5, 0.5, 2.0, 0.9), at(0.0, -3.0, 1.0, 0.3)];
+        for casters in [one, overlapping] {
+            let aim = Casters::new(casters).seen_from(&point(Vec3::Z)).unwrap();
+            let Aim::Cones { cones, .. } = &aim else { panic!("{aim:?}") };
+            let mut generator = Pcg64Mcg::new(cones.len() as u128);
+            let mut next = || (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+            let (mut sum, mut squares) = (0.0, 0.0);
+            let mut rings = vec![0.0; RINGS];
+            for _ in 0..DIRECTIONS {
+                let (direction, density) = aim.sample(next(), [next(), next()]).unwrap();
+                sum += 1.0 / density;
+                squares += 1.0 / (density * density);
+                let share = 0.5 * (direction - cones[0].axis).length_squared() / cones[0].height;
+                if let Some(count) = rings.get_mut((share * RINGS as f64) as usize) {
+                    *count += 1.0;
+                }
+            }
+            // By a grid of equal solid angles.
+            const FINE: usize = 2000;
+            let covered = (0..FINE * FINE).filter(|i| {
+                let z = ((i / FINE) as f64 + 0.5) / FINE as f64 * 2.0 - 1.0;
+                let (sin, cos) = angle::sin_cos(TAU * ((i % FINE) as f64 + 0.5) / FINE as f64);
+                let across = (1.0 - z * z).sqrt();
+                cones.iter().any(|cone| cone.holds(Vec3::new(across * cos, across * sin, z)))
+            });
+            let expected = 2.0 * TAU * covered.count() as f64 / (FINE * FINE) as f64;
+            let n = DIRECTIONS as f64;
+            let (mean, error) = (sum / n, ((squares / n - (sum / n).powi(2)).max(0.0) / n).sqrt());
+            // The grid's own error is that of its cells along the rims.
+            assert!((mean - expected).abs() < 4.0 * error + 2e-3 * expected, "{mean} ± {error}, {expected}");
+            if cones.len() == 1 {
+                assert!(chi_square(&rings, &[n / RINGS as f64; RINGS]).p_value > 0.01, "{rings:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_light_within_a_body_shines_everywhere() {
+        let aim = Casters::new(vec![at(0.0, 0.1, 0.3, 1.0)]).seen_from(&point(Vec3::Z)).unwrap();
+        let (direction, density) = aim.sample(0.3, [0.2, 0.9]).unwrap();
+        assert!(direction.z > 0.0 && (density - direction.z * FRAC_1_PI).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_is_behind_a_light_is_not_aimed_at() {
+        let behind = Casters::new(vec![at(0.0, 0.0, -2.0, 0.5)]);
+        assert!(behind.seen_from(&point(Vec3::Z)).is_none());
+        assert!(behind.seen_from(&point(-Vec3::Z)).is_some());
+    }
+
+    #[test]
+    fn spheres_of_many_bodies_hold_them_all() {
+        let bodies: Vec<Caster> = (0..100)
+            .map(|i| {
+                let turn = f64::from(i) * 0.7;
+                at(
+                    10.0 * turn.cos(),
+                    f64::from(i % 7),
+                    5.0 * (1.3 * turn).sin(),
+                    0.1 + 0.01 * f64::from(i % 5),
+                )
+            })
+            .collect();
+        let Casters(spheres) = Casters::new(bodies.clone());
+        assert_eq!(spheres.len(), MOST);
+        for body in bodies {
+            let held = |sphere: &Caster| sphere.centre.distance(body.centre) + body.radius <= sphere.radius;
+            assert!(spheres.iter().any(held), "{body:?}");
+        }
+        assert!(Casters::new(Vec::new()).is_empty());
+    }
+}
