@@ -107,11 +107,15 @@ mod tests {
             put(&(0.1 * f64::from(x)).to_le_bytes());
             put(&(-x).to_le_bytes());
             put(&7_i16.to_le_bytes());
-            [0.25, 0.125 * x, x + 1.0, x + 2.0, x + 3.0].map(|value| put(&value.to_le_bytes()));
+            for value in [0.25, 0.125 * x, x + 1.0, x + 2.0, x + 3.0] {
+                put(&value.to_le_bytes());
+            }
         }
         for triangle in 0..triangles {
             put(&[3]);
-            [triangle, triangle + 1, triangle + 2].map(|index| put(&index.to_le_bytes()));
+            for index in triangle..triangle + 3 {
+                put(&index.to_le_bytes());
+            }
             more.into_iter().for_each(|flag| put(&[flag]));
         }
         bytes
