@@ -338,9 +338,9 @@ fn vertices(
     if let Some((rows, columns)) = Rows::of_numbers(cursor, format, element).filter(|_| attributes.is_empty())
         && taken.iter().all(|&at| rows.all([columns[at]], |x| (x as f32).is_finite()))
     {
-        let vectors = |at: [usize; 3]| rows.map(at.map(|i| columns[i]), |vector| vector.map(|x| x as f32));
-        mesh.positions = vectors(position);
-        mesh.normals = normal.map(vectors);
+        let vector = |vector: [f64; 3]| vector.map(|x| x as f32);
+        mesh.positions = rows.map(position.map(|i| columns[i]), vector);
+        mesh.normals = normal.map(|at| rows.map(at.map(|i| columns[i]), vector));
         mesh.uvs = uv.map(|at| rows.map(at.map(|i| columns[i]), |[u, v]| [u as f32, place_v(v)]));
         cursor.at += rows.size();
         return Ok(());
