@@ -1,65 +1,21 @@
-//! From shapes to the tree: a binary tree by the crate obvhs (parallel locally-ordered clustering with
-//! reinsertion), collapsed into nodes of eight.
+//! From surfaces to the tree: a binary one over their boxes, turned into nodes of eight.
 
-use super::collapse::{Collapse, LeafCost};
-use super::instance::Slice;
+use super::collapse::{LeafCost, open};
+use super::grow::{Tree, grow};
 use super::memory::in_large_pages;
-use super::node::{self, Child, Node, NodeSpace};
-use super::packet::{Packet, WIDTH};
-use super::{Accel, Instance, Other};
+use super::node::{Child, Node, NodeSpace};
+use super::packet::WIDTH;
+use super::surfaces::Surfaces;
+use super::{Accel, Instance};
 use crate::geometry::{Bounds, Vec3};
+use crate::shape::Shape;
 use crate::shape::solid::Solid;
-use crate::shape::{Pieces, Shape};
 use glam::Vec3A;
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::builder::build_bvh2;
 use obvhs::bvh2::node::Bvh2Node;
-use std::collections::BTreeSet;
+use rayon::prelude::*;
+use smallvec::SmallVec;
 use std::sync::Arc;
-use std::time::Duration;
-
-/// One surface, or a group of them. Shapes are counted from the first of the list.
-#[derive(Clone, Copy)]
-enum Primitive {
-    Triangle { shape: u32, triangle: u32 },
-    Analytic { shape: u32 },
-    Piece { shape: u32, piece: u32 },
-    Instance { index: u32, during: [f64; 2] },
-    Solid(u32),
-}
-
-/// What one slot of a node can become.
-#[derive(Clone, Copy)]
-enum Part {
-    /// A node of the binary tree that has children.
-    Inner(usize),
-    /// Triangles or other primitives, as a range of `order`.
-    Leaf { first: usize, count: usize, other: bool },
-}
-
-struct Builder<'a> {
-    shapes: &'a [Shape],
-    /// Index of the first shape, as hits are to carry it.
-    first: u32,
-    solids: &'a [Arc<Solid>],
-    primitives: &'a [Primitive],
-    boxes: &'a [Aabb],
-    tree: &'a [Bvh2Node],
-    /// Primitives in the order of the binary tree's leaves.
-    order: Vec<u32>,
-    accel: Accel,
-}
-
-/// All that a tree is built over.
-struct Surfaces<'a> {
-    shapes: &'a [Shape],
-    instances: &'a [Instance],
-    solids: &'a [Arc<Solid>],
-    shutter: [f64; 2],
-    /// The shapes, counted from the first of the list, and the instances that are met as parts of solids alone.
-    parts: [BTreeSet<u32>; 2],
-}
 
 pub(super) fn build(
     shapes: &[Shape],
@@ -68,233 +24,215 @@ pub(super) fn build(
     instances: Vec<Instance>,
     shutter: [f64; 2],
 ) -> Accel {
-    let parts = || solids.iter().flat_map(|solid| solid.parts());
-    let parts = [
-        parts().map(|(shape, _)| shape - first).collect(),
-        parts().filter_map(|(_, carried)| carried).collect(),
-    ];
-    let surfaces = Surfaces { shapes, instances: &instances, solids, shutter, parts };
-    let scene = surfaces.bounds();
-    let space = NodeSpace::new(if scene.is_empty() { Bounds::of([Vec3::ZERO]) } else { scene });
-    let (primitives, boxes) = surfaces.primitives(&space);
-    let accel = Accel {
+    let surfaces = Surfaces::new(shapes, first, solids, &instances, shutter);
+    let bounds = surfaces.bounds();
+    let space = NodeSpace::new(if bounds.is_empty() { Bounds::of([Vec3::ZERO]) } else { bounds });
+    let items = surfaces.items(&space);
+    let mut accel = Accel {
         space,
         nodes: Vec::new(),
         packets: Vec::new(),
         others: Vec::new(),
-        instances,
-        bounds: scene,
+        instances: Vec::new(),
+        bounds,
         stack_size: 0,
     };
-    if primitives.is_empty() {
-        return accel;
+    if !items.is_empty() {
+        let tree = grow(items, |primitives| leaf_cost(&surfaces, primitives));
+        let parts = Collapser { surfaces: &surfaces, space: &space, tree: &tree }.collapse();
+        drop(tree);
+        join(parts, &surfaces, &mut accel);
     }
-    // Builds in about half the time of the next slower preset. Four triangles are one packet.
-    let parameters = BvhBuildParams { max_prims_per_leaf: 4, ..BvhBuildParams::fast_build() };
-    let tree = build_bvh2(&boxes, parameters, &mut Duration::default());
-    let order = tree.primitive_indices;
-    let leaves = tree.nodes.len() / 2 + 1;
-    let accel = Accel { packets: in_large_pages(leaves), ..accel };
-    let mut builder = Builder {
-        shapes,
-        first,
-        solids,
-        primitives: &primitives,
-        boxes: &boxes,
-        tree: &tree.nodes,
-        order,
-        accel,
-    };
-    builder.collapse();
-    builder.accel
+    drop(surfaces);
+    accel.instances = instances;
+    accel
 }
 
-impl Surfaces<'_> {
-    /// The shapes that are met by themselves, with their places in the list.
-    fn own_shapes(&self) -> impl Iterator<Item = (u32, &Shape)> {
-        (0u32..).zip(self.shapes).filter(|(shape, _)| !self.parts[0].contains(shape))
-    }
-
-    /// Likewise.
-    fn own_instances(&self) -> impl Iterator<Item = (u32, &Instance)> {
-        (0u32..).zip(self.instances).filter(|(instance, _)| !self.parts[1].contains(instance))
-    }
-
-    fn bounds(&self) -> Bounds {
-        let shapes = self.own_shapes().map(|(_, shape)| shape.bounds());
-        let instances = self.own_instances().map(|(_, instance)| instance.bounds(self.shutter));
-        let solids = self.solids.iter().map(|solid| solid.bounds());
-        Bounds::of_all(shapes.chain(instances).chain(solids))
-    }
-
-    /// Everything that can be hit, with its box in node space.
-    fn primitives(&self, space: &NodeSpace) -> (Vec<Primitive>, Vec<Aabb>) {
-        let pieces = |shape: &Shape| match shape {
-            Shape::Mesh(mesh) => mesh.triangle_count(),
-            _ => Pieces::of(shape).map_or(1, |pieces| pieces.count()),
-        };
-        let count = self.own_shapes().map(|(_, shape)| pieces(shape)).sum::<usize>()
-            + self.instances.len()
-            + self.solids.len();
-        let (mut primitives, mut boxes) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        let mut add = |primitive: Primitive, bounds: Bounds| {
-            let bounds = space.of(bounds);
-            boxes.push(Aabb::new(Vec3A::from(bounds.min.as_vec3()), Vec3A::from(bounds.max.as_vec3())));
-            primitives.push(primitive);
-        };
-        for (shape, surface) in self.own_shapes() {
-            match surface {
-                Shape::Mesh(mesh) => {
-                    for triangle in 0..mesh.triangle_count() as u32 {
-                        if !mesh.is_degenerate(triangle) {
-                            add(Primitive::Triangle { shape, triangle }, Bounds::of(mesh.triangle(triangle)));
-                        }
-                    }
-                }
-                _ => match Pieces::of(surface) {
-                    Some(pieces) => {
-                        for piece in 0..pieces.count() as u32 {
-                            add(Primitive::Piece { shape, piece }, pieces.bounds(piece));
-                        }
-                    }
-                    None => add(Primitive::Analytic { shape }, surface.bounds()),
-                },
-            }
-        }
-        for (index, instance) in self.own_instances() {
-            for Slice { during, bounds } in instance.slices(self.shutter) {
-                if !bounds.is_empty() {
-                    add(Primitive::Instance { index, during }, bounds);
-                }
-            }
-        }
-        for (index, solid) in (0u32..).zip(self.solids) {
-            if !solid.bounds().is_empty() {
-                add(Primitive::Solid(index), solid.bounds());
-            }
-        }
-        (primitives, boxes)
-    }
+fn leaf_cost(surfaces: &Surfaces, primitives: &[u32]) -> LeafCost {
+    let triangles = primitives.iter().filter(|&&primitive| surfaces.is_triangle(primitive)).count();
+    let others = primitives.len() - triangles;
+    let packets = triangles.div_ceil(WIDTH);
+    LeafCost { slots: packets.min(1) + others.min(1), visit: (packets + others) as f32 }
 }
 
-impl Builder<'_> {
-    /// Turns the binary tree into nodes of eight, in depth-first order.
-    fn collapse(&mut self) {
-        let collapse = Collapse::new(self.tree, |leaf| self.leaf_cost(leaf));
-        // Nodes of the binary tree that wait to become nodes, with the slots that will refer to them.
-        let mut todo = vec![(0, None, 1)];
-        let mut deepest = 0;
-        while let Some((root, slot, depth)) = todo.pop() {
-            deepest = deepest.max(depth);
-            let index = self.accel.nodes.len();
-            if let Some((parent, lane)) = slot {
-                let parent: &mut Node = &mut self.accel.nodes[parent];
-                parent.set_child(lane, Child::of_node(index));
+/// Nodes that belong together, and what is in their leaves. Indices count from the first of the same list.
+#[derive(Default)]
+struct Part {
+    nodes: Vec<Node>,
+    /// Triangles, packet for packet.
+    packets: Vec<[u32; WIDTH]>,
+    others: Vec<u32>,
+    /// What is referred to by nodes of the part above: from where, and its index.
+    entries: Vec<(Place, usize)>,
+    deepest: usize,
+}
+
+/// A node and one of its slots.
+type Place = (usize, usize);
+
+/// A node of the binary tree that is to become a node.
+#[derive(Clone, Copy)]
+struct Waiting {
+    root: usize,
+    /// What will refer to it.
+    place: Option<Place>,
+    depth: usize,
+}
+
+/// So many subtrees become one part.
+const SUBTREES: usize = 64;
+
+/// What one slot of a node becomes.
+enum Slot {
+    /// A node of the binary tree that has children.
+    Inner(usize),
+    Leaf {
+        primitives: SmallVec<[u32; 4]>,
+        bounds: Aabb,
+        other: bool,
+    },
+}
+
+/// Fills what is left of a packet.
+const NONE: u32 = u32::MAX;
+
+struct Collapser<'a> {
+    surfaces: &'a Surfaces<'a>,
+    space: &'a NodeSpace,
+    tree: &'a Tree,
+}
+
+impl Collapser<'_> {
+    /// The top of the tree, and what comes below.
+    fn collapse(&self) -> Vec<Part> {
+        let mut below = Vec::new();
+        let mut whole = |waiting: Waiting| {
+            let Bvh2Node { prim_count, first_index, .. } = self.tree.nodes[waiting.root];
+            let in_cluster = prim_count == 0 && first_index as usize >= self.tree.top;
+            if in_cluster {
+                below.push(waiting);
             }
-            let parts = self.parts(&collapse, root);
-            let boxes: Vec<_> = parts.iter().map(|part| self.part_box(part)).collect();
+            in_cluster
+        };
+        let mut top = Part::default();
+        self.fill(&mut top, Waiting { root: 0, place: None, depth: 1 }, &mut whole);
+        let subtrees = |waiting: &[Waiting]| {
+            let mut part = Part::default();
+            for &Waiting { root, place, depth } in waiting {
+                part.entries.extend(place.map(|place| (place, part.nodes.len())));
+                self.fill(&mut part, Waiting { root, place: None, depth }, &mut |_| false);
+            }
+            part
+        };
+        let parts = below.par_chunks(SUBTREES).map(subtrees).collect::<Vec<_>>();
+        std::iter::once(top).chain(parts).collect()
+    }
+
+    /// Adds nodes from one node of the binary tree downwards, in depth-first order, but for those that are left out.
+    fn fill(&self, part: &mut Part, from: Waiting, leave_out: &mut impl FnMut(Waiting) -> bool) {
+        let mut todo = vec![from];
+        while let Some(waiting) = todo.pop() {
+            if leave_out(waiting) {
+                continue;
+            }
+            let Waiting { root, place, depth } = waiting;
+            part.deepest = part.deepest.max(depth);
+            let index = part.nodes.len();
+            if let Some((parent, lane)) = place {
+                part.nodes[parent].set_child(lane, Child::of_node(index));
+            }
+            let slots = self.slots(root);
+            let boxes: SmallVec<[Bounds; 8]> = slots.iter().map(|slot| self.bounds(slot)).collect();
             let mut node = Node::new(&boxes);
-            for (lane, part) in parts.into_iter().enumerate() {
-                match part {
-                    Part::Inner(inner) => todo.push((inner, Some((index, lane)), depth + 1)),
-                    Part::Leaf { first, count, other } => {
-                        let leaf = self.leaf(first, count, other);
-                        node.set_child(lane, leaf);
+            for (lane, slot) in slots.into_iter().enumerate() {
+                match slot {
+                    Slot::Inner(root) => {
+                        todo.push(Waiting { root, place: Some((index, lane)), depth: depth + 1 })
+                    }
+                    Slot::Leaf { primitives, other: true, .. } => {
+                        node.set_child(lane, Child::leaf(part.others.len(), primitives.len(), true));
+                        part.others.extend(primitives);
+                    }
+                    Slot::Leaf { primitives, other: false, .. } => {
+                        let count = primitives.len().div_ceil(WIDTH);
+                        node.set_child(lane, Child::leaf(part.packets.len(), count, false));
+                        let packet =
+                            |own: &[u32]| std::array::from_fn(|i| own.get(i).copied().unwrap_or(NONE));
+                        part.packets.extend(primitives.chunks(WIDTH).map(packet));
                     }
                 }
             }
-            self.accel.nodes.push(node);
+            part.nodes.push(node);
         }
-        // Every node on the way down leaves at most seven siblings waiting, the last one eight.
-        self.accel.stack_size = 7 * deepest + 1;
-        let mut nodes = in_large_pages(self.accel.nodes.len());
-        nodes.append(&mut self.accel.nodes);
-        self.accel.nodes = nodes;
     }
 
-    /// At most eight parts of a node of the binary tree.
-    fn parts(&mut self, collapse: &Collapse, root: usize) -> Vec<Part> {
-        let mut parts = Vec::with_capacity(node::WIDTH);
-        let tree = self.tree;
-        let roots = if tree[root].prim_count > 0 { vec![root] } else { collapse.parts(root) };
-        for part in roots {
-            match tree[part] {
-                Bvh2Node { prim_count: 0, .. } => parts.push(Part::Inner(part)),
-                Bvh2Node { prim_count, first_index, .. } => {
-                    parts.extend(self.leaves(first_index as usize, prim_count as usize));
+    /// At most eight, of a node of the binary tree.
+    fn slots(&self, root: usize) -> SmallVec<[Slot; 8]> {
+        let Tree { nodes, shares, order, .. } = self.tree;
+        let parts = if nodes[root].prim_count > 0 {
+            SmallVec::from_slice(&[root])
+        } else {
+            open(nodes, shares, root)
+        };
+        let mut slots = SmallVec::new();
+        for part in parts {
+            let node = &nodes[part];
+            if node.prim_count == 0 {
+                slots.push(Slot::Inner(part));
+                continue;
+            }
+            let first = node.first_index as usize;
+            let own = &order[first..first + node.prim_count as usize];
+            let (triangles, others): (SmallVec<[u32; 4]>, SmallVec<[u32; 4]>) =
+                own.iter().copied().partition(|&primitive| self.surfaces.is_triangle(primitive));
+            let mixed = !triangles.is_empty() && !others.is_empty();
+            for (primitives, other) in [(triangles, false), (others, true)] {
+                if !primitives.is_empty() {
+                    let bounds = if mixed { self.around(&primitives) } else { *node.aabb() };
+                    slots.push(Slot::Leaf { primitives, bounds, other });
                 }
             }
         }
-        parts
+        slots
     }
 
-    fn leaf_cost(&self, leaf: &Bvh2Node) -> LeafCost {
-        let first = leaf.first_index as usize;
-        let items = &self.order[first..first + leaf.prim_count as usize];
-        let triangles = items.iter().filter(|&&item| self.is_triangle(item)).count();
-        let others = items.len() - triangles;
-        let packets = triangles.div_ceil(WIDTH);
-        LeafCost { slots: packets.min(1) + others.min(1), visit: (packets + others) as f32 }
+    /// The box around some primitives.
+    fn around(&self, primitives: &[u32]) -> Aabb {
+        let bounds = primitives.iter().filter_map(|&primitive| self.surfaces.bounds_of(primitive));
+        let bounds = self.space.of(Bounds::of_all(bounds));
+        Aabb::new(Vec3A::from(bounds.min.as_vec3()), Vec3A::from(bounds.max.as_vec3()))
     }
 
-    fn is_triangle(&self, item: u32) -> bool {
-        matches!(self.primitives[item as usize], Primitive::Triangle { .. })
-    }
-
-    fn leaves(&mut self, first: usize, count: usize) -> Vec<Part> {
-        let primitives = self.primitives;
-        let other = |item: &u32| !matches!(primitives[*item as usize], Primitive::Triangle { .. });
-        let items = &mut self.order[first..first + count];
-        items.sort_by_key(other);
-        let triangles = items.partition_point(|item| !other(item));
-        let runs = [(first, triangles, false), (first + triangles, count - triangles, true)];
-        let leaves = runs.into_iter().filter(|run| run.1 > 0);
-        leaves.map(|(first, count, other)| Part::Leaf { first, count, other }).collect()
-    }
-
-    fn part_box(&self, part: &Part) -> Bounds {
-        let aabb = match *part {
-            Part::Inner(node) => *self.tree[node].aabb(),
-            Part::Leaf { first, count, .. } => self.order[first..first + count]
-                .iter()
-                .fold(Aabb::INVALID, |union, &item| union.union(&self.boxes[item as usize])),
+    fn bounds(&self, slot: &Slot) -> Bounds {
+        let aabb = match slot {
+            Slot::Inner(node) => self.tree.nodes[*node].aabb(),
+            Slot::Leaf { bounds, .. } => bounds,
         };
         Bounds { min: aabb.min.as_dvec3(), max: aabb.max.as_dvec3() }
     }
+}
 
-    fn leaf(&mut self, first: usize, count: usize, other: bool) -> Child {
-        let items = self.order[first..first + count].iter().map(|&item| self.primitives[item as usize]);
-        let start = if other { self.accel.others.len() } else { self.accel.packets.len() };
-        for (i, item) in items.enumerate() {
-            match item {
-                Primitive::Analytic { shape } => {
-                    let surface = self.shapes[shape as usize].clone();
-                    self.accel.others.push((self.first + shape, Other::Shape(surface)));
-                }
-                Primitive::Piece { shape, piece } => {
-                    if let Some(pieces) = Pieces::of(&self.shapes[shape as usize]) {
-                        self.accel.others.push((self.first + shape, Other::Piece { pieces, piece }));
-                    }
-                }
-                Primitive::Instance { index, during } => {
-                    self.accel.others.push((index, Other::Instance { during }));
-                }
-                Primitive::Solid(index) => {
-                    let solid = self.solids[index as usize].clone();
-                    self.accel.others.push((index, Other::Solid(solid)));
-                }
-                Primitive::Triangle { shape, triangle } => {
-                    if i % WIDTH == 0 {
-                        self.accel.packets.push(Packet::default());
-                    }
-                    if let (Shape::Mesh(mesh), Some(packet)) =
-                        (&self.shapes[shape as usize], self.accel.packets.last_mut())
-                    {
-                        packet.set(i % WIDTH, mesh.triangle_f32(triangle), self.first + shape, triangle);
-                    }
-                }
-            }
+/// Puts the parts of a tree one behind the other, the top first.
+fn join(parts: Vec<Part>, surfaces: &Surfaces, accel: &mut Accel) {
+    let sum = |count: fn(&Part) -> usize| parts.iter().map(count).sum::<usize>();
+    let mut nodes: Vec<Node> = in_large_pages(sum(|part| part.nodes.len()));
+    let mut triangles: Vec<[u32; WIDTH]> = Vec::with_capacity(sum(|part| part.packets.len()));
+    let mut others = Vec::with_capacity(sum(|part| part.others.len()));
+    let mut deepest = 0;
+    for part in parts {
+        let first = nodes.len();
+        for ((parent, lane), index) in part.entries {
+            nodes[parent].set_child(lane, Child::of_node(first + index));
         }
-        Child::leaf(start, if other { count } else { count.div_ceil(WIDTH) }, other)
+        nodes.extend(part.nodes.into_iter().map(|node| node.moved(first, triangles.len(), others.len())));
+        triangles.extend(part.packets);
+        others.extend(part.others.iter().filter_map(|&other| surfaces.other(other)));
+        deepest = deepest.max(part.deepest);
     }
+    let mut packets = in_large_pages(triangles.len());
+    let packet = |triangles: &[u32; WIDTH]| surfaces.packet(triangles);
+    triangles.par_iter().with_min_len(1 << 10).map(packet).collect_into_vec(&mut packets);
+    // Every node on the way down leaves at most seven siblings waiting, the last one eight.
+    accel.stack_size = 7 * deepest + 1;
+    (accel.nodes, accel.packets, accel.others) = (nodes, packets, others);
 }

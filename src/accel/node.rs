@@ -178,6 +178,17 @@ impl Child {
         Self(bits)
     }
 
+    /// The same where its lists come behind so many nodes, packets and others.
+    fn moved(self, nodes: usize, packets: usize, others: usize) -> Self {
+        let by = match self {
+            Self::EMPTY => 0,
+            _ if !self.is_leaf() => nodes,
+            _ if self.is_other() => others,
+            _ => packets,
+        };
+        Self(self.0 + by as u32)
+    }
+
     pub fn is_other(self) -> bool {
         self.0 & Self::OTHER != 0
     }
@@ -227,6 +238,11 @@ impl Node {
 
     pub fn set_child(&mut self, lane: usize, child: Child) {
         self.children[lane] = child;
+    }
+
+    /// The same where what it refers to comes behind so many nodes, packets and others.
+    pub fn moved(self, nodes: usize, packets: usize, others: usize) -> Self {
+        Self { children: self.children.map(|child| child.moved(nodes, packets, others)), ..self }
     }
 
     pub fn child(&self, lane: usize) -> Child {

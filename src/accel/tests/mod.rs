@@ -118,6 +118,15 @@ fn finds_what_a_loop_finds() {
     }
     let large = [Shape::Mesh(soup(3000, 0.05, &mut random))];
     agrees_with_brute_force(&large, 10_000, &mut random, |_| {});
+    // So many that they are clustered in parts; triangles without area among them, and some in one place.
+    let mut many = mixture(200, 0.05, &mut random);
+    many.push(Shape::Mesh(soup(30_000, 0.01, &mut random)));
+    many.push(Shape::Mesh(soup(500, 0.0, &mut random)));
+    let one = soup(1, 0.1, &mut random).data().clone();
+    let indices = vec![one.indices[0]; 100];
+    many.push(Shape::Mesh(Mesh::new(MeshData { indices, ..one }).unwrap()));
+    let hits = agrees_with_brute_force(&many, 300, &mut random, |_| {});
+    assert!(hits > 50, "only {hits} rays hit anything");
 }
 
 #[test]

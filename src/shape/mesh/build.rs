@@ -3,6 +3,7 @@
 use super::{Mesh, MeshData, to_f64};
 use crate::geometry::{Transform, Vec3};
 use crate::shape::{Rectangle, ShapeError};
+use rayon::prelude::*;
 
 impl MeshData {
     /// The mesh under an affine map, rounded to `f32` once.
@@ -12,9 +13,9 @@ impl MeshData {
     /// what Mitsuba shades and emits by. Without vertex normals the winding stays, as there: the mesh is turned inside out.
     pub fn transformed(&self, to_world: &Transform) -> Self {
         let mut placed = self.clone();
-        for position in &mut placed.positions {
+        placed.positions.par_iter_mut().with_min_len(1 << 12).for_each(|position| {
             *position = to_world.point(to_f64(*position)).as_vec3().to_array();
-        }
+        });
         if let Some(normals) = &mut placed.normals {
             for normal in normals {
                 let image = to_world.normal(to_f64(*normal)).try_normalize().unwrap_or(Vec3::ZERO);

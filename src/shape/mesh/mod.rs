@@ -14,8 +14,9 @@ use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
 pub use deform::Deformation;
 use exact::Exact;
 pub use normals::compute_vertex_normals;
+use rayon::prelude::*;
 use sampling::AreaTable;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// What a mesh is made from. Positions and normals are in world space.
 #[derive(Clone, Debug, Default)]
@@ -57,7 +58,8 @@ pub struct Mesh {
     bounds: Bounds,
     /// Error bound of a point on it and of the test against it; see [`Mesh::error_bound`].
     error: f64,
-    table: AreaTable,
+    /// Made when it is first asked for: few meshes are lights.
+    table: OnceLock<AreaTable>,
     /// For a mesh that is one rectangle of two triangles.
     rectangle: Option<Rectangle>,
 }
@@ -65,15 +67,19 @@ pub struct Mesh {
 impl Mesh {
     pub fn new(data: MeshData) -> Result<Self, ShapeError> {
         validate(&data)?;
-        let used = data.indices.iter().flatten().map(|&index| to_f64(data.positions[index as usize]));
-        let bounds = Bounds::of(used);
-        let areas = data.indices.iter().map(|&indices| {
-            let [a, b, c] = indices.map(|index| to_f64(data.positions[index as usize]));
-            0.5 * (b - a).cross(c - a).length()
-        });
-        let table = AreaTable::new(areas);
+        let used =
+            |indices: &[u32; 3]| Bounds::of(indices.map(|index| to_f64(data.positions[index as usize])));
+        let bounds = data.indices.par_iter().with_min_len(1 << 12).map(used);
+        let bounds = bounds.reduce(|| Bounds::EMPTY, Bounds::union);
         let data = Arc::new(data);
-        Ok(Self { error: error_bound(bounds), bounds, table, data, exact: None, rectangle: None })
+        Ok(Self {
+            error: error_bound(bounds),
+            bounds,
+            table: OnceLock::new(),
+            data,
+            exact: None,
+            rectangle: None,
+        })
     }
 
     pub fn triangle_count(&self) -> usize {

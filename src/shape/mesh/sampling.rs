@@ -1,6 +1,6 @@
 //! Choosing points on meshes.
 
-use super::Mesh;
+use super::{Mesh, to_f64};
 use crate::geometry::Vec3;
 use crate::shape::{AreaSample, ShapeSample};
 
@@ -35,9 +35,18 @@ impl AreaTable {
 }
 
 impl Mesh {
+    fn table(&self) -> &AreaTable {
+        self.table.get_or_init(|| {
+            AreaTable::new(self.data.indices.iter().map(|&indices| {
+                let [a, b, c] = indices.map(|index| to_f64(self.data.positions[index as usize]));
+                0.5 * (b - a).cross(c - a).length()
+            }))
+        })
+    }
+
     /// Total area of all triangles.
     pub fn area(&self) -> f64 {
-        self.table.total()
+        self.table().total()
     }
 
     /// Uniform in area. `None` for a mesh without area.
@@ -46,7 +55,7 @@ impl Mesh {
         if area.is_nan() || area <= 0.0 {
             return None;
         }
-        let (triangle, fraction) = self.table.choose(u[0]);
+        let (triangle, fraction) = self.table().choose(u[0]);
         // The square folded along its diagonal, and corrected for the fold (as in
         // Heitz, "A Low-Distortion Map Between Triangle and Square", 2019): continuous, area-preserving.
         let barycentric = square_to_triangle([fraction, u[1]]);
@@ -64,7 +73,7 @@ impl Mesh {
         let (triangle, barycentric) = if self.rectangle.is_some() {
             self.rectangle_place(u)
         } else {
-            let (triangle, fraction) = self.table.choose(u[1]);
+            let (triangle, fraction) = self.table().choose(u[1]);
             let across = (1.0 - u[0]).sqrt();
             (triangle, [1.0 - across, across * fraction])
         };

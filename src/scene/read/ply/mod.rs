@@ -5,11 +5,13 @@
 
 mod attributes;
 mod header;
+mod rows;
 
 use super::meshes::{MeshError, MeshFile, MeshOptions, MeshResult, Position};
 use crate::shape::MeshData;
 use attributes::Columns;
 use header::header;
+use rows::Rows;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Format {
@@ -331,6 +333,18 @@ fn vertices(
     element.refuse_whole_numbers(&taken)?;
     let mut attributes = Columns::of(element, &taken, false)?;
     let normal = normal.filter(|_| !options.face_normals);
+    let place_v = |v: f64| if options.flip_tex_coords { 1.0 - v as f32 } else { v as f32 };
+    // What is not finite is left to the loop below, which says where it is.
+    if let Some((rows, columns)) = Rows::of_numbers(cursor, format, element).filter(|_| attributes.is_empty())
+        && taken.iter().all(|&at| rows.all([columns[at]], |x| (x as f32).is_finite()))
+    {
+        let vector = |vector: [f64; 3]| vector.map(|x| x as f32);
+        mesh.positions = rows.map(position.map(|i| columns[i]), vector);
+        mesh.normals = normal.map(|at| rows.map(at.map(|i| columns[i]), vector));
+        mesh.uvs = uv.map(|at| rows.map(at.map(|i| columns[i]), |[u, v]| [u as f32, place_v(v)]));
+        cursor.at += rows.size();
+        return Ok(());
+    }
     let mut row = vec![0.0; element.properties.len()];
     let mut positions = Vec::with_capacity(element.count);
     let mut normals = Vec::with_capacity(if normal.is_some() { element.count } else { 0 });
@@ -353,8 +367,8 @@ fn vertices(
             normals.push(vector(normal));
         }
         if let Some(uv) = uv {
-            let [u, v] = uv.map(|i| row[i] as f32);
-            uvs.push([u, if options.flip_tex_coords { 1.0 - v } else { v }]);
+            let [u, v] = uv.map(|i| row[i]);
+            uvs.push([u as f32, place_v(v)]);
         }
     }
     mesh.positions = positions;
@@ -380,6 +394,15 @@ fn faces(
     let Some(corners) = element.properties.iter().position(named) else {
         return Err(MeshError::new("The faces have no corners", "expected a list property vertex_indices"));
     };
+    let is_index = |index: f64| index >= 0.0 && index < f64::from(u32::MAX);
+    // What is wrong is left to the loop below, which says where it is.
+    if let Some((rows, columns)) = Rows::of_triples(cursor, format, element)
+        && rows.all(columns, is_index)
+    {
+        mesh.indices = rows.map(columns, |triangle| triangle.map(|index| index as u32));
+        cursor.at += rows.size();
+        return Ok(false);
+    }
     let mut attributes = Columns::of(element, &[], true)?;
     let mut row = vec![0.0; element.properties.len()];
     let mut polygon = Vec::new();
@@ -395,7 +418,7 @@ fn faces(
             let problem = format!("A face with {} corners", polygon.len());
             return wrong(problem, "expected at least 3 corners", cursor);
         }
-        if let Some(bad) = polygon.iter().find(|&&index| !(index >= 0.0 && index < f64::from(u32::MAX))) {
+        if let Some(bad) = polygon.iter().find(|&&index| !is_index(index)) {
             return wrong(format!("A face refers to vertex {bad}"), "expected indices from 0", cursor);
         }
         if polygon.len() > 3 && !attributes.is_empty() {
