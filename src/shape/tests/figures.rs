@@ -1,7 +1,7 @@
 //! Figures against what they are by definition, in numbers of 32 digits.
 
 use super::doubled::{Doubled, Polynomial};
-use super::oracle::{Exact, Line, any_ray, check_against, near};
+use super::oracle::{Exact, Line, Tally, any_ray, check_against, near};
 use super::{close, direction, placement};
 use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel, Shape, ShapeError, Sphere};
@@ -241,9 +241,7 @@ fn check_superquadrics(rays: u32) {
             let doubt = |ray: &Ray| superellipsoid(&Line::new(ray, &to_world), exponents, semi_axes).1;
             let shape = figure(&to_world, &kind);
             let name = format!("superquadric {exponents:?}");
-            let doubtful = check_against(&name, &shape, exact, doubt, rays, (10 * i + j) as u64);
-            println!("{name}: {doubtful} of {rays} rays touch or pass a crease within rounding");
-            assert!(f64::from(doubtful) < 0.1 * f64::from(rays));
+            check_against(&name, &shape, exact, doubt, rays, (10 * i + j) as u64).tell(&name);
         }
     }
 }
@@ -358,7 +356,7 @@ fn revolved(line: &Line, kind: &FigureKind) -> (Vec<Doubled>, f64) {
 }
 
 fn check_revolutions(rays: u32) {
-    let (mut doubtful, mut all) = (0, 0);
+    let mut tally = Tally::default();
     let turned = |kind: &FigureKind| matches!(kind, FigureKind::Revolution { .. });
     for (i, (name, kind)) in kinds().into_iter().filter(|kind| turned(&kind.1)).enumerate() {
         for (j, to_world) in
@@ -381,12 +379,10 @@ fn check_revolutions(rays: u32) {
             };
             let least_stretch = 1.0 / f64::sqrt(longest(inverse) * longest(inverse.transpose()));
             let doubt = |ray: &Ray| revolved(&Line::new(ray, &to_world), &kind).1 * least_stretch;
-            doubtful += check_against(name, &shape, exact, doubt, rays, (10 * i + j) as u64);
-            all += rays;
+            tally += check_against(name, &shape, exact, doubt, rays, (10 * i + j) as u64);
         }
     }
-    println!("{doubtful} of {all} rays touch or pass a rim within rounding");
-    assert!(f64::from(doubtful) < 0.1 * f64::from(all));
+    tally.tell("revolutions");
 }
 
 /// The density less the threshold of all blobs in 32 digits, without the exponential's.
@@ -510,7 +506,7 @@ fn revolutions_are_crossed_where_the_oracle_says_a_million_times() {
 }
 
 fn check_prisms(rays: u32) {
-    let (mut doubtful, mut all) = (0, 0);
+    let mut tally = Tally::default();
     let flat = |kind: &FigureKind| matches!(kind, FigureKind::Polygon { .. } | FigureKind::Extrusion { .. });
     for (i, (name, kind)) in kinds().into_iter().filter(|kind| flat(&kind.1)).enumerate() {
         for (j, (scale, distance)) in
@@ -533,12 +529,10 @@ fn check_prisms(rays: u32) {
                 prism(&Line::new(ray, &to_world), &kind).1 / (1.0 + origin + 10.0 * there)
                     * (1.0 + ray.origin.length())
             };
-            doubtful += check_against(name, &shape, exact, doubt, rays, (10 * i + j) as u64);
-            all += rays;
+            tally += check_against(name, &shape, exact, doubt, rays, (10 * i + j) as u64);
         }
     }
-    println!("{doubtful} of {all} rays touch or pass a rim within rounding");
-    assert!(f64::from(doubtful) < 0.1 * f64::from(all));
+    tally.tell("prisms");
 }
 
 #[test]
