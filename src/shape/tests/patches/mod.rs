@@ -421,6 +421,22 @@ fn poles_have_normals() {
     }
 }
 
+/// Beside a border that is a point, parts as small as rounding lie next to one another: what they hold is one crossing, with a bound.
+#[test]
+fn beside_a_pole_a_crossing_is_told_once() {
+    let lid = kinds().into_iter().find(|kind| kind.0 == "lid").unwrap().1;
+    let place = placement(Vec3::new(0.9, 0.5, 0.3));
+    let made = shape(&place, &[lid], false);
+    let origin = Vec3::new(0.8213539123766571, 2.8311439902467983, 0.6439977847752779);
+    let ray = Ray::new(origin, Vec3::new(-0.14449910795837456, -0.9891837347293387, -0.02521005248211683));
+    let found = made.crossings(&ray);
+    let line = resultant::Line::new(ray.origin, ray.direction, Vec3::ZERO);
+    let [known] = resultant::all_crossings(&exact_points(&place, &lid), &line)[..] else { panic!() };
+    assert!(known.v.high < 2e-10 && found.len() == 1, "{known:?} {found:?}");
+    let off = (Doubled::from(found[0].hit.t) - known.t).high.abs();
+    assert!(off <= found[0].error && found[0].error < 1e-12 && found[0].enters == known.against, "{found:?}");
+}
+
 #[test]
 fn what_is_no_patch_is_refused() {
     let made = |patches: &[ControlNet]| Patches::new(&Transform::IDENTITY, patches, false).err();
