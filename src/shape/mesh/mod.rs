@@ -8,13 +8,13 @@ mod sampling;
 
 use super::crossing::{Crossing, Crossings};
 use super::rectangle::Rectangle;
+use super::shares::Shares;
 use super::triangle::{RaySpace, TriangleHit};
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
 pub use deform::Deformation;
 use exact::Exact;
 pub use normals::compute_vertex_normals;
-use sampling::AreaTable;
 use std::sync::Arc;
 
 /// What a mesh is made from. Positions and normals are in world space.
@@ -57,7 +57,8 @@ pub struct Mesh {
     bounds: Bounds,
     /// Error bound of a point on it and of the test against it; see [`Mesh::error_bound`].
     error: f64,
-    table: AreaTable,
+    /// Areas of triangles.
+    shares: Shares,
     /// For a mesh that is one rectangle of two triangles.
     rectangle: Option<Rectangle>,
 }
@@ -71,9 +72,9 @@ impl Mesh {
             let [a, b, c] = indices.map(|index| to_f64(data.positions[index as usize]));
             0.5 * (b - a).cross(c - a).length()
         });
-        let table = AreaTable::new(areas);
+        let shares = Shares::new(areas);
         let data = Arc::new(data);
-        Ok(Self { error: error_bound(bounds), bounds, table, data, exact: None, rectangle: None })
+        Ok(Self { error: error_bound(bounds), bounds, shares, data, exact: None, rectangle: None })
     }
 
     pub fn triangle_count(&self) -> usize {
