@@ -1,5 +1,7 @@
 //! What is particular to quadrics.
 
+mod crossed;
+
 use super::{close, near, placement};
 use crate::geometry::{Bounds, Ray, Transform, Vec3};
 use crate::shape::{Quadric, QuadricKind, Shape, ShapeError, Sheets, Sphere};
