@@ -6,8 +6,9 @@ mod revolutions;
 mod superquadrics;
 
 use super::doubled::Doubled;
+use super::leaving::{Leaving, PLACES, leave, placed};
 use super::oracle::any_ray;
-use super::{close, direction, placement};
+use super::{close, direction};
 use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel, Shape, ShapeError};
 use rand::{RngExt, SeedableRng};
@@ -210,26 +211,21 @@ fn coordinates_and_tangents() {
 fn no_figure_is_met_where_it_is_left() {
     let mut random = Random::seed_from_u64(3);
     for (name, kind) in kinds() {
-        for (scale, distance) in [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e5), (1e-3, 1e2)] {
-            let place = placement(Vec3::new(0.9, 0.5, 0.3) * scale)
-                .then(&Transform::translation(direction(&mut random) * distance));
-            let shape = figure(&place, &kind);
+        for (scale, distance) in PLACES {
+            let shape = figure(&placed([scale, distance], &mut random), &kind);
             let Shape::Figure(made) = &shape else { unreachable!() };
             let (closed, curved) = (made.is_closed(), made.is_curved());
             for _ in 0..5_000 {
-                let Some(sample) = shape.sample([random.random(), random.random()]) else { continue };
-                let point = sample.surface.point;
-                let angle = 10f64.powf(random.random_range(-4.0..0.0));
-                let across = direction(&mut random).cross(point.normal).normalize();
-                let leaving = point.ray((across * angle.cos() + point.normal * angle.sin()).normalize());
+                let Some(Leaving { point, angle, outward, inward }) = leave(&shape, &mut random) else {
+                    continue;
+                };
                 let tiny = if curved { 1e-3 * angle } else { 1e-9 };
-                if let Some(hit) = shape.intersect(&leaving) {
-                    let met = shape.surface(&hit, &leaving).point;
+                if let Some(hit) = shape.intersect(&outward) {
+                    let met = shape.surface(&hit, &outward).point;
                     // In a corner another piece may be as near as one likes.
                     let corner = met.normal.dot(point.normal) < 0.99;
                     assert!(hit.t > tiny * scale || corner, "{name} {scale} {angle:e}: {:e}", hit.t);
                 }
-                let inward = point.ray((across * angle.cos() - point.normal * angle.sin()).normalize());
                 let crossings = shape.crossings(&inward);
                 let ahead = crossings.iter().filter(|crossing| crossing.hit.t >= 0.0).count();
                 let edge =
