@@ -16,8 +16,8 @@
 //! Nothing is left out but by a proof, rounding included, and no two places are taken for one unless they turn the same way and are
 //! no further apart than rounding. So a line through a point that two patches share meets at least one of them, whatever the
 //! rounding, at the price of meeting both if it is that near. Where a border has shrunk to a point the parts about it become as
-//! small as rounding; what is left of them then is met. Where F is flat over a longer part the line runs in the surface or touches
-//! it, which is a miss.
+//! small as rounding; what is left of them then is met, as one where it lies together. Where F is flat over a longer part the line
+//! runs in the surface or touches it, which is a miss.
 
 use super::net::Net;
 use crate::geometry::Vec3;
