@@ -163,7 +163,7 @@ fn joined(parts: &[Part]) -> SmallVec<[Part; 2]> {
 }
 
 impl Near {
-    /// Half of what of the line is beside a speck, as a product with its direction: 0 of other places.
+    /// How far along the line, as a product with its direction, a speck reaches from its middle: 0 of other places.
     fn stretch(&self, patch: &Anchored, place: &Place) -> f64 {
         if !place.is_speck {
             return 0.0;
@@ -172,9 +172,9 @@ impl Near {
             let half = 0.5 * place.spread[axis];
             [place.at[axis] - half, place.at[axis] + half]
         });
+        let middle = patch.points.value(place.at);
         let part = patch.points.part(sides);
-        let Range(low, high) = range(part.all().map(|point| (point - self.start).dot(self.direction)));
-        0.5 * (high - low)
+        part.all().fold(0.0, |most: f64, point| most.max((point - middle).dot(self.direction).abs()))
     }
 
     fn meeting(&self, patch: &Anchored, seen: &Net<DVec2>, place: &Place) -> Meeting {
