@@ -2,7 +2,7 @@
 
 use super::doubled::Polynomial;
 use super::leaving::{Leaving, PLACES, leave, placed};
-use super::oracle::{Functions, Line, Oracle, Tally, any_ray, check};
+use super::oracle::{Functions, Line, Oracle, SURE_FROM, Tally, any_ray, check};
 use super::{close, near, placement};
 use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::{Shape, ShapeError, Torus};
@@ -36,7 +36,7 @@ fn check_tori(rays: u32) {
             tally += check("torus", &shape, &oracle, &to_world, rays, (2 * i + j) as u64);
         }
     }
-    tally.tell("tori");
+    tally.tell("tori", SURE_FROM);
 }
 
 #[test]

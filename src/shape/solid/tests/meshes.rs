@@ -104,7 +104,7 @@ fn closed_meshes_do_not_leak() {
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes a quarter of an hour"]
 fn closed_meshes_do_not_leak_on_millions_of_lines() {
     seal(15_000_000);
 }

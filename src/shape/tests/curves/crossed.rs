@@ -140,7 +140,7 @@ fn curves_are_crossed_where_the_oracle_says() {
 }
 
 #[test]
-#[ignore = "takes half an hour"]
+#[ignore = "takes a quarter of an hour"]
 fn curves_are_crossed_where_the_oracle_says_a_million_times() {
     check_all(100_000);
 }

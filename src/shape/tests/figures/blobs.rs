@@ -154,7 +154,7 @@ fn blobs_are_crossed_where_their_density_passes_the_threshold() {
 }
 
 #[test]
-#[ignore = "takes an hour"]
+#[ignore = "takes two minutes"]
 fn blobs_are_crossed_where_their_density_passes_the_threshold_a_million_times() {
     check_blobs(170_000);
 }

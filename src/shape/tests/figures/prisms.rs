@@ -3,7 +3,7 @@
 use super::{double, figure, kinds, letter};
 use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::tests::doubled::{Doubled, Polynomial};
-use crate::shape::tests::oracle::{Exact, Line, Tally, check_against, near};
+use crate::shape::tests::oracle::{Exact, Line, SURE_FROM, Tally, check_against, near};
 use crate::shape::tests::{close, direction, placement};
 use crate::shape::{FigureKind, FillRule};
 use rand::{RngExt, SeedableRng};
@@ -140,7 +140,7 @@ fn check_prisms(rays: u32) {
             tally += check_against(name, &shape, exact, doubt, rays, (10 * i + j) as u64);
         }
     }
-    tally.tell("prisms");
+    tally.tell("prisms", SURE_FROM);
 }
 
 #[test]

@@ -135,7 +135,8 @@ fn check_revolutions(rays: u32) {
             tally += check_against(name, &shape, exact, doubt, rays, (10 * i + j) as u64);
         }
     }
-    tally.tell("revolutions");
+    // They judge by their sharpest bend, whichever way the line goes: where it runs almost along a cone they are sure only later.
+    tally.tell("revolutions", 1e-7);
 }
 
 #[test]

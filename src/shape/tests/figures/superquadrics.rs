@@ -4,7 +4,7 @@ use super::{figure, superquadric};
 use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::FigureKind;
 use crate::shape::tests::doubled::{Doubled, Polynomial};
-use crate::shape::tests::oracle::{Exact, Line, check_against, near};
+use crate::shape::tests::oracle::{Exact, Line, SURE_FROM, check_against, near};
 use crate::shape::tests::placement;
 
 /// The function's polynomials where the line is in one octant and their crossings there: for powers that are whole numbers.
@@ -52,7 +52,7 @@ fn check_superquadrics(rays: u32) {
             let doubt = |ray: &Ray| superellipsoid(&Line::new(ray, &to_world), exponents, semi_axes).1;
             let shape = figure(&to_world, &kind);
             let name = format!("superquadric {exponents:?}");
-            check_against(&name, &shape, exact, doubt, rays, (10 * i + j) as u64).tell(&name);
+            check_against(&name, &shape, exact, doubt, rays, (10 * i + j) as u64).tell(&name, SURE_FROM);
         }
     }
 }

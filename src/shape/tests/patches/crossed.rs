@@ -163,7 +163,7 @@ fn patches_are_crossed_where_the_oracle_says() {
 }
 
 #[test]
-#[ignore = "takes an hour"]
+#[ignore = "takes six minutes"]
 fn patches_are_crossed_where_the_oracle_says_a_million_times() {
     check_all(48_000);
 }

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Bounds, Ray, Transform, Vec3};
 use crate::shape::tests::doubled::{Doubled, Polynomial};
-use crate::shape::tests::oracle::{Functions, Line, Oracle, Tally, check, near};
+use crate::shape::tests::oracle::{Functions, Line, Oracle, SURE_FROM, Tally, check, near};
 use crate::shape::tests::{direction, placement};
 use crate::shape::{Quadric, QuadricKind, Shape, Sheets, Sphere};
 use rand::{RngExt, SeedableRng};
@@ -137,7 +137,7 @@ fn check_quadrics(rays: u32) {
             }
         }
     }
-    tally.tell("quadrics");
+    tally.tell("quadrics", SURE_FROM);
 }
 
 #[test]
