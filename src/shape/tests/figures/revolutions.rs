@@ -145,7 +145,7 @@ fn revolutions_are_crossed_where_the_oracle_says() {
 }
 
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "takes a minute"]
 fn revolutions_are_crossed_where_the_oracle_says_a_million_times() {
     check_revolutions(125_000);
 }
