@@ -25,6 +25,7 @@ mod quadric;
 mod rectangle;
 mod sampled;
 mod sdfgrid;
+mod shares;
 pub mod solid;
 mod sphere;
 mod support;

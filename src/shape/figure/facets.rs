@@ -3,6 +3,7 @@
 use super::outline::Trapezoid;
 use crate::geometry::Vec3;
 use crate::shape::placement::Placement;
+use crate::shape::shares::Shares;
 use glam::DVec2;
 
 /// A flat piece in local coordinates.
@@ -16,38 +17,35 @@ pub(super) enum Facet {
 
 #[derive(Clone, Debug)]
 pub(super) struct Facets {
-    /// With the part that each belongs to and the world area of all up to its end.
-    facets: Vec<(Facet, u32, f64)>,
+    /// With the part that each belongs to.
+    facets: Vec<(Facet, u32)>,
+    /// Areas in the world.
+    shares: Shares,
 }
 
 impl Facets {
     pub fn new(placement: &Placement, facets: impl IntoIterator<Item = (Facet, u32)>) -> Self {
-        let mut sum = 0.0;
-        let with_sum = facets.into_iter().map(|(facet, part)| {
-            sum += match facet {
-                Facet::Level { shape, .. } => shape.area() * placement.area_stretch(Vec3::Z),
-                Facet::Wall { from, to, heights: [low, high] } => {
-                    let world = |vector: Vec3| placement.pose.world_vector(vector);
-                    world((to - from).extend(0.0)).cross(world(Vec3::Z)).length() * (high - low)
-                }
-            };
-            (facet, part, sum)
-        });
-        Self { facets: with_sum.collect() }
+        let facets: Vec<(Facet, u32)> = facets.into_iter().collect();
+        let area = |(facet, _): &(Facet, u32)| match *facet {
+            Facet::Level { shape, .. } => shape.area() * placement.area_stretch(Vec3::Z),
+            Facet::Wall { from, to, heights: [low, high] } => {
+                let world = |vector: Vec3| placement.pose.world_vector(vector);
+                world((to - from).extend(0.0)).cross(world(Vec3::Z)).length() * (high - low)
+            }
+        };
+        let shares = Shares::new(facets.iter().map(area));
+        Self { facets, shares }
     }
 
     /// In the world.
     pub fn area(&self) -> f64 {
-        self.facets.last().map_or(0.0, |last| last.2)
+        self.shares.total()
     }
 
     /// The point for `u` in [0, 1)² and its part.
     pub fn sample(&self, u: [f64; 2]) -> (Vec3, u32) {
-        let at = u[0] * self.area();
-        let index = self.facets.partition_point(|facet| facet.2 <= at).min(self.facets.len() - 1);
-        let before = if index == 0 { 0.0 } else { self.facets[index - 1].2 };
-        let (facet, part, end) = self.facets[index];
-        let within = ((at - before) / (end - before)).clamp(0.0, 1.0);
+        let (index, within) = self.shares.choose(u[0]);
+        let (facet, part) = self.facets[index];
         let point = match facet {
             Facet::Level { shape, z } => shape.point([within, u[1]]).extend(z),
             Facet::Wall { from, to, heights: [low, high] } => {

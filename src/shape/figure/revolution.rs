@@ -31,9 +31,13 @@ struct InPlane {
     direction: DVec2,
     /// Distance of the plane from the axis.
     off: f64,
-    /// Bound on the errors of coordinates.
+    /// Bound on the errors of coordinates, those of the line included.
     height: f64,
 }
+
+/// What rounding adds to the side of a line that is taken as given. Two crossings are looked for until they are as near to one as
+/// that; what the line itself is off by says only how sure they are.
+const NOISE: f64 = 16.0 * f64::EPSILON;
 
 impl InPlane {
     /// Half of the chord that the plane cuts from a circle around the axis.
@@ -53,7 +57,7 @@ impl InPlane {
         let half = self.half_chord(at.x);
         let by_radius = if half > 0.0 { at.x / half } else { f64::INFINITY };
         let slope = self.direction.x * slope.y - self.direction.y * branch * slope.x * by_radius;
-        Sample { value: self.side(branch * half, at.y), slope, error: self.height }
+        Sample { value: self.side(branch * half, at.y), slope, error: NOISE }
     }
 
     /// Over a part of a piece, where all of r, z and their derivatives only rise or only fall.
@@ -166,7 +170,7 @@ impl Revolution {
             let mut edges: SmallVec<[f64; 8]> = SmallVec::from_slice(&[range[0]]);
             if !monotonic {
                 let along = |s: f64| plane.function(piece, branch, s);
-                isolate(range, plane.height, &along, &|part| plane.enclose(piece, branch, part), &mut edges);
+                isolate(range, NOISE, &along, &|part| plane.enclose(piece, branch, part), &mut edges);
             }
             edges.push(range[1]);
             if edges.len() == 2 && !differ {
@@ -242,7 +246,7 @@ impl Local for Revolution {
             start: DVec2::new(across.dot(ahead), start.z),
             direction: DVec2::new(if speed > UPRIGHT { speed } else { 0.0 }, direction.z),
             off: if speed > UPRIGHT { ahead.perp_dot(across).abs() } else { 0.0 },
-            height: 4.0 * rounding + 16.0 * f64::EPSILON,
+            height: 4.0 * rounding + NOISE,
         };
         let mut met: SmallVec<[Met; 8]> = SmallVec::new();
         for index in 0..self.pieces.len() {

@@ -10,11 +10,11 @@ mod terrain;
 use super::crossing::{Crossing, Crossings};
 use super::grid::{Change, Line, Pyramid, Signs, Stretch, index, place};
 use super::placement::Placement;
+use super::shares::Shares;
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::roots::difference_of_products;
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::DMat4;
-use sampling::Table;
 use smallvec::SmallVec;
 use std::sync::Arc;
 pub use terrain::Terrain;
@@ -42,7 +42,7 @@ pub struct HeightField {
     solid: bool,
     smooth: bool,
     inward: bool,
-    table: Table,
+    shares: Shares,
 }
 
 /// The part of the body's surface that is no height, after the cells: the sides at x = −1, x = 1, y = −1, y = 1, and the base.
@@ -135,9 +135,9 @@ impl HeightField {
             solid: base.is_some(),
             smooth,
             inward: flip_normals,
-            table: Table::default(),
+            shares: Shares::default(),
         };
-        field.table = Table::new(&field);
+        field.shares = sampling::shares(&field);
         Ok(field)
     }
 

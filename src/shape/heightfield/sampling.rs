@@ -4,53 +4,21 @@ use super::{BASE, HeightField, index, place, wall_normal};
 use crate::geometry::{SurfacePoint, Vec3};
 use crate::sampling::quadrature::gauss_legendre;
 use crate::shape::AreaSample;
+use crate::shape::shares::Shares;
 
-/// Running sums of the areas of patches (by the normals in their middles), of the sides' strips, and of the base.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Table {
-    sums: Vec<f64>,
-}
-
-impl Table {
-    pub fn new(field: &HeightField) -> Self {
-        let mut total = 0.0;
-        let cells = field.data.pyramid.cells();
-        let patches = (0..cells).map(|cell| {
-            let patch = field.patch(place(field.size(), cell));
-            field.element(field.upward(&patch, [0.5; 2])) * field.cell_area()
-        });
-        let strips = (0..field.strips()).map(|strip| {
-            let (wall, [first, last], width) = field.strip(strip);
-            field.element(wall_normal(wall)) * 0.5 * (first + last) * width
-        });
-        let base = field.solid.then(|| 4.0 * field.element(Vec3::Z));
-        let areas = patches.chain(strips).chain(base);
-        let sums = areas.map(|area| {
-            total += area;
-            total
-        });
-        Self { sums: sums.collect() }
-    }
-
-    fn total(&self) -> f64 {
-        self.sums.last().copied().unwrap_or(0.0)
-    }
-
-    fn below(&self, choice: usize) -> f64 {
-        if choice == 0 { 0.0 } else { self.sums[choice - 1] }
-    }
-
-    fn probability(&self, choice: usize) -> f64 {
-        (self.sums[choice] - self.below(choice)) / self.total()
-    }
-
-    /// The choice in which the fraction `u` of the sum ends, and how far into it.
-    fn choose(&self, u: f64) -> (usize, f64) {
-        let target = u * self.total();
-        let choice = self.sums.partition_point(|&sum| sum <= target).min(self.sums.len() - 1);
-        let fraction = (target - self.below(choice)) / (self.sums[choice] - self.below(choice));
-        (choice, fraction.clamp(0.0, 1.0 - f64::EPSILON))
-    }
+/// Areas of patches (by the normals in their middles), of the sides' strips, and of the base.
+pub(super) fn shares(field: &HeightField) -> Shares {
+    let cells = field.data.pyramid.cells();
+    let patches = (0..cells).map(|cell| {
+        let patch = field.patch(place(field.size(), cell));
+        field.element(field.upward(&patch, [0.5; 2])) * field.cell_area()
+    });
+    let strips = (0..field.strips()).map(|strip| {
+        let (wall, [first, last], width) = field.strip(strip);
+        field.element(wall_normal(wall)) * 0.5 * (first + last) * width
+    });
+    let base = field.solid.then(|| 4.0 * field.element(Vec3::Z));
+    Shares::new(patches.chain(strips).chain(base))
 }
 
 impl HeightField {
@@ -96,7 +64,7 @@ impl HeightField {
         const NODES: usize = 5;
         let nodes: Vec<(f64, f64)> = gauss_legendre(NODES).collect();
         let cells = self.data.pyramid.cells();
-        let mut sum = self.table.total() - self.table.below(cells.min(self.table.sums.len()));
+        let mut sum = self.shares.total() - self.shares.below(cells);
         for cell in 0..cells {
             let patch = self.patch(place(self.size(), cell));
             for &(x, wx) in &nodes {
@@ -111,7 +79,7 @@ impl HeightField {
 
     /// A patch or strip by its area, and a place: evenly over a patch's projection, and over a strip.
     pub fn sample(&self, u: [f64; 2]) -> AreaSample {
-        let (choice, fraction) = self.table.choose(u[0]);
+        let (choice, fraction) = self.shares.choose(u[0]);
         let cells = self.data.pyramid.cells();
         let density = self.density();
         let (local, part) = if choice < cells {
@@ -143,10 +111,10 @@ impl HeightField {
         if part < cells {
             let (cell, at) = self.locate(local, part);
             let element = self.element(self.upward(&self.patch(cell), at));
-            return self.table.probability(part) / (self.cell_area() * element);
+            return self.shares.of(part) / self.shares.total() / (self.cell_area() * element);
         }
         // All but patches have the same density everywhere.
-        1.0 / self.table.total()
+        1.0 / self.shares.total()
     }
 
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
@@ -155,7 +123,7 @@ impl HeightField {
         let outward = normal * if self.inward { -1.0 } else { 1.0 };
         // Heights never face sideways or down.
         if self.solid && outward.z <= 1e-9 * outward.length() {
-            return 1.0 / self.table.total();
+            return 1.0 / self.shares.total();
         }
         let (size, density) = (self.size(), self.density());
         let cell = [0, 1].map(|axis| {

@@ -8,6 +8,7 @@ mod sampling;
 
 use super::crossing::{Crossing, Crossings};
 use super::rectangle::Rectangle;
+use super::shares::Shares;
 use super::triangle::{RaySpace, TriangleHit};
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
@@ -15,7 +16,6 @@ pub use deform::Deformation;
 use exact::Exact;
 pub use normals::compute_vertex_normals;
 use rayon::prelude::*;
-use sampling::AreaTable;
 use std::sync::{Arc, OnceLock};
 
 /// What a mesh is made from. Positions and normals are in world space.
@@ -58,8 +58,8 @@ pub struct Mesh {
     bounds: Bounds,
     /// Error bound of a point on it and of the test against it; see [`Mesh::error_bound`].
     error: f64,
-    /// Made when it is first asked for: few meshes are lights.
-    table: OnceLock<AreaTable>,
+    /// Areas of triangles. Made when they are first asked for: few meshes are lights.
+    shares: OnceLock<Shares>,
     /// For a mesh that is one rectangle of two triangles.
     rectangle: Option<Rectangle>,
 }
@@ -75,7 +75,7 @@ impl Mesh {
         Ok(Self {
             error: error_bound(bounds),
             bounds,
-            table: OnceLock::new(),
+            shares: OnceLock::new(),
             data,
             exact: None,
             rectangle: None,

@@ -2,42 +2,13 @@
 
 use super::{Mesh, to_f64};
 use crate::geometry::Vec3;
+use crate::shape::shares::Shares;
 use crate::shape::{AreaSample, ShapeSample};
 
-/// Running sums of triangle areas.
-#[derive(Clone, Debug)]
-pub(super) struct AreaTable {
-    sums: Vec<f64>,
-}
-
-impl AreaTable {
-    pub fn new(areas: impl Iterator<Item = f64>) -> Self {
-        let mut total = 0.0;
-        let sums = areas.map(|area| {
-            total += area;
-            total
-        });
-        Self { sums: sums.collect() }
-    }
-
-    fn total(&self) -> f64 {
-        self.sums.last().copied().unwrap_or(0.0)
-    }
-
-    /// The triangle in which the fraction `u` of the area ends, and how far into it.
-    fn choose(&self, u: f64) -> (u32, f64) {
-        let target = u * self.total();
-        let index = self.sums.partition_point(|&sum| sum <= target).min(self.sums.len() - 1);
-        let below = if index == 0 { 0.0 } else { self.sums[index - 1] };
-        let fraction = (target - below) / (self.sums[index] - below);
-        (index as u32, fraction.clamp(0.0, 1.0 - f64::EPSILON))
-    }
-}
-
 impl Mesh {
-    fn table(&self) -> &AreaTable {
-        self.table.get_or_init(|| {
-            AreaTable::new(self.data.indices.iter().map(|&indices| {
+    fn shares(&self) -> &Shares {
+        self.shares.get_or_init(|| {
+            Shares::new(self.data.indices.iter().map(|&indices| {
                 let [a, b, c] = indices.map(|index| to_f64(self.data.positions[index as usize]));
                 0.5 * (b - a).cross(c - a).length()
             }))
@@ -46,7 +17,7 @@ impl Mesh {
 
     /// Total area of all triangles.
     pub fn area(&self) -> f64 {
-        self.table().total()
+        self.shares().total()
     }
 
     /// Uniform in area. `None` for a mesh without area.
@@ -55,7 +26,8 @@ impl Mesh {
         if area.is_nan() || area <= 0.0 {
             return None;
         }
-        let (triangle, fraction) = self.table().choose(u[0]);
+        let (triangle, fraction) = self.shares().choose(u[0]);
+        let triangle = triangle as u32;
         // The square folded along its diagonal, and corrected for the fold (as in
         // Heitz, "A Low-Distortion Map Between Triangle and Square", 2019): continuous, area-preserving.
         let barycentric = square_to_triangle([fraction, u[1]]);
@@ -73,9 +45,9 @@ impl Mesh {
         let (triangle, barycentric) = if self.rectangle.is_some() {
             self.rectangle_place(u)
         } else {
-            let (triangle, fraction) = self.table().choose(u[1]);
+            let (triangle, fraction) = self.shares().choose(u[1]);
             let across = (1.0 - u[0]).sqrt();
-            (triangle, [1.0 - across, across * fraction])
+            (triangle as u32, [1.0 - across, across * fraction])
         };
         let surface = self.surface(triangle, barycentric);
         Some(AreaSample { surface, density: 1.0 / area, triangle, barycentric })

@@ -16,8 +16,8 @@
 //! Nothing is left out but by a proof, rounding included, and no two places are taken for one unless they turn the same way and are
 //! no further apart than rounding. So a line through a point that two patches share meets at least one of them, whatever the
 //! rounding, at the price of meeting both if it is that near. Where a border has shrunk to a point the parts about it become as
-//! small as rounding; what is left of them then is met. Where F is flat over a longer part the line runs in the surface or touches
-//! it, which is a miss.
+//! small as rounding; what is left of them then is met, as one where it lies together. Where F is flat over a longer part the line
+//! runs in the surface or touches it, which is a miss.
 
 use super::net::Net;
 use crate::geometry::Vec3;
@@ -118,17 +118,19 @@ pub fn meetings(origin: Vec3, direction: Vec3, patch: &Anchored) -> SmallVec<[Me
     let mut found = SmallVec::new();
     let Some(line) = Near::new(origin, direction, patch) else { return found };
     let seen = line.seen(&patch.points);
-    let mut search = Search { seen: &seen, places: SmallVec::new() };
+    let mut search = Search { seen: &seen, places: SmallVec::new(), specks: SmallVec::new() };
     search.look(&seen, Part { from: [0.0; 2], size: [1.0; 2] }, 0);
-    let places = search.places;
-    // Of what is met within rounding of a border that is a point, what is known better is enough.
-    let along = |place: &Place| (patch.points.value(place.at) - line.start).dot(line.direction);
-    let beside = 64.0 * NOISE * patch.reach;
+    let specks = joined(&search.specks).into_iter().map(|part| Place::speck(&seen, part));
+    let mut places = search.places;
+    places.extend(specks);
+    let along: SmallVec<[f64; 8]> =
+        places.iter().map(|place| (patch.points.value(place.at) - line.start).dot(line.direction)).collect();
     for (i, place) in places.iter().enumerate() {
-        let known = |(j, other): (usize, &Place)| {
-            (other.determinant != 0.0 || j < i) && (along(place) - along(other)).abs() <= beside
-        };
-        if place.determinant == 0.0 && places.iter().enumerate().any(known) {
+        // Of what is met within rounding of a border that is a point, what is known better is enough.
+        let beside = 64.0 * NOISE * patch.reach + line.stretch(patch, place);
+        let known =
+            |(j, other): (usize, &Place)| (!other.is_speck || j < i) && (along[i] - along[j]).abs() <= beside;
+        if place.is_speck && places.iter().enumerate().any(known) {
             continue;
         }
         found.push(line.meeting(patch, &seen, place));
@@ -136,7 +138,45 @@ pub fn meetings(origin: Vec3, direction: Vec3, patch: &Anchored) -> SmallVec<[Me
     found
 }
 
+/// Parts that lie together as one: what is as small as rounding can't be told from its neighbours.
+fn joined(parts: &[Part]) -> SmallVec<[Part; 2]> {
+    let mut found: SmallVec<[Part; 2]> = SmallVec::new();
+    for &part in parts {
+        let mut whole = part;
+        loop {
+            let apart = found.len();
+            found.retain(|other| {
+                let beside = whole.is_beside(other);
+                if beside {
+                    whole = whole.with(other);
+                }
+                !beside
+            });
+            // Larger by now, it may be beside others.
+            if found.len() == apart {
+                break;
+            }
+        }
+        found.push(whole);
+    }
+    found
+}
+
 impl Near {
+    /// How far along the line, as a product with its direction, a speck reaches from its middle: 0 of other places.
+    fn stretch(&self, patch: &Anchored, place: &Place) -> f64 {
+        if !place.is_speck {
+            return 0.0;
+        }
+        let sides = [0, 1].map(|axis| {
+            let half = 0.5 * place.spread[axis];
+            [place.at[axis] - half, place.at[axis] + half]
+        });
+        let middle = patch.points.value(place.at);
+        let part = patch.points.part(sides);
+        part.all().fold(0.0, |most: f64, point| most.max((point - middle).dot(self.direction).abs()))
+    }
+
     fn meeting(&self, patch: &Anchored, seen: &Net<DVec2>, place: &Place) -> Meeting {
         let point = patch.points.value(place.at) - self.start;
         let ahead = point.dot(self.direction) / self.direction.length_squared();
@@ -155,12 +195,18 @@ impl Near {
         let settled = change <= 0.25 * place.determinant.abs();
         let t = self.shift + ahead;
         let rounding = 2.0 * f64::EPSILON * (t.abs() + ahead.abs());
-        let error =
-            if settled && slant.is_finite() { 2.0 * noise * (1.0 + slant) + rounding } else { f64::INFINITY };
-        let against = match place.determinant {
+        let off = if place.is_speck {
+            // Wherever it is met, it is met here.
+            self.stretch(patch, place) / self.direction.length_squared() + 2.0 * noise
+        } else {
+            2.0 * noise * (1.0 + slant)
+        };
+        let error = if settled && off.is_finite() { off + rounding } else { f64::INFINITY };
+        let against = if place.is_speck {
             // Where a border is a point the normal is that of the patch beside it.
-            0.0 => super::normal(&patch.points, at).dot(self.direction) < 0.0,
-            determinant => determinant < 0.0,
+            super::normal(&patch.points, at).dot(self.direction) < 0.0
+        } else {
+            place.determinant < 0.0
         };
         Meeting { t, error, at, against }
     }
@@ -173,6 +219,25 @@ struct Part {
     size: [f64; 2],
 }
 
+impl Part {
+    /// Whether nothing as large as either is between them.
+    fn is_beside(&self, other: &Self) -> bool {
+        (0..2).all(|axis| {
+            let between = (self.from[axis] - other.from[axis] - other.size[axis])
+                .max(other.from[axis] - self.from[axis] - self.size[axis]);
+            between < self.size[axis].min(other.size[axis])
+        })
+    }
+
+    /// The rectangle around both.
+    fn with(&self, other: &Self) -> Self {
+        let from = [0, 1].map(|axis| self.from[axis].min(other.from[axis]));
+        let to =
+            [0, 1].map(|axis| (self.from[axis] + self.size[axis]).max(other.from[axis] + other.size[axis]));
+        Self { from, size: [to[0] - from[0], to[1] - from[1]] }
+    }
+}
+
 /// Where F vanishes.
 #[derive(Clone, Copy, Debug)]
 struct Place {
@@ -180,13 +245,25 @@ struct Place {
     at: [f64; 2],
     /// By how much u and v may be off.
     spread: [f64; 2],
-    /// Of F's derivative; 0 for a part as small as rounding.
+    /// Of F's derivative.
     determinant: f64,
+    /// Whether it is a part of which F makes something as small as rounding, somewhere in which it may vanish.
+    is_speck: bool,
+}
+
+impl Place {
+    fn speck(seen: &Net<DVec2>, part: Part) -> Self {
+        let at = [0, 1].map(|axis| part.from[axis] + 0.5 * part.size[axis]);
+        let [along_u, along_v] = seen.slopes(at);
+        Self { at, spread: part.size, determinant: along_u.perp_dot(along_v), is_speck: true }
+    }
 }
 
 struct Search<'a> {
     seen: &'a Net<DVec2>,
     places: SmallVec<[Place; 8]>,
+    /// Parts as small as rounding.
+    specks: SmallVec<[Part; 4]>,
 }
 
 fn range(values: impl Iterator<Item = f64>) -> Range {
@@ -206,8 +283,7 @@ impl Search<'_> {
             return;
         }
         if (high - low).max_element() <= 4.0 * NOISE {
-            let middle = [0, 1].map(|axis| part.from[axis] + 0.5 * part.size[axis]);
-            self.places.push(Place { at: middle, spread: part.size, determinant: 0.0 });
+            self.specks.push(part);
             return;
         }
         // The parameter along which there is more of it, and its own axis there.
@@ -450,6 +526,7 @@ impl<'a> Curve<'a> {
             at: self.parameters(p, q),
             spread: self.parameters(spread[0], spread[1]),
             determinant: if along == 1 { determinant } else { -determinant },
+            is_speck: false,
         })
     }
 }

@@ -9,6 +9,7 @@ use super::{Patches, Shared};
 use crate::geometry::Vec3;
 use crate::sampling::quadrature::gauss_legendre;
 use crate::shape::AreaSample;
+use crate::shape::shares::Shares;
 
 /// Along both parameters of a patch.
 const CELLS: usize = 8;
@@ -17,8 +18,8 @@ const CELL: f64 = 1.0 / CELLS as f64;
 
 #[derive(Debug)]
 pub struct Table {
-    /// Bounds of cells times their share of the parameters, patch by patch, summed up.
-    sums: Vec<f64>,
+    /// Bounds of cells times their share of the parameters, patch by patch.
+    shares: Shares,
     area: f64,
 }
 
@@ -51,13 +52,12 @@ impl Table {
     fn new(shared: &Shared) -> Self {
         const NODES: usize = 4;
         let nodes: Vec<(f64, f64)> = gauss_legendre(NODES).map(|(x, w)| (0.5 * (x + 1.0), 0.5 * w)).collect();
-        let (mut sums, mut total, mut area) = (Vec::new(), 0.0, 0.0);
+        let (mut bounds, mut area) = (Vec::new(), 0.0);
         for patch in &shared.patches {
             for cell in 0..CELLS * CELLS {
                 let part = patch.anchored.points.part(ranges(cell));
                 // A little more than rounding takes.
-                total += bound(&part) * (1.0 + 1e-12);
-                sums.push(total);
+                bounds.push(bound(&part) * (1.0 + 1e-12));
                 for &(u, wu) in &nodes {
                     for &(v, wv) in &nodes {
                         let [along_u, along_v] = part.slopes([u, v]);
@@ -66,11 +66,7 @@ impl Table {
                 }
             }
         }
-        Self { sums, area }
-    }
-
-    fn total(&self) -> f64 {
-        self.sums.last().copied().unwrap_or(0.0)
+        Self { shares: Shares::new(bounds), area }
     }
 }
 
@@ -88,27 +84,23 @@ impl Patches {
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         // Of the place in a cell the last digits, on which nothing else depends, say whether it is kept.
         const STRIPS: f64 = 65536.0;
-        let table = self.table();
-        let target = u[0] * table.total();
-        let choice = table.sums.partition_point(|&sum| sum <= target);
-        let sum = *table.sums.get(choice)?;
-        let below = if choice == 0 { 0.0 } else { table.sums[choice - 1] };
-        let fraction = ((target - below) / (sum - below)).clamp(0.0, 1.0 - f64::EPSILON);
+        let shares = &self.table().shares;
+        let (choice, fraction) = shares.choose(u[0]);
         let (patch, cell) = ((choice / (CELLS * CELLS)) as u32, choice % (CELLS * CELLS));
         let [[from_u, _], [from_v, _]] = ranges(cell);
         let at = [from_u + fraction * CELL, from_v + u[1] * CELL];
         let [along_u, along_v] = self.patch(patch).points.slopes(at);
         let reached = along_u.cross(along_v).length() * CELL * CELL;
-        (reached > (fraction * STRIPS).fract() * (sum - below)).then(|| AreaSample {
+        (reached > (fraction * STRIPS).fract() * shares.of(choice)).then(|| AreaSample {
             surface: self.surface_at(patch, at),
             triangle: patch,
             barycentric: at,
-            density: 1.0 / table.total(),
+            density: 1.0 / shares.total(),
         })
     }
 
     /// The same everywhere.
     pub fn area_density(&self) -> f64 {
-        1.0 / self.table().total()
+        1.0 / self.table().shares.total()
     }
 }

@@ -145,7 +145,8 @@ impl Polynomial {
             }
             let half = Doubled::from(0.5);
             let mut t = (low + high) * half;
-            for step in 0..300 {
+            let mut moved = (high - low).high;
+            for _ in 0..300 {
                 let value = self.at(t);
                 if value.high * sign > 0.0 {
                     low = t
@@ -154,9 +155,13 @@ impl Polynomial {
                 }
                 let newton = t - value / slope.at(t);
                 let inside = (newton - low).high > 0.0 && (high - newton).high > 0.0;
-                // Every fourth step halves whatever Newton says.
-                let next = if inside && step % 4 != 3 { newton } else { (low + high) * half };
-                let moved = (next - t).high.abs();
+                // A step that is no shorter than half the last one gives way to halving.
+                let next = if inside && (newton - t).high.abs() < 0.5 * moved {
+                    newton
+                } else {
+                    (low + high) * half
+                };
+                moved = (next - t).high.abs();
                 t = next;
                 if moved <= 1e-30 * t.high.abs() || (high - low).high <= 1e-31 * t.high.abs() {
                     break;

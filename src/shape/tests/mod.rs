@@ -4,6 +4,7 @@ mod curves;
 pub(super) mod doubled;
 mod figures;
 mod heightfields;
+mod leaving;
 pub(super) mod oracle;
 mod patches;
 mod quadrics;

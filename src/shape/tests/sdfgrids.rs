@@ -1,6 +1,7 @@
 //! What is particular to grids of distances.
 
 use super::doubled::{Doubled, Polynomial};
+use super::leaving::{Leaving, PLACES, leave, placed};
 use super::oracle::Line;
 use super::sampled::{Known, Tally, add_roots};
 use super::{Random, close, direction, near, placement};
@@ -182,21 +183,17 @@ fn leaks(rays: u32) {
 fn no_grid_is_met_where_it_is_left() {
     let mut random = Random::seed_from_u64(3);
     let data = ball(12);
-    for (scale, distance) in [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e5)] {
-        let place = placement(Vec3::new(0.9, 0.5, 0.3) * scale)
-            .then(&Transform::translation(direction(&mut random) * distance));
+    for (scale, distance) in PLACES {
+        let place = placed([scale, distance], &mut random);
         let shape = shape(&place, &data);
         for _ in 0..20_000 {
-            let Some(sample) = shape.sample([random.random(), random.random()]) else { continue };
-            let point = sample.surface.point;
+            let Some(Leaving { point, angle, outward, inward }) = leave(&shape, &mut random) else {
+                continue;
+            };
             assert!(point.error < 1e-9 * scale.max(distance));
-            let angle = 10f64.powf(random.random_range(-4.0..0.0));
-            let across = direction(&mut random).cross(point.normal).normalize();
-            let leaving = point.ray((across * angle.cos() + point.normal * angle.sin()).normalize());
-            if let Some(hit) = shape.intersect(&leaving) {
+            if let Some(hit) = shape.intersect(&outward) {
                 assert!(hit.t > 1e-4 * angle * scale, "{scale} {angle:e}: {:e}", hit.t);
             }
-            let inward = point.ray((across * angle.cos() - point.normal * angle.sin()).normalize());
             let ahead = shape.crossings(&inward).iter().filter(|crossing| crossing.hit.t >= 0.0).count();
             assert!(ahead % 2 == 1, "{scale} {angle:e}");
         }

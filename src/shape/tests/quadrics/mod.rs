@@ -1,5 +1,8 @@
 //! What is particular to quadrics.
 
+mod crossed;
+
+use super::leaving::{Leaving, PLACES, leave, placed};
 use super::{close, near, placement};
 use crate::geometry::{Bounds, Ray, Transform, Vec3};
 use crate::shape::{Quadric, QuadricKind, Shape, ShapeError, Sheets, Sphere};
@@ -170,26 +173,21 @@ fn no_surface_is_met_where_it_is_left() {
         general([1.0, 2.0, 3.0, 0.5, -0.25, 0.75, 1.0, -2.0, 0.5, -1.0], ENDLESS[0], ENDLESS[1]),
     ];
     for kind in &kinds {
-        for (scale, distance) in [(1.0, 0.0), (1e-6, 0.0), (1e6, 0.0), (1.0, 1e5), (1e-3, 1e2)] {
-            let place = placement(Vec3::new(0.9, 0.5, 0.3) * scale)
-                .then(&Transform::translation(super::direction(&mut random) * distance));
+        for (scale, distance) in PLACES {
+            let place = placed([scale, distance], &mut random);
             let shape = Shape::Quadric(Box::new(Quadric::of_kind(&place, kind, true, false).unwrap()));
             for _ in 0..20_000 {
-                let Some(sample) = shape.sample([random.random(), random.random()]) else { continue };
-                let point = sample.surface.point;
-                let angle = 10f64.powf(random.random_range(-4.0..0.0));
-                let across = super::direction(&mut random).cross(point.normal).normalize();
-                let out = (across * angle.cos() + point.normal * angle.sin()).normalize();
-                let leaving = point.ray(out);
+                let Some(Leaving { angle, outward, inward, .. }) = leave(&shape, &mut random) else {
+                    continue;
+                };
                 // What curves towards the ray is met again, but never at once.
-                if let Some(hit) = shape.intersect(&leaving) {
+                if let Some(hit) = shape.intersect(&outward) {
                     assert!(
                         hit.t > 1e-3 * angle * scale,
                         "{kind:?} {scale} {angle:e}: met again at {:e}",
                         hit.t
                     );
                 }
-                let inward = point.ray((across * angle.cos() - point.normal * angle.sin()).normalize());
                 let crossings = shape.crossings(&inward);
                 let ahead = crossings.iter().filter(|crossing| crossing.hit.t >= 0.0).count();
                 // At the rim's very edge there may be nothing to go into.
