@@ -22,7 +22,8 @@ struct Case {
 const CASES: [Case; 13] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384 },
     Case { name: "metals", samples: 1024, walk_samples: 4096 },
-    Case { name: "dispersion", samples: 2048, walk_samples: 8192 },
+    // What is seen through one body and lit through another is found seldom.
+    Case { name: "dispersion", samples: 16_384, walk_samples: 65_536 },
     Case { name: "frosted", samples: 2048, walk_samples: 4096 },
     Case { name: "absorption", samples: 1024, walk_samples: 4096 },
     Case { name: "lines", samples: 2048, walk_samples: 16_384 },
