@@ -128,9 +128,10 @@ pub fn meetings(origin: Vec3, direction: Vec3, patch: &Anchored) -> SmallVec<[Me
     for (i, place) in places.iter().enumerate() {
         // Of what is met within rounding of a border that is a point, what is known better is enough.
         let beside = 64.0 * NOISE * patch.reach + line.stretch(patch, place);
-        let known =
-            |(j, other): (usize, &Place)| (!other.is_speck || j < i) && (along[i] - along[j]).abs() <= beside;
-        if place.is_speck && places.iter().enumerate().any(known) {
+        let known = |(j, other): (usize, &Place)| {
+            (other.speck.is_none() || j < i) && (along[i] - along[j]).abs() <= beside
+        };
+        if place.speck.is_some() && places.iter().enumerate().any(known) {
             continue;
         }
         found.push(line.meeting(patch, &seen, place));
@@ -163,18 +164,12 @@ fn joined(parts: &[Part]) -> SmallVec<[Part; 2]> {
 }
 
 impl Near {
-    /// How far along the line, as a product with its direction, a speck reaches from its middle: 0 of other places.
+    /// How far along the line, as a product with its direction, a speck reaches from where it is told: 0 of other places.
     fn stretch(&self, patch: &Anchored, place: &Place) -> f64 {
-        if !place.is_speck {
-            return 0.0;
-        }
-        let sides = [0, 1].map(|axis| {
-            let half = 0.5 * place.spread[axis];
-            [place.at[axis] - half, place.at[axis] + half]
-        });
-        let middle = patch.points.value(place.at);
-        let part = patch.points.part(sides);
-        part.all().fold(0.0, |most: f64, point| most.max((point - middle).dot(self.direction).abs()))
+        let Some(speck) = place.speck else { return 0.0 };
+        let told = patch.points.value(place.at);
+        let part = patch.points.part([0, 1].map(|axis| speck.sides(axis)));
+        part.all().fold(0.0, |most: f64, point| most.max((point - told).dot(self.direction).abs()))
     }
 
     fn meeting(&self, patch: &Anchored, seen: &Net<DVec2>, place: &Place) -> Meeting {
@@ -195,14 +190,14 @@ impl Near {
         let settled = change <= 0.25 * place.determinant.abs();
         let t = self.shift + ahead;
         let rounding = 2.0 * f64::EPSILON * (t.abs() + ahead.abs());
-        let off = if place.is_speck {
+        let off = if place.speck.is_some() {
             // Wherever it is met, it is met here.
             self.stretch(patch, place) / self.direction.length_squared() + 2.0 * noise
         } else {
             2.0 * noise * (1.0 + slant)
         };
         let error = if settled && off.is_finite() { off + rounding } else { f64::INFINITY };
-        let against = if place.is_speck {
+        let against = if place.speck.is_some() {
             // Where a border is a point the normal is that of the patch beside it.
             super::normal(&patch.points, at).dot(self.direction) < 0.0
         } else {
@@ -220,6 +215,23 @@ struct Part {
 }
 
 impl Part {
+    fn sides(&self, axis: usize) -> [f64; 2] {
+        [self.from[axis], self.from[axis] + self.size[axis]]
+    }
+
+    fn middle(&self) -> [f64; 2] {
+        [0, 1].map(|axis| self.from[axis] + 0.5 * self.size[axis])
+    }
+
+    /// Its end along an axis that is at the square's edge, unless both are.
+    fn edge(&self, axis: usize) -> Option<f64> {
+        match self.sides(axis).map(|side| side <= 0.0 || side >= 1.0) {
+            [true, false] => Some(0.0),
+            [false, true] => Some(1.0),
+            _ => None,
+        }
+    }
+
     /// Whether nothing as large as either is between them.
     fn is_beside(&self, other: &Self) -> bool {
         (0..2).all(|axis| {
@@ -247,15 +259,22 @@ struct Place {
     spread: [f64; 2],
     /// Of F's derivative.
     determinant: f64,
-    /// Whether it is a part of which F makes something as small as rounding, somewhere in which it may vanish.
-    is_speck: bool,
+    /// The part of which F makes something as small as rounding, somewhere in which it may vanish, if it is no more than that.
+    speck: Option<Part>,
 }
 
 impl Place {
+    /// In the middle of the part, or on the square's border if it reaches that: the line may as well pass beside it.
     fn speck(seen: &Net<DVec2>, part: Part) -> Self {
-        let at = [0, 1].map(|axis| part.from[axis] + 0.5 * part.size[axis]);
+        let mut at = part.middle();
         let [along_u, along_v] = seen.slopes(at);
-        Self { at, spread: part.size, determinant: along_u.perp_dot(along_v), is_speck: true }
+        // If it can be, along the side that is shorter: of the other parameter the middle says more about the normal.
+        let shorter = usize::from(part.size[1] < part.size[0]);
+        let edge = [shorter, 1 - shorter].into_iter().find_map(|axis| Some((axis, part.edge(axis)?)));
+        if let Some((axis, edge)) = edge {
+            at[axis] = edge;
+        }
+        Self { at, spread: part.size, determinant: along_u.perp_dot(along_v), speck: Some(part) }
     }
 }
 
@@ -526,7 +545,7 @@ impl<'a> Curve<'a> {
             at: self.parameters(p, q),
             spread: self.parameters(spread[0], spread[1]),
             determinant: if along == 1 { determinant } else { -determinant },
-            is_speck: false,
+            speck: None,
         })
     }
 }

@@ -183,3 +183,18 @@ fn beside_a_pole_a_crossing_is_told_once() {
     let off = (Doubled::from(found[0].hit.t) - known.t).high.abs();
     assert!(off <= found[0].error && found[0].error < 1e-12 && found[0].enters == known.against, "{found:?}");
 }
+
+/// What is passed within rounding beside a border that is a point is told on a border: the ray just misses the lens near its end.
+#[test]
+fn at_a_pole_a_crossing_is_told_on_the_border() {
+    let lens = kinds().into_iter().find(|kind| kind.0 == "lens").unwrap().1;
+    let made = shape(&Transform::IDENTITY, &[lens], false);
+    let origin = Vec3::new(-1.1375788615394107, 4.078349556107536, -0.19142426835192122);
+    let ray = Ray::new(origin, Vec3::new(0.3025720280127265, -0.951765647846807, 0.05091482537546144));
+    let line = resultant::Line::new(ray.origin, ray.direction, Vec3::ZERO);
+    assert!(resultant::all_crossings(&exact_points(&Transform::IDENTITY, &lens), &line).is_empty());
+    let found = made.crossings(&ray);
+    assert!(found.len() == 1 && found[0].hit.barycentric.contains(&0.0), "{found:?}");
+    let off = made.surface(&found[0].hit, &ray).point.position - ray.at(found[0].hit.t);
+    assert!(off.length() < 1e-14, "{off:?}");
+}
