@@ -75,6 +75,12 @@ impl FixedPoint {
         let quantum = 2f64.powi(exponent.clamp(-900, 900) - 40);
         Self { quantum, per_quantum: 1.0 / quantum }
     }
+
+    /// For contributions that are larger by about so many times.
+    fn coarser(self, times: u64) -> Self {
+        let factor = times.next_power_of_two() as f64;
+        Self { quantum: self.quantum * factor, per_quantum: self.per_quantum / factor }
+    }
 }
 
 /// The channels of alpha in a film that has it: the filter's weights of the samples that meet something, and of all.
@@ -184,16 +190,19 @@ struct LightPaths {
     sums: Vec<i64>,
     /// By replicate: how many there were.
     count: Vec<u64>,
+    /// A path may bring to one pixel what comes to all of them.
+    scale: FixedPoint,
 }
 
 impl LightPaths {
-    /// What they brought to a replicate of a pixel, per path: a linear function of the channels.
+    /// What they brought to a replicate of a pixel, per path: a linear function of the channels, in the unit of contributions.
     fn mean(&self, index: usize, replicate: usize, channels: usize, of_sums: impl Fn(&[i64]) -> f64) -> f64 {
         let count = self.count[replicate];
         if self.sums.is_empty() || count == 0 {
             return 0.0;
         }
-        of_sums(&self.sums[(index * self.count.len() + replicate) * channels..][..channels]) / count as f64
+        let sums = &self.sums[(index * self.count.len() + replicate) * channels..][..channels];
+        of_sums(sums) * self.scale.quantum / count as f64
     }
 }
 
@@ -237,6 +246,7 @@ impl Film {
         let light = LightPaths {
             sums: if extras.light_paths { sums.clone() } else { Vec::new() },
             count: vec![0; replicates as usize],
+            scale: scale.coarser(pixels as u64),
         };
         Self {
             width,
@@ -260,6 +270,11 @@ impl Film {
 
     pub fn scale(&self) -> FixedPoint {
         self.scale
+    }
+
+    /// Of what light paths bring.
+    pub fn light_scale(&self) -> FixedPoint {
+        self.light.scale
     }
 
     /// Empty sums for what one replicate of a pixel gets.
@@ -329,7 +344,7 @@ impl Film {
         }
         let weighed = |sums: &[i64]| (0..3).map(|i| weights[i] * sums[i] as f64).sum::<f64>();
         let light = self.light.mean(index, replicate as usize, self.extras.channels(), weighed);
-        (weighed(&self.sums[first..first + 3]) / samples + light) * self.scale.quantum
+        weighed(&self.sums[first..first + 3]) * self.scale.quantum / samples + light
     }
 
     /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that measures it.
@@ -370,7 +385,8 @@ impl Film {
             return Measured { mean: 0.0, error: f64::INFINITY };
         }
         let means = sums.enumerate().map(|(replicate, sums)| {
-            of_replicate(sums) / samples + self.light.mean(index, replicate, channels, &of_replicate)
+            let light = self.light.mean(index, replicate, channels, &of_replicate);
+            of_replicate(sums) * scale.quantum / samples + light
         });
         let mean = means.clone().sum::<f64>() / r;
         let error = if self.replicates < 2 {
@@ -379,7 +395,7 @@ impl Film {
             let spread: f64 = means.map(|of_one| (of_one - mean) * (of_one - mean)).sum();
             (spread / (r * (r - 1.0))).sqrt()
         };
-        Measured { mean: mean * scale.quantum, error: error * scale.quantum }
+        Measured { mean, error }
     }
 
     /// Over all pixels, the mean standard error of Y over the mean of Y; of all responses instead of Y where the sensor has
@@ -459,7 +475,7 @@ mod tests {
         film.add(1, 0, &sums);
         let mut light = film.light_sums();
         for (replicate, value, paths) in [(0, 6.0, 3), (1, 16.0, 4)] {
-            light.add(0, 1, value, film.scale(), &mut film.bad);
+            light.add(0, 1, value, film.light_scale(), &mut film.bad);
             film.add_light([1, 0], replicate, &light.take());
             film.count_light(replicate, paths);
         }

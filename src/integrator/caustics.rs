@@ -30,13 +30,13 @@ use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 #[derive(Clone, Debug)]
 pub struct Caustics {
     casters: Casters,
-    /// Those of the scene's lights that send out light paths.
+    /// Those of the scene's lights that send out light paths, in ascending order.
     lights: Vec<u32>,
     choice: PiecewiseConstant,
 }
 
 impl Caustics {
-    /// Lights with what each weighs in the choice among them. `None` where there are no light paths.
+    /// Lights in ascending order with what each weighs in the choice among them. `None` where there are no light paths.
     pub fn new(casters: Casters, lights: &[(u32, f64)]) -> Option<Self> {
         if casters.is_empty() || lights.is_empty() {
             return None;
@@ -48,7 +48,7 @@ impl Caustics {
 
     /// Whether what a light emits reaches matt surfaces by way of smooth ones on light paths.
     pub fn begin_at(&self, light: u32) -> bool {
-        self.lights.contains(&light)
+        self.lights.binary_search(&light).is_ok()
     }
 
     fn choose(&self, u: f64) -> (u32, f64) {
@@ -191,8 +191,8 @@ impl<const C: usize> Beam<C> {
     }
 }
 
-/// By how much a beam that arrives from one direction and leaves in another is wider on the surface than the BSDF takes it to be: 1 where that is
-/// shaded with its own normal. `None` where the beam grazes it.
+/// By how much a beam that arrives from one direction and leaves in another is wider on the surface than the BSDF takes it to be:
+/// 1 where that is shaded with its own normal. `None` where the beam grazes it.
 fn spread(hit: &Intersection, arrives: Vec3, leaves: Vec3) -> Option<f64> {
     let (own, shading) = (hit.point.normal, hit.shading_normal);
     if own == shading {

@@ -31,12 +31,14 @@ impl<'a> LightPass<'a> {
         let [width, height] = exposure.scene.film.size;
         let pixels = u64::from(width) * u64::from(height);
         // Light paths belong to no pixel: what only the others have to do with pixels, or with few samples, is nothing for them.
-        let kind = match kind {
-            SamplerKind::Independent => kind,
-            _ => SamplerKind::Sobol,
+        let (kind, seed) = match kind {
+            SamplerKind::Independent => (kind, exposure.seed),
+            // Nothing of it is to be random.
+            SamplerKind::Regular => (SamplerKind::Sobol, 0),
+            _ => (SamplerKind::Sobol, exposure.seed),
         };
         let samples = paths(pixels, exposure.schedule.samples_per_replicate);
-        let sampler = Sampler::new(kind, exposure.seed, u32::try_from(samples).unwrap_or(u32::MAX));
+        let sampler = Sampler::new(kind, seed, u32::try_from(samples).unwrap_or(u32::MAX));
         Self { caustics, exposure, sampler, pixels }
     }
 
@@ -69,7 +71,7 @@ impl<'a> LightPass<'a> {
         range: Range<u64>,
         bad: &mut BadValues,
     ) -> Vec<([u32; 2], Vec<i64>)> {
-        let Exposure { scene, filter, .. } = self.exposure;
+        let Exposure { scene, seed, light_scale, ref filter, .. } = *self.exposure;
         let mut sums = self.exposure.empty_light.clone();
         let mut exposed = Vec::new();
         for index in range {
@@ -82,17 +84,14 @@ impl<'a> LightPass<'a> {
                 radiance *= response.sample(&wavelengths.nm);
             }
             admit(&mut radiance, bad);
+            let of_path = mix(seed ^ mix(index ^ u64::from(replicate) << 48));
             let position = [0, 1].map(|axis| place[axis] - f64::from(scene.film.offset[axis]));
             let [columns, rows] = filter.reached(position);
             for [x, y] in rows.flat_map(|y| columns.clone().map(move |x| [x, y])) {
                 let share = filter.at([x, y], position);
                 if share != 0.0 {
-                    sums.begin(
-                        mix(self.exposure.seed ^ mix(index ^ u64::from(replicate) << 48))
-                            ^ u64::from(x) << 32
-                            ^ u64::from(y),
-                    );
-                    self.exposure.record(0, &(radiance * share), &wavelengths, &mut sums, bad);
+                    sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));
+                    self.exposure.record(0, &(radiance * share), &wavelengths, light_scale, &mut sums, bad);
                     exposed.push(([x, y], sums.take()));
                 }
             }

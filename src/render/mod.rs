@@ -227,6 +227,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         scale: film.scale(),
         empty: film.pixel_sums(),
         empty_light: film.light_sums(),
+        light_scale: film.light_scale(),
         extras: film.extras.clone(),
     };
     let tiles: Vec<[u32; 2]> = (0..height.div_ceil(TILE))
@@ -288,6 +289,7 @@ struct Exposure<'a> {
     empty: PixelSums,
     /// Of one replicate.
     empty_light: PixelSums,
+    light_scale: FixedPoint,
     extras: Extras,
 }
 
@@ -332,7 +334,7 @@ impl Exposure<'_> {
         }
         admit(&mut radiance, bad);
         let weight = sample.filter_weight * sample.sensor.weight;
-        self.record(replicate, &(radiance * weight), &wavelengths, sums, bad);
+        self.record(replicate, &(radiance * weight), &wavelengths, self.scale, sums, bad);
     }
 
     /// Adds what a path measured to all channels of a replicate.
@@ -341,6 +343,7 @@ impl Exposure<'_> {
         replicate: u32,
         measured: &Sampled<C>,
         wavelengths: &Wavelengths<C>,
+        scale: FixedPoint,
         sums: &mut PixelSums,
         bad: &mut BadValues,
     ) {
@@ -358,16 +361,16 @@ impl Exposure<'_> {
             }
             for (index, channel) in scene.film.channels.iter().enumerate() {
                 let value = weight * channel.response.at(nm) / channel.integral;
-                sums.add(replicate, self.extras.response_channel(index), value, self.scale, bad);
+                sums.add(replicate, self.extras.response_channel(index), value, scale, bad);
             }
             if let Some(bins) = &self.extras.bins
                 && let Some(bin) = bins.of(nm)
             {
-                sums.add(replicate, self.extras.bin_channel(bin), weight / bins.width(), self.scale, bad);
+                sums.add(replicate, self.extras.bin_channel(bin), weight / bins.width(), scale, bad);
             }
         }
         for (channel, value) in xyz.into_iter().enumerate() {
-            sums.add(replicate, channel, value / MITSUBA_Y_INTEGRAL, self.scale, bad);
+            sums.add(replicate, channel, value / MITSUBA_Y_INTEGRAL, scale, bad);
         }
     }
 }
