@@ -24,6 +24,7 @@ const FORCED: [(&str, Needs); 9] = {
         choices: false,
         clear_shadows: false,
         textures: false,
+        light_paths: false,
     };
     [
         ("nothing more", none),
