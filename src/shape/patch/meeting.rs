@@ -22,7 +22,7 @@
 use super::course::{Turned, range};
 use super::curve::Curve;
 use super::net::Net;
-use super::place::{Part, Place, joined};
+use super::place::{Part, Place, SPECK, hull, joined};
 use crate::geometry::Vec3;
 use glam::DVec2;
 use smallvec::SmallVec;
@@ -188,14 +188,11 @@ struct Search<'a> {
 impl Search<'_> {
     /// What is in a part, over which the coefficients are `net`.
     fn look(&mut self, net: &Net<DVec2>, part: Part, depth: u32) {
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for point in net.all() {
-            (low, high) = (low.min(point), high.max(point));
-        }
+        let (low, high) = hull(net);
         if low.max_element() > NOISE || high.min_element() < -NOISE {
             return;
         }
-        if (high - low).max_element() <= 4.0 * NOISE {
+        if (high - low).max_element() <= SPECK {
             self.specks.push(part);
             return;
         }

@@ -1,8 +1,18 @@
 //! Parts of the unit square, and places where F vanishes (see [`super::meeting`]).
 
+use super::meeting::NOISE;
 use super::net::Net;
 use glam::DVec2;
 use smallvec::SmallVec;
+
+/// Of which F makes no more than this in both directions of the plane, a part is as small as rounding.
+pub const SPECK: f64 = 4.0 * NOISE;
+
+/// The corners of the box around the coefficients.
+pub fn hull(net: &Net<DVec2>) -> (DVec2, DVec2) {
+    net.all()
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)))
+}
 
 /// A rectangle of the square.
 #[derive(Clone, Copy, Debug)]
@@ -20,13 +30,17 @@ impl Part {
         [0, 1].map(|axis| self.from[axis] + 0.5 * self.size[axis])
     }
 
-    /// Its end along an axis that is at the square's edge, unless both are.
-    fn edge(&self, axis: usize) -> Option<f64> {
-        match self.sides(axis).map(|side| side <= 0.0 || side >= 1.0) {
-            [true, false] => Some(0.0),
-            [false, true] => Some(1.0),
-            _ => None,
+    /// The part with what is between it and the square's nearer edge along an axis, and that edge.
+    fn up_to_edge(mut self, axis: usize) -> (Self, f64) {
+        let [from, to] = self.sides(axis);
+        let edge = if from <= 1.0 - to { 0.0 } else { 1.0 };
+        if edge == 0.0 {
+            self.from[axis] = 0.0;
+            self.size[axis] = to;
+        } else {
+            self.size[axis] = 1.0 - from;
         }
+        (self, edge)
     }
 
     /// Whether nothing as large as either is between them.
@@ -85,15 +99,20 @@ pub struct Place {
 }
 
 impl Place {
-    /// In the middle of the part, or on the square's border if it reaches that: the line may as well pass beside it.
-    pub fn speck(seen: &Net<DVec2>, part: Part) -> Self {
+    /// In the middle of the part, or on the square's border if what is between is as small: the line may as well pass beside it.
+    pub fn speck(seen: &Net<DVec2>, mut part: Part) -> Self {
         let mut at = part.middle();
         let [along_u, along_v] = seen.slopes(at);
         // If it can be, along the side that is shorter: of the other parameter the middle says more about the normal.
         let shorter = usize::from(part.size[1] < part.size[0]);
-        let edge = [shorter, 1 - shorter].into_iter().find_map(|axis| Some((axis, part.edge(axis)?)));
-        if let Some((axis, edge)) = edge {
-            at[axis] = edge;
+        for axis in [shorter, 1 - shorter] {
+            let (wider, edge) = part.up_to_edge(axis);
+            let (low, high) = hull(&seen.part([0, 1].map(|axis| wider.sides(axis))));
+            if part.sides(axis).contains(&edge) || (high - low).max_element() <= 2.0 * SPECK {
+                part = wider;
+                at[axis] = edge;
+                break;
+            }
         }
         Self { at, spread: part.size, determinant: along_u.perp_dot(along_v), speck: Some(part) }
     }
