@@ -1,8 +1,11 @@
 //! Bicubic Bézier patches (Newell's teapot is made of them), each a surface by itself for the acceleration structure.
 
+mod course;
+mod curve;
 mod extent;
 mod meeting;
 mod net;
+mod place;
 mod sampling;
 
 use super::crossing::{Crossing, Crossings};
