@@ -19,7 +19,7 @@ struct Case {
     walk_samples: u32,
 }
 
-const CASES: [Case; 13] = [
+const CASES: [Case; 14] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384 },
     Case { name: "metals", samples: 1024, walk_samples: 4096 },
     // What is seen through one body and lit through another is found seldom.
@@ -34,6 +34,7 @@ const CASES: [Case; 13] = [
     Case { name: "quadrics", samples: 1024, walk_samples: 8192 },
     Case { name: "solids", samples: 1024, walk_samples: 8192 },
     Case { name: "caustics", samples: 2048, walk_samples: 65_536 },
+    Case { name: "chamber", samples: 4096, walk_samples: 65_536 },
 ];
 
 fn load(case: &Case, integrator: &str) -> Scene {
@@ -155,6 +156,14 @@ fn caustics() {
     agrees("caustics");
     let case = CASES.iter().find(|case| case.name == "caustics").unwrap();
     assert!(load(case, "path").needs().light_paths && !load(case, "walk").needs().light_paths);
+}
+
+/// Light paths go on where they have been scattered, and share with paths from the camera what both find.
+#[test]
+fn chamber() {
+    agrees("chamber");
+    let case = CASES.iter().find(|case| case.name == "chamber").unwrap();
+    assert!(load(case, "path").needs().light_paths);
 }
 
 /// All that light samples lose in its shadow comes back on light paths.

@@ -3,22 +3,33 @@
 //! Light that a smooth body focuses on a surface is found by a path from the camera only if it runs into the light by chance. From
 //! the light it is found at once: of a path
 //!
-//! camera → matt surface → smooth surface → … → smooth surface → light,
+//! camera → matt surface → … → matt surface → smooth surface → … → smooth surface → light,
 //!
 //! whose smooth surfaces scatter in single directions alone, all but the first segment is made beginning at the light, toward the
-//! bodies. What arrives at the matt surface is seen by the camera with the weight
+//! bodies. Each matt surface x that it comes to is seen by the camera with the weight
 //!
 //! Φ · f(ω, ω′) · cos θ′ / d² · dx/dω′,
 //!
 //! Φ the power of the path over the density of making it, ω′ the direction to the camera at the distance d, and dx/dω′ the film's
 //! area for a solid angle there (Arvo, "Backward Ray Tracing", SIGGRAPH 1986 course notes; Veach 1997, section 8.3).
-//! Paths of this form are no longer counted by [`super::path`], all others are: each is counted once, and nothing is weighed.
 //!
-//! A smooth surface sends light on as it does in the other direction, but for two factors. Refraction does not compress power, as it
+//! [`super::path`] may find the same path by chance. Each technique is weighed by the power heuristic (Veach 1997, section 9.2.2), with the
+//! ratio of their densities
+//!
+//! r = N · p(xₙ) p(ω) / cos θₙ · cos θ₀ / (p(ω₀) ν(x₀)),
+//!
+//! N light paths for one sample of each pixel, xₙ and ω where the light path begins and in what direction, ω₀ the direction in which a path
+//! from the camera leaves its first surface, x₀, and ν(x₀) pixels per area of that. This is exact where all but the first surface
+//! scatter with the same density, per projected solid angle, forth and back, which smooth and matt ones do; where they do
+//! not, weights are worse, but sum to one all the same. So what mirrors nearly and shows the light is left to the camera,
+//! and what scatters widely to the light.
+//!
+//! A surface sends light on as it does in the other direction, but for two factors. Refraction does not compress power, as it
 //! does radiance. And where a surface is shaded with another normal than its own, beams of equal power differ on its two sides
 //! (Veach 1997, section 5.3).
 
-use super::path::late_survival;
+use super::path::{late_survival, power_heuristic};
+use crate::bsdf::{Bsdf, Density};
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::Casters;
 use crate::medium::Media;
@@ -26,34 +37,80 @@ use crate::sampling::{Dimensions, PiecewiseConstant, Stream};
 use crate::scene::{Intersection, Scene};
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 
+/// For so many samples of the pixels together there is one light path: what these cost is then small beside the rest, and there are
+/// as many as pixels after few samples.
+const SAMPLES_PER_PATH: u64 = 4;
+
 /// Where light paths begin, and where to.
 #[derive(Clone, Debug)]
 pub struct Caustics {
     casters: Casters,
-    /// Those of the scene's lights that send out light paths, in ascending order.
-    lights: Vec<u32>,
+    /// In ascending order of their numbers.
+    sources: Vec<Source>,
     choice: PiecewiseConstant,
+    pixels: u64,
+}
+
+/// A light that sends out light paths.
+#[derive(Clone, Copy, Debug)]
+pub struct Source {
+    /// Among the scene's lights.
+    pub light: u32,
+    /// What it weighs in the choice among them.
+    pub power: f64,
+    pub area: f64,
 }
 
 impl Caustics {
-    /// Lights in ascending order with what each weighs in the choice among them. `None` where there are no light paths.
-    pub fn new(casters: Casters, lights: &[(u32, f64)]) -> Option<Self> {
-        if casters.is_empty() || lights.is_empty() {
+    /// With sources in ascending order, and the number of the film's pixels. `None` where there are no light paths.
+    pub fn new(casters: Casters, sources: Vec<Source>, pixels: u64) -> Option<Self> {
+        if casters.is_empty() || sources.is_empty() {
             return None;
         }
-        let (lights, weights): (Vec<u32>, Vec<f64>) = lights.iter().copied().unzip();
-        let edges = (0..=lights.len()).map(|i| i as f64).collect();
-        Some(Self { casters, choice: PiecewiseConstant::new(edges, &weights)?, lights })
+        let edges = (0..=sources.len()).map(|i| i as f64).collect();
+        let powers: Vec<f64> = sources.iter().map(|source| source.power).collect();
+        Some(Self { casters, choice: PiecewiseConstant::new(edges, &powers)?, sources, pixels })
     }
 
-    /// Whether what a light emits reaches matt surfaces by way of smooth ones on light paths.
-    pub fn begin_at(&self, light: u32) -> bool {
-        self.lights.binary_search(&light).is_ok()
+    /// How many light paths there are with so many samples of each pixel.
+    pub fn paths(&self, samples: u32) -> u64 {
+        (self.pixels * u64::from(samples)).div_ceil(SAMPLES_PER_PATH)
     }
 
-    fn choose(&self, u: f64) -> (u32, f64) {
+    fn choose(&self, u: f64) -> (&Source, f64) {
         let (place, probability) = self.choice.sample(u);
-        (self.lights[(place as usize).min(self.lights.len() - 1)], probability)
+        (&self.sources[(place as usize).min(self.sources.len() - 1)], probability)
+    }
+
+    /// How many times as dense light paths are as those from the camera, as far as the camera's end decides it: paths that leave their first
+    /// surface in a direction, which is chosen with a density (sr⁻¹) there. Zero where light paths do not come.
+    pub fn from_camera(
+        &self,
+        scene: &Scene,
+        first: &SurfacePoint,
+        leaves: Vec3,
+        density: f64,
+        time: f64,
+    ) -> f64 {
+        // Through the middle of the lens: any place will do where both techniques take the same.
+        let Some(seen) = scene.camera.project(first.position, [0.5; 2], time) else { return 0.0 };
+        let slant = seen.toward_lens.dot(first.normal).abs();
+        let pixels_per_area = seen.pixels_per_steradian * slant / (seen.distance * seen.distance);
+        let ratio = leaves.dot(first.normal).abs() / (density * pixels_per_area);
+        if ratio.is_finite() { ratio } else { 0.0 }
+    }
+
+    /// The light's part in that ratio: of paths that begin at a point of a light in a direction. Zero where none do.
+    pub fn from_light(&self, light: u32, point: &SurfacePoint, direction: Vec3) -> f64 {
+        let Ok(at) = self.sources.binary_search_by_key(&light, |source| source.light) else { return 0.0 };
+        let cos = direction.dot(point.normal);
+        if cos <= 0.0 {
+            return 0.0;
+        }
+        let Some(aim) = self.casters.seen_from(point) else { return 0.0 };
+        let at_point = self.choice.density(at as f64 + 0.5) / self.sources[at].area;
+        let paths = self.pixels as f64 / SAMPLES_PER_PATH as f64;
+        paths * at_point * aim.density(direction) / cos
     }
 }
 
@@ -69,114 +126,140 @@ pub struct Splat<'a, const C: usize> {
     pub response: Option<&'a Spectrum>,
 }
 
-/// A path from a light by way of smooth surfaces to a matt one and from there to the film. `None` where it does not get there.
-pub fn splat<'a, const C: usize>(
+/// A path from a light by way of smooth surfaces to a matt one, and on: what each matt surface that it comes to sends to the film.
+pub fn light_path<'a, const C: usize>(
     scene: &'a Scene,
     caustics: &Caustics,
     stream: &Stream,
-) -> Option<Splat<'a, C>> {
-    let [x, y, wavelength, time] = stream.draw(Dimensions::Camera);
-    let [u, v, cone, light] = stream.draw(Dimensions::Lens);
-    let time = scene.shutter.time(time);
-    let wavelengths = scene.wavelengths.sample::<C>(wavelength);
-    let (light, probability) = caustics.choose(light);
-    let start = scene.lights.emit(light, [x, y], time, &wavelengths.nm)?;
-    let (direction, density) = caustics.casters.seen_from(&start.point)?.sample(cone, [u, v])?;
-    let cos = direction.dot(start.point.normal);
-    if cos <= 0.0 {
-        return None;
+    splat: &mut impl FnMut(Splat<'a, C>),
+) {
+    let Some(mut beam) = Beam::begin(scene, caustics, stream) else { return };
+    for vertex in 0.. {
+        let Some(hit) = beam.advance(scene) else { return };
+        if vertex == 0 && !scene.is_smooth(&hit) {
+            return;
+        }
+        let [lens_x, lens_y, _, choice] = stream.draw(Dimensions::Light(vertex));
+        if !scene.is_smooth(&hit) {
+            splat_from(scene, caustics, &beam, &hit, [lens_x, lens_y], choice).map(&mut *splat);
+        }
+        // With another surface the path has two segments more than there are surfaces until here, and that one.
+        let segments = vertex + 3;
+        if segments > scene.limits.max_depth {
+            return;
+        }
+        let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
+        if beam.scatter(scene, &hit, choice, lobe, [u, v]).is_none()
+            || !beam.survives(scene, segments, survival)
+        {
+            return;
+        }
     }
-    let mut beam = Beam {
-        ray: start.point.ray(direction),
-        power: start.radiance * (cos / (probability * start.density * density)),
-        ratio: Sampled::ONE,
-        media: Media::default(),
-    };
-    let (hit, vertex) = beam.follow(scene, time, &wavelengths, stream)?;
-    let [lens_x, lens_y, _, choice] = stream.draw(Dimensions::Light(vertex));
-    let seen = scene.camera.project(hit.point.position, [lens_x, lens_y], time)?;
-    let shading = scene.shade(&hit, seen.toward_lens, &beam.media, &wavelengths, choice);
+}
+
+/// What the surface that light has come to sends to the film. `None` where it is not seen.
+fn splat_from<'a, const C: usize>(
+    scene: &'a Scene,
+    caustics: &Caustics,
+    beam: &Beam<C>,
+    hit: &Intersection,
+    lens: [f64; 2],
+    choice: f64,
+) -> Option<Splat<'a, C>> {
+    let Beam { ray, power, ratio, media, wavelengths, time, from_light, .. } = beam;
+    let seen = scene.camera.project(hit.point.position, lens, *time)?;
+    let shading = scene.shade(hit, seen.toward_lens, media, wavelengths, choice);
     if shading.bsdf.is_discrete() || shading.bsdf.transmits() {
         return None;
     }
-    let f_cos = shading.evaluate(-beam.ray.direction).f_cos;
-    if f_cos.is_zero() {
+    let leaves = -ray.direction;
+    let value = shading.evaluate(leaves);
+    if value.f_cos.is_zero() {
         return None;
     }
+    let density = value.density.sum() / C as f64;
+    let by_camera = caustics.from_camera(scene, &hit.point, leaves, density, *time);
+    let weight = power_heuristic(from_light * by_camera, 1.0);
     let end = SurfacePoint { position: seen.begins, normal: seen.toward_lens, error: 0.0 };
     let last = hit.point.segment_to(&end)?;
-    if scene.is_occluded(&last, time) {
+    if weight == 0.0 || scene.is_occluded(&last, *time) {
         return None;
     }
-    if let Some(transmittance) = scene.transmittance(&beam.media.here, last.t_max, &wavelengths) {
-        beam.power *= transmittance;
-    }
     // What arrives is spread over the surface by its own normal, and weighed by the BSDF's.
-    let arriving = beam.ray.direction.dot(hit.point.normal).abs();
+    let arriving = leaves.dot(hit.point.normal).abs();
     let leaving = seen.toward_lens.dot(hit.point.normal).abs();
     let geometry = leaving / (arriving * seen.distance * seen.distance) * seen.pixels_per_steradian;
-    let radiance = beam.power * f_cos * (geometry / beam.ratio.sum());
-    Some(Splat { film: seen.film, radiance, wavelengths, response: seen.response })
+    let mut radiance = *power * value.f_cos * (weight * geometry / ratio.sum());
+    if let Some(transmittance) = scene.transmittance(&media.here, last.t_max, wavelengths) {
+        radiance *= transmittance;
+    }
+    Some(Splat { film: seen.film, radiance, wavelengths: *wavelengths, response: seen.response })
 }
 
 /// Light on its way.
 struct Beam<const C: usize> {
+    time: f64,
+    wavelengths: Wavelengths<C>,
     ray: Ray,
     /// Of each wavelength, over the hero's density.
     power: Sampled<C>,
     /// Each wavelength's density of the path over the hero's, as in [`super::path`].
     ratio: Sampled<C>,
     media: Media,
+    /// The largest power that it began with.
+    begun: f64,
+    /// As [`Caustics::from_light`] has it.
+    from_light: f64,
 }
 
 impl<const C: usize> Beam<C> {
-    /// To the first surface that is not smooth, by at least one that is: that, and how many were.
-    fn follow(
-        &mut self,
-        scene: &Scene,
-        time: f64,
-        wavelengths: &Wavelengths<C>,
-        stream: &Stream,
-    ) -> Option<(Intersection, u32)> {
-        let begun = self.power.max();
-        for vertex in 0.. {
-            let Self { power, media, .. } = self;
-            let hit = scene.intersect(&self.ray, time, false, media, |media, distance| {
-                if let Some(transmittance) = scene.transmittance(media, distance, wavelengths) {
-                    *power *= transmittance;
-                }
-            })?;
-            if !scene.is_smooth(&hit) {
-                return (vertex > 0).then_some((hit, vertex));
-            }
-            // With this surface the path has two segments more than there are smooth surfaces.
-            if vertex + 3 > scene.limits.max_depth {
-                return None;
-            }
-            let [_, _, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
-            self.pass(scene, &hit, wavelengths, lobe)?;
-            let kept = (self.power.max() / begun).min(late_survival(vertex + 3));
-            if self.power.is_zero() || vertex + 3 >= scene.limits.rr_depth && survival >= kept {
-                return None;
-            }
-            if vertex + 3 >= scene.limits.rr_depth {
-                self.power /= kept;
-            }
-        }
-        None
+    fn begin(scene: &Scene, caustics: &Caustics, stream: &Stream) -> Option<Self> {
+        let [x, y, wavelength, time] = stream.draw(Dimensions::Camera);
+        let [u, v, cone, light] = stream.draw(Dimensions::Lens);
+        let time = scene.shutter.time(time);
+        let wavelengths = scene.wavelengths.sample::<C>(wavelength);
+        let (source, probability) = caustics.choose(light);
+        let start = scene.lights.emit(source.light, [x, y], time, &wavelengths.nm)?;
+        let (direction, density) = caustics.casters.seen_from(&start.point)?.sample(cone, [u, v])?;
+        let cos = direction.dot(start.point.normal);
+        let power = start.radiance * (cos / (probability * start.density * density));
+        (cos > 0.0).then(|| Self {
+            time,
+            wavelengths,
+            ray: start.point.ray(direction),
+            power,
+            ratio: Sampled::ONE,
+            media: Media::default(),
+            begun: power.max(),
+            from_light: caustics.from_light(source.light, &start.point, direction),
+        })
     }
 
-    /// On from a smooth surface.
-    fn pass(
+    /// To the next surface, attenuated by the media on the way.
+    fn advance(&mut self, scene: &Scene) -> Option<Intersection> {
+        let Self { ray, time, wavelengths, power, media, .. } = self;
+        scene.intersect(ray, *time, false, media, |media, distance| {
+            if let Some(transmittance) = scene.transmittance(media, distance, wavelengths) {
+                *power *= transmittance;
+            }
+        })
+    }
+
+    /// On from a surface. `None` where the path ends, and where [`super::path`] alone follows it.
+    fn scatter(
         &mut self,
         scene: &Scene,
         hit: &Intersection,
-        wavelengths: &Wavelengths<C>,
+        choice: f64,
         lobe: f64,
+        u: [f64; 2],
     ) -> Option<()> {
         let arrives = -self.ray.direction;
-        let shading = scene.shade(hit, arrives, &self.media, wavelengths, 0.0);
-        let scatter = shading.sample(lobe, [0.5; 2])?;
+        let shading = scene.shade(hit, arrives, &self.media, &self.wavelengths, choice);
+        let scatter = shading.sample(lobe, u)?;
+        if !may_follow(scene, hit, &shading.bsdf, scatter.density) {
+            return None;
+        }
         let leaves = scatter.toward_light;
         self.power *= scatter.weight * spread(hit, arrives, leaves)?;
         self.ratio *= scatter.ratio;
@@ -188,6 +271,32 @@ impl<const C: usize> Beam<C> {
         }
         self.ray = hit.point.ray(leaves);
         Some(())
+    }
+
+    /// Russian roulette on what is left of the power, for a path that will have so many segments.
+    fn survives(&mut self, scene: &Scene, segments: u32, u: f64) -> bool {
+        if self.power.is_zero() {
+            return false;
+        }
+        if segments < scene.limits.rr_depth {
+            return true;
+        }
+        let kept = (self.power.max() / self.begun).min(late_survival(segments));
+        self.power /= kept;
+        u < kept
+    }
+}
+
+/// Whether light paths may go on as a path did that was scattered so by a surface: all smooth surfaces and the wide lobes of those that nothing passes.
+pub(super) fn may_follow<const C: usize>(
+    scene: &Scene,
+    hit: &Intersection,
+    bsdf: &Bsdf<C>,
+    density: Density,
+) -> bool {
+    match density {
+        Density::Discrete => scene.is_smooth(hit),
+        Density::PerSolidAngle(_) => !bsdf.transmits(),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::sampling::Stream;
 use crate::scene::Scene;
 use crate::spectrum::{Sampled, Wavelengths};
 
-pub use caustics::{Caustics, Splat, splat};
+pub use caustics::{Caustics, Source as CausticSource, Splat, light_path};
 
 /// How the radiance along a camera ray is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

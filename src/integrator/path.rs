@@ -13,8 +13,9 @@
 //! the balance heuristic over wavelengths and the power heuristic over the two techniques. A path keeps fᵢ and pⱼ relative
 //! to the hero's density, so with one wavelength nothing of this remains.
 
+use super::caustics::{self, Caustics};
 use super::{Seen, Techniques};
-use crate::bsdf::Density;
+use crate::bsdf::{Density, Scatter};
 use crate::geometry::{Ray, SurfacePoint};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
@@ -35,9 +36,8 @@ struct Path<const C: usize> {
     media: Media,
     /// Product of the factors by which refraction compressed radiance: no loss, so no reason to end a path.
     compression: f64,
-    /// Whether it went from the camera to a matt surface and from there by way of smooth ones alone: what it finds so is counted on
-    /// light paths where there are any.
-    by_smooth_ways: bool,
+    /// How many times as dense light paths that come this way are, as far as the camera's end decides it; zero where none do.
+    beside_light_paths: f64,
 }
 
 /// How a ray came to be.
@@ -114,11 +114,8 @@ pub fn radiance<const C: usize>(
             };
             depth += 1;
         }
-        if scene.caustics().is_some() {
-            path.by_smooth_ways = match vertex {
-                0 => scatter.density != Density::Discrete && !shading.bsdf.transmits(),
-                _ => path.by_smooth_ways && scene.is_smooth(hit),
-            };
+        if let Some(caustics) = scene.caustics() {
+            path.meet_light_paths(scene, caustics, vertex == 0, hit, &shading, &scatter);
         }
         if scatter.transmitted {
             path.refract(&shading);
@@ -141,7 +138,7 @@ impl<const C: usize> Path<C> {
             last: LastChoice::Camera,
             media: scene.media_at_sensor(ray, time),
             compression: 1.0,
-            by_smooth_ways: false,
+            beside_light_paths: 0.0,
         }
     }
 
@@ -210,16 +207,18 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
         let Some(light) = hit.light else { return Sampled::ZERO };
-        let counted_there = self.by_smooth_ways && matches!(self.last, LastChoice::Discrete);
-        if counted_there && scene.caustics().is_some_and(|caustics| caustics.begin_at(light)) {
-            return Sampled::ZERO;
-        }
         if ray.direction.dot(hit.point.normal) >= 0.0 {
             return Sampled::ZERO;
         }
-        let weight = self.weight_beside_lights(scene, |from| {
+        let mut weight = self.weight_beside_lights(scene, |from| {
             scene.lights.density(light, from, &hit.point, self.time, wavelengths)
         });
+        if self.beside_light_paths > 0.0 && matches!(self.last, LastChoice::Discrete) {
+            let from_light = scene
+                .caustics()
+                .map_or(0.0, |caustics| caustics.from_light(light, &hit.point, -ray.direction));
+            weight *= power_heuristic(1.0, from_light * self.beside_light_paths);
+        }
         if weight == 0.0 {
             return Sampled::ZERO;
         }
@@ -272,6 +271,24 @@ impl<const C: usize> Path<C> {
         self.throughput * value.f_cos * sample.radiance * weight * visibility
     }
 
+    /// Whether light paths may come the way that a surface, the first or a later one, has just sent this one, and how densely.
+    fn meet_light_paths(
+        &mut self,
+        scene: &Scene,
+        caustics: &Caustics,
+        first: bool,
+        hit: &Intersection,
+        shading: &Shading<C>,
+        scatter: &Scatter<C>,
+    ) {
+        if !caustics::may_follow(scene, hit, &shading.bsdf, scatter.density) {
+            self.beside_light_paths = 0.0;
+        } else if let (true, Density::PerSolidAngle(hero)) = (first, scatter.density) {
+            let (leaves, density) = (scatter.toward_light, hero * scatter.ratio.sum() / C as f64);
+            self.beside_light_paths = caustics.from_camera(scene, &hit.point, leaves, density, self.time);
+        }
+    }
+
     /// Refraction compresses radiance.
     fn refract(&mut self, shading: &Shading<C>) {
         if let Some(far_over_near) = shading.index_beyond() {
@@ -316,7 +333,7 @@ pub(super) fn late_survival(depth: u32) -> f64 {
 
 /// Weight of a technique of density `own` beside one of density `other`, with exponent 2 (Veach, *Robust Monte Carlo
 /// Methods for Light Transport Simulation*, 1997, sec. 9.2.2).
-fn power_heuristic(own: f64, other: f64) -> f64 {
+pub(super) fn power_heuristic(own: f64, other: f64) -> f64 {
     if own == 0.0 {
         return 0.0;
     }

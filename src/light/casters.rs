@@ -154,8 +154,18 @@ impl Aim {
                     rest < 0.0
                 });
                 let direction = chosen.unwrap_or(last).sample(u).try_normalize()?;
-                let holding = cones.iter().filter(|cone| cone.holds(direction)).count();
-                (holding > 0).then(|| (direction, holding as f64 / solid_angle))
+                let density = self.density(direction);
+                (density > 0.0).then_some((direction, density))
+            }
+        }
+    }
+
+    /// The density of [`Self::sample`] in a direction, per steradian.
+    pub fn density(&self, direction: Vec3) -> f64 {
+        match self {
+            Self::Everywhere { normal } => direction.dot(*normal).max(0.0) * FRAC_1_PI,
+            Self::Cones { cones, solid_angle } => {
+                cones.iter().filter(|cone| cone.holds(direction)).count() as f64 / solid_angle
             }
         }
     }

@@ -9,10 +9,6 @@ use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
-/// For so many samples of the pixels together there is one light path: what these cost is then small beside the rest, and there are
-/// as many as pixels after few samples.
-const SAMPLES_PER_PATH: u64 = 4;
-
 /// Light paths that are made in one go.
 const CHUNK: u64 = 4096;
 
@@ -23,13 +19,10 @@ pub(super) struct LightPass<'a> {
     caustics: &'a Caustics,
     exposure: &'a Exposure<'a>,
     sampler: Sampler,
-    pixels: u64,
 }
 
 impl<'a> LightPass<'a> {
     pub fn new(caustics: &'a Caustics, exposure: &'a Exposure<'a>, kind: SamplerKind) -> Self {
-        let [width, height] = exposure.scene.film.size;
-        let pixels = u64::from(width) * u64::from(height);
         // Light paths belong to no pixel: what only the others have to do with pixels, or with few samples, is nothing for them.
         let (kind, seed) = match kind {
             SamplerKind::Independent => (kind, exposure.seed),
@@ -37,14 +30,14 @@ impl<'a> LightPass<'a> {
             SamplerKind::Regular => (SamplerKind::Sobol, 0),
             _ => (SamplerKind::Sobol, exposure.seed),
         };
-        let samples = paths(pixels, exposure.schedule.samples_per_replicate);
+        let samples = caustics.paths(exposure.schedule.samples_per_replicate);
         let sampler = Sampler::new(kind, seed, u32::try_from(samples).unwrap_or(u32::MAX));
-        Self { caustics, exposure, sampler, pixels }
+        Self { caustics, exposure, sampler }
     }
 
     /// The light paths that belong to some samples of each pixel, of every replicate.
     pub fn expose<const C: usize>(&self, samples: &Range<u32>, film: &Mutex<Film>, watch: &dyn Watch) {
-        let [first, end] = [samples.start, samples.end].map(|samples| paths(self.pixels, samples));
+        let [first, end] = [samples.start, samples.end].map(|samples| self.caustics.paths(samples));
         let replicates = 0..self.exposure.schedule.replicates;
         let chunks: Vec<(u32, u64)> = replicates
             .flat_map(|replicate| (first..end).step_by(CHUNK as usize).map(move |start| (replicate, start)))
@@ -78,29 +71,28 @@ impl<'a> LightPass<'a> {
             // Beyond what a sequence holds another begins.
             let (sequence, within) = ((index >> 32) as u32, index as u32);
             let stream = self.sampler.stream([NO_PIXEL, sequence], replicate, within);
-            let Some(splat) = integrator::splat::<C>(scene, self.caustics, &stream) else { continue };
-            let Splat { film: place, mut radiance, wavelengths, response } = splat;
-            if let Some(response) = response {
-                radiance *= response.sample(&wavelengths.nm);
-            }
-            admit(&mut radiance, bad);
-            let of_path = mix(seed ^ mix(index ^ u64::from(replicate) << 48));
-            let position = [0, 1].map(|axis| place[axis] - f64::from(scene.film.offset[axis]));
-            let [columns, rows] = filter.reached(position);
-            for [x, y] in rows.flat_map(|y| columns.clone().map(move |x| [x, y])) {
-                let share = filter.at([x, y], position);
-                if share != 0.0 {
-                    sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));
-                    self.exposure.record(0, &(radiance * share), &wavelengths, light_scale, &mut sums, bad);
-                    exposed.push(([x, y], sums.take()));
+            let mut of_path = mix(seed ^ mix(index ^ u64::from(replicate) << 48));
+            integrator::light_path::<C>(scene, self.caustics, &stream, &mut |splat| {
+                let Splat { film: place, mut radiance, wavelengths, response } = splat;
+                if let Some(response) = response {
+                    radiance *= response.sample(&wavelengths.nm);
                 }
-            }
+                admit(&mut radiance, bad);
+                let position = [0, 1].map(|axis| place[axis] - f64::from(scene.film.offset[axis]));
+                let [columns, rows] = filter.reached(position);
+                for [x, y] in rows.flat_map(|y| columns.clone().map(move |x| [x, y])) {
+                    let share = filter.at([x, y], position);
+                    if share != 0.0 {
+                        sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));
+                        let values = radiance * share;
+                        self.exposure.record(0, &values, &wavelengths, light_scale, &mut sums, bad);
+                        exposed.push(([x, y], sums.take()));
+                    }
+                }
+                // The next surface of the path rounds for itself.
+                of_path = mix(of_path);
+            });
         }
         exposed
     }
-}
-
-/// How many light paths a replicate has after so many samples of each pixel.
-fn paths(pixels: u64, samples: u32) -> u64 {
-    (pixels * u64::from(samples)).div_ceil(SAMPLES_PER_PATH)
 }

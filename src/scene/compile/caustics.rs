@@ -4,7 +4,7 @@ use super::contact;
 use super::groups::Groups;
 use crate::camera::Camera;
 use crate::geometry::{Bounds, Transform};
-use crate::integrator::{Caustics, Limits};
+use crate::integrator::{CausticSource, Caustics, Limits};
 use crate::light::{Caster, Casters, Light, Lights};
 use crate::medium::Body;
 use crate::scene::traceable::Surface;
@@ -22,6 +22,8 @@ pub(super) struct Setting<'a> {
     pub camera_medium: Option<u32>,
     pub limits: Limits,
     pub range: WavelengthRange,
+    /// Width and height of the film, pixels.
+    pub film: [u32; 2],
 }
 
 impl Setting<'_> {
@@ -49,19 +51,25 @@ impl Setting<'_> {
         let instances = instances.filter(|(range, ..)| range.clone().any(smooth));
         let casters =
             Casters::new(own.chain(instances.map(|(_, bounds, _)| Caster::around(bounds))).collect());
-        Caustics::new(casters, &self.lights(surfaces))
+        let [width, height] = self.film.map(u64::from);
+        Caustics::new(casters, self.sources(surfaces), width * height)
     }
 
-    /// The lights that light paths begin at, with their power: those with a surface that is known to lie outside of all bodies.
-    fn lights(&self, surfaces: &[Surface]) -> Vec<(u32, f64)> {
+    /// The lights that light paths begin at: those with a surface that is known to lie outside of all bodies.
+    fn sources(&self, surfaces: &[Surface]) -> Vec<CausticSource> {
         let bodies: Vec<Bounds> =
             contact::body_boxes(self.groups, self.shift, self.shapes, surfaces, self.bodies).collect();
         let begins = |(index, light): (u32, &Light)| {
             let Light::Area { geometry, mean, .. } = light else { return None };
             let outside =
                 geometry.stands_alone() && !bodies.iter().any(|body| body.overlaps(geometry.bounds()));
-            let power = geometry.area() * mean.integral(self.range);
-            (outside && power > 0.0 && power.is_finite()).then_some((index, power))
+            let area = geometry.area();
+            let power = area * mean.integral(self.range);
+            (outside && power > 0.0 && power.is_finite()).then_some(CausticSource {
+                light: index,
+                power,
+                area,
+            })
         };
         (0..).zip(self.lights.iter()).filter_map(begins).collect()
     }

@@ -193,6 +193,7 @@ impl Compiler<'_> {
             camera_medium,
             limits,
             range: self.options.range,
+            film: film.size,
         };
         let caustics = match integrator {
             Integrator::Path => setting.caustics(&mut surfaces),
