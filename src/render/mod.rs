@@ -239,7 +239,8 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         if let Some(light) = &light {
             light.expose::<C>(&pass, &film, watch);
         }
-        tiles.par_iter().for_each(|&[left, top]| {
+        // Tile by tile: what a thread has taken no other can take over, and tiles differ.
+        tiles.par_iter().with_max_len(1).for_each(|&[left, top]| {
             if watch.stop().load(Ordering::Relaxed) {
                 return;
             }
