@@ -184,12 +184,13 @@ def threads(power, binary):
     contestants = [Abbe(binary, f"{count}", ("--threads", str(count))) for count in (1, 2)]
     for scene in (SCENES[0], SCENES[1]):
         scene = scene_at(scene, power.size)
-        own = found[scene.name] = {program.name: {"cpu": [], "wall": []} for program in contestants}
+        own = found[scene.name] = {program.name: {"cpu": [], "wall": [], "stolen": []} for program in contestants}
         for turn, program in rounds(power.rounds, contestants):
             least, _ = program.run(scene.path, LEAST, 1 + turn, scene.defines)
             used, _ = program.run(scene.path, SPP, 1 + turn, scene.defines)
             own[program.name]["cpu"].append(used.cpu - least.cpu)
             own[program.name]["wall"].append(used.wall - least.wall)
+            own[program.name]["stolen"].append(used.stolen - least.stolen)
         print(f"    {scene.name}: " + ", ".join(f"{name} threads {min(line['wall']):.2f} s" for name, line in own.items()), flush=True)
     return found
 

@@ -24,18 +24,21 @@ class Used:
     cpu: float  # seconds of all its threads, in user and system mode
     wall: float  # seconds by the clock
     peak: int  # bytes that were resident at most
+    stolen: float = 0.0  # seconds that the machine's host gave to others while this machine's processors had work, over all of them
     told: dict = field(default_factory=dict)  # what the program says of its steps
 
 
 def execute(command, environment=None):
     """Runs a command to its end: Used."""
     launcher = [sys.executable, "-I", "-S", str(HERE / "launch.py")]
+    before = stolen()
     done = subprocess.run(launcher + [str(word) for word in command], capture_output=True, text=True, env=environment)
+    taken = stolen() - before
     lines = done.stdout.splitlines()
     used = json.loads(lines[-1]) if lines else {"status": done.returncode}
     if used["status"]:
         raise RuntimeError(f"{' '.join(map(str, command))} exits with {used['status']}: {done.stderr.strip()[-800:]}")
-    return Used(used["cpu"], used["wall"], used["peak"], json.loads(lines[-2]) if len(lines) > 1 else {})
+    return Used(used["cpu"], used["wall"], used["peak"], taken, json.loads(lines[-2]) if len(lines) > 1 else {})
 
 
 def words(defines):
@@ -86,10 +89,21 @@ class Mitsuba:
         return used, picture
 
 
+def processors():
+    """Seconds of all processors of the machine since it started, by what they were spent on: the columns of proc_stat(5)."""
+    told = Path("/proc/stat").read_text().splitlines()[0].split()[1:]
+    return [int(word) / os.sysconf("SC_CLK_TCK") for word in told]
+
+
 def busy():
     """Seconds that all processors of the machine have worked since it started."""
-    told = [int(word) for word in Path("/proc/stat").read_text().splitlines()[0].split()[1:]]
-    return (sum(told[:3]) + sum(told[5:7])) / os.sysconf("SC_CLK_TCK")
+    told = processors()
+    return sum(told[:3]) + sum(told[5:7])
+
+
+def stolen():
+    """Seconds that processors had work and the host let others run instead, since the machine started."""
+    return processors()[7]
 
 
 @dataclass(frozen=True)
