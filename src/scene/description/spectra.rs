@@ -1,0 +1,164 @@
+//! Spectra, textures and refractive indices as a scene file says them.
+
+use crate::geometry::Transform;
+use crate::raster::{Grid, Image};
+use crate::scene::source::Place;
+use crate::spectrum::DispersionFormula;
+use crate::texture::{Filter, Pattern, Wrap};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A spectrum as the file gives it.
+#[derive(Clone, Debug)]
+pub struct SpectrumSource {
+    pub place: Place,
+    pub kind: SpectrumKind,
+    /// Factor on all values.
+    pub scale: f64,
+}
+
+#[derive(Clone, Debug)]
+pub enum SpectrumKind {
+    Constant(f64),
+    /// Linear between the nodes (strictly ascending, nm), zero outside, as in Mitsuba 3:
+    /// a `wavelength:value` list, `irregular`, or a `.spd` file.
+    Irregular {
+        nm: Vec<f64>,
+        values: Vec<f64>,
+        file: Option<PathBuf>,
+    },
+    /// Equally spaced values, linear between them, zero outside.
+    Regular {
+        min_nm: f64,
+        max_nm: f64,
+        values: Vec<f64>,
+    },
+    /// Mitsuba's `d65`: the CIE table over 98.9974.
+    D65,
+    /// Planck's law, W·m⁻²·sr⁻¹·nm⁻¹, zero outside the range.
+    Blackbody {
+        kelvin: f64,
+        min_nm: f64,
+        max_nm: f64,
+    },
+    /// One of the measured spectra compiled into the program (an extension).
+    Named(String),
+    /// A smooth spectrum that has a colour: linear values for the primaries of sRGB.
+    Rgb {
+        rgb: [f64; 3],
+        role: RgbRole,
+    },
+    /// An image on the surface.
+    Bitmap(Arc<BitmapSource>),
+    /// Two textures in turn.
+    Checkerboard(Arc<CheckerboardSource>),
+    /// What the vertices or faces of a mesh carry under a name that begins with `vertex_` or `face_`.
+    MeshAttribute {
+        name: String,
+    },
+    /// Values in space.
+    Volume(Arc<VolumeSource>),
+    /// A pattern that is computed (an extension).
+    Procedural(Arc<ProceduralSource>),
+    /// Another spectrum or texture times D65.
+    Daylit(Arc<SpectrumSource>),
+}
+
+/// What a colour is made into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RgbRole {
+    /// Values from 0 to 1.
+    Reflectance,
+    /// Values above 1 count as 1: what Mitsuba 3 makes of colours where it expects no reflectance.
+    Clipped,
+    /// A reflectance times D65, scaled to the brightness of the colour.
+    Illuminant,
+}
+
+#[derive(Clone, Debug)]
+pub struct BitmapSource {
+    pub file: PathBuf,
+    pub image: Arc<Image>,
+    pub filter: Filter,
+    pub wrap: Wrap,
+    /// Whether values are taken as they stand in the file, not decoded and not made into spectra.
+    pub raw: bool,
+    /// Whether what is looked up is kept in half precision (`format` "fp16").
+    pub half: bool,
+    pub to_uv: Transform,
+}
+
+#[derive(Clone, Debug)]
+pub struct CheckerboardSource {
+    /// At the origin, and beside it.
+    pub colours: [SpectrumSource; 2],
+    pub to_uv: Transform,
+}
+
+/// `gridvolume`; a `constvolume` is the spectrum that it holds.
+#[derive(Clone, Debug)]
+pub struct VolumeSource {
+    pub file: PathBuf,
+    pub grid: Arc<Grid>,
+    pub to_world: Transform,
+    pub filter: Filter,
+    pub wrap: Wrap,
+    pub raw: bool,
+    /// Whether the grid fills the box that its file states, and not the unit cube.
+    pub use_grid_bbox: bool,
+}
+
+/// A pattern that selects between other textures or mixes them.
+#[derive(Clone, Debug)]
+pub struct ProceduralSource {
+    pub pattern: Pattern,
+    pub space: PatternSpace,
+    /// The size of a cell of noise, and the distance between veins, rings, bands: in the file's units, or those of uv.
+    pub period: f64,
+    /// For values of the pattern from the least to the greatest.
+    pub colours: Vec<SpectrumSource>,
+    /// The values of the pattern that are the first and the last colour.
+    pub range: [f64; 2],
+    /// Whether colours are mixed, and not each the only one over its share of the values.
+    pub mixed: bool,
+}
+
+/// What a pattern is computed from.
+#[derive(Clone, Copy, Debug)]
+pub enum PatternSpace {
+    /// The surface's coordinates, with a transform to those of the pattern.
+    Uv(Transform),
+    /// The place where the surface is at rest, with a transform from the pattern's coordinates.
+    World(Transform),
+}
+
+impl SpectrumSource {
+    /// The one value that it has at all wavelengths, if it is given like that.
+    pub fn constant(&self) -> Option<f64> {
+        match self.kind {
+            SpectrumKind::Constant(value) => Some(value * self.scale),
+            _ => None,
+        }
+    }
+}
+
+/// A refractive index, real.
+#[derive(Clone, Debug)]
+pub struct IndexSource {
+    pub place: Place,
+    pub kind: IndexKind,
+}
+
+#[derive(Clone, Debug)]
+pub enum IndexKind {
+    Constant(f64),
+    /// A catalogue glass or other material with its dispersion (an extension).
+    Named(String),
+    /// Sellmeier or Cauchy coefficients (an extension).
+    Formula(DispersionFormula),
+    /// Tabulated n(λ), held constant beyond its ends (an extension).
+    Tabulated(SpectrumSource),
+    /// From the reflectance of one polished face at normal incidence, k = 0 (an extension;
+    /// Glassner, *An Introduction to Ray Tracing*, ch. 4, eq. 18).
+    NormalReflectance(SpectrumSource),
+}
