@@ -40,7 +40,7 @@ def build(folder):
     faults = {name: fault for path in sorted(LISTS.glob("*.toml")) for name, fault in tomllib.loads(path.read_text()).items()}
     fresh = folder.with_name(folder.name + "-fresh")
     shutil.rmtree(fresh, ignore_errors=True)
-    for name in ("src", "data", "validation/probe"):
+    for name in ("src", "data", "benches", "validation/probe", "validation/speed/rays"):
         shutil.copytree(ROOT / name, fresh / name)
     for name in ("Cargo.toml", "Cargo.lock"):
         shutil.copy2(ROOT / name, fresh / name)
