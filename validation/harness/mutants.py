@@ -35,8 +35,8 @@ def copy(source, target):
         shutil.copy2(source, target)
 
 
-def build(folder):
-    """The faulty renderer and probe: (binary, probe)."""
+def plant(folder):
+    """Writes the source of the faulty programs. An error where the lists of faults no longer fit the source, or the package is not whole."""
     faults = {name: fault for path in sorted(LISTS.glob("*.toml")) for name, fault in tomllib.loads(path.read_text()).items()}
     fresh = folder.with_name(folder.name + "-fresh")
     shutil.rmtree(fresh, ignore_errors=True)
@@ -60,6 +60,12 @@ def build(folder):
         if path.is_file():
             copy(path, folder / path.relative_to(fresh))
     shutil.rmtree(fresh)
+    subprocess.run(["cargo", "metadata", "--no-deps", "--format-version", "1", "--offline"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+
+
+def build(folder):
+    """The faulty renderer and probe: (binary, probe)."""
+    plant(folder)
     command = ["cargo", "build", "--release", "--quiet", "--bin", "abbe-mutants", "--example", "probe-mutants", "--target-dir", str(ROOT / "target")]
     subprocess.run(command, cwd=folder, check=True)
     return ROOT / "target/release/abbe-mutants", ROOT / "target/release/examples/probe-mutants"

@@ -117,6 +117,9 @@ def main():
         return 0
     start = time.monotonic()
     faulty = None if options.quick or options.only else mutants.build(WORK / "mutants")
+    if options.quick:
+        # Not built, but they must not rot unseen.
+        mutants.plant(WORK / "mutants")
     outcomes = [run(name, options, faulty) for name in wanted]
     complete = not options.claims and not options.quick and not options.only
     page = report.write(outcomes, HERE / "report", options.quick, time.monotonic() - start)
