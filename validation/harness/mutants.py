@@ -36,7 +36,7 @@ def copy(source, target):
 
 
 def plant(folder):
-    """Writes the source of the faulty programs. An error where the lists of faults no longer fit the source, or the package is not whole."""
+    """Writes the source of the faulty programs. An error where the lists of faults no longer fit the source."""
     faults = {name: fault for path in sorted(LISTS.glob("*.toml")) for name, fault in tomllib.loads(path.read_text()).items()}
     fresh = folder.with_name(folder.name + "-fresh")
     shutil.rmtree(fresh, ignore_errors=True)
@@ -60,7 +60,6 @@ def plant(folder):
         if path.is_file():
             copy(path, folder / path.relative_to(fresh))
     shutil.rmtree(fresh)
-    subprocess.run(["cargo", "metadata", "--no-deps", "--format-version", "1", "--offline"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
 
 
 def build(folder):

@@ -118,7 +118,7 @@ def main():
     start = time.monotonic()
     faulty = None if options.quick or options.only else mutants.build(WORK / "mutants")
     if options.quick:
-        # Not built, but they must not rot unseen.
+        # They are not built here, but the lists of faults must not rot unseen.
         mutants.plant(WORK / "mutants")
     outcomes = [run(name, options, faulty) for name in wanted]
     complete = not options.claims and not options.quick and not options.only
