@@ -42,6 +42,7 @@ impl<'a> LightPass<'a> {
         let chunks: Vec<(u32, u64)> = replicates
             .flat_map(|replicate| (first..end).step_by(CHUNK as usize).map(move |start| (replicate, start)))
             .collect();
+        // One by one, as tiles are.
         chunks.par_iter().with_max_len(1).for_each(|&(replicate, start)| {
             if watch.stop().load(Ordering::Relaxed) {
                 return;

@@ -24,7 +24,7 @@ class Used:
     cpu: float  # seconds of all its threads, in user and system mode
     wall: float  # seconds by the clock
     peak: int  # bytes that were resident at most
-    stolen: float = 0.0  # seconds that the machine's host gave to others while this machine's processors had work, over all of them
+    stolen: float  # seconds that the machine's host gave to others while this machine's processors had work, over all of them
     told: dict = field(default_factory=dict)  # what the program says of its steps
 
 

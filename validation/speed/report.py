@@ -77,13 +77,17 @@ def triangles(told):
 
 
 def threads(told):
+    def taken(count, line):
+        """The share of the time of so many processors that the host gave to others."""
+        return sum(line["stolen"]) / (count * sum(line["wall"]))
+
     rows = []
     for scene, own in told["threads"]["found"].items():
         one, two = own["1"], own["2"]
-        share = [sum(own["stolen"]) / (count * sum(own["wall"])) for count, own in ((1, one), (2, two))]
-        left = [sum(own["wall"]) * (1 - lost) for own, lost in zip((one, two), share)]
+        share_one, share_two = taken(1, one), taken(2, two)
+        ratio_left = sum(one["wall"]) * (1 - share_one) / (sum(two["wall"]) * (1 - share_two))
         by_clock = f"{min(one['wall']):.2f}", f"{min(two['wall']):.2f}", f"{min(one['wall']) / min(two['wall']):.2f}"
-        rows.append((scene, *by_clock, *(f"{lost:.1%}" for lost in share), f"{left[0] / left[1]:.2f}", f"{median(two['cpu']) / median(one['cpu']):.3f}"))
+        rows.append((scene, *by_clock, f"{share_one:.1%}", f"{share_two:.1%}", f"{ratio_left:.2f}", f"{median(two['cpu']) / median(one['cpu']):.3f}"))
     header = ("scene", "1 thread, least s by the clock", "2 threads", "ratio", "taken by the host: 1 thread", "2 threads", "ratio of the time that was left", "CPU s of 2 threads / of 1")
     return table(header, rows)
 
