@@ -124,9 +124,45 @@ struct Anchored<T> {
     piece: T,
 }
 
+/// A segment of a linear curve.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    cone: Anchored<RoundCone>,
+    /// The balls at its ends, as its neighbours have them.
+    ends: [ControlPoint; 2],
+}
+
+impl Link {
+    /// Where a ray enters, and how far along the ray that is measured from.
+    ///
+    /// The ball at a joint is the end of one segment and the beginning of another. Both compute the entry into it from the same
+    /// numbers, so that it is equally near on both, and the first of them has it everywhere.
+    fn entry(&self, ray: &Ray) -> Option<(Spot, f64)> {
+        let Anchored { middle, reach, piece } = &self.cone;
+        let (line, shift) = Near::new(ray.origin, ray.direction, *middle, *reach)?;
+        let entry = piece.span(&line)?.enter;
+        let [first, last] = &self.ends;
+        let end = match entry.u {
+            0.0 => ball_entry(first, 0.0, ray),
+            1.0 => ball_entry(last, 1.0, ray),
+            _ => None,
+        };
+        Some(end.unwrap_or((entry, shift)))
+    }
+}
+
+/// Where a ray enters a ball, which is the one of that u, likewise.
+fn ball_entry(ball: &ControlPoint, u: f64, ray: &Ray) -> Option<(Spot, f64)> {
+    let (line, shift) = Near::new(ray.origin, ray.direction, ball.position, ball.radius)?;
+    let distance = line.start.length();
+    let half =
+        (ball.radius > distance).then(|| ((ball.radius - distance) * (ball.radius + distance)).sqrt())?;
+    Some((line.chord(u, 0.0, half, ball.radius).settled(&line, ball.radius).enter, shift))
+}
+
 #[derive(Clone, Debug)]
 enum Segments {
-    Linear(Arc<[Anchored<RoundCone>]>),
+    Linear(Arc<[Link]>),
     BSpline(Arc<[Anchored<Stretch>]>),
 }
 
@@ -172,7 +208,8 @@ impl Curves {
                     .map(|pair| {
                         let middle = 0.5 * (pair[0].position + pair[1].position);
                         let piece = cone([pair[0], pair[1]], middle);
-                        Anchored { middle, reach: piece.reach(), piece }
+                        let cone = Anchored { middle, reach: piece.reach(), piece };
+                        Link { cone, ends: [pair[0], pair[1]] }
                     })
                     .collect(),
             ),
@@ -193,7 +230,7 @@ impl Curves {
 
     pub fn segment_count(&self) -> usize {
         match &self.segments {
-            Segments::Linear(cones) => cones.len(),
+            Segments::Linear(links) => links.len(),
             Segments::BSpline(stretches) => stretches.len(),
         }
     }
@@ -243,13 +280,8 @@ impl Curves {
             found(Crossing { hit, error: spot.error + rounding, enters: !self.inward });
         };
         match &self.segments {
-            Segments::Linear(cones) => {
-                let Anchored { middle, reach, piece } = &cones[segment as usize];
-                if let Some((line, shift)) = Near::new(ray.origin, ray.direction, *middle, *reach)
-                    && let Some(span) = piece.span(&line)
-                {
-                    give(span.enter, shift);
-                }
+            Segments::Linear(links) => {
+                links[segment as usize].entry(ray).into_iter().for_each(|(spot, shift)| give(spot, shift));
             }
             Segments::BSpline(stretches) => {
                 let Anchored { middle, reach, piece } = &stretches[segment as usize];
@@ -263,8 +295,8 @@ impl Curves {
     /// A place on a segment near `position`: relative to the segment's middle, from the path outward.
     fn place(&self, segment: u32, u: f64, position: Vec3) -> Place {
         match &self.segments {
-            Segments::Linear(cones) => {
-                let Anchored { middle, reach, piece } = cones[segment as usize];
+            Segments::Linear(links) => {
+                let Anchored { middle, reach, piece } = links[segment as usize].cone;
                 let outward = position - middle - piece.centre(u);
                 let normal = outward.try_normalize().unwrap_or(Vec3::Z);
                 Place {
@@ -329,8 +361,8 @@ impl Curves {
 
     pub fn segment_bounds(&self, segment: u32) -> Bounds {
         let (middle, bounds) = match &self.segments {
-            Segments::Linear(cones) => {
-                (cones[segment as usize].middle, cones[segment as usize].piece.bounds())
+            Segments::Linear(links) => {
+                (links[segment as usize].cone.middle, links[segment as usize].cone.piece.bounds())
             }
             Segments::BSpline(stretches) => {
                 (stretches[segment as usize].middle, stretches[segment as usize].piece.bounds())
@@ -346,7 +378,7 @@ impl Curves {
     /// Of all segments, also of what is within others.
     pub fn area(&self) -> f64 {
         match &self.segments {
-            Segments::Linear(cones) => cones.iter().map(|cone| cone.piece.area()).sum(),
+            Segments::Linear(links) => links.iter().map(|link| link.cone.piece.area()).sum(),
             Segments::BSpline(stretches) => stretches.iter().map(|stretch| stretch.piece.tube_area()).sum(),
         }
     }

@@ -229,6 +229,28 @@ fn what_is_no_curve_is_refused() {
     assert_eq!(SweptSphere::new(&id, linear, &[points], false).err(), Some(ShapeError::Radius(0.0)));
 }
 
+/// Two segments have the ball at their joint in common. The first has it everywhere, as in Mitsuba: else its texture would be that of
+/// one or of the other as rounding has it.
+#[test]
+fn the_ball_at_a_joint_is_the_end_of_the_segment_before_it() {
+    let mut random = Random::seed_from_u64(23);
+    let mut at_joints = 0;
+    for (name, path) in paths() {
+        let shape = Made::Curves(CurveKind::Linear).shape(&placement(Vec3::splat(0.7)), &path, false);
+        let (bounds, last) = (shape.bounds(), path.len() as u32 - 2);
+        for _ in 0..20_000 {
+            let ray = any_ray(&shape, bounds, &mut random);
+            let outside = (bounds.min - ray.origin).max(ray.origin - bounds.max).max_element() > 0.0;
+            // From within the segment before it only the next one's ball is seen.
+            let Some(hit) = shape.intersect(&ray).filter(|_| outside) else { continue };
+            let place = hit.barycentric[0];
+            assert!(hit.triangle == 0 || place > 0.0, "{name} {ray:?} {hit:?}");
+            at_joints += u32::from(hit.triangle < last && place == 1.0);
+        }
+    }
+    assert!(at_joints > 1000, "{at_joints}");
+}
+
 /// What Mitsuba 3.9.1 (llvm_ad_rgb) answers to the same rays: (t, normal, uv).
 #[test]
 fn conventions_are_those_of_mitsuba() {
