@@ -61,6 +61,16 @@ pub struct Source {
     pub area: f64,
 }
 
+/// How a path from the camera goes on from the first surface that it meets.
+#[derive(Clone, Copy, Debug)]
+pub struct FirstSurface {
+    pub point: SurfacePoint,
+    /// The direction in which it leaves.
+    pub leaves: Vec3,
+    /// With which that is chosen, sr⁻¹.
+    pub density: f64,
+}
+
 impl Caustics {
     /// With sources in ascending order, and the number of the film's pixels. `None` where there are no light paths.
     pub fn new(casters: Casters, sources: Vec<Source>, pixels: u64) -> Option<Self> {
@@ -82,21 +92,15 @@ impl Caustics {
         (&self.sources[(place as usize).min(self.sources.len() - 1)], probability)
     }
 
-    /// How many times as dense light paths are as those from the camera, as far as the camera's end decides it: paths that leave their first
-    /// surface in a direction, which is chosen with a density (sr⁻¹) there. Zero where light paths do not come.
-    pub fn from_camera(
-        &self,
-        scene: &Scene,
-        first: &SurfacePoint,
-        leaves: Vec3,
-        density: f64,
-        time: f64,
-    ) -> f64 {
+    /// How many times as dense light paths are as those from the camera, as far as the camera's end decides it. Zero where light
+    /// paths do not come.
+    pub fn from_camera(&self, scene: &Scene, first: &FirstSurface, time: f64) -> f64 {
+        let FirstSurface { point, leaves, density } = first;
         // Through the middle of the lens: any place will do where both techniques take the same.
-        let Some(seen) = scene.camera.project(first.position, [0.5; 2], time) else { return 0.0 };
-        let slant = seen.toward_lens.dot(first.normal).abs();
+        let Some(seen) = scene.camera.project(point.position, [0.5; 2], time) else { return 0.0 };
+        let slant = seen.toward_lens.dot(point.normal).abs();
         let pixels_per_area = seen.pixels_per_steradian * slant / (seen.distance * seen.distance);
-        let ratio = leaves.dot(first.normal).abs() / (density * pixels_per_area);
+        let ratio = leaves.dot(point.normal).abs() / (density * pixels_per_area);
         if ratio.is_finite() { ratio } else { 0.0 }
     }
 
@@ -139,7 +143,11 @@ pub fn light_path<'a, const C: usize>(
         if vertex == 0 && !scene.is_smooth(&hit) {
             return;
         }
-        let [lens_x, lens_y, _, choice] = stream.draw(Dimensions::Light(vertex));
+        let needs = scene.needs();
+        // Nothing else asks for these values.
+        let drawn =
+            if needs.lens || needs.choices { stream.draw(Dimensions::Light(vertex)) } else { [0.5; 4] };
+        let [lens_x, lens_y, _, choice] = drawn;
         if !scene.is_smooth(&hit) {
             splat_from(scene, caustics, &beam, &hit, [lens_x, lens_y], choice).map(&mut *splat);
         }
@@ -166,8 +174,14 @@ fn splat_from<'a, const C: usize>(
     lens: [f64; 2],
     choice: f64,
 ) -> Option<Splat<'a, C>> {
-    let Beam { ray, power, ratio, media, wavelengths, time, from_light, .. } = beam;
+    let Beam { ray, power, ratio, media, wavelengths, time, .. } = beam;
     let seen = scene.camera.project(hit.point.position, lens, *time)?;
+    let end = SurfacePoint { position: seen.begins, normal: seen.toward_lens, error: 0.0 };
+    let last = hit.point.segment_to(&end)?;
+    // Before all that is only asked for where the surface is in view.
+    if scene.is_occluded(&last, *time) {
+        return None;
+    }
     let shading = scene.shade(hit, seen.toward_lens, media, wavelengths, choice);
     if shading.bsdf.is_discrete() || shading.bsdf.transmits() {
         return None;
@@ -177,12 +191,11 @@ fn splat_from<'a, const C: usize>(
     if value.f_cos.is_zero() {
         return None;
     }
-    let density = value.density.sum() / C as f64;
-    let by_camera = caustics.from_camera(scene, &hit.point, leaves, density, *time);
-    let weight = power_heuristic(from_light * by_camera, 1.0);
-    let end = SurfacePoint { position: seen.begins, normal: seen.toward_lens, error: 0.0 };
-    let last = hit.point.segment_to(&end)?;
-    if weight == 0.0 || scene.is_occluded(&last, *time) {
+    let first = FirstSurface { point: hit.point, leaves, density: value.density.sum() / C as f64 };
+    let by_camera = caustics.from_camera(scene, &first, *time);
+    let by_light = caustics.from_light(beam.source, &beam.start, beam.toward);
+    let weight = power_heuristic(by_light * by_camera, 1.0);
+    if weight == 0.0 {
         return None;
     }
     // What arrives is spread over the surface by its own normal, and weighed by the BSDF's.
@@ -208,8 +221,10 @@ struct Beam<const C: usize> {
     media: Media,
     /// The largest power that it began with.
     begun: f64,
-    /// As [`Caustics::from_light`] has it.
-    from_light: f64,
+    /// The light that it came from, where that was and in what direction.
+    source: u32,
+    start: SurfacePoint,
+    toward: Vec3,
 }
 
 impl<const C: usize> Beam<C> {
@@ -231,7 +246,9 @@ impl<const C: usize> Beam<C> {
             ratio: Sampled::ONE,
             media: Media::default(),
             begun: power.max(),
-            from_light: caustics.from_light(source.light, &start.point, direction),
+            source: source.light,
+            start: start.point,
+            toward: direction,
         })
     }
 

@@ -13,7 +13,7 @@
 //! the balance heuristic over wavelengths and the power heuristic over the two techniques. A path keeps fᵢ and pⱼ relative
 //! to the hero's density, so with one wavelength nothing of this remains.
 
-use super::caustics::{self, Caustics};
+use super::caustics::{self, FirstSurface};
 use super::{Seen, Techniques};
 use crate::bsdf::{Density, Scatter};
 use crate::geometry::{Ray, SurfacePoint};
@@ -36,8 +36,8 @@ struct Path<const C: usize> {
     media: Media,
     /// Product of the factors by which refraction compressed radiance: no loss, so no reason to end a path.
     compression: f64,
-    /// How many times as dense light paths that come this way are, as far as the camera's end decides it; zero where none do.
-    beside_light_paths: f64,
+    /// Where light paths that come this way reach what the camera sees; `None` where none do.
+    beside_light_paths: Option<FirstSurface>,
 }
 
 /// How a ray came to be.
@@ -114,8 +114,8 @@ pub fn radiance<const C: usize>(
             };
             depth += 1;
         }
-        if let Some(caustics) = scene.caustics() {
-            path.meet_light_paths(scene, caustics, vertex == 0, hit, &shading, &scatter);
+        if scene.needs().light_paths {
+            path.meet_light_paths(scene, vertex == 0, hit, &shading, &scatter);
         }
         if scatter.transmitted {
             path.refract(&shading);
@@ -138,7 +138,7 @@ impl<const C: usize> Path<C> {
             last: LastChoice::Camera,
             media: scene.media_at_sensor(ray, time),
             compression: 1.0,
-            beside_light_paths: 0.0,
+            beside_light_paths: None,
         }
     }
 
@@ -213,11 +213,12 @@ impl<const C: usize> Path<C> {
         let mut weight = self.weight_beside_lights(scene, |from| {
             scene.lights.density(light, from, &hit.point, self.time, wavelengths)
         });
-        if self.beside_light_paths > 0.0 && matches!(self.last, LastChoice::Discrete) {
-            let from_light = scene
-                .caustics()
-                .map_or(0.0, |caustics| caustics.from_light(light, &hit.point, -ray.direction));
-            weight *= power_heuristic(1.0, from_light * self.beside_light_paths);
+        if let (Some(first), LastChoice::Discrete, Some(caustics)) =
+            (&self.beside_light_paths, &self.last, scene.caustics())
+        {
+            let from_light = caustics.from_light(light, &hit.point, -ray.direction);
+            let from_camera = caustics.from_camera(scene, first, self.time);
+            weight *= power_heuristic(1.0, from_light * from_camera);
         }
         if weight == 0.0 {
             return Sampled::ZERO;
@@ -271,21 +272,21 @@ impl<const C: usize> Path<C> {
         self.throughput * value.f_cos * sample.radiance * weight * visibility
     }
 
-    /// Whether light paths may come the way that a surface, the first or a later one, has just sent this one, and how densely.
+    /// Keeps account of whether light paths may come the way that a surface, the first or a later one, has just sent this one.
     fn meet_light_paths(
         &mut self,
         scene: &Scene,
-        caustics: &Caustics,
         first: bool,
         hit: &Intersection,
         shading: &Shading<C>,
         scatter: &Scatter<C>,
     ) {
         if !caustics::may_follow(scene, hit, &shading.bsdf, scatter.density) {
-            self.beside_light_paths = 0.0;
+            self.beside_light_paths = None;
         } else if let (true, Density::PerSolidAngle(hero)) = (first, scatter.density) {
-            let (leaves, density) = (scatter.toward_light, hero * scatter.ratio.sum() / C as f64);
-            self.beside_light_paths = caustics.from_camera(scene, &hit.point, leaves, density, self.time);
+            let density = hero * scatter.ratio.sum() / C as f64;
+            self.beside_light_paths =
+                Some(FirstSurface { point: hit.point, leaves: scatter.toward_light, density });
         }
     }
 

@@ -143,18 +143,6 @@ fn owen_one(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// Four numbers with their bits in reverse.
-#[inline]
-fn reversed(mut x: u32x4) -> u32x4 {
-    for (distance, mask) in
-        [(1, 0x5555_5555), (2, 0x3333_3333), (4, 0x0f0f_0f0f), (8, 0x00ff_00ff), (16, 0x0000_ffff)]
-    {
-        let mask = u32x4::splat(mask);
-        x = ((x >> distance) & mask) | ((x & mask) << distance);
-    }
-    x
-}
-
 /// The values in a set of the point whose index is given with its bits in reverse, of a sequence of 2 to the power of `length`
 /// points.
 ///
@@ -172,7 +160,7 @@ pub(super) fn scrambled(index: u32, length: u32, order: u64, role: Role, key: u6
 pub(super) fn of_shuffled(index: u32, role: Role, key: u64) -> [u32; 4] {
     let [a, b] = [super::mix(key ^ 1), super::mix(key ^ 2)];
     let seeds = u32x4::new([a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32]);
-    reversed(owen(u32x4::new(point(index, role)), seeds)).to_array()
+    owen(u32x4::new(point(index, role)), seeds).to_array().map(u32::reverse_bits)
 }
 
 #[cfg(test)]
@@ -185,7 +173,6 @@ mod tests {
         let seeds = [0, 0xffff_ffff, 12345, 0x9e37_79b9];
         let each: [u32; 4] = std::array::from_fn(|i| owen_one(numbers[i], seeds[i]));
         assert_eq!(owen(u32x4::new(numbers), u32x4::new(seeds)).to_array(), each);
-        assert_eq!(reversed(u32x4::new(numbers)).to_array(), numbers.map(u32::reverse_bits));
     }
 
     #[test]
