@@ -4,6 +4,7 @@ The files in `controls/` name each fault: a file, a piece of code that stands in
 copied, changed and built once, so the program under test never holds a fault.
 """
 
+import json
 import shutil
 import subprocess
 import tomllib
@@ -35,12 +36,19 @@ def copy(source, target):
         shutil.copy2(source, target)
 
 
+def folders():
+    """What the programs of the manifest are made from, but for the tests."""
+    metadata = subprocess.run(["cargo", "metadata", "--no-deps", "--format-version=1"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    targets = json.loads(metadata)["packages"][0]["targets"]
+    return {Path("data")} | {Path(target["src_path"]).parent.relative_to(ROOT) for target in targets if "test" not in target["kind"]}
+
+
 def plant(folder):
     """Writes the source of the faulty programs. An error where the lists of faults no longer fit the source."""
     faults = {name: fault for path in sorted(LISTS.glob("*.toml")) for name, fault in tomllib.loads(path.read_text()).items()}
     fresh = folder.with_name(folder.name + "-fresh")
     shutil.rmtree(fresh, ignore_errors=True)
-    for name in ("src", "data", "benches", "validation/probe", "validation/speed/rays"):
+    for name in folders():
         shutil.copytree(ROOT / name, fresh / name)
     for name in ("Cargo.toml", "Cargo.lock"):
         shutil.copy2(ROOT / name, fresh / name)
