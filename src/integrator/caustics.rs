@@ -24,6 +24,9 @@
 //! not, weights are worse, but sum to one all the same. So what mirrors nearly and shows the light is left to the camera,
 //! and what scatters widely to the light.
 //!
+//! Caustics that are seen through smooth surfaces or in them are left to the camera: from the light only chance would lead to a point that is in view. There
+//! [`super::path`] goes on several times from the matt surface.
+//!
 //! A surface sends light on as it does in the other direction, but for two factors. Refraction does not compress power, as it
 //! does radiance. And where a surface is shaded with another normal than its own, beams of equal power differ on its two sides
 //! (Veach 1997, section 5.3).

@@ -23,10 +23,20 @@ use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 
+/// Into so many a path divides at the first matt surface that it comes to by way of smooth ones, in a scene with light paths. What smooth
+/// bodies focus there no light path brings to the camera, and chance finds it seldom but bright; what came before is a small part
+/// of the work.
+const BRANCHES: u32 = 4;
+
 /// What has become of a path so far.
+#[derive(Clone)]
 struct Path<const C: usize> {
     /// When all of it happens.
     time: f64,
+    /// Segments behind the surface that is next. One that the path passes as if there were none may leave it as it is.
+    depth: u32,
+    /// Surfaces met.
+    vertex: u32,
     /// fᵢ(X) / p₀(X): what each wavelength carries over the hero's density.
     throughput: Sampled<C>,
     /// pⱼ(X) / p₀(X). The hero's is 1; a companion's is 0 once it has gone another way.
@@ -38,9 +48,16 @@ struct Path<const C: usize> {
     compression: f64,
     /// Where light paths that come this way reach what the camera sees; `None` where none do.
     beside_light_paths: Option<FirstSurface>,
+    /// Whether it may divide yet.
+    divisible: bool,
+    /// Whether nothing has been met that alpha counts: such rays do not see what is hidden from the camera.
+    straight: bool,
+    /// Whether anything has that alpha counts.
+    met: bool,
 }
 
 /// How a ray came to be.
+#[derive(Clone)]
 enum LastChoice {
     /// By the camera.
     Camera,
@@ -60,98 +77,149 @@ enum LastChoice {
 /// See [`super::radiance`].
 pub fn radiance<const C: usize>(
     scene: &Scene,
-    mut ray: Ray,
+    ray: Ray,
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
 ) -> Seen<C> {
     let mut path = Path::<C>::from_camera(scene, &ray, time);
-    let mut arriving = Sampled::ZERO;
-    // Segments behind this vertex. A surface that a ray passes as if there were none may leave it as it is.
-    let mut depth = 0;
-    // Whether nothing has been met that alpha counts: such rays do not see what is hidden from the camera.
-    let mut straight = true;
-    let mut met = scene.limits.sky_covers(scene);
-    for vertex in 0.. {
-        // By reference: to move it costs as much as a shadow ray.
-        let Some(hit) = &path.advance(scene, &ray, depth == 0, wavelengths) else {
-            arriving += path.escaped(scene, &ray, straight, wavelengths);
-            break;
-        };
-        arriving += path.emitted(scene, &ray, hit, wavelengths);
-        let last = depth + 1 >= scene.limits.max_depth;
-        // Past the last segment only alpha asks whether this surface is in the way, and light that may pass it as if there
-        // were none: a light sample passes it too.
-        if last && !scene.needs().clear_shadows && (met || !scene.film.alpha) {
-            break;
-        }
-        let light_values = Dimensions::Light(vertex);
-        let choice = if scene.needs().choices { stream.draw(light_values)[3] } else { 0.0 };
-        let shading = scene.shade(hit, -ray.direction, &path.media, wavelengths, choice);
-        if !last && !shading.bsdf.is_discrete() && !scene.lights.is_empty() {
-            arriving += path.direct_light(scene, &ray, hit, &shading, wavelengths, stream.draw(light_values));
-        }
-        let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
-        let scatter = shading.sample(lobe, [u, v]);
-        let passes =
-            scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
-        met |= scene.limits.surface_covers(passes);
-        let goes_on = !last || (passes && !scene.limits.passing_counts);
-        let Some(scatter) = scatter.filter(|_| goes_on) else { break };
-        let direction = scatter.toward_light;
-        let prior = path.ratio.sum();
-        path.throughput *= scatter.weight;
-        path.ratio *= scatter.ratio;
-        straight &= !scene.limits.surface_covers(passes);
-        if !passes || scene.limits.passing_counts {
-            path.last = match scatter.density {
-                Density::Discrete => LastChoice::Discrete,
-                Density::PerSolidAngle(density) => {
-                    let by_scattering = path.ratio.sum();
-                    let prior_over_density = prior / density;
-                    LastChoice::Scattered { from: hit.point, prior_over_density, by_scattering }
-                }
-            };
-            depth += 1;
-        }
-        if scene.needs().light_paths {
-            path.meet_light_paths(scene, vertex == 0, hit, &shading, &scatter);
-        }
-        if scatter.transmitted {
-            path.refract(&shading);
-            scene.pass_through(hit, direction, &mut path.media);
-        }
-        if !path.survives(scene, depth, survival) {
-            break;
-        }
-        ray = hit.point.ray(direction);
-    }
-    Seen { radiance: arriving, met }
+    let radiance = path.follow(scene, ray, wavelengths, stream);
+    Seen { radiance, met: path.met }
 }
 
 impl<const C: usize> Path<C> {
     fn from_camera(scene: &Scene, ray: &Ray, time: f64) -> Self {
         Self {
             time,
+            depth: 0,
+            vertex: 0,
             throughput: Sampled::ONE,
             ratio: Sampled::ONE,
             last: LastChoice::Camera,
             media: scene.media_at_sensor(ray, time),
             compression: 1.0,
             beside_light_paths: None,
+            divisible: scene.needs().light_paths,
+            straight: true,
+            met: scene.limits.sky_covers(scene),
         }
     }
 
-    /// To the next surface, attenuated by the media on the way (Beer and Lambert).
-    fn advance(
+    /// Goes on along a ray to the path's end. Light that comes along it, weighed by all that was before.
+    fn follow(
         &mut self,
         scene: &Scene,
-        ray: &Ray,
-        from_camera: bool,
+        mut ray: Ray,
         wavelengths: &Wavelengths<C>,
-    ) -> Option<Intersection> {
-        let Self { throughput, media, time, .. } = self;
-        scene.intersect(ray, *time, from_camera, media, |media: &MediumStack, distance| {
+        stream: &Stream,
+    ) -> Sampled<C> {
+        let mut arriving = Sampled::ZERO;
+        loop {
+            // By reference: to move it costs as much as a shadow ray.
+            let Some(hit) = &self.advance(scene, &ray, wavelengths) else {
+                arriving += self.escaped(scene, &ray, wavelengths);
+                return arriving;
+            };
+            arriving += self.emitted(scene, &ray, hit, wavelengths);
+            let last = self.depth + 1 >= scene.limits.max_depth;
+            // Past the last segment only alpha asks whether this surface is in the way, and light that may pass it as if there
+            // were none: a light sample passes it too.
+            if last && !scene.needs().clear_shadows && (self.met || !scene.film.alpha) {
+                return arriving;
+            }
+            let light_values = Dimensions::Light(self.vertex);
+            let choice = if scene.needs().choices { stream.draw(light_values)[3] } else { 0.0 };
+            let shading = scene.shade(hit, -ray.direction, &self.media, wavelengths, choice);
+            if !last && !shading.bsdf.is_discrete() && !scene.lights.is_empty() {
+                let values = stream.draw(light_values);
+                arriving += self.direct_light(scene, &ray, hit, &shading, wavelengths, values);
+            }
+            if self.divides(&shading) {
+                return arriving + self.follow_branches(scene, hit, &shading, wavelengths, stream);
+            }
+            match self.scatter(scene, hit, &shading, stream) {
+                Some(next) => ray = next,
+                None => return arriving,
+            }
+        }
+    }
+
+    /// Whether this is the first matt surface, and not the first surface.
+    fn divides(&self, shading: &Shading<C>) -> bool {
+        self.divisible && self.vertex > 0 && !shading.bsdf.is_discrete() && !shading.bsdf.transmits()
+    }
+
+    /// The mean of what its branches find. Apart, so that the paths of other scenes stay small.
+    #[inline(never)]
+    fn follow_branches(
+        &mut self,
+        scene: &Scene,
+        hit: &Intersection,
+        shading: &Shading<C>,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Sampled<C> {
+        self.divisible = false;
+        // Through what is matt nothing passes.
+        self.met = true;
+        let mut arriving = Sampled::ZERO;
+        for branch in 0..BRANCHES {
+            let (mut path, stream) = (self.clone(), stream.branch(branch));
+            if let Some(ray) = path.scatter(scene, hit, shading, &stream) {
+                arriving += path.follow(scene, ray, wavelengths, &stream);
+            }
+        }
+        arriving / f64::from(BRANCHES)
+    }
+
+    /// On from a surface. `None` where the path ends.
+    #[inline(always)]
+    fn scatter(
+        &mut self,
+        scene: &Scene,
+        hit: &Intersection,
+        shading: &Shading<C>,
+        stream: &Stream,
+    ) -> Option<Ray> {
+        let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(self.vertex));
+        let scatter = shading.sample(lobe, [u, v]);
+        let passes =
+            scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
+        self.met |= scene.limits.surface_covers(passes);
+        let last = self.depth + 1 >= scene.limits.max_depth;
+        let goes_on = !last || (passes && !scene.limits.passing_counts);
+        let scatter = scatter.filter(|_| goes_on)?;
+        let prior = self.ratio.sum();
+        self.throughput *= scatter.weight;
+        self.ratio *= scatter.ratio;
+        self.straight &= !scene.limits.surface_covers(passes);
+        if !passes || scene.limits.passing_counts {
+            self.last = match scatter.density {
+                Density::Discrete => LastChoice::Discrete,
+                Density::PerSolidAngle(density) => {
+                    self.divisible = false;
+                    let by_scattering = self.ratio.sum();
+                    let prior_over_density = prior / density;
+                    LastChoice::Scattered { from: hit.point, prior_over_density, by_scattering }
+                }
+            };
+            self.depth += 1;
+        }
+        if scene.needs().light_paths {
+            self.meet_light_paths(scene, hit, shading, &scatter);
+        }
+        if scatter.transmitted {
+            self.refract(shading);
+            scene.pass_through(hit, scatter.toward_light, &mut self.media);
+        }
+        self.vertex += 1;
+        self.survives(scene, survival).then(|| hit.point.ray(scatter.toward_light))
+    }
+
+    /// To the next surface, attenuated by the media on the way (Beer and Lambert).
+    fn advance(&mut self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Option<Intersection> {
+        let Self { throughput, media, time, depth, .. } = self;
+        scene.intersect(ray, *time, *depth == 0, media, |media: &MediumStack, distance| {
             if let Some(transmittance) = scene.transmittance(media, distance, wavelengths) {
                 *throughput *= transmittance;
             }
@@ -159,14 +227,8 @@ impl<const C: usize> Path<C> {
     }
 
     /// Light from beyond the scene, weighed against having been sampled.
-    fn escaped(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        seen_directly: bool,
-        wavelengths: &Wavelengths<C>,
-    ) -> Sampled<C> {
-        let hidden = seen_directly && scene.limits.hide_emitters;
+    fn escaped(&self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Sampled<C> {
+        let hidden = self.straight && scene.limits.hide_emitters;
         let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return Sampled::ZERO };
         let weight = self.weight_beside_lights(scene, |from| {
             scene.lights.environment_density(from, ray.direction, self.time, wavelengths)
@@ -276,14 +338,13 @@ impl<const C: usize> Path<C> {
     fn meet_light_paths(
         &mut self,
         scene: &Scene,
-        first: bool,
         hit: &Intersection,
         shading: &Shading<C>,
         scatter: &Scatter<C>,
     ) {
         if !caustics::may_follow(scene, hit, &shading.bsdf, scatter.density) {
             self.beside_light_paths = None;
-        } else if let (true, Density::PerSolidAngle(hero)) = (first, scatter.density) {
+        } else if let (0, Density::PerSolidAngle(hero)) = (self.vertex, scatter.density) {
             let density = hero * scatter.ratio.sum() / C as f64;
             self.beside_light_paths =
                 Some(FirstSurface { point: hit.point, leaves: scatter.toward_light, density });
@@ -299,16 +360,16 @@ impl<const C: usize> Path<C> {
 
     /// Russian roulette on what the path can still bring. The measure is the same whichever wavelength is the hero, so all of
     /// the path's densities change by one factor and their ratios stay.
-    fn survives(&mut self, scene: &Scene, depth: u32, u: f64) -> bool {
+    fn survives(&mut self, scene: &Scene, u: f64) -> bool {
         if self.throughput.is_zero() {
             return false;
         }
-        if depth < scene.limits.rr_depth {
+        if self.depth < scene.limits.rr_depth {
             return true;
         }
         let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
         let strength = alive * self.throughput.max() / self.ratio.sum() / self.compression;
-        let survival = strength.min(late_survival(depth));
+        let survival = strength.min(late_survival(self.depth));
         if u >= survival {
             return false;
         }

@@ -163,6 +163,12 @@ pub struct Stream<'a> {
 }
 
 impl Stream<'_> {
+    /// The sample values of a branch of the path, by its number: as well stratified, and independent of the other branches'. Of
+    /// the sets that are padded, which are those of all but the first surface.
+    pub fn branch(self, branch: u32) -> Self {
+        Self { key: mix(self.key ^ mix(u64::from(branch))), ..self }
+    }
+
     /// The four values of a set, each in (0, 1).
     pub fn draw(&self, dimensions: Dimensions) -> [f64; 4] {
         let set = dimensions.set();
