@@ -121,7 +121,7 @@ impl<const C: usize> Path<C> {
                 return arriving;
             };
             arriving += self.emitted(scene, &ray, hit, wavelengths);
-            let last = self.depth + 1 >= scene.limits.max_depth;
+            let last = self.is_last(scene);
             // Past the last segment only alpha asks whether this surface is in the way, and light that may pass it as if there
             // were none: a light sample passes it too.
             if last && !scene.needs().clear_shadows && (self.met || !scene.film.alpha) {
@@ -142,6 +142,11 @@ impl<const C: usize> Path<C> {
                 None => return arriving,
             }
         }
+    }
+
+    /// Whether the path has as many segments as it may.
+    fn is_last(&self, scene: &Scene) -> bool {
+        self.depth + 1 >= scene.limits.max_depth
     }
 
     /// Whether this is the first matt surface, and not the first surface.
@@ -186,8 +191,7 @@ impl<const C: usize> Path<C> {
         let passes =
             scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
         self.met |= scene.limits.surface_covers(passes);
-        let last = self.depth + 1 >= scene.limits.max_depth;
-        let goes_on = !last || (passes && !scene.limits.passing_counts);
+        let goes_on = !self.is_last(scene) || (passes && !scene.limits.passing_counts);
         let scatter = scatter.filter(|_| goes_on)?;
         let prior = self.ratio.sum();
         self.throughput *= scatter.weight;

@@ -84,6 +84,8 @@ pub struct SweptSphere {
     pieces: Vec<Piece>,
     /// Middles and reaches of the pieces.
     balls: Vec<(Vec3, f64)>,
+    /// For each piece, whether it goes on from the one before.
+    continues: Vec<bool>,
     around: Bounds,
     inward: bool,
 }
@@ -125,6 +127,10 @@ impl SweptSphere {
         Ok(Self {
             placement: Placement::new(&place)?,
             balls: pieces.iter().map(|piece| (piece.middle(), piece.reach())).collect(),
+            continues: curves
+                .iter()
+                .flat_map(|curve| (0..=curve.len() - kind.order()).map(|i| i > 0))
+                .collect(),
             around: around(&pieces),
             pieces,
             inward: flip_normals,
@@ -161,6 +167,7 @@ impl SweptSphere {
     /// u around the path as on `Curves`, v along all pieces of all curves; on the round ends v stands still.
     pub fn parametrisation(&self, position: Vec3, part: u32) -> Parametrisation {
         let local = self.placement.pose.local_point(position);
+        let part = self.owner(local, part);
         let (piece, count) = (&self.pieces[part as usize], self.pieces.len() as f64);
         let u = piece.ball_at(local);
         let (centre, velocity, _) = piece.ball(u);
@@ -178,6 +185,13 @@ impl SweptSphere {
             tangent: self.placement.pose.world_vector(around * TAU),
             bitangent: self.placement.pose.world_vector(along * count),
         }
+    }
+
+    /// The piece that a point met on a piece belongs to: the ball at a joint, on which either may have been met, to the one that ends
+    /// there, as in [`super::Curves`].
+    fn owner(&self, local: Vec3, part: u32) -> u32 {
+        let at_its_begin = self.continues[part as usize] && self.pieces[part as usize].ball_at(local) == 0.0;
+        if at_its_begin && self.pieces[part as usize - 1].ball_at(local) == 1.0 { part - 1 } else { part }
     }
 
     /// The smallest box.

@@ -251,6 +251,32 @@ fn the_ball_at_a_joint_is_the_end_of_the_segment_before_it() {
     assert!(at_joints > 1000, "{at_joints}");
 }
 
+/// Likewise of swept spheres, of which either segment may be met there: the texture is where that of the first is.
+#[test]
+fn the_texture_of_a_swept_joint_is_that_of_the_segment_before_it() {
+    let path = control(&[[0.0, 0.0, 0.0, 0.5], [2.0, 0.0, 0.0, 0.5], [2.0, 2.0, 0.0, 0.5]]);
+    let swept = Made::Swept(CurveKind::Linear).shape(&Transform::IDENTITY, &path, false);
+    let curves = Made::Curves(CurveKind::Linear).shape(&Transform::IDENTITY, &path, false);
+    let mut random = Random::seed_from_u64(24);
+    for _ in 0..2000 {
+        // Toward the outer side of the ball at the corner, from all sides.
+        let outward = direction(&mut random);
+        let outward = Vec3::new(outward.x.abs(), -outward.y.abs(), outward.z);
+        let from = Vec3::new(2.0, 0.0, 0.0) + outward * 3.0;
+        let ray = Ray::new(from, (Vec3::new(2.0, 0.0, 0.0) + 0.5 * outward - from).normalize());
+        let uv = |shape: &Shape| {
+            let hit = shape.intersect(&ray).unwrap();
+            shape.parametrisation(&hit, shape.surface(&hit, &ray).point.position).uv
+        };
+        let (found, expected) = (uv(&swept), uv(&curves));
+        let around = (found[0] - expected[0]).abs();
+        assert!(
+            around.min(1.0 - around) < 1e-9 && close(found[1], expected[1], 1e-9),
+            "{ray:?} {found:?} {expected:?}"
+        );
+    }
+}
+
 /// What Mitsuba 3.9.1 (llvm_ad_rgb) answers to the same rays: (t, normal, uv).
 #[test]
 fn conventions_are_those_of_mitsuba() {
