@@ -119,14 +119,16 @@ impl WavelengthDensity {
     }
 }
 
-/// Every [`STEP`] over the range, and every node that lies inside it.
+/// Every [`STEP`] over the range, and every node that lies inside it and not next to another.
 fn edges(range: WavelengthRange, nodes: impl Iterator<Item = f64>) -> Vec<f64> {
     let steps = (range.width() / STEP).ceil().max(1.0) as usize;
     let mut edges: Vec<f64> =
         (0..=steps).map(|i| range.min + range.width() * i as f64 / steps as f64).collect();
-    edges.extend(nodes.filter(|&nm| nm > range.min && nm < range.max));
+    // Where the range itself is narrow, less: its own ends always stay.
+    let apart = f64::min(1e-6, 1e-3 * range.width() / steps as f64);
+    edges.extend(nodes.filter(|&nm| nm - range.min >= apart && range.max - nm >= apart));
     edges.sort_by(f64::total_cmp);
-    edges.dedup_by(|b, a| *b - *a < 1e-6);
+    edges.dedup_by(|b, a| *b - *a < apart);
     edges
 }
 
@@ -145,6 +147,21 @@ mod tests {
 
     fn one(spectrum: &Spectrum) -> Emission<'_> {
         Emission { spectrum, weight: 1.0 }
+    }
+
+    #[test]
+    fn a_range_may_be_as_narrow_as_numbers_are() {
+        let mut range = WavelengthRange { min: 550.0, max: 550.000001 };
+        let node =
+            Spectrum::irregular(&[540.0, 550.0000005, 560.0], &[1.0, 2.0, 1.0], Extrapolation::Zero).unwrap();
+        for max in [550.000001, 550f64.next_up().next_up(), 550f64.next_up()] {
+            range.max = max;
+            let density = WavelengthDensity::new(range, &[FLAT], &[one(&node)]);
+            for path in [1e-9, 0.25, 0.5, 1.0 - 1e-9].map(|u| density.sample::<4>(u)) {
+                assert!(path.nm.iter().all(|nm| (range.min..=range.max).contains(nm)), "{:?}", path.nm);
+                assert!(path.density.0.iter().all(|p| (p * range.width() - 1.0).abs() < 1e-6));
+            }
+        }
     }
 
     #[test]
