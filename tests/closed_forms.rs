@@ -185,3 +185,22 @@ fn a_dispersive_prism_transmits_what_fresnel_says_in_every_bin() {
         (1.0 - fresnel(1.0, n, incident.sin())) * (1.0 - fresnel(n, 1.0, at_exit)) // 0 where violet is reflected totally
     });
 }
+
+/// Chance has no part in it: a path goes both ways where either brings something.
+#[test]
+fn what_glass_mirrors_of_a_lamp_is_in_every_sample() {
+    let expected = fresnel(1.0, 1.5, 75f64.to_radians().sin());
+    // Narrow, so that nothing depends on which wavelengths are sampled.
+    let range = WavelengthRange { min: 550.0, max: 550.000001 };
+    let scene = spectral_scene("tests/scenes/closed/glance.xml", &[], range);
+    for count in ALL_COUNTS {
+        let mut settings = settings(8, count, 5);
+        settings.bins = bins(range, 1);
+        let film = expose(&scene, &settings);
+        let (mean, error) = mean_over_pixels(&film, |x, y| film.bin(x, y, 0));
+        println!("{mean:.8} ± {error:.1e}, expected {expected:.8}");
+        // What is in view is a ten-millionth as wide as the body, so the angle differs by less than a millionth of a radian.
+        assert!((mean - expected).abs() < 1e-6, "{mean} is not {expected}");
+        assert!(error < 1e-6, "the error is {error}");
+    }
+}

@@ -62,6 +62,12 @@ impl<const C: usize> Dielectric<C> {
         })
     }
 
+    /// The hero's probability of reflecting, exactly as [`Self::sample`] takes it.
+    pub(super) fn chance_of_reflection(&self, toward_eye: Vec3) -> f64 {
+        let eta = self.eta_toward(toward_eye.z > 0.0).hero();
+        self.choice(0, fresnel::dielectric(toward_eye.z.abs().min(1.0), eta).reflectance).reflection
+    }
+
     /// Index of the far side over that of the near side, for a ray that comes from above or not.
     pub(super) fn eta_toward(&self, from_above: bool) -> Sampled<C> {
         if from_above { self.eta } else { self.eta.map(f64::recip) }

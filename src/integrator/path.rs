@@ -22,11 +22,18 @@ use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
+use smallvec::{SmallVec, smallvec};
+use std::ops::Range;
 
 /// Into so many a path divides at the first matt surface that it comes to by way of smooth ones, in a scene with light paths. What smooth
 /// bodies focus there no light path brings to the camera, and chance finds it seldom but bright; what came before is a small part
 /// of the work.
 const BRANCHES: u32 = 4;
+
+/// Where a path has met smooth surfaces alone, and both ways on from one of them may bring at least this part of the sample's value, it
+/// divides into both, in the same scenes. At the rim of a glass body, and in what it mirrors of a lamp, chance between the two
+/// is most of the noise. Less than what glass reflects that is seen from the front, 4 %.
+const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
 
 /// What has become of a path so far.
 #[derive(Clone)]
@@ -50,6 +57,8 @@ struct Path<const C: usize> {
     beside_light_paths: Option<FirstSurface>,
     /// Whether it may divide yet.
     divisible: bool,
+    /// Its part of the sample: the branches that led to it have shares, and this is their product.
+    share: f64,
     /// Whether nothing has been met that alpha counts: such rays do not see what is hidden from the camera.
     straight: bool,
     /// Whether anything has that alpha counts.
@@ -100,6 +109,7 @@ impl<const C: usize> Path<C> {
             compression: 1.0,
             beside_light_paths: None,
             divisible: scene.needs().light_paths,
+            share: 1.0,
             straight: true,
             met: scene.limits.sky_covers(scene),
         }
@@ -134,10 +144,12 @@ impl<const C: usize> Path<C> {
                 let values = stream.draw(light_values);
                 arriving += self.direct_light(scene, &ray, hit, &shading, wavelengths, values);
             }
-            if self.divides(&shading) {
-                return arriving + self.follow_branches(scene, hit, &shading, wavelengths, stream);
+            if self.divisible
+                && let Some(ends) = self.division(&shading)
+            {
+                return arriving + self.follow_branches(scene, hit, &shading, wavelengths, stream, &ends);
             }
-            match self.scatter(scene, hit, &shading, stream) {
+            match self.scatter(scene, hit, &shading, stream, 0.0..1.0) {
                 Some(next) => ray = next,
                 None => return arriving,
             }
@@ -149,12 +161,19 @@ impl<const C: usize> Path<C> {
         self.depth + 1 >= scene.limits.max_depth
     }
 
-    /// Whether this is the first matt surface, and not the first surface.
-    fn divides(&self, shading: &Shading<C>) -> bool {
-        self.divisible && self.vertex > 0 && !shading.bsdf.is_discrete() && !shading.bsdf.transmits()
+    /// Where the path divides, how: the values that choose a lobe are dealt to the branches, to each those from where the branch before ends
+    /// to where it does itself. So nothing is counted twice, and the branches' shares sum to 1.
+    fn division(&self, shading: &Shading<C>) -> Option<SmallVec<[f64; BRANCHES as usize]>> {
+        if let Some(reflection) = shading.chance_of_reflection() {
+            let lesser = reflection.min(1.0 - reflection) * self.share * self.strength();
+            return (lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
+        }
+        // The first matt surface, and not the first surface.
+        (self.vertex > 0 && !shading.bsdf.is_discrete() && !shading.bsdf.transmits())
+            .then(|| (1..=BRANCHES).map(|branch| f64::from(branch) / f64::from(BRANCHES)).collect())
     }
 
-    /// The mean of what its branches find. Apart, so that the paths of other scenes stay small.
+    /// What the branches find together, each weighed by its share. Apart, so that the paths of other scenes stay small.
     #[inline(never)]
     fn follow_branches(
         &mut self,
@@ -163,21 +182,28 @@ impl<const C: usize> Path<C> {
         shading: &Shading<C>,
         wavelengths: &Wavelengths<C>,
         stream: &Stream,
+        ends: &[f64],
     ) -> Sampled<C> {
-        self.divisible = false;
-        // Through what is matt nothing passes.
+        // From what is matt light paths lead on.
+        self.divisible &= shading.bsdf.is_discrete();
+        // No surface that is passed as if there were none divides a path.
         self.met = true;
         let mut arriving = Sampled::ZERO;
-        for branch in 0..BRANCHES {
+        let mut start = 0.0;
+        for (branch, &end) in (0..).zip(ends) {
             let (mut path, stream) = (self.clone(), stream.branch(branch));
-            if let Some(ray) = path.scatter(scene, hit, shading, &stream) {
-                arriving += path.follow(scene, ray, wavelengths, &stream);
+            let share = end - start;
+            path.share *= share;
+            if let Some(ray) = path.scatter(scene, hit, shading, &stream, start..end) {
+                // The share is no reason to end it by roulette: it divided to be followed.
+                arriving += path.follow(scene, ray, wavelengths, &stream) * share;
             }
+            start = end;
         }
-        arriving / f64::from(BRANCHES)
+        arriving
     }
 
-    /// On from a surface. `None` where the path ends.
+    /// On from a surface, with a lobe that one of these values chooses. `None` where the path ends.
     #[inline(always)]
     fn scatter(
         &mut self,
@@ -185,9 +211,10 @@ impl<const C: usize> Path<C> {
         hit: &Intersection,
         shading: &Shading<C>,
         stream: &Stream,
+        lobes: Range<f64>,
     ) -> Option<Ray> {
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(self.vertex));
-        let scatter = shading.sample(lobe, [u, v]);
+        let scatter = shading.sample(lobes.start + (lobes.end - lobes.start) * lobe, [u, v]);
         let passes =
             scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
         self.met |= scene.limits.surface_covers(passes);
@@ -362,8 +389,13 @@ impl<const C: usize> Path<C> {
         }
     }
 
-    /// Russian roulette on what the path can still bring. The measure is the same whichever wavelength is the hero, so all of
-    /// the path's densities change by one factor and their ratios stay.
+    /// The most that the path can still bring, but for its share. The measure is the same whichever wavelength is the hero.
+    fn strength(&self) -> f64 {
+        let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
+        alive * self.throughput.max() / self.ratio.sum() / self.compression
+    }
+
+    /// Russian roulette on what the path can still bring. All of the path's densities change by one factor and their ratios stay.
     fn survives(&mut self, scene: &Scene, u: f64) -> bool {
         if self.throughput.is_zero() {
             return false;
@@ -371,9 +403,7 @@ impl<const C: usize> Path<C> {
         if self.depth < scene.limits.rr_depth {
             return true;
         }
-        let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
-        let strength = alive * self.throughput.max() / self.ratio.sum() / self.compression;
-        let survival = strength.min(late_survival(self.depth));
+        let survival = self.strength().min(late_survival(self.depth));
         if u >= survival {
             return false;
         }

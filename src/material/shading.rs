@@ -137,6 +137,11 @@ impl<const C: usize> Shading<C> {
         (share > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * share, ..scatter })
     }
 
+    /// See [`Bsdf::chance_of_reflection`].
+    pub fn chance_of_reflection(&self) -> Option<f64> {
+        self.bsdf.chance_of_reflection(self.toward_eye)
+    }
+
     /// For light that goes to the other side, the hero's index there over that on the viewer's side.
     pub fn index_beyond(&self) -> Option<f64> {
         let eta = self.bsdf.relative_index()?;
