@@ -9,7 +9,6 @@ import numpy as np
 
 from harness.claim import Planted
 from harness.plots import plt
-from harness.quadrature import over_bins
 from optics_common import FLOOR, floor_picture, fresnel, glass, measured, moderated, repeat, write
 
 METHOD = """**Refractometer.** A camera looks through the face of a 45° prism at its base, under which a lamp lies; beyond the critical angle the
@@ -101,7 +100,7 @@ def refractometer(claim, spp, seeds):
     kept, bands = {}, BANDS[::3] if claim.quick else BANDS
     for name, column in GLASSES.items():
         scene = write(claim, name.replace(" ", "-"), REFRACTOMETER.replace("GLASS", index_of(name, claim.planted == INDEX)))
-        found, errors, rows = [], [], []
+        found, predicted, errors, rows = [], [], [], []
         for nm in bands:
             n = float(glass(column, nm))
             aim = float(edge(n)) - math.radians(2)
@@ -112,19 +111,22 @@ def refractometer(claim, spp, seeds):
             # n from the sum: it falls as n grows.
             candidates = n + np.linspace(-0.004, 0.004, 81)
             sums = np.array([summed(c, aim) for c in candidates])
-            found_n = np.interp(-mean[-1], -sums, candidates)
+            angle = lambda total: np.degrees(np.arcsin(1 / np.interp(-total, -sums, candidates)))
             slope = (sums[41] - sums[39]) / (candidates[41] - candidates[39])
-            found.append(np.degrees(np.arcsin(1 / found_n)))
+            found.append(angle(mean[-1]))
+            # The sums' mean over the band is not the sum for its mean index: 9·10⁻⁶ ° in violet flint.
+            x, weights = np.polynomial.legendre.leggauss(6)
+            predicted.append(angle(sum(w / 2 * summed(float(glass(column, nm + 2 * at)), aim) for at, w in zip(x, weights))))
             errors.append(abs(np.degrees(value[1][-1] / slope / (n * math.sqrt(n * n - 1)))))
             rows.append(mean[:-1])
-        n = over_bins(np.array([bands, bands + 4]), lambda nm: glass(column, nm), 6)[0]
         expected = np.degrees(np.arcsin(1 / glass(column, bands)))
-        found, errors = np.array(found), np.array(errors)
-        claim.agrees(f"{name}: critical angle at each wavelength", found, np.degrees(np.arcsin(1 / n)), errors, seeds - 1, "°")
-        together = (found - np.degrees(np.arcsin(1 / n))).mean(), math.sqrt(np.sum(errors**2)) / len(bands)
-        claim.agrees(
-            f"{name}: critical angle, difference at all wavelengths together", together[0], 0.0, together[1], (seeds - 1) * len(bands) / 2, "°"
-        )
+        found, differences = np.array(found), np.array(found) - predicted
+        # Only the pixel with the edge in it varies, and a few renders may agree by chance to the last sample: the bands share one variance.
+        errors = np.full(len(bands), math.sqrt(np.mean(np.square(errors))))
+        freedom = (seeds - 1) * len(bands) / 2
+        claim.agrees(f"{name}: critical angle, difference at each wavelength", differences, 0.0, errors, freedom, "°")
+        together = differences.mean(), errors[0] / math.sqrt(len(bands))
+        claim.agrees(f"{name}: critical angle, difference at all wavelengths together", together[0], 0.0, together[1], freedom, "°")
         claim.bounded(f"{name}: critical angle within 0.01°", found - expected, 0.01, "°")
         kept[name] = (bands, expected, found, errors, rows)
     return kept
