@@ -45,19 +45,14 @@ fn load(case: &Case, integrator: &str) -> Scene {
     scene(&file, &[("integrator", integrator)], WavelengthRange::VISIBLE)
 }
 
-/// The sum over a block of pixels, which are independent (degrees of freedom: Welch and Satterthwaite).
-fn sum_over(film: &Film, [columns, rows]: [Range<u32>; 2], weights: [f64; 3]) -> Estimate {
+/// The mean over a block of pixels, which are independent.
+fn mean_over(film: &Film, [columns, rows]: [Range<u32>; 2], weights: [f64; 3]) -> Estimate {
     let pixels = rows.flat_map(|y| columns.clone().map(move |x| (x, y)));
-    let (mut mean, mut variance, mut squares) = (0.0, 0.0, 0.0);
-    for (x, y) in pixels {
-        let Measured { mean: of_pixel, error } = film.combined(x, y, weights);
-        mean += of_pixel;
-        variance += error.powi(2);
-        squares += error.powi(4);
-    }
-    let degrees = f64::from(film.replicates) - 1.0;
-    let pixels = if squares > 0.0 { variance * variance / squares } else { 1.0 };
-    Estimate { mean, variance, degrees: degrees * pixels }
+    let of_pixel = |(x, y)| {
+        let Measured { mean, error } = film.combined(x, y, weights);
+        Estimate { mean, variance: error.powi(2), degrees: f64::from(film.replicates) - 1.0 }
+    };
+    Estimate::mean_of(pixels.map(of_pixel)).unwrap()
 }
 
 /// The smallest p-value over blocks of pixels and channels after Šidák's correction, and the difference of the mean luminances in
@@ -69,7 +64,7 @@ fn compare(a: &Film, b: &Film, block: u32) -> (f64, f64) {
         for x in (0..a.width).step_by(block as usize) {
             for weights in XYZ {
                 let area = [x..(x + block).min(a.width), y..(y + block).min(a.height)];
-                let (p, q) = (sum_over(a, area.clone(), weights), sum_over(b, area, weights));
+                let (p, q) = (mean_over(a, area.clone(), weights), mean_over(b, area, weights));
                 // Two pixels without noise are equal up to rounding, or they differ.
                 if p.variance.max(q.variance).sqrt() <= 1e-7 * p.mean.abs() {
                     assert!((p.mean - q.mean).abs() <= 1e-6 * p.mean.abs(), "{p:?} {q:?}");

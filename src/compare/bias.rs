@@ -60,7 +60,7 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
     let smallest = |values: &mut dyn Iterator<Item = f64>| values.filter(|p| !p.is_nan()).fold(1.0, f64::min);
 
     let tiles: Vec<[Estimate; 2]> = tiles(pair)
-        .filter_map(|pixels| means(channel, pixels.into_iter().filter(|&pixel| good[pixel]), pair))
+        .filter_map(|pixels| means(channel, pixels.iter().copied().filter(|&pixel| good[pixel]), pair))
         .collect();
     let level = crate::stats::sidak(LEVEL, tiles.len());
     let mut seen: Vec<f64> =
@@ -111,28 +111,18 @@ fn tiles(pair: &Pair) -> impl Iterator<Item = Vec<usize>> {
 }
 
 /// Means of both files over some pixels, whose noise is independent; `None` of no pixels.
-fn means(channel: &Channel, pixels: impl Iterator<Item = usize>, pair: &Pair) -> Option<[Estimate; 2]> {
-    let (mut count, mut sums) = (0.0, [[0.0; 3]; 2]);
-    for pixel in pixels {
-        count += 1.0;
-        for (side, measurement) in [&channel.a, &channel.b].into_iter().enumerate() {
-            // Errors that were moderated by those of their neighbours are not independent: what they have in common
-            // lends no degrees of freedom to a sum.
-            let own = pair.replicates[side].map_or(pair.degrees[side], |count| f64::from(count.max(2) - 1));
-            let (estimate, _) = measurement.estimate(pixel, own);
-            sums[side][0] += estimate.mean;
-            sums[side][1] += estimate.variance;
-            sums[side][2] += estimate.variance * estimate.variance / estimate.degrees;
-        }
-    }
-    (count > 0.0).then(|| {
-        sums.map(|[mean, variance, part]| Estimate {
-            mean: mean / count,
-            variance: variance / (count * count),
-            // Welch and Satterthwaite.
-            degrees: if part > 0.0 { variance * variance / part } else { f64::INFINITY },
-        })
-    })
+fn means(
+    channel: &Channel,
+    pixels: impl Iterator<Item = usize> + Clone,
+    pair: &Pair,
+) -> Option<[Estimate; 2]> {
+    let mean = |side: usize, measurement: &Measurement| {
+        // Errors that were moderated by those of their neighbours are not independent: what they have in common
+        // lends no degrees of freedom to a mean.
+        let own = pair.replicates[side].map_or(pair.degrees[side], |count| f64::from(count.max(2) - 1));
+        Estimate::mean_of(pixels.clone().map(|pixel| measurement.estimate(pixel, own).0))
+    };
+    Some([mean(0, &channel.a)?, mean(1, &channel.b)?])
 }
 
 /// The smallest relative difference that a two-sided test at `level` finds with [`POWER`]: (t(1 − level/2) + t(power))

@@ -83,6 +83,19 @@ impl Estimate {
         Self { mean, variance: 0.0, degrees: f64::INFINITY }
     }
 
+    /// The mean of independent estimates, with the degrees of freedom of Welch and Satterthwaite. `None` of none.
+    pub fn mean_of(estimates: impl IntoIterator<Item = Self>) -> Option<Self> {
+        let (mut count, mut mean, mut variance, mut part) = (0.0, 0.0, 0.0, 0.0);
+        for estimate in estimates {
+            count += 1.0;
+            mean += estimate.mean;
+            variance += estimate.variance;
+            part += estimate.variance * estimate.variance / estimate.degrees;
+        }
+        let degrees = if part > 0.0 { variance * variance / part } else { f64::INFINITY };
+        (count > 0.0).then(|| Self { mean: mean / count, variance: variance / (count * count), degrees })
+    }
+
     /// Standard error of the mean.
     pub fn error(&self) -> f64 {
         self.variance.sqrt()

@@ -9,6 +9,7 @@ import numpy as np
 
 from harness.claim import Planted
 from harness.plots import plt
+from harness.quadrature import over_band
 from optics_common import FLOOR, floor_picture, fresnel, glass, measured, moderated, repeat, write
 
 METHOD = """**Refractometer.** A camera looks through the face of a 45° prism at its base, under which a lamp lies; beyond the critical angle the
@@ -115,8 +116,7 @@ def refractometer(claim, spp, seeds):
             slope = (sums[41] - sums[39]) / (candidates[41] - candidates[39])
             found.append(angle(mean[-1]))
             # The sums' mean over the band is not the sum for its mean index: 9·10⁻⁶ ° in violet flint.
-            x, weights = np.polynomial.legendre.leggauss(6)
-            predicted.append(angle(sum(w / 2 * summed(float(glass(column, nm + 2 * at)), aim) for at, w in zip(x, weights))))
+            predicted.append(angle(over_band(nm, 4, lambda at: summed(float(glass(column, at)), aim), 6)))
             errors.append(abs(np.degrees(value[1][-1] / slope / (n * math.sqrt(n * n - 1)))))
             rows.append(mean[:-1])
         expected = np.degrees(np.arcsin(1 / glass(column, bands)))
