@@ -2,6 +2,7 @@ use super::Failure;
 use super::progress::{Progress, percent};
 use super::scene_options::SceneOptions;
 use abbe::film::{Film, SpectralBins};
+use abbe::integrator::Estimator;
 use abbe::output::{self, Colour, Content, Picture};
 use abbe::render::{AuxiliaryKind, Schedule, Settings, WavelengthCount, auxiliary, render};
 use abbe::sampling::SamplerKind;
@@ -53,6 +54,11 @@ pub struct Args {
     #[arg(long, value_name = "C", default_value = "4", value_parser = parse_wavelengths)]
     wavelengths: WavelengthCount,
 
+    /// Estimator: shared (pixels share the suffixes of their paths) or plain (each pixel traces its own). The expectation is
+    /// the same, noise and time are not
+    #[arg(long, value_name = "E", default_value = "shared", value_parser = parse_estimator)]
+    estimator: Estimator,
+
     /// Size of the picture in pixels [default: what the scene says]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -96,6 +102,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         seed: sampler.seed,
         sampler: sampler.kind,
         wavelengths: args.wavelengths,
+        estimator: args.estimator,
         bins: args.spectral.map(|count| SpectralBins { range, count: count as usize }),
     };
     if !args.quiet {
@@ -255,6 +262,7 @@ fn attributes(
         ("samplesPerPixel", settings.schedule.samples().to_string()),
         ("samples", film.total_samples().to_string()),
         ("replicates", settings.schedule.replicates.to_string()),
+        ("estimator", settings.estimator.name().to_owned()),
         ("wavelengthsPerPath", settings.wavelengths.get().to_string()),
         ("wavelengthRange", format!("{} nm to {} nm", range.min, range.max)),
         ("observer", args.observer.name().to_owned()),
@@ -322,6 +330,10 @@ fn parse_sampler(text: &str) -> Result<SamplerKind, String> {
         let names: Vec<_> = SamplerKind::NAMES.iter().map(|&(name, _)| name).collect();
         format!("expected one of {}", names.join(", "))
     })
+}
+
+fn parse_estimator(text: &str) -> Result<Estimator, String> {
+    Estimator::named(text).ok_or_else(|| "expected shared or plain".to_owned())
 }
 
 pub(super) fn parse_wavelengths(text: &str) -> Result<WavelengthCount, String> {

@@ -1,7 +1,9 @@
-//! Reconstruction filters, sampled: each sample is drawn from its own pixel's filter, so pixels are independent of one
-//! another and each has an error bar of its own (Ernst, Stamminger, Greiner, "Filter Importance Sampling", 2006).
+//! Reconstruction filters. The samples of a picture are splatted onto all pixels that their filter reaches. Images of what the
+//! camera sees first draw each sample from its own pixel's filter (Ernst, Stamminger, Greiner, "Filter Importance
+//! Sampling", 2006).
 
 use crate::sampling::PiecewiseConstant;
+use smallvec::{SmallVec, smallvec};
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -57,6 +59,43 @@ impl FilterKind {
             Self::CatmullRom => cubic(x.abs(), 0.0, 0.5),
             Self::Lanczos { .. } => sinc(x) * sinc(x / radius),
         }
+    }
+}
+
+/// The pixels that a sample is splatted onto, and what each weighs it with: columns times rows.
+#[derive(Clone, Debug)]
+pub struct Footprint {
+    /// The first column and the first row. They may lie outside the film.
+    pub first: [i64; 2],
+    pub columns: SmallVec<[f64; 6]>,
+    pub rows: SmallVec<[f64; 6]>,
+}
+
+impl FilterKind {
+    /// How many pixels away from its own pixel a sample may reach.
+    pub fn reach(self) -> u32 {
+        (self.radius() - 0.5).ceil().max(0.0) as u32
+    }
+
+    /// The pixels that a sample at a place reaches, in pixels from the film's corner.
+    pub fn footprint(self, place: [f64; 2]) -> Footprint {
+        if self == Self::Box {
+            return Footprint {
+                first: place.map(|place| place.floor() as i64),
+                columns: smallvec![1.0],
+                rows: smallvec![1.0],
+            };
+        }
+        let axis = |place: f64| {
+            // The middle of a pixel is half a pixel from its corner.
+            let first = (place - 0.5 - self.radius()).ceil();
+            let last = (place - 0.5 + self.radius()).floor();
+            let count = (last - first + 1.0) as u32;
+            let weights = (0..count).map(|i| self.at(place - 0.5 - first - f64::from(i))).collect();
+            (first as i64, weights)
+        };
+        let [(left, columns), (top, rows)] = place.map(axis);
+        Footprint { first: [left, top], columns, rows }
     }
 }
 

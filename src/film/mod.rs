@@ -12,7 +12,8 @@
 mod filter;
 
 use crate::sampling::mix;
-pub use filter::{FilterKind, FilterSampler};
+pub use filter::{FilterKind, FilterSampler, Footprint};
+use std::ops::Range;
 
 /// How many values could not be used, over a whole render. All zero when nothing is wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,8 +84,8 @@ impl FixedPoint {
     }
 }
 
-/// The channels of alpha in a film that has it: the filter's weights of the samples that meet something, and of all.
-pub const ALPHA: [usize; 2] = [3, 4];
+/// The channel of the filter's weights: X, Y and Z are before it.
+const WEIGHT: usize = 3;
 
 /// What a film measures beside X, Y and Z.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -99,86 +100,124 @@ pub struct Extras {
 }
 
 impl Extras {
-    /// Channels in all, X, Y and Z included.
-    fn channels(&self) -> usize {
+    /// Channels in all: X, Y and Z and the filter's weights included.
+    pub fn channels(&self) -> usize {
         self.bin_channel(0) + self.bins.map_or(0, |bins| bins.count)
     }
 
+    /// The channel of the weights of those samples that meet something, in a film with alpha.
+    pub fn alpha_channel(&self) -> usize {
+        WEIGHT + 1
+    }
+
     pub fn response_channel(&self, response: usize) -> usize {
-        3 + if self.alpha { ALPHA.len() } else { 0 } + response
+        WEIGHT + 1 + usize::from(self.alpha) + response
     }
 
     pub fn bin_channel(&self, bin: usize) -> usize {
         self.response_channel(self.responses.len()) + bin
     }
+
+    /// Empty sums for some pixels of a film that measures this, of a run of replicates.
+    pub fn tile(&self, corner: [u32; 2], size: [u32; 2], replicates: Range<u32>) -> Tile {
+        let (channels, pixels) = (self.channels(), size[0] as usize * size[1] as usize);
+        Tile {
+            corner,
+            size,
+            channels,
+            sums: vec![0; pixels * replicates.len() * channels],
+            replicates,
+            samples: vec![0; pixels],
+            rounding: 0.0,
+            bad: BadValues::default(),
+        }
+    }
 }
 
-/// Sums of some samples of one pixel: for each replicate, the film's channels.
+/// Sums over some samples of the pixels of a rectangle, for a run of replicates: work that a thread does by itself before the
+/// film gets it.
 #[derive(Clone, Debug)]
-pub struct PixelSums {
+pub struct Tile {
+    /// The upper left pixel, on the film.
+    corner: [u32; 2],
+    size: [u32; 2],
+    replicates: Range<u32>,
     channels: usize,
+    /// By pixel, replicate and channel.
     sums: Vec<i64>,
-    /// Of each replicate.
-    samples: u32,
-    /// Decides how small contributions are rounded.
-    rounding: u64,
+    /// By pixel.
+    samples: Vec<u32>,
+    /// In [0, 1): decides how small contributions of the sample are rounded.
+    rounding: f64,
+    pub bad: BadValues,
 }
 
-impl PixelSums {
-    /// Begins a sample. What `key` is made from says which one it is: a sample rounds alike in whatever order they come.
+impl Tile {
+    /// Begins what a sample brings to a pixel. What `key` is made from says which sample and which pixel: contributions round
+    /// alike in whatever order they come.
     pub fn begin(&mut self, key: u64) {
-        self.rounding = key;
+        self.rounding = (mix(key) >> 11) as f64 * (0.5 * f64::EPSILON);
     }
 
-    /// Adds one sample's finite contribution to a channel of a replicate. One too large for the fixed point is counted
+    /// Where in the tile a pixel of the film is; `None` where it is outside.
+    pub fn place(&self, x: u32, y: u32) -> Option<usize> {
+        let [column, row] = [x.wrapping_sub(self.corner[0]), y.wrapping_sub(self.corner[1])];
+        (column < self.size[0] && row < self.size[1]).then(|| (row * self.size[0] + column) as usize)
+    }
+
+    /// Adds a sample's finite contribution to a channel of a replicate, at a place. One too large for the fixed point is counted
     /// and left out.
-    pub fn add(
-        &mut self,
-        replicate: u32,
-        channel: usize,
-        value: f64,
-        scale: FixedPoint,
-        bad: &mut BadValues,
-    ) {
+    #[inline]
+    pub fn add(&mut self, place: usize, replicate: u32, channel: usize, value: f64, scale: FixedPoint) {
         let exact = value * scale.per_quantum;
         let quanta = if exact.abs() >= SMALL || exact == 0.0 {
             exact.round_ties_even()
         } else {
-            self.rounding = mix(self.rounding);
-            (exact + (self.rounding >> 11) as f64 * (0.5 * f64::EPSILON)).floor()
+            (exact + self.rounding).floor()
         };
-        let sum = &mut self.sums[replicate as usize * self.channels + channel];
+        let of_replicate = place * self.replicates.len() + (replicate - self.replicates.start) as usize;
+        let sum = &mut self.sums[of_replicate * self.channels + channel];
         match sum.checked_add(quanta as i64).filter(|_| quanta.abs() < TOO_LARGE) {
             Some(next) => *sum = next,
-            None => bad.overflow += 1,
+            None => self.bad.overflow += 1,
         }
     }
 
-    /// What was added since, by channel, of a single replicate; then they are empty again.
+    /// Adds the weight that the filter gives a sample.
+    #[inline]
+    pub fn weigh(&mut self, place: usize, replicate: u32, weight: f64) {
+        self.add(place, replicate, WEIGHT, weight, FixedPoint::SHARE);
+    }
+
+    /// Says that a pixel has had so many samples more.
+    pub fn count(&mut self, place: usize, samples: u32) {
+        self.samples[place] += samples;
+    }
+
+    /// What was added since, by channel, of the only pixel and replicate; then they are empty again.
     pub fn take(&mut self) -> Vec<i64> {
         let empty = vec![0; self.sums.len()];
         std::mem::replace(&mut self.sums, empty)
     }
-
-    /// Says that every replicate has had so many samples more.
-    pub fn count(&mut self, samples: u32) {
-        self.samples += samples;
-    }
 }
 
 /// A rectangular film that measures X, Y, Z and what else it is asked for.
+///
+/// A pixel is the mean of all samples that its filter reaches, each weighed by it: the sum of the weighed contributions over the
+/// sum of the weights, as in Mitsuba 3. What is even comes out even after a single sample. The ratio's bias is of the
+/// order of its variance, which is far below its error.
 #[derive(Clone, Debug)]
 pub struct Film {
     pub width: u32,
     pub height: u32,
-    /// Independent sequences of samples that each pixel is measured by.
+    /// Parts of the samples that each pixel is measured by, whose spread tells its error.
     pub replicates: u32,
     pub extras: Extras,
     pub bad: BadValues,
     scale: FixedPoint,
     /// By pixel, replicate and channel.
     sums: Vec<i64>,
-    /// By pixel: samples of each replicate.
+    /// By pixel: samples taken within it.
     samples: Vec<u32>,
     light: LightPaths,
 }
@@ -277,27 +316,23 @@ impl Film {
         self.light.scale
     }
 
-    /// Empty sums for what one replicate of a pixel gets.
-    pub fn light_sums(&self) -> PixelSums {
-        let channels = self.extras.channels();
-        PixelSums { channels, sums: vec![0; channels], samples: 0, rounding: 0 }
-    }
-
-    /// Empty sums for a pixel of this film.
-    pub fn pixel_sums(&self) -> PixelSums {
-        let channels = self.extras.channels();
-        PixelSums { channels, sums: vec![0; self.replicates as usize * channels], samples: 0, rounding: 0 }
-    }
-
-    /// Adds samples of one pixel.
-    pub fn add(&mut self, x: u32, y: u32, pixel: &PixelSums) {
-        let index = self.index(x, y);
-        self.samples[index] += pixel.samples;
-        let length = pixel.sums.len();
-        for (sum, &value) in self.sums[index * length..][..length].iter_mut().zip(&pixel.sums) {
-            match sum.checked_add(value) {
-                Some(next) => *sum = next,
-                None => self.bad.overflow += 1,
+    /// Adds a tile.
+    pub fn add(&mut self, tile: &Tile) {
+        self.bad.add(tile.bad);
+        let of_pixel = tile.replicates.len() * tile.channels;
+        let rows = tile.sums.chunks_exact((tile.size[0] as usize * of_pixel).max(1));
+        for ((row, sums), samples) in (0..).zip(rows).zip(tile.samples.chunks_exact(tile.size[0] as usize)) {
+            for ((column, sums), samples) in (0..).zip(sums.chunks_exact(of_pixel)).zip(samples) {
+                let index = self.index(tile.corner[0] + column, tile.corner[1] + row);
+                self.samples[index] += samples;
+                let first = index * self.replicates as usize + tile.replicates.start as usize;
+                let own = &mut self.sums[first * tile.channels..][..of_pixel];
+                for (sum, &value) in own.iter_mut().zip(sums) {
+                    match sum.checked_add(value) {
+                        Some(next) => *sum = next,
+                        None => self.bad.overflow += 1,
+                    }
+                }
             }
         }
     }
@@ -321,12 +356,12 @@ impl Film {
 
     /// How many samples a pixel has.
     pub fn samples(&self, x: u32, y: u32) -> u64 {
-        u64::from(self.samples[self.index(x, y)]) * u64::from(self.replicates)
+        u64::from(self.samples[self.index(x, y)])
     }
 
     /// All samples of all pixels.
     pub fn total_samples(&self) -> u64 {
-        self.samples.iter().map(|&samples| u64::from(samples)).sum::<u64>() * u64::from(self.replicates)
+        self.samples.iter().map(|&samples| u64::from(samples)).sum::<u64>()
     }
 
     /// The pixel's mean of Σ wᵢ·XYZᵢ for three weights, with its standard error.
@@ -334,33 +369,24 @@ impl Film {
         self.measured(x, y, self.scale, |sums| (0..3).map(|i| weights[i] * sums[i] as f64).sum())
     }
 
-    /// The same in one replicate alone: what a render of that one sequence of samples would have shown.
+    /// The same in one replicate alone: what a render of those samples would have shown.
     pub fn of_replicate(&self, x: u32, y: u32, replicate: u32, weights: [f64; 3]) -> f64 {
         let index = self.index(x, y);
         let first = (index * self.replicates as usize + replicate as usize) * self.extras.channels();
-        let samples = f64::from(self.samples[index]);
-        if samples == 0.0 {
+        let weight = self.sums[first + WEIGHT] as f64 * FixedPoint::SHARE.quantum;
+        if weight == 0.0 {
             return 0.0;
         }
         let weighed = |sums: &[i64]| (0..3).map(|i| weights[i] * sums[i] as f64).sum::<f64>();
         let light = self.light.mean(index, replicate as usize, self.extras.channels(), weighed);
-        weighed(&self.sums[first..first + 3]) * self.scale.quantum / samples + light
+        weighed(&self.sums[first..first + 3]) * self.scale.quantum / weight + light
     }
 
-    /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that measures it.
-    ///
-    /// It is divided by the sum of all weights, so that it is exactly 1 where every sample meets something. Where only some
-    /// do, that biases it by less than its error.
+    /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that measures it. Exactly 1
+    /// where every sample meets something.
     pub fn alpha(&self, x: u32, y: u32) -> Measured {
-        let weight = |sums: &[i64], channel: usize| sums[channel] as f64;
-        let [met, all] =
-            ALPHA.map(|channel| self.measured(x, y, FixedPoint::SHARE, |sums| weight(sums, channel)));
-        let mean = if all.mean == 0.0 { 0.0 } else { met.mean / all.mean };
-        // The spread of what each replicate adds to the ratio, to first order.
-        let rest = self.measured(x, y, FixedPoint::SHARE, |sums| {
-            (weight(sums, ALPHA[0]) - mean * weight(sums, ALPHA[1])) / all.mean
-        });
-        Measured { mean, error: rest.error }
+        let channel = self.extras.alpha_channel();
+        self.measured(x, y, FixedPoint::SHARE, |sums| sums[channel] as f64)
     }
 
     /// The integral of the pixel's mean spectral radiance over a response of the sensor, with its standard error.
@@ -375,27 +401,33 @@ impl Film {
         self.measured(x, y, self.scale, |sums| sums[channel] as f64)
     }
 
-    /// Mean over replicates and its standard error, of a linear function of a replicate's channels.
-    fn measured(&self, x: u32, y: u32, scale: FixedPoint, of_replicate: impl Fn(&[i64]) -> f64) -> Measured {
+    /// A linear function of the channels over the sum of the weights, and its standard error from the replicates: the spread of
+    /// what each adds to the ratio, to first order.
+    fn measured(&self, x: u32, y: u32, scale: FixedPoint, of_sums: impl Fn(&[i64]) -> f64) -> Measured {
         let index = self.index(x, y);
         let (channels, replicates) = (self.extras.channels(), self.replicates as usize);
         let sums = self.sums[index * replicates * channels..][..replicates * channels].chunks_exact(channels);
-        let (samples, r) = (f64::from(self.samples[index]), f64::from(self.replicates));
-        if samples == 0.0 {
+        let r = f64::from(self.replicates);
+        let parts = sums.enumerate().map(|(replicate, sums)| {
+            let light = self.light.mean(index, replicate, channels, &of_sums);
+            let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
+            [of_sums(sums) * scale.quantum, weight, light]
+        });
+        let [sum, weight, light] = parts.clone().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
+        if weight == 0.0 {
             return Measured { mean: 0.0, error: f64::INFINITY };
         }
-        let means = sums.enumerate().map(|(replicate, sums)| {
-            let light = self.light.mean(index, replicate, channels, &of_replicate);
-            of_replicate(sums) * scale.quantum / samples + light
-        });
-        let mean = means.clone().sum::<f64>() / r;
+        let (ratio, light) = (sum / weight, light / r);
         let error = if self.replicates < 2 {
             f64::INFINITY
         } else {
-            let spread: f64 = means.map(|of_one| (of_one - mean) * (of_one - mean)).sum();
+            let off = |[own, own_weight, own_light]: [f64; 3]| {
+                (own - ratio * own_weight) * (r / weight) + own_light - light
+            };
+            let spread: f64 = parts.map(|part| off(part) * off(part)).sum();
             (spread / (r * (r - 1.0))).sqrt()
         };
-        Measured { mean, error }
+        Measured { mean: ratio + light, error }
     }
 
     /// Over all pixels, the mean standard error of Y over the mean of Y; of all responses instead of Y where the sensor has
@@ -435,14 +467,15 @@ mod tests {
     /// A film whose first pixel has had one sample in each replicate.
     fn exposed(reference: f64, values: &[[f64; 3]]) -> Film {
         let mut film = film(reference, values.len(), None);
-        let mut sums = film.pixel_sums();
-        for (replicate, xyz) in values.iter().enumerate() {
+        let mut tile = film.extras.tile([0, 0], [1, 1], 0..values.len() as u32);
+        for (replicate, xyz) in (0..).zip(values) {
             for (channel, &value) in xyz.iter().enumerate() {
-                sums.add(replicate as u32, channel, value, film.scale(), &mut film.bad);
+                tile.add(0, replicate, channel, value, film.scale());
             }
+            tile.weigh(0, replicate, 1.0);
+            tile.count(0, 1);
         }
-        sums.count(1);
-        film.add(0, 0, &sums);
+        film.add(&tile);
         film
     }
 
@@ -468,14 +501,15 @@ mod tests {
     fn light_paths_count_for_all_pixels() {
         let extras = Extras { light_paths: true, ..Extras::default() };
         let mut film = Film::new(2, 1, 2, extras, FixedPoint::for_reference(1.0));
-        let mut sums = film.pixel_sums();
-        (0..2).for_each(|replicate| sums.add(replicate, 1, 1.0, film.scale(), &mut film.bad));
-        sums.count(1);
-        film.add(0, 0, &sums);
-        film.add(1, 0, &sums);
-        let mut light = film.light_sums();
+        let mut tile = film.extras.tile([0, 0], [2, 1], 0..2);
+        for (place, replicate) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            tile.add(place, replicate, 1, 1.0, film.scale());
+            tile.weigh(place, replicate, 1.0);
+        }
+        film.add(&tile);
+        let mut light = film.extras.tile([0, 0], [1, 1], 0..1);
         for (replicate, value, paths) in [(0, 6.0, 3), (1, 16.0, 4)] {
-            light.add(0, 1, value, film.light_scale(), &mut film.bad);
+            light.add(0, 0, 1, value, film.light_scale());
             film.add_light([1, 0], replicate, &light.take());
             film.count_light(replicate, paths);
         }
@@ -491,10 +525,11 @@ mod tests {
         let exposed_in = |order: &mut dyn Iterator<Item = &f64>| {
             let mut film = film(100.0, 2, None);
             for (i, &value) in order.enumerate() {
-                let mut sums = film.pixel_sums();
-                sums.add(0, 1, value, film.scale(), &mut film.bad);
-                sums.count(u32::from(i % 2 == 0));
-                film.add(0, 0, &sums);
+                let mut tile = film.extras.tile([0, 0], [1, 1], 0..2);
+                tile.add(0, 0, 1, value, film.scale());
+                tile.weigh(0, 0, 1.0);
+                tile.count(0, u32::from(i % 2 == 0));
+                film.add(&tile);
             }
             film.combined(0, 0, [0.3, 0.4, 0.1])
         };
@@ -519,13 +554,13 @@ mod tests {
         for value in [1e-12, 0.3e-12, 1.7e-12, 7.3e-9] {
             let mut film = film(1.0, 1, None);
             let count = 1 << 20;
-            let mut sums = film.pixel_sums();
+            let mut tile = film.extras.tile([0, 0], [1, 1], 0..1);
             for key in 0..count {
-                sums.begin(mix(key));
-                sums.add(0, 1, value, film.scale(), &mut film.bad);
-                sums.count(1);
+                tile.begin(key);
+                tile.add(0, 0, 1, value, film.scale());
+                tile.weigh(0, 0, 1.0);
             }
-            film.add(0, 0, &sums);
+            film.add(&tile);
             let found = film.combined(0, 0, [0.0, 1.0, 0.0]).mean;
             // Rounding one up or down has a variance of a quarter of a quantum's square at most.
             let error = 0.5 * film.scale().quantum / (count as f64).sqrt();
@@ -554,10 +589,10 @@ mod tests {
         assert!((bins.centre(22) - 585.0).abs() < 1e-9);
         assert_eq!(bins.of(359.9), None);
         let mut film = film(1.0, 1, Some(bins));
-        let mut sums = film.pixel_sums();
-        sums.add(0, 3 + 22, 7.0, film.scale(), &mut film.bad);
-        sums.count(1);
-        film.add(1, 0, &sums);
+        let mut tile = film.extras.tile([1, 0], [1, 1], 0..1);
+        tile.add(0, 0, film.extras.bin_channel(22), 7.0, film.scale());
+        tile.weigh(0, 0, 1.0);
+        film.add(&tile);
         assert_eq!(film.bin(1, 0, 22).mean, 7.0);
         assert_eq!(film.bin(1, 0, 21).mean, 0.0);
         assert_eq!(film.bin(0, 0, 22).mean, 0.0);

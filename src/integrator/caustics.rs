@@ -107,6 +107,11 @@ impl Caustics {
         if ratio.is_finite() { ratio } else { 0.0 }
     }
 
+    /// The weight of a path from the camera beside light paths, of which the light's part in the ratio is given.
+    pub fn weight_beside(&self, scene: &Scene, first: &FirstSurface, from_light: f64, time: f64) -> f64 {
+        power_heuristic(1.0, from_light * self.from_camera(scene, first, time))
+    }
+
     /// The light's part in that ratio: of paths that begin at a point of a light in a direction. Zero where none do.
     pub fn from_light(&self, light: u32, point: &SurfacePoint, direction: Vec3) -> f64 {
         let Ok(at) = self.sources.binary_search_by_key(&light, |source| source.light) else { return 0.0 };

@@ -2,6 +2,7 @@
 
 mod caustics;
 mod path;
+mod shared;
 mod walk;
 
 use crate::geometry::Ray;
@@ -10,6 +11,7 @@ use crate::scene::Scene;
 use crate::spectrum::{Sampled, Wavelengths};
 
 pub use caustics::{Caustics, Source as CausticSource, Splat, light_path};
+pub use shared::{Sight, radiance_of_group};
 
 /// How the radiance along a camera ray is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,12 +66,37 @@ impl Limits {
     }
 }
 
+/// How much work the pixels have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimator {
+    /// As much as pays.
+    Shared,
+    /// None: each pixel pays for its own light.
+    Plain,
+}
+
+impl Estimator {
+    pub const NAMES: [(&str, Self); 2] = [("shared", Self::Shared), ("plain", Self::Plain)];
+
+    pub fn named(name: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(known, _)| *known == name).map(|&(_, estimator)| estimator)
+    }
+
+    pub fn name(self) -> &'static str {
+        Self::NAMES.iter().find(|&&(_, estimator)| estimator == self).map_or("", |&(name, _)| name)
+    }
+}
+
 /// What a camera ray has led to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen<const C: usize> {
     pub radiance: Sampled<C>,
     /// Whether it met something, as the film's alpha means it.
     pub met: bool,
+}
+
+impl<const C: usize> Seen<C> {
+    pub const NOTHING: Self = Self { radiance: Sampled::ZERO, met: false };
 }
 
 /// What alpha counts as something (Mitsuba 3.9.1).
@@ -93,7 +120,7 @@ pub fn radiance<const C: usize>(
     stream: &Stream,
 ) -> Seen<C> {
     if scene.limits.max_depth == 0 {
-        return Seen { radiance: Sampled::ZERO, met: false };
+        return Seen::NOTHING;
     }
     match scene.integrator {
         Integrator::Path => path::radiance(scene, ray, time, wavelengths, stream),

@@ -17,6 +17,7 @@ use super::caustics::{self, FirstSurface};
 use super::{Seen, Techniques};
 use crate::bsdf::{Density, Scatter};
 use crate::geometry::{Ray, SurfacePoint};
+use crate::light::LightSample;
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
@@ -37,24 +38,26 @@ const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
 
 /// What has become of a path so far.
 #[derive(Clone)]
-struct Path<const C: usize> {
+pub(super) struct Path<const C: usize> {
     /// When all of it happens.
     time: f64,
     /// Segments behind the surface that is next. One that the path passes as if there were none may leave it as it is.
     depth: u32,
     /// Surfaces met.
-    vertex: u32,
+    pub(super) vertex: u32,
     /// fᵢ(X) / p₀(X): what each wavelength carries over the hero's density.
-    throughput: Sampled<C>,
+    pub(super) throughput: Sampled<C>,
     /// pⱼ(X) / p₀(X). The hero's is 1; a companion's is 0 once it has gone another way.
-    ratio: Sampled<C>,
+    pub(super) ratio: Sampled<C>,
     /// How the last ray was chosen: the weight of light found by it asks for that.
-    last: LastChoice,
-    media: Media,
+    pub(super) last: LastChoice,
+    pub(super) media: Media,
     /// Product of the factors by which refraction compressed radiance: no loss, so no reason to end a path.
     compression: f64,
-    /// Where light paths that come this way reach what the camera sees; `None` where none do.
-    beside_light_paths: Option<FirstSurface>,
+    /// What light subpaths that come this way compete with.
+    pub(super) beside_light_paths: Beside,
+    /// What the path has found while it is [`Beside::Shared`], with the light's part in the ratio of the densities.
+    pub(super) contested: SmallVec<[(Sampled<C>, f64); 1]>,
     /// Whether it may divide yet.
     divisible: bool,
     /// Its part of the sample: the branches that led to it have shares, and this is their product.
@@ -62,12 +65,25 @@ struct Path<const C: usize> {
     /// Whether nothing has been met that alpha counts: such rays do not see what is hidden from the camera.
     straight: bool,
     /// Whether anything has that alpha counts.
-    met: bool,
+    pub(super) met: bool,
+    /// What the path could bring before its throughput was taken to be 1, which that of a suffix is where several pixels share it.
+    pub(super) prior_strength: f64,
+}
+
+/// What light subpaths that come the same way are weighed against.
+#[derive(Clone, Copy)]
+pub(super) enum Beside {
+    /// None come this way.
+    Nothing,
+    /// They reach the surface that the camera sees first.
+    First(FirstSurface),
+    /// They reach several surfaces that share this path. What it finds is kept apart: each surface weighs it by itself.
+    Shared,
 }
 
 /// How a ray came to be.
 #[derive(Clone)]
-enum LastChoice {
+pub(super) enum LastChoice {
     /// By the camera.
     Camera,
     /// By a discrete lobe: no light sample could have found it.
@@ -97,7 +113,7 @@ pub fn radiance<const C: usize>(
 }
 
 impl<const C: usize> Path<C> {
-    fn from_camera(scene: &Scene, ray: &Ray, time: f64) -> Self {
+    pub(super) fn from_camera(scene: &Scene, ray: &Ray, time: f64) -> Self {
         Self {
             time,
             depth: 0,
@@ -107,16 +123,18 @@ impl<const C: usize> Path<C> {
             last: LastChoice::Camera,
             media: scene.media_at_sensor(ray, time),
             compression: 1.0,
-            beside_light_paths: None,
+            beside_light_paths: Beside::Nothing,
+            contested: SmallVec::new(),
             divisible: scene.needs().light_paths,
             share: 1.0,
             straight: true,
             met: scene.limits.sky_covers(scene),
+            prior_strength: 1.0,
         }
     }
 
     /// Goes on along a ray to the path's end. Light that comes along it, weighed by all that was before.
-    fn follow(
+    pub(super) fn follow(
         &mut self,
         scene: &Scene,
         mut ray: Ray,
@@ -126,38 +144,78 @@ impl<const C: usize> Path<C> {
         let mut arriving = Sampled::ZERO;
         loop {
             // By reference: to move it costs as much as a shadow ray.
-            let Some(hit) = &self.advance(scene, &ray, wavelengths) else {
-                arriving += self.escaped(scene, &ray, wavelengths);
-                return arriving;
-            };
-            arriving += self.emitted(scene, &ray, hit, wavelengths);
-            let last = self.is_last(scene);
-            // Past the last segment only alpha asks whether this surface is in the way, and light that may pass it as if there
-            // were none: a light sample passes it too.
-            if last && !scene.needs().clear_shadows && (self.met || !scene.film.alpha) {
-                return arriving;
-            }
-            let light_values = Dimensions::Light(self.vertex);
-            let choice = if scene.needs().choices { stream.draw(light_values)[3] } else { 0.0 };
-            let shading = scene.shade(hit, -ray.direction, &self.media, wavelengths, choice);
-            if !last && !shading.bsdf.is_discrete() && !scene.lights.is_empty() {
-                let values = stream.draw(light_values);
-                arriving += self.direct_light(scene, &ray, hit, &shading, wavelengths, values);
-            }
-            if self.divisible
-                && let Some(ends) = self.division(&shading)
-            {
-                return arriving + self.follow_branches(scene, hit, &shading, wavelengths, stream, &ends);
-            }
-            match self.scatter(scene, hit, &shading, stream, 0.0..1.0) {
+            let Some(hit) = &self.meet(scene, &ray, wavelengths, &mut arriving) else { return arriving };
+            let Some(shading) = &self.shade(scene, &ray, hit, wavelengths, stream) else { return arriving };
+            match self.go_on(scene, &ray, hit, shading, wavelengths, stream, &mut arriving) {
                 Some(next) => ray = next,
                 None => return arriving,
             }
         }
     }
 
+    /// To the next surface, with the light that comes from there or from beyond the scene. `None` where there is no surface.
+    #[inline(always)]
+    pub(super) fn meet(
+        &mut self,
+        scene: &Scene,
+        ray: &Ray,
+        wavelengths: &Wavelengths<C>,
+        arriving: &mut Sampled<C>,
+    ) -> Option<Intersection> {
+        let hit = self.advance(scene, ray, wavelengths);
+        match &hit {
+            Some(hit) => *arriving += self.emitted(scene, ray, hit, wavelengths),
+            None => *arriving += self.escaped(scene, ray, wavelengths),
+        }
+        hit
+    }
+
+    /// How the surface scatters. `None` where the path ends at it and nothing asks.
+    #[inline(always)]
+    pub(super) fn shade(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Option<Shading<C>> {
+        // Past the last segment only alpha asks whether this surface is in the way, and light that may pass it as if there
+        // were none: a light sample passes it too.
+        if self.is_last(scene) && !scene.needs().clear_shadows && (self.met || !scene.film.alpha) {
+            return None;
+        }
+        let choice =
+            if scene.needs().choices { stream.draw(Dimensions::Light(self.vertex))[3] } else { 0.0 };
+        Some(scene.shade(hit, -ray.direction, &self.media, wavelengths, choice))
+    }
+
+    /// Light that reaches the surface straight from a light, and on by scattering. `None` where the path ends; branches are
+    /// followed to their ends.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "the loop of a path, whose parts others call too")]
+    pub(super) fn go_on(
+        &mut self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        shading: &Shading<C>,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+        arriving: &mut Sampled<C>,
+    ) -> Option<Ray> {
+        *arriving += self.direct_light(scene, ray, hit, shading, wavelengths, stream);
+        if self.divisible
+            && let Some(ends) = self.division(shading)
+        {
+            *arriving += self.follow_branches(scene, hit, shading, wavelengths, stream, &ends);
+            return None;
+        }
+        self.scatter(scene, hit, shading, stream, 0.0..1.0)
+    }
+
     /// Whether the path has as many segments as it may.
-    fn is_last(&self, scene: &Scene) -> bool {
+    pub(super) fn is_last(&self, scene: &Scene) -> bool {
         self.depth + 1 >= scene.limits.max_depth
     }
 
@@ -215,11 +273,28 @@ impl<const C: usize> Path<C> {
     ) -> Option<Ray> {
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(self.vertex));
         let scatter = shading.sample(lobes.start + (lobes.end - lobes.start) * lobe, [u, v]);
-        let passes =
-            scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
+        let passes = scatter.as_ref().is_some_and(|scatter| passes(shading, scatter));
         self.met |= scene.limits.surface_covers(passes);
         let goes_on = !self.is_last(scene) || (passes && !scene.limits.passing_counts);
-        let scatter = scatter.filter(|_| goes_on)?;
+        let ray = self.leave(scene, hit, shading, &scatter.filter(|_| goes_on)?);
+        let kept = self.survival(scene);
+        if survival >= kept {
+            return None;
+        }
+        self.throughput /= kept;
+        Some(ray)
+    }
+
+    /// Leaves a surface in a direction that was sampled there.
+    #[inline(always)]
+    pub(super) fn leave(
+        &mut self,
+        scene: &Scene,
+        hit: &Intersection,
+        shading: &Shading<C>,
+        scatter: &Scatter<C>,
+    ) -> Ray {
+        let passes = passes(shading, scatter);
         let prior = self.ratio.sum();
         self.throughput *= scatter.weight;
         self.ratio *= scatter.ratio;
@@ -237,14 +312,14 @@ impl<const C: usize> Path<C> {
             self.depth += 1;
         }
         if scene.needs().light_paths {
-            self.meet_light_paths(scene, hit, shading, &scatter);
+            self.meet_light_paths(scene, hit, shading, scatter);
         }
         if scatter.transmitted {
             self.refract(shading);
             scene.pass_through(hit, scatter.toward_light, &mut self.media);
         }
         self.vertex += 1;
-        self.survives(scene, survival).then(|| hit.point.ray(scatter.toward_light))
+        hit.point.ray(scatter.toward_light)
     }
 
     /// To the next surface, attenuated by the media on the way (Beer and Lambert).
@@ -293,7 +368,7 @@ impl<const C: usize> Path<C> {
 
     /// Light that the surface just met emits toward the path, weighed against having been sampled.
     fn emitted(
-        &self,
+        &mut self,
         scene: &Scene,
         ray: &Ray,
         hit: &Intersection,
@@ -306,51 +381,87 @@ impl<const C: usize> Path<C> {
         let mut weight = self.weight_beside_lights(scene, |from| {
             scene.lights.density(light, from, &hit.point, self.time, wavelengths)
         });
-        if let (Some(first), LastChoice::Discrete, Some(caustics)) =
-            (&self.beside_light_paths, &self.last, scene.caustics())
-        {
-            let from_light = caustics.from_light(light, &hit.point, -ray.direction);
-            let from_camera = caustics.from_camera(scene, first, self.time);
-            weight *= power_heuristic(1.0, from_light * from_camera);
+        let mut shared = None;
+        if let (LastChoice::Discrete, Some(caustics)) = (&self.last, scene.caustics()) {
+            let from_light = || caustics.from_light(light, &hit.point, -ray.direction);
+            match &self.beside_light_paths {
+                Beside::Nothing => {}
+                Beside::First(first) => {
+                    weight *= caustics.weight_beside(scene, first, from_light(), self.time);
+                }
+                Beside::Shared => shared = Some(from_light()),
+            }
         }
         if weight == 0.0 {
             return Sampled::ZERO;
         }
         let radiance = scene.lights.radiance(light, &scene.texture_point(hit), &wavelengths.nm);
-        self.throughput * radiance * (weight / self.ratio.sum())
+        let arriving = self.throughput * radiance * (weight / self.ratio.sum());
+        match shared {
+            Some(from_light) if from_light > 0.0 => {
+                self.contested.push((arriving, from_light));
+                Sampled::ZERO
+            }
+            _ => arriving,
+        }
     }
 
     /// Light that reaches the surface straight from one light, chosen and sampled for this place.
-    fn direct_light(
+    #[inline(always)]
+    pub(super) fn direct_light(
         &self,
         scene: &Scene,
         ray: &Ray,
         hit: &Intersection,
         shading: &Shading<C>,
         wavelengths: &Wavelengths<C>,
-        [u, v, choice, _]: [f64; 4],
+        stream: &Stream,
     ) -> Sampled<C> {
-        let Some(sample) = scene.lights.sample(&hit.point, self.time, wavelengths, choice, [u, v]) else {
+        if shading.bsdf.is_discrete() {
             return Sampled::ZERO;
-        };
-        let toward_light = sample.shadow_ray.direction;
-        let value = shading.evaluate(toward_light);
+        }
+        let Some(sample) = self.light_sample(scene, hit, wavelengths, stream) else { return Sampled::ZERO };
+        let value = shading.evaluate(sample.shadow_ray.direction);
         if value.f_cos.is_zero() {
             return Sampled::ZERO;
         }
-        let weight = match (sample.density, scene.limits.techniques) {
-            (_, Techniques::Scattering) => 0.0,
-            (Density::Discrete, _) => 1.0 / self.ratio.sum(),
-            (Density::PerSolidAngle(density), Techniques::LightSamples) => 1.0 / (self.ratio.sum() * density),
-            (Density::PerSolidAngle(density), Techniques::Both) => {
-                let by_light = self.ratio.sum() * density;
-                let by_scattering = (self.ratio * value.density).sum();
-                power_heuristic(by_light, by_scattering) / by_light
-            }
-        };
+        let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
+            (self.ratio * value.density).sum()
+        });
         if weight == 0.0 {
             return Sampled::ZERO;
         }
+        let visibility = self.visibility(scene, ray, hit, &sample.shadow_ray, wavelengths);
+        self.throughput * value.f_cos * sample.radiance * weight * visibility
+    }
+
+    /// A light sample for a surface that scatters. `None` past the last segment, and where no light can contribute.
+    #[inline(always)]
+    pub(super) fn light_sample(
+        &self,
+        scene: &Scene,
+        hit: &Intersection,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Option<LightSample<C>> {
+        if self.is_last(scene) || scene.lights.is_empty() {
+            return None;
+        }
+        let [u, v, choice, _] = stream.draw(Dimensions::Light(self.vertex));
+        scene.lights.sample(&hit.point, self.time, wavelengths, choice, [u, v])
+    }
+
+    /// The share of a light sample's light that gets to the surface.
+    #[inline(always)]
+    pub(super) fn visibility(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        shadow_ray: &Ray,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let toward_light = shadow_ray.direction;
         let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
         let passed;
         let media = if beyond && scene.needs().medium_stack {
@@ -361,8 +472,7 @@ impl<const C: usize> Path<C> {
         } else {
             &self.media.here
         };
-        let visibility = scene.visibility(&sample.shadow_ray, self.time, media, wavelengths);
-        self.throughput * value.f_cos * sample.radiance * weight * visibility
+        scene.visibility(shadow_ray, self.time, media, wavelengths)
     }
 
     /// Keeps account of whether light paths may come the way that a surface, the first or a later one, has just sent this one.
@@ -374,11 +484,11 @@ impl<const C: usize> Path<C> {
         scatter: &Scatter<C>,
     ) {
         if !caustics::may_follow(scene, hit, &shading.bsdf, scatter.density) {
-            self.beside_light_paths = None;
+            self.beside_light_paths = Beside::Nothing;
         } else if let (0, Density::PerSolidAngle(hero)) = (self.vertex, scatter.density) {
             let density = hero * scatter.ratio.sum() / C as f64;
-            self.beside_light_paths =
-                Some(FirstSurface { point: hit.point, leaves: scatter.toward_light, density });
+            let first = FirstSurface { point: hit.point, leaves: scatter.toward_light, density };
+            self.beside_light_paths = Beside::First(first);
         }
     }
 
@@ -392,23 +502,44 @@ impl<const C: usize> Path<C> {
     /// The most that the path can still bring, but for its share. The measure is the same whichever wavelength is the hero.
     fn strength(&self) -> f64 {
         let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
-        alive * self.throughput.max() / self.ratio.sum() / self.compression
+        alive * self.throughput.max() / self.ratio.sum() / self.compression * self.prior_strength
     }
 
-    /// Russian roulette on what the path can still bring. All of the path's densities change by one factor and their ratios stay.
-    fn survives(&mut self, scene: &Scene, u: f64) -> bool {
+    /// Probability with which Russian roulette on what the path can still bring lets it go on. All of the path's densities change by
+    /// that one factor and their ratios stay.
+    pub(super) fn survival(&self, scene: &Scene) -> f64 {
         if self.throughput.is_zero() {
-            return false;
+            0.0
+        } else if self.depth < scene.limits.rr_depth {
+            1.0
+        } else {
+            self.strength().min(late_survival(self.depth))
         }
-        if self.depth < scene.limits.rr_depth {
-            return true;
+    }
+}
+
+/// Whether light goes on through a surface as if there were none.
+fn passes<const C: usize>(shading: &Shading<C>, scatter: &Scatter<C>) -> bool {
+    scatter.transmitted && shading.bsdf.passes_straight()
+}
+
+/// What a light sample is multiplied by: its weight beside scattering, over the density of both. `prior`: Σⱼ pⱼ / p₀ of the path;
+/// `by_scattering`: the same with the density of scattering toward the light.
+#[inline(always)]
+pub(super) fn light_sample_weight(
+    scene: &Scene,
+    density: Density,
+    prior: f64,
+    by_scattering: impl FnOnce() -> f64,
+) -> f64 {
+    match (density, scene.limits.techniques) {
+        (_, Techniques::Scattering) => 0.0,
+        (Density::Discrete, _) => 1.0 / prior,
+        (Density::PerSolidAngle(density), Techniques::LightSamples) => 1.0 / (prior * density),
+        (Density::PerSolidAngle(density), Techniques::Both) => {
+            let by_light = prior * density;
+            power_heuristic(by_light, by_scattering()) / by_light
         }
-        let survival = self.strength().min(late_survival(self.depth));
-        if u >= survival {
-            return false;
-        }
-        self.throughput /= survival;
-        true
     }
 }
 

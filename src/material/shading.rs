@@ -148,6 +148,17 @@ impl<const C: usize> Shading<C> {
         Some(if self.toward_eye.z > 0.0 { eta } else { 1.0 / eta })
     }
 
+    /// The same surface seen from another place on the same side of it. `None` where its frame depends on that.
+    pub fn seen_from(&self, toward_eye: Vec3) -> Option<Self> {
+        let toward_eye = self.frame.to_local(toward_eye);
+        self.guards.is_empty().then(|| Self { toward_eye, guards: SmallVec::new(), ..self.clone() })
+    }
+
+    /// Whether it looks the same from wherever it is seen on the same side.
+    pub fn is_diffuse(&self) -> bool {
+        self.guards.is_empty() && matches!(self.bsdf, Bsdf::Lambert(_))
+    }
+
     fn share(&self, toward_light: Vec3) -> f64 {
         self.guards.iter().map(|guard| guard.share(toward_light)).product()
     }

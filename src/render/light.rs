@@ -1,7 +1,7 @@
 //! The light paths of a render: what they bring to the film beside the pixels' own samples.
 
 use super::{Exposure, Watch, admit, lock};
-use crate::film::{BadValues, Film};
+use crate::film::{BadValues, Film, FilterSampler};
 use crate::integrator::{self, Caustics, Splat};
 use crate::sampling::{Sampler, SamplerKind, mix};
 use rayon::prelude::*;
@@ -19,6 +19,7 @@ pub(super) struct LightPass<'a> {
     caustics: &'a Caustics,
     exposure: &'a Exposure<'a>,
     sampler: Sampler,
+    filter: FilterSampler,
 }
 
 impl<'a> LightPass<'a> {
@@ -30,9 +31,10 @@ impl<'a> LightPass<'a> {
             SamplerKind::Regular => (SamplerKind::Sobol, 0),
             _ => (SamplerKind::Sobol, exposure.seed),
         };
-        let samples = caustics.paths(exposure.schedule.samples_per_replicate);
+        let schedule = exposure.schedule;
+        let samples = caustics.paths(schedule.samples_per_replicate) * u64::from(schedule.per_net);
         let sampler = Sampler::new(kind, seed, u32::try_from(samples).unwrap_or(u32::MAX));
-        Self { caustics, exposure, sampler }
+        Self { caustics, exposure, sampler, filter: exposure.scene.filter_sampler() }
     }
 
     /// The light paths that belong to some samples of each pixel, of every replicate.
@@ -65,14 +67,18 @@ impl<'a> LightPass<'a> {
         range: Range<u64>,
         bad: &mut BadValues,
     ) -> Vec<([u32; 2], Vec<i64>)> {
-        let Exposure { scene, seed, light_scale, ref filter, .. } = *self.exposure;
-        let mut sums = self.exposure.empty_light.clone();
+        let Exposure { scene, seed, light_scale, .. } = *self.exposure;
+        let Self { filter, .. } = self;
+        let mut sums = self.exposure.extras.tile([0, 0], [1, 1], 0..1);
         let mut exposed = Vec::new();
-        for index in range {
+        let schedule = self.exposure.schedule;
+        let (net, run) = (replicate / schedule.per_net, replicate % schedule.per_net);
+        let first = u64::from(run) * self.caustics.paths(schedule.samples_per_replicate);
+        for index in range.start + first..range.end + first {
             // Beyond what a sequence holds another begins.
             let (sequence, within) = ((index >> 32) as u32, index as u32);
-            let stream = self.sampler.stream([NO_PIXEL, sequence], replicate, within);
-            let mut of_path = mix(seed ^ mix(index ^ u64::from(replicate) << 48));
+            let stream = self.sampler.stream([NO_PIXEL, sequence], net, within);
+            let mut of_path = mix(seed ^ mix(index ^ u64::from(net) << 48));
             integrator::light_path::<C>(scene, self.caustics, &stream, &mut |splat| {
                 let Splat { film: place, mut radiance, wavelengths, response } = splat;
                 if let Some(response) = response {
@@ -85,8 +91,9 @@ impl<'a> LightPass<'a> {
                     let share = filter.at([x, y], position);
                     if share != 0.0 {
                         sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));
-                        let values = radiance * share;
-                        self.exposure.record(0, &values, &wavelengths, light_scale, &mut sums, bad);
+                        for (channel, value) in self.exposure.contributions(&radiance, &wavelengths) {
+                            sums.add(0, 0, channel, value * share, light_scale);
+                        }
                         exposed.push(([x, y], sums.take()));
                     }
                 }
@@ -94,6 +101,7 @@ impl<'a> LightPass<'a> {
                 of_path = mix(of_path);
             });
         }
+        bad.add(sums.bad);
         exposed
     }
 }

@@ -1,16 +1,21 @@
 //! From a compiled scene to an exposed film: pixels, threads, progress, interruption.
 
 mod auxiliary;
+mod exposure;
+mod groups;
 mod light;
+mod schedule;
 
 pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
+pub use schedule::Schedule;
 
-use crate::film::{ALPHA, BadValues, Extras, Film, FilterSampler, FixedPoint, PixelSums, SpectralBins};
-use crate::integrator::{self, Seen};
-use crate::sampling::{Sampler, SamplerKind, Stream, mix};
+use crate::film::{BadValues, Extras, Film, FixedPoint, SpectralBins};
+use crate::integrator::{Estimator, Integrator};
+use crate::sampling::{Sampler, SamplerKind};
 use crate::scene::Scene;
-use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
-use crate::spectrum::{Sampled, Wavelengths};
+use crate::spectrum::Sampled;
+use exposure::Exposure;
+use groups::{Groups, Members};
 use light::LightPass;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -26,6 +31,7 @@ pub struct Settings {
     pub seed: u64,
     pub sampler: SamplerKind,
     pub wavelengths: WavelengthCount,
+    pub estimator: Estimator,
     /// Spectral bins to measure beside X, Y, Z.
     pub bins: Option<SpectralBins>,
 }
@@ -71,56 +77,6 @@ impl TryFrom<u32> for WavelengthCount {
 impl fmt::Display for WavelengthCount {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         self.get().fmt(f)
-    }
-}
-
-/// How the samples of a pixel are dealt into replicates.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Schedule {
-    pub replicates: u32,
-    pub samples_per_replicate: u32,
-}
-
-impl Schedule {
-    /// Deals `samples` per pixel, or the next larger number that can be dealt, into replicates of equal length.
-    ///
-    /// More replicates tell the error more surely, longer ones are better stratified: about eight is a compromise. Where
-    /// the number allows, replicates are powers of two long, as the Sobol sampler likes best.
-    pub fn new(samples: u32) -> Self {
-        let samples = samples.max(1);
-        if samples < 8 {
-            return Self { replicates: samples, samples_per_replicate: 1 };
-        }
-        (samples..=u32::MAX)
-            .find_map(|total| {
-                let fitting = (4..=16).filter(|replicates| total % replicates == 0);
-                let best = fitting.min_by_key(|&replicates| {
-                    let length = total / replicates;
-                    (!length.is_power_of_two(), replicates.abs_diff(8), replicates)
-                })?;
-                Some(Self { replicates: best, samples_per_replicate: total / best })
-            })
-            .unwrap_or(Self { replicates: samples, samples_per_replicate: 1 })
-    }
-
-    /// Deals `samples` per pixel, or the next larger number that can be dealt, into so many replicates. One is best stratified
-    /// and has no error bars.
-    pub fn with_replicates(samples: u32, replicates: u32) -> Self {
-        let replicates = replicates.max(1);
-        Self { replicates, samples_per_replicate: samples.max(1).div_ceil(replicates) }
-    }
-
-    /// Deals `samples` per pixel as a sampler allows. Where nothing is random they are one sequence, and there are no error bars.
-    pub fn of(sampler: SamplerKind, samples: u32) -> Self {
-        if sampler.is_random() {
-            Self::new(samples)
-        } else {
-            Self { replicates: 1, samples_per_replicate: samples.max(1) }
-        }
-    }
-
-    pub fn samples(self) -> u64 {
-        u64::from(self.replicates) * u64::from(self.samples_per_replicate)
     }
 }
 
@@ -182,9 +138,6 @@ impl Watch for Unwatched {
     }
 }
 
-/// Edge of a tile, pixels.
-const TILE: u32 = 16;
-
 /// Most samples of each replicate that a tile takes at once: bounds how long an interruption has to wait.
 const LONGEST_PASS: u32 = 256;
 
@@ -218,45 +171,37 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         settings.extras(scene),
         FixedPoint::for_reference(scene.reference_radiance),
     );
+    let groups = Groups::new(members(scene, settings), schedule.nets(), settings.seed);
     let exposure = Exposure {
         scene,
         schedule,
-        sampler: Sampler::new(settings.sampler, settings.seed, schedule.samples_per_replicate),
+        sampler: Sampler::new(settings.sampler, settings.seed, schedule.samples_per_net())
+            .for_groups(groups.members()),
         seed: settings.seed,
-        filter: scene.filter_sampler(),
+        groups: &groups,
         scale: film.scale(),
-        empty: film.pixel_sums(),
-        empty_light: film.light_sums(),
         light_scale: film.light_scale(),
         extras: film.extras.clone(),
     };
-    let tiles: Vec<[u32; 2]> = (0..height.div_ceil(TILE))
-        .flat_map(|y| (0..width.div_ceil(TILE)).map(move |x| [x * TILE, y * TILE]))
-        .collect();
+    let reach = i64::from(scene.film.filter.reach());
+    let reached = [width, height].map(|size| -reach..i64::from(size) + reach);
+    let blocks: Vec<_> =
+        (0..schedule.nets()).flat_map(|net| groups.blocks(net, reached.clone())).collect();
     let film = Mutex::new(film);
     let light = scene.caustics().map(|caustics| LightPass::new(caustics, &exposure, settings.sampler));
     for pass in passes(schedule.samples_per_replicate) {
         if let Some(light) = &light {
             light.expose::<C>(&pass, &film, watch);
         }
-        // Tile by tile: what a thread has taken no other can take over, and tiles differ.
-        tiles.par_iter().with_max_len(1).for_each(|&[left, top]| {
+        // Block by block: what a thread has taken no other can take over, and blocks differ.
+        blocks.par_iter().with_max_len(1).for_each(|block| {
             if watch.stop().load(Ordering::Relaxed) {
                 return;
             }
-            let pixels = (top..(top + TILE).min(height))
-                .flat_map(|y| (left..(left + TILE).min(width)).map(move |x| [x, y]));
-            let mut bad = BadValues::default();
-            let exposed: Vec<_> =
-                pixels.map(|pixel| (pixel, exposure.pixel::<C>(pixel, pass.clone(), &mut bad))).collect();
-            let mut film = lock(&film);
-            for ([x, y], sums) in &exposed {
-                film.add(*x, *y, sums);
-            }
-            film.bad.add(bad);
-            drop(film);
-            let samples = u64::from(schedule.replicates) * pass.len() as u64;
-            watch.advanced(exposed.len() as u64 * samples);
+            let mut tile = exposure.tile(block);
+            let samples = exposure.block::<C>(block, &pass, &mut tile);
+            lock(&film).add(&tile);
+            watch.advanced(samples);
         });
         if watch.stop().load(Ordering::Relaxed) {
             break;
@@ -264,6 +209,14 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         watch.pass_done(&lock(&film));
     }
     film.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// How many pixels share the suffixes of their paths.
+fn members(scene: &Scene, settings: &Settings) -> Members {
+    match (settings.estimator, scene.integrator) {
+        (Estimator::Shared, Integrator::Path) => Members::Sixteen,
+        _ => Members::One,
+    }
 }
 
 /// Counts values that are no radiance and leaves them out.
@@ -280,102 +233,6 @@ fn lock(film: &Mutex<Film>) -> std::sync::MutexGuard<'_, Film> {
     film.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-struct Exposure<'a> {
-    scene: &'a Scene,
-    schedule: Schedule,
-    sampler: Sampler,
-    seed: u64,
-    filter: FilterSampler,
-    scale: FixedPoint,
-    empty: PixelSums,
-    /// Of one replicate.
-    empty_light: PixelSums,
-    light_scale: FixedPoint,
-    extras: Extras,
-}
-
-impl Exposure<'_> {
-    /// Some samples of every replicate of one pixel.
-    fn pixel<const C: usize>(&self, pixel: [u32; 2], indices: Range<u32>, bad: &mut BadValues) -> PixelSums {
-        let mut sums = self.empty.clone();
-        let [x, y] = pixel.map(u64::from);
-        let of_pixel = mix(self.seed ^ mix(x << 32 | y));
-        for replicate in 0..self.schedule.replicates {
-            for index in indices.clone() {
-                sums.begin(of_pixel ^ (u64::from(replicate) << 32 | u64::from(index)));
-                let stream = self.sampler.stream(pixel, replicate, index);
-                self.sample::<C>(pixel, replicate, &stream, &mut sums, bad);
-            }
-        }
-        sums.count(indices.len() as u32);
-        sums
-    }
-
-    fn sample<const C: usize>(
-        &self,
-        pixel: [u32; 2],
-        replicate: u32,
-        stream: &Stream,
-        sums: &mut PixelSums,
-        bad: &mut BadValues,
-    ) {
-        let scene = self.scene;
-        let Some(sample) = scene.camera_ray(&self.filter, pixel, stream) else { return };
-        let wavelengths = scene.wavelengths.sample::<C>(sample.wavelength);
-        let Seen { mut radiance, met } =
-            integrator::radiance(scene, sample.sensor.ray, sample.time, &wavelengths, stream);
-        if self.extras.alpha {
-            let weight = sample.filter_weight;
-            for (channel, weight) in ALPHA.into_iter().zip([if met { weight } else { 0.0 }, weight]) {
-                sums.add(replicate, channel, weight, FixedPoint::SHARE, bad);
-            }
-        }
-        if let Some(response) = sample.sensor.response {
-            radiance *= response.sample(&wavelengths.nm);
-        }
-        admit(&mut radiance, bad);
-        let weight = sample.filter_weight * sample.sensor.weight;
-        self.record(replicate, &(radiance * weight), &wavelengths, self.scale, sums, bad);
-    }
-
-    /// Adds what a path measured to all channels of a replicate.
-    fn record<const C: usize>(
-        &self,
-        replicate: u32,
-        measured: &Sampled<C>,
-        wavelengths: &Wavelengths<C>,
-        scale: FixedPoint,
-        sums: &mut PixelSums,
-        bad: &mut BadValues,
-    ) {
-        let scene = self.scene;
-        let mut xyz = [0.0; 3];
-        for lane in 0..C {
-            if measured[lane] == 0.0 {
-                continue;
-            }
-            let nm = wavelengths.nm[lane];
-            let weight = measured[lane] / wavelengths.density[lane];
-            let response = scene.observer.at(nm);
-            for channel in 0..3 {
-                xyz[channel] += weight * response[channel];
-            }
-            for (index, channel) in scene.film.channels.iter().enumerate() {
-                let value = weight * channel.response.at(nm) / channel.integral;
-                sums.add(replicate, self.extras.response_channel(index), value, scale, bad);
-            }
-            if let Some(bins) = &self.extras.bins
-                && let Some(bin) = bins.of(nm)
-            {
-                sums.add(replicate, self.extras.bin_channel(bin), weight / bins.width(), scale, bad);
-            }
-        }
-        for (channel, value) in xyz.into_iter().enumerate() {
-            sums.add(replicate, channel, value / MITSUBA_Y_INTEGRAL, scale, bad);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -387,28 +244,5 @@ mod tests {
         assert_eq!(ends(10), [1, 2, 4, 8, 10]);
         assert_eq!(ends(800), [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 768, 800]);
         assert!(ends(0).is_empty());
-    }
-
-    #[test]
-    fn samples_are_dealt_into_replicates_of_equal_length() {
-        let dealt = |samples| {
-            let schedule = Schedule::new(samples);
-            (schedule.replicates, schedule.samples_per_replicate)
-        };
-        assert_eq!(dealt(1), (1, 1));
-        assert_eq!(dealt(4), (4, 1));
-        assert_eq!(dealt(64), (8, 8));
-        assert_eq!(dealt(1024), (8, 128));
-        assert_eq!(dealt(96), (6, 16));
-        assert_eq!(dealt(100), (10, 10));
-        // No prime can be dealt: the next number that can.
-        assert_eq!(dealt(101), (6, 17));
-        // As many as are asked for, and the next number of samples that allows it.
-        assert_eq!(Schedule::with_replicates(64, 1), Schedule { replicates: 1, samples_per_replicate: 64 });
-        assert_eq!(Schedule::with_replicates(30, 4), Schedule { replicates: 4, samples_per_replicate: 8 });
-        assert_eq!(Schedule::with_replicates(2, 8), Schedule { replicates: 8, samples_per_replicate: 1 });
-        for samples in 8..2000 {
-            assert!(Schedule::new(samples).samples() - u64::from(samples) < 8, "{samples}");
-        }
     }
 }

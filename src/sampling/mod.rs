@@ -101,6 +101,15 @@ impl Dimensions {
     }
 }
 
+/// The place of a pixel in a group whose pixels share one sequence.
+#[derive(Clone, Copy, Debug)]
+pub struct Member {
+    /// The group's corner on the film, which stands for the group.
+    pub origin: [u32; 2],
+    /// Among the members of the group, below the number that [`Sampler::for_groups`] was given.
+    pub number: u32,
+}
+
 /// The sample values of a whole render.
 #[derive(Clone, Debug)]
 pub struct Sampler {
@@ -108,7 +117,9 @@ pub struct Sampler {
     seed: u64,
     /// Samples of a sequence. More may be drawn: they begin another sequence.
     samples: u32,
-    /// The power of two that is not less than that.
+    /// The binary logarithm of the power of two that is not less than that.
+    sample_bits: u32,
+    /// The binary logarithm of the length of a Sobol sequence, which all members of a group share.
     length: u32,
     cells: Cells,
     layout: Layout,
@@ -122,19 +133,42 @@ impl Sampler {
             kind,
             seed,
             samples: samples.max(1),
-            length: u32::BITS - (samples.max(1) - 1).leading_zeros(),
+            sample_bits: bits_for(samples.max(1)),
+            length: bits_for(samples.max(1)),
             cells: Cells::new(samples),
             layout: Layout::new(samples),
             patterns: (kind == SamplerKind::Poisson).then(|| Patterns::new(samples, seed)),
         }
     }
 
+    /// The same for groups of so many pixels.
+    #[must_use]
+    pub fn for_groups(mut self, members: u32) -> Self {
+        self.length = (self.sample_bits + bits_for(members)).min(u32::BITS);
+        self
+    }
+
+    /// The `index`-th path of a member of a group of pixels. With the Sobol sampler all members take runs of one sequence, each
+    /// as well stratified as a sequence of its own, and all of them together are; the others have a sequence for each pixel.
+    pub fn member_stream(&self, member: Member, pixel: [u32; 2], sequence: u32, index: u32) -> Stream<'_> {
+        let stream = self.stream(pixel, sequence, index);
+        if self.kind != SamplerKind::Sobol {
+            return stream;
+        }
+        let run = member.number.checked_shl(self.sample_bits).unwrap_or(0);
+        let key = self.key(member.origin, sequence, index / self.samples);
+        Stream { key: mix(key ^ GROUP), index: (run | index % self.samples).reverse_bits(), ..stream }
+    }
+
+    /// Stands for a place on the film, a sequence, and how often this began anew.
+    fn key(&self, place: [u32; 2], sequence: u32, round: u32) -> u64 {
+        let key = mix(self.seed ^ mix(u64::from(place[0]) << 32 | u64::from(place[1])));
+        mix(key ^ (u64::from(round) << 32 | u64::from(sequence)))
+    }
+
     /// The `index`-th path of a pixel's `sequence`-th sequence. Up to 2³² paths a sequence.
     pub fn stream(&self, pixel: [u32; 2], sequence: u32, index: u32) -> Stream<'_> {
-        let key = |place: [u32; 2], round: u32| {
-            let key = mix(self.seed ^ mix(u64::from(place[0]) << 32 | u64::from(place[1])));
-            mix(key ^ (u64::from(round) << 32 | u64::from(sequence)))
-        };
+        let key = |place: [u32; 2], round: u32| self.key(place, sequence, round);
         let (round, within) = match self.kind {
             SamplerKind::Independent => (0, index),
             _ => (index / self.samples, index % self.samples),
@@ -149,6 +183,14 @@ impl Sampler {
         };
         Stream { sampler: self, kind: self.kind, key, index }
     }
+}
+
+/// Tells the sequences of groups from those of the pixels at their corners.
+const GROUP: u64 = 0x6772_6f75_70;
+
+/// The binary logarithm of the power of two that is not less than `count`, which is above 0.
+fn bits_for(count: u32) -> u32 {
+    u32::BITS - (count - 1).leading_zeros()
 }
 
 /// The sample values of one path.

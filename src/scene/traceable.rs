@@ -245,17 +245,23 @@ impl Scene {
         stream: &Stream,
     ) -> Option<CameraSample<'_>> {
         let [film_x, film_y, wavelength, time] = stream.draw(Dimensions::Camera);
-        let ([x, y], filter_weight) = filter.sample(pixel, [film_x, film_y]);
+        let (place, filter_weight) = filter.sample(pixel, [film_x, film_y]);
+        let time = self.shutter.time(time);
+        let sensor = self.sensor_ray(place, time, stream)?;
+        Some(CameraSample { sensor, filter_weight, wavelength, time })
+    }
+
+    /// The ray from a place on the film, in pixels from the corner of the part that is rendered, at a time. `None` where the sensor
+    /// has nothing to measure at.
+    pub fn sensor_ray(&self, [x, y]: [f64; 2], time: f64, stream: &Stream) -> Option<SensorRay<'_>> {
         let lens = if self.needs.lens {
             let [u, v, ..] = stream.draw(Dimensions::Lens);
             [u, v]
         } else {
             [0.5; 2]
         };
-        let time = self.shutter.time(time);
         let [left, top] = self.film.offset.map(f64::from);
-        let sensor = self.camera.ray([x + left, y + top], lens, time)?;
-        Some(CameraSample { sensor, filter_weight, wavelength, time })
+        self.camera.ray([x + left, y + top], lens, time)
     }
 
     /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each stretch of the
@@ -419,10 +425,33 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
+        self.transmission(ray, time, media, wavelengths, self.needs.clear_shadows)
+    }
+
+    /// The same where every surface is in the way.
+    pub fn transmittance_between_surfaces<const C: usize>(
+        &self,
+        ray: &Ray,
+        time: f64,
+        media: &MediumStack,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        self.transmission(ray, time, media, wavelengths, false)
+    }
+
+    #[inline(always)]
+    fn transmission<const C: usize>(
+        &self,
+        ray: &Ray,
+        time: f64,
+        media: &MediumStack,
+        wavelengths: &Wavelengths<C>,
+        clear_shadows: bool,
+    ) -> Sampled<C> {
         let within = |share: Sampled<C>, media: &MediumStack, distance: f64| {
             self.transmittance(media, distance, wavelengths).map_or(share, |part| share * part)
         };
-        if !self.needs.clear_shadows && !self.needs.meetings() {
+        if !clear_shadows && !self.needs.meetings() {
             return if self.accel.occluded(ray, time) {
                 Sampled::ZERO
             } else {
@@ -442,7 +471,7 @@ impl Scene {
                         break;
                     }
                     let surface = self.surface(&hit);
-                    if !(self.needs.clear_shadows && surface.may_pass) {
+                    if !(clear_shadows && surface.may_pass) {
                         return Sampled::ZERO;
                     }
                     let around = self.around(&hit, &media);

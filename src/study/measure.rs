@@ -1,6 +1,7 @@
 use super::spectra::ImageSpectrum;
 use super::{Case, Purpose, Reference, Request, Run, RunId, seed_of_run};
 use crate::film::{BadValues, Film};
+use crate::integrator::Estimator;
 use crate::render::{Schedule, Settings, Watch, render};
 use cpu_time::ProcessTime;
 
@@ -12,10 +13,11 @@ impl Request {
     /// How a batch of a run's replicates is rendered.
     fn settings(&self, id: &RunId, purpose: Purpose, batch: u64, replicates: u32) -> Settings {
         Settings {
-            schedule: Schedule { replicates, samples_per_replicate: id.samples_per_pixel },
+            schedule: Schedule::independent(replicates, id.samples_per_pixel),
             seed: seed_of_run(self.seed, purpose, id, batch),
             sampler: id.sampler,
             wavelengths: id.wavelengths_per_path,
+            estimator: Estimator::Shared,
             bins: None,
         }
     }

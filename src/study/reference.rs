@@ -3,6 +3,7 @@ use crate::compare::relmse_scale;
 use crate::film::Film;
 use crate::output::exr::Channels;
 use crate::output::{Colour, Content, Picture};
+use crate::integrator::Estimator;
 use crate::render::{Schedule, Settings, Watch, WavelengthCount, render};
 use crate::sampling::{SamplerKind, mix};
 use crate::spectrum::colour::rec709_to_xyz;
@@ -96,13 +97,11 @@ impl Reference {
 /// How a study's own reference is rendered: another seed, and the sampler whose error falls fastest.
 pub fn settings(request: &Request, case: usize, samples_per_pixel: u32) -> Settings {
     Settings {
-        schedule: Schedule {
-            replicates: REPLICATES,
-            samples_per_replicate: samples_per_pixel.div_ceil(REPLICATES).max(1),
-        },
+        schedule: Schedule::with_replicates(samples_per_pixel, REPLICATES),
         seed: derived_seed(request.seed, Purpose::Reference, [case as u64]),
         sampler: SamplerKind::Sobol,
         wavelengths: WavelengthCount::Four,
+        estimator: Estimator::Shared,
         bins: None,
     }
 }

@@ -1,0 +1,203 @@
+//! The samples of a picture, from the sample values to the sums of the film.
+
+use super::groups::{BLOCK, Block, Groups, Pixel};
+use super::{Schedule, admit};
+use crate::film::{Extras, FixedPoint, Tile};
+use crate::integrator::{self, Seen, Sight};
+use crate::sampling::{Dimensions, Member, Sampler, mix};
+use crate::scene::Scene;
+use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
+use crate::spectrum::{Sampled, Wavelengths};
+use smallvec::SmallVec;
+use std::ops::Range;
+
+pub(super) struct Exposure<'a> {
+    pub scene: &'a Scene,
+    pub schedule: Schedule,
+    pub sampler: Sampler,
+    pub seed: u64,
+    pub groups: &'a Groups,
+    pub scale: FixedPoint,
+    pub light_scale: FixedPoint,
+    pub extras: Extras,
+}
+
+/// Where a sample of a pixel is, and what its radiance is multiplied by.
+struct Sample<const C: usize> {
+    place: [f64; 2],
+    /// By what the sensor multiplies the radiance; zero where it measures nothing.
+    weight: Sampled<C>,
+    key: u64,
+}
+
+/// A channel and what is added to it.
+pub(super) type Contributions = SmallVec<[(usize, f64); 8]>;
+
+impl Exposure<'_> {
+    /// An empty tile of all pixels that samples of a block may reach.
+    pub fn tile(&self, block: &Block) -> Tile {
+        let reach = i64::from(self.scene.film.filter.reach());
+        let [columns, rows] = [0, 1].map(|axis| {
+            let size = i64::from(self.scene.film.size[axis]);
+            let clamped = |place: i64| place.clamp(0, size) as u32;
+            clamped(block.corner[axis] - reach)..clamped(block.corner[axis] + i64::from(BLOCK) + reach)
+        });
+        let first = block.net * self.schedule.per_net;
+        self.extras.tile(
+            [columns.start, rows.start],
+            [columns.len() as u32, rows.len() as u32],
+            first..first + self.schedule.per_net,
+        )
+    }
+
+    /// Some samples of each replicate of a net, of all pixels of a block. How many there were.
+    pub fn block<const C: usize>(&self, block: &Block, indices: &Range<u32>, tile: &mut Tile) -> u64 {
+        let first = block.net * self.schedule.per_net;
+        let mut samples = 0;
+        for group in self.groups.of(block) {
+            let group: SmallVec<[Pixel; 16]> = group.filter(|pixel| self.is_sampled(pixel.place)).collect();
+            if group.is_empty() {
+                continue;
+            }
+            for run in 0..self.schedule.per_net {
+                for index in indices.clone() {
+                    let of_net = run * self.schedule.samples_per_replicate + index;
+                    self.group::<C>(&group, block.net, of_net, first + run, tile);
+                }
+            }
+            let each = self.schedule.per_net * indices.len() as u32;
+            for pixel in &group {
+                if let Some(place) = self.place_of(pixel.place, tile) {
+                    tile.count(place, each);
+                    samples += u64::from(each);
+                }
+            }
+        }
+        samples
+    }
+
+    /// Whether samples are taken within a pixel.
+    fn is_sampled(&self, place: [i64; 2]) -> bool {
+        let film = &self.scene.film;
+        let border = if film.sample_border { i64::from(film.filter.reach()) } else { 0 };
+        (0..2).all(|axis| (-border..i64::from(film.size[axis]) + border).contains(&place[axis]))
+    }
+
+    fn place_of(&self, place: [i64; 2], tile: &Tile) -> Option<usize> {
+        let [x, y] = [u32::try_from(place[0]).ok()?, u32::try_from(place[1]).ok()?];
+        tile.place(x, y)
+    }
+
+    /// One sample of each pixel of a group.
+    fn group<const C: usize>(
+        &self,
+        group: &[Pixel],
+        net: u32,
+        index: u32,
+        replicate: u32,
+        tile: &mut Tile,
+    ) {
+        let scene = self.scene;
+        let stream_of = |pixel: &Pixel| {
+            self.sampler.member_stream(pixel.member, pixel.place.map(|place| place as u32), net, index)
+        };
+        // The wavelengths and the time are the group's.
+        let origin = group[0].member.origin;
+        let leader = Pixel { place: origin.map(|place| i64::from(place as i32)), member: Member { origin, number: 0 } };
+        let [.., wavelength, time] = stream_of(&leader).draw(Dimensions::Camera);
+        let wavelengths = scene.wavelengths.sample::<C>(wavelength);
+        let time = scene.shutter.time(time);
+        let mut samples: SmallVec<[Sample<C>; 16]> = SmallVec::new();
+        let mut sights: SmallVec<[Sight; 16]> = SmallVec::new();
+        for (member, pixel) in group.iter().enumerate() {
+            let stream = stream_of(pixel);
+            let [x, y, ..] = stream.draw(Dimensions::Camera);
+            let place = [pixel.place[0] as f64 + x, pixel.place[1] as f64 + y];
+            let [column, row] = pixel.place.map(|place| place as u64);
+            let of_pixel = mix(self.seed ^ mix(column << 32 ^ row));
+            let key = of_pixel ^ (u64::from(net) << 32 | u64::from(index));
+            let mut weight = Sampled::ZERO;
+            if let Some(sensor) = scene.sensor_ray(place, time, &stream) {
+                weight = sensor.response.map_or(Sampled::ONE, |response| response.sample(&wavelengths.nm));
+                weight *= sensor.weight;
+                sights.push(Sight { member, ray: sensor.ray, stream });
+            }
+            samples.push(Sample { place, weight, key });
+        }
+        let mut seen: SmallVec<[Seen<C>; 16]> = SmallVec::from_elem(Seen::NOTHING, group.len());
+        match (sights.as_slice(), self.groups.members()) {
+            ([], _) => {}
+            ([Sight { member, ray, stream }], 1) => {
+                seen[*member] = integrator::radiance(scene, *ray, time, &wavelengths, stream);
+            }
+            (sights, _) => integrator::radiance_of_group(scene, sights, time, &wavelengths, &mut seen),
+        }
+        for (sample, seen) in samples.iter().zip(&mut seen) {
+            admit(&mut seen.radiance, &mut tile.bad);
+            self.splat(sample, seen, &wavelengths, replicate, tile);
+        }
+    }
+
+    /// Adds a sample to all pixels that its filter reaches.
+    fn splat<const C: usize>(
+        &self,
+        sample: &Sample<C>,
+        seen: &Seen<C>,
+        wavelengths: &Wavelengths<C>,
+        replicate: u32,
+        tile: &mut Tile,
+    ) {
+        let contributions = self.contributions(&(seen.radiance * sample.weight), wavelengths);
+        let footprint = self.scene.film.filter.footprint(sample.place);
+        for (row, down) in (footprint.first[1]..).zip(&footprint.rows) {
+            for (column, across) in (footprint.first[0]..).zip(&footprint.columns) {
+                let Some(place) = self.place_of([column, row], tile) else { continue };
+                let weight = across * down;
+                tile.begin(sample.key ^ mix((column as u64) << 32 | row as u64));
+                tile.weigh(place, replicate, weight);
+                if self.extras.alpha && seen.met {
+                    tile.add(place, replicate, self.extras.alpha_channel(), weight, FixedPoint::SHARE);
+                }
+                for &(channel, value) in &contributions {
+                    tile.add(place, replicate, channel, value * weight, self.scale);
+                }
+            }
+        }
+    }
+
+    /// What a path that measured this adds to the channels of the film.
+    pub fn contributions<const C: usize>(
+        &self,
+        measured: &Sampled<C>,
+        wavelengths: &Wavelengths<C>,
+    ) -> Contributions {
+        let scene = self.scene;
+        let mut contributions = Contributions::new();
+        if measured.is_zero() {
+            return contributions;
+        }
+        let mut xyz = [0.0; 3];
+        for lane in 0..C {
+            if measured[lane] == 0.0 {
+                continue;
+            }
+            let nm = wavelengths.nm[lane];
+            let weight = measured[lane] / wavelengths.density[lane];
+            let response = scene.observer.at(nm);
+            for channel in 0..3 {
+                xyz[channel] += weight * response[channel];
+            }
+            for (index, channel) in scene.film.channels.iter().enumerate() {
+                let value = weight * channel.response.at(nm) / channel.integral;
+                contributions.push((self.extras.response_channel(index), value));
+            }
+            if let Some(bins) = &self.extras.bins
+                && let Some(bin) = bins.of(nm)
+            {
+                contributions.push((self.extras.bin_channel(bin), weight / bins.width()));
+            }
+        }
+        contributions.extend(xyz.into_iter().enumerate().map(|(channel, value)| (channel, value / MITSUBA_Y_INTEGRAL)));
+        contributions
+    }
+}

@@ -1,0 +1,124 @@
+//! How the pixels of a film are dealt into groups that share work.
+
+use crate::sampling::{Member, mix};
+use std::ops::Range;
+
+/// Pixels of a group.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Members {
+    One,
+    Sixteen,
+}
+
+impl Members {
+    /// Along one side of the group.
+    fn edge(self) -> u32 {
+        match self {
+            Self::One => 1,
+            Self::Sixteen => 4,
+        }
+    }
+}
+
+/// The pixels of a group lie two pixels apart, so that the groups of a block interleave: what a group has too much of is spread
+/// between the pixels of others, and does not show as a square. Each net has its blocks elsewhere: no border of groups stays.
+#[derive(Clone, Debug)]
+pub struct Groups {
+    members: Members,
+    /// Where the blocks of each net begin, below the edge of a block.
+    shifts: Vec<[u32; 2]>,
+}
+
+/// Edge of a block, pixels: that of a group of sixteen with those between its members.
+pub const BLOCK: u32 = 8;
+
+/// Distance between the members of a group, pixels.
+const SPACING: u32 = 2;
+
+/// Pixels that are rendered together: whole groups, for one net.
+#[derive(Clone, Debug)]
+pub struct Block {
+    pub net: u32,
+    /// The upper left pixel, from the corner of the film. It may lie outside.
+    pub corner: [i64; 2],
+}
+
+/// A pixel of a group, from the corner of the film.
+#[derive(Clone, Copy, Debug)]
+pub struct Pixel {
+    pub place: [i64; 2],
+    pub member: Member,
+}
+
+impl Groups {
+    pub fn new(members: Members, nets: u32, seed: u64) -> Self {
+        let shift = |net: u32| match members {
+            Members::One => [0, 0],
+            Members::Sixteen => {
+                let random = mix(mix(seed) ^ u64::from(net));
+                [random as u32 % BLOCK, (random >> 32) as u32 % BLOCK]
+            }
+        };
+        Self { members, shifts: (0..nets).map(shift).collect() }
+    }
+
+    /// How many pixels a group has.
+    pub fn members(&self) -> u32 {
+        self.members.edge().pow(2)
+    }
+
+    /// The blocks of a net in which there are pixels of a rectangle, given by the range of its columns and of its rows.
+    pub fn blocks(&self, net: u32, pixels: [Range<i64>; 2]) -> impl Iterator<Item = Block> + use<> {
+        let block = i64::from(BLOCK);
+        let shift = self.shifts[net as usize].map(i64::from);
+        let [columns, rows] = [0, 1].map(|axis| {
+            let first = (pixels[axis].start - shift[axis]).div_euclid(block) * block + shift[axis];
+            (first..pixels[axis].end).step_by(BLOCK as usize)
+        });
+        rows.flat_map(move |y| columns.clone().map(move |x| Block { net, corner: [x, y] }))
+    }
+
+    /// The groups of a block, each with its pixels.
+    pub fn of(&self, block: &Block) -> impl Iterator<Item = impl Iterator<Item = Pixel> + use<>> + use<> {
+        let (edge, corner) = (self.members.edge(), block.corner);
+        // A group of one has no others between its members.
+        let (step, spacing) = if edge == 1 { (BLOCK, 1) } else { (SPACING, SPACING) };
+        (0..step * step).map(move |group| {
+            let origin = [0, 1].map(|axis| corner[axis] + i64::from([group % step, group / step][axis]));
+            let on_film = origin.map(|place| place as u32);
+            (0..edge * edge).map(move |number| Pixel {
+                place: [0, 1].map(|axis| {
+                    origin[axis] + i64::from(spacing * [number % edge, number / edge][axis])
+                }),
+                member: Member { origin: on_film, number },
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn each_pixel_is_in_one_group_of_each_net() {
+        for members in [Members::One, Members::Sixteen] {
+            let groups = Groups::new(members, 2, 5);
+            for net in 0..2 {
+                let mut seen = HashSet::new();
+                for block in groups.blocks(net, [-3..20, 5..17]) {
+                    for group in groups.of(&block) {
+                        let group: Vec<_> = group.collect();
+                        assert_eq!(group.len() as u32, groups.members());
+                        assert!(group.iter().all(|pixel| pixel.member.origin == group[0].member.origin));
+                        for pixel in group {
+                            assert!(seen.insert(pixel.place), "{pixel:?} twice");
+                        }
+                    }
+                }
+                assert!((-3..20).all(|x| (5..17).all(|y| seen.contains(&[x, y]))));
+            }
+        }
+    }
+}
