@@ -10,9 +10,11 @@
 //! length. The spread of single samples would overstate the error of stratified ones.
 
 mod filter;
+mod region;
 
 use crate::sampling::mix;
 pub use filter::{FilterKind, FilterSampler};
+pub use region::{Extent, Region};
 
 /// How many values could not be used, over a whole render. All zero when nothing is wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -166,11 +168,13 @@ impl PixelSums {
     }
 }
 
-/// A rectangular film that measures X, Y, Z and what else it is asked for.
+/// A rectangular film that measures X, Y, Z and what else it is asked for. Its pixels are those of the part that is measured,
+/// counted from that part's corner.
 #[derive(Clone, Debug)]
 pub struct Film {
     pub width: u32,
     pub height: u32,
+    pub extent: Extent,
     /// Independent sequences of samples that each pixel is measured by.
     pub replicates: u32,
     pub extras: Extras,
@@ -241,16 +245,23 @@ pub struct Measured {
 
 impl Film {
     pub fn new(width: u32, height: u32, replicates: u32, extras: Extras, scale: FixedPoint) -> Self {
+        Self::part(Extent::whole([width, height]), replicates, extras, scale)
+    }
+
+    /// The measured part of a film. It rounds as the whole does.
+    pub fn part(extent: Extent, replicates: u32, extras: Extras, scale: FixedPoint) -> Self {
+        let [width, height] = extent.measured.size;
         let pixels = width as usize * height as usize;
         let sums = vec![0; pixels * replicates as usize * extras.channels()];
         let light = LightPaths {
             sums: if extras.light_paths { sums.clone() } else { Vec::new() },
             count: vec![0; replicates as usize],
-            scale: scale.coarser(pixels as u64),
+            scale: scale.coarser(Region::whole(extent.whole).pixel_count()),
         };
         Self {
             width,
             height,
+            extent,
             replicates,
             extras,
             bad: BadValues::default(),
@@ -324,9 +335,15 @@ impl Film {
         u64::from(self.samples[self.index(x, y)]) * u64::from(self.replicates)
     }
 
-    /// All samples of all pixels.
+    /// The pixels that are shown, row by row from the top.
+    pub fn shown(&self) -> impl Iterator<Item = (u32, u32)> {
+        let Extent { measured, shown, .. } = self.extent;
+        shown.pixels().filter_map(move |pixel| measured.within(pixel)).map(|[x, y]| (x, y))
+    }
+
+    /// All samples of all pixels that are shown.
     pub fn total_samples(&self) -> u64 {
-        self.samples.iter().map(|&samples| u64::from(samples)).sum::<u64>() * u64::from(self.replicates)
+        self.shown().map(|(x, y)| self.samples(x, y)).sum()
     }
 
     /// The pixel's mean of Σ wᵢ·XYZᵢ for three weights, with its standard error.
@@ -398,7 +415,7 @@ impl Film {
         Measured { mean, error }
     }
 
-    /// Over all pixels, the mean standard error of Y over the mean of Y; of all responses instead of Y where the sensor has
+    /// Over all pixels that are shown, the mean standard error of Y over the mean of Y; of all responses instead of Y where the sensor has
     /// its own. `None` where it is not known.
     pub fn relative_error(&self) -> Option<f64> {
         let (mut mean, mut error) = (0.0, 0.0);
@@ -406,12 +423,10 @@ impl Film {
             mean += measured.mean;
             error += measured.error;
         };
-        for y in 0..self.height {
-            for x in 0..self.width {
-                match self.extras.responses.len() {
-                    0 => add(self.combined(x, y, [0.0, 1.0, 0.0])),
-                    responses => (0..responses).for_each(|response| add(self.response(x, y, response))),
-                }
+        for (x, y) in self.shown() {
+            match self.extras.responses.len() {
+                0 => add(self.combined(x, y, [0.0, 1.0, 0.0])),
+                responses => (0..responses).for_each(|response| add(self.response(x, y, response))),
             }
         }
         (error.is_finite() && mean > 0.0).then(|| error / mean)

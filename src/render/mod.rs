@@ -5,7 +5,9 @@ mod light;
 
 pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
 
-use crate::film::{ALPHA, BadValues, Extras, Film, FilterSampler, FixedPoint, PixelSums, SpectralBins};
+use crate::film::{
+    ALPHA, BadValues, Extras, Film, FilterSampler, FixedPoint, PixelSums, Region, SpectralBins,
+};
 use crate::integrator::{self, Seen};
 use crate::sampling::{Sampler, SamplerKind, Stream, mix};
 use crate::scene::Scene;
@@ -209,11 +211,10 @@ pub fn render(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
 }
 
 fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
-    let [width, height] = scene.film.size;
     let schedule = settings.schedule();
-    let film = Film::new(
-        width,
-        height,
+    let measured = scene.film.extent.measured;
+    let film = Film::part(
+        scene.film.extent,
         schedule.replicates,
         settings.extras(scene),
         FixedPoint::for_reference(scene.reference_radiance),
@@ -230,9 +231,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         light_scale: film.light_scale(),
         extras: film.extras.clone(),
     };
-    let tiles: Vec<[u32; 2]> = (0..height.div_ceil(TILE))
-        .flat_map(|y| (0..width.div_ceil(TILE)).map(move |x| [x * TILE, y * TILE]))
-        .collect();
+    let tiles: Vec<Region> = measured.tiles(TILE).collect();
     let film = Mutex::new(film);
     let light = scene.caustics().map(|caustics| LightPass::new(caustics, &exposure, settings.sampler));
     for pass in passes(schedule.samples_per_replicate) {
@@ -240,18 +239,20 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
             light.expose::<C>(&pass, &film, watch);
         }
         // Tile by tile: what a thread has taken no other can take over, and tiles differ.
-        tiles.par_iter().with_max_len(1).for_each(|&[left, top]| {
+        tiles.par_iter().with_max_len(1).for_each(|tile| {
             if watch.stop().load(Ordering::Relaxed) {
                 return;
             }
-            let pixels = (top..(top + TILE).min(height))
-                .flat_map(|y| (left..(left + TILE).min(width)).map(move |x| [x, y]));
             let mut bad = BadValues::default();
-            let exposed: Vec<_> =
-                pixels.map(|pixel| (pixel, exposure.pixel::<C>(pixel, pass.clone(), &mut bad))).collect();
+            let exposed: Vec<_> = tile
+                .pixels()
+                .map(|pixel| (pixel, exposure.pixel::<C>(pixel, pass.clone(), &mut bad)))
+                .collect();
             let mut film = lock(&film);
-            for ([x, y], sums) in &exposed {
-                film.add(*x, *y, sums);
+            for (pixel, sums) in &exposed {
+                if let Some([x, y]) = measured.within(*pixel) {
+                    film.add(x, y, sums);
+                }
             }
             film.bad.add(bad);
             drop(film);
@@ -295,7 +296,7 @@ struct Exposure<'a> {
 }
 
 impl Exposure<'_> {
-    /// Some samples of every replicate of one pixel.
+    /// Some samples of every replicate of one pixel of the whole film.
     fn pixel<const C: usize>(&self, pixel: [u32; 2], indices: Range<u32>, bad: &mut BadValues) -> PixelSums {
         let mut sums = self.empty.clone();
         let [x, y] = pixel.map(u64::from);

@@ -3,7 +3,7 @@
 use super::meeting::{Contacts, Meeting};
 use crate::accel::Accel;
 use crate::camera::{Camera, SensorRay, Shutter};
-use crate::film::{FilterKind, FilterSampler};
+use crate::film::{Extent, FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Caustics, Integrator, Limits};
 use crate::light::Lights;
@@ -43,14 +43,12 @@ pub struct Scene {
     pub(super) camera_medium: Option<u32>,
 }
 
-/// The part of the film that is rendered.
+/// The film that is exposed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmPlan {
-    pub size: [u32; 2],
-    /// Where the crop begins within the whole film.
-    pub offset: [u32; 2],
-    pub full_size: [u32; 2],
+    pub extent: Extent,
     pub filter: FilterKind,
+    /// Whether samples fall outside of the window that is exposed.
     pub sample_border: bool,
     pub alpha: bool,
     /// The sensor's own channels, if it has any.
@@ -234,10 +232,10 @@ impl Scene {
 
     /// Where a pixel's samples fall on the film.
     pub fn filter_sampler(&self) -> FilterSampler {
-        FilterSampler::new(self.film.filter, self.film.size, self.film.sample_border)
+        FilterSampler::new(self.film.filter, self.film.extent.window, self.film.sample_border)
     }
 
-    /// The ray of a pixel's sample. `None` where the sensor has nothing to measure at.
+    /// The ray of a sample of a pixel of the whole film. `None` where the sensor has nothing to measure at.
     pub fn camera_ray(
         &self,
         filter: &FilterSampler,
@@ -245,7 +243,7 @@ impl Scene {
         stream: &Stream,
     ) -> Option<CameraSample<'_>> {
         let [film_x, film_y, wavelength, time] = stream.draw(Dimensions::Camera);
-        let ([x, y], filter_weight) = filter.sample(pixel, [film_x, film_y]);
+        let (place, filter_weight) = filter.sample(pixel, [film_x, film_y]);
         let lens = if self.needs.lens {
             let [u, v, ..] = stream.draw(Dimensions::Lens);
             [u, v]
@@ -253,8 +251,7 @@ impl Scene {
             [0.5; 2]
         };
         let time = self.shutter.time(time);
-        let [left, top] = self.film.offset.map(f64::from);
-        let sensor = self.camera.ray([x + left, y + top], lens, time)?;
+        let sensor = self.camera.ray(place, lens, time)?;
         Some(CameraSample { sensor, filter_weight, wavelength, time })
     }
 

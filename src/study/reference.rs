@@ -113,8 +113,6 @@ pub fn write(path: &Path, case: &Case, settings: &Settings, watch: &dyn Watch) -
     let picture = Picture {
         film: &film,
         content: Content::Colour(Colour::Luminance),
-        full_size: case.scene.film.full_size,
-        offset: case.scene.film.offset,
         auxiliary: Vec::new(),
         attributes: vec![
             ("abbe.version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
