@@ -15,8 +15,6 @@ fn developed(film: &Film, name: &str) -> (Vec<f32>, Vec<f32>, f64) {
     let picture = Picture {
         film,
         content: Content::Colour(Colour::Luminance),
-        full_size: [film.width, film.height],
-        offset: [0, 0],
         auxiliary: Vec::new(),
         attributes: Vec::new(),
     };

@@ -2,7 +2,7 @@
 
 use super::paths::compiled;
 use super::{BATCH, Kernel};
-use abbe::film::{BadValues, Extras, Film, FilterKind, FilterSampler, FixedPoint};
+use abbe::film::{BadValues, Extras, Film, FilterKind, FilterSampler, FixedPoint, Region};
 use abbe::geometry::{SurfacePoint, Vec3};
 use abbe::sampling::{Dimensions, Sampler, SamplerKind};
 use abbe::spectrum::colour::Observer;
@@ -118,7 +118,7 @@ pub fn films() -> Vec<Kernel> {
     });
     let mut kernels = vec![sample, pixels];
     for (name, kind) in [("box", FilterKind::Box), ("gaussian", FilterKind::Gaussian { stddev: 0.5 })] {
-        let filter = FilterSampler::new(kind, [16, 16], false);
+        let filter = FilterSampler::new(kind, Region::whole([16, 16]), false);
         kernels.push(Kernel::batch(format!("filter: {name}"), move |index| {
             filter.sample([5, 7], [share(index), share(index + 9)])
         }));

@@ -1,7 +1,7 @@
 use super::Failure;
 use super::progress::{Progress, percent};
-use super::scene_options::SceneOptions;
-use abbe::film::{Film, SpectralBins};
+use super::scene_options::{PictureOptions, SceneOptions};
+use abbe::film::{Film, Region, SpectralBins};
 use abbe::integrator::Estimator;
 use abbe::output::{self, Colour, Content, Picture};
 use abbe::render::{AuxiliaryKind, Schedule, Settings, WavelengthCount, auxiliary, render};
@@ -59,9 +59,8 @@ pub struct Args {
     #[arg(long, value_name = "E", default_value = "shared", value_parser = parse_estimator)]
     estimator: Estimator,
 
-    /// Size of the picture in pixels [default: what the scene says]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<[u32; 2]>,
+    #[command(flatten)]
+    picture: PictureOptions,
 
     /// Also write N spectral bins (47 without N) over the range of wavelengths, each with its standard error
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "47", value_parser = clap::value_parser!(u32).range(1..=4096))]
@@ -88,7 +87,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut description = args.scene.read()?;
     args.apply_to(&mut description);
     let range = args.range.unwrap_or_else(|| description.sensor.film.wavelength_range());
-    let options = CompileOptions { range, observer: args.observer, spectral: args.spectral.is_some() };
+    let options = CompileOptions {
+        range,
+        observer: args.observer,
+        spectral: args.spectral.is_some(),
+        part: args.picture.part(output::MARGIN),
+    };
     let scene = compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
     let path = args.output_path()?;
     let sampler = &description.sensor.sampler;
@@ -120,7 +124,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     refuse_what_no_memory_holds(&scene, &settings)?;
     let pool = thread_pool(args.threads)?;
     let stop = stop_on_interrupt()?;
-    let pixels = u64::from(scene.film.size[0]) * u64::from(scene.film.size[1]);
+    let pixels = scene.film.extent.measured.pixel_count();
     let progress = Progress::new(pixels, settings.schedule, args.quiet, stop.clone());
     let film = pool.install(|| render(&scene, &settings, &progress));
     let seconds = progress.elapsed().as_secs_f64();
@@ -128,8 +132,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let picture = Picture {
         film: &film,
         content: content(&description.sensor.film),
-        full_size: scene.film.full_size,
-        offset: scene.film.offset,
         auxiliary: pool.install(|| auxiliary(&scene, &args.aov, range, settings.seed)),
         attributes: attributes(args, range, &description, &scene, &settings, &film),
     };
@@ -149,10 +151,7 @@ impl Args {
         sensor.sampler.sample_count = self.spp.unwrap_or(sensor.sampler.sample_count);
         sensor.sampler.seed = self.seed.unwrap_or(sensor.sampler.seed);
         sensor.sampler.kind = self.sampler.unwrap_or(sensor.sampler.kind);
-        if let Some([width, height]) = self.size {
-            // A crop is in pixels of the size that the file gives: another size is of the whole picture.
-            (sensor.film.width, sensor.film.height, sensor.film.crop) = (width, height, None);
-        }
+        self.picture.apply_to(description);
     }
 
     /// Where the EXR goes. Refused before the render rather than after it.
@@ -206,7 +205,7 @@ fn content(film: &description::Film) -> Content {
 const LARGEST_FILM: u128 = 32 << 30;
 
 pub(super) fn refuse_what_no_memory_holds(scene: &Scene, settings: &Settings) -> Result<(), Failure> {
-    let [width, height] = scene.film.size;
+    let [width, height] = scene.film.extent.measured.size;
     let replicates = settings.schedule.replicates;
     let bytes = Film::bytes(width, height, replicates, &settings.extras(scene));
     if bytes <= LARGEST_FILM {
@@ -215,7 +214,7 @@ pub(super) fn refuse_what_no_memory_holds(scene: &Scene, settings: &Settings) ->
     let bins = settings.bins.map_or(0, |bins| bins.count);
     Err(Failure::Input(format!(
         "error: {width}×{height} pixels, {replicates} replicates and {bins} spectral bins take {} GiB of memory\n\
-         help: render parts of it by the crop of its film, or fewer bins",
+         help: render parts of it with --crop, or fewer bins",
         bytes >> 30
     )))
 }
@@ -294,7 +293,8 @@ fn distinct(notes: &[Note]) -> Vec<String> {
 
 fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f64, stopped: bool) {
     let done = film.total_samples();
-    let pixels = u64::from(film.width) * u64::from(film.height);
+    let Region { size: [width, height], .. } = film.extent.shown;
+    let pixels = film.extent.shown.pixel_count();
     let all = pixels * settings.schedule.samples();
     if stopped {
         eprintln!("stopped: {done} of {all} samples were done");
@@ -305,8 +305,8 @@ fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f6
         "{} and {}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {:.1} s, {:.2} million samples/s",
         path.display(),
         png.display(),
-        film.width,
-        film.height,
+        width,
+        height,
         done as f64 / pixels as f64,
         settings.schedule.replicates,
         seconds,
@@ -339,14 +339,6 @@ fn parse_estimator(text: &str) -> Result<Estimator, String> {
 pub(super) fn parse_wavelengths(text: &str) -> Result<WavelengthCount, String> {
     let count: u32 = text.parse().map_err(|_| "expected 1, 4 or 8")?;
     Ok(count.try_into()?)
-}
-
-pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let size = text.split_once(['x', '×']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    match size {
-        Some(size) if size.iter().all(|&edge| (1..=65_536).contains(&edge)) => Ok(size),
-        _ => Err("expected WIDTHxHEIGHT in pixels, each 1 to 65536, for example 640x360".to_owned()),
-    }
 }
 
 fn parse_range(text: &str) -> Result<WavelengthRange, String> {

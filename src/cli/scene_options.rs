@@ -1,5 +1,7 @@
 use super::Failure;
-use abbe::scene::{self, Description, ReadOptions};
+use abbe::film::Region;
+use abbe::scene::description::IntegratorKind;
+use abbe::scene::{self, Description, Part, ReadOptions};
 use std::path::PathBuf;
 
 /// Which scene, and what its file leaves open.
@@ -26,6 +28,66 @@ impl SceneOptions {
     pub fn read_with(&self, defines: &[(String, String)]) -> Result<Description, Failure> {
         scene::read(&self.scene, &ReadOptions { defines: defines.to_vec(), sensor: self.sensor })
             .map_err(|errors| Failure::Input(errors.to_string()))
+    }
+}
+
+/// Which picture of a scene is made, in place of what its file says.
+#[derive(clap::Args)]
+pub struct PictureOptions {
+    /// Size of the picture in pixels [default: what the scene says]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+
+    /// Only these pixels: as many across and down from column X and row Y on, counted from the corner of the whole film. Each
+    /// is what it is in the whole picture, bit by bit
+    #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
+    pub crop: Option<Region>,
+
+    /// Longest path, in segments from the camera to the light: 1 shows lights alone, 2 direct light [default: what the scene
+    /// says]
+    #[arg(long, value_name = "N")]
+    pub max_depth: Option<u32>,
+}
+
+impl PictureOptions {
+    /// What the command line says goes over what the file says.
+    pub fn apply_to(&self, description: &mut Description) {
+        if let Some([width, height]) = self.size {
+            // A crop is in pixels of the size that the file gives: another size is of the whole picture.
+            let film = &mut description.sensor.film;
+            (film.width, film.height, film.crop) = (width, height, None);
+        }
+        if let Some(wanted) = self.max_depth {
+            let integrator = &mut description.integrator;
+            integrator.max_depth = Some(match integrator.kind {
+                // It is made for short paths alone.
+                IntegratorKind::Direct => integrator.max_depth.map_or(wanted, |most| most.min(wanted)),
+                _ => wanted,
+            });
+        }
+    }
+
+    /// The part that is asked for, with a margin for what its pixels depend on.
+    pub fn part(&self, margin: u32) -> Option<Part> {
+        self.crop.map(|shown| Part { shown, margin })
+    }
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let size = text.split_once(['x', '×']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match size {
+        Some(size) if size.iter().all(|&edge| (1..=65_536).contains(&edge)) => Ok(size),
+        _ => Err("expected WIDTHxHEIGHT in pixels, each 1 to 65536, for example 640x360".to_owned()),
+    }
+}
+
+fn parse_crop(text: &str) -> Result<Region, String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[x, y, width, height]) if width > 0 && height > 0 => {
+            Ok(Region { offset: [x, y], size: [width, height] })
+        }
+        _ => Err("expected X,Y,WIDTH,HEIGHT in pixels of the whole film, for example 100,0,64,32".to_owned()),
     }
 }
 

@@ -1,9 +1,8 @@
 use super::Failure;
 use super::progress::StudyProgress;
-use super::render::{
-    cannot_write, parse_size, refuse_what_no_memory_holds, scene_name, stop_on_interrupt, thread_pool,
-};
-use super::scene_options::SceneOptions;
+use super::render::{cannot_write, refuse_what_no_memory_holds, scene_name, stop_on_interrupt, thread_pool};
+use super::scene_options::{PictureOptions, SceneOptions};
+use abbe::film::Region;
 use abbe::output::exr;
 use abbe::render::WavelengthCount;
 use abbe::sampling::SamplerKind;
@@ -47,9 +46,8 @@ pub struct Args {
     #[arg(long, value_name = "R", default_value = "16", value_parser = clap::value_parser!(u32).range(2..=1024))]
     replicates: u32,
 
-    /// Size of the picture in pixels [default: what the scene says]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Option<[u32; 2]>,
+    #[command(flatten)]
+    picture: PictureOptions,
 
     /// Seed of the study
     #[arg(long, value_name = "N", default_value = "0")]
@@ -224,12 +222,10 @@ fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
         .into_iter()
         .map(|parameters| {
             let mut description = args.scene.read_with(&parameters)?;
-            if let Some([width, height]) = args.size {
-                let film = &mut description.sensor.film;
-                (film.width, film.height, film.crop) = (width, height, None);
-            }
+            args.picture.apply_to(&mut description);
             let range = description.sensor.film.wavelength_range();
-            let options = CompileOptions { range, ..CompileOptions::default() };
+            // Pixels around the part would cost time that is not the runs'.
+            let options = CompileOptions { range, part: args.picture.part(0), ..CompileOptions::default() };
             let scene =
                 compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
             let id = CaseId { parameters, scene_hash: format!("{:016x}", description.hash()) };
@@ -240,10 +236,10 @@ fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
 
 /// What is asked, and the reference where it is a file.
 fn request(args: &Args, cases: &[Case], threads: u32) -> Result<(Request, Option<Reference>), Failure> {
-    let size = cases[0].scene.film.size;
-    if cases.iter().any(|case| case.scene.film.size != size) {
+    let Region { offset, size } = cases[0].scene.film.extent.shown;
+    if cases.iter().any(|case| case.scene.film.extent.shown != cases[0].scene.film.extent.shown) {
         return Err(Failure::Input(
-            "error: the cases have pictures of different sizes\nhelp: give all of them one with --size"
+            "error: the cases have pictures of different sizes or parts of the film\nhelp: give all of them one with --size"
                 .to_owned(),
         ));
     }
@@ -277,6 +273,7 @@ fn request(args: &Args, cases: &[Case], threads: u32) -> Result<(Request, Option
         wavelengths_per_path: args.wavelengths.0.clone(),
         replicates: args.replicates,
         size,
+        offset,
         seed: args.seed,
         reference: wanted,
         threads,

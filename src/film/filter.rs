@@ -2,6 +2,7 @@
 //! camera sees first draw each sample from its own pixel's filter (Ernst, Stamminger, Greiner, "Filter Importance
 //! Sampling", 2006).
 
+use super::Region;
 use crate::sampling::PiecewiseConstant;
 use smallvec::{SmallVec, smallvec};
 use std::f64::consts::PI;
@@ -117,9 +118,9 @@ fn sinc(x: f64) -> f64 {
 /// Bins of the sampling table per pixel.
 const BINS: f64 = 64.0;
 
-/// Where a pixel's samples fall, for every pixel of a film.
+/// Where a pixel's samples fall, for every pixel of a window of a film. Pixels and places are those of the whole film.
 ///
-/// Where no samples are taken outside the film, a filter is cut off at its border and normalised again, as in Mitsuba 3.
+/// Where no samples are taken outside the window, a filter is cut off at its border and normalised again, as in Mitsuba 3.
 #[derive(Clone, Debug)]
 pub struct FilterSampler {
     kind: FilterKind,
@@ -130,6 +131,8 @@ pub struct FilterSampler {
 /// The filter along one axis: for each pixel, which of the distinct cuts of the filter is its own.
 #[derive(Clone, Debug)]
 struct Axis {
+    /// The first pixel of the window.
+    first: u32,
     cuts: Vec<Cut>,
     cut_of: Vec<u16>,
 }
@@ -144,13 +147,14 @@ struct Cut {
 }
 
 impl FilterSampler {
-    /// `sample_border`: whether pixels at the border have samples outside the film.
-    pub fn new(kind: FilterKind, [width, height]: [u32; 2], sample_border: bool) -> Self {
-        let axis = |size| Axis::new(kind, size, sample_border);
-        Self { kind, columns: axis(width), rows: axis(height) }
+    /// `sample_border`: whether pixels at the border have samples outside the window.
+    pub fn new(kind: FilterKind, window: Region, sample_border: bool) -> Self {
+        let [columns, rows] =
+            [0, 1].map(|axis| Axis::new(kind, window.offset[axis], window.size[axis], sample_border));
+        Self { kind, columns, rows }
     }
 
-    /// The film position of a sample of the pixel at (`x`, `y`), in pixels from the film's corner, and its weight:
+    /// The film position of a sample of the pixel at (`x`, `y`), in pixels from the whole film's corner, and its weight:
     /// 1 on average, negative where the filter is.
     pub fn sample(&self, pixel: [u32; 2], u: [f64; 2]) -> ([f64; 2], f64) {
         let centre = pixel.map(|p| f64::from(p) + 0.5);
@@ -171,7 +175,7 @@ impl FilterSampler {
             // The middle of a pixel is half a pixel from its corner.
             let first = (position - radius - 0.5).ceil().max(0.0);
             let end = (position + radius - 0.5).floor() + 1.0;
-            first as u32..(end.max(0.0) as u32).min(axis.cut_of.len() as u32)
+            (first as u32).max(axis.first)..(end.max(0.0) as u32).min(axis.first + axis.cut_of.len() as u32)
         };
         [axis(position[0], &self.columns), axis(position[1], &self.rows)]
     }
@@ -185,13 +189,13 @@ impl FilterSampler {
 
 impl Axis {
     fn at(&self, kind: FilterKind, pixel: u32, x: f64) -> f64 {
-        let cut = &self.cuts[usize::from(self.cut_of[pixel as usize])];
+        let cut = self.cut(pixel);
         // Each place between two pixels belongs to one of them.
         let within = x >= cut.low && x < cut.high;
         if within { kind.at(x) * cut.normalisation } else { 0.0 }
     }
 
-    fn new(kind: FilterKind, size: u32, sample_border: bool) -> Self {
+    fn new(kind: FilterKind, first: u32, size: u32, sample_border: bool) -> Self {
         let radius = kind.radius();
         let mut cuts: Vec<Cut> = Vec::new();
         let cut_of = (0..size)
@@ -208,11 +212,15 @@ impl Axis {
                 }) as u16
             })
             .collect();
-        Self { cuts, cut_of }
+        Self { first, cuts, cut_of }
+    }
+
+    fn cut(&self, pixel: u32) -> &Cut {
+        &self.cuts[usize::from(self.cut_of[(pixel - self.first) as usize])]
     }
 
     fn sample(&self, kind: FilterKind, pixel: u32, u: f64) -> (f64, f64) {
-        let cut = &self.cuts[usize::from(self.cut_of[pixel as usize])];
+        let cut = self.cut(pixel);
         let (x, density) = cut.table.sample(u);
         (x, kind.at(x) * cut.normalisation / density)
     }
@@ -284,7 +292,7 @@ mod tests {
     fn samples_weigh_as_the_filter_does_inside_and_at_the_border() {
         for kind in ALL {
             for sample_border in [false, true] {
-                let sampler = FilterSampler::new(kind, [9, 1], sample_border);
+                let sampler = FilterSampler::new(kind, Region::whole([9, 1]), sample_border);
                 for pixel in [0, 1, 4, 8] {
                     let (mut low, mut high) = (-kind.radius(), kind.radius());
                     if !sample_border {
@@ -309,7 +317,7 @@ mod tests {
         let mut generator = Pcg64Mcg::new(3);
         let mut next = || (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
         for (kind, sample_border) in ALL.into_iter().flat_map(|kind| [(kind, false), (kind, true)]) {
-            let sampler = FilterSampler::new(kind, [5, 4], sample_border);
+            let sampler = FilterSampler::new(kind, Region::whole([5, 4]), sample_border);
             for pixel in [[0, 0], [2, 1], [4, 3]] {
                 let (mut sum, mut squares) = (0.0, 0.0);
                 for _ in 0..SAMPLES {

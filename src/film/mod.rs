@@ -10,9 +10,11 @@
 //! length. The spread of single samples would overstate the error of stratified ones.
 
 mod filter;
+mod region;
 
 use crate::sampling::mix;
 pub use filter::{FilterKind, FilterSampler, Footprint};
+pub use region::{Extent, Region};
 use std::ops::Range;
 
 /// How many values could not be used, over a whole render. All zero when nothing is wrong.
@@ -201,7 +203,8 @@ impl Tile {
     }
 }
 
-/// A rectangular film that measures X, Y, Z and what else it is asked for.
+/// A rectangular film that measures X, Y, Z and what else it is asked for. Its pixels are those of the part that is measured,
+/// counted from that part's corner.
 ///
 /// A pixel is the mean of all samples that its filter reaches, each weighed by it: the sum of the weighed contributions over the
 /// sum of the weights, as in Mitsuba 3. What is even comes out even after a single sample. The ratio's bias is of the
@@ -210,6 +213,7 @@ impl Tile {
 pub struct Film {
     pub width: u32,
     pub height: u32,
+    pub extent: Extent,
     /// Parts of the samples that each pixel is measured by, whose spread tells its error.
     pub replicates: u32,
     pub extras: Extras,
@@ -280,16 +284,23 @@ pub struct Measured {
 
 impl Film {
     pub fn new(width: u32, height: u32, replicates: u32, extras: Extras, scale: FixedPoint) -> Self {
+        Self::part(Extent::whole([width, height]), replicates, extras, scale)
+    }
+
+    /// The measured part of a film. It rounds as the whole does.
+    pub fn part(extent: Extent, replicates: u32, extras: Extras, scale: FixedPoint) -> Self {
+        let [width, height] = extent.measured.size;
         let pixels = width as usize * height as usize;
         let sums = vec![0; pixels * replicates as usize * extras.channels()];
         let light = LightPaths {
             sums: if extras.light_paths { sums.clone() } else { Vec::new() },
             count: vec![0; replicates as usize],
-            scale: scale.coarser(pixels as u64),
+            scale: scale.coarser(Region::whole(extent.whole).pixel_count()),
         };
         Self {
             width,
             height,
+            extent,
             replicates,
             extras,
             bad: BadValues::default(),
@@ -359,9 +370,15 @@ impl Film {
         u64::from(self.samples[self.index(x, y)])
     }
 
-    /// All samples of all pixels.
+    /// The pixels that are shown, row by row from the top.
+    pub fn shown(&self) -> impl Iterator<Item = (u32, u32)> {
+        let Extent { measured, shown, .. } = self.extent;
+        shown.pixels().filter_map(move |pixel| measured.within(pixel)).map(|[x, y]| (x, y))
+    }
+
+    /// All samples of all pixels that are shown.
     pub fn total_samples(&self) -> u64 {
-        self.samples.iter().map(|&samples| u64::from(samples)).sum::<u64>()
+        self.shown().map(|(x, y)| self.samples(x, y)).sum()
     }
 
     /// The pixel's mean of Σ wᵢ·XYZᵢ for three weights, with its standard error.
@@ -413,7 +430,8 @@ impl Film {
             let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
             [of_sums(sums) * scale.quantum, weight, light]
         });
-        let [sum, weight, light] = parts.clone().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
+        let [sum, weight, light] =
+            parts.clone().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
         if weight == 0.0 {
             return Measured { mean: 0.0, error: f64::INFINITY };
         }
@@ -430,7 +448,7 @@ impl Film {
         Measured { mean: ratio + light, error }
     }
 
-    /// Over all pixels, the mean standard error of Y over the mean of Y; of all responses instead of Y where the sensor has
+    /// Over all pixels that are shown, the mean standard error of Y over the mean of Y; of all responses instead of Y where the sensor has
     /// its own. `None` where it is not known.
     pub fn relative_error(&self) -> Option<f64> {
         let (mut mean, mut error) = (0.0, 0.0);
@@ -438,12 +456,10 @@ impl Film {
             mean += measured.mean;
             error += measured.error;
         };
-        for y in 0..self.height {
-            for x in 0..self.width {
-                match self.extras.responses.len() {
-                    0 => add(self.combined(x, y, [0.0, 1.0, 0.0])),
-                    responses => (0..responses).for_each(|response| add(self.response(x, y, response))),
-                }
+        for (x, y) in self.shown() {
+            match self.extras.responses.len() {
+                0 => add(self.combined(x, y, [0.0, 1.0, 0.0])),
+                responses => (0..responses).for_each(|response| add(self.response(x, y, response))),
             }
         }
         (error.is_finite() && mean > 0.0).then(|| error / mean)

@@ -185,8 +185,7 @@ impl<const C: usize> Path<C> {
         if self.is_last(scene) && !scene.needs().clear_shadows && (self.met || !scene.film.alpha) {
             return None;
         }
-        let choice =
-            if scene.needs().choices { stream.draw(Dimensions::Light(self.vertex))[3] } else { 0.0 };
+        let choice = if scene.needs().choices { stream.draw(Dimensions::Light(self.vertex))[3] } else { 0.0 };
         Some(scene.shade(hit, -ray.direction, &self.media, wavelengths, choice))
     }
 

@@ -107,7 +107,9 @@ impl<const C: usize> Group<'_, C> {
         let Sight { member, ray, ref stream } = self.sights[sight];
         let mut path = Path::from_camera(self.scene, &ray, self.time);
         let Seen { radiance, met } = &mut seen[member];
-        let first = self.first_of(&mut path, &ray, stream, radiance).map(|(hit, shading)| (hit, shading, path.clone()));
+        let first = self
+            .first_of(&mut path, &ray, stream, radiance)
+            .map(|(hit, shading)| (hit, shading, path.clone()));
         *met = path.met || first.is_some();
         let (hit, shading, path) = first?;
         Some(First { sight, path, hit, shading })
@@ -189,10 +191,9 @@ impl<const C: usize> Group<'_, C> {
             let owns = index == next.owner;
             let media = &first.path.media.here;
             let between = match from.segment_to(target) {
-                Some(ray) if owns && !self.scene.needs().meetings() => self
-                    .scene
-                    .transmittance(media, ray.t_max, self.wavelengths)
-                    .unwrap_or(Sampled::ONE),
+                Some(ray) if owns && !self.scene.needs().meetings() => {
+                    self.scene.transmittance(media, ray.t_max, self.wavelengths).unwrap_or(Sampled::ONE)
+                }
                 Some(ray) => {
                     self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths)
                 }
@@ -255,7 +256,10 @@ impl<const C: usize> Group<'_, C> {
             return;
         }
         let ray = path.leave(self.scene, &hit, &shading, &scatter);
-        let suffix = links.iter().zip(&values).fold(Sampled::ZERO, |sum, (link, value)| sum + link.reach * value.f_cos);
+        let suffix = links
+            .iter()
+            .zip(&values)
+            .fold(Sampled::ZERO, |sum, (link, value)| sum + link.reach * value.f_cos);
         if suffix.is_zero() {
             return;
         }

@@ -9,17 +9,20 @@
 /// Weight of a pixel's own variance. The rest is that of the mean of its neighbours, up to eight.
 const OWN: f64 = 2.0 / 3.0;
 
+/// How far away from a pixel its neighbours are, pixels.
+pub const REACH: u32 = 1;
+
 /// Whether the pixels of a picture of this size have neighbours all around: those of a single row, or of a meter with one
 /// pixel, need not look at the same thing.
-fn is_moderated(width: usize, height: usize) -> bool {
-    width >= 3 && height >= 3
+fn is_moderated(picture: [u32; 2]) -> bool {
+    picture.iter().all(|&size| size >= 3)
 }
 
-/// Variances of the means of all pixels, row by row, moderated by their neighbours'. Neighbours whose variance is not
-/// known are left out; infinite ones stay.
-pub fn moderated(width: usize, variances: &[f64]) -> Vec<f64> {
-    let height = variances.len() / width.max(1);
-    if !is_moderated(width, height) {
+/// Variances of the means of all pixels of a part of a picture, row by row, moderated by their neighbours'. Neighbours whose
+/// variance is not known are left out; infinite ones stay. Each size is width and height.
+pub fn moderated(picture: [u32; 2], part: [u32; 2], variances: &[f64]) -> Vec<f64> {
+    let [width, height] = part.map(|size| size as usize);
+    if !is_moderated(picture) {
         return variances.to_vec();
     }
     let moderate = |pixel: usize| {
@@ -40,9 +43,9 @@ pub fn moderated(width: usize, variances: &[f64]) -> Vec<f64> {
 }
 
 /// Degrees of freedom of such a variance from `replicates` each: those of Welch and Satterthwaite where neighbours are alike.
-pub fn degrees(width: usize, height: usize, replicates: u32) -> f64 {
+pub fn degrees(picture: [u32; 2], replicates: u32) -> f64 {
     let own = f64::from(replicates.saturating_sub(1));
-    if !is_moderated(width, height) {
+    if !is_moderated(picture) {
         return own;
     }
     own / (OWN * OWN + (1.0 - OWN) * (1.0 - OWN) / 8.0)
@@ -57,7 +60,7 @@ mod tests {
         let mut variances = [0.0; 12];
         variances[5] = 24.0; // column 1, row 1 of 4 × 3
         variances[2] = f64::INFINITY;
-        let found = moderated(4, &variances);
+        let found = moderated([4, 3], [4, 3], &variances);
         assert_eq!(found[5], 16.0);
         // A corner has three neighbours; one has an infinite one that does not count, and stays infinite itself.
         assert!(
@@ -65,8 +68,13 @@ mod tests {
             "{found:?}"
         );
         assert_eq!((found[2], found[3], found[7]), (f64::INFINITY, 0.0, 0.0));
-        assert_eq!(moderated(6, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(degrees(6, 1, 8), 7.0);
-        assert!((degrees(4, 3, 8) - 7.0 / (4.0 / 9.0 + 1.0 / 72.0)).abs() < 1e-12);
+        assert_eq!(
+            moderated([6, 1], [6, 1], &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+        );
+        // A part of two columns of a picture that has more.
+        assert_eq!(moderated([4, 3], [2, 1], &[9.0, 3.0]), [7.0, 5.0]);
+        assert_eq!(degrees([6, 1], 8), 7.0);
+        assert!((degrees([4, 3], 8) - 7.0 / (4.0 / 9.0 + 1.0 / 72.0)).abs() < 1e-12);
     }
 }

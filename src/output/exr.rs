@@ -7,7 +7,7 @@
 //! Layout for Spectral Images", JCGT 10(3), 2021: `S0.<nm>nm` with a decimal comma.
 
 use super::{Content, Picture, error_bars};
-use crate::film::{Film, Measured};
+use crate::film::{Extent, Film, Measured, Region};
 use crate::render::Auxiliary;
 use exr::prelude::*;
 use smallvec::SmallVec;
@@ -25,48 +25,51 @@ pub fn write(path: &Path, picture: &Picture) -> std::io::Result<()> {
 
 fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> {
     let film = picture.film;
-    let size = Vec2(film.width as usize, film.height as usize);
+    let Extent { whole, window, measured, shown } = film.extent;
     let mut channels: SmallVec<[AnyChannel<FlatSamples>; 4]> = SmallVec::new();
     let mut add = |name: &str, values: Vec<f32>| {
         channels.push(AnyChannel { name: utf8(name), ..AnyChannel::new("", FlatSamples::F32(values)) });
     };
-    let mut measured = |name: &str, value: &dyn Fn(u32, u32) -> Measured| {
+    let mut add_measured = |name: &str, value: &dyn Fn(u32, u32) -> Measured| {
         add(name, pixels(film, |x, y| value(x, y).mean as f32));
         if picture.has_errors() {
-            let variances: Vec<f64> = pixels(film, |x, y| value(x, y).error.powi(2));
-            let errors = error_bars::moderated(size.0, &variances).into_iter().map(|v| v.sqrt() as f32);
-            add(&format!("error.{name}"), errors.collect());
+            let all = Region::whole(measured.size).pixels();
+            let variances: Vec<f64> = all.map(|[x, y]| value(x, y).error.powi(2)).collect();
+            let moderated = error_bars::moderated(window.size, measured.size, &variances);
+            let error = |x, y| moderated[y as usize * film.width as usize + x as usize].sqrt() as f32;
+            add(&format!("error.{name}"), pixels(film, error));
         }
     };
     match &picture.content {
         Content::Colour(colour) => {
             for (name, weights) in colour.channels() {
-                measured(name, &|x, y| film.combined(x, y, *weights));
+                add_measured(name, &|x, y| film.combined(x, y, *weights));
             }
             if film.extras.alpha {
-                measured("A", &|x, y| film.alpha(x, y));
+                add_measured("A", &|x, y| film.alpha(x, y));
             }
         }
         Content::Responses(names) => {
             for (index, name) in names.iter().enumerate() {
-                measured(name, &|x, y| film.response(x, y, index));
+                add_measured(name, &|x, y| film.response(x, y, index));
             }
         }
     }
     if let Some(bins) = film.extras.bins {
         for bin in 0..bins.count {
-            measured(&spectral_channel(bins.centre(bin)), &|x, y| film.bin(x, y, bin));
+            add_measured(&spectral_channel(bins.centre(bin)), &|x, y| film.bin(x, y, bin));
         }
     }
     add("samples", pixels(film, |x, y| film.samples(x, y) as f32));
     for Auxiliary { name, values } in &picture.auxiliary {
         add(name, values.clone());
     }
+    let size = Vec2(shown.size[0] as usize, shown.size[1] as usize);
     let mut layer = Layer::new(size, LayerAttributes::default(), ENCODING, AnyChannels::sort(channels));
-    layer.attributes.layer_position = Vec2(picture.offset[0] as i32, picture.offset[1] as i32);
+    layer.attributes.layer_position = Vec2(shown.offset[0] as i32, shown.offset[1] as i32);
     layer.attributes.other = attributes(picture);
     let mut image = Image::from_layer(layer);
-    let full = Vec2(picture.full_size[0] as usize, picture.full_size[1] as usize);
+    let full = Vec2(whole[0] as usize, whole[1] as usize);
     image.attributes.display_window = IntegerBounds::new((0, 0), full);
     if let Content::Colour(colour) = &picture.content {
         image.attributes.chromaticities = Some(colour.chromaticities());
@@ -105,8 +108,8 @@ pub fn write_channels(
     super::write_whole(path, &bytes)
 }
 
-fn pixels<T>(film: &Film, value: impl Fn(u32, u32) -> T) -> Vec<T> {
-    (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y))).map(|(x, y)| value(x, y)).collect()
+fn pixels(film: &Film, value: impl Fn(u32, u32) -> f32) -> Vec<f32> {
+    film.shown().map(|(x, y)| value(x, y)).collect()
 }
 
 /// `S0.550,000000nm`: unpolarised radiance, a decimal comma, six decimals (Fichet et al. 2021).
@@ -125,7 +128,7 @@ fn attributes(picture: &Picture) -> HashMap<Text, AttributeValue> {
         picture.attributes.iter().map(|(name, value)| (Text::from(name.as_str()), text(value))).collect();
     if picture.has_errors() {
         let film = picture.film;
-        let degrees = error_bars::degrees(film.width as usize, film.height as usize, film.replicates);
+        let degrees = error_bars::degrees(film.extent.window.size, film.replicates);
         attributes.insert(Text::from("abbe.degreesOfFreedom"), text(&format!("{degrees:.2}")));
     }
     if picture.film.extras.bins.is_some() {

@@ -10,15 +10,15 @@ use crate::spectrum::colour;
 use std::io::Write;
 use std::path::Path;
 
+/// Pixels around a part of a picture that its error bars look at.
+pub const MARGIN: u32 = error_bars::REACH;
+
 /// A developed film: what goes into a file.
 #[derive(Clone, Debug)]
 pub struct Picture<'a> {
     pub film: &'a Film,
     pub content: Content,
-    /// Size of the whole film of which this is a crop, and where the crop begins.
-    pub full_size: [u32; 2],
-    pub offset: [u32; 2],
-    /// Further images, each with as many values as the film has pixels.
+    /// Further images, each with as many values as the film shows pixels.
     pub auxiliary: Vec<Auxiliary>,
     /// How it was made: name and text.
     pub attributes: Vec<(String, String)>,

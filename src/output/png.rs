@@ -16,12 +16,13 @@ const LAMPS: f64 = 0.01;
 pub fn write(path: &Path, picture: &Picture) -> std::io::Result<()> {
     let film = picture.film;
     let tone = Tone::of(picture);
-    let preview = image::RgbImage::from_fn(film.width, film.height, |x, y| {
+    let colour = |(x, y)| {
         let xyz = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
             .map(|weights| film.combined(x, y, weights).mean);
-        image::Rgb(displayed(tone.of_colour(xyz)).map(|value| (255.0 * value + 0.5) as u8))
-    });
-    write_image(path, &preview)
+        displayed(tone.of_colour(xyz)).map(|value| (255.0 * value + 0.5) as u8)
+    };
+    let colours: Vec<[u8; 3]> = film.shown().map(colour).collect();
+    write_colours(path, film.extent.shown.size[0] as usize, &colours)
 }
 
 /// Writes sRGB code values, row by row from the top: the whole file or none of it.
@@ -48,9 +49,8 @@ struct Tone {
 impl Tone {
     fn of(picture: &Picture) -> Self {
         let film = picture.film;
-        let mut luminance: Vec<f64> = (0..film.height)
-            .flat_map(|y| (0..film.width).map(move |x| film.combined(x, y, [0.0, 1.0, 0.0]).mean.max(0.0)))
-            .collect();
+        let mut luminance: Vec<f64> =
+            film.shown().map(|(x, y)| film.combined(x, y, [0.0, 1.0, 0.0]).mean.max(0.0)).collect();
         luminance.sort_by(f64::total_cmp);
         let last = luminance.len() - 1;
         let lamp = luminance[last - (LAMPS * last as f64) as usize];

@@ -56,7 +56,7 @@ pub fn auxiliary(
     range: WavelengthRange,
     seed: u64,
 ) -> Vec<Auxiliary> {
-    let [width, height] = scene.film.size;
+    let shown: Vec<[u32; 2]> = scene.film.extent.shown.pixels().collect();
     let filter = scene.filter_sampler();
     let wavelengths = WavelengthDensity::new(
         range,
@@ -66,10 +66,8 @@ pub fn auxiliary(
     let sampler = Sampler::new(SamplerKind::Sobol, seed, SAMPLES);
     let mut images = Vec::new();
     for &kind in kinds {
-        let pixels: Vec<[f64; 3]> = (0..width * height)
-            .into_par_iter()
-            .map(|index| pixel(scene, kind, &filter, &wavelengths, [index % width, index / width], &sampler))
-            .collect();
+        let pixels: Vec<[f64; 3]> =
+            shown.par_iter().map(|&at| pixel(scene, kind, &filter, &wavelengths, at, &sampler)).collect();
         for (channel, name) in kind.channels().iter().enumerate() {
             images.push(Auxiliary { name, values: pixels.iter().map(|p| p[channel] as f32).collect() });
         }

@@ -2,7 +2,7 @@
 
 use super::groups::{BLOCK, Block, Groups, Pixel};
 use super::{Schedule, admit};
-use crate::film::{Extras, FixedPoint, Tile};
+use crate::film::{Extent, Extras, FixedPoint, Region, Tile};
 use crate::integrator::{self, Seen, Sight};
 use crate::sampling::{Dimensions, Member, Sampler, mix};
 use crate::scene::Scene;
@@ -36,11 +36,12 @@ pub(super) type Contributions = SmallVec<[(usize, f64); 8]>;
 impl Exposure<'_> {
     /// An empty tile of all pixels that samples of a block may reach.
     pub fn tile(&self, block: &Block) -> Tile {
-        let reach = i64::from(self.scene.film.filter.reach());
+        let film = &self.scene.film;
+        let (reach, measured) = (i64::from(film.filter.reach()), film.extent.measured);
         let [columns, rows] = [0, 1].map(|axis| {
-            let size = i64::from(self.scene.film.size[axis]);
-            let clamped = |place: i64| place.clamp(0, size) as u32;
-            clamped(block.corner[axis] - reach)..clamped(block.corner[axis] + i64::from(BLOCK) + reach)
+            let first = block.corner[axis] - i64::from(measured.offset[axis]);
+            let clamped = |place: i64| place.clamp(0, i64::from(measured.size[axis])) as u32;
+            clamped(first - reach)..clamped(first + i64::from(BLOCK) + reach)
         });
         let first = block.net * self.schedule.per_net;
         self.extras.tile(
@@ -55,8 +56,10 @@ impl Exposure<'_> {
         let first = block.net * self.schedule.per_net;
         let mut samples = 0;
         for group in self.groups.of(block) {
-            let group: SmallVec<[Pixel; 16]> = group.filter(|pixel| self.is_sampled(pixel.place)).collect();
-            if group.is_empty() {
+            let group: SmallVec<[Pixel; 16]> = group
+                .filter(|pixel| self.is_within(Region::whole(self.scene.film.extent.whole), pixel))
+                .collect();
+            if !group.iter().any(|pixel| self.counts(pixel)) {
                 continue;
             }
             for run in 0..self.schedule.per_net {
@@ -76,34 +79,46 @@ impl Exposure<'_> {
         samples
     }
 
-    /// Whether samples are taken within a pixel.
-    fn is_sampled(&self, place: [i64; 2]) -> bool {
+    /// Whether a pixel is one of a region, or of the border around it in which there are samples too.
+    fn is_within(&self, region: Region, pixel: &Pixel) -> bool {
         let film = &self.scene.film;
         let border = if film.sample_border { i64::from(film.filter.reach()) } else { 0 };
-        (0..2).all(|axis| (-border..i64::from(film.size[axis]) + border).contains(&place[axis]))
+        (0..2).all(|axis| {
+            let first = i64::from(region.offset[axis]) - border;
+            (first..region.end()[axis] as i64 + border).contains(&pixel.place[axis])
+        })
     }
 
+    /// Whether a pixel's samples are part of what is measured. The others are there for their group alone.
+    fn counts(&self, pixel: &Pixel) -> bool {
+        let Extent { window, measured, .. } = self.scene.film.extent;
+        let reach = i64::from(self.scene.film.filter.reach());
+        let reaches = |axis: usize| {
+            let first = i64::from(measured.offset[axis]) - reach;
+            (first..measured.end()[axis] as i64 + reach).contains(&pixel.place[axis])
+        };
+        self.is_within(window, pixel) && reaches(0) && reaches(1)
+    }
+
+    /// Where in a tile a pixel of the whole film is.
     fn place_of(&self, place: [i64; 2], tile: &Tile) -> Option<usize> {
-        let [x, y] = [u32::try_from(place[0]).ok()?, u32::try_from(place[1]).ok()?];
-        tile.place(x, y)
+        let corner = self.scene.film.extent.measured.offset;
+        let [x, y] = [0, 1].map(|axis| u32::try_from(place[axis] - i64::from(corner[axis])).ok());
+        tile.place(x?, y?)
     }
 
     /// One sample of each pixel of a group.
-    fn group<const C: usize>(
-        &self,
-        group: &[Pixel],
-        net: u32,
-        index: u32,
-        replicate: u32,
-        tile: &mut Tile,
-    ) {
+    fn group<const C: usize>(&self, group: &[Pixel], net: u32, index: u32, replicate: u32, tile: &mut Tile) {
         let scene = self.scene;
         let stream_of = |pixel: &Pixel| {
             self.sampler.member_stream(pixel.member, pixel.place.map(|place| place as u32), net, index)
         };
         // The wavelengths and the time are the group's.
         let origin = group[0].member.origin;
-        let leader = Pixel { place: origin.map(|place| i64::from(place as i32)), member: Member { origin, number: 0 } };
+        let leader = Pixel {
+            place: origin.map(|place| i64::from(place as i32)),
+            member: Member { origin, number: 0 },
+        };
         let [.., wavelength, time] = stream_of(&leader).draw(Dimensions::Camera);
         let wavelengths = scene.wavelengths.sample::<C>(wavelength);
         let time = scene.shutter.time(time);
@@ -132,9 +147,11 @@ impl Exposure<'_> {
             }
             (sights, _) => integrator::radiance_of_group(scene, sights, time, &wavelengths, &mut seen),
         }
-        for (sample, seen) in samples.iter().zip(&mut seen) {
-            admit(&mut seen.radiance, &mut tile.bad);
-            self.splat(sample, seen, &wavelengths, replicate, tile);
+        for ((pixel, sample), seen) in group.iter().zip(&samples).zip(&mut seen) {
+            if self.counts(pixel) {
+                admit(&mut seen.radiance, &mut tile.bad);
+                self.splat(sample, seen, &wavelengths, replicate, tile);
+            }
         }
     }
 
@@ -197,7 +214,9 @@ impl Exposure<'_> {
                 contributions.push((self.extras.bin_channel(bin), weight / bins.width()));
             }
         }
-        contributions.extend(xyz.into_iter().enumerate().map(|(channel, value)| (channel, value / MITSUBA_Y_INTEGRAL)));
+        contributions.extend(
+            xyz.into_iter().enumerate().map(|(channel, value)| (channel, value / MITSUBA_Y_INTEGRAL)),
+        );
         contributions
     }
 }

@@ -39,11 +39,11 @@ const SPACING: u32 = 2;
 #[derive(Clone, Debug)]
 pub struct Block {
     pub net: u32,
-    /// The upper left pixel, from the corner of the film. It may lie outside.
+    /// The upper left pixel, from the corner of the whole film. It may lie outside.
     pub corner: [i64; 2],
 }
 
-/// A pixel of a group, from the corner of the film.
+/// A pixel of a group, from the corner of the whole film.
 #[derive(Clone, Copy, Debug)]
 pub struct Pixel {
     pub place: [i64; 2],
@@ -87,9 +87,8 @@ impl Groups {
             let origin = [0, 1].map(|axis| corner[axis] + i64::from([group % step, group / step][axis]));
             let on_film = origin.map(|place| place as u32);
             (0..edge * edge).map(move |number| Pixel {
-                place: [0, 1].map(|axis| {
-                    origin[axis] + i64::from(spacing * [number % edge, number / edge][axis])
-                }),
+                place: [0, 1]
+                    .map(|axis| origin[axis] + i64::from(spacing * [number % edge, number / edge][axis])),
                 member: Member { origin: on_film, number },
             })
         })

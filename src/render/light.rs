@@ -85,16 +85,17 @@ impl<'a> LightPass<'a> {
                     radiance *= response.sample(&wavelengths.nm);
                 }
                 admit(&mut radiance, bad);
-                let position = [0, 1].map(|axis| place[axis] - f64::from(scene.film.offset[axis]));
-                let [columns, rows] = filter.reached(position);
+                let [columns, rows] = filter.reached(place);
                 for [x, y] in rows.flat_map(|y| columns.clone().map(move |x| [x, y])) {
-                    let share = filter.at([x, y], position);
-                    if share != 0.0 {
+                    let share = filter.at([x, y], place);
+                    if let Some(measured) = scene.film.extent.measured.within([x, y])
+                        && share != 0.0
+                    {
                         sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));
                         for (channel, value) in self.exposure.contributions(&radiance, &wavelengths) {
                             sums.add(0, 0, channel, value * share, light_scale);
                         }
-                        exposed.push(([x, y], sums.take()));
+                        exposed.push((measured, sums.take()));
                     }
                 }
                 // The next surface of the path rounds for itself.

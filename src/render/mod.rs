@@ -162,11 +162,10 @@ pub fn render(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
 }
 
 fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
-    let [width, height] = scene.film.size;
     let schedule = settings.schedule();
-    let film = Film::new(
-        width,
-        height,
+    let measured = scene.film.extent.measured;
+    let film = Film::part(
+        scene.film.extent,
         schedule.replicates,
         settings.extras(scene),
         FixedPoint::for_reference(scene.reference_radiance),
@@ -184,9 +183,9 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         extras: film.extras.clone(),
     };
     let reach = i64::from(scene.film.filter.reach());
-    let reached = [width, height].map(|size| -reach..i64::from(size) + reach);
-    let blocks: Vec<_> =
-        (0..schedule.nets()).flat_map(|net| groups.blocks(net, reached.clone())).collect();
+    let reached =
+        [0, 1].map(|axis| i64::from(measured.offset[axis]) - reach..measured.end()[axis] as i64 + reach);
+    let blocks: Vec<_> = (0..schedule.nets()).flat_map(|net| groups.blocks(net, reached.clone())).collect();
     let film = Mutex::new(film);
     let light = scene.caustics().map(|caustics| LightPass::new(caustics, &exposure, settings.sampler));
     for pass in passes(schedule.samples_per_replicate) {

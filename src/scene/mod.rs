@@ -9,7 +9,7 @@ pub mod source;
 mod tell;
 mod traceable;
 
-pub use compile::{CompileOptions, compile};
+pub use compile::{CompileOptions, Part, compile};
 pub use description::Description;
 pub use info::{json, outline};
 pub use read::{ReadOptions, read, read_str};

@@ -3,7 +3,7 @@
 use super::meeting::{Contacts, Meeting};
 use crate::accel::Accel;
 use crate::camera::{Camera, SensorRay, Shutter};
-use crate::film::{FilterKind, FilterSampler};
+use crate::film::{Extent, FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Caustics, Integrator, Limits};
 use crate::light::Lights;
@@ -43,14 +43,12 @@ pub struct Scene {
     pub(super) camera_medium: Option<u32>,
 }
 
-/// The part of the film that is rendered.
+/// The film that is exposed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmPlan {
-    pub size: [u32; 2],
-    /// Where the crop begins within the whole film.
-    pub offset: [u32; 2],
-    pub full_size: [u32; 2],
+    pub extent: Extent,
     pub filter: FilterKind,
+    /// Whether samples fall outside of the window that is exposed.
     pub sample_border: bool,
     pub alpha: bool,
     /// The sensor's own channels, if it has any.
@@ -234,10 +232,10 @@ impl Scene {
 
     /// Where a pixel's samples fall on the film.
     pub fn filter_sampler(&self) -> FilterSampler {
-        FilterSampler::new(self.film.filter, self.film.size, self.film.sample_border)
+        FilterSampler::new(self.film.filter, self.film.extent.window, self.film.sample_border)
     }
 
-    /// The ray of a pixel's sample. `None` where the sensor has nothing to measure at.
+    /// The ray of a sample of a pixel of the whole film. `None` where the sensor has nothing to measure at.
     pub fn camera_ray(
         &self,
         filter: &FilterSampler,
@@ -251,17 +249,16 @@ impl Scene {
         Some(CameraSample { sensor, filter_weight, wavelength, time })
     }
 
-    /// The ray from a place on the film, in pixels from the corner of the part that is rendered, at a time. `None` where the sensor
-    /// has nothing to measure at.
-    pub fn sensor_ray(&self, [x, y]: [f64; 2], time: f64, stream: &Stream) -> Option<SensorRay<'_>> {
+    /// The ray from a place on the film, in pixels from the whole film's corner, at a time. `None` where the sensor has nothing to
+    /// measure at.
+    pub fn sensor_ray(&self, place: [f64; 2], time: f64, stream: &Stream) -> Option<SensorRay<'_>> {
         let lens = if self.needs.lens {
             let [u, v, ..] = stream.draw(Dimensions::Lens);
             [u, v]
         } else {
             [0.5; 2]
         };
-        let [left, top] = self.film.offset.map(f64::from);
-        self.camera.ray([x + left, y + top], lens, time)
+        self.camera.ray(place, lens, time)
     }
 
     /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each stretch of the

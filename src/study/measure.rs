@@ -25,7 +25,7 @@ impl Request {
     /// Replicates that are rendered together.
     fn batch(&self, scene: &crate::scene::Scene, id: &RunId) -> u32 {
         let settings = self.settings(id, Purpose::Run, 0, 1);
-        let [width, height] = scene.film.size;
+        let [width, height] = scene.film.extent.measured.size;
         let one = Film::bytes(width, height, 1, &settings.extras(scene)).max(1);
         u32::try_from(LARGEST_FILM / one).unwrap_or(u32::MAX).max(1)
     }
@@ -40,15 +40,14 @@ impl Request {
 
 /// Y of every pixel in one replicate.
 fn luminance(film: &Film, replicate: u32) -> Vec<f64> {
-    let pixels = (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y)));
-    pixels.map(|(x, y)| film.of_replicate(x, y, replicate, [0.0, 1.0, 0.0])).collect()
+    film.shown().map(|(x, y)| film.of_replicate(x, y, replicate, [0.0, 1.0, 0.0])).collect()
 }
 
 /// Renders a run and compares it with the reference of its case, on the current rayon thread pool.
 pub fn measure(request: &Request, case: &Case, id: RunId, reference: &Reference, watch: &dyn Watch) -> Run {
     let replicates = request.replicates_of(id.sampler);
     let largest = request.batch(&case.scene, &id);
-    let [width, height] = case.scene.film.size;
+    let [width, height] = case.scene.film.extent.shown.size;
     let (mut relmse, mut bad, mut cpu_seconds) = (Vec::new(), BadValues::default(), 0.0);
     let mut spectrum = ImageSpectrum::new(width as usize, height as usize);
     for batch in 0..replicates.div_ceil(largest) {
@@ -101,7 +100,7 @@ pub(super) fn equal_time(
         id,
         cpu_seconds,
         relmse: reference.relmse(&image),
-        width: film.width as usize,
+        width: film.extent.shown.size[0] as usize,
         errors: reference.relative_errors(&image),
     }
 }

@@ -59,6 +59,8 @@ pub struct Request {
     pub replicates: u32,
     /// Pixels.
     pub size: [u32; 2],
+    /// Where in the film the picture begins.
+    pub offset: [u32; 2],
     pub seed: u64,
     pub reference: ReferenceRequest,
     pub threads: u32,

@@ -1,9 +1,9 @@
 use super::{Case, Purpose, Request, derived_seed};
 use crate::compare::relmse_scale;
 use crate::film::Film;
+use crate::integrator::Estimator;
 use crate::output::exr::Channels;
 use crate::output::{Colour, Content, Picture};
-use crate::integrator::Estimator;
 use crate::render::{Schedule, Settings, Watch, WavelengthCount, render};
 use crate::sampling::{SamplerKind, mix};
 use crate::spectrum::colour::rec709_to_xyz;
@@ -112,8 +112,6 @@ pub fn write(path: &Path, case: &Case, settings: &Settings, watch: &dyn Watch) -
     let picture = Picture {
         film: &film,
         content: Content::Colour(Colour::Luminance),
-        full_size: case.scene.film.full_size,
-        offset: case.scene.film.offset,
         auxiliary: Vec::new(),
         attributes: vec![
             ("abbe.version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),

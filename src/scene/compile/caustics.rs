@@ -22,7 +22,7 @@ pub(super) struct Setting<'a> {
     pub camera_medium: Option<u32>,
     pub limits: Limits,
     pub range: WavelengthRange,
-    /// Width and height of the film, pixels.
+    /// Width and height of the whole film, pixels: a part of it has the light paths of the whole.
     pub film: [u32; 2],
 }
 

@@ -18,6 +18,7 @@ mod spectra;
 use super::description::{self, Description, IntegratorKind, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{Needs, Scene, Surface};
+use crate::film::Region;
 use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Coverage, Integrator, Limits};
 use crate::light::Light;
@@ -36,11 +37,22 @@ pub struct CompileOptions {
     pub observer: &'static Observer,
     /// Whether spectral bins are measured too: then wavelengths that the observer hardly sees count as well.
     pub spectral: bool,
+    /// The part of the picture that is asked for. `None` is all that the film exposes.
+    pub part: Option<Part>,
+}
+
+/// A part of the picture. It comes out the same, bit by bit, as in the whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Within the window that the film exposes.
+    pub shown: Region,
+    /// Pixels around it, as far as the window goes, that are measured too.
+    pub margin: u32,
 }
 
 impl Default for CompileOptions {
     fn default() -> Self {
-        Self { range: WavelengthRange::VISIBLE, observer: Observer::cie1931(), spectral: false }
+        Self { range: WavelengthRange::VISIBLE, observer: Observer::cie1931(), spectral: false, part: None }
     }
 }
 
@@ -193,7 +205,7 @@ impl Compiler<'_> {
             camera_medium,
             limits,
             range: self.options.range,
-            film: film.size,
+            film: film.extent.whole,
         };
         let caustics = match integrator {
             Integrator::Path => setting.caustics(&mut surfaces),

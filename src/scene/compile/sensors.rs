@@ -1,10 +1,11 @@
 //! The sensor: which rays it measures, on which film, and which wavelengths matter to it.
 
-use super::{Compiler, shapes, spectra};
+use super::{Compiler, Part, shapes, spectra};
 use crate::camera::{
     Angular, Aperture, Camera, DirectionMap, Distant, IrradianceMeter, Projection, Projective,
     ProjectiveSettings, RadianceMeter, Rays, SensorPlane, ThinLens, View, Window,
 };
+use crate::film::{Extent, Region};
 use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
 use crate::scene::description::{
     self, AngularMap, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, Sensor, SensorKind,
@@ -47,11 +48,13 @@ struct FilmShare {
 impl Compiler<'_> {
     pub(super) fn film(&mut self) -> FilmPlan {
         let film = &self.description.sensor.film;
-        let full_size = [film.width, film.height];
-        let (size, offset) = match film.crop {
-            Some(crop) => ([crop.width, crop.height], [crop.x, crop.y]),
-            None => (full_size, [0, 0]),
+        let window = film.window();
+        let (shown, margin) = match self.options.part {
+            Some(Part { shown, margin }) => (self.within_window(shown, window), margin),
+            None => (window, 0),
         };
+        let measured = shown.grown(margin, window);
+        let extent = Extent { whole: [film.width, film.height], window, measured, shown };
         let (alpha, channels) = match &film.content {
             FilmContent::Colour { alpha, .. } => (*alpha, Vec::new()),
             FilmContent::Responses(channels) => {
@@ -59,7 +62,31 @@ impl Compiler<'_> {
             }
         };
         let (filter, sample_border) = (film.filter, film.sample_border);
-        FilmPlan { size, offset, full_size, filter, sample_border, alpha, channels }
+        FilmPlan { extent, filter, sample_border, alpha, channels }
+    }
+
+    /// The part that is asked for, if there is such a part.
+    fn within_window(&mut self, shown: Region, window: Region) -> Region {
+        if shown.pixel_count() > 0 && window.holds(shown) {
+            return shown;
+        }
+        let film = &self.description.sensor.film;
+        let told = |Region { offset: [x, y], size: [width, height] }: Region| {
+            format!("{width}×{height} pixels at {x},{y}")
+        };
+        let what = if film.crop.is_some() { "crop window" } else { "film" };
+        let error = SceneError::at(
+            &film.place,
+            format!("The part to render, {}, is not within the {what}", told(shown)),
+            format!("expected a part of its {}", told(window)),
+        );
+        self.errors.push(match film.crop {
+            Some(_) => {
+                error.with_remedy("parts are counted from the corner of the whole film, not of the window")
+            }
+            None => error,
+        });
+        window
     }
 
     fn channel(&mut self, channel: &description::FilmChannel) -> Option<FilmChannel> {
@@ -89,10 +116,8 @@ impl Compiler<'_> {
         let sensor = &self.description.sensor;
         let film = &sensor.film;
         let size = [film.width, film.height].map(f64::from);
-        let exposed = film.crop.map_or(Window { offset: [0.0; 2], size }, |crop| Window {
-            offset: [crop.x, crop.y].map(f64::from),
-            size: [crop.width, crop.height].map(f64::from),
-        });
+        let window = film.window();
+        let exposed = Window { offset: window.offset.map(f64::from), size: window.size.map(f64::from) };
         let SensorKind::Batch(sensors) = &sensor.kind else {
             return self.view(sensor, FilmShare { size, exposed }, shift, scene).map(Camera::single);
         };
@@ -330,7 +355,8 @@ mod tests {
 
     /// Origin, direction and weight of the ray at a place of the exposed film, and its length.
     fn ray(scene: &Scene, place: [f64; 2], second: [f64; 2]) -> ([f64; 3], [f64; 3], f64, f64) {
-        let film = [0, 1].map(|i| f64::from(scene.film.offset[i]) + place[i] * f64::from(scene.film.size[i]));
+        let window = scene.film.extent.window;
+        let film = [0, 1].map(|i| f64::from(window.offset[i]) + place[i] * f64::from(window.size[i]));
         let seen = scene.camera.ray(film, second, scene.shutter.open).unwrap();
         (seen.ray.origin.into(), seen.ray.direction.into(), seen.weight, seen.ray.t_max)
     }

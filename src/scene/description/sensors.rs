@@ -4,7 +4,7 @@ use super::materials::Medium;
 use super::shapes::{Animation, Shape};
 use super::spectra::SpectrumSource;
 use crate::camera::{FisheyeProjection, Shutter, Stop};
-use crate::film::FilterKind;
+use crate::film::{FilterKind, Region};
 use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
 use crate::scene::source::Place;
@@ -149,6 +149,16 @@ pub struct Film {
     /// Whether pixels at the border see what lies outside the film.
     pub sample_border: bool,
     pub content: FilmContent,
+}
+
+impl Film {
+    /// What is exposed of it.
+    pub fn window(&self) -> Region {
+        match self.crop {
+            Some(Crop { x, y, width, height }) => Region { offset: [x, y], size: [width, height] },
+            None => Region::whole([self.width, self.height]),
+        }
+    }
 }
 
 /// What the pixels of a film hold.
