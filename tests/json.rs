@@ -1,5 +1,6 @@
 //! `abbe info --json` writes scene files: they mean the same as what they were made from, to the last bit.
 
+use abbe::integrator::Estimator;
 use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
 use abbe::scene::{CompileOptions, Description, ReadOptions, Scene, compile, json, read, read_str};
 use std::path::{Path, PathBuf};
@@ -45,6 +46,7 @@ fn sums(mut description: Description) -> Vec<u8> {
         seed: 7,
         sampler: description.sensor.sampler.kind,
         wavelengths: WavelengthCount::Four,
+        estimator: Estimator::Shared,
         bins: None,
     };
     let film = render(&compiled(&description), &settings, &Unwatched::new());

@@ -1,6 +1,7 @@
 //! Whole paths: small pictures of the scenes that `validation/speed` measures, on one thread.
 
 use super::Kernel;
+use abbe::integrator::Estimator;
 use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::{CompileOptions, ReadOptions, Scene, compile, read};
@@ -25,6 +26,7 @@ pub fn picture(name: String, scene: Scene) -> Kernel {
         seed: 1,
         sampler: SamplerKind::Sobol,
         wavelengths: WavelengthCount::Four,
+        estimator: Estimator::Plain,
         bins: None,
     };
     let work = move || drop(render(&scene, &settings, &Unwatched::new()));

@@ -2,7 +2,7 @@
 
 use super::paths::compiled;
 use super::{BATCH, Kernel};
-use abbe::film::{BadValues, Extras, Film, FilterKind, FilterSampler, FixedPoint, Region};
+use abbe::film::{Extras, Film, FilterKind, FilterSampler, FixedPoint, Region};
 use abbe::geometry::{SurfacePoint, Vec3};
 use abbe::sampling::{Dimensions, Sampler, SamplerKind};
 use abbe::spectrum::colour::Observer;
@@ -106,16 +106,14 @@ pub fn wavelengths() -> Vec<Kernel> {
 pub fn films() -> Vec<Kernel> {
     let scale = FixedPoint::for_reference(1.0);
     let film = RefCell::new(Film::new(16, 16, 8, Extras::default(), scale));
-    let sums = RefCell::new((film.borrow().pixel_sums(), BadValues::default()));
+    let pixel = film.borrow().extras.tile([3, 4], [1, 1], 0..8);
+    let sums = RefCell::new(pixel.clone());
     let sample = Kernel::batch("a sample's X, Y, Z", move |index| {
-        let (sums, bad) = &mut *sums.borrow_mut();
+        let mut sums = sums.borrow_mut();
         sums.begin(index as u64);
-        (0..3).for_each(|channel| sums.add(index as u32 % 8, channel, share(index), scale, bad));
+        (0..3).for_each(|channel| sums.add(0, index as u32 % 8, channel, share(index), scale));
     });
-    let pixel = film.borrow().pixel_sums();
-    let pixels = Kernel::batch("a pixel of 8 replicates", move |index| {
-        film.borrow_mut().add(index as u32 % 16, index as u32 / 16, &pixel);
-    });
+    let pixels = Kernel::batch("a pixel of 8 replicates", move |_| film.borrow_mut().add(&pixel));
     let mut kernels = vec![sample, pixels];
     for (name, kind) in [("box", FilterKind::Box), ("gaussian", FilterKind::Gaussian { stddev: 0.5 })] {
         let filter = FilterSampler::new(kind, Region::whole([16, 16]), false);

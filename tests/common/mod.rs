@@ -3,6 +3,7 @@
 #![allow(dead_code)] // each test file uses its own part
 
 use abbe::film::{Film, SpectralBins};
+use abbe::integrator::Estimator;
 use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::{CompileOptions, ReadOptions, Scene, compile, read};
@@ -31,7 +32,16 @@ fn compiled(file: &str, defines: &[(&str, &str)], options: CompileOptions) -> Sc
 }
 
 pub fn settings(samples: u32, wavelengths: WavelengthCount, seed: u64) -> Settings {
-    Settings { schedule: Schedule::new(samples), seed, sampler: SamplerKind::Sobol, wavelengths, bins: None }
+    // Pixels and replicates that are independent of one another: that is what the tests' statistics rest on.
+    let dealt = Schedule::new(samples);
+    Settings {
+        schedule: Schedule::independent(dealt.replicates, dealt.samples_per_replicate),
+        seed,
+        sampler: SamplerKind::Sobol,
+        wavelengths,
+        estimator: Estimator::Plain,
+        bins: None,
+    }
 }
 
 pub fn bins(range: WavelengthRange, count: usize) -> Option<SpectralBins> {

@@ -13,6 +13,7 @@ mod slopes;
 mod time;
 
 use abbe::film::{Film, Measured, SpectralBins};
+use abbe::integrator::Estimator;
 use abbe::render::{Schedule, Settings, WavelengthCount};
 use abbe::sampling::SamplerKind;
 use abbe::scene::{CompileOptions, ReadOptions, Scene, compile, read_str};
@@ -53,8 +54,15 @@ fn flat_camera(width: u32, height: u32, more: &str) -> String {
 const ONE_BIN: SpectralBins = SpectralBins { range: WavelengthRange::VISIBLE, count: 1 };
 
 fn settings(sampler: SamplerKind, replicates: u32, samples_per_replicate: u32, seed: u64) -> Settings {
-    let schedule = Schedule { replicates, samples_per_replicate };
-    Settings { schedule, seed, sampler, wavelengths: WavelengthCount::Four, bins: Some(ONE_BIN) }
+    let schedule = Schedule::independent(replicates, samples_per_replicate);
+    Settings {
+        schedule,
+        seed,
+        sampler,
+        wavelengths: WavelengthCount::Four,
+        estimator: Estimator::Plain,
+        bins: Some(ONE_BIN),
+    }
 }
 
 /// Films for judging pixel by pixel: means of many independent samples, which are nearly normal.

@@ -3,6 +3,7 @@
 
 use super::common;
 use abbe::film::Film;
+use abbe::integrator::Estimator;
 use abbe::render::{Schedule, Settings, WavelengthCount};
 use abbe::sampling::SamplerKind;
 use abbe::scene::Scene;
@@ -12,10 +13,17 @@ use abbe::study::fit::{Measurement, PowerLaw};
 use abbe::units::WavelengthRange;
 
 fn exposed(scene: &Scene, sampler: SamplerKind, replicates: u32, samples: u32, seed: u64) -> Film {
-    let schedule = Schedule { replicates, samples_per_replicate: samples };
+    let schedule = Schedule::independent(replicates, samples);
     common::expose(
         scene,
-        &Settings { schedule, seed, sampler, wavelengths: WavelengthCount::Four, bins: None },
+        &Settings {
+            schedule,
+            seed,
+            sampler,
+            wavelengths: WavelengthCount::Four,
+            estimator: Estimator::Plain,
+            bins: None,
+        },
     )
 }
 

@@ -8,6 +8,7 @@
 mod grammar;
 mod packed;
 
+use abbe::integrator::Estimator;
 use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
 use abbe::scene::{CompileOptions, ReadOptions, compile, json, read, read_str};
 use cpu_time::ProcessTime;
@@ -316,6 +317,7 @@ fn attempt(kind: Kind, bytes: &[u8], folder: &Path, scratch: &Path, draw: bool) 
             seed: 1,
             sampler: description.sensor.sampler.kind,
             wavelengths: WavelengthCount::Four,
+            estimator: Estimator::Shared,
             bins: None,
         };
         render(&scene, &settings, &Unwatched::new());

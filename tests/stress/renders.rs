@@ -1,6 +1,7 @@
 //! What the tests that render share: from a scene's text to estimates of radiance.
 
 use abbe::film::{Film, Measured, SpectralBins};
+use abbe::integrator::Estimator;
 use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::{CompileOptions, Description, ReadOptions, Scene, compile, read_str};
@@ -29,10 +30,11 @@ pub fn compiled(description: &Description) -> Scene {
 /// Independent samples, so that every pixel is an estimate of its own.
 pub fn expose(scene: &Scene, samples_per_replicate: u32, seed: u64) -> Film {
     let settings = Settings {
-        schedule: Schedule { replicates: REPLICATES, samples_per_replicate },
+        schedule: Schedule::independent(REPLICATES, samples_per_replicate),
         seed,
         sampler: SamplerKind::Independent,
         wavelengths: WavelengthCount::Four,
+        estimator: Estimator::Plain,
         bins: Some(ONE_BIN),
     };
     render(scene, &settings, &Unwatched::new())

@@ -27,7 +27,7 @@ mod counted;
 use abbe::bsdf::fresnel;
 use abbe::bsdf::{Bsdf, Dielectric};
 use abbe::camera::{Aperture, Projection, Projective, ProjectiveSettings, Shutter, ShutterKind, ThinLens};
-use abbe::film::{BadValues, Extras, Film, FixedPoint};
+use abbe::film::{Extras, Film, FixedPoint};
 use abbe::geometry::{Frame, Motion, Placed, Ray, SurfacePoint, Transform, Vec3};
 use abbe::render::WavelengthCount;
 use abbe::sampling::{Dimensions, Sampler, SamplerKind};
@@ -408,15 +408,15 @@ fn n16_a_rays_weight_in_the_tree() {
 #[test]
 fn n17_a_pixel_is_the_mean_of_its_rays() {
     let mut film = Film::new(1, 1, 1, Extras::default(), FixedPoint::for_reference(1.0));
-    let (mut sums, mut bad) = (film.pixel_sums(), BadValues::default());
+    let mut tile = film.extras.tile([0, 0], [1, 1], 0..1);
     for ray in 0..9 {
-        sums.add(0, if ray < 6 { 1 } else { 2 }, 1.0, film.scale(), &mut bad);
+        tile.add(0, 0, if ray < 6 { 1 } else { 2 }, 1.0, film.scale());
+        tile.weigh(0, 0, 1.0);
     }
-    sums.count(9);
-    film.add(0, 0, &sums);
+    film.add(&tile);
     assert_near(film.of_replicate(0, 0, 0, [0.0, 1.0, 0.0]), 2.0 / 3.0, 1e-9);
     assert_near(film.of_replicate(0, 0, 0, [0.0, 0.0, 1.0]), 1.0 / 3.0, 1e-9);
-    assert_eq!((film.of_replicate(0, 0, 0, [1.0, 0.0, 0.0]), bad.total()), (0.0, 0));
+    assert_eq!((film.of_replicate(0, 0, 0, [1.0, 0.0, 0.0]), film.bad.total()), (0.0, 0));
 }
 
 /// A wheel that is seen six times a second seems to turn the shorter way from picture to picture, as what moves between
