@@ -191,6 +191,23 @@ impl Tile {
         self.add(place, replicate, WEIGHT, weight, FixedPoint::SHARE);
     }
 
+    pub fn pixel_count(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// The mean of Y at a place in a replicate, or of all responses where the sensor has its own. Zero without samples.
+    pub fn brightness(&self, place: usize, replicate: u32, scale: FixedPoint, extras: &Extras) -> f64 {
+        let of_replicate = place * self.replicates.len() + (replicate - self.replicates.start) as usize;
+        let sums = &self.sums[of_replicate * self.channels..][..self.channels];
+        let channels = match extras.responses.len() {
+            0 => 1..2,
+            responses => extras.response_channel(0)..extras.response_channel(responses),
+        };
+        let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
+        let sum = sums[channels].iter().map(|&sum| sum as f64).sum::<f64>() * scale.quantum;
+        if weight == 0.0 { 0.0 } else { sum / weight }
+    }
+
     /// Says that a pixel has had so many samples more.
     pub fn count(&mut self, place: usize, samples: u32) {
         self.samples[place] += samples;

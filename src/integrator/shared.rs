@@ -72,15 +72,16 @@ struct Link<const C: usize> {
 }
 
 /// Adds to each pixel of a group the spectral radiance along its camera ray, as [`super::radiance`] gives it for one alone. `seen` is
-/// by the members' numbers.
+/// by the members' numbers; `light_samples` says how many each first surface takes.
 pub fn radiance_of_group<const C: usize>(
     scene: &Scene,
     sights: &[Sight],
     time: f64,
     wavelengths: &Wavelengths<C>,
+    light_samples: u32,
     seen: &mut [Seen<C>],
 ) {
-    let group = Group { scene, sights, time, wavelengths };
+    let group = Group { scene, sights, time, wavelengths, light_samples };
     let mut firsts: SmallVec<[First<C>; MEMBERS]> = SmallVec::new();
     for sight in 0..sights.len() {
         firsts.extend(group.first(sight, seen));
@@ -98,6 +99,7 @@ struct Group<'a, const C: usize> {
     sights: &'a [Sight<'a>],
     time: f64,
     wavelengths: &'a Wavelengths<C>,
+    light_samples: u32,
 }
 
 impl<const C: usize> Group<'_, C> {
@@ -128,7 +130,12 @@ impl<const C: usize> Group<'_, C> {
             self.go_on_alone(path, ray, &hit, &shading, stream, radiance);
             return None;
         }
-        *radiance += path.direct_light(self.scene, ray, &hit, &shading, self.wavelengths, stream);
+        let mut direct = path.direct_light(self.scene, ray, &hit, &shading, self.wavelengths, stream);
+        for branch in 1..self.light_samples {
+            let stream = &stream.branch(branch);
+            direct += path.direct_light(self.scene, ray, &hit, &shading, self.wavelengths, stream);
+        }
+        *radiance += direct / f64::from(self.light_samples);
         Some((hit, shading))
     }
 

@@ -1,8 +1,8 @@
 //! The samples of a picture, from the sample values to the sums of the film.
 
 use super::groups::{BLOCK, Block, Groups, Pixel};
-use super::{Schedule, admit};
-use crate::film::{Extent, Extras, FixedPoint, Region, Tile};
+use super::{Plan, Schedule, admit};
+use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile};
 use crate::integrator::{self, Seen, Sight};
 use crate::sampling::{Dimensions, Member, Sampler, mix};
 use crate::scene::Scene;
@@ -17,6 +17,8 @@ pub(super) struct Exposure<'a> {
     pub sampler: Sampler,
     pub seed: u64,
     pub groups: &'a Groups,
+    pub plan: Plan,
+    pub filter: FilterKind,
     pub scale: FixedPoint,
     pub light_scale: FixedPoint,
     pub extras: Extras,
@@ -37,7 +39,7 @@ impl Exposure<'_> {
     /// An empty tile of all pixels that samples of a block may reach.
     pub fn tile(&self, block: &Block) -> Tile {
         let film = &self.scene.film;
-        let (reach, measured) = (i64::from(film.filter.reach()), film.extent.measured);
+        let (reach, measured) = (i64::from(self.filter.reach()), film.extent.measured);
         let [columns, rows] = [0, 1].map(|axis| {
             let first = block.corner[axis] - i64::from(measured.offset[axis]);
             let clamped = |place: i64| place.clamp(0, i64::from(measured.size[axis])) as u32;
@@ -82,7 +84,7 @@ impl Exposure<'_> {
     /// Whether a pixel is one of a region, or of the border around it in which there are samples too.
     fn is_within(&self, region: Region, pixel: &Pixel) -> bool {
         let film = &self.scene.film;
-        let border = if film.sample_border { i64::from(film.filter.reach()) } else { 0 };
+        let border = if film.sample_border { i64::from(self.filter.reach()) } else { 0 };
         (0..2).all(|axis| {
             let first = i64::from(region.offset[axis]) - border;
             (first..region.end()[axis] as i64 + border).contains(&pixel.place[axis])
@@ -92,7 +94,7 @@ impl Exposure<'_> {
     /// Whether a pixel's samples are part of what is measured. The others are there for their group alone.
     fn counts(&self, pixel: &Pixel) -> bool {
         let Extent { window, measured, .. } = self.scene.film.extent;
-        let reach = i64::from(self.scene.film.filter.reach());
+        let reach = i64::from(self.filter.reach());
         let reaches = |axis: usize| {
             let first = i64::from(measured.offset[axis]) - reach;
             (first..measured.end()[axis] as i64 + reach).contains(&pixel.place[axis])
@@ -140,12 +142,13 @@ impl Exposure<'_> {
             samples.push(Sample { place, weight, key });
         }
         let mut seen: SmallVec<[Seen<C>; 16]> = SmallVec::from_elem(Seen::NOTHING, group.len());
-        match (sights.as_slice(), self.groups.members()) {
-            ([], _) => {}
-            ([Sight { member, ray, stream }], 1) => {
+        if self.plan == Plan::PLAIN {
+            for Sight { member, ray, stream } in &sights {
                 seen[*member] = integrator::radiance(scene, *ray, time, &wavelengths, stream);
             }
-            (sights, _) => integrator::radiance_of_group(scene, sights, time, &wavelengths, &mut seen),
+        } else {
+            let light_samples = self.plan.light_samples;
+            integrator::radiance_of_group(scene, &sights, time, &wavelengths, light_samples, &mut seen);
         }
         for ((pixel, sample), seen) in group.iter().zip(&samples).zip(&mut seen) {
             if self.counts(pixel) {
@@ -165,7 +168,7 @@ impl Exposure<'_> {
         tile: &mut Tile,
     ) {
         let contributions = self.contributions(&(seen.radiance * sample.weight), wavelengths);
-        let footprint = self.scene.film.filter.footprint(sample.place);
+        let footprint = self.filter.footprint(sample.place);
         for (row, down) in (footprint.first[1]..).zip(&footprint.rows) {
             for (column, across) in (footprint.first[0]..).zip(&footprint.columns) {
                 let Some(place) = self.place_of([column, row], tile) else { continue };

@@ -4,6 +4,7 @@ mod auxiliary;
 mod exposure;
 mod groups;
 mod light;
+mod pilot;
 mod schedule;
 
 pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
@@ -170,17 +171,30 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         settings.extras(scene),
         FixedPoint::for_reference(scene.reference_radiance),
     );
-    let groups = Groups::new(members(scene, settings), schedule.nets(), settings.seed);
+    let alone = Groups::new(Members::One, schedule.nets(), settings.seed);
     let exposure = Exposure {
         scene,
         schedule,
-        sampler: Sampler::new(settings.sampler, settings.seed, schedule.samples_per_net())
-            .for_groups(groups.members()),
+        sampler: Sampler::new(settings.sampler, settings.seed, schedule.samples_per_net()),
         seed: settings.seed,
-        groups: &groups,
+        groups: &alone,
+        plan: Plan::PLAIN,
+        filter: scene.film.filter,
         scale: film.scale(),
         light_scale: film.light_scale(),
         extras: film.extras.clone(),
+    };
+    let plan = match (settings.estimator, scene.integrator) {
+        (Estimator::Shared, Integrator::Path) => pilot::choose::<C>(&exposure, settings.sampler),
+        _ => Plan::PLAIN,
+    };
+    let groups = Groups::new(plan.members, schedule.nets(), settings.seed);
+    let exposure = Exposure {
+        sampler: exposure.sampler.clone().for_groups(groups.members()),
+        groups: &groups,
+        plan,
+        extras: film.extras.clone(),
+        ..exposure
     };
     let reach = i64::from(scene.film.filter.reach());
     let reached =
@@ -210,12 +224,20 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
     film.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// How many pixels share the suffixes of their paths.
-fn members(scene: &Scene, settings: &Settings) -> Members {
-    match (settings.estimator, scene.integrator) {
-        (Estimator::Shared, Integrator::Path) => Members::Sixteen,
-        _ => Members::One,
-    }
+/// What the samples of a picture have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plan {
+    members: Members,
+    /// Light samples at the first surface of a path.
+    light_samples: u32,
+}
+
+impl Plan {
+    /// Nothing: each pixel pays for its own light.
+    const PLAIN: Self = Self { members: Members::One, light_samples: 1 };
+
+    /// What pays in most scenes.
+    const USUAL: Self = Self { members: Members::Sixteen, light_samples: 1 };
 }
 
 /// Counts values that are no radiance and leaves them out.

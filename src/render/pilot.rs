@@ -1,0 +1,107 @@
+//! Which plan suits a scene: a few blocks of pixels are rendered by each, and what they cost is set against how much they scatter.
+//!
+//! The pilot's sample values are its own, so the choice is independent of the picture that it is for: whatever it chooses, the
+//! picture's expectation is the same.
+
+use super::exposure::Exposure;
+use super::groups::{BLOCK, Block, Groups, Members};
+use super::{Plan, Schedule};
+use crate::film::FilterKind;
+use crate::sampling::{Sampler, SamplerKind, mix};
+use rayon::prelude::*;
+
+/// The plans that a pilot chooses from, each with what a sample costs, in samples of a path tracer: about the mean of what was
+/// measured on the scenes of `validation/speed`.
+const CANDIDATES: [(Plan, f64); 4] = [
+    (Plan { members: Members::One, light_samples: 1 }, 1.0),
+    (Plan { members: Members::One, light_samples: 4 }, 1.5),
+    (Plan { members: Members::Sixteen, light_samples: 1 }, 1.7),
+    (Plan { members: Members::Sixteen, light_samples: 4 }, 2.2),
+];
+
+/// Independent estimates of each pixel, and the samples of each.
+const SCHEDULE: (u32, u32) = (4, 4);
+
+/// Largest part of the picture's samples that a pilot takes.
+const SHARE: f64 = 0.02;
+
+/// Fewest and most blocks that it looks at.
+const BLOCKS: (u64, u64) = (6, 32);
+
+/// Tells the pilot's sample values from the picture's.
+const SEED: u64 = 0x7069_6c6f_74;
+
+/// The plan of least variance times cost, or the usual one where the picture is too small for a pilot.
+pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind) -> Plan {
+    let measured = picture.scene.film.extent.measured;
+    let schedule = Schedule::independent(SCHEDULE.0, SCHEDULE.1);
+    let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * CANDIDATES.len() as u64;
+    let budget = SHARE * (measured.pixel_count() * picture.schedule.samples()) as f64;
+    let count = ((budget / per_block as f64) as u64).min(BLOCKS.1);
+    if count < BLOCKS.0 || !sampler.is_random() {
+        return Plan::USUAL;
+    }
+    let seed = mix(picture.seed ^ SEED);
+    let [across, down] = measured.size.map(|size| u64::from(size.div_ceil(BLOCK)));
+    let corners: Vec<[i64; 2]> = (0..count)
+        .map(|i| {
+            // Spread evenly over the rows and, by the golden ratio, over the columns.
+            let row = i * down / count;
+            let column = (i as f64 * 0.618_033_988_749_895).fract() * across as f64;
+            [0, 1].map(|axis| {
+                i64::from(measured.offset[axis]) + i64::from(BLOCK) * [column as i64, row as i64][axis]
+            })
+        })
+        .collect();
+    let found = CANDIDATES.map(|(plan, _)| {
+        let groups = Groups::new(plan.members, schedule.nets(), seed);
+        let exposure = Exposure {
+            schedule,
+            sampler: Sampler::new(sampler, seed, schedule.samples_per_net()).for_groups(groups.members()),
+            seed,
+            groups: &groups,
+            plan,
+            // Each pixel's own samples, whatever they are splatted onto.
+            filter: FilterKind::Box,
+            extras: picture.extras.clone(),
+            ..*picture
+        };
+        let of_block = |corner: &[i64; 2]| exposure.scatter_of_block::<C>(*corner);
+        let pixels: Vec<_> = corners.par_iter().map(of_block).collect();
+        pixels.concat()
+    });
+    // One scale for all of them.
+    let values = found.iter().flatten().count().max(1) as f64;
+    let mean = found.iter().flatten().map(|&[mean, _]| mean).sum::<f64>() / values;
+    let cost = |index: usize| {
+        let relative = |&[mean_of, variance]: &[f64; 2]| variance / (mean_of * mean_of + 0.01 * mean * mean);
+        found[index].iter().map(relative).sum::<f64>() * CANDIDATES[index].1
+    };
+    let best = (0..CANDIDATES.len()).min_by(|&a, &b| cost(a).total_cmp(&cost(b)));
+    best.map_or(Plan::USUAL, |best| CANDIDATES[best].0)
+}
+
+impl Exposure<'_> {
+    /// For each pixel of a block that is measured, what its nets make of it, and the variance of that.
+    fn scatter_of_block<const C: usize>(&self, corner: [i64; 2]) -> Vec<[f64; 2]> {
+        let nets = self.schedule.nets();
+        let tiles: Vec<_> = (0..nets)
+            .map(|net| {
+                let block = Block { net, corner };
+                let mut tile = self.tile(&block);
+                self.block::<C>(&block, &(0..self.schedule.samples_per_replicate), &mut tile);
+                tile
+            })
+            .collect();
+        let n = f64::from(nets);
+        let pixel = |place: usize| {
+            let values = (0..nets)
+                .zip(&tiles)
+                .map(|(net, tile)| tile.brightness(place, net, self.scale, &self.extras));
+            let mean = values.clone().sum::<f64>() / n;
+            let variance = values.map(|value| (value - mean) * (value - mean)).sum::<f64>() / (n * (n - 1.0));
+            [mean, variance]
+        };
+        (0..tiles[0].pixel_count()).map(pixel).collect()
+    }
+}
