@@ -1,8 +1,8 @@
 //! The program as its users meet it: files, messages, exit codes, interruption.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-use std::time::Duration;
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 /// A folder of this test's own, removed at its end.
 struct Folder(PathBuf);
@@ -125,31 +125,79 @@ fn a_place_that_cannot_be_written_is_1() {
     let folder = Folder::new("unwritable");
     // A folder in the place of the file.
     std::fs::create_dir(folder.0.join("x.exr")).expect("a folder can be made");
+    std::fs::create_dir(folder.0.join("y.png")).expect("a folder can be made");
     let box_scene = scene("scenes/box/scene.xml");
-    let output =
-        abbe(&folder, &["render", box_scene.to_str().unwrap(), "--spp=1", "--size=4x4", "-o", "x.exr"]);
-    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-    assert_eq!(folder.files(), ["x.exr"], "nothing unfinished is left");
+    for name in ["x.exr", "y.exr"] {
+        // So many samples take days: it is found before the first.
+        let child = Command::new(env!("CARGO_BIN_EXE_abbe"))
+            .args(["render", box_scene.to_str().unwrap(), "--spp=16777216", "--size=256x256", "-o", name])
+            .current_dir(&folder.0)
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let output = soon(child);
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert!(stderr(&output).contains("cannot write"), "{}", stderr(&output));
+    }
+    assert_eq!(folder.files(), ["x.exr", "y.png"], "nothing unfinished is left");
 }
 
-#[cfg(unix)]
+/// What a program has to say that ends within a minute.
+fn soon(mut child: Child) -> Output {
+    let begun = Instant::now();
+    while child.try_wait().expect("the program can be waited for").is_none() {
+        if begun.elapsed() > Duration::from_secs(60) {
+            child.kill().expect("the program can be ended");
+            panic!("it does not end: {}", stderr(&child.wait_with_output().expect("it was ended")));
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child.wait_with_output().expect("the program ends")
+}
+
 #[test]
-fn an_interrupted_render_keeps_what_was_done() {
-    let folder = Folder::new("interrupted");
+fn a_scene_without_light_is_told_before_the_render() {
+    let folder = Folder::new("dark");
+    let with = |light: &str| {
+        format!(r#"<scene version="3.0.0"><shape type="sphere"/><sensor type="perspective"/>{light}</scene>"#)
+    };
+    let light = |values: &str| {
+        format!(r#"<emitter type="constant"><spectrum name="radiance" value="{values}"/></emitter>"#)
+    };
+    for (scene, expected) in [
+        (with(""), Some("the scene has no light")),
+        (with(&light("0")), Some("no light shines at a wavelength")),
+        (with(&light("200:1, 300:1")), Some("no light shines at a wavelength")),
+        (with(&light("1")), None),
+    ] {
+        std::fs::write(folder.0.join("dark.xml"), &scene).expect("a file can be written");
+        let render = abbe(&folder, &["render", "dark.xml", "--spp=1", "--size=4x4"]);
+        assert_eq!(render.status.code(), Some(0), "{}", stderr(&render));
+        let [told, listed] = [&["info", "dark.xml"][..], &["info", "dark.xml", "--json"]]
+            .map(|arguments| String::from_utf8_lossy(&abbe(&folder, arguments).stdout).into_owned());
+        let said = [stderr(&render), told, listed];
+        match expected {
+            Some(expected) => {
+                assert!(said.iter().all(|said| said.contains(expected)), "{said:?}");
+                assert!(said[0].contains("warning: "), "{said:?}");
+            }
+            None => assert!(said.iter().all(|said| !said.contains("black")), "{said:?}"),
+        }
+    }
+}
+
+#[test]
+fn nobody_need_read_what_a_render_says() {
+    let folder = Folder::new("unread");
     let box_scene = scene("scenes/box/scene.xml");
-    let child = Command::new(env!("CARGO_BIN_EXE_abbe"))
-        .args(["render", box_scene.to_str().unwrap(), "--spp", "1000000", "--size", "64x64"])
+    let mut child = Command::new(env!("CARGO_BIN_EXE_abbe"))
+        .args(["render", box_scene.to_str().unwrap(), "--spp=16", "--size=64x64"])
         .current_dir(&folder.0)
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program starts");
-    std::thread::sleep(Duration::from_secs(2));
-    let signalled = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-    assert!(signalled.expect("kill can be run").success());
-    let output = child.wait_with_output().expect("the program ends");
-    let told = stderr(&output);
-    assert_eq!(output.status.code(), Some(0), "{told}");
-    assert!(told.contains("stopped: "), "{told}");
+    drop(child.stderr.take());
+    assert_eq!(soon(child).status.code(), Some(0));
     assert_eq!(folder.files(), ["box.exr", "box.png"]);
 }
 

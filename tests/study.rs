@@ -184,7 +184,7 @@ fn an_interrupted_study_is_continued() {
     let signalled = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(signalled.expect("kill can be run").success());
     let output = child.wait_with_output().expect("the program ends");
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     assert!(stderr(&output).contains("the same command continues"), "{}", stderr(&output));
     let before = runs();
     assert!(!before.is_empty() && before.len() < 6, "{} runs", before.len());

@@ -20,9 +20,10 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let description = args.scene.read()?;
+    let mut description = args.scene.read()?;
     let scene = compile(&description, &CompileOptions::default())
         .map_err(|errors| Failure::Input(errors.to_string()))?;
+    description.remarks.extend(scene.warnings.iter().cloned());
     let folder = args.output.as_ref().map(|path| match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),

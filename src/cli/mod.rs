@@ -3,9 +3,11 @@
 mod compare;
 mod info;
 mod progress;
+mod pulse;
 mod render;
 mod scene_options;
 mod spectrum;
+mod stop;
 mod study;
 
 use clap::{Parser, Subcommand};
@@ -19,7 +21,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(version, propagate_version = true)]
 #[command(
-    after_help = "Exit codes: 0 done, 2 wrong input, 1 anything else (for compare: a --fail-if is met)."
+    after_help = "Exit codes: 0 done, 2 wrong input, 3 stopped by Ctrl-C, SIGTERM or SIGHUP before its end, 130 the same twice, 1 anything else (for compare: a --fail-if is met)."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -39,8 +41,15 @@ enum Command {
 pub enum Failure {
     /// The input is wrong: the user can put it right.
     Input(String),
+    /// A signal ended it; what that leaves is told.
+    Stopped(String),
     /// Anything else, such as a full disk.
     Other(String),
+}
+
+/// Writes a line to standard error. Where nobody reads it any more, such as after the terminal was closed, the work goes on.
+fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// Writes to standard output. Who reads no further, such as `head`, has had enough: that is no failure.
@@ -65,8 +74,9 @@ pub fn main() -> ExitCode {
     let (message, code) = match outcome {
         Ok(()) => return ExitCode::SUCCESS,
         Err(Failure::Input(message)) => (message, 2),
+        Err(Failure::Stopped(message)) => (message, 3),
         Err(Failure::Other(message)) => (message, 1),
     };
-    eprintln!("{}", message.trim_end());
+    tell(message.trim_end());
     ExitCode::from(code)
 }

@@ -1,23 +1,51 @@
 //! What a render tells while it runs: a bar on a terminal, plain lines elsewhere.
 
+use super::pulse::Pulse;
 use abbe::film::Film;
 use abbe::render::{Schedule, Watch};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::IsTerminal;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 pub struct Progress {
     bar: ProgressBar,
     /// Lines instead of a bar.
-    plain: bool,
-    total: u64,
-    done: AtomicU64,
+    lines: Option<(Pulse, Arc<Counted>)>,
     started: Instant,
     stop: Arc<AtomicBool>,
 }
+
+/// How far a render is.
+struct Counted {
+    total: u64,
+    done: AtomicU64,
+    started: Instant,
+    /// As the last pass told it.
+    error: Mutex<String>,
+}
+
+impl Counted {
+    fn line(&self) -> String {
+        let done = self.done.load(Ordering::Relaxed);
+        let rate = done as f64 / self.started.elapsed().as_secs_f64().max(1e-9);
+        let left = match done {
+            0 => "time left not known".to_owned(),
+            _ => format!("{:.0} s left", self.total.saturating_sub(done) as f64 / rate),
+        };
+        format!(
+            "{:3.0} %  {done} of {} samples  {:.2} million/s  {left}  {}",
+            100.0 * done as f64 / self.total.max(1) as f64,
+            self.total,
+            rate / 1e6,
+            self.error.lock().unwrap_or_else(PoisonError::into_inner)
+        )
+    }
+}
+
+const NO_ERROR_YET: &str = "error not known yet";
 
 impl Progress {
     pub fn new(pixels: u64, schedule: Schedule, quiet: bool, stop: Arc<AtomicBool>) -> Self {
@@ -39,18 +67,24 @@ impl Progress {
             bar.set_style(style.with_key("rate", rate));
         }
         bar.enable_steady_tick(Duration::from_millis(250));
-        Self {
-            bar,
-            plain: !quiet && !terminal,
-            total,
-            done: AtomicU64::new(0),
-            started: Instant::now(),
-            stop,
-        }
+        let started = Instant::now();
+        let lines = (!quiet && !terminal).then(|| {
+            let counted = Arc::new(Counted {
+                total,
+                done: AtomicU64::new(0),
+                started,
+                error: Mutex::new(NO_ERROR_YET.to_owned()),
+            });
+            let told = counted.clone();
+            (Pulse::new(move || told.line()), counted)
+        });
+        Self { bar, lines, started, stop }
     }
 
-    pub fn finish(&self) {
+    /// Ends what is told of the render.
+    pub fn finish(&mut self) {
         self.bar.finish_and_clear();
+        self.lines = None;
     }
 
     pub fn elapsed(&self) -> Duration {
@@ -60,27 +94,21 @@ impl Progress {
 
 impl Watch for Progress {
     fn advanced(&self, samples: u64) {
-        self.done.fetch_add(samples, Ordering::Relaxed);
+        if let Some((_, counted)) = &self.lines {
+            counted.done.fetch_add(samples, Ordering::Relaxed);
+        }
         self.bar.inc(samples);
     }
 
     fn pass_done(&self, film: &Film) {
         let error = match film.relative_error() {
             Some(error) => format!("error {}", percent(error)),
-            None => "error not known yet".to_owned(),
+            None => NO_ERROR_YET.to_owned(),
         };
         self.bar.set_message(error.clone());
-        if self.plain {
-            let done = self.done.load(Ordering::Relaxed);
-            let seconds = self.started.elapsed().as_secs_f64().max(1e-9);
-            let rate = done as f64 / seconds;
-            eprintln!(
-                "{:3.0} %  {done} of {} samples  {:.2} million/s  {:.0} s left  {error}",
-                100.0 * done as f64 / self.total as f64,
-                self.total,
-                rate / 1e6,
-                (self.total - done) as f64 / rate,
-            );
+        if let Some((pulse, counted)) = &self.lines {
+            *counted.error.lock().unwrap_or_else(PoisonError::into_inner) = error;
+            pulse.says(&counted.line());
         }
     }
 
@@ -93,11 +121,11 @@ impl Watch for Progress {
 pub struct StudyProgress {
     bar: ProgressBar,
     /// Lines instead of a bar.
-    plain: bool,
+    lines: Option<Pulse>,
     started: Instant,
     /// Never raised: a run under way is finished.
     never: AtomicBool,
-    /// Raised by Ctrl-C.
+    /// Raised by a signal.
     stop: Arc<AtomicBool>,
     /// That the study ends has been told.
     told: AtomicBool,
@@ -117,14 +145,16 @@ impl StudyProgress {
         {
             bar.set_style(style);
         }
-        Self {
-            bar,
-            plain: !quiet && !terminal,
-            started: Instant::now(),
-            never: AtomicBool::new(false),
-            stop,
-            told: AtomicBool::new(false),
-        }
+        let started = Instant::now();
+        let lines = (!quiet && !terminal).then(|| {
+            let bar = bar.clone();
+            Pulse::new(move || {
+                let share = bar.position() as f64 / bar.length().unwrap_or(0).max(1) as f64;
+                let under_way = bar.message();
+                format!("{:3.0} %  {under_way}  {}", 100.0 * share, time_left(&bar, started))
+            })
+        });
+        Self { bar, lines, started, never: AtomicBool::new(false), stop, told: AtomicBool::new(false) }
     }
 
     /// With so many samples to do, of what is named.
@@ -141,20 +171,27 @@ impl StudyProgress {
 
     /// The `index`-th run of all is done, with this relative RMSE.
     pub fn run_done(&self, index: usize, all: usize, name: &str, error: f64) {
-        if self.plain {
-            let seconds = self.started.elapsed().as_secs_f64();
-            let left = match (self.bar.position(), self.bar.length()) {
-                (done, Some(total)) if done > 0 => {
-                    format!("{:.0} s left", seconds * (total.saturating_sub(done)) as f64 / done as f64)
-                }
-                _ => "time left not known".to_owned(),
-            };
-            eprintln!("{index} of {all}  {name}  relative RMSE {}  {left}", percent(error));
+        if let Some(pulse) = &self.lines {
+            let (error, left) = (percent(error), time_left(&self.bar, self.started));
+            pulse.says(&format!("{index} of {all}  {name}  relative RMSE {error}  {left}"));
         }
     }
 
-    pub fn finish(&self) {
+    /// Ends what is told of the study.
+    pub fn finish(&mut self) {
         self.bar.finish_and_clear();
+        self.lines = None;
+    }
+}
+
+/// By the time that what is done has taken.
+fn time_left(bar: &ProgressBar, started: Instant) -> String {
+    match (bar.position(), bar.length()) {
+        (done, Some(total)) if done > 0 => {
+            let seconds = started.elapsed().as_secs_f64();
+            format!("{:.0} s left", seconds * total.saturating_sub(done) as f64 / done as f64)
+        }
+        _ => "time left not known".to_owned(),
     }
 }
 
@@ -163,7 +200,10 @@ impl Watch for StudyProgress {
         self.bar.inc(samples);
         if self.stop.load(Ordering::Relaxed) && !self.told.swap(true, Ordering::Relaxed) {
             let text = "finishing the run under way; Ctrl-C again gives it up";
-            if self.plain { eprintln!("{text}") } else { self.bar.println(text) }
+            match &self.lines {
+                Some(pulse) => pulse.says(text),
+                None => self.bar.println(text),
+            }
         }
     }
 

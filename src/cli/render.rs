@@ -1,6 +1,7 @@
-use super::Failure;
 use super::progress::{Progress, percent};
 use super::scene_options::{PictureOptions, SceneOptions};
+use super::stop::stop_on_signal;
+use super::{Failure, tell};
 use abbe::film::{Film, Region, SpectralBins};
 use abbe::integrator::Estimator;
 use abbe::output::{self, Colour, Content, Picture};
@@ -10,15 +11,15 @@ use abbe::scene::description::{self, Description, FilmContent, Note, PixelFormat
 use abbe::scene::{CompileOptions, Scene, compile};
 use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Render a scene to an EXR with error bars, and a PNG to look at
 ///
 /// Without -o the files land in the current folder under the name of the scene's folder. The picture depends on
-/// the scene, the seed and the number of samples alone: threads change only how long it takes. Ctrl-C ends the
-/// render and writes what is done; pressed again it ends the program at once.
+/// the scene, the seed and the number of samples alone: threads change only how long it takes. Ctrl-C, SIGTERM or
+/// SIGHUP end the render and write what is done, with exit code 3; nothing is written before every pixel has a sample.
+/// The second ends the program at once.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -111,35 +112,52 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     if !args.quiet {
         for assumption in distinct(&description.assumptions) {
-            eprintln!("assumed: {assumption}");
+            tell(&format!("assumed: {assumption}"));
         }
         if settings.schedule.samples() != u64::from(sampler.sample_count) {
-            eprintln!(
+            tell(&format!(
                 "{} samples per pixel cannot be dealt into replicates of equal length: taking {}",
                 sampler.sample_count,
                 settings.schedule.samples()
-            );
+            ));
         }
+        warn(&scene);
     }
     refuse_what_no_memory_holds(&scene, &settings)?;
     let pool = thread_pool(args.threads)?;
-    let stop = stop_on_interrupt()?;
+    let png = path.with_extension("png");
+    for path in [&path, &png] {
+        output::refuse_unwritable(path).map_err(|error| cannot_write(path, &error))?;
+    }
+    let stop = stop_on_signal()?;
     let pixels = scene.film.extent.measured.pixel_count();
-    let progress = Progress::new(pixels, settings.schedule, args.quiet, stop.clone());
+    let mut progress = Progress::new(pixels, settings.schedule, args.quiet, stop);
     let film = pool.install(|| render(&scene, &settings, &progress));
     let seconds = progress.elapsed().as_secs_f64();
     progress.finish();
+    let done = film.samples_per_pixel();
+    if *done.start() == 0 {
+        return Err(Failure::Stopped(
+            "stopped: not every pixel had a sample yet, so nothing is written".to_owned(),
+        ));
+    }
     let picture = Picture {
         film: &film,
         content: content(&description.sensor.film),
         auxiliary: pool.install(|| auxiliary(&scene, &args.aov, range, settings.seed)),
         attributes: attributes(args, range, &description, &scene, &settings, &film),
     };
-    let png = path.with_extension("png");
     output::exr::write(&path, &picture).map_err(|error| cannot_write(&path, &error))?;
     output::png::write(&png, &picture).map_err(|error| cannot_write(&png, &error))?;
     if !args.quiet {
-        report(&path, &png, &film, &settings, seconds, stop.load(Ordering::Relaxed));
+        report(&path, &png, &film, &settings, seconds);
+    }
+    if *done.start() < settings.schedule.samples() {
+        return Err(Failure::Stopped(format!(
+            "stopped: {} of {} samples per pixel were done, and are written",
+            told(&done),
+            settings.schedule.samples()
+        )));
     }
     Ok(())
 }
@@ -226,19 +244,6 @@ pub(super) fn thread_pool(threads: Option<u32>) -> Result<rayon::ThreadPool, Fai
         .map_err(|error| Failure::Other(format!("error: cannot start threads: {error}")))
 }
 
-/// A flag that the first Ctrl-C raises; the second ends the program.
-pub(super) fn stop_on_interrupt() -> Result<Arc<AtomicBool>, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let raised = stop.clone();
-    ctrlc::set_handler(move || {
-        if raised.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .map_err(|error| Failure::Other(format!("error: cannot watch for Ctrl-C: {error}")))?;
-    Ok(stop)
-}
-
 pub(super) fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
     Failure::Other(format!("error: cannot write {}: {error}", path.display()))
 }
@@ -258,7 +263,7 @@ fn attributes(
         ("sceneHash", format!("{:016x}", description.hash())),
         ("seed", settings.seed.to_string()),
         ("sampler", settings.sampler.name().to_owned()),
-        ("samplesPerPixel", settings.schedule.samples().to_string()),
+        ("samplesPerPixel", told(&film.samples_per_pixel())),
         ("samples", film.total_samples().to_string()),
         ("replicates", settings.schedule.replicates.to_string()),
         ("estimator", settings.estimator.name().to_owned()),
@@ -291,17 +296,26 @@ fn distinct(notes: &[Note]) -> Vec<String> {
     texts.into_iter().map(told).collect()
 }
 
-fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f64, stopped: bool) {
+/// What the scene's author should know before waiting for it.
+pub(super) fn warn(scene: &Scene) {
+    for warning in distinct(&scene.warnings) {
+        tell(&format!("warning: {warning}"));
+    }
+}
+
+/// Numbers of samples, of which a stopped render has several.
+fn told(samples: &RangeInclusive<u64>) -> String {
+    let (fewest, most) = (samples.start(), samples.end());
+    if fewest == most { fewest.to_string() } else { format!("{fewest} to {most}") }
+}
+
+fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f64) {
     let done = film.total_samples();
     let Region { size: [width, height], .. } = film.extent.shown;
     let pixels = film.extent.shown.pixel_count();
-    let all = pixels * settings.schedule.samples();
-    if stopped {
-        eprintln!("stopped: {done} of {all} samples were done");
-    }
     let error =
         film.relative_error().map_or("error not known".to_owned(), |e| format!("error {}", percent(e)));
-    eprintln!(
+    tell(&format!(
         "{} and {}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {:.1} s, {:.2} million samples/s",
         path.display(),
         png.display(),
@@ -311,17 +325,17 @@ fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f6
         settings.schedule.replicates,
         seconds,
         done as f64 / seconds.max(1e-9) / 1e6,
-    );
+    ));
     let bad = film.bad;
     if bad.total() > 0 {
-        eprintln!(
+        tell(&format!(
             "warning: left out {} values: {} not a number, {} infinite, {} negative, {} too large",
             bad.total(),
             bad.not_a_number,
             bad.infinite,
             bad.negative,
             bad.overflow
-        );
+        ));
     }
 }
 

@@ -1,7 +1,8 @@
-use super::Failure;
 use super::progress::StudyProgress;
-use super::render::{cannot_write, refuse_what_no_memory_holds, scene_name, stop_on_interrupt, thread_pool};
+use super::render::{cannot_write, refuse_what_no_memory_holds, scene_name, thread_pool, warn};
 use super::scene_options::{PictureOptions, SceneOptions};
+use super::stop::stop_on_signal;
+use super::{Failure, tell};
 use abbe::film::Region;
 use abbe::output::exr;
 use abbe::render::WavelengthCount;
@@ -19,8 +20,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Study noise: how the error of a picture falls with samples and CPU time, for each sampler
 ///
 /// Each run is rendered in replicates, short renders independent of one another, so that the error of the error is
-/// known. The folder gets runs.csv, study.json, plots (SVG and PNG) and index.html, a page with all of it. Ctrl-C ends the
-/// study after the run under way; the same command continues it.
+/// known. The folder gets runs.csv, study.json, plots (SVG and PNG) and index.html, a page with all of it. Ctrl-C, SIGTERM
+/// or SIGHUP end the study after the run under way, with exit code 3; the same command continues it.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -96,8 +97,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let cannot = |error: &std::io::Error| cannot_write(&args.output, error);
     folder.prepare(&request).map_err(|error| cannot(&error))?;
-    let stop = stop_on_interrupt()?;
-    let progress = StudyProgress::new(args.quiet, stop.clone());
+    if !args.quiet {
+        cases.iter().for_each(|case| warn(&case.scene));
+    }
+    let stop = stop_on_signal()?;
+    let mut progress = StudyProgress::new(args.quiet, stop.clone());
 
     let pixels = u64::from(request.size[0]) * u64::from(request.size[1]);
     let mut runs: Vec<(RunId, Option<_>)> =
@@ -130,9 +134,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 .map_err(|error| cannot(&error))?;
         }
         references.push(read_reference(&path, request.size)?);
-        if stopped(args, &stop, &progress, &runs) {
-            return Ok(());
-        }
+        stopped(&stop, &runs).inspect_err(|_| progress.finish())?;
     }
     for index in 0..runs.len() {
         if runs[index].1.is_some() {
@@ -145,8 +147,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         folder.keep(&run).map_err(|error| cannot(&error))?;
         progress.run_done(index + 1, runs.len(), &id.name(), run.error().mean.max(0.0).sqrt());
         runs[index].1 = Some(run);
-        if index + 1 < runs.len() && stopped(args, &stop, &progress, &runs) {
-            return Ok(());
+        if index + 1 < runs.len() {
+            stopped(&stop, &runs).inspect_err(|_| progress.finish())?;
         }
     }
     progress.says("plots and page");
@@ -165,22 +167,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     pool.install(|| findings.write(&folder, &progress)).map_err(|error| cannot(&error))?;
     progress.finish();
     if !args.quiet {
-        eprintln!("{}", folder.file("index.html").display());
+        tell(&folder.file("index.html").display().to_string());
     }
     Ok(())
 }
 
-/// After Ctrl-C, says how far the study has come.
-fn stopped<T>(args: &Args, stop: &AtomicBool, progress: &StudyProgress, runs: &[(RunId, Option<T>)]) -> bool {
+/// After a signal, says how far the study has come.
+fn stopped<T>(stop: &AtomicBool, runs: &[(RunId, Option<T>)]) -> Result<(), Failure> {
     if !stop.load(Ordering::Relaxed) {
-        return false;
+        return Ok(());
     }
-    progress.finish();
-    if !args.quiet {
-        let done = runs.iter().filter(|(_, run)| run.is_some()).count();
-        eprintln!("stopped: {done} of {} runs are done; the same command continues", runs.len());
-    }
-    true
+    let done = runs.iter().filter(|(_, run)| run.is_some()).count();
+    Err(Failure::Stopped(format!(
+        "stopped: {done} of {} runs are done; the same command continues",
+        runs.len()
+    )))
 }
 
 fn machine() -> String {

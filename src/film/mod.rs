@@ -15,7 +15,7 @@ mod region;
 use crate::sampling::mix;
 pub use filter::{FilterKind, FilterSampler, Footprint};
 pub use region::{Extent, Region};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// How many values could not be used, over a whole render. All zero when nothing is wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -385,6 +385,13 @@ impl Film {
     /// How many samples a pixel has.
     pub fn samples(&self, x: u32, y: u32) -> u64 {
         u64::from(self.samples[self.index(x, y)])
+    }
+
+    /// The fewest and the most samples that a pixel has, of all that are measured. They differ in a render that was stopped.
+    pub fn samples_per_pixel(&self) -> RangeInclusive<u64> {
+        let (fewest, most) = (self.samples.iter().min(), self.samples.iter().max());
+        let of_all = |samples: Option<&u32>| u64::from(samples.copied().unwrap_or(0));
+        of_all(fewest)..=of_all(most)
     }
 
     /// The pixels that are shown, row by row from the top.

@@ -8,7 +8,7 @@ use crate::film::Film;
 use crate::render::Auxiliary;
 use crate::spectrum::colour;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Pixels around a part of a picture that its error bars look at.
 pub const MARGIN: u32 = error_bars::REACH;
@@ -76,12 +76,30 @@ impl Picture<'_> {
     }
 }
 
-/// Writes a file beside its place and moves it there when it is whole.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+/// Where a file is made before it is moved to its place.
+fn unfinished(path: &Path) -> std::io::Result<PathBuf> {
     let name = path.file_name().ok_or_else(|| std::io::Error::other("the path names no file"))?;
     let mut unfinished = name.to_os_string();
     unfinished.push(".unfinished");
-    let unfinished = path.with_file_name(unfinished);
+    Ok(path.with_file_name(unfinished))
+}
+
+/// Whether [`write_whole`] could write there, as far as can be told before there is anything to write. What is there stays.
+///
+/// # Errors
+/// What it would fail with.
+pub fn refuse_unwritable(path: &Path) -> std::io::Result<()> {
+    if path.is_dir() {
+        return Err(std::io::ErrorKind::IsADirectory.into());
+    }
+    let unfinished = unfinished(path)?;
+    std::fs::File::create(&unfinished)?;
+    std::fs::remove_file(&unfinished)
+}
+
+/// Writes a file beside its place and moves it there when it is whole.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let unfinished = unfinished(path)?;
     let written = std::fs::File::create(&unfinished)
         .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
         .and_then(|()| std::fs::rename(&unfinished, path));

@@ -1,5 +1,6 @@
 //! A compiled scene: immutable, with only what is needed to trace it.
 
+use super::description::Note;
 use super::meeting::{Contacts, Meeting};
 use crate::accel::Accel;
 use crate::camera::{Camera, SensorRay, Shutter};
@@ -30,6 +31,8 @@ pub struct Scene {
     /// Of the order of the brightest light's contribution to Y: fixes the film's quantum.
     pub reference_radiance: f64,
     pub(super) needs: Needs,
+    /// What makes a picture of no use, as far as it is known before the first ray.
+    pub warnings: Vec<Note>,
     pub(super) accel: Accel,
     /// The scene's own shapes and then those of groups, which only instances show.
     pub(super) shapes: Vec<Shape>,

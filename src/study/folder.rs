@@ -1,5 +1,5 @@
 use super::{Request, Run, RunId};
-use crate::output::write_whole;
+use crate::output::{refuse_unwritable, write_whole};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::io;
@@ -57,7 +57,7 @@ impl Folder {
             std::fs::create_dir_all(self.file(part))?;
         }
         if self.file(STUDY).exists() {
-            return Ok(());
+            return refuse_unwritable(&self.file(STUDY));
         }
         let header = Header { study: serde_json::to_value(request)? };
         self.write(STUDY, &serde_json::to_vec_pretty(&header)?)

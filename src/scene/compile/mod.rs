@@ -15,13 +15,13 @@ mod shapes;
 mod solids;
 mod spectra;
 
-use super::description::{self, Description, IntegratorKind, ShapeKind};
+use super::description::{self, Description, IntegratorKind, Note, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{Needs, Scene, Surface};
 use crate::film::Region;
 use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Coverage, Integrator, Limits};
-use crate::light::Light;
+use crate::light::{Light, Lights};
 use crate::material::Material;
 use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
@@ -212,12 +212,14 @@ impl Compiler<'_> {
             Integrator::Walk => None,
         };
         needs.light_paths = caustics.is_some();
+        let reference_radiance = self.reference(&film, &lights, scene_radius);
         Ok(Scene {
             observer: self.options.observer,
             integrator,
             limits,
             wavelengths: self.wavelengths(&self.responses(&camera, &film), &lights, scene_radius),
-            reference_radiance: self.reference(&film, &lights, scene_radius),
+            warnings: self.dark(reference_radiance, &lights).into_iter().collect(),
+            reference_radiance,
             camera,
             shutter,
             film,
@@ -233,6 +235,18 @@ impl Compiler<'_> {
             media,
             camera_medium,
         })
+    }
+
+    /// Where no light has a wavelength that the sensor responds to.
+    fn dark(&self, reference_radiance: f64, lights: &Lights) -> Option<Note> {
+        if reference_radiance > 0.0 {
+            return None;
+        }
+        let text = match lights.iter().next().is_some() || lights.environment().is_some() {
+            true => "no light shines at a wavelength that the sensor responds to: the picture is black",
+            false => "the scene has no light: the picture is black",
+        };
+        Some(Note { place: self.description.sensor.place.clone(), text: text.to_owned() })
     }
 
     fn spectrum(&mut self, source: &description::SpectrumSource) -> Spectrum {
