@@ -1,5 +1,9 @@
 mod cli;
+#[cfg(target_arch = "x86_64")]
+mod processor;
 
 fn main() -> std::process::ExitCode {
+    #[cfg(target_arch = "x86_64")]
+    processor::demand();
     cli::main()
 }

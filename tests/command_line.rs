@@ -266,3 +266,59 @@ fn a_scene_told_in_json_renders_to_the_same_file() {
     let unused = abbe(&folder, &["info", "told.json", "-D", "spp=4"]);
     assert_eq!(unused.status.code(), Some(2));
 }
+
+/// Completions and manual pages follow the declaration of the command line, so they know every command.
+#[test]
+fn shells_complete_and_the_manual_has_a_page_for_each_command() {
+    let folder = Folder::new("manual");
+    let printed = |arguments: &[&str]| {
+        let output = abbe(&folder, arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let commands = ["render", "compare", "info", "spectrum", "study", "completions", "man"];
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = printed(&["completions", shell]);
+        for word in commands.iter().chain(&["spp", "fail-if", "reference"]) {
+            assert!(script.contains(word), "{shell} does not know {word}");
+        }
+    }
+    // bash itself completes with it, where there is one.
+    let script = printed(&["completions", "bash"])
+        + "\nCOMP_WORDS=(abbe com); COMP_CWORD=1; _abbe abbe com abbe; echo \"${COMPREPLY[@]}\"";
+    if let Ok(output) = Command::new("bash").args(["--norc", "-c", &script]).output() {
+        assert_eq!(
+            String::from_utf8_lossy(&output.stdout).trim(),
+            "compare completions",
+            "{}",
+            stderr(&output)
+        );
+    }
+    let page = printed(&["man"]);
+    for command in commands {
+        assert!(page.contains(&format!("abbe\\-{command}(1)")), "{command} in {page}");
+        let own = printed(&["man", command]);
+        assert!(own.starts_with(".ie") && own.contains(&format!("abbe\\-{command}")), "{own}");
+    }
+    assert!(printed(&["man", "render"]).contains("\\-\\-spp"));
+    for (arguments, expected) in [(["man", "rendr"], "render"), (["completions", "basch"], "bash")] {
+        let output = abbe(&folder, &arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    }
+}
+
+/// A processor without AVX2 hears what it lacks, where "Illegal instruction" is all it heard. Needs
+/// qemu-user.
+#[test]
+#[cfg(all(target_os = "linux", target_arch = "x86_64", target_feature = "avx2"))]
+fn an_old_processor_is_told_what_it_lacks() {
+    let arguments = ["-cpu", "Nehalem", env!("CARGO_BIN_EXE_abbe"), "--version"];
+    let old = match Command::new("qemu-x86_64").args(arguments).output() {
+        Ok(output) => output,
+        Err(error) => return eprintln!("not tried, as qemu-x86_64 does not start: {error}"),
+    };
+    assert_eq!(old.status.code(), Some(1), "{}", stderr(&old));
+    assert!(stderr(&old).contains("lacks") && stderr(&old).contains("AVX2"), "{}", stderr(&old));
+    assert!(stderr(&old).contains("target-cpu=native"), "{}", stderr(&old));
+}

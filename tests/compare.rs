@@ -2,8 +2,10 @@
 
 use abbe::compare::{Options, compare};
 use abbe::output::exr::{Channels, read, write_channels};
+use serde_json::Value;
 use std::path::PathBuf;
 use std::process::{Command, Output};
+use std::slice::from_ref;
 
 /// A matt floor under a lamp, seen past its edge: penumbra, interreflection and nothing rare.
 const SCENE: &str = r#"<scene version="3.0.0">
@@ -64,14 +66,16 @@ fn a_bias_of_one_percent_is_told_from_noise() {
     let reference = folder.render("b.exr", &["--spp", "256", "--seed", "1"]);
     let options = Options::default();
     let other_seed = folder.render("a.exr", &["--spp", "256", "--seed", "2"]);
-    let same = compare(&other_seed, &reference, &options).expect("files that can be compared");
+    let same =
+        compare(from_ref(&other_seed), from_ref(&reference), &options).expect("files that can be compared");
     let verdict = same.verdict().expect("files with errors");
     assert!(verdict.p > 0.001, "{verdict:?}");
     assert!(same.notes.is_empty(), "{:?}", same.notes);
     assert!(verdict.detectable < 0.01 && verdict.detectable < verdict.detectable_tile, "{verdict:?}");
 
     let brighter = folder.render("c.exr", &["--spp", "256", "--seed", "3", "-D", "power=1.01"]);
-    let planted = compare(&brighter, &reference, &options).expect("files that can be compared");
+    let planted =
+        compare(from_ref(&brighter), from_ref(&reference), &options).expect("files that can be compared");
     let verdict = planted.verdict().expect("files with errors");
     assert!(verdict.p < 1e-6 && verdict.p_mean < 1e-6, "{verdict:?}");
     for channel in &planted.channels {
@@ -80,17 +84,130 @@ fn a_bias_of_one_percent_is_told_from_noise() {
         assert!(expected.abs() < 4.0, "{}: {expected} standard errors from 1 %", channel.name);
     }
 
-    // Without errors on one side it counts as exact; without any there is no test.
+    // Without errors one picture counts as exact; without any there is no test.
     let mut bare = reference.clone();
     bare.channels.retain(|(name, _)| !name.starts_with("error."));
-    let against_exact = compare(&other_seed, &bare, &options).expect("files that can be compared");
+    let against_exact =
+        compare(from_ref(&other_seed), from_ref(&bare), &options).expect("files that can be compared");
     assert!(
-        against_exact.notes.iter().any(|note| note.contains("B states no errors")),
+        against_exact.assumptions.iter().any(|note| note.contains("B is one picture that states no errors")),
         "{:?}",
-        against_exact.notes
+        against_exact.assumptions
     );
     assert!(against_exact.verdict().is_some());
-    assert!(compare(&bare, &bare, &options).expect("files that can be compared").verdict().is_none());
+    assert!(
+        compare(from_ref(&bare), from_ref(&bare), &options)
+            .expect("files that can be compared")
+            .verdict()
+            .is_none()
+    );
+}
+
+/// A body before a black background, with a border of black pixels whose errors are those of their
+/// neighbours.
+const IN_THE_DARK: &str = r#"<scene version="3.0.0">
+    <default name="power" value="1"/>
+    <integrator type="path"><integer name="max_depth" value="4"/></integrator>
+    <sensor type="perspective">
+        <float name="fov" value="50"/>
+        <transform name="to_world"><lookat origin="0, -4, 0.5" target="0, 0, 0.3" up="0, 0, 1"/></transform>
+        <film type="hdrfilm"><integer name="width" value="48"/><integer name="height" value="48"/></film>
+    </sensor>
+    <shape type="sphere"><point name="center" x="0" y="0" z="0.3"/><float name="radius" value="0.6"/></shape>
+    <shape type="rectangle">
+        <transform name="to_world"><scale value="0.5"/><rotate x="1" angle="180"/><translate x="-1.5" y="0" z="3"/></transform>
+        <emitter type="area"><spectrum name="radiance" value="$power"/></emitter>
+    </shape>
+</scene>"#;
+
+/// What `abbe compare --json` prints, and what it says on standard error.
+fn compared(folder: &Folder, arguments: &[&str]) -> (Value, String) {
+    let output = folder.abbe(&[&["compare", "--json"], arguments].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    (serde_json::from_slice(&output.stdout).expect("it is JSON"), text(&output.stderr))
+}
+
+fn number(found: &Value, path: &str) -> f64 {
+    found.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path} in {found}"))
+}
+
+/// Pixels that are black in both pictures say nothing about the law of the p-values: they are counted and
+/// left out.
+#[test]
+fn a_black_background_leaves_the_p_values_uniform() {
+    let folder = Folder::new("dark");
+    std::fs::write(folder.0.join("scene.xml"), IN_THE_DARK).expect("a file can be written");
+    folder.render("a.exr", &["--spp", "256", "--seed", "1"]);
+    folder.render("b.exr", &["--spp", "256", "--seed", "2"]);
+    let (found, _) = compared(&folder, &["a.exr", "b.exr"]);
+    let p = number(&found, "/figures/p_uniform");
+    assert!(p > 1e-4, "p = {p}: {found}");
+    let of_green = |name: &str| number(&found, &format!("/channels/G/{name}"));
+    let histogram = found["channels"]["G"]["p_histogram"].as_array().expect("a histogram");
+    let counted: f64 = histogram.iter().filter_map(Value::as_f64).sum();
+    assert!(of_green("noiseless") > 1000.0 && of_green("borrowed") > 20.0, "{found}");
+    assert_eq!(counted + of_green("noiseless") + of_green("borrowed"), 48.0 * 48.0, "{found}");
+    let told = text(&folder.abbe(&["compare", "a.exr", "b.exr"]).stdout);
+    assert!(told.contains("without noise") && told.contains("error of their neighbours"), "{told}");
+
+    // A bias is found all the same.
+    folder.render("c.exr", &["--spp", "256", "--seed", "3", "-D", "power=1.2"]);
+    let (found, _) = compared(&folder, &["c.exr", "b.exr"]);
+    assert!(number(&found, "/figures/p_mean") < 1e-6, "{found}");
+    assert!(number(&found, "/figures/p_uniform") < 1e-6, "{found}");
+}
+
+/// Renders of another program state no errors. The spread of several is their error; of one, it is told that
+/// none was assumed.
+#[test]
+fn the_spread_of_several_pictures_is_their_error() {
+    let folder = Folder::new("several");
+    let seeds: Vec<String> = (1..=8).map(|seed| format!("b{seed}.exr")).collect();
+    let names: Vec<&str> = seeds.iter().map(String::as_str).collect();
+    for (seed, name) in names.iter().enumerate() {
+        folder.render(name, &["--spp", "16", "--replicates", "1", "--seed", &(seed + 10).to_string()]);
+    }
+    folder.render("a.exr", &["--spp", "64", "--seed", "1"]);
+    folder.render("brighter.exr", &["--spp", "64", "--seed", "2", "-D", "power=1.05"]);
+
+    // One alone: loudly exact, and its noise passes for bias.
+    let (found, warned) = compared(&folder, &["a.exr", "b1.exr"]);
+    assert!(warned.starts_with("warning: B is one picture that states no errors"), "{warned}");
+    let note = found["notes"][0].as_str().expect("a note");
+    assert!(warned.contains(note) && note.contains("several renders"), "{note}");
+    assert!(number(&found, "/figures/p_uniform") < 1e-6, "{found}");
+    assert_eq!(found["b"]["errors"], Value::Null);
+
+    let against = |pictures: &[&str], references: &[&str]| {
+        let (found, warned) = compared(&folder, &[pictures, &["--reference"], references].concat());
+        assert_eq!((warned.as_str(), found["notes"].as_array().map(Vec::len)), ("", Some(0)), "{found}");
+        found
+    };
+    let found = against(&["a.exr"], &names);
+    assert!(number(&found, "/figures/p") > 1e-3, "{found}");
+    assert!(number(&found, "/figures/p_uniform") > 1e-4, "{found}");
+    assert_eq!((&found["b"]["errors"], &found["b"]["replicates"]), (&"spread".into(), &8.into()));
+    assert_eq!(found["b"]["files"].as_array().map(Vec::len), Some(8));
+    let found = against(&["brighter.exr"], &names);
+    assert!(number(&found, "/figures/p_mean") < 1e-3, "{found}");
+    // On both sides, too.
+    let found = against(&names[..4], &names[4..]);
+    assert!(number(&found, "/figures/p") > 1e-3, "{found}");
+    let (_, warned) = compared(&folder, &[&names[..4], &["--reference", "a.exr"]].concat());
+    assert_eq!(warned, "");
+
+    for (arguments, expected) in [
+        (vec!["a.exr"], "nothing to compare it with"),
+        (vec!["a.exr", "b1.exr", "b2.exr"], "--reference"),
+        (
+            vec!["a.exr", "--reference", "b1.exr", "b2.exr", "b1.exr"],
+            "picture 1 of B and picture 3 of B are equal",
+        ),
+    ] {
+        let output = folder.abbe(&[&["compare"], arguments.as_slice()].concat());
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(text(&output.stderr).contains(expected), "{arguments:?}: {}", text(&output.stderr));
+    }
 }
 
 /// How often a bias of the size that is called detectable is found: in 90 % of trials.
@@ -125,7 +242,8 @@ fn what_is_called_detectable_is_found_in_nine_of_ten() {
     let mut detectable = None;
     for _ in 0..trials {
         let b = file(1.0);
-        let compared = |a: &Channels| compare(a, &b, &options).expect("files that can be compared");
+        let compared =
+            |a: &Channels| compare(from_ref(a), from_ref(&b), &options).expect("files that can be compared");
         let verdict = compared(&file(1.0)).verdict().expect("files with errors");
         false_alarms += u32::from(verdict.p_mean < 0.05);
         let bias = *detectable.get_or_insert(verdict.detectable);
@@ -147,7 +265,8 @@ fn small(channels: &[(&str, [f32; 4])]) -> Channels {
 fn figures_are_those_of_their_definitions() {
     let a = small(&[("Y", [1.0, 2.0, 0.0, 6.0])]);
     let b = small(&[("Y", [1.0, 1.0, 0.0, 2.0])]);
-    let found = compare(&a, &b, &Options::default()).expect("files that can be compared").figures;
+    let found =
+        compare(from_ref(&a), from_ref(&b), &Options::default()).expect("files that can be compared").figures;
     assert!((found.rmse - (17.0f64 / 4.0).sqrt()).abs() < 1e-12, "{found:?}");
     // mean(B) = 1, so 0.01 is added to each B².
     assert!((found.relmse - (1.0 / 1.01 + 16.0 / 4.01) / 4.0).abs() < 1e-12, "{found:?}");
@@ -158,7 +277,7 @@ fn figures_are_those_of_their_definitions() {
     // whose ΔE2000 is that over S_L.
     let grey = |value: f32| small(&[("R", [value; 4]), ("G", [value; 4]), ("B", [value; 4])]);
     let options = Options { white: Some(1.0), ..Options::default() };
-    let seen = compare(&grey(0.2), &grey(0.18), &options)
+    let seen = compare(&[grey(0.2)], &[grey(0.18)], &options)
         .expect("files that can be compared")
         .seen
         .expect("colours");
@@ -168,7 +287,7 @@ fn figures_are_those_of_their_definitions() {
     assert!((seen.delta_e - expected).abs() < 1e-5, "{}, expected {expected}", seen.delta_e);
     // Left alone, white makes the reference's mean a middle grey.
     let seen =
-        compare(&grey(4.0), &grey(3.6), &Options::default()).expect("comparable").seen.expect("colours");
+        compare(&[grey(4.0)], &[grey(3.6)], &Options::default()).expect("comparable").seen.expect("colours");
     assert!((seen.white - 20.0).abs() < 1e-5 && (seen.delta_e - expected).abs() < 1e-5, "{seen:?}");
 }
 
@@ -178,18 +297,21 @@ fn figures_are_those_of_their_definitions() {
 fn odd_files_are_compared_as_far_as_they_go() {
     let a = small(&[("Y", [1.0, f32::NAN, 2.0, 3.0])]);
     let b = small(&[("Y", [1.0, 2.0, f32::INFINITY, 3.0])]);
-    let compared = compare(&a, &b, &Options::default()).expect("files that can be compared");
+    let compared =
+        compare(from_ref(&a), from_ref(&b), &Options::default()).expect("files that can be compared");
     assert_eq!((compared.bad, compared.figures.rmse), ([1, 1], 0.0));
     assert!(compared.notes.iter().any(|note| note.contains("1 of 4 pixels of A")), "{:?}", compared.notes);
 
     let responses = small(&[("green", [1.0; 4]), ("red", [2.0; 4]), ("samples", [64.0; 4])]);
-    let compared = compare(&responses, &responses, &Options::default()).expect("files that can be compared");
+    let compared = compare(from_ref(&responses), from_ref(&responses), &Options::default())
+        .expect("files that can be compared");
     assert!(compared.seen.is_none() && compared.channels.len() == 2);
 
     let mut layered =
         small(&[("beauty.R", [0.5; 4]), ("beauty.G", [0.5; 4]), ("beauty.B", [0.5; 4]), ("dn.X", [0.0; 4])]);
     layered.half = layered.channels.iter().map(|(name, _)| name.clone()).collect();
-    let compared = compare(&layered, &layered, &Options::default()).expect("files that can be compared");
+    let compared = compare(from_ref(&layered), from_ref(&layered), &Options::default())
+        .expect("files that can be compared");
     assert!(compared.seen.is_some_and(|seen| seen.delta_e == 0.0 && seen.hdr_flip == 0.0));
 }
 
@@ -239,6 +361,12 @@ fn conditions_decide_the_exit_code_and_mistakes_are_2() {
         (vec!["bare.exr", "bare.exr", "--z", "z.png"], 2, "error.*"),
         (vec!["a.exr", "y.exr"], 2, "pixel_format"),
         (vec!["a.exr", "small.exr"], 2, "--size"),
+        (
+            vec!["a.exr", "--reference", "b.exr", "small.exr"],
+            2,
+            "picture 1 of B has 24×20 pixels, picture 2 of B 4×4",
+        ),
+        (vec!["a.exr", "--reference", "b.exr", "y.exr"], 2, "pixel_format"),
         (vec!["a.exr", "none.exr"], 2, "none.exr"),
         (vec!["a.exr", "broken.exr"], 2, "OpenEXR"),
         (vec!["a.exr", "scene.xml"], 2, "OpenEXR"),

@@ -5,21 +5,26 @@ use std::path::{Path, PathBuf};
 
 /// Compare a picture with a reference: error figures, colour difference, FLIP, and a test for bias
 ///
-/// Where a file states standard errors (channels error.*), Welch's t-test tells a bias from noise, of the whole picture, of
-/// tiles and of pixels. The other file may be of any program: half floats and layers are read, and without errors it
-/// counts as exact.
+/// Where a file states standard errors (channels error.*), Welch's t-test tells a bias from noise, of the
+/// whole picture, of tiles and of pixels. The other file may be of any program: half floats and layers are
+/// read. Without errors it counts as exact; of several renders that differ in the seed, the spread is the
+/// error:
+///
+///   abbe compare A.exr --reference b1.exr b2.exr b3.exr b4.exr
 #[derive(clap::Args)]
 #[command(
+    override_usage = "abbe compare [OPTIONS] <A.exr> <B.exr>\n       \
+                      abbe compare [OPTIONS] <A.exr>... --reference <B.exr>...",
     after_help = "Exit codes: 0 done, 1 a --fail-if is met (or a file cannot be written), 2 wrong input."
 )]
 pub struct Args {
-    /// The picture that is judged
-    #[arg(value_name = "A.exr")]
-    a: PathBuf,
+    /// The picture that is judged and the reference; with --reference, renders of what is judged
+    #[arg(value_name = "A.exr", required = true)]
+    pictures: Vec<PathBuf>,
 
-    /// The reference
-    #[arg(value_name = "B.exr")]
-    b: PathBuf,
+    /// The reference: renders of one scene that differ in the seed
+    #[arg(long, value_name = "B.exr", num_args = 1..)]
+    reference: Vec<PathBuf>,
 
     /// Print JSON instead of a table
     #[arg(long)]
@@ -56,10 +61,12 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let paths = args.sides()?;
     for (_, path) in args.maps() {
         refuse_what_cannot_be_written(path, args)?;
     }
-    let (a, b) = (read(&args.a)?, read(&args.b)?);
+    let read = |side: &[PathBuf]| side.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>();
+    let (a, b) = (read(paths[0])?, read(paths[1])?);
     let options =
         Options { white: args.white, pixels_per_degree: args.ppd.unwrap_or(flip::PIXELS_PER_DEGREE) };
     let comparison = compare(&a, &b, &options).map_err(|mismatch| Failure::Input(mismatch.to_string()))?;
@@ -75,8 +82,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write(map, path, &comparison)
             .map_err(|error| Failure::Other(format!("error: cannot write {}: {error}", path.display())))?;
     }
-    let files = [&args.a, &args.b].map(|path| path.to_string_lossy());
-    let files = [files[0].as_ref(), files[1].as_ref()];
+    // To standard error too: who reads one figure of many should not miss it.
+    for assumption in &comparison.assumptions {
+        eprintln!("warning: {assumption}");
+    }
+    let files: [Vec<String>; 2] =
+        paths.map(|side| side.iter().map(|path| path.to_string_lossy().into_owned()).collect());
+    let files: [&[String]; 2] = files.each_ref().map(Vec::as_slice);
     if args.json {
         super::say(&comparison.json(files))?;
     } else {
@@ -89,6 +101,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 impl Args {
+    /// The pictures of A and of B.
+    fn sides(&self) -> Result<[&[PathBuf]; 2], Failure> {
+        match (self.pictures.as_slice(), self.reference.as_slice()) {
+            ([a, b], []) => Ok([std::slice::from_ref(a), std::slice::from_ref(b)]),
+            (a, b @ [_, ..]) => Ok([a, b]),
+            ([_], []) => Err(Failure::Input(
+                "error: there is one picture, and nothing to compare it with\nhelp: abbe compare A.exr B.exr"
+                    .to_owned(),
+            )),
+            (several, []) => Err(Failure::Input(format!(
+                "error: it is not clear which of {} pictures are the reference\n\
+                 help: put --reference before those that are: abbe compare A.exr --reference b1.exr b2.exr",
+                several.len()
+            ))),
+        }
+    }
+
     fn maps(&self) -> impl Iterator<Item = (MapKind, &Path)> {
         let wanted = [
             (MapKind::Difference, &self.difference),
@@ -132,7 +161,7 @@ fn refuse_what_cannot_be_written(path: &Path, args: &Args) -> Result<(), Failure
     }
     let same =
         |other: &Path| path.canonicalize().is_ok_and(|path| other.canonicalize().is_ok_and(|o| o == path));
-    if same(&args.a) || same(&args.b) {
+    if args.pictures.iter().chain(&args.reference).any(|compared| same(compared)) {
         return refused("the picture would go over one that is compared", "give it another name");
     }
     Ok(())
@@ -156,8 +185,8 @@ fn met(conditions: &[Condition], comparison: &Comparison) -> Result<Vec<String>,
             Err(Unmet::WithoutValue(name)) => {
                 return Err(Failure::Input(format!(
                     "error: --fail-if: '{name}' is not known for these files\n\
-                     help: p-values and bounds of detection need a file with errors (channels error.*), \
-                     delta_e and FLIP need colours"
+                     help: p-values and bounds of detection need a file with errors (channels error.*) or several \
+                     renders of one side, delta_e and FLIP need colours"
                 )));
             }
         }
@@ -168,7 +197,7 @@ fn met(conditions: &[Condition], comparison: &Comparison) -> Result<Vec<String>,
 fn cannot_be_shown(path: &Path, kind: MapKind) -> Failure {
     let needed = match kind {
         MapKind::Flip => "colours: channels R G B, X Y Z or Y in both files",
-        _ => "errors: channels error.* in one of the files",
+        _ => "errors: channels error.* in one of the files, or several renders of one side",
     };
     Failure::Input(format!(
         "error: {}: these files do not have what it shows\nhelp: it needs {needed}",

@@ -6,6 +6,7 @@ mod progress;
 mod pulse;
 mod render;
 mod scene_options;
+mod shell;
 mod spectrum;
 mod stop;
 mod study;
@@ -35,6 +36,8 @@ enum Command {
     Info(info::Args),
     Spectrum(spectrum::Args),
     Study(study::Args),
+    Completions(shell::CompletionsArgs),
+    Man(shell::ManArgs),
 }
 
 /// Why a command did not do what it was asked.
@@ -63,6 +66,8 @@ fn say(text: &str) -> Result<(), Failure> {
     }
 }
 
+// Not inlined: nothing of it may move before the check of the processor.
+#[inline(never)]
 pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
@@ -70,6 +75,8 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Spectrum(args) => spectrum::run(&args),
         Command::Study(args) => study::run(&args),
+        Command::Completions(args) => shell::completions(&args),
+        Command::Man(args) => shell::man(&args),
     };
     let (message, code) = match outcome {
         Ok(()) => return ExitCode::SUCCESS,

@@ -1,14 +1,17 @@
 //! How two pictures differ: what artists, colour scientists and statisticians ask for, each with its definition.
 //!
-//! A is judged, B is the reference. Bias and noise are kept apart: figures such as relMSE see both, Welch's t-test sees only
-//! what the stated errors do not explain. Model of the tests: the noise of pixels is independent, and a mean over replicates
-//! is distributed so that Student's t applies.
+//! A is judged, B is the reference; either may be several pictures of one scene, whose means are compared.
+//! Bias and noise are kept apart: figures such as relMSE see both, Welch's t-test sees only what the errors
+//! do not explain, stated ones or those that the spread of several pictures shows. Model of the tests: a mean
+//! over replicates is distributed so that Student's t applies, and the noise of pixels that a file states
+//! errors of is independent.
 
 mod bias;
 mod condition;
 mod figures;
 pub mod flip;
 mod maps;
+mod noise;
 mod pair;
 mod report;
 
@@ -16,10 +19,12 @@ pub use bias::{CELLS, LEVEL, POWER, TILE, Tests};
 pub use condition::{Condition, Unmet};
 pub use figures::{Figures, Seen, relmse_scale};
 pub use maps::{Map, MapKind};
+pub use noise::Noise;
 pub use pair::{Channel, Measurement, Mismatch, Pair, listed};
 
 use crate::output::exr::Channels;
 use crate::stats::sidak_corrected;
+use pair::SIDES;
 
 /// What can be chosen in a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,10 +57,14 @@ pub struct Comparison {
     pub channels: Vec<ChannelResult>,
     /// The channel that stands for all in pictures: luminance, green, or the first.
     pub middle: usize,
+    /// Replicates behind the errors of each side: those of its pictures together, where they say so, or the
+    /// pictures themselves, where the errors are their spread.
     pub replicates: [Option<u32>; 2],
-    /// Which of the files state errors.
-    pub has_errors: [bool; 2],
-    /// What a reader of the figures should know.
+    /// Where the errors of each side come from.
+    pub noise: [Noise; 2],
+    /// What was assumed because the files do not say: it may be wrong, and the tests with it.
+    pub assumptions: Vec<String>,
+    /// What else a reader of the figures should know.
     pub notes: Vec<String>,
 }
 
@@ -66,7 +75,7 @@ pub struct ChannelResult {
     pub figures: Figures,
     /// A minus B; NaN where they cannot be compared.
     pub difference: Vec<f64>,
-    /// Where one file at least states errors.
+    /// Where one side at least knows its noise.
     pub tests: Option<Tests>,
 }
 
@@ -86,8 +95,8 @@ pub struct Verdict {
     pub detectable_tile: f64,
 }
 
-/// Compares a picture with its reference.
-pub fn compare(a: &Channels, b: &Channels, options: &Options) -> Result<Comparison, Mismatch> {
+/// Compares a picture with its reference, either of which may be several: seeds of one scene.
+pub fn compare(a: &[Channels], b: &[Channels], options: &Options) -> Result<Comparison, Mismatch> {
     let pair = Pair::new(a, b)?;
     let pixels = pair.width * pair.height;
     let good: Vec<bool> = (0..pixels).map(|pixel| pair.is_good(pixel)).collect();
@@ -102,16 +111,14 @@ pub fn compare(a: &Channels, b: &Channels, options: &Options) -> Result<Comparis
         .channels
         .iter()
         .map(|channel| {
-            let values =
-                |measurement: &Measurement| measurement.values.iter().map(|&v| f64::from(v)).collect();
-            let (a, b): (Vec<f64>, Vec<f64>) = (values(&channel.a), values(&channel.b));
+            let (a, b) = (&channel.a.values, &channel.b.values);
             let difference = (0..pixels).map(|i| if good[i] { a[i] - b[i] } else { f64::NAN }).collect();
-            let stated = channel.a.errors.is_some() || channel.b.errors.is_some();
+            let is_known = [channel.a.noise, channel.b.noise] != [Noise::Unknown; 2];
             ChannelResult {
                 name: channel.name.clone(),
-                figures: Figures::of(&a, &b, &good),
+                figures: Figures::of(a, b, &good),
                 difference,
-                tests: stated.then(|| bias::test(&pair, channel, &good)),
+                tests: is_known.then(|| bias::test(&pair, channel, &good)),
             }
         })
         .collect();
@@ -124,8 +131,14 @@ pub fn compare(a: &Channels, b: &Channels, options: &Options) -> Result<Comparis
         }
         None => Figures::mean(channels.iter().map(|channel| &channel.figures)),
     };
-    let stated = |side: fn(&Channel) -> bool| pair.channels.iter().any(side);
-    let has_errors = [stated(|c| c.a.errors.is_some()), stated(|c| c.b.errors.is_some())];
+    let noise = [|channel: &Channel| channel.a.noise, |channel: &Channel| channel.b.noise].map(|side| {
+        let known = pair.channels.iter().map(side).find(|noise| *noise != Noise::Unknown);
+        known.unwrap_or(Noise::Unknown)
+    });
+    let replicates = [0, 1].map(|side| match noise[side] {
+        Noise::Spread => Some([a, b][side].len() as u32),
+        _ => [a, b][side].iter().map(noise::replicates).sum(),
+    });
     let mut comparison = Comparison {
         width: pair.width,
         height: pair.height,
@@ -135,16 +148,18 @@ pub fn compare(a: &Channels, b: &Channels, options: &Options) -> Result<Comparis
         seen: Seen::of(&pair, &good, options),
         channels,
         middle: pair.middle(),
-        replicates: pair.replicates,
-        has_errors,
+        replicates,
+        noise,
+        assumptions: Vec::new(),
         notes: Vec::new(),
     };
-    comparison.notes = notes(&comparison, &pair, a, b);
+    comparison.assumptions = assumptions(&comparison);
+    comparison.notes = notes(&comparison, &pair, [a, b]);
     Ok(comparison)
 }
 
 impl Comparison {
-    /// `None` where no file states errors.
+    /// `None` where neither side knows its noise.
     pub fn verdict(&self) -> Option<Verdict> {
         let tests: Vec<&Tests> = self.channels.iter().filter_map(|channel| channel.tests.as_ref()).collect();
         if tests.is_empty() {
@@ -169,10 +184,30 @@ impl Comparison {
     }
 }
 
-fn notes(comparison: &Comparison, pair: &Pair, a: &Channels, b: &Channels) -> Vec<String> {
+fn assumptions(comparison: &Comparison) -> Vec<String> {
+    let mut assumptions = Vec::new();
+    for (side, name) in SIDES.into_iter().enumerate() {
+        let (own, other) = (comparison.noise[side], comparison.noise[1 - side]);
+        if own == Noise::Unknown && other != Noise::Unknown {
+            assumptions.push(format!(
+                "{name} is one picture that states no errors (channels error.*): it is taken to be exact, so that its noise \
+                 passes for bias and p-values are far too small if it has any. Give several renders of it that differ in \
+                 the seed; their spread then is its error"
+            ));
+        }
+        if own == Noise::Stated && comparison.replicates[side].is_none() {
+            assumptions.push(format!(
+                "{name} does not say how many replicates its errors come from (attribute abbe.replicates): they are taken to be exact"
+            ));
+        }
+    }
+    assumptions
+}
+
+fn notes(comparison: &Comparison, pair: &Pair, sides: [&[Channels]; 2]) -> Vec<String> {
     let mut notes = Vec::new();
     let pixels = comparison.width * comparison.height;
-    for (name, count) in ["A", "B"].into_iter().zip(comparison.bad) {
+    for (name, count) in SIDES.into_iter().zip(comparison.bad) {
         if count > 0 {
             notes.push(format!(
                 "{count} of {pixels} pixels of {name} are not finite; all figures leave them out"
@@ -182,33 +217,33 @@ fn notes(comparison: &Comparison, pair: &Pair, a: &Channels, b: &Channels) -> Ve
     if comparison.unmeasured > 0 {
         notes.push(format!("{} of {pixels} pixels have no error yet: left out", comparison.unmeasured));
     }
-    for (name, left_out) in ["A", "B"].into_iter().zip(&pair.left_out) {
+    for (name, left_out) in SIDES.into_iter().zip(&pair.left_out) {
         if !left_out.is_empty() {
             notes.push(format!("only {name} has {}: left out", listed(left_out)));
         }
     }
-    match comparison.has_errors {
-        [false, false] => notes.push(
-            "neither file states errors (channels error.*): noise and bias cannot be told apart".to_owned(),
-        ),
-        [true, false] => notes.push("B states no errors: it is taken to be exact".to_owned()),
-        [false, true] => notes.push("A states no errors: it is taken to be exact".to_owned()),
-        [true, true] => {}
-    }
-    for side in 0..2 {
-        if comparison.has_errors[side] && comparison.replicates[side].is_none() {
-            let name = ["A", "B"][side];
-            notes.push(format!(
-                "{name} does not say how many replicates its errors come from (attribute abbe.replicates): they are taken to be exact"
-            ));
-        }
-    }
-    let same = |name: &str| a.attribute(name).is_some_and(|value| b.attribute(name) == Some(value));
-    if ["abbe.sceneHash", "abbe.seed", "abbe.sampler"].iter().all(|name| same(name)) {
+    if comparison.noise == [Noise::Unknown; 2] {
         notes.push(
-            "both are renders of one scene with one seed: they share their noise, so the tests say little"
+            "neither side states errors (channels error.*) or is several pictures: noise and bias cannot be told apart"
                 .to_owned(),
         );
+    }
+    let pictures: Vec<(String, &Channels)> = (0..2)
+        .flat_map(|side| {
+            let count = sides[side].len();
+            sides[side].iter().enumerate().map(move |(i, picture)| (pair::label(side, i, count), picture))
+        })
+        .collect();
+    for (i, (first, a)) in pictures.iter().enumerate() {
+        for (second, b) in &pictures[i + 1..] {
+            let same = |name: &str| a.attribute(name).is_some_and(|value| b.attribute(name) == Some(value));
+            if ["abbe.sceneHash", "abbe.seed", "abbe.sampler"].iter().all(|name| same(name)) {
+                notes.push(format!(
+                    "{first} and {second} are renders of one scene with one seed: they share their noise, so the tests \
+                     say little"
+                ));
+            }
+        }
     }
     notes
 }

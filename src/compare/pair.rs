@@ -1,22 +1,22 @@
-//! Which channels of two files are set against one another.
+//! Which channels of two sides are set against one another. A side is one picture, or several of one scene.
 
 use super::flip::Rgb;
+use super::noise::{Noise, Stored};
 use crate::output::Colour;
 use crate::output::exr::Channels;
 use crate::spectrum::colour::{Xyz, rec709_to_xyz};
 use std::fmt;
 
-/// One channel as one file has it.
-#[derive(Clone, Copy, Debug)]
+/// One channel as one side has it.
+#[derive(Clone, Debug)]
 pub struct Measurement<'a> {
-    pub values: &'a [f32],
-    /// Standard error of each value.
-    pub errors: Option<&'a [f32]>,
-    /// Half a unit in the last place over the value: what storing it may have changed, at most.
-    pub rounding: f64,
+    /// Means over the pictures.
+    pub values: Vec<f64>,
+    pub noise: Noise,
+    pub(super) pictures: Vec<Stored<'a>>,
 }
 
-/// A channel of both files.
+/// A channel of both sides.
 #[derive(Clone, Debug)]
 pub struct Channel<'a> {
     pub name: String,
@@ -24,7 +24,7 @@ pub struct Channel<'a> {
     pub b: Measurement<'a>,
 }
 
-/// Two files of equal size and all that both have measured.
+/// Two sides of equal size and all that both have measured.
 #[derive(Clone, Debug)]
 pub struct Pair<'a> {
     pub width: usize,
@@ -32,19 +32,19 @@ pub struct Pair<'a> {
     pub channels: Vec<Channel<'a>>,
     /// What the colours are, and where in `channels` they stand; `None` for files without any.
     pub colour: Option<(Colour, Vec<usize>)>,
-    /// Channels that only one file has: not compared.
+    /// Channels that only one side has: not compared.
     pub left_out: [Vec<String>; 2],
-    /// Replicates behind the errors of each file, where it says so.
-    pub replicates: [Option<u32>; 2],
-    /// Degrees of freedom of each file's errors; infinite where it does not say.
-    pub degrees: [f64; 2],
 }
 
-/// Why two files cannot be compared.
+/// Why two sides cannot be compared. Each picture is named: A, or picture 2 of B.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Mismatch {
-    Size([[usize; 2]; 2]),
-    Channels([Vec<String>; 2]),
+    Size([(String, [usize; 2]); 2]),
+    Channels([(String, Vec<String>); 2]),
+    /// Two pictures of one side hold the same values.
+    Twice([String; 2]),
+    /// A side has no picture.
+    Nothing(&'static str),
 }
 
 /// Channels that tell of the render and the scene, not of light.
@@ -53,21 +53,34 @@ fn is_measured(name: &str) -> bool {
     !(beside.iter().any(|prefix| name.starts_with(prefix)) || ["samples", "depth"].contains(&name))
 }
 
+/// What a picture is called in messages.
+pub(super) fn label(side: usize, index: usize, count: usize) -> String {
+    let side = SIDES[side];
+    if count == 1 { side.to_owned() } else { format!("picture {} of {side}", index + 1) }
+}
+
+pub(super) const SIDES: [&str; 2] = ["A", "B"];
+
 impl<'a> Pair<'a> {
-    /// What `a` and `b`, the reference, have in common. Their colours must be of one kind; channels beside them that only
-    /// one file has are left out.
-    pub fn new(a: &'a Channels, b: &'a Channels) -> Result<Self, Mismatch> {
-        let sizes = [a, b].map(|side| [side.width, side.height]);
-        if sizes[0] != sizes[1] {
-            return Err(Mismatch::Size(sizes));
+    /// What the pictures `a` and `b`, the reference, have in common. Their colours must be of one kind;
+    /// channels beside them that only one side has are left out. Several pictures of a side must measure the
+    /// same.
+    pub fn new(a: &'a [Channels], b: &'a [Channels]) -> Result<Self, Mismatch> {
+        let sides = [a, b];
+        let mut firsts = Vec::new();
+        for (side, pictures) in sides.into_iter().enumerate() {
+            let first = pictures.first().ok_or(Mismatch::Nothing(SIDES[side]))?;
+            check_alike(side, pictures, first)?;
+            firsts.push((label(side, 0, pictures.len()), first));
         }
-        let names = [a, b].map(|side| -> Vec<String> {
-            side.channels.iter().map(|(name, _)| name.clone()).filter(|name| is_measured(name)).collect()
-        });
+        let [(label_a, first_a), (label_b, first_b)] = [firsts[0].clone(), firsts[1].clone()];
+        check_sizes([(&label_a, first_a), (&label_b, first_b)])?;
+        let names = [first_a, first_b].map(measured_names);
         let colours = [0, 1].map(|side| colours(&names[side]));
         let common: Vec<String> = names[0].iter().filter(|name| names[1].contains(name)).cloned().collect();
         if colours[0] != colours[1] || common.is_empty() {
-            return Err(Mismatch::Channels(names));
+            let [names_a, names_b] = names;
+            return Err(Mismatch::Channels([(label_a, names_a), (label_b, names_b)]));
         }
         let left_out = [0, 1].map(|side| {
             names[side].iter().filter(|&name| !names[1 - side].contains(name)).cloned().collect()
@@ -75,7 +88,7 @@ impl<'a> Pair<'a> {
         let mut channels: Vec<Channel> = common
             .into_iter()
             .filter_map(|name| {
-                let (a, b) = (measurement(a, &name)?, measurement(b, &name)?);
+                let (a, b) = (Measurement::of(a, &name)?, Measurement::of(b, &name)?);
                 Some(Channel { name, a, b })
             })
             .collect();
@@ -87,21 +100,15 @@ impl<'a> Pair<'a> {
         });
         let colour =
             (!wanted.is_empty()).then(|| (kind(wanted.len(), &wanted[0]), (0..wanted.len()).collect()));
-        let replicates = [a, b].map(|side| side.attribute("abbe.replicates")?.parse().ok());
-        let degrees = [0, 1].map(|side| {
-            let stated = [a, b][side].attribute("abbe.degreesOfFreedom").and_then(|text| text.parse().ok());
-            let own = || replicates[side].map(|count: u32| f64::from(count.saturating_sub(1)));
-            stated.or_else(own).filter(|degrees| *degrees > 0.0).unwrap_or(f64::INFINITY)
-        });
-        Ok(Self { width: a.width, height: a.height, channels, colour, left_out, replicates, degrees })
+        Ok(Self { width: first_a.width, height: first_a.height, channels, colour, left_out })
     }
 
-    /// The colour of a pixel of both files. `None` for files without colours.
+    /// The colour of a pixel of both sides. `None` for files without colours.
     pub fn xyz(&self, pixel: usize) -> Option<[Xyz; 2]> {
         let (kind, places) = self.colour.as_ref()?;
         let value = |place: usize, first: bool| {
             let channel = &self.channels[place];
-            f64::from(if first { channel.a.values[pixel] } else { channel.b.values[pixel] })
+            if first { channel.a.values[pixel] } else { channel.b.values[pixel] }
         };
         Some([true, false].map(|first| match (kind, places.as_slice()) {
             (Colour::Rec709, &[r, g, b]) => rec709_to_xyz([r, g, b].map(|place| value(place, first))),
@@ -119,12 +126,12 @@ impl<'a> Pair<'a> {
         }
     }
 
-    /// Whether a pixel can be compared: both files have finite values and errors of it in every channel.
+    /// Whether a pixel can be compared: all pictures have finite values and errors of it in every channel.
     pub fn is_good(&self, pixel: usize) -> bool {
         self.channels.iter().all(|channel| channel.a.is_good(pixel) && channel.b.is_good(pixel))
     }
 
-    /// Whether the first file has a value that is not finite there; whether the second has.
+    /// Whether a picture of A has a value that is not finite there; whether one of B has.
     pub fn is_bad(&self, pixel: usize) -> [bool; 2] {
         [
             self.channels.iter().any(|channel| !channel.a.values[pixel].is_finite()),
@@ -133,25 +140,43 @@ impl<'a> Pair<'a> {
     }
 }
 
-impl Measurement<'_> {
-    fn is_good(&self, pixel: usize) -> bool {
-        self.values[pixel].is_finite() && self.errors.is_none_or(|errors| errors[pixel].is_finite())
+/// Several pictures of one side must have one size, the same channels, and noise of their own.
+fn check_alike(side: usize, pictures: &[Channels], first: &Channels) -> Result<(), Mismatch> {
+    let label = |index| label(side, index, pictures.len());
+    for (index, picture) in pictures.iter().enumerate().skip(1) {
+        check_sizes([(&label(0), first), (&label(index), picture)])?;
+        let names = [first, picture].map(measured_names);
+        if names[0] != names[1] {
+            let [first, own] = names;
+            return Err(Mismatch::Channels([(label(0), first), (label(index), own)]));
+        }
+        if let Some(earlier) = pictures[..index].iter().position(|other| is_equal(other, picture, &names[0]))
+        {
+            return Err(Mismatch::Twice([label(earlier), label(index)]));
+        }
     }
+    Ok(())
+}
+
+/// Whether two pictures hold the same in some channels, bit for bit.
+fn is_equal(a: &Channels, b: &Channels, names: &[String]) -> bool {
+    let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<u32>>();
+    names.iter().all(|name| a.channel(name).map(bits) == b.channel(name).map(bits))
+}
+
+fn check_sizes(pictures: [(&str, &Channels); 2]) -> Result<(), Mismatch> {
+    let sizes = pictures.map(|(label, picture)| (label.to_owned(), [picture.width, picture.height]));
+    if sizes[0].1 == sizes[1].1 { Ok(()) } else { Err(Mismatch::Size(sizes)) }
+}
+
+/// The channels of light, in the order of the file.
+fn measured_names(picture: &Channels) -> Vec<String> {
+    picture.channels.iter().map(|(name, _)| name.clone()).filter(|name| is_measured(name)).collect()
 }
 
 /// A colour of linear Rec. 709 for [`super::flip`].
 pub(super) fn rec709(xyz: Xyz) -> Rgb {
     crate::spectrum::colour::xyz_to_rec709(xyz)
-}
-
-fn measurement<'a>(side: &'a Channels, name: &str) -> Option<Measurement<'a>> {
-    // 11 and 24 significant bits.
-    let rounding = if side.half.iter().any(|half| half == name) { 2f64.powi(-11) } else { 2f64.powi(-24) };
-    Some(Measurement {
-        values: side.channel(name)?,
-        errors: side.channel(&format!("error.{name}")),
-        rounding,
-    })
 }
 
 /// The channels that are the picture's colours: those of no layer, else of the first layer that has any. The kind is told
@@ -181,18 +206,26 @@ fn kind(count: usize, first: &str) -> Colour {
 impl fmt::Display for Mismatch {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Size([[wa, ha], [wb, hb]]) => write!(
+            Self::Size([(a, [wa, ha]), (b, [wb, hb])]) => write!(
                 f,
-                "error: the pictures differ in size: A has {wa}×{ha} pixels, B {wb}×{hb}\n\
+                "error: the pictures differ in size: {a} has {wa}×{ha} pixels, {b} {wb}×{hb}\n\
                  help: render both with the same --size"
             ),
-            Self::Channels([a, b]) => write!(
+            Self::Channels([(a, of_a), (b, of_b)]) => write!(
                 f,
-                "error: the pictures measure different things: A has {}, B {}\n\
+                "error: the pictures measure different things: {a} has {}, {b} {}\n\
                  help: render both with the same film: its pixel_format decides between R G B, X Y Z and Y",
-                listed(a),
-                listed(b)
+                listed(of_a),
+                listed(of_b)
             ),
+            Self::Twice([first, second]) => write!(
+                f,
+                "error: {first} and {second} are equal in every pixel: their spread is not that of noise\n\
+                 help: render each picture with a seed of its own; give a picture without noise once"
+            ),
+            Self::Nothing(side) => {
+                write!(f, "error: {side} has no picture\nhelp: give one picture at least of each side")
+            }
         }
     }
 }

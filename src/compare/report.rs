@@ -1,7 +1,7 @@
 //! A comparison told as a table and as JSON.
 
 use super::bias::{CELLS, LEVEL, POWER, TILE};
-use super::{ChannelResult, Comparison, Figures};
+use super::{ChannelResult, Comparison, Figures, Noise};
 use std::fmt::Write;
 
 type Named = Vec<(String, Option<f64>)>;
@@ -46,17 +46,26 @@ impl Comparison {
     }
 
     /// One object:
-    /// - `a`, `b`: each with `file`, `replicates` (null where it does not say), `has_errors`;
+    /// - `a`, `b`: each with `files`, `errors` (`"stated"`, or `"spread"` of several files, or null) and
+    ///   `replicates` behind them (null where the files do not say);
     /// - `width`, `height`, pixels;
-    /// - `notes`: sentences;
+    /// - `notes`: sentences, first those on what was assumed;
     /// - `figures`: the names of [`Self::figures`] without those of channels; null for what the files cannot tell and
     ///   for what is no finite number;
     /// - `channels`: for each its own figures, and `p_histogram`, counts of 20 equal cells from p = 0 to 1.
-    pub fn json(&self, files: [&str; 2]) -> String {
+    pub fn json(&self, files: [&[String]; 2]) -> String {
         let side = |side: usize| {
             let replicates = self.replicates[side].map_or("null".to_owned(), |count| count.to_string());
-            let (file, errors) = (quoted(files[side]), self.has_errors[side]);
-            format!("{{\"file\": {file}, \"replicates\": {replicates}, \"has_errors\": {errors}}}")
+            let files: Vec<String> = files[side].iter().map(|file| quoted(file)).collect();
+            let errors = match self.noise[side] {
+                Noise::Unknown => "null",
+                Noise::Stated => "\"stated\"",
+                Noise::Spread => "\"spread\"",
+            };
+            format!(
+                "{{\"files\": [{}], \"errors\": {errors}, \"replicates\": {replicates}}}",
+                files.join(", ")
+            )
         };
         let object = |named: &Named, indent: &str| {
             let lines: Vec<String> = named
@@ -76,7 +85,7 @@ impl Comparison {
                 format!("    {name}: {{\n{figures},\n      \"p_histogram\": {histogram}\n    }}")
             })
             .collect();
-        let notes: Vec<String> = self.notes.iter().map(|note| quoted(note)).collect();
+        let notes: Vec<String> = self.all_notes().map(quoted).collect();
         format!(
             "{{\n  \"a\": {},\n  \"b\": {},\n  \"width\": {},\n  \"height\": {},\n  \"notes\": [{}],\n  \
              \"figures\": {{\n{}\n  }},\n  \"channels\": {{\n{}\n  }}\n}}\n",
@@ -91,18 +100,23 @@ impl Comparison {
     }
 
     /// For people.
-    pub fn table(&self, files: [&str; 2]) -> String {
+    pub fn table(&self, files: [&[String]; 2]) -> String {
         let mut out = String::new();
-        for (side, (name, file)) in ["A", "B"].into_iter().zip(files).enumerate() {
+        for (side, (name, files)) in ["A", "B"].into_iter().zip(files).enumerate() {
             let role = if side == 1 { ", the reference" } else { "" };
-            let errors = match (self.has_errors[side], self.replicates[side]) {
-                (false, _) => "no errors".to_owned(),
-                (true, Some(count)) => format!("errors from {count} replicates"),
-                (true, None) => "errors".to_owned(),
+            let errors = match (self.noise[side], self.replicates[side]) {
+                (Noise::Unknown, _) => "no errors".to_owned(),
+                (Noise::Spread, _) => "errors from their spread".to_owned(),
+                (Noise::Stated, Some(count)) => format!("errors from {count} replicates"),
+                (Noise::Stated, None) => "errors".to_owned(),
             };
-            let _ = writeln!(out, "{name}  {file}: {}×{}, {errors}{role}", self.width, self.height);
+            let pictures = match files {
+                [file] => file.clone(),
+                files => format!("mean of {} pictures, {}", files.len(), files.join(" ")),
+            };
+            let _ = writeln!(out, "{name}  {pictures}: {}×{}, {errors}{role}", self.width, self.height);
         }
-        for note in &self.notes {
+        for note in self.all_notes() {
             let _ = writeln!(out, "note: {note}");
         }
         let f = &self.figures;
@@ -139,6 +153,11 @@ impl Comparison {
         out
     }
 
+    /// First what was assumed.
+    fn all_notes(&self) -> impl Iterator<Item = &str> {
+        self.assumptions.iter().chain(&self.notes).map(String::as_str)
+    }
+
     fn tell_tests(&self, out: &mut String) {
         let Some(verdict) = self.verdict() else { return };
         let columns = [
@@ -158,10 +177,12 @@ impl Comparison {
         for column in columns {
             let _ = write!(out, "  {column:>10}");
         }
-        let mut histogram = [0; CELLS];
+        let (mut histogram, mut noiseless, mut borrowed) = ([0; CELLS], 0, 0);
         for channel in &self.channels {
             let Some(tests) = &channel.tests else { continue };
             histogram.iter_mut().zip(tests.histogram).for_each(|(sum, count)| *sum += count);
+            noiseless += tests.noiseless;
+            borrowed += tests.borrowed;
             let _ = write!(out, "\n  {:<width$}", channel.name);
             let shares = [tests.detectable, tests.detectable_tile].map(percent);
             for cell in [
@@ -180,9 +201,15 @@ impl Comparison {
             }
         }
         let tenths: Vec<String> = histogram.chunks(2).map(|pair| (pair[0] + pair[1]).to_string()).collect();
+        let left_out = match noiseless + borrowed {
+            0 => String::new(),
+            _ => format!(
+                "\n    left out of it and of 'uniform': {noiseless} without noise, {borrowed} with the error of their neighbours alone"
+            ),
+        };
         let _ = writeln!(
             out,
-            "\n  histogram of the pixels' p, 0 to 1 in tenths: {}\n  over all: p = {} of means, tiles of {TILE}×{TILE} and pixels together, corrected for their number (Šidák)\n  \
+            "\n  histogram of the pixels' p, 0 to 1 in tenths: {}{left_out}\n  over all: p = {} of means, tiles of {TILE}×{TILE} and pixels together, corrected for their number (Šidák)\n  \
              detectable: the bias of the mean, and of the median tile, that would be found with a power of {:.0} % at the {:.0} % level",
             tenths.join(" "),
             short(verdict.p),
@@ -218,6 +245,7 @@ fn of_channel(channel: &ChannelResult) -> Named {
             ("detectable", tests.map(|t| t.detectable)),
             ("detectable_tile", tests.map(|t| t.detectable_tile)),
             ("noiseless", tests.map(|t| t.noiseless as f64)),
+            ("borrowed", tests.map(|t| t.borrowed as f64)),
         ]
         .map(|(name, value)| (name.to_owned(), value)),
     );
