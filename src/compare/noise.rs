@@ -158,8 +158,9 @@ impl<'a> Measurement<'a> {
             _ => found.estimate().variance,
         };
         let variances: Vec<f64> = found.iter().map(variance).collect();
-        let moderated = error_bars::moderated(cells.across(), &variances);
-        let degrees = error_bars::degrees(cells.across(), cells.down(), self.pictures.len() as u32);
+        let size = [cells.across(), cells.down()].map(|count| count as u32);
+        let moderated = error_bars::moderated(size, size, &variances);
+        let degrees = error_bars::degrees(size, self.pictures.len() as u32);
         found
             .iter()
             .zip(moderated)
