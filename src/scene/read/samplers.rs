@@ -1,4 +1,5 @@
-//! Samplers. They differ in noise, never in expectation: the names that Mitsuba 3 has stand for what there is here.
+//! Samplers. They differ in noise, never in expectation. One that Mitsuba 3 has is no part of what a scene means: the best that
+//! there is here takes its place. Those that are abbe's own, and the command line, force one.
 
 use super::super::description::Sampler;
 use super::super::source::Place;
@@ -9,24 +10,23 @@ use crate::sampling::SamplerKind;
 /// Mitsuba 3's default number of samples per pixel.
 const DEFAULT_SAMPLES: u32 = 4;
 
+/// Taken where the file forces none.
+const BEST: SamplerKind = SamplerKind::Sobol;
+
 /// The sampler of the sensor that is asked.
 pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
-    // Mitsuba 3 takes independent numbers where a file names no sampler; the picture is the same in expectation.
-    let default = |place: &Place| Sampler {
-        place: place.clone(),
-        kind: SamplerKind::Sobol,
-        sample_count: DEFAULT_SAMPLES,
-        seed: 0,
-    };
+    let default =
+        |place: &Place| Sampler { place: place.clone(), kind: BEST, sample_count: DEFAULT_SAMPLES, seed: 0 };
     let Some((_, id)) = query.object(Class::Sampler) else { return default(&query.object.place) };
     let query = Query::new(query.reader, id);
     let object = query.object;
     let kind = match object.plugin.as_str() {
-        "independent" => SamplerKind::Independent,
-        name @ ("stratified" | "multijitter" | "orthogonal" | "ldsampler") => {
-            let kind = if name == "stratified" { SamplerKind::Jittered } else { SamplerKind::Sobol };
-            let stands_for = format!("sampler \"{name}\" stands for \"{}\" here", kind.name());
-            query.reader.remark(&object.plugin_place, stands_for);
+        name @ ("independent" | "stratified" | "multijitter" | "orthogonal" | "ldsampler") => {
+            let taken = format!(
+                "sampler \"{name}\": \"{}\" is taken, which has less noise; --sampler forces another",
+                BEST.name()
+            );
+            query.reader.remark(&object.plugin_place, taken);
             if query.has("jitter") {
                 query.boolean("jitter", true);
                 query.reader.remark(&query.place("jitter"), "jitter changes nothing".to_owned());
@@ -34,7 +34,7 @@ pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
             if name == "orthogonal" && query.integer("strength", 1, i64::MAX).is_some() {
                 query.reader.remark(&query.place("strength"), "strength changes nothing".to_owned());
             }
-            kind
+            BEST
         }
         name => {
             let Some(kind) = SamplerKind::named(name) else {

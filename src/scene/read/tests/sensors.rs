@@ -220,8 +220,8 @@ fn spectral_films_have_channels_of_their_own() {
 #[test]
 fn samplers() {
     for (name, kind, remarks) in [
-        ("independent", SamplerKind::Independent, 0),
-        ("stratified", SamplerKind::Jittered, 1),
+        ("independent", SamplerKind::Sobol, 1),
+        ("stratified", SamplerKind::Sobol, 1),
         ("multijitter", SamplerKind::Sobol, 1),
         ("orthogonal", SamplerKind::Sobol, 1),
         ("ldsampler", SamplerKind::Sobol, 1),
