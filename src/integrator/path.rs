@@ -354,7 +354,7 @@ impl<const C: usize> Path<C> {
         let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
         let passed;
         let media = if beyond && scene.needs().medium_stack {
-            let mut media = self.media;
+            let mut media = self.media.clone();
             scene.pass_through(hit, toward_light, &mut media);
             passed = media.here;
             &passed
