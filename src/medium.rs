@@ -186,7 +186,7 @@ pub struct Media {
 
 impl Media {
     pub fn of(here: MediumStack) -> Self {
-        Self { beyond: here.clone(), here }
+        Self { here, beyond: MediumStack::default() }
     }
 
     /// The index that a surface which was met has on its outer side.
@@ -294,16 +294,67 @@ mod tests {
         let mut stack = MediumStack::default();
         stack.enter(at(0), &bodies);
         stack.enter(at(1), &bodies);
-        assert_eq!((stack.first(), stack.medium(&bodies)), (Some(at(0)), Some(0)));
+        assert_eq!((stack.bodies.last().copied(), stack.medium(&bodies)), (Some(at(0)), Some(0)));
         stack.enter(at(2), &bodies);
         stack.leave(at(0), &bodies);
-        assert_eq!((stack.first(), stack.medium(&bodies)), (Some(at(2)), Some(2)));
+        assert_eq!((stack.bodies.last().copied(), stack.medium(&bodies)), (Some(at(2)), Some(2)));
         stack.enter(at(0), &bodies);
         stack.leave(at(2), &bodies);
-        assert_eq!(stack.refracting(&bodies), Some(at(0)));
+        assert_eq!(refracting(&stack.bodies, &bodies), Some(at(0)));
         assert!(stack.contains(at(1)) && !stack.contains(at(2)));
         stack.leave(at(0), &bodies);
-        assert_eq!(stack.first(), Some(at(1)));
+        assert_eq!(stack.bodies.last().copied(), Some(at(1)));
+    }
+
+    /// However many; in a body that is never left and entered again a path is but once.
+    #[test]
+    fn no_body_is_forgotten() {
+        let mut bodies: Vec<Body> = (0..100).map(|i| body(1.0 + f64::from(i), Filling::Medium(i))).collect();
+        let mut stack = MediumStack::default();
+        (0..100).for_each(|id| stack.enter(at(id), &bodies));
+        for id in (0..100).rev() {
+            assert_eq!(stack.medium(&bodies), Some(id));
+            stack.leave(at(id), &bodies);
+        }
+        assert_eq!(stack, MediumStack::default());
+        bodies[0].closed = false;
+        (0..100).for_each(|_| stack.enter(at(0), &bodies));
+        stack.leave(at(0), &bodies);
+        assert_eq!(stack, MediumStack::default());
+    }
+
+    /// What a closed body absorbs outside says nothing of what it is left beneath.
+    #[test]
+    fn leaving_beneath_another_body_leaves_its_medium() {
+        let mut bodies: Vec<Body> = (0..2).map(|i| body(1.5, Filling::Medium(i))).collect();
+        bodies[0].exterior = Filling::Medium(7);
+        let mut stack = MediumStack::outside(Some(7));
+        stack.enter(at(0), &bodies);
+        stack.enter(at(1), &bodies);
+        stack.leave(at(0), &bodies);
+        assert!(stack.contains(at(1)));
+        stack.leave(at(1), &bodies);
+        assert_eq!(stack.medium(&bodies), Some(7));
+    }
+
+    /// The panes of a block, and the inner wall of a hollow body, which faces what is hollow.
+    #[test]
+    fn open_surfaces_of_the_same_glass_lead_in_and_out() {
+        let mut bodies = vec![body(1.5, Filling::Medium(0)); 2];
+        bodies[1].closed = false;
+        let mut stack = MediumStack::default();
+        stack.enter(at(0), &bodies);
+        assert_eq!(index_around(&stack, 1, &bodies), None);
+        stack.leave(at(1), &bodies);
+        assert_eq!(stack, MediumStack::default());
+        stack.enter(at(1), &bodies);
+        stack.leave(at(0), &bodies);
+        assert_eq!(stack, MediumStack::default());
+        // Closed bodies are taken for one another never.
+        bodies[1].closed = true;
+        stack.enter(at(1), &bodies);
+        stack.leave(at(0), &bodies);
+        assert!(stack.contains(at(1)));
     }
 
     /// Instances of one body are bodies of their own.

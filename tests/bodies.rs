@@ -202,6 +202,122 @@ fn shells_within_shells_absorb_what_they_should() {
     }
 }
 
+/// A wall that faces what is hollow, and walls of their own around a block.
+#[test]
+fn glass_made_of_several_surfaces_neither_makes_nor_loses_light() {
+    let inner = format!(r#"{}<boolean name="flip_normals" value="true"/>"#, glass(1.5));
+    assert_invisible("hollow ball", &(ball(0.0, 1.0, &glass(1.5)) + &ball(0.0, 0.8, &inner)));
+    let turns =
+        ["x=\"1\" angle=\"0\"", "x=\"1\" angle=\"90\"", "x=\"1\" angle=\"180\"", "x=\"1\" angle=\"270\""];
+    let sides = ["y=\"1\" angle=\"90\"", "y=\"1\" angle=\"270\""];
+    let pane = |turn: &str| {
+        format!(
+            r#"<shape type="rectangle"><transform name="to_world"><translate z="1"/><rotate {turn}/></transform>
+               {}</shape>"#,
+            glass(1.5)
+        )
+    };
+    let block: String = turns.iter().chain(&sides).map(|turn| pane(turn)).collect();
+    assert_invisible("block of panes", &block);
+    assert_invisible("block in water", &(block + &ball(0.3, 1.2, &glass(1.33))));
+}
+
+/// Light that is in a body for good, since what counts depends on where it came from, neither divides paths without end nor is
+/// sought from the side of the light.
+#[test]
+fn overlapping_balls_under_a_lamp_are_what_a_random_walk_finds() {
+    let lit = |integrator: &str| {
+        scene(&format!(
+            r#"<integrator type="{integrator}"/><sensor type="perspective"><float name="fov" value="50"/>
+               <transform name="to_world"><lookat origin="0,-6,5" target="0,0,0.3" up="0,0,1"/></transform>
+               <film type="hdrfilm"><integer name="width" value="4"/><integer name="height" value="4"/>
+               <string name="pixel_format" value="xyz"/><rfilter type="box"/></film></sensor>{}
+               <shape type="rectangle"><transform name="to_world"><translate z="-1.2"/><scale value="5"/></transform></shape>
+               <shape type="sphere"><point name="center" x="3" y="0.5" z="3"/><float name="radius" value="2"/>
+               <emitter type="area"><spectrum name="radiance" value="10"/></emitter></shape>"#,
+            pair(&glass(1.33), &glass(1.8))
+        ))
+    };
+    let measure = |integrator: &str, samples: u32| {
+        let film = expose(&lit(integrator), &settings(samples, WavelengthCount::Four, 1));
+        mean_over_pixels(&film, |x, y| film.combined(x, y, [0.0, 1.0, 0.0]))
+    };
+    let ((path, path_error), (walk, walk_error)) = (measure("path", 2048), measure("walk", 16384));
+    println!("path {path} ± {path_error}, walk {walk} ± {walk_error}");
+    assert!((path - walk).abs() < 4.0 * path_error.hypot(walk_error), "{path} {walk}");
+    assert!(!lit("path").needs().light_paths);
+}
+
+/// Closed glass whose normals point inward is told of, with what mends it; what is open or a cavity is not.
+#[test]
+fn closed_glass_that_faces_inward_is_told_of() {
+    let folder = std::env::temp_dir().join(format!("abbe-bodies-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let vertices = "v 1 1 1\nv 1 -1 -1\nv -1 1 -1\nv -1 -1 1\n";
+    let faces = [[1, 2, 3], [1, 4, 2], [1, 3, 4], [2, 4, 3]];
+    let written = |name: &str, faces: &[[u32; 3]]| {
+        let faces: String = faces.iter().map(|[a, b, c]| format!("f {a} {b} {c}\n")).collect();
+        std::fs::write(folder.join(format!("{name}.obj")), format!("{vertices}{faces}")).unwrap();
+        let faces = faces.replace("f ", "3 ");
+        let faces: String = faces
+            .lines()
+            .map(|line| {
+                let indices: Vec<u32> =
+                    line.split(' ').skip(1).map(|i| i.parse::<u32>().unwrap() - 1).collect();
+                format!("3 {} {} {}\n", indices[0], indices[1], indices[2])
+            })
+            .collect();
+        let count = faces.lines().count();
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {count}\nproperty list uchar int vertex_indices\nend_header\n{}{faces}",
+            vertices.replace("v ", "")
+        );
+        std::fs::write(folder.join(format!("{name}.ply")), text).unwrap();
+    };
+    written("outward", &faces);
+    written("inward", &faces.map(|[a, b, c]| [a, c, b]));
+    written("open", &faces.map(|[a, b, c]| [a, c, b])[..3]);
+    let told = |content: &str| {
+        let text = format!(r#"<scene version="3.0.0"><sensor type="perspective"/>{content}</scene>"#);
+        let description = read_str(text, &folder.join("scene.xml"), &ReadOptions::default());
+        let description = description.unwrap_or_else(|errors| panic!("{errors}"));
+        let notes = description.assumptions.iter().filter(|note| note.text.contains("faces inward"));
+        notes.map(|note| note.text.clone()).collect::<Vec<_>>()
+    };
+    let mesh = |name: &str, format: &str, more: &str| {
+        let file = format!(r#"<string name="filename" value="{name}.{format}"/>"#);
+        format!(r#"<shape type="{format}">{file}{more}</shape>"#)
+    };
+    let flip = r#"<boolean name="flip_normals" value="true"/>"#;
+    let mirror = r#"<transform name="to_world"><scale x="-1"/></transform>"#;
+    for format in ["obj", "ply"] {
+        for material in [
+            glass(1.5),
+            glass_in(1.5, "air"),
+            r#"<bsdf type="principled"><float name="spec_trans" value="1"/></bsdf>"#.to_owned(),
+        ] {
+            let told = |name: &str, more: &str| told(&mesh(name, format, &(material.clone() + more)));
+            assert_eq!([told("outward", "").len(), told("open", "").len()], [0; 2], "{format} {material}");
+            let found = told("inward", "");
+            assert!(found.len() == 1 && found[0].contains("give it flip_normals"), "{format}: {found:?}");
+            assert_eq!([told("inward", flip).len(), told("inward", mirror).len()], [0; 2], "{format}");
+            let found = told("outward", flip);
+            assert!(found.len() == 1 && found[0].contains("leave flip_normals out"), "{format}: {found:?}");
+            assert_eq!(told("outward", mirror).len(), 1, "{format}");
+        }
+        assert_eq!(told(&mesh("inward", format, "")).len(), 0, "nothing gets into what is matt");
+        assert_eq!(told(&mesh("inward", format, r#"<bsdf type="thindielectric"/>"#)).len(), 0);
+    }
+    let flipped = glass(1.5) + flip;
+    assert_eq!(told(&ball(0.0, 1.0, &flipped)).len(), 1);
+    assert_eq!(told(&(ball(0.0, 1.0, &glass(1.5)) + &ball(0.0, 0.8, &flipped))).len(), 0, "a cavity");
+    assert_eq!(told(&(ball(0.0, 1.0, &glass(1.33)) + &ball(0.0, 0.8, &flipped))).len(), 1);
+    let group = format!(r#"<shape type="shapegroup" id="g">{}</shape>"#, ball(0.0, 1.0, &flipped));
+    assert_eq!(told(&(group + r#"<shape type="instance"><ref id="g"/></shape>"#)).len(), 1);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 /// What surely lies apart is rendered as if nothing could overlap.
 #[test]
 fn bodies_that_lie_apart_need_no_precedence() {

@@ -166,7 +166,9 @@ impl<const C: usize> Path<C> {
     fn division(&self, shading: &Shading<C>) -> Option<SmallVec<[f64; BRANCHES as usize]>> {
         if let Some(reflection) = shading.chance_of_reflection() {
             let lesser = reflection.min(1.0 - reflection) * self.share * self.strength();
-            return (lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
+            // What is left of those that may end without loss weighs more and more: that must not make them divide without end.
+            let late = late_survival(self.depth) < 1.0;
+            return (!late && lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
         }
         // The first matt surface, and not the first surface.
         (self.vertex > 0 && !shading.bsdf.is_discrete() && !shading.bsdf.transmits())

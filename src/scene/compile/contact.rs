@@ -2,7 +2,7 @@
 
 use super::groups::Groups;
 use crate::geometry::{Bounds, Transform, Vec3};
-use crate::medium::Body;
+use crate::medium::{Body, Refraction};
 use crate::scene::meeting::{Contact, Contacts, Partner};
 use crate::scene::traceable::Surface;
 use crate::shape::Shape;
@@ -27,6 +27,15 @@ pub(super) struct Nearness {
     pub adjoin: bool,
     /// Whether it may be within two at once, by more than what bodies that touch have in common by rounding.
     pub overlap: bool,
+    /// Shapes whose surfaces may cross those of others with nothing but the direction of the light to say which body counts. Light that
+    /// goes the other way then sees another scene.
+    pub one_way: Vec<usize>,
+}
+
+impl Nearness {
+    fn none() -> Self {
+        Self { contacts: Contacts::default(), adjoin: false, overlap: false, one_way: Vec::new() }
+    }
 }
 
 const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
@@ -41,7 +50,7 @@ pub(super) fn nearness(
     let is_body = |shape: usize| surfaces[shape].body.is_some();
     let is_closed = |shape: usize| surfaces[shape].body.is_some_and(|body| bodies[body as usize].closed);
     if !(0..shapes.len()).any(is_body) {
-        return Nearness { contacts: Contacts::default(), adjoin: false, overlap: false };
+        return Nearness::none();
     }
     let moved = shift.point(Vec3::ZERO).length();
     let rounding: Vec<f64> = shapes.iter().map(|shape| shape.placement_error(moved)).collect();
@@ -80,7 +89,17 @@ pub(super) fn nearness(
         false => None,
     };
     let mut found: Vec<Vec<Partner>> = vec![Vec::new(); shapes.len()];
-    let (mut adjoin, mut overlap) = (false, false);
+    let mut near = Nearness::none();
+    // Where one box holds the other, the bodies most often lie within one another, the inner one entered last from everywhere.
+    let cross = |a: Bounds, b: Bounds| !a.contains(b) && !b.contains(a);
+    let unordered = |a: usize, b: usize| {
+        let [Some(a), Some(b)] = [a, b].map(|shape| surfaces[shape].body.map(|body| &bodies[body as usize]))
+        else {
+            return false;
+        };
+        let accounts = [a, b].iter().any(|body| body.refraction == Refraction::Surroundings);
+        accounts && a.priority == b.priority && a.index_class != b.index_class
+    };
     for (a, b) in touching(&items) {
         let (a, b) = (&items[a], &items[b]);
         // Parts of one solid have nothing between them.
@@ -98,8 +117,16 @@ pub(super) fn nearness(
             continue;
         }
         let bodies = a.has_body && b.has_body;
-        adjoin |= bodies;
-        overlap |= bodies && gap < -(a.error + b.error);
+        near.adjoin |= bodies;
+        if bodies && gap < -(a.error + b.error) {
+            near.overlap = true;
+            if cross(a.partner.bounds, b.partner.bounds) {
+                for i in a.shapes.clone() {
+                    let others = b.shapes.clone().filter(|&j| unordered(i, j));
+                    near.one_way.extend(others.flat_map(|j| [i, j]));
+                }
+            }
+        }
         if !(a.has_closed || b.has_closed) {
             continue;
         }
@@ -121,21 +148,25 @@ pub(super) fn nearness(
         for (later, &i) in of_group.iter().enumerate() {
             for &j in of_group[..later].iter().filter(|&&j| surfaces[i].body != surfaces[j].body) {
                 let gap = shapes[i].gap(&shapes[j]);
-                adjoin = true;
-                overlap |= gap < -(errors[i] + rounding[i] + errors[j] + rounding[j]);
+                near.adjoin = true;
+                if gap < -(errors[i] + rounding[i] + errors[j] + rounding[j]) {
+                    near.overlap = true;
+                    if unordered(i, j) && cross(shapes[i].bounds(), shapes[j].bounds()) {
+                        near.one_way.extend([i, j]);
+                    }
+                }
             }
         }
     }
     if found.iter().all(Vec::is_empty) {
-        return Nearness { contacts: Contacts::default(), adjoin, overlap };
+        return near;
     }
-    let mut contacts = Contacts::default();
     for (partners, rounding) in found.into_iter().zip(rounding) {
-        let (first, count) = (contacts.partners.len() as u32, partners.len() as u32);
-        contacts.of.push(Contact { rounding, first, count });
-        contacts.partners.extend(partners);
+        let (first, count) = (near.contacts.partners.len() as u32, partners.len() as u32);
+        near.contacts.of.push(Contact { rounding, first, count });
+        near.contacts.partners.extend(partners);
     }
-    Nearness { contacts, adjoin, overlap }
+    near
 }
 
 /// Around each transparent body, or each instance of a group that holds some.

@@ -139,7 +139,7 @@ impl Compiler<'_> {
         let Some(camera) = self.camera(&shift, accel.bounds()).filter(|_| self.errors.is_empty()) else {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         };
-        let Nearness { contacts, adjoin, overlap } =
+        let Nearness { contacts, adjoin, overlap, one_way } =
             contact::nearness(&groups, &shift, &shapes, &surfaces, &bodies);
         let contact = !contacts.of.is_empty();
         let during = description.sensor.shutter.during();
@@ -194,6 +194,9 @@ impl Compiler<'_> {
             range: self.options.range,
             film: film.size,
         };
+        for shape in one_way {
+            surfaces[shape].smooth = false;
+        }
         let caustics = match integrator {
             Integrator::Path => setting.caustics(&mut surfaces),
             Integrator::Walk => None,

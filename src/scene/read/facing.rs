@@ -19,7 +19,7 @@ impl Reader {
             let is_cavity = shapes.clone().any(|other| {
                 !std::ptr::eq(shape, other)
                     && same_inside(&shape.bsdf, &other.bsdf)
-                    && holds(around(other), within)
+                    && around(other).contains(within)
                     && !faces_inward(other)
             });
             if is_cavity {
@@ -97,8 +97,4 @@ fn faces_inward(shape: &Shape) -> bool {
 
 fn around(shape: &Shape) -> Bounds {
     bounds_of_shape(shape, &shape.to_world)
-}
-
-fn holds(outer: Bounds, inner: Bounds) -> bool {
-    outer.min.cmple(inner.min).all() && inner.max.cmple(outer.max).all()
 }
