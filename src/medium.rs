@@ -65,6 +65,10 @@ pub struct MediumStack {
 
 impl Clone for MediumStack {
     fn clone(&self) -> Self {
+        // As most are that are copied where paths divide.
+        if self.bodies.is_empty() {
+            return Self::outside(self.beyond);
+        }
         Self { bodies: SmallVec::from_slice(&self.bodies), beyond: self.beyond }
     }
 
