@@ -1,12 +1,14 @@
 //! What a ray travels through: the bodies that it has entered and not left, and the absorbing medium of the innermost.
 
 use crate::spectrum::Spectrum;
+use smallvec::SmallVec;
 
 /// What a closed surface encloses.
 #[derive(Clone, Debug)]
 pub struct Body {
     /// Refractive index inside, for what refracts.
     pub index: Option<Spectrum>,
+    pub refraction: Refraction,
     pub interior: Filling,
     pub exterior: Filling,
     /// Where bodies overlap, the one of the highest priority counts alone, and of equal ones the one entered last.
@@ -15,6 +17,18 @@ pub struct Body {
     pub closed: bool,
     /// The same number for bodies of the same index; 0 for air and for none.
     pub index_class: u32,
+}
+
+/// What a body's surface parts its index from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refraction {
+    /// There is no index.
+    None,
+    /// From that of whatever is around it, so that it covers all that lies beneath it in the order of precedence.
+    Surroundings,
+    /// From another one that the file states. The surface is that wherever it lies, as in Mitsuba 3, and neither hides others
+    /// nor takes account of them.
+    Stated,
 }
 
 /// A body where an instance of it stands.
@@ -39,49 +53,73 @@ pub enum Filling {
 /// entered: the last one counts (Schmidt and Budge, "Simple nested dielectrics in ray traced images", JGT 7(2), 2002).
 ///
 /// Leaving removes the body that is left, wherever it stands, so bodies that overlap instead of nesting are left
-/// correctly too. A surface that is no closed body is entered and never left; past the stack's depth the
-/// outermost body is forgotten.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// correctly too. A surface that is no closed body may be entered here and left elsewhere, by way of one that is made of the same: that
+/// is how the panes of a block and the inner wall of a hollow ball go together.
+#[derive(Debug, Default, PartialEq, Eq)]
 pub struct MediumStack {
-    bodies: [Entered; Self::DEPTH],
-    depth: u8,
+    /// Hardly a scene has more within one another than there is room for in place.
+    bodies: SmallVec<[Entered; 4]>,
     /// What absorbs outside all bodies.
     beyond: Option<u32>,
 }
 
-impl MediumStack {
-    pub const DEPTH: usize = 8;
+impl Clone for MediumStack {
+    fn clone(&self) -> Self {
+        // As most are that are copied where paths divide.
+        if self.bodies.is_empty() {
+            return Self::outside(self.beyond);
+        }
+        Self { bodies: SmallVec::from_slice(&self.bodies), beyond: self.beyond }
+    }
 
+    /// Without asking for memory again.
+    fn clone_from(&mut self, source: &Self) {
+        self.bodies.clear();
+        self.bodies.extend_from_slice(&source.bodies);
+        self.beyond = source.beyond;
+    }
+}
+
+impl MediumStack {
     /// Outside all bodies, in a medium or in none.
     pub fn outside(beyond: Option<u32>) -> Self {
         Self { beyond, ..Self::default() }
     }
 
-    /// The index of what surrounds `body`: on the other side of its surface.
-    pub fn index_around<'a>(&self, body: Entered, bodies: &'a [Body]) -> Option<&'a Spectrum> {
-        let skip = self.inside().iter().rposition(|&entered| entered == body);
-        let rest = self.inside().iter().enumerate().rev().filter(|&(i, _)| Some(i) != skip);
-        rest.into_iter().find_map(|(_, entered)| bodies[entered.body as usize].index.as_ref())
-    }
-
-    /// The body whose index counts.
-    pub fn refracting(&self, bodies: &[Body]) -> Option<Entered> {
-        self.inside().iter().rev().copied().find(|entered| bodies[entered.body as usize].index.is_some())
-    }
-
-    /// The body that counts.
-    pub fn first(&self) -> Option<Entered> {
-        self.inside().last().copied()
+    /// The index of what surrounds `body`, on the other side of its surface: that of what lies beneath it.
+    pub fn index_around<'a>(&self, body: Entered, leaving: bool, bodies: &'a [Body]) -> Option<&'a Spectrum> {
+        let end = if leaving { self.standing_for(body, bodies) } else { self.position(body) };
+        let beneath = &self.bodies[..end.unwrap_or(self.bodies.len())];
+        refracting(beneath, bodies).and_then(|entered| bodies[entered.body as usize].index.as_ref())
     }
 
     pub fn contains(&self, body: Entered) -> bool {
-        self.inside().contains(&body)
+        self.bodies.contains(&body)
+    }
+
+    /// What leaves the stack where `body` is left.
+    pub fn left_with(&self, body: Entered, bodies: &[Body]) -> Option<Entered> {
+        self.standing_for(body, bodies).map(|position| self.bodies[position])
+    }
+
+    /// What counts more than `body`, which is here or will be left.
+    pub fn above(&self, body: Entered, bodies: &[Body]) -> &[Entered] {
+        let position = self.standing_for(body, bodies);
+        position.map_or(&[], |position| &self.bodies[position + 1..])
+    }
+
+    /// What counts most here and there, where nothing differs, and on either side what lies beneath that.
+    pub fn parted<'a>(&'a self, other: &'a Self) -> (&'a [Entered], [&'a [Entered]; 2]) {
+        let pairs = self.bodies.iter().rev().zip(other.bodies.iter().rev());
+        let same = pairs.take_while(|(a, b)| a == b).count();
+        let (own, above) = self.bodies.split_at(self.bodies.len() - same);
+        (above, [own, &other.bodies[..other.bodies.len() - same]])
     }
 
     /// The medium that the ray is in: that of the first body in precedence which says what is in it.
     pub fn medium(&self, bodies: &[Body]) -> Option<u32> {
         let said =
-            self.inside().iter().rev().find_map(|entered| match bodies[entered.body as usize].interior {
+            self.bodies.iter().rev().find_map(|entered| match bodies[entered.body as usize].interior {
                 Filling::Unsaid => None,
                 Filling::Vacuum => Some(None),
                 Filling::Medium(medium) => Some(Some(medium)),
@@ -90,53 +128,60 @@ impl MediumStack {
     }
 
     pub fn enter(&mut self, body: Entered, bodies: &[Body]) {
-        if usize::from(self.depth) == Self::DEPTH {
-            self.remove(0);
+        let Body { priority, closed, .. } = bodies[body.body as usize];
+        // What is entered once more has been left where it has no surface.
+        if let Some(position) = self.position(body).filter(|_| !closed) {
+            self.bodies.remove(position);
         }
-        let priority = |entered: Entered| bodies[entered.body as usize].priority;
-        let above =
-            self.inside().iter().rev().take_while(|&&entered| priority(entered) > priority(body)).count();
-        let last = usize::from(self.depth);
-        self.bodies[last] = body;
-        self.bodies[last - above..=last].rotate_right(1);
-        self.depth += 1;
+        let above = |entered: &&Entered| bodies[entered.body as usize].priority > priority;
+        let above = self.bodies.iter().rev().take_while(above).count();
+        self.bodies.insert(self.bodies.len() - above, body);
     }
 
     /// Leaves a body for what its surface says is outside, or else for what surrounds it. A body that was never entered
     /// is one that the path began in.
     pub fn leave(&mut self, body: Entered, bodies: &[Body]) {
-        let Body { interior, exterior, .. } = &bodies[body.body as usize];
-        if let Some(position) = self.inside().iter().rposition(|&entered| entered == body) {
-            self.remove(position);
-        } else if *interior != Filling::Unsaid {
+        let says = |entered: &Entered| bodies[entered.body as usize].interior != Filling::Unsaid;
+        if let Some(position) = self.standing_for(body, bodies) {
+            self.bodies.remove(position);
+            if self.bodies[position..].iter().any(says) {
+                return;
+            }
+        } else if says(&body) {
             self.beyond = None;
         }
-        let Filling::Medium(outside) = *exterior else { return };
+        let Filling::Medium(outside) = bodies[body.body as usize].exterior else { return };
         if self.medium(bodies) != Some(outside) {
             // The file contradicts what was entered: the surface at hand is believed.
-            while let Some(position) = self
-                .inside()
-                .iter()
-                .position(|entered| bodies[entered.body as usize].interior != Filling::Unsaid)
-            {
-                self.remove(position);
-            }
+            self.bodies.retain(|entered| !says(entered));
             self.beyond = Some(outside);
         }
     }
 
-    fn remove(&mut self, position: usize) {
-        self.bodies[position..usize::from(self.depth)].rotate_left(1);
-        self.depth -= 1;
+    fn position(&self, body: Entered) -> Option<usize> {
+        self.bodies.iter().rposition(|&entered| entered == body)
     }
 
-    fn inside(&self) -> &[Entered] {
-        &self.bodies[..usize::from(self.depth)]
+    /// Where a body is that is being left. One that was never entered, or that another surface has led into, is the last
+    /// one made of the same, if one of the two is open.
+    fn standing_for(&self, body: Entered, bodies: &[Body]) -> Option<usize> {
+        let same = |entered: &Entered| {
+            let [own, other] = [body, *entered].map(|entered| &bodies[entered.body as usize]);
+            !(own.closed && other.closed)
+                && (own.refraction, own.index_class, own.interior)
+                    == (other.refraction, other.index_class, other.interior)
+        };
+        self.position(body).or_else(|| self.bodies.iter().rposition(same))
     }
 }
 
+/// Of bodies in the order of their precedence the one whose index counts.
+pub fn refracting(stack: &[Entered], bodies: &[Body]) -> Option<Entered> {
+    stack.iter().rev().copied().find(|entered| bodies[entered.body as usize].index.is_some())
+}
+
 /// What a path is in, and what is behind the surface that it met last.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Media {
     pub here: MediumStack,
     /// Only where surfaces are met together or hidden: see [`crate::scene::Needs::meetings`].
@@ -145,7 +190,19 @@ pub struct Media {
 
 impl Media {
     pub fn of(here: MediumStack) -> Self {
-        Self { here, beyond: here }
+        Self { here, beyond: MediumStack::default() }
+    }
+
+    /// The index that a surface which was met has on its outer side.
+    pub fn index_outside<'a>(&self, from_front: bool, bodies: &'a [Body]) -> Option<&'a Spectrum> {
+        let (_, [here, beyond]) = self.here.parted(&self.beyond);
+        refracting(if from_front { here } else { beyond }, bodies)
+            .and_then(|entered| bodies[entered.body as usize].index.as_ref())
+    }
+
+    /// Through the surface that was met last.
+    pub fn cross(&mut self) {
+        std::mem::swap(&mut self.here, &mut self.beyond);
     }
 }
 
@@ -156,6 +213,7 @@ mod tests {
     fn body(index: f64, interior: Filling) -> Body {
         Body {
             index: Some(Spectrum::Constant(index)),
+            refraction: Refraction::Surroundings,
             interior,
             exterior: Filling::Unsaid,
             priority: 0,
@@ -169,7 +227,7 @@ mod tests {
     }
 
     fn index_around(stack: &MediumStack, id: u32, bodies: &[Body]) -> Option<f64> {
-        stack.index_around(at(id), bodies).map(|index| index.at(550.0))
+        stack.index_around(at(id), true, bodies).map(|index| index.at(550.0))
     }
 
     #[test]
@@ -187,7 +245,7 @@ mod tests {
         assert_eq!(index_around(&stack, glass, &bodies), None);
         stack.leave(at(glass), &bodies);
         stack.leave(at(glass), &bodies);
-        assert_eq!(stack, MediumStack { bodies: stack.bodies, ..MediumStack::default() });
+        assert_eq!(stack, MediumStack::default());
     }
 
     #[test]
@@ -240,16 +298,67 @@ mod tests {
         let mut stack = MediumStack::default();
         stack.enter(at(0), &bodies);
         stack.enter(at(1), &bodies);
-        assert_eq!((stack.first(), stack.medium(&bodies)), (Some(at(0)), Some(0)));
+        assert_eq!((stack.bodies.last().copied(), stack.medium(&bodies)), (Some(at(0)), Some(0)));
         stack.enter(at(2), &bodies);
         stack.leave(at(0), &bodies);
-        assert_eq!((stack.first(), stack.medium(&bodies)), (Some(at(2)), Some(2)));
+        assert_eq!((stack.bodies.last().copied(), stack.medium(&bodies)), (Some(at(2)), Some(2)));
         stack.enter(at(0), &bodies);
         stack.leave(at(2), &bodies);
-        assert_eq!(stack.refracting(&bodies), Some(at(0)));
+        assert_eq!(refracting(&stack.bodies, &bodies), Some(at(0)));
         assert!(stack.contains(at(1)) && !stack.contains(at(2)));
         stack.leave(at(0), &bodies);
-        assert_eq!(stack.first(), Some(at(1)));
+        assert_eq!(stack.bodies.last().copied(), Some(at(1)));
+    }
+
+    /// However many; in a body that is never left and entered again a path is but once.
+    #[test]
+    fn no_body_is_forgotten() {
+        let mut bodies: Vec<Body> = (0..100).map(|i| body(1.0 + f64::from(i), Filling::Medium(i))).collect();
+        let mut stack = MediumStack::default();
+        (0..100).for_each(|id| stack.enter(at(id), &bodies));
+        for id in (0..100).rev() {
+            assert_eq!(stack.medium(&bodies), Some(id));
+            stack.leave(at(id), &bodies);
+        }
+        assert_eq!(stack, MediumStack::default());
+        bodies[0].closed = false;
+        (0..100).for_each(|_| stack.enter(at(0), &bodies));
+        stack.leave(at(0), &bodies);
+        assert_eq!(stack, MediumStack::default());
+    }
+
+    /// What a closed body absorbs outside says nothing of what it is left beneath.
+    #[test]
+    fn leaving_beneath_another_body_leaves_its_medium() {
+        let mut bodies: Vec<Body> = (0..2).map(|i| body(1.5, Filling::Medium(i))).collect();
+        bodies[0].exterior = Filling::Medium(7);
+        let mut stack = MediumStack::outside(Some(7));
+        stack.enter(at(0), &bodies);
+        stack.enter(at(1), &bodies);
+        stack.leave(at(0), &bodies);
+        assert!(stack.contains(at(1)));
+        stack.leave(at(1), &bodies);
+        assert_eq!(stack.medium(&bodies), Some(7));
+    }
+
+    /// The panes of a block, and the inner wall of a hollow body, which faces what is hollow.
+    #[test]
+    fn open_surfaces_of_the_same_glass_lead_in_and_out() {
+        let mut bodies = vec![body(1.5, Filling::Medium(0)); 2];
+        bodies[1].closed = false;
+        let mut stack = MediumStack::default();
+        stack.enter(at(0), &bodies);
+        assert_eq!(index_around(&stack, 1, &bodies), None);
+        stack.leave(at(1), &bodies);
+        assert_eq!(stack, MediumStack::default());
+        stack.enter(at(1), &bodies);
+        stack.leave(at(0), &bodies);
+        assert_eq!(stack, MediumStack::default());
+        // Closed bodies are taken for one another never.
+        bodies[1].closed = true;
+        stack.enter(at(1), &bodies);
+        stack.leave(at(0), &bodies);
+        assert!(stack.contains(at(1)));
     }
 
     /// Instances of one body are bodies of their own.

@@ -38,6 +38,16 @@ impl Bounds {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
+    /// Whether another box lies wholly in this one.
+    pub fn contains(self, other: Self) -> bool {
+        self.min.cmple(other.min).all() && other.max.cmple(self.max).all()
+    }
+
+    /// The widest gap between two boxes along an axis; below zero by how far they reach into one another.
+    pub fn gap(self, other: Self) -> f64 {
+        (self.min - other.max).max(other.min - self.max).max_element()
+    }
+
     pub fn is_empty(self) -> bool {
         self.min.cmpgt(self.max).any()
     }

@@ -223,7 +223,9 @@ impl<const C: usize> Path<C> {
     fn division(&self, shading: &Shading<C>) -> Option<SmallVec<[f64; BRANCHES as usize]>> {
         if let Some(reflection) = shading.chance_of_reflection() {
             let lesser = reflection.min(1.0 - reflection) * self.share * self.strength();
-            return (lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
+            // What is left of those that may end without loss weighs more and more: that must not make them divide without end.
+            let late = late_survival(self.depth) < 1.0;
+            return (!late && lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
         }
         // The first matt surface, and not the first surface.
         (self.vertex > 0 && !shading.bsdf.is_discrete() && !shading.bsdf.transmits())
@@ -464,7 +466,7 @@ impl<const C: usize> Path<C> {
         let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
         let passed;
         let media = if beyond && scene.needs().medium_stack {
-            let mut media = self.media;
+            let mut media = self.media.clone();
             scene.pass_through(hit, toward_light, &mut media);
             passed = media.here;
             &passed

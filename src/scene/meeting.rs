@@ -1,7 +1,8 @@
 //! Surfaces that are met together, and surfaces that are none.
 //!
-//! **Precedence.** Where transparent bodies overlap, the one of highest priority counts alone (see [`MediumStack`]). A
-//! surface that is entered or left beneath a body that counts more changes nothing: the ray goes straight on.
+//! **Precedence.** Where transparent bodies overlap, the one of highest priority counts alone, and of equal ones that entered last (see
+//! [`MediumStack`]). A surface that is entered or left beneath a body that counts more changes nothing: the ray goes straight on. Bodies
+//! whose file states both of their indices are what they are by themselves and take no part in this (see [`Refraction`]).
 //!
 //! **Contact.** Where bodies share a face, no order of their surfaces can be told from the distances along a ray: these are known up to
 //! bounds on their errors only. All crossings that may lie in the same place by these bounds are taken as one event: the ray
@@ -15,8 +16,8 @@
 
 use super::traceable::{Intersection, Role, Scene};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
-use crate::medium::{Entered, Media, MediumStack};
-use crate::shape::{Hit, NO_INSTANCE, Shape};
+use crate::medium::{Entered, Media, MediumStack, Refraction, refracting};
+use crate::shape::{Hit, NO_INSTANCE};
 use smallvec::{SmallVec, smallvec};
 use std::cmp::Reverse;
 
@@ -70,22 +71,15 @@ impl Scene {
     /// What a hit means where surfaces can be hidden or in contact, and what is beyond it.
     pub(super) fn meeting(&self, ray: &Ray, time: f64, hit: &mut Intersection, media: &mut Media) -> Meeting {
         let mut together = self.together(ray, time, hit);
-        let mut beyond = media.here;
-        let toggled = self.toggle(&mut together, &media.here, &mut beyond);
-        media.beyond = beyond;
+        media.beyond.clone_from(&media.here);
+        let toggled = self.toggle(&mut together, media);
         hit.joined = toggled > 1;
-        let alone = together.len() == 1;
-        if alone
-            && (!self.needs.precedence
-                || self.role(&together[0]) == Role::Other
-                || self.is_open(&together[0]))
-        {
-            let own = &together[0];
-            let hidden = self.needs.precedence && own.effective && self.hidden(own, media);
-            return match (own.effective, hidden) {
-                (true, false) => Meeting::Surface,
-                (true, true) => Meeting::Straight,
-                (false, _) => Meeting::Nothing,
+        if let [own] = &together[..] {
+            let passes = || self.needs.precedence && (self.hidden(own, media) || self.is_seam(own, media));
+            return match own.effective {
+                true if passes() => Meeting::Straight,
+                true => Meeting::Surface,
+                false => Meeting::Nothing,
             };
         }
         let chosen = match self.scatterer(&together, media).or_else(|| self.interface(&together, media)) {
@@ -145,9 +139,10 @@ impl Scene {
         found
     }
 
-    /// Leaves and enters, from `here` to `beyond`, all bodies whose surfaces are met together, and returns how many. Surfaces that can't be
+    /// Leaves and enters, from here to beyond, all bodies whose surfaces are met together, and returns how many. Surfaces that can't be
     /// where they are met are marked as without effect.
-    fn toggle(&self, together: &mut [Met], here: &MediumStack, beyond: &mut MediumStack) -> u32 {
+    fn toggle(&self, together: &mut [Met], media: &mut Media) -> u32 {
+        let Media { here, beyond } = media;
         let bodies: SmallVec<[Option<Entered>; 4]> =
             together.iter().map(|met| self.body_of(&met.hit)).collect();
         let mut toggled = 0;
@@ -160,7 +155,10 @@ impl Scene {
                         .zip(&bodies)
                         .any(|(met, other)| *other == Some(body) && met.enters == enters)
                 };
-                let inside = here.contains(body);
+                let inside = match together[i].enters {
+                    true => here.contains(body),
+                    false => here.left_with(body, &self.bodies).is_some(),
+                };
                 let closed = self.bodies[body.body as usize].closed;
                 let again = closed && together[i].at_start && inside == together[i].enters;
                 // Between entering and leaving at once the ray only touches.
@@ -200,13 +198,18 @@ impl Scene {
     /// The surface at which the index changes, or else one of no index that can be seen.
     fn interface(&self, together: &[Met], media: &Media) -> Option<Hit> {
         let effective = || together.iter().filter(|met| met.effective);
-        let [before, after] = [&media.here, &media.beyond].map(|stack| stack.refracting(&self.bodies));
+        let (above, sides) = media.here.parted(&media.beyond);
+        let [before, after] = sides.map(|side| refracting(side, &self.bodies));
         let class =
             |body: Option<Entered>| body.map_or(0, |body| self.bodies[body.body as usize].index_class);
-        if before != after && class(before) != class(after) {
+        if !self.covers(above) && before != after && class(before) != class(after) {
             let counts = effective().filter(|met| {
                 let body = self.body_of(&met.hit);
-                self.role(met) == Role::Interface && (body == before || body == after)
+                let own = match met.enters {
+                    true => body,
+                    false => body.and_then(|body| media.here.left_with(body, &self.bodies).or(Some(body))),
+                };
+                self.role(met) == Role::Interface && (own == before || own == after)
             });
             let rank = |met: &&Met| {
                 let priority = self.body_of(&met.hit).map(|body| self.bodies[body.body as usize].priority);
@@ -219,15 +222,35 @@ impl Scene {
 
     /// Whether a body's surface is passed beneath a body that counts more. A light is never hidden.
     fn hidden(&self, met: &Met, media: &Media) -> bool {
-        let surface = &self.surfaces[met.hit.shape as usize];
-        let body = self.body_of(&met.hit);
-        let counts = if met.enters { media.beyond.first() } else { media.here.first() };
-        body.is_some() && surface.light.is_none() && body != counts
+        if self.surfaces[met.hit.shape as usize].light.is_some() {
+            return false;
+        }
+        let Some(body) = self.body_of(&met.hit) else { return false };
+        let above = if met.enters { &media.beyond } else { &media.here }.above(body, &self.bodies);
+        match self.bodies[body.body as usize].refraction {
+            Refraction::None => !above.is_empty(),
+            Refraction::Surroundings | Refraction::Stated => self.covers(above),
+        }
     }
 
-    /// Whether it is the surface of a body without being closed: then nothing says where the body ends.
-    fn is_open(&self, met: &Met) -> bool {
-        self.body_of(&met.hit).is_some_and(|body| !self.bodies[body.body as usize].closed)
+    /// Whether what bodies are made of hides all that is beneath them.
+    fn covers(&self, above: &[Entered]) -> bool {
+        above.iter().any(|entered| self.bodies[entered.body as usize].refraction == Refraction::Surroundings)
+    }
+
+    /// Whether the interface of a closed body parts it from another one of the same index.
+    fn is_seam(&self, met: &Met, media: &Media) -> bool {
+        let Some(body) = self.body_of(&met.hit).filter(|_| self.role(met) == Role::Interface) else {
+            return false;
+        };
+        let own = &self.bodies[body.body as usize];
+        if !own.closed || own.refraction != Refraction::Surroundings {
+            return false;
+        }
+        match media.index_outside(met.enters, &self.bodies) {
+            None => own.index_class == 0,
+            Some(index) => own.index.as_ref() == Some(index),
+        }
     }
 
     fn role(&self, met: &Met) -> Role {
@@ -266,15 +289,11 @@ impl Scene {
 }
 
 impl Partner {
-    /// A shape in the scene's own coordinates; `rounding` is its placement error.
+    /// In the scene's own coordinates; `rounding` is the placement error.
     pub fn new(bounds: Bounds, error: f64, rounding: f64) -> Self {
         // Errors are known at a few points only, and are nearly the same at all.
         let reach = 4.0 * error + rounding;
         let margin = Vec3::splat(reach);
         Self { bounds: Bounds { min: bounds.min - margin, max: bounds.max + margin }, reach }
-    }
-
-    pub fn of(shape: &Shape, rounding: f64) -> Self {
-        Self::new(shape.bounds(), shape.typical_error(), rounding)
     }
 }

@@ -9,7 +9,7 @@ use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Caustics, Integrator, Limits};
 use crate::light::Lights;
 use crate::material::{Around, MaterialId, Materials, Shading, ShadingPoint};
-use crate::medium::{Body, Media, MediumStack};
+use crate::medium::{Body, Media, MediumStack, Refraction};
 use crate::sampling::{Dimensions, Stream};
 use crate::shape::{AtRest, Hit, Parametrisation, Shape};
 use crate::spectrum::colour::Observer;
@@ -117,7 +117,7 @@ pub struct Needs {
     pub absorption: bool,
     /// Some body may lie within another, or absorbs: paths keep account of what they are inside of.
     pub medium_stack: bool,
-    /// Bodies have priorities: surfaces beneath the one that counts are none.
+    /// Bodies may overlap: surfaces beneath the one that counts are none.
     pub precedence: bool,
     /// Transparent bodies may have faces in common with other things.
     pub contact: bool,
@@ -304,7 +304,7 @@ impl Scene {
                     Meeting::Straight => {
                         cross(&media.here, within + hit.t);
                         within = -hit.t;
-                        media.here = media.beyond;
+                        media.cross();
                     }
                 }
             }
@@ -374,7 +374,7 @@ impl Scene {
         let enters = direction.dot(hit.point.normal) < 0.0;
         if self.needs.meetings() {
             if enters == hit.from_front {
-                media.here = media.beyond;
+                media.cross();
             }
             return;
         }
@@ -458,7 +458,7 @@ impl Scene {
                 within(Sampled::ONE, media, ray.t_max)
             };
         }
-        let (mut ray, mut media, mut share) = (*ray, Media::of(*media), Sampled::ONE);
+        let (mut ray, mut media, mut share) = (*ray, Media::of(media.clone()), Sampled::ONE);
         while let Some(mut hit) = self.meet(&ray, time) {
             let meeting = match self.needs.meetings() {
                 true => self.meeting(&ray, time, &mut hit, &mut media),
@@ -487,7 +487,7 @@ impl Scene {
                 }
                 Meeting::Straight => {
                     share = within(share, &media.here, hit.t);
-                    media.here = media.beyond;
+                    media.cross();
                 }
                 Meeting::Nothing => share = within(share, &media.here, hit.t),
             }
@@ -505,8 +505,13 @@ impl Scene {
         let Some(body) = self.body_of(&hit.hit).filter(|_| self.needs.medium_stack) else {
             return Around::UNKNOWN;
         };
-        let outside = if self.needs.meetings() && !hit.from_front { &media.beyond } else { &media.here };
-        Around { index: outside.index_around(body, &self.bodies), joined: hit.joined }
+        let index = match self.needs.meetings() {
+            true => media.index_outside(hit.from_front, &self.bodies),
+            false => media.here.index_around(body, !hit.from_front, &self.bodies),
+        };
+        // What a body of a priority says of its outside holds where nothing else is.
+        let counts = self.bodies[body.body as usize].refraction == Refraction::Surroundings;
+        Around { index, joined: hit.joined || counts && index.is_some() }
     }
 
     fn shading_point(&self, hit: &Intersection) -> ShadingPoint<'_> {

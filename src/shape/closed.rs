@@ -39,6 +39,35 @@ impl Shape {
         }
     }
 
+    /// A plane parts two shapes by at least so much, or, below zero, no plane that is tried parts them and some let them
+    /// reach into one another by no more than that. Exact for balls; tried are the axes and the line between the middles.
+    pub fn gap(&self, other: &Self) -> f64 {
+        let [own, others] = [self, other].map(Self::bounds);
+        let boxes = own.gap(others);
+        let direction = match (others.centre() - own.centre()).try_normalize() {
+            Some(direction) if boxes.is_finite() => direction,
+            _ => return boxes,
+        };
+        boxes.max(-(self.reach(direction) + other.reach(-direction)))
+    }
+
+    /// An upper bound on direction · x for the points x of the shape.
+    fn reach(&self, direction: Vec3) -> f64 {
+        /// Larger meshes are taken for their boxes: they may have many neighbours.
+        const FEW: usize = 10_000;
+        match self {
+            Self::Sphere(sphere) => sphere.reach(direction),
+            Self::Mesh(mesh) if mesh.triangle_count() <= FEW => {
+                let vertices = (0..mesh.triangle_count() as u32).flat_map(|triangle| mesh.triangle(triangle));
+                vertices.map(|vertex| direction.dot(vertex)).fold(f64::NEG_INFINITY, f64::max)
+            }
+            _ => {
+                let bounds = self.bounds();
+                direction.dot(bounds.centre()) + direction.abs().dot(0.5 * (bounds.max - bounds.min))
+            }
+        }
+    }
+
     /// The largest error bound of a point on it, as far as a grid of points tells. Not a bound: it says how far to look.
     pub fn typical_error(&self) -> f64 {
         let at = |i: u32| [(f64::from(i % 8) + 0.5) / 8.0, (f64::from(i / 8) + 0.5) / 8.0];
@@ -50,11 +79,7 @@ impl Shape {
 impl Mesh {
     /// Of a closed mesh: whether the volume that it encloses is positive.
     fn has_outward_normals(&self) -> bool {
-        let volume = (0..self.triangle_count() as u32).map(|triangle| {
-            let [a, b, c] = self.triangle(triangle);
-            a.dot(b.cross(c))
-        });
         let side = if self.data().flip_normals { -1.0 } else { 1.0 };
-        volume.sum::<f64>() * side > 0.0
+        self.data().volume() * side > 0.0
     }
 }

@@ -98,6 +98,12 @@ impl Sphere {
         Bounds { min: self.placement.pose.origin - half, max: self.placement.pose.origin + half }
     }
 
+    /// The most that direction · x is on it.
+    pub fn reach(&self, direction: Vec3) -> f64 {
+        let pose = &self.placement.pose;
+        direction.dot(pose.origin) + (pose.linear.transpose() * direction).length()
+    }
+
     /// `None` where it is drawn out to an ellipsoid.
     pub fn radius(&self) -> Option<f64> {
         self.placement.scale

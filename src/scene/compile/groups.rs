@@ -7,7 +7,6 @@ use crate::accel::{self, Accel};
 use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
 use crate::scene::description::{self, Animation, Description, Shape, ShapeGroup};
 use crate::scene::source::Place;
-use crate::scene::traceable::Surface;
 use crate::shape;
 use crate::shape::solid::{Carried, Leaf, Solid, Tree};
 use std::collections::{BTreeMap, BTreeSet};
@@ -290,11 +289,6 @@ impl<'a> Groups<'a> {
         }
     }
 
-    /// Whether some group has a surface of a body, which may then lie within another.
-    pub fn hold_bodies(&self, surfaces: &[Surface]) -> bool {
-        self.groups.iter().any(|group| surfaces[group.range()].iter().any(|s| s.body.is_some()))
-    }
-
     /// For each instance its group's range of all shapes, the box around it while the shutter is open, and by how much at most
     /// it stretches lengths. `shift` moves the scene to the origin.
     pub fn placed_boxes(
@@ -314,12 +308,6 @@ impl<'a> Groups<'a> {
     /// Of the scene's own shapes, whether it is a part of a solid that moves by itself.
     pub fn moves(&self, shape: usize) -> bool {
         self.own.pieces[shape].keys.is_some()
-    }
-
-    /// Whether a surface of a body moves by itself.
-    pub fn move_bodies(&self, surfaces: &[Surface]) -> bool {
-        let pieces = self.own.pieces.iter().zip(surfaces);
-        pieces.into_iter().any(|(piece, surface)| piece.keys.is_some() && surface.body.is_some())
     }
 
     /// For each solid the range of the scene's shapes that are its parts.

@@ -5,7 +5,7 @@ use crate::geometry::Transform;
 use crate::material::{
     AIR_INDEX, DielectricMaterial, Facets, Material, MaterialId, Materials, Metal, Relief, ReliefMap,
 };
-use crate::medium::{Body, Filling};
+use crate::medium::{Body, Filling, Refraction};
 use crate::scene::description::{
     Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, Medium, MetalAssumption, ReliefShading, Roughness,
     Shape, SpectrumSource,
@@ -126,8 +126,25 @@ impl MaterialCompiler {
         }
         let priority = shape.priority.as_ref().map_or(0, |priority| priority.value);
         let index_class = self.index_class(index.as_ref());
-        self.bodies.push(Body { index, interior, exterior, priority, closed, index_class });
+        let refraction = self.refraction(shape, material);
+        self.bodies.push(Body { index, refraction, interior, exterior, priority, closed, index_class });
         Ok(Some(self.bodies.len() as u32 - 1))
+    }
+
+    /// A priority is as good as leaving the outside open.
+    fn refraction(&self, shape: &Shape, material: MaterialId) -> Refraction {
+        let states = |material: &Material| match material {
+            Material::Dielectric(dielectric) => dielectric.exterior.is_some() && shape.priority.is_none(),
+            Material::Principled(principled) => principled.glass,
+            _ => false,
+        };
+        if self.materials.any(material, &states) {
+            return Refraction::Stated;
+        }
+        match self.materials.interior_index(material) {
+            None => Refraction::None,
+            Some(_) => Refraction::Surroundings,
+        }
     }
 
     /// Whether two bodies are made of the same.

@@ -15,11 +15,14 @@ mod shapes;
 mod solids;
 mod spectra;
 
+pub(super) use shapes::{bounds as bounds_of_shape, place as place_shape};
+pub(super) use spectra::index as index_of_source;
+
 use super::description::{self, Description, IntegratorKind, Note, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{Needs, Scene, Surface};
 use crate::film::Region;
-use crate::geometry::{Bounds, Transform};
+use crate::geometry::Transform;
 use crate::integrator::{Coverage, Integrator, Limits};
 use crate::light::{Light, Lights};
 use crate::material::Material;
@@ -27,6 +30,7 @@ use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
 use crate::units::WavelengthRange;
+use contact::Nearness;
 use groups::{Assembled, Groups, Traced};
 use materials::MaterialCompiler;
 
@@ -81,9 +85,7 @@ impl Compiler<'_> {
         self.shift = shift;
         let mut materials = MaterialCompiler::new(self.options.range, shift);
         let (mut geometries, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
-        let mut precedence = false;
         for Traced { shape, to_traced, flip_normals, part, carried } in groups.shapes(&shift) {
-            precedence |= shape.priority.is_some();
             let geometry = shapes::place(shape, &to_traced, flip_normals, part);
             let Some(geometry) = self.keep(&shape.place, geometry) else { continue };
             if part {
@@ -149,16 +151,13 @@ impl Compiler<'_> {
         let Some(camera) = self.camera(&shift, accel.bounds()).filter(|_| self.errors.is_empty()) else {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         };
-        let contacts = contact::contacts(&groups, &shift, &shapes, &surfaces, &bodies);
+        let Nearness { contacts, adjoin, overlap, one_way } =
+            contact::nearness(&groups, &shift, &shapes, &surfaces, &bodies);
         let contact = !contacts.of.is_empty();
         let during = description.sensor.shutter.during();
         let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &surfaces, &bodies)
             .any(|around| around.overlaps(camera.origins(during)));
         let scene_radius = 0.5 * accel.bounds().diameter();
-        let own = groups.own();
-        let bodies_may_nest = may_nest(&shapes[..own], &surfaces[..own])
-            || groups.hold_bodies(&surfaces)
-            || groups.move_bodies(&surfaces);
         let absorption = media.iter().any(Option::is_some);
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
         let shutter = description.sensor.shutter;
@@ -182,8 +181,8 @@ impl Compiler<'_> {
         let mut needs = Needs {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
-            medium_stack: absorption || bodies_may_nest || contact || precedence || sensor_within,
-            precedence,
+            medium_stack: absorption || contact || adjoin || sensor_within,
+            precedence: overlap,
             contact,
             sensor_within,
             lens: camera.uses_lens(),
@@ -207,6 +206,9 @@ impl Compiler<'_> {
             range: self.options.range,
             film: film.extent.whole,
         };
+        for shape in one_way {
+            surfaces[shape].smooth = false;
+        }
         let caustics = match integrator {
             Integrator::Path => setting.caustics(&mut surfaces),
             Integrator::Walk => None,
@@ -342,12 +344,4 @@ impl Compiler<'_> {
             "a shape of finite size that is not flattened by its transform",
         ));
     }
-}
-
-/// Whether a ray may be within two bodies at once, going by the boxes of their surfaces.
-fn may_nest(shapes: &[Shape], surfaces: &[Surface]) -> bool {
-    let of_body = |(shape, surface): (&Shape, &Surface)| Some((surface.body?, shape.bounds()));
-    let boxes: Vec<(u32, Bounds)> = shapes.iter().zip(surfaces).filter_map(of_body).collect();
-    let meet = |(body, a): &(u32, Bounds), (other, b): &(u32, Bounds)| body != other && a.overlaps(*b);
-    boxes.iter().enumerate().any(|(i, a)| boxes[..i].iter().any(|b| meet(a, b)))
 }

@@ -8,7 +8,7 @@ use crate::shape::{
 };
 
 /// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to single precision.
-pub(super) fn place(
+pub(in crate::scene) fn place(
     shape: &Shape,
     to_world: &Transform,
     flip_normals: bool,
@@ -64,7 +64,7 @@ pub(super) fn place(
 }
 
 /// The box around a shape; empty where it cannot be made.
-pub(super) fn bounds(shape: &Shape, to_world: &Transform) -> Bounds {
+pub(in crate::scene) fn bounds(shape: &Shape, to_world: &Transform) -> Bounds {
     match &shape.kind {
         ShapeKind::Mesh { mesh, .. } => {
             Bounds::of(mesh.positions.iter().map(|p| to_world.point(p.map(f64::from).into())))

@@ -172,7 +172,7 @@ fn thermal(kelvin: f64, range: WavelengthRange) -> Result<Spectrum, SpectrumErro
 }
 
 /// A refractive index over the range.
-pub(super) fn index(source: &IndexSource, range: WavelengthRange) -> Result<Spectrum, SceneError> {
+pub(in crate::scene) fn index(source: &IndexSource, range: WavelengthRange) -> Result<Spectrum, SceneError> {
     let wrong = |error: &dyn std::fmt::Display| {
         SceneError::at(&source.place, error.to_string(), "a finite, positive refractive index")
     };

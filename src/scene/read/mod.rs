@@ -8,6 +8,7 @@ mod attributes;
 mod bsdfs;
 mod curves;
 mod deform;
+mod facing;
 mod figures;
 mod files;
 mod films;
@@ -206,6 +207,10 @@ impl Reader {
         query.finish();
         let grouped = instances.iter().flat_map(|instance| &instance.group.shapes);
         let grouped_solids = instances.iter().flat_map(|instance| &instance.group.solids);
+        self.inside_out(shapes.iter().chain(solids.iter().flat_map(Solid::leaves)));
+        for group in self.groups.borrow().values() {
+            self.inside_out(group.shapes.iter().chain(group.solids.iter().flat_map(Solid::leaves)));
+        }
         let parts = solids.iter().chain(grouped_solids).flat_map(Solid::leaves);
         self.media_under(shapes.iter().chain(grouped).chain(parts));
         Some(Description {

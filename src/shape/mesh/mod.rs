@@ -49,6 +49,21 @@ pub struct MeshAttribute {
     pub values: Vec<f32>,
 }
 
+impl MeshData {
+    /// The volume that it encloses if it is closed, negative where its faces wind inward; `flip_normals` is left aside.
+    pub fn volume(&self) -> f64 {
+        let at =
+            |index: u32| self.positions.get(index as usize).map_or(Vec3::ZERO, |&position| to_f64(position));
+        // From one of its own places, lest differences of large numbers be left.
+        let origin = self.indices.first().map_or(Vec3::ZERO, |&[index, ..]| at(index));
+        let of_triangle = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|index| at(index) - origin);
+            a.dot(b.cross(c))
+        };
+        self.indices.iter().map(of_triangle).sum::<f64>() / 6.0
+    }
+}
+
 /// A validated mesh. Degenerate triangles are kept but neither hit nor sampled.
 #[derive(Clone, Debug)]
 pub struct Mesh {
