@@ -21,6 +21,8 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let description = args.scene.read()?;
+    let range = description.sensor.film.wavelength_range();
+    let description = description.over(range);
     let scene = compile(&description, &CompileOptions::default())
         .map_err(|errors| Failure::Input(errors.to_string()))?;
     let folder = args.output.as_ref().map(|path| match path.parent() {

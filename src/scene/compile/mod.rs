@@ -14,6 +14,8 @@ mod sensors;
 mod shapes;
 mod solids;
 mod spectra;
+#[cfg(test)]
+mod tests;
 
 use super::description::{self, Description, IntegratorKind, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};

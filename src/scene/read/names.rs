@@ -106,6 +106,11 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "roughconductor",
             "dielectric",
             "roughdielectric",
+            "thindielectric",
+            "plastic",
+            "roughplastic",
+            "principled",
+            "principledthin",
             "twosided",
             "mask",
             "blendbsdf",
@@ -252,22 +257,12 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "ptracer",
             "stokes",
             "time_gated_path",
+            "volprim_rf_basic",
         ],
-        Class::Shape => &["ellipsoids", "ellipsoidsmesh", "sdfgrid", "blender"],
-        Class::Bsdf => &[
-            "circular",
-            "hair",
-            "measured",
-            "measured_polarized",
-            "plastic",
-            "polarizer",
-            "pplastic",
-            "principled",
-            "principledthin",
-            "retarder",
-            "roughplastic",
-            "thindielectric",
-        ],
+        Class::Shape => &["ellipsoids", "ellipsoidsmesh", "blender"],
+        Class::Bsdf => {
+            &["circular", "hair", "measured", "measured_polarized", "polarizer", "pplastic", "retarder"]
+        }
         Class::Emitter => &["timed_sunsky"],
         Class::Medium => &["heterogeneous"],
         Class::Phase => &["blendphase", "rayleigh", "sggx", "tabphase"],
@@ -321,6 +316,103 @@ mod tests {
             page.split(['"', '(', ')']).filter(|link| link.ends_with(".png") || link.ends_with(".xml"))
         {
             assert!(gallery.join(link).is_file(), "{link} is not there");
+        }
+    }
+
+    /// What reading a scene with one object of a plugin says about it. Where the object is meant to stand is seen to; that it
+    /// lacks what it cannot be without is no matter.
+    fn said_of(class: Class, plugin: &str) -> String {
+        let word = class.word();
+        let object = format!("<{word} type=\"{plugin}\"/>");
+        let film = |content: &str| format!("<film type=\"hdrfilm\">{content}</film>");
+        let sensor = |content: &str| format!("<sensor type=\"perspective\">{content}</sensor>");
+        let within = |content: &str| format!("{}<shape type=\"sphere\">{content}</shape>", sensor(""));
+        let scene = match class {
+            Class::Sensor if plugin == "irradiancemeter" => {
+                format!("<shape type=\"sphere\">{object}</shape>")
+            }
+            Class::Sensor => object,
+            Class::Film | Class::Sampler => sensor(&object),
+            Class::Filter => sensor(&film(&object)),
+            Class::Emitter if plugin.ends_with("area") => within(&object),
+            Class::Medium => within(&format!("<medium name=\"interior\" type=\"{plugin}\"/>")),
+            Class::Phase => {
+                within(&format!("<medium name=\"interior\" type=\"homogeneous\">{object}</medium>"))
+            }
+            _ => sensor("") + &object,
+        };
+        let scene = format!("<scene version=\"3.0.0\">{scene}</scene>");
+        let read = crate::scene::read_str(scene, std::path::Path::new("scene.xml"), &Default::default());
+        read.map_or_else(|errors| errors.to_string(), |_| String::new())
+    }
+
+    /// Whether a message says that there is no such plugin.
+    fn refuses(message: &str, class: Class, plugin: &str) -> bool {
+        let word = format!("{} \"{plugin}\"", class.word());
+        message.to_lowercase().contains(&format!("{word} is not supported"))
+            || message.contains(&format!("There is no {word}"))
+    }
+
+    /// The lists are what hints are made of. One that lags behind the reader tells nobody of what there is.
+    #[test]
+    fn the_reader_accepts_what_is_listed_and_nothing_that_is_said_to_be_missing() {
+        let mut wrong = Vec::new();
+        for &(_, class) in &Class::ELEMENTS {
+            for plugin in plugins(class) {
+                if refuses(&said_of(class, plugin), class, plugin) {
+                    wrong.push(format!("{plugin} is listed and not read"));
+                }
+            }
+            for plugin in mitsuba_plugins(class) {
+                // That no medium scatters makes phase functions irrelevant, not wrong.
+                if class != Class::Phase && !refuses(&said_of(class, plugin), class, plugin) {
+                    wrong.push(format!("{plugin} is said to be missing and is read"));
+                }
+                if plugins(class).contains(plugin) {
+                    wrong.push(format!("{plugin} is in both lists"));
+                }
+            }
+        }
+        assert!(wrong.is_empty(), "{wrong:#?}");
+    }
+
+    /// A table of the README, as the names between its backticks.
+    fn readme(row: &str) -> Vec<String> {
+        let page = include_str!("../../../README.md");
+        let line = page.lines().find(|line| line.starts_with(&format!("| {row} |"))).unwrap_or_default();
+        let code = line.split('`').skip(1).step_by(2).flat_map(str::split_whitespace);
+        code.map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn the_readme_lists_what_is_read() {
+        for (row, class) in [
+            ("shapes", Class::Shape),
+            ("materials", Class::Bsdf),
+            ("textures", Class::Spectrum),
+            ("lights", Class::Emitter),
+            ("integrators", Class::Integrator),
+            ("media", Class::Medium),
+        ] {
+            let names = readme(row);
+            assert!(!names.is_empty(), "the README has no row of {row}");
+            for name in names {
+                assert!(plugins(class).contains(&name.as_str()), "the README has {row} {name}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_mistyped_plugin_gets_a_hint() {
+        for (class, wrong, right) in [
+            (Class::Bsdf, "plastik", "plastic"),
+            (Class::Bsdf, "roughplastik", "roughplastic"),
+            (Class::Bsdf, "principaled", "principled"),
+            (Class::Bsdf, "thindielektric", "thindielectric"),
+            (Class::Shape, "spher", "sphere"),
+        ] {
+            let said = said_of(class, wrong);
+            assert!(said.contains(&format!("did you mean \"{right}\"?")), "{said}");
         }
     }
 
