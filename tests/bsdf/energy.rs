@@ -154,17 +154,17 @@ fn principled_surfaces_that_conserve_energy_make_none() {
     for set in 0..SETS {
         let plain = any_principled(&mut uniform);
         let bsdf = layered::conserving(plain, set % 2 == 0);
-        for z in [1.0, 0.9, uniform.next(), 0.3, 0.1, 0.03, -0.5] {
+        for z in [1.0, 0.9, 0.72, 0.7, uniform.next(), 0.3, 0.1, 0.03, -0.5] {
             let eye = at(z, uniform.between(0.0, TAU));
             let (before, after) = (albedo(&plain, eye, 4000), albedo(&bsdf, eye, 4000));
             made += usize::from(before.mean > 1.02 + 4.0 * before.error());
             kept += usize::from(before.mean == after.mean && before.mean > 0.0);
-            // 7 · 160 estimates, one in a hundred runs of which may lie beyond by chance.
+            // Of 9 · 160 estimates one lies 4.4 standard errors beyond in a hundred such runs.
             let excess = (after.mean - 1.0) / after.error().max(1e-9);
             if excess > greatest.0 {
-                greatest = (excess, format!("z {z}: {after:?}, {before:?}, {bsdf:?}"));
+                greatest = (excess, format!("z {z}: {after:?}, {before:?}, {plain:?}"));
             }
-            assert!(after.mean <= before.mean + 1e-12, "z {z}: {after:?}, {before:?}, {bsdf:?}");
+            assert!(after.mean <= before.mean + 1e-12, "z {z}: {after:?}, {before:?}, {plain:?}");
         }
     }
     println!("{made} made energy, {kept} are as they were; {greatest:?}");

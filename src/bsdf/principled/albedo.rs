@@ -58,7 +58,7 @@ pub(super) struct FacetAlbedos {
     pub transmitted: f64,
 }
 
-/// What the tables and the interpolation between their nodes may fall short of the truth by.
+/// What the sums over facets that the tables are made of may fall short of the truth by.
 const SLACK: f64 = 2e-3;
 
 /// The divisor of a value for light between two directions, from their albedos.
@@ -80,9 +80,12 @@ impl Albedo {
 
     fn new(extent: Extent) -> Self {
         let Extent { thin, eta, roughness, anisotropic, gloss } = extent;
-        let turned = if anisotropic == Some(0.0) { Axis::One(0.0) } else { Axis::Even(9) };
+        let turned = if anisotropic == Some(0.0) { Axis::One(0.0) } else { Axis::Even(7) };
+        // Where light passes to the faster side, all is reflected beyond the critical angle, up to which reflection rises
+        // with an infinite slope.
+        let cosines = Axis::Cosine { critical: (1.0 - eta * eta).max(0.0).sqrt() };
         let axis = |share: Option<f64>, nodes| share.map_or(Axis::Even(nodes), Axis::One);
-        let axes = [Axis::Cosine, turned, axis(roughness, 17), axis(anisotropic, 7)];
+        let axes = [cosines, turned, axis(roughness, 13), axis(anisotropic, 5)];
         // The more places there are, the fewer facets are looked at in each.
         let count = if axes[2..].iter().any(|axis| axis.nodes() > 1) { 16 } else { 32 };
         let rule = rule(count);
@@ -91,7 +94,7 @@ impl Albedo {
                 let base = PrincipledBase { roughness, anisotropic, ..PrincipledBase::<1>::WHITE };
                 facets(&base, from(cosine, turn * FRAC_PI_2), eta, thin, &rule)
             }),
-            coat: Table::new([Axis::Cosine, axis(gloss, 9)], |[cosine, gloss]| {
+            coat: Table::new([cosines, axis(gloss, 9)], |[cosine, gloss]| {
                 [coat(gloss, from(cosine, 0.0), eta, &self::rule(64))]
             }),
         }
@@ -134,7 +137,7 @@ fn bases() -> &'static Table<1, 7> {
     static BASES: OnceLock<Table<1, 7>> = OnceLock::new();
     BASES.get_or_init(|| {
         let rule = rule(48);
-        Table::new([Axis::Cosine], |[cosine]| {
+        Table::new([Axis::Cosine { critical: 0.0 }], |[cosine]| {
             let eye = from(cosine, 0.0);
             let mut sums = [0.0; 7];
             for &(first, first_weight) in &rule {
@@ -229,47 +232,69 @@ enum Axis {
     One(f64),
     /// At equal steps from 0 to 1.
     Even(usize),
-    /// At the cosines that are squares of equal steps: near the horizon albedos change fast.
-    Cosine,
+    /// At cosines. Nodes crowd where albedos change fast: near the horizon, and on both sides of a critical angle's cosine,
+    /// which is 0 where there is none.
+    Cosine { critical: f64 },
 }
 
 impl Axis {
-    const COSINES: usize = 48;
+    /// Nodes up to a critical cosine, and from there on.
+    const TOTAL: usize = 20;
+    const PARTIAL: usize = 40;
 
     fn nodes(self) -> usize {
         match self {
             Self::One(_) => 1,
             Self::Even(nodes) => nodes,
-            Self::Cosine => Self::COSINES,
+            Self::Cosine { critical: 0.0 } => Self::PARTIAL,
+            Self::Cosine { .. } => Self::TOTAL + Self::PARTIAL - 1,
         }
     }
 
-    fn value(self, node: usize) -> f64 {
-        let share = |nodes: usize| node as f64 / (nodes - 1) as f64;
+    /// The value at a node, or between two of them.
+    fn value(self, node: f64) -> f64 {
         match self {
             Self::One(value) => value,
-            Self::Even(nodes) => share(nodes),
-            // At 0 itself nothing is visible.
-            Self::Cosine => share(Self::COSINES).powi(2).max(1e-5),
+            Self::Even(nodes) => node / (nodes - 1) as f64,
+            Self::Cosine { critical } => {
+                let total = if critical > 0.0 { (Self::TOTAL - 1) as f64 } else { 0.0 };
+                let cosine = if node < total {
+                    let share = node / total;
+                    critical * share * share * (3.0 - 2.0 * share)
+                } else {
+                    let share = (node - total) / (Self::PARTIAL - 1) as f64;
+                    critical + (1.0 - critical) * share * share
+                };
+                // At 0 itself nothing is visible.
+                cosine.clamp(1e-5, 1.0)
+            }
         }
     }
 
     /// The node before a value, and the share of the way to the next.
     fn place(self, value: f64) -> (usize, f64) {
-        let among = |place: f64, nodes: usize| {
-            let place = place.clamp(0.0, 1.0) * (nodes - 1) as f64;
-            let node = (place as usize).min(nodes - 2);
-            (node, place - node as f64)
+        let steps = |share: f64, nodes: usize| share.clamp(0.0, 1.0) * (nodes - 1) as f64;
+        let place = match self {
+            Self::One(_) => return (0, 0.0),
+            Self::Even(nodes) => steps(value, nodes),
+            Self::Cosine { critical } if value < critical => {
+                // The inverse of 3 s² − 2 s³.
+                let share = 0.5 - ((1.0 - 2.0 * value / critical).clamp(-1.0, 1.0).asin() / 3.0).sin();
+                steps(share, Self::TOTAL)
+            }
+            Self::Cosine { critical } => {
+                let below = if critical > 0.0 { Self::TOTAL - 1 } else { 0 };
+                let share = ((value - critical) / (1.0 - critical)).max(0.0).sqrt();
+                below as f64 + steps(share, Self::PARTIAL)
+            }
         };
-        match self {
-            Self::One(_) => (0, 0.0),
-            Self::Even(nodes) => among(value, nodes),
-            Self::Cosine => among(value.max(0.0).sqrt(), Self::COSINES),
-        }
+        let node = (place as usize).min(self.nodes() - 2);
+        (node, place - node as f64)
     }
 }
 
-/// N functions of D quantities, linear between nodes.
+/// N functions of D quantities, linear between nodes. Nodes are lifted where the functions rise above that in between, so
+/// that what is told is not less than the truth.
 #[derive(Debug)]
 struct Table<const D: usize, const N: usize> {
     axes: [Axis; D],
@@ -278,19 +303,42 @@ struct Table<const D: usize, const N: usize> {
 
 impl<const D: usize, const N: usize> Table<D, N> {
     fn new(axes: [Axis; D], function: impl Fn([f64; D]) -> [f64; N]) -> Self {
-        let count = axes.iter().map(|axis| axis.nodes()).product();
-        let value = |index: usize| {
-            let mut rest = index;
-            function(axes.map(|axis| {
-                let node = rest % axis.nodes();
-                rest /= axis.nodes();
-                axis.value(node)
-            }))
+        /// Where each cell is looked into, along the first quantity.
+        const WITHIN: [f64; 3] = [0.25, 0.5, 0.75];
+        let nodes = |counts: [usize; D]| {
+            (0..counts.iter().product()).map(move |mut rest: usize| {
+                counts.map(|count| {
+                    let node = rest % count;
+                    rest /= count;
+                    node as f64
+                })
+            })
         };
-        Self { axes, values: (0..count).map(value).collect() }
+        let place = |nodes: [f64; D]| std::array::from_fn(|i| axes[i].value(nodes[i]));
+        let values = nodes(axes.map(Axis::nodes)).map(|node| function(place(node))).collect();
+        let mut table = Self { axes, values };
+        // A quantity of one value has one cell, which is its node.
+        for cell in nodes(axes.map(|axis| (axis.nodes() - 1).max(1))) {
+            for share in WITHIN {
+                let within = std::array::from_fn(|i| match (axes[i].nodes(), i) {
+                    (1, _) => cell[i],
+                    (_, 0) => cell[i] + share,
+                    _ => cell[i] + 0.5,
+                });
+                let (found, told) = (function(place(within)), table.at(place(within)));
+                let corners = table.corners(place(within));
+                for (index, _) in corners.filter(|(_, weight)| *weight > 0.0) {
+                    for lane in 0..N {
+                        table.values[index][lane] += (found[lane] - told[lane]).max(0.0);
+                    }
+                }
+            }
+        }
+        table
     }
 
-    fn at(&self, place: [f64; D]) -> [f64; N] {
+    /// The nodes around a place, each with its weight.
+    fn corners(&self, place: [f64; D]) -> impl Iterator<Item = (usize, f64)> + use<D, N> {
         let mut around = [(0, 0, 0.0); D];
         let mut stride = 1;
         for (axis, (place, around)) in self.axes.iter().zip(place.into_iter().zip(&mut around)) {
@@ -298,18 +346,21 @@ impl<const D: usize, const N: usize> Table<D, N> {
             *around = (node * stride, stride, share);
             stride *= axis.nodes();
         }
-        let mut sums = [0.0; N];
-        for corner in 0..1u32 << D {
-            let (mut index, mut weight) = (0, 1.0);
-            for (bit, &(node, stride, share)) in around.iter().enumerate() {
-                let next = corner >> bit & 1 == 1;
-                index += if next { node + stride } else { node };
-                weight *= if next { share } else { 1.0 - share };
-            }
-            if weight > 0.0 {
-                for (sum, value) in sums.iter_mut().zip(&self.values[index]) {
-                    *sum += weight * value;
+        (0..1u32 << D).map(move |corner| {
+            around.iter().enumerate().fold((0, 1.0), |(index, weight), (bit, &(node, stride, share))| {
+                match corner >> bit & 1 == 1 {
+                    true => (index + node + stride, weight * share),
+                    false => (index + node, weight * (1.0 - share)),
                 }
+            })
+        })
+    }
+
+    fn at(&self, place: [f64; D]) -> [f64; N] {
+        let mut sums = [0.0; N];
+        for (index, weight) in self.corners(place).filter(|(_, weight)| *weight > 0.0) {
+            for (sum, value) in sums.iter_mut().zip(&self.values[index]) {
+                *sum += weight * value;
             }
         }
         sums
