@@ -124,8 +124,8 @@ fn rough_balls_return_what_is_stated_at_every_wavelength() {
     }
 }
 
-/// What a white principled ball returns, stated in the README: plugin, roughness, sheen, clear coat; as Mitsuba has it, and where
-/// it conserves energy.
+/// What a white principled ball returns, stated in the README: plugin, roughness, sheen, clear coat; as
+/// Mitsuba has it, and where it conserves energy.
 const PRINCIPLED: [(&str, &str, &str, &str, [f64; 2]); 7] = [
     ("principled", "0.1", "0", "0", [1.04, 0.98]),
     ("principled", "0.5", "0", "0", [1.055, 0.983]),

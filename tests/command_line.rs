@@ -219,7 +219,8 @@ fn a_scene_told_in_json_renders_to_the_same_file() {
     assert_eq!(unused.status.code(), Some(2));
 }
 
-/// A metal that abbe has no table of is read from a folder, by every command that reads scenes; the message about it says so.
+/// A metal that abbe has no table of is read from a folder, by every command that reads scenes; the message
+/// about it says so.
 #[test]
 fn metals_come_from_a_folder_of_tables() {
     let folder = Folder::new("metals");

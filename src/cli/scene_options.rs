@@ -16,8 +16,8 @@ pub struct SceneOptions {
     #[arg(short = 's', long, value_name = "N", default_value = "0")]
     pub sensor: usize,
 
-    /// Read the n and k of metals from NAME.eta.spd and NAME.k.spd in a folder, such as mitsuba/data/ior of an installed
-    /// Mitsuba; names that it lacks are abbe's own
+    /// Read the n and k of metals from NAME.eta.spd and NAME.k.spd in a folder, such as mitsuba/data/ior of an
+    /// installed Mitsuba; names that it lacks are abbe's own
     #[arg(long, value_name = "DIR")]
     pub ior_tables: Option<PathBuf>,
 }

@@ -107,7 +107,8 @@ fn rough_furnaces_lose_energy() {
     }
 }
 
-/// A principled surface with parameters over all of their ranges, and of few indices, which the tables are made for.
+/// A principled surface with parameters over all of their ranges, and of few indices, which the tables are
+/// made for.
 fn any_principled(uniform: &mut Uniform) -> Bsdf<1> {
     let share = |uniform: &mut Uniform| match uniform.next() {
         u if u < 0.25 => 0.0,
@@ -172,8 +173,8 @@ fn principled_surfaces_that_conserve_energy_make_none() {
     assert!(made > 100 && kept > 100, "{made} made energy, {kept} are as they were");
 }
 
-/// Without chance, where light is spread so widely that a sum over directions is exact: not above 1, and not far below where
-/// energy was made.
+/// Without chance, where light is spread so widely that a sum over directions is exact: not above 1, and not
+/// far below where energy was made.
 #[test]
 fn principled_surfaces_that_conserve_energy_lose_little() {
     for roughness in [0.5, 0.75, 1.0] {

@@ -1,16 +1,18 @@
 //! What principled surfaces return of an even light, for those that must not make energy.
 //!
-//! The lobes of a principled surface are added without regard to one another: together they may return more than they
-//! get. With the directional albedo E(v), the power that leaves for that which arrives along v, a value f becomes
+//! The lobes of a principled surface are added without regard to one another: together they may return more
+//! than they get. With the directional albedo E(v), the power that leaves for that which arrives along v, a
+//! value f becomes
 //!
 //! `f'(v, l) = f(v, l) / max(1, E(v), E(l))`.
 //!
-//! It stays reciprocal, since v and l stand there alike; `E'(v) ≤ E(v) / max(1, E(v)) ≤ 1`; and it changes nothing where
-//! nothing is made. To divide by the greater of two functions of either direction is how Neumann, Neumann and
-//! Szirmay-Kalos bound metals ("Compact Metallic Reflectance Models", Computer Graphics Forum 18(3), 1999).
+//! It stays reciprocal, since v and l stand there alike; `E'(v) ≤ E(v) / max(1, E(v)) ≤ 1`; and it changes
+//! nothing where nothing is made. To divide by the greater of two functions of either direction is how
+//! Neumann, Neumann and Szirmay-Kalos bound metals ("Compact Metallic Reflectance Models", Computer Graphics
+//! Forum 18(3), 1999).
 //!
-//! E is linear in the shares of the lobes, which have the wavelengths. The lobes' own albedos have none: they depend on
-//! the direction and on a roughness, and are kept in tables.
+//! E is linear in the shares of the lobes, which have the wavelengths. The lobes' own albedos have none: they
+//! depend on the direction and on a roughness, and are kept in tables.
 
 use super::clear_coat::ClearCoat;
 use super::{COAT_REFLECTANCE, PrincipledBase, interface, mix, schlick_cosine, schlick_weight, thin};
@@ -81,8 +83,8 @@ impl Albedo {
     fn new(extent: Extent) -> Self {
         let Extent { thin, eta, roughness, anisotropic, gloss } = extent;
         let turned = if anisotropic == Some(0.0) { Axis::One(0.0) } else { Axis::Even(7) };
-        // Where light passes to the faster side, all is reflected beyond the critical angle, up to which reflection rises
-        // with an infinite slope.
+        // Where light passes to the faster side, all is reflected beyond the critical angle, up to which
+        // reflection rises with an infinite slope.
         let cosines = Axis::Cosine { critical: (1.0 - eta * eta).max(0.0).sqrt() };
         let axis = |share: Option<f64>, nodes| share.map_or(Axis::Even(nodes), Axis::One);
         let axes = [cosines, turned, axis(roughness, 13), axis(anisotropic, 5)];
@@ -232,8 +234,8 @@ enum Axis {
     One(f64),
     /// At equal steps from 0 to 1.
     Even(usize),
-    /// At cosines. Nodes crowd where albedos change fast: near the horizon, and on both sides of a critical angle's cosine,
-    /// which is 0 where there is none.
+    /// At cosines. Nodes crowd where albedos change fast: near the horizon, and on both sides of a critical
+    /// angle's cosine, which is 0 where there is none.
     Cosine { critical: f64 },
 }
 
@@ -293,8 +295,8 @@ impl Axis {
     }
 }
 
-/// N functions of D quantities, linear between nodes. Nodes are lifted where the functions rise above that in between, so
-/// that what is told is not less than the truth.
+/// N functions of D quantities, linear between nodes. Nodes are lifted where the functions rise above that in
+/// between, so that what is told is not less than the truth.
 #[derive(Debug)]
 struct Table<const D: usize, const N: usize> {
     axes: [Axis; D],

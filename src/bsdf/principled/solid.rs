@@ -93,8 +93,8 @@ impl<const C: usize> Principled<C> {
         }
     }
 
-    /// The power that leaves the surface for that which arrives along a direction. Below it is not more than 1, since there
-    /// is nothing but the glass: 0 will do.
+    /// The power that leaves the surface for that which arrives along a direction. Below it is not more than
+    /// 1, since there is nothing but the glass: 0 will do.
     fn returned(&self, albedo: &Albedo, direction: Vec3) -> Sampled<C> {
         if direction.z <= 0.0 {
             return Sampled::ZERO;

@@ -22,8 +22,8 @@ pub struct PrincipledThin<const C: usize> {
     pub albedo: Option<&'static Albedo>,
 }
 
-/// How much rougher than its faces, which are facets of the index `eta`, the sheet is for what it transmits: what two
-/// rough faces do to a ray (Burley 2015, section 3.2).
+/// How much rougher than its faces, which are facets of the index `eta`, the sheet is for what it transmits:
+/// what two rough faces do to a ray (Burley 2015, section 3.2).
 pub(super) fn spread(eta: f64) -> f64 {
     0.65 * eta - 0.35
 }
@@ -93,7 +93,8 @@ impl<const C: usize> PrincipledThin<C> {
         evaluation
     }
 
-    /// The power that leaves the sheet on both sides for that which arrives along a direction, seen from its side.
+    /// The power that leaves the sheet on both sides for that which arrives along a direction, seen from its
+    /// side.
     fn returned(&self, albedo: &Albedo, direction: Vec3) -> Sampled<C> {
         let facets = albedo.facets(&self.base, direction);
         let [back, through] = self.matt();

@@ -50,7 +50,8 @@ pub(super) fn spectrum(source: &SpectrumSource) -> Result<Spectrum, SceneError> 
     Ok(if source.scale == 1.0 { unscaled } else { unscaled.scaled(source.scale) })
 }
 
-/// The same for an index, or for what one follows from: held beyond the ends of its table, where zero would be no index.
+/// The same for an index, or for what one follows from: held beyond the ends of its table, where zero would
+/// be no index.
 pub(super) fn held(source: &SpectrumSource) -> Result<Spectrum, SceneError> {
     Ok(spectrum(source)?.with_extrapolation(Extrapolation::Hold))
 }

@@ -52,7 +52,8 @@ fn a_glass_known_by_its_reflectance_is_held_beyond_the_table() {
     assert_eq!(scene.assumptions.iter().filter(told).count(), 1, "{:?}", scene.assumptions);
 }
 
-/// Metals, whatever is assumed of them, beside a known index whose table is shorter yet, and with indices from tables.
+/// Metals, whatever is assumed of them, beside a known index whose table is shorter yet, and with indices
+/// from tables.
 #[test]
 fn a_metal_is_held_beyond_its_tables() {
     const R: &str = r#"<spectrum name="normal_reflectance" value="400:0.5, 700:0.9"/>"#;

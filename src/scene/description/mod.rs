@@ -57,7 +57,8 @@ impl Description {
 pub struct Note {
     pub place: Place,
     pub text: String,
-    /// Where it is about wavelengths outside of a range alone, that range: a render within has nothing to do with it.
+    /// Where it is about wavelengths outside of a range alone, that range: a render within has nothing to do
+    /// with it.
     pub beyond: Option<WavelengthRange>,
 }
 

@@ -183,8 +183,8 @@ pub enum IndexKind {
     Formula(DispersionFormula),
     /// Tabulated n(λ), held constant beyond its ends (an extension).
     Tabulated(SpectrumSource),
-    /// From the reflectance at normal incidence, k = 0 (an extension; Glassner, *An Introduction to Ray Tracing*, ch. 4,
-    /// eq. 18). Held constant beyond the ends of its table.
+    /// From the reflectance at normal incidence, k = 0 (an extension; Glassner, *An Introduction to Ray
+    /// Tracing*, ch. 4, eq. 18). Held constant beyond the ends of its table.
     NormalReflectance {
         reflectance: SpectrumSource,
         /// Whether it is that of a polished, clear slab with its back face, and not that of one face.

@@ -9,8 +9,8 @@ use crate::spectrum::catalogue::{self, Kind};
 use crate::spectrum::text::parse_spd;
 use std::path::Path;
 
-/// The names that Mitsuba 3.9 has tables of (`data/ior`). Those with `_palik` are Palik's tables as they are, the others
-/// may be joined from several.
+/// The names that Mitsuba 3.9 has tables of (`data/ior`). Those with `_palik` are Palik's tables as they are,
+/// the others may be joined from several.
 pub(super) const MITSUBA: [&str; 71] = [
     "Ag",
     "Al",

@@ -65,7 +65,8 @@ pub struct ReadOptions {
     pub defines: Vec<(String, String)>,
     /// Which of the scene's sensors is rendered, counted from 0.
     pub sensor: usize,
-    /// A folder with the files `NAME.eta.spd` and `NAME.k.spd` of metals, which come before the built-in tables.
+    /// A folder with the files `NAME.eta.spd` and `NAME.k.spd` of metals, which come before the built-in
+    /// tables.
     pub ior_tables: Option<PathBuf>,
 }
 
