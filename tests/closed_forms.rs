@@ -124,6 +124,44 @@ fn rough_balls_return_what_is_stated_at_every_wavelength() {
     }
 }
 
+/// What a white principled ball returns, stated in the README: plugin, roughness, sheen, clear coat; as
+/// Mitsuba has it, and where it conserves energy.
+const PRINCIPLED: [(&str, &str, &str, &str, [f64; 2]); 7] = [
+    ("principled", "0.1", "0", "0", [1.04, 0.98]),
+    ("principled", "0.5", "0", "0", [1.055, 0.983]),
+    ("principled", "1", "0", "0", [1.064, 0.972]),
+    ("principled", "0.5", "1", "0", [1.063, 0.977]),
+    ("principled", "0.5", "0", "1", [1.071, 0.986]),
+    ("principledthin", "0.5", "0", "0", [1.006, 0.996]),
+    ("principledthin", "1", "0", "0", [1.048, 0.974]),
+];
+
+#[test]
+fn principled_balls_make_energy_unless_they_conserve_it() {
+    let range = WavelengthRange::VISIBLE;
+    let bound = bound(PRINCIPLED.len() * 2 * ALL_COUNTS.len() * BINS);
+    for (plugin, roughness, sheen, clearcoat, stated) in PRINCIPLED {
+        for (conserve, stated) in ["false", "true"].into_iter().zip(stated) {
+            let defines = [
+                ("bsdf", plugin),
+                ("alpha", roughness),
+                ("sheen", sheen),
+                ("clearcoat", clearcoat),
+                ("conserve", conserve),
+            ];
+            for counts in measure(FURNACE, &defines, range, 16_384) {
+                for (mean, error) in counts {
+                    let what = format!("{plugin} {roughness}, sheen {sheen}, coat {clearcoat}, {conserve}");
+                    println!("{what}: {mean:.4} ± {error:.1e}");
+                    assert!(error < 4e-3, "{what}: standard error {error}");
+                    assert!(conserve == "false" || mean <= 1.0 + bound * error, "{what}: {mean} ± {error}");
+                    assert!((mean - stated).abs() < 0.0006 + bound * error, "{what}: {mean} ± {error}");
+                }
+            }
+        }
+    }
+}
+
 /// SCHOTT SF11 by its Sellmeier coefficients (`data/dielectrics/dispersion_formulas.csv`), λ in nm.
 fn sf11(nm: f64) -> f64 {
     let squared = (nm * 1e-3).powi(2);

@@ -322,3 +322,37 @@ fn an_old_processor_is_told_what_it_lacks() {
     assert!(stderr(&old).contains("lacks") && stderr(&old).contains("AVX2"), "{}", stderr(&old));
     assert!(stderr(&old).contains("target-cpu=native"), "{}", stderr(&old));
 }
+
+/// A metal that abbe has no table of is read from a folder, by every command that reads scenes; the message
+/// about it says so.
+#[test]
+fn metals_come_from_a_folder_of_tables() {
+    let folder = Folder::new("metals");
+    let text = r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"><integer name="width" value="4"/>
+        <integer name="height" value="4"/></film></sensor><emitter type="constant"/><shape type="sphere">
+        <transform name="to_world"><translate z="4"/></transform>
+        <bsdf type="conductor"><string name="material" value="Ta"/></bsdf></shape></scene>"#;
+    std::fs::write(folder.0.join("ball.xml"), text).unwrap();
+    let tables = scene("tests/scenes/ior");
+    let tables = tables.to_str().unwrap();
+    for command in [
+        &["info", "ball.xml"][..],
+        &["render", "ball.xml", "--spp", "4", "-o", "ball.exr"],
+        &["study", "ball.xml", "-o", "noise", "--samplers", "independent", "--spp", "1", "--replicates", "2"],
+    ] {
+        let without = abbe(&folder, command);
+        assert_eq!(without.status.code(), Some(2), "{command:?}");
+        let said = stderr(&without);
+        assert!(said.contains("ball.xml:4:") && said.contains("--ior-tables DIR reads Ta.eta.spd"), "{said}");
+    }
+    let told = abbe(&folder, &["info", "ball.xml", "--ior-tables", tables]);
+    assert_eq!(told.status.code(), Some(0), "{}", stderr(&told));
+    let outline = String::from_utf8_lossy(&told.stdout);
+    assert!(outline.contains("eta: 3 values from 400 to 700 nm, Ta.eta.spd"), "{outline}");
+    let rendered =
+        abbe(&folder, &["render", "ball.xml", "--spp", "4", "-o", "ball.exr", "--ior-tables", tables]);
+    assert_eq!(rendered.status.code(), Some(0), "{}", stderr(&rendered));
+    let nowhere = abbe(&folder, &["info", "ball.xml", "--ior-tables", "nowhere"]);
+    assert_eq!(nowhere.status.code(), Some(2));
+    assert!(stderr(&nowhere).contains("nowhere cannot be read"), "{}", stderr(&nowhere));
+}

@@ -36,7 +36,8 @@ fn table() -> Vec<(&'static str, Bsdf<4>)> {
         sheen_tint: 0.5,
         flatness: 0.3,
     };
-    let coated = Principled { base, metallic: 0.3, clearcoat: 0.8, clearcoat_gloss: 0.3, eta: 1.5 };
+    let coated =
+        Principled { base, metallic: 0.3, clearcoat: 0.8, clearcoat_gloss: 0.3, eta: 1.5, albedo: None };
     let pane = ThinDielectric { eta: glass.eta, specular_reflectance: one, specular_transmittance: one };
     let coat = RoughCoat::shared(Shape::Ggx, 0.3, 1.5);
     let leaf = DiffuseTransmitter { reflectance: ramp(0.5, -0.1), transmittance: ramp(0.1, 0.05) };
@@ -60,7 +61,10 @@ fn table() -> Vec<(&'static str, Bsdf<4>)> {
             Bsdf::RoughPlastic(RoughPlastic { coat, base: matt, specular_reflectance: one }),
         ),
         ("principled", Bsdf::Principled(coated)),
-        ("principled thin", Bsdf::PrincipledThin(PrincipledThin { base, diff_trans: 0.7, eta: 1.5 })),
+        (
+            "principled thin",
+            Bsdf::PrincipledThin(PrincipledThin { base, diff_trans: 0.7, eta: 1.5, albedo: None }),
+        ),
     ]
 }
 

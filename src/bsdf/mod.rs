@@ -28,7 +28,7 @@ pub use dielectric::Dielectric;
 pub use lambert::{DiffuseTransmitter, Lambert};
 pub use microfacet::Microfacets;
 pub use plastic::{MattBase, Plastic};
-pub use principled::{Principled, PrincipledBase, PrincipledThin};
+pub use principled::{Albedo, Extent, Principled, PrincipledBase, PrincipledThin};
 pub use rough_dielectric::RoughDielectric;
 pub use rough_plastic::{RoughCoat, RoughPlastic};
 pub use thin_dielectric::ThinDielectric;

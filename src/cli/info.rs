@@ -20,7 +20,9 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut description = args.scene.read()?;
+    let description = args.scene.read()?;
+    let range = description.sensor.film.wavelength_range();
+    let mut description = description.over(range);
     let scene = compile(&description, &CompileOptions::default())
         .map_err(|errors| Failure::Input(errors.to_string()))?;
     description.remarks.extend(scene.warnings.iter().cloned());

@@ -88,6 +88,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut description = args.scene.read()?;
     args.apply_to(&mut description);
     let range = args.range.unwrap_or_else(|| description.sensor.film.wavelength_range());
+    let description = description.over(range);
     let options = CompileOptions {
         range,
         observer: args.observer,

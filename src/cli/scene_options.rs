@@ -17,6 +17,11 @@ pub struct SceneOptions {
     /// Which of the scene's sensors is meant, counted from 0
     #[arg(short = 's', long, value_name = "N", default_value = "0")]
     pub sensor: usize,
+
+    /// Read the n and k of metals from NAME.eta.spd and NAME.k.spd in a folder, such as mitsuba/data/ior of an
+    /// installed Mitsuba; names that it lacks are abbe's own
+    #[arg(long, value_name = "DIR")]
+    pub ior_tables: Option<PathBuf>,
 }
 
 impl SceneOptions {
@@ -26,8 +31,9 @@ impl SceneOptions {
 
     /// With other values for the parameters.
     pub fn read_with(&self, defines: &[(String, String)]) -> Result<Description, Failure> {
-        scene::read(&self.scene, &ReadOptions { defines: defines.to_vec(), sensor: self.sensor })
-            .map_err(|errors| Failure::Input(errors.to_string()))
+        let (sensor, ior_tables) = (self.sensor, self.ior_tables.clone());
+        let options = ReadOptions { defines: defines.to_vec(), sensor, ior_tables };
+        scene::read(&self.scene, &options).map_err(|errors| Failure::Input(errors.to_string()))
     }
 }
 

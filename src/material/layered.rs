@@ -1,7 +1,7 @@
 //! Panes, plastic and "principled" surfaces.
 
 use crate::bsdf::{
-    Bsdf, MattBase, Plastic, Principled, PrincipledBase, PrincipledThin, RoughCoat, RoughPlastic,
+    Albedo, Bsdf, MattBase, Plastic, Principled, PrincipledBase, PrincipledThin, RoughCoat, RoughPlastic,
     ThinDielectric,
 };
 use crate::spectrum::colour::Observer;
@@ -146,6 +146,8 @@ pub struct PrincipledMaterial {
     pub eta: f64,
     /// Whether light may be transmitted anywhere.
     pub glass: bool,
+    /// By what it is kept from making energy.
+    pub albedo: Option<&'static Albedo>,
 }
 
 impl PrincipledMaterial {
@@ -156,6 +158,7 @@ impl PrincipledMaterial {
             clearcoat: self.clearcoat.value(at).max(0.0),
             clearcoat_gloss: self.clearcoat_gloss.value(at).clamp(0.0, 1.0),
             eta: self.eta,
+            albedo: self.albedo,
         })
     }
 
@@ -165,22 +168,26 @@ impl PrincipledMaterial {
     }
 }
 
+/// Below, a texture holds no index.
+pub(crate) const LEAST_INDEX: f64 = 1e-3;
+
 /// A thin sheet of the same.
 #[derive(Clone, Debug)]
 pub struct PrincipledThinMaterial {
     pub textures: PrincipledTextures,
     pub diff_trans: Texture,
     pub eta: Texture,
+    /// By what it is kept from making energy.
+    pub albedo: Option<&'static Albedo>,
 }
 
 impl PrincipledThinMaterial {
     pub(super) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
-        /// Below, a texture holds no index.
-        const LEAST_INDEX: f64 = 1e-3;
         Bsdf::PrincipledThin(PrincipledThin {
             base: self.textures.base(at, nm),
             diff_trans: self.diff_trans.value(at).clamp(0.0, 2.0),
             eta: self.eta.value(at).max(LEAST_INDEX),
+            albedo: self.albedo,
         })
     }
 

@@ -20,11 +20,7 @@ pub enum Metal {
 
 impl Metal {
     /// n and k at a point and the wavelengths (nm) of a path.
-    pub(super) fn sample<const C: usize>(
-        &self,
-        at: &TexturePoint,
-        nm: &[f64; C],
-    ) -> (Sampled<C>, Sampled<C>) {
+    pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> (Sampled<C>, Sampled<C>) {
         /// No finite index reflects everything, though a texture may come that near.
         const MOST: f64 = 1.0 - 1e-12;
         match self {

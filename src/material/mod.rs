@@ -11,6 +11,7 @@ mod relief;
 mod shading;
 
 pub use facets::Facets;
+pub(crate) use layered::LEAST_INDEX;
 pub use layered::{
     PlasticMaterial, PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial, ThinDielectricMaterial,
 };

@@ -132,6 +132,26 @@ impl Texture {
         }
     }
 
+    /// The same with all tables held beyond their ends, as those of an index are.
+    pub fn held(self) -> Self {
+        let hold = |spectrum: Spectrum| spectrum.with_extrapolation(Extrapolation::Hold);
+        match self {
+            Self::Uniform(spectrum) => Self::Uniform(hold(spectrum)),
+            Self::Checkerboard(board) => Self::Checkerboard(Box::new(Checkerboard {
+                colours: board.colours.map(Self::held),
+                ..*board
+            })),
+            Self::Procedural(pattern) => Self::Procedural(Box::new(Procedural {
+                colours: pattern.colours.into_iter().map(Self::held).collect(),
+                ..*pattern
+            })),
+            Self::Filtered { texture, by } => {
+                Self::Filtered { texture: Box::new(texture.held()), by: hold(by) }
+            }
+            Self::Bitmap(_) | Self::Attribute(_) | Self::Volume(_) => self,
+        }
+    }
+
     /// Whether it is zero everywhere at all wavelengths of a range.
     pub fn is_zero(&self, range: WavelengthRange) -> bool {
         match self {

@@ -19,7 +19,7 @@ fn base<const C: usize>() -> PrincipledBase<C> {
 }
 
 fn solid<const C: usize>(base: PrincipledBase<C>, eta: f64) -> Principled<C> {
-    Principled { base, metallic: 0.0, clearcoat: 0.0, clearcoat_gloss: 0.0, eta }
+    Principled { base, metallic: 0.0, clearcoat: 0.0, clearcoat_gloss: 0.0, eta, albedo: None }
 }
 
 fn coat(shape: Shape, alpha: f64, eta: f64) -> &'static RoughCoat {
@@ -59,7 +59,9 @@ pub fn table<const C: usize>() -> Vec<(String, Bsdf<C>)> {
         ..solid(PrincipledBase { spec_trans: 0.0, ..all }, 1.5)
     };
     let glass = PrincipledBase { spec_trans: 1.0, roughness: 0.6, ..base() };
-    let thin = |base, diff_trans, eta| Bsdf::PrincipledThin(PrincipledThin { base, diff_trans, eta });
+    let thin =
+        |base, diff_trans, eta| Bsdf::PrincipledThin(PrincipledThin { base, diff_trans, eta, albedo: None });
+    let bright = PrincipledBase { sheen: 2.0, ..all };
     let entries = [
         ("pane", Bsdf::ThinDielectric(pane)),
         ("plastic", Bsdf::Plastic(plastic)),
@@ -74,8 +76,36 @@ pub fn table<const C: usize>() -> Vec<(String, Bsdf<C>)> {
         ("thin matt", thin(PrincipledBase { sheen: 0.4, ..base() }, 0.7, 1.5)),
         ("thin, everything", thin(all, 1.2, 1.4)),
         ("thin bubble", thin(glass, 0.0, 0.8)),
+        (
+            "principled, conserving",
+            conserving(Bsdf::Principled(Principled { base: bright, clearcoat: 1.5, ..coated }), false),
+        ),
+        ("thin, conserving", conserving(thin(PrincipledBase { spec_trans: 0.0, ..bright }, 1.2, 1.4), true)),
     ];
     entries.map(|(name, bsdf)| (name.to_owned(), bsdf)).into()
+}
+
+/// The same surface, kept from making energy by tables for it alone or, if it `varies`, for all of its index.
+pub fn conserving<const C: usize>(bsdf: Bsdf<C>, varies: bool) -> Bsdf<C> {
+    let of = |share: f64| (!varies).then_some(share);
+    let extent = |base: PrincipledBase<C>, thin, eta, gloss| Extent {
+        thin,
+        eta,
+        roughness: of(base.roughness),
+        anisotropic: of(base.anisotropic),
+        gloss,
+    };
+    match bsdf {
+        Bsdf::Principled(solid) => {
+            let extent = extent(solid.base, false, solid.eta, of(solid.clearcoat_gloss));
+            Bsdf::Principled(Principled { albedo: Some(Albedo::shared(extent)), ..solid })
+        }
+        Bsdf::PrincipledThin(sheet) => {
+            let extent = extent(sheet.base, true, sheet.eta, Some(0.0));
+            Bsdf::PrincipledThin(PrincipledThin { albedo: Some(Albedo::shared(extent)), ..sheet })
+        }
+        other => other,
+    }
 }
 
 /// Mitsuba's thin glass cuts its transmitted lobe by a rule that is not the same when light runs backwards.
@@ -128,8 +158,11 @@ pub fn random<const C: usize>(
             clearcoat: 2.0 * share(uniform),
             clearcoat_gloss: share(uniform),
             eta,
+            albedo: None,
         }),
-        _ => Bsdf::PrincipledThin(PrincipledThin { base, diff_trans: 2.0 * share(uniform), eta }),
+        _ => {
+            Bsdf::PrincipledThin(PrincipledThin { base, diff_trans: 2.0 * share(uniform), eta, albedo: None })
+        }
     }
 }
 
@@ -202,8 +235,12 @@ fn read(plugin: &str, given: &BTreeMap<&str, &str>, color: Sampled<4>, tint: Sam
             clearcoat: number("clearcoat"),
             clearcoat_gloss: number("clearcoat_gloss"),
             eta,
+            albedo: None,
         }),
-        _ => Bsdf::PrincipledThin(PrincipledThin { base, diff_trans: number("diff_trans"), eta }),
+        _ => {
+            let diff_trans = number("diff_trans");
+            Bsdf::PrincipledThin(PrincipledThin { base, diff_trans, eta, albedo: None })
+        }
     }
 }
 

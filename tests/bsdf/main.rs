@@ -7,9 +7,9 @@ mod robust;
 
 use abbe::bsdf::microfacet::Shape;
 use abbe::bsdf::{
-    Bsdf, Conductor, Density, Dielectric, DiffuseTransmitter, Lambert, MattBase, Microfacets, Plastic,
-    Principled, PrincipledBase, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic, Scatter,
-    ThinDielectric,
+    Albedo, Bsdf, Conductor, Density, Dielectric, DiffuseTransmitter, Extent, Lambert, MattBase, Microfacets,
+    Plastic, Principled, PrincipledBase, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
+    Scatter, ThinDielectric,
 };
 use abbe::geometry::Vec3;
 use abbe::spectrum::Sampled;
@@ -190,11 +190,13 @@ fn with_lanes<const C: usize, const D: usize>(
             clearcoat: b.clearcoat,
             clearcoat_gloss: b.clearcoat_gloss,
             eta: b.eta,
+            albedo: b.albedo,
         }),
         Bsdf::PrincipledThin(b) => Bsdf::PrincipledThin(PrincipledThin {
             base: principled(b.base),
             diff_trans: b.diff_trans,
             eta: b.eta,
+            albedo: b.albedo,
         }),
     }
 }

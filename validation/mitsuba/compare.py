@@ -1,6 +1,7 @@
 """One scene through abbe and through Mitsuba 3: replicates of both, the tests of whether they have the same expectation, and how a claim shows them."""
 
 import hashlib
+import importlib.util
 import os
 import zlib
 from dataclasses import dataclass
@@ -19,6 +20,12 @@ HERE = Path(__file__).resolve().parent
 KEPT = ROOT / "target/validation/mitsuba-renders"
 # Mitsuba integrates every fifth row of the CIE's table (FACTS.md, 51).
 OBSERVER = ("--observer", "cie1931-5nm")
+
+
+def with_mitsubas_tables():
+    """What makes abbe take the colour-matching functions and the metals of the installed Mitsuba."""
+    package = Path(importlib.util.find_spec("mitsuba").origin).parent
+    return (*OBSERVER, "--ior-tables", str(package / "data/ior"))
 
 
 def load_mitsuba(variant=None):
@@ -81,8 +88,8 @@ class Mitsuba:
 class Abbe:
     """Replicates from abbe, with the standard errors that it states itself."""
 
-    def __init__(self, abbe, options=OBSERVER):
-        self.abbe, self.options = abbe, options
+    def __init__(self, abbe, options=None):
+        self.abbe, self.options = abbe, with_mitsubas_tables() if options is None else options
 
     def stack(self, scene, spp, seeds, names=None, defines={}):
         pictures, errors, before = [], [], self.abbe.cpu

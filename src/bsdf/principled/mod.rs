@@ -1,18 +1,20 @@
 //! Burley's "principled" surfaces, as Mitsuba 3 means them.
 //!
 //! A surface is a blend of a metal, a matt base and (in [`Principled`]) rough glass, under sheen and a
-//! clear coat, steered by numbers from 0 to 1 that are meant for the eye and not for physics: energy is
-//! not kept exactly. Facets follow GGX with separable masking.
+//! clear coat, steered by numbers from 0 to 1 that are meant for the eye and not for physics: they may return
+//! more than they get, unless they are told not to ([`Albedo`]). Facets follow GGX with separable masking.
 //!
 //! References: Burley, "Physically-Based Shading at Disney", SIGGRAPH 2012 course (base, sheen, clear
 //! coat); Burley, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", SIGGRAPH
 //! 2015 course (glass, thin surfaces, flatness). Details in which the two leave a choice were taken from values of
 //! Mitsuba 3.9.
 
+mod albedo;
 mod clear_coat;
 mod solid;
 mod thin;
 
+pub use albedo::{Albedo, Extent};
 pub use solid::Principled;
 pub use thin::PrincipledThin;
 
@@ -45,6 +47,19 @@ pub struct PrincipledBase<const C: usize> {
 }
 
 impl<const C: usize> PrincipledBase<C> {
+    /// White, smooth and matt.
+    const WHITE: Self = Self {
+        color: Sampled::ONE,
+        tint: Sampled::ONE,
+        roughness: 0.0,
+        anisotropic: 0.0,
+        spec_trans: 0.0,
+        spec_tint: 0.0,
+        sheen: 0.0,
+        sheen_tint: 0.0,
+        flatness: 0.0,
+    };
+
     /// Facets whose roughness is `factor` times the surface's.
     fn microfacets(&self, factor: f64) -> Microfacets {
         const LEAST_ALPHA: f64 = 1e-3;
@@ -73,7 +88,11 @@ impl<const C: usize> PrincipledBase<C> {
         if self.sheen == 0.0 {
             return 0.0;
         }
-        self.sheen * schlick_weight(cos_half) * mix(1.0, self.tint[lane], self.sheen_tint)
+        schlick_weight(cos_half) * self.sheen_strength(lane)
+    }
+
+    fn sheen_strength(&self, lane: usize) -> f64 {
+        self.sheen * mix(1.0, self.tint[lane], self.sheen_tint)
     }
 
     /// The tinted reflectance of an interface, which is white at grazing angles.
@@ -82,6 +101,9 @@ impl<const C: usize> PrincipledBase<C> {
         mix(self.tint[lane] * normal, 1.0, schlick_weight(schlick_cosine(cos, eta, interface)))
     }
 }
+
+/// Reflectance of the clear coat at normal incidence.
+const COAT_REFLECTANCE: f64 = 0.04;
 
 /// Of sheen, whatever the direction: a guess for choosing between lobes.
 const MEAN_SHEEN: f64 = 0.1;

@@ -1,14 +1,16 @@
 //! The surface of a body.
 
+use super::albedo::{self, Albedo};
 use super::clear_coat::ClearCoat;
 use super::{
-    MEAN_SHEEN, PrincipledBase, choose, cosine_density, interface, mix, probabilities, schlick_cosine,
-    schlick_weight,
+    COAT_REFLECTANCE, MEAN_SHEEN, PrincipledBase, choose, cosine_density, interface, mix, probabilities,
+    schlick_cosine, schlick_weight,
 };
 use crate::bsdf::fresnel::Interface;
 use crate::bsdf::{Evaluation, Scatter, flipped, reflected};
 use crate::geometry::Vec3;
 use crate::sampling::warp;
+use crate::spectrum::Sampled;
 use std::f64::consts::FRAC_1_PI;
 
 /// Metal, matt base and glass under sheen and clear coat. Only the glass is seen from below.
@@ -24,6 +26,8 @@ pub struct Principled<const C: usize> {
     pub clearcoat_gloss: f64,
     /// Index below over that above, the same at all wavelengths.
     pub eta: f64,
+    /// By what the surface is kept from making energy; `None` where it is as Burley and Mitsuba have it.
+    pub albedo: Option<&'static Albedo>,
 }
 
 /// Ways to choose a direction.
@@ -31,9 +35,6 @@ const LOBES: usize = 3;
 const MATT: usize = 0;
 const COAT: usize = 1;
 const FACETS: usize = 2;
-
-/// Reflectance of the clear coat at normal incidence.
-const COAT_REFLECTANCE: f64 = 0.04;
 
 /// What facets do with the light in one lane.
 #[derive(Clone, Copy)]
@@ -70,7 +71,7 @@ impl<const C: usize> Principled<C> {
         }
         let eta = self.eta_toward(above);
         let lobes = self.lobes(eye.z, above);
-        if light.z > 0.0 {
+        let evaluation = if light.z > 0.0 {
             // No facet can be told where both graze the surface from opposite sides.
             let half = (eye + light).try_normalize();
             half.map_or(Evaluation::ZERO, |m| self.reflection(eye, light, m, eta, above, lobes))
@@ -81,7 +82,38 @@ impl<const C: usize> Principled<C> {
             })
         } else {
             Evaluation::ZERO
+        };
+        match self.albedo {
+            None => evaluation,
+            Some(albedo) => {
+                let [eye, light] =
+                    [toward_eye, toward_light].map(|direction| self.returned(albedo, direction));
+                Evaluation { f_cos: evaluation.f_cos / albedo::divisor(eye, light), ..evaluation }
+            }
         }
+    }
+
+    /// The power that leaves the surface for that which arrives along a direction. Below it is not more than
+    /// 1, since there is nothing but the glass: 0 will do.
+    fn returned(&self, albedo: &Albedo, direction: Vec3) -> Sampled<C> {
+        if direction.z <= 0.0 {
+            return Sampled::ZERO;
+        }
+        let facets = albedo.facets(&self.base, direction);
+        let matt = self.matt() * albedo::matt(&self.base, direction);
+        let sheen = (1.0 - self.metallic) * albedo::sheen(direction);
+        let coat = self.clearcoat * albedo.coat(self.clearcoat_gloss, direction);
+        let normal = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
+        // Schlick's reflectance from that at normal incidence.
+        let schlick = |normal: f64| normal * (facets.mirror - facets.schlick) + facets.schlick;
+        let rest = 1.0 - self.metallic;
+        Sampled::from_fn(|lane| {
+            let color = self.base.color[lane];
+            let clear = mix(facets.interface, schlick(self.base.tint[lane] * normal), self.base.spec_tint);
+            let reflected = self.metallic * schlick(color) + rest * clear;
+            let transmitted = self.glass() * color.sqrt() * facets.transmitted;
+            reflected + transmitted + matt * color + sheen * self.base.sheen_strength(lane) + coat
+        })
     }
 
     pub(in crate::bsdf) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {

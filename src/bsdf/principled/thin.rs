@@ -1,10 +1,12 @@
 //! A surface without a body.
 
+use super::albedo::{self, Albedo};
 use super::{MEAN_SHEEN, PrincipledBase, choose, cosine_density, interface, mix, probabilities};
 use crate::bsdf::microfacet::Microfacets;
 use crate::bsdf::{Evaluation, Scatter, flipped, reflected};
 use crate::geometry::Vec3;
 use crate::sampling::warp;
+use crate::spectrum::Sampled;
 use std::f64::consts::FRAC_1_PI;
 
 /// A thin sheet, matt or of rough glass, the same from both sides; light that is transmitted specularly goes on
@@ -16,6 +18,19 @@ pub struct PrincipledThin<const C: usize> {
     pub diff_trans: f64,
     /// Index of the sheet over that of what surrounds it.
     pub eta: f64,
+    /// By what the sheet is kept from making energy; `None` where it is as Burley and Mitsuba have it.
+    pub albedo: Option<&'static Albedo>,
+}
+
+/// How much rougher than its faces, which are facets of the index `eta`, the sheet is for what it transmits:
+/// what two rough faces do to a ray (Burley 2015, section 3.2).
+pub(super) fn spread(eta: f64) -> f64 {
+    0.65 * eta - 0.35
+}
+
+/// Mitsuba ends the transmitted lobe where a facet would send light back above itself.
+pub(super) fn is_cut(light: Vec3, m: Vec3) -> bool {
+    light.dot(m) >= 0.0
 }
 
 const LOBES: usize = 4;
@@ -43,8 +58,7 @@ impl<const C: usize> PrincipledThin<C> {
         let microfacets = self.facets(transmitted);
         let reflection = if cos > 0.0 { 1.0 / (4.0 * cos) } else { 0.0 };
         let facets_density = microfacets.visible(eye, m) * reflection;
-        // Mitsuba ends the transmitted lobe where a facet would send light back above itself.
-        let cut = transmitted && light.dot(m) >= 0.0;
+        let cut = transmitted && is_cut(light, m);
         let facets =
             if cut { 0.0 } else { microfacets.d(m) * microfacets.g(eye, mirrored, m) / (4.0 * eye.z) };
         let cosine = cosine_density(light.z);
@@ -72,7 +86,29 @@ impl<const C: usize> PrincipledThin<C> {
             evaluation.density[lane] =
                 probability[matt_lobe] * cosine + probability[facets_lobe] * facets_density;
         }
+        if let Some(albedo) = self.albedo {
+            let divisor = albedo::divisor(self.returned(albedo, eye), self.returned(albedo, mirrored));
+            evaluation.f_cos = evaluation.f_cos / divisor;
+        }
         evaluation
+    }
+
+    /// The power that leaves the sheet on both sides for that which arrives along a direction, seen from its
+    /// side.
+    fn returned(&self, albedo: &Albedo, direction: Vec3) -> Sampled<C> {
+        let facets = albedo.facets(&self.base, direction);
+        let [back, through] = self.matt();
+        let matt = back * albedo::matt(&self.base, direction) + through;
+        let sheen = back * albedo::sheen(direction);
+        let normal = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
+        Sampled::from_fn(|lane| {
+            let color = self.base.color[lane];
+            let tinted = self.base.tint[lane] * normal * (facets.mirror - facets.schlick) + facets.schlick;
+            let reflected = mix(facets.interface, tinted, self.base.spec_tint);
+            self.base.spec_trans * (reflected + color * facets.transmitted)
+                + matt * color
+                + sheen * self.base.sheen_strength(lane)
+        })
     }
 
     pub(in crate::bsdf) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
@@ -98,8 +134,7 @@ impl<const C: usize> PrincipledThin<C> {
 
     /// The facets for reflection, or the smoother (or rougher) ones for transmission.
     fn facets(&self, transmitted: bool) -> Microfacets {
-        // Burley 2015, section 3.2: what two rough faces do to a ray.
-        self.base.microfacets(if transmitted { 0.65 * self.eta - 0.35 } else { 1.0 })
+        self.base.microfacets(if transmitted { spread(self.eta) } else { 1.0 })
     }
 
     /// The shares that are matt, back and through.

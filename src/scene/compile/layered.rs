@@ -2,11 +2,11 @@
 
 use super::materials::facet_shape;
 use super::spectra::{self, index};
-use crate::bsdf::RoughCoat;
+use crate::bsdf::{Albedo, Extent, RoughCoat};
 use crate::geometry::Transform;
 use crate::material::{
-    AIR_INDEX, Material, PlasticMaterial, PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial,
-    ThinDielectricMaterial,
+    AIR_INDEX, LEAST_INDEX, Material, PlasticMaterial, PrincipledMaterial, PrincipledTextures,
+    PrincipledThinMaterial, ThinDielectricMaterial,
 };
 use crate::scene::description::{BsdfKind, CoatRoughness, IndexSource, PrincipledBase, SpectrumSource};
 use crate::scene::source::SceneError;
@@ -48,7 +48,8 @@ pub(super) fn compiled(
                 nonlinear: *nonlinear,
             })
         }
-        BsdfKind::Principled { base, metallic, clearcoat, clearcoat_gloss, eta } => {
+        BsdfKind::Principled { base, metallic, clearcoat, clearcoat_gloss, eta, conserve_energy } => {
+            let extent = Extent { gloss: share(clearcoat_gloss), ..extent(base, false, *eta) };
             Material::Principled(Box::new(PrincipledMaterial {
                 textures: textures(base, shift)?,
                 metallic: texture(metallic)?,
@@ -56,17 +57,32 @@ pub(super) fn compiled(
                 clearcoat_gloss: texture(clearcoat_gloss)?,
                 eta: *eta,
                 glass: base.spec_trans.constant() != Some(0.0),
+                albedo: conserve_energy.then(|| Albedo::shared(extent)),
             }))
         }
-        BsdfKind::PrincipledThin { base, diff_trans, eta } => {
+        BsdfKind::PrincipledThin { base, diff_trans, eta, conserve_energy } => {
+            // The reader sees to it that one that conserves energy has one index.
+            let extent = extent(base, true, eta.constant().unwrap_or(1.0).max(LEAST_INDEX));
             Material::PrincipledThin(Box::new(PrincipledThinMaterial {
                 textures: textures(base, shift)?,
                 diff_trans: texture(diff_trans)?,
                 eta: texture(eta)?,
+                albedo: conserve_energy.then(|| Albedo::shared(extent)),
             }))
         }
         _ => Material::Black,
     })
+}
+
+/// What the albedos of a principled surface are asked for; its clear coat, if any, has no gloss.
+fn extent(base: &PrincipledBase, thin: bool, eta: f64) -> Extent {
+    let (roughness, anisotropic) = (share(&base.roughness), share(&base.anisotropic));
+    Extent { thin, eta, roughness, anisotropic, gloss: Some(0.0) }
+}
+
+/// A share that is the same all over a surface.
+fn share(source: &SpectrumSource) -> Option<f64> {
+    source.constant().map(|share| share.clamp(0.0, 1.0))
 }
 
 fn textures(base: &PrincipledBase, shift: &Transform) -> Result<PrincipledTextures, SceneError> {

@@ -184,7 +184,7 @@ impl MaterialCompiler {
         Ok(id)
     }
 
-    fn material(&mut self, bsdf: &Arc<Bsdf>) -> Result<MaterialId, SceneError> {
+    pub(super) fn material(&mut self, bsdf: &Arc<Bsdf>) -> Result<MaterialId, SceneError> {
         if let Some(&known) = self.known.get(&Arc::as_ptr(bsdf)) {
             return Ok(known);
         }
@@ -263,12 +263,12 @@ impl MaterialCompiler {
             ConductorIndex::Mirror => (Spectrum::ZERO, Spectrum::ONE),
             ConductorIndex::Complex { n, k } => {
                 let [n, k] = [n, k].map(|source| spectra::texture(source, &self.shift));
-                return Ok(Metal::Index { n: n?, k: k? });
+                return Ok(Metal::Index { n: n?.held(), k: k?.held() });
             }
             ConductorIndex::Named { place, name } => catalogue::conductor(name)
                 .map_err(|unknown| SceneError::at(place, unknown.to_string(), "the name of a conductor"))?,
             ConductorIndex::NormalReflectance { reflectance, assumption } => {
-                let texture = spectra::texture(reflectance, &self.shift)?;
+                let texture = spectra::texture(reflectance, &self.shift)?.held();
                 if texture.varies() {
                     let unit_index = matches!(assumption, MetalAssumption::UnitIndex);
                     return Ok(Metal::NormalReflectance { reflectance: texture, unit_index });
@@ -284,14 +284,14 @@ impl MaterialCompiler {
         source: &SpectrumSource,
         assumption: &MetalAssumption,
     ) -> Result<(Spectrum, Spectrum), SceneError> {
-        let reflectance = spectrum(source)?;
+        let reflectance = spectra::held(source)?;
         let optics = match assumption {
             MetalAssumption::NoAbsorption => NormalReflectance::dielectric(reflectance, self.range),
             MetalAssumption::UnitIndex => {
                 NormalReflectance::conductor(reflectance, Spectrum::ONE, self.range)
             }
             MetalAssumption::KnownIndex(n) => {
-                NormalReflectance::conductor(reflectance, spectrum(n)?, self.range)
+                NormalReflectance::conductor(reflectance, spectra::held(n)?, self.range)
             }
         };
         let optics = optics.map_err(|error| {

@@ -50,6 +50,12 @@ pub(super) fn spectrum(source: &SpectrumSource) -> Result<Spectrum, SceneError> 
     Ok(if source.scale == 1.0 { unscaled } else { unscaled.scaled(source.scale) })
 }
 
+/// The same for an index, or for what one follows from: held beyond the ends of its table, where zero would
+/// be no index.
+pub(super) fn held(source: &SpectrumSource) -> Result<Spectrum, SceneError> {
+    Ok(spectrum(source)?.with_extrapolation(Extrapolation::Hold))
+}
+
 /// A quantity that may vary over a surface. `shift` leads from the coordinates of the file to those of the scene.
 pub(super) fn texture(source: &SpectrumSource, shift: &Transform) -> Result<Texture, SceneError> {
     let unscaled = match &source.kind {
@@ -187,10 +193,14 @@ pub(in crate::scene) fn index(source: &IndexSource, range: WavelengthRange) -> R
             )),
         },
         IndexKind::Formula(formula) => formula.to_spectrum(range).map_err(|error| wrong(&error)),
-        IndexKind::Tabulated(table) => Ok(spectrum(table)?.with_extrapolation(Extrapolation::Hold)),
-        IndexKind::NormalReflectance(reflectance) => {
-            let optics = NormalReflectance::dielectric(spectrum(reflectance)?, range)
-                .map_err(|error| wrong(&error))?;
+        IndexKind::Tabulated(table) => held(table),
+        IndexKind::NormalReflectance { reflectance, slab } => {
+            let reflectance = held(reflectance)?;
+            let optics = match slab {
+                true => NormalReflectance::slab(reflectance, range),
+                false => NormalReflectance::dielectric(reflectance, range),
+            };
+            let optics = optics.map_err(|error| wrong(&error))?;
             let (n, _) = complex_index(&optics, range).map_err(|error| wrong(&error))?;
             Ok(n)
         }

@@ -62,12 +62,16 @@ pub enum BsdfKind {
         clearcoat_gloss: SpectrumSource,
         /// The index below over that above.
         eta: f64,
+        /// Whether it is kept from returning more than it gets (an extension).
+        conserve_energy: bool,
     },
     PrincipledThin {
         base: PrincipledBase,
         /// 0–2.
         diff_trans: SpectrumSource,
         eta: SpectrumSource,
+        /// As of the above.
+        conserve_energy: bool,
     },
     /// Lets everything pass, as if there were no surface.
     Null,

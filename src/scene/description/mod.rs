@@ -24,6 +24,7 @@ pub use spectra::{
 
 use super::source::{Place, Sources};
 use crate::integrator::Techniques;
+use crate::units::WavelengthRange;
 
 #[derive(Clone, Debug)]
 pub struct Description {
@@ -43,11 +44,33 @@ pub struct Description {
     pub remarks: Vec<Note>,
 }
 
+impl Description {
+    /// The same without the notes that are about wavelengths outside of a range alone.
+    pub fn over(mut self, range: WavelengthRange) -> Self {
+        self.assumptions.retain(|note| note.concerns(range));
+        self
+    }
+}
+
 /// A remark tied to a place.
 #[derive(Clone, Debug)]
 pub struct Note {
     pub place: Place,
     pub text: String,
+    /// Where it is about wavelengths outside of a range alone, that range: a render within has nothing to do
+    /// with it.
+    pub beyond: Option<WavelengthRange>,
+}
+
+impl Note {
+    pub fn new(place: &Place, text: String) -> Self {
+        Self { place: place.clone(), text, beyond: None }
+    }
+
+    /// Whether it is about a render of these wavelengths.
+    pub fn concerns(&self, range: WavelengthRange) -> bool {
+        self.beyond.is_none_or(|known| range.min < known.min || range.max > known.max)
+    }
 }
 
 #[derive(Clone, Debug)]

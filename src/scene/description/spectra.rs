@@ -3,8 +3,9 @@
 use crate::geometry::Transform;
 use crate::raster::{Grid, Image};
 use crate::scene::source::Place;
-use crate::spectrum::DispersionFormula;
+use crate::spectrum::{DispersionFormula, catalogue};
 use crate::texture::{Filter, Pattern, Wrap};
+use crate::units::WavelengthRange;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -140,6 +141,30 @@ impl SpectrumSource {
             _ => None,
         }
     }
+
+    /// The spectra that it is made of.
+    pub fn parts(&self) -> Vec<&Self> {
+        match &self.kind {
+            SpectrumKind::Checkerboard(board) => board.colours.iter().flat_map(Self::parts).collect(),
+            SpectrumKind::Procedural(pattern) => pattern.colours.iter().flat_map(Self::parts).collect(),
+            SpectrumKind::Daylit(nested) => nested.parts(),
+            _ => vec![self],
+        }
+    }
+
+    /// The wavelengths that a table of the file covers; `None` for what is no table.
+    pub fn domain(&self) -> Option<WavelengthRange> {
+        match &self.kind {
+            SpectrumKind::Irregular { nm, .. } => {
+                Some(WavelengthRange { min: *nm.first()?, max: *nm.last()? })
+            }
+            SpectrumKind::Regular { min_nm, max_nm, .. } => {
+                Some(WavelengthRange { min: *min_nm, max: *max_nm })
+            }
+            SpectrumKind::Named(name) => catalogue::reflectance(name).ok()?.domain(),
+            _ => None,
+        }
+    }
 }
 
 /// A refractive index, real.
@@ -158,7 +183,11 @@ pub enum IndexKind {
     Formula(DispersionFormula),
     /// Tabulated n(λ), held constant beyond its ends (an extension).
     Tabulated(SpectrumSource),
-    /// From the reflectance of one polished face at normal incidence, k = 0 (an extension;
-    /// Glassner, *An Introduction to Ray Tracing*, ch. 4, eq. 18).
-    NormalReflectance(SpectrumSource),
+    /// From the reflectance at normal incidence, k = 0 (an extension; Glassner, *An Introduction to Ray
+    /// Tracing*, ch. 4, eq. 18). Held constant beyond the ends of its table.
+    NormalReflectance {
+        reflectance: SpectrumSource,
+        /// Whether it is that of a polished, clear slab with its back face, and not that of one face.
+        slab: bool,
+    },
 }

@@ -59,7 +59,9 @@ pub(super) fn read(query: &Query<'_>, name: &'static str) -> Option<IndexSource>
                 None => "a table over wavelength".to_owned(),
             };
             extend(query, &place, name, &what);
-            spectra::read(query, name, Use::Index).map(IndexKind::Tabulated)
+            let table = spectra::read(query, name, Use::Index)?;
+            query.reader.held(name, &table);
+            Some(IndexKind::Tabulated(table))
         }
         Value::Object(id) if query.reader.tree.get(*id).class == Class::Spectrum => {
             of_plugin(query, name, *id, &place)
@@ -136,7 +138,10 @@ fn of_plugin(query: &Query<'_>, name: &'static str, id: ObjectId, place: &Place)
             let source = spectra::read(query, name, Use::Index)?;
             Some(match source.kind {
                 SpectrumKind::Constant(value) => IndexKind::Constant(value * source.scale),
-                _ => IndexKind::Tabulated(source),
+                _ => {
+                    reader.held(name, &source);
+                    IndexKind::Tabulated(source)
+                }
             })
         }
         "d65" | "blackbody" => {
@@ -208,6 +213,7 @@ fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
 pub(super) fn interior(query: &Query<'_>) -> IndexSource {
     let given = read(query, "int_ior");
     let reflectance = normal_reflectance(query);
+    let slab = query.has("normal_reflectance") && specimen(query);
     if given.is_some()
         && let Some(reflectance) = &reflectance
     {
@@ -239,15 +245,23 @@ pub(super) fn interior(query: &Query<'_>) -> IndexSource {
                 "expected k=0, which is the default",
             ));
         }
-        query.reader.assumption(
-            &reflectance.place,
+        let text = if slab {
+            "normal_reflectance is that of both faces of a polished, clear slab in vacuum, and k = 0: of one face F = R / (2 − R), n = (1 + √F) / (1 − √F)"
+        } else {
             "normal_reflectance is that of one polished face in vacuum, and k = 0: n = (1 + √R) / (1 − √R)"
-                .to_owned(),
-        );
+        };
+        query.reader.assumption(&reflectance.place, text.to_owned());
+        query.reader.held("normal_reflectance", &reflectance);
         let place = reflectance.place.clone();
-        return IndexSource { place, kind: IndexKind::NormalReflectance(reflectance) };
+        return IndexSource { place, kind: IndexKind::NormalReflectance { reflectance, slab } };
     }
     given.unwrap_or_else(|| IndexSource { place: query.object.place.clone(), kind: IndexKind::Constant(BK7) })
+}
+
+/// What the reflectance of a dielectric was measured on: whether it is a slab, of which the back face reflects
+/// too.
+fn specimen(query: &Query<'_>) -> bool {
+    query.choice("specimen", &[("face", false), ("slab", true)], false).unwrap_or(false)
 }
 
 /// The reflectance from which an index follows, with the note that it is an extension.

@@ -20,6 +20,7 @@ mod json;
 mod lights;
 mod media;
 mod meshes;
+mod metals;
 mod names;
 mod obj;
 mod parsed;
@@ -46,12 +47,14 @@ use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, Solid, Spe
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
+use crate::spectrum::catalogue;
+use crate::units::WavelengthRange;
 use files::Search;
 pub(super) use patterns::COLOURS;
 use query::Query;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 pub(super) use tree::Class;
 use tree::{Object, ObjectId, Tree};
@@ -63,6 +66,9 @@ pub struct ReadOptions {
     pub defines: Vec<(String, String)>,
     /// Which of the scene's sensors is rendered, counted from 0.
     pub sensor: usize,
+    /// A folder with the files `NAME.eta.spd` and `NAME.k.spd` of metals, which come before the built-in
+    /// tables.
+    pub ior_tables: Option<PathBuf>,
 }
 
 /// Reads the scene file at `path`. Files that it names are sought relative to its folder.
@@ -92,6 +98,9 @@ pub fn read_str(
     path: &Path,
     options: &ReadOptions,
 ) -> Result<Description, SceneErrors> {
+    if let Some(folder) = &options.ior_tables {
+        metals::check_folder(folder)?;
+    }
     let text = files::without_mark(text.into());
     let mut sources = Sources::default();
     let file = sources.add(path, text.clone());
@@ -105,6 +114,7 @@ pub fn read_str(
     let reader = Reader {
         tree: parsed.tree,
         wanted_sensor: options.sensor,
+        ior_tables: options.ior_tables.clone(),
         search: parsed.search,
         errors: RefCell::new(parsed.errors),
         extensions: RefCell::default(),
@@ -149,6 +159,7 @@ fn in_order(mut notes: Vec<Note>) -> Vec<Note> {
 struct Reader {
     tree: Tree,
     wanted_sensor: usize,
+    ior_tables: Option<PathBuf>,
     search: Search,
     errors: RefCell<Vec<SceneError>>,
     extensions: RefCell<Vec<Note>>,
@@ -177,15 +188,30 @@ impl Reader {
     }
 
     fn extension(&self, place: &Place, text: String) {
-        self.extensions.borrow_mut().push(Note { place: place.clone(), text });
+        self.extensions.borrow_mut().push(Note::new(place, text));
     }
 
     fn assumption(&self, place: &Place, text: String) {
-        self.assumptions.borrow_mut().push(Note { place: place.clone(), text });
+        self.assumptions.borrow_mut().push(Note::new(place, text));
     }
 
     fn remark(&self, place: &Place, text: String) {
-        self.remarks.borrow_mut().push(Note { place: place.clone(), text });
+        self.remarks.borrow_mut().push(Note::new(place, text));
+    }
+
+    /// Tells of tables of an index, or of what one follows from, that end values are held beyond.
+    fn held(&self, name: &str, source: &SpectrumSource) {
+        for part in source.parts() {
+            if let Some(known) = part.domain() {
+                self.holds(&part.place, name, known);
+            }
+        }
+    }
+
+    /// Tells that a table ends where a range does, for renders that ask for more.
+    fn holds(&self, place: &Place, name: &str, known: WavelengthRange) {
+        let text = format!("{name}: {}", catalogue::held(known));
+        self.assumptions.borrow_mut().push(Note { beyond: Some(known), ..Note::new(place, text) });
     }
 
     fn unknown_plugin(&self, object: &Object) {

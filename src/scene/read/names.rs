@@ -106,6 +106,11 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "roughconductor",
             "dielectric",
             "roughdielectric",
+            "thindielectric",
+            "plastic",
+            "roughplastic",
+            "principled",
+            "principledthin",
             "twosided",
             "mask",
             "blendbsdf",
@@ -252,22 +257,12 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             "ptracer",
             "stokes",
             "time_gated_path",
+            "volprim_rf_basic",
         ],
-        Class::Shape => &["ellipsoids", "ellipsoidsmesh", "sdfgrid", "blender"],
-        Class::Bsdf => &[
-            "circular",
-            "hair",
-            "measured",
-            "measured_polarized",
-            "plastic",
-            "polarizer",
-            "pplastic",
-            "principled",
-            "principledthin",
-            "retarder",
-            "roughplastic",
-            "thindielectric",
-        ],
+        Class::Shape => &["ellipsoids", "ellipsoidsmesh", "blender"],
+        Class::Bsdf => {
+            &["circular", "hair", "measured", "measured_polarized", "polarizer", "pplastic", "retarder"]
+        }
         Class::Emitter => &["timed_sunsky"],
         Class::Medium => &["heterogeneous"],
         Class::Phase => &["blendphase", "rayleigh", "sggx", "tabphase"],
@@ -282,53 +277,4 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_nearest_name_is_found_or_none() {
-        let known = ["radius", "center", "to_world", "flip_normals"];
-        assert_eq!(nearest("raduis", &known), Some("radius"));
-        assert_eq!(nearest("toWorld", &known), Some("to_world"));
-        assert_eq!(nearest("CENTRE", &known), Some("center"));
-        assert_eq!(nearest("banana", &known), None);
-        assert_eq!(nearest("x", &[]), None);
-    }
-
-    /// JSON tells the class of an object by its plugin alone, but for the regular spectrum and the regular sampler.
-    #[test]
-    fn no_two_classes_share_a_plugin() {
-        assert_eq!(class_of("regular", ["wavelength_min", "values"].into_iter()), Some(Class::Spectrum));
-        assert_eq!(class_of("regular", ["sample_count"].into_iter()), Some(Class::Sampler));
-        let all = || Class::ELEMENTS.iter().flat_map(|&(_, class)| plugins(class));
-        for name in all().filter(|&&name| name != "regular") {
-            assert_eq!(all().filter(|other| *other == name).count(), 1, "{name}");
-        }
-    }
-
-    /// Each shape and each texture has a picture, or a word on why it has none.
-    #[test]
-    fn the_gallery_shows_every_shape_and_texture() {
-        let gallery = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/gallery");
-        let page = std::fs::read_to_string(gallery.join("README.md")).unwrap();
-        let textures = plugins(Class::Spectrum).iter().filter(|name| is_texture(name));
-        for name in plugins(Class::Shape).iter().chain(textures) {
-            let shown =
-                ["scene.xml", "picture.png"].iter().all(|file| gallery.join(name).join(file).is_file());
-            assert!(shown || page.contains(&format!("`{name}`")), "scenes/gallery has no {name}");
-        }
-        for link in
-            page.split(['"', '(', ')']).filter(|link| link.ends_with(".png") || link.ends_with(".xml"))
-        {
-            assert!(gallery.join(link).is_file(), "{link} is not there");
-        }
-    }
-
-    #[test]
-    fn lists_read_well() {
-        assert_eq!(either(&["a", "b", "c"]), "a, b or c");
-        assert_eq!(either(&["a"]), "a");
-        let many: Vec<&str> = vec!["n"; 14];
-        assert!(listing(&many).ends_with("n and 2 more"));
-    }
-}
+mod tests;

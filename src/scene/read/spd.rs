@@ -8,7 +8,7 @@ use crate::spectrum::text::{TextProblem, parse_list, parse_spd};
 use crate::spectrum::{Extrapolation, Spectrum};
 
 /// A larger file is not a table of one spectrum.
-const LARGEST_FILE: u64 = 16 << 20;
+pub(super) const LARGEST_FILE: u64 = 16 << 20;
 
 /// `0.5`, or `400:0.1, 700:0.9`.
 pub(super) fn value(attribute: &Attribute) -> Result<Value, SceneError> {

@@ -96,13 +96,11 @@ impl Context<'_> {
             ));
         }
         if (axis.length() - 1.0).abs() > 1e-6 {
-            self.assumptions.push(Note {
-                place: place.clone(),
-                text: format!(
-                    "the rotation axis has length {:.6}: it is used as it is, as Mitsuba 3 does, and so also stretches and shears",
-                    axis.length()
-                ),
-            });
+            let text = format!(
+                "the rotation axis has length {:.6}: it is used as it is, as Mitsuba 3 does, and so also stretches and shears",
+                axis.length()
+            );
+            self.assumptions.push(Note::new(place, text));
         }
         Ok(rotation(axis, degrees))
     }

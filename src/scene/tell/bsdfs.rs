@@ -73,15 +73,19 @@ fn kind(teller: &mut Teller, bsdf: &Bsdf) -> Told {
                 None => told,
             }
         }
-        BsdfKind::Principled { base, metallic, clearcoat, clearcoat_gloss, eta } => {
-            principled(told("principled"), base)
+        BsdfKind::Principled { base, metallic, clearcoat, clearcoat_gloss, eta, conserve_energy } => {
+            let told = principled(told("principled"), base)
                 .spectrum("metallic", metallic)
                 .spectrum("clearcoat", clearcoat)
                 .spectrum("clearcoat_gloss", clearcoat_gloss)
-                .float("eta", *eta)
+                .float("eta", *eta);
+            conserving(told, *conserve_energy)
         }
-        BsdfKind::PrincipledThin { base, diff_trans, eta } => {
-            principled(told("principledthin"), base).spectrum("diff_trans", diff_trans).spectrum("eta", eta)
+        BsdfKind::PrincipledThin { base, diff_trans, eta, conserve_energy } => {
+            let told = principled(told("principledthin"), base)
+                .spectrum("diff_trans", diff_trans)
+                .spectrum("eta", eta);
+            conserving(told, *conserve_energy)
         }
         BsdfKind::Null => told("null"),
         BsdfKind::Mask { opacity, nested } => {
@@ -140,7 +144,10 @@ fn index(told: Told, name: &'static str, index: &IndexSource) -> Told {
         IndexKind::Named(material) => spectra::measured(&index.place, material, 1.0),
         IndexKind::Formula(formula) => spectra::formula(&index.place, formula),
         IndexKind::Tabulated(table) => spectra::tell(table),
-        IndexKind::NormalReflectance(reflectance) => return told.spectrum("normal_reflectance", reflectance),
+        IndexKind::NormalReflectance { reflectance, slab } => {
+            let told = told.spectrum("normal_reflectance", reflectance);
+            return if *slab { told.text("specimen", "slab") } else { told };
+        }
     };
     told.property(Some(name.into()), value, Some(index.place.clone()))
 }
@@ -166,6 +173,11 @@ fn in_air(told: Told, exterior: &Option<IndexSource>) -> Told {
         Some(exterior) => index(told, "ext_ior", exterior),
         None => told.remark("outside is air"),
     }
+}
+
+/// The default is not told: Mitsuba 3 would refuse the word.
+fn conserving(told: Told, conserve_energy: bool) -> Told {
+    if conserve_energy { told.boolean("conserve_energy", true) } else { told }
 }
 
 fn principled(told: Told, base: &PrincipledBase) -> Told {

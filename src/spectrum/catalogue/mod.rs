@@ -145,7 +145,12 @@ impl RefractiveIndex {
 /// What using `spectrum` over `range` assumes, if its table is shorter and its end values are held; else `None`.
 pub fn held_outside(spectrum: &Spectrum, range: WavelengthRange) -> Option<String> {
     let known = spectrum.domain().filter(|_| spectrum.is_held_within(range))?;
-    Some(format!("the table covers {}–{} nm; its end values are held beyond", known.min, known.max))
+    Some(held(known))
+}
+
+/// What is assumed of a material whose table covers `known`, as a sentence.
+pub fn held(known: WavelengthRange) -> String {
+    format!("the table covers {}–{} nm; its end values are held beyond", known.min, known.max)
 }
 
 /// No entry of this kind has this name.
@@ -298,6 +303,13 @@ fn read(record: &Record) -> Result<Entry, Malformed> {
             source = format!("{reference}; {source}");
             notes.retain(|note| !note.starts_with("formula"));
             Quantity::Index(RefractiveIndex::Formula(formula))
+        }
+        Reading::Clear => {
+            let (formula, reference) = read_formula(&table, &record.column)?;
+            source = format!("{reference}; {source}");
+            notes.retain(|note| !note.starts_with("formula"));
+            notes.push("clear: k = 0; what is not reflected is taken as absorbed".to_owned());
+            Quantity::ComplexIndex { n: formula.to_spectrum(WavelengthRange::VISIBLE)?, k: Spectrum::ZERO }
         }
         Reading::Daylight { nominal } => {
             let (mut nodes, mut values) = (table.numbers("wavelength_nm")?, table.numbers(&record.column)?);

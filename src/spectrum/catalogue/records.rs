@@ -29,6 +29,8 @@ pub(super) enum Reading {
     Index,
     /// A row of the table of dispersion formulas.
     Formula,
+    /// A row of the table of dispersion formulas as the complex index of a body that absorbs nothing: k = 0.
+    Clear,
     /// A molar extinction of haemoglobin, converted to whole blood.
     Blood,
 }
@@ -147,7 +149,8 @@ fn reflectances() -> Vec<Record> {
         column(Kind::Reflectance, format!("usgs/{name}"), &[], file, col)
     }));
     let derived = "reflectance/derived_normal_incidence_metals_5nm";
-    for metal in METALS {
+    let stems = columns(derived);
+    for metal in METALS.iter().filter(|metal| stems.iter().any(|stem| stem == metal.stem())) {
         let name = format!("derived/{}/{}", metal.symbol, metal.author);
         records.push(column(Kind::Reflectance, name, &[], derived, metal.stem()));
     }
@@ -186,7 +189,7 @@ const fn metal(
     Metal { file, symbol, english, author, default }
 }
 
-const METALS: [Metal; 26] = [
+const METALS: [Metal; 42] = [
     metal("metals/gold_Au_johnson_christy", "Au", "gold", "johnson-christy", true),
     metal("metals/gold_Au_mcpeak2015", "Au", "gold", "mcpeak", false),
     metal("metals/silver_Ag_johnson_christy", "Ag", "silver", "johnson-christy", true),
@@ -213,6 +216,22 @@ const METALS: [Metal; 26] = [
     metal("metals/stainless_steel_austenitic_karlsson", "stainless-steel", "steel", "karlsson", true),
     metal("metals/titanium_nitride_TiN_pfluger", "TiN", "titanium-nitride", "pfluger", true),
     metal("metals/silicon_Si_schinke", "Si", "silicon", "schinke", true),
+    metal("metals/beryllium_Be_rakic1998_bb", "Be", "beryllium", "rakic", true),
+    metal("metals/iridium_Ir_schmitt", "Ir", "iridium", "schmitt", true),
+    metal("metals/lithium_Li_mathewson", "Li", "lithium", "mathewson", true),
+    metal("metals/molybdenum_Mo_querry", "Mo", "molybdenum", "querry", true),
+    metal("metals/niobium_Nb_weaver", "Nb", "niobium", "weaver", true),
+    metal("metals/potassium_K_smith", "K", "potassium", "smith", true),
+    metal("metals/rhodium_Rh_weaver", "Rh", "rhodium", "weaver", true),
+    metal("metals/sodium_Na_smith", "Na", "sodium", "smith", true),
+    metal("metals/tellurium_Te_o_guo", "Te", "tellurium", "guo", true),
+    metal("metals/tellurium_Te_e_guo", "Te-e", "tellurium-e", "guo", true),
+    metal("metals/carbon_amorphous_C_arakawa", "a-C", "amorphous-carbon", "arakawa", true),
+    metal("metals/titanium_carbide_TiC_pfluger", "TiC", "titanium-carbide", "pfluger", true),
+    metal("metals/vanadium_carbide_VC_pfluger", "VC", "vanadium-carbide", "pfluger", true),
+    metal("metals/vanadium_nitride_VN_pfluger", "VN", "vanadium-nitride", "pfluger", true),
+    metal("metals/aluminium_arsenide_AlAs_rakic1996", "AlAs", "aluminium-arsenide", "rakic", true),
+    metal("metals/aluminium_antimonide_AlSb_zollner", "AlSb", "aluminium-antimonide", "zollner", true),
 ];
 
 fn conductors() -> Vec<Record> {
@@ -230,11 +249,28 @@ fn conductors() -> Vec<Record> {
         let plain = column(Kind::Conductor, name, &[], metal.file, "n");
         Record { aliases, reading: Reading::ComplexIndex, ..plain }
     };
-    METALS.iter().map(record).collect()
+    let clear = CLEAR.map(|(row, name, aliases)| Record {
+        reading: Reading::Clear,
+        ..column(Kind::Conductor, name, aliases, FORMULAS, row)
+    });
+    METALS.iter().map(record).chain(clear).collect()
 }
 
+/// Clear bodies that Mitsuba 3 has among its metals.
+const CLEAR: [(&str, &str, &[&str]); 7] = [
+    ("CsI", "CsI/li", &["CsI"]),
+    ("MgO", "MgO/stephens", &["MgO"]),
+    ("ThF4", "ThF4/heitmann", &["ThF4"]),
+    ("SiC_6H_o", "SiC/wang", &["SiC"]),
+    ("rutile_TiO2_o", "TiO2/devore-o", &["TiO2"]),
+    ("rutile_TiO2_e", "TiO2/devore-e", &["TiO2-e"]),
+    ("diamond", "d-C/peter", &["d-C"]),
+];
+
+const FORMULAS: &str = "dielectrics/dispersion_formulas";
+
 /// Rows of the table of formulas whose name here is not simply theirs, and further names.
-const GLASSES: [(&str, &str, &[&str]); 18] = [
+const GLASSES: [(&str, &str, &[&str]); 19] = [
     ("BK7", "BK7", &["N-BK7", "crown-glass"]),
     ("LASF9N", "LASFN9", &["LASF9N"]),
     ("fused_silica", "fused-silica", &["silica", "quartz-glass", "SiO2"]),
@@ -253,10 +289,10 @@ const GLASSES: [(&str, &str, &[&str]); 18] = [
     ("soda_lime_clear", "soda-lime", &["soda-lime-clear", "window-glass"]),
     ("air_15C_ciddor", "air-15C", &["air"]),
     ("spinel_MgAl2O4", "spinel", &["MgAl2O4"]),
+    ("SiC_6H_o", "SiC-6H-o", &["SiC"]),
 ];
 
 fn dielectrics() -> Vec<Record> {
-    const FORMULAS: &str = "dielectrics/dispersion_formulas";
     let table = TableFile::parse(data::text(FORMULAS)).expect("the built-in tables are well formed");
     let rows = table.texts("name").expect("the formulas have names");
     let formula = |row: &str| {

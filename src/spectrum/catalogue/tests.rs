@@ -91,7 +91,8 @@ fn values_are_physical_over_the_visible_range() {
                 assert!(entry.kind != Kind::Reflectance || greatest <= 1.0, "{name}: {greatest}");
             }
             Quantity::ComplexIndex { n, k } => {
-                assert!(bounds_of(n).0 > 0.0 && bounds_of(k).0 > 0.0, "{name}");
+                // Clear bodies have k = 0 all over.
+                assert!(bounds_of(n).0 > 0.0 && (bounds_of(k).0 > 0.0 || k.is_zero(range)), "{name}");
             }
             Quantity::Index(index) => {
                 let (least, greatest) = bounds_of(&index.to_spectrum(range).unwrap());
@@ -155,9 +156,11 @@ fn reference_indices() {
 /// The reflectances that `data/` derives from n and k, to the five digits that it gives.
 #[test]
 fn metals_reflect_as_the_table_says() {
+    let mut compared = 0;
     for entry in names(Kind::Conductor).into_iter().map(|name| lookup(Kind::Conductor, name).unwrap()) {
         let Quantity::ComplexIndex { n, k } = &entry.quantity else { panic!("{} has no k", entry.name) };
-        let derived = reflectance(&format!("derived/{}", entry.name)).unwrap();
+        let Ok(derived) = reflectance(&format!("derived/{}", entry.name)) else { continue };
+        compared += 1;
         for step in 0..=80 {
             let nm = 380.0 + 5.0 * f64::from(step);
             let found = reflectance_of_index(n.at(nm), k.at(nm));
@@ -169,6 +172,7 @@ fn metals_reflect_as_the_table_says() {
             );
         }
     }
+    assert_eq!(compared, 26);
 }
 
 /// Absorption stated in the tables' README at 550 nm, and whole blood from its defining formula.

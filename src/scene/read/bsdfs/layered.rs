@@ -46,6 +46,7 @@ pub(super) fn principled(query: &Query<'_>) -> BsdfKind {
         clearcoat: spectra::read_or(query, "clearcoat", Use::Amount, 0.0),
         clearcoat_gloss: fraction(query, "clearcoat_gloss", 0.0),
         eta,
+        conserve_energy: conserve_energy(query),
     }
 }
 
@@ -67,11 +68,28 @@ pub(super) fn principled_thin(query: &Query<'_>) -> BsdfKind {
                 .with_remedy("1 sends half of the matt light through, 2 all of it"),
         );
     }
-    BsdfKind::PrincipledThin {
-        base: base(query),
-        diff_trans,
-        eta: spectra::read_or(query, "eta", Use::Amount, 1.5),
+    let eta = spectra::read_or(query, "eta", Use::Amount, 1.5);
+    let conserve_energy = conserve_energy(query);
+    if conserve_energy && eta.constant().is_none() {
+        query.error(
+            SceneError::at(
+                &eta.place,
+                "A sheet that conserves energy has the same index everywhere",
+                "expected a number",
+            )
+            .with_remedy("leave out conserve_energy, or the texture"),
+        );
     }
+    BsdfKind::PrincipledThin { base: base(query), diff_trans, eta, conserve_energy }
+}
+
+/// Whether the surface is kept from returning more than it gets, which in Mitsuba 3 it may.
+fn conserve_energy(query: &Query<'_>) -> bool {
+    if query.has("conserve_energy") {
+        let text = "conserve_energy: whether values are divided by what the surface would return beyond what it gets";
+        query.reader.extension(&query.place("conserve_energy"), text.to_owned());
+    }
+    query.boolean("conserve_energy", false)
 }
 
 fn base(query: &Query<'_>) -> PrincipledBase {

@@ -7,10 +7,9 @@ mod roughness;
 use super::query::Query;
 use super::spectra::{self, Use};
 use super::tree::ObjectId;
-use super::{Reader, indices, textures};
+use super::{Reader, indices, metals, textures};
 use crate::scene::description::{Bsdf, BsdfKind, ConductorIndex, MetalAssumption, Roughness};
 use crate::scene::source::{Place, SceneError};
-use crate::spectrum::catalogue::Kind;
 use std::sync::Arc;
 
 /// What a shape without `bsdf` has: half of the light back, or none where it emits.
@@ -100,6 +99,8 @@ fn conductor_index(query: &Query<'_>) -> ConductorIndex {
     let reflectance = indices::normal_reflectance(query);
     let assume = assumption(query, reflectance.is_some());
     if let Some(reflectance) = reflectance {
+        refuse_slab(query);
+        query.reader.held("normal_reflectance", &reflectance);
         for name in ["material", "k"] {
             if let Some(entry) = query.entry(name) {
                 query.error(
@@ -129,17 +130,11 @@ fn conductor_index(query: &Query<'_>) -> ConductorIndex {
         }
         return match query.text("material") {
             None | Some("none") => ConductorIndex::Mirror,
-            Some(name) => {
-                spectra::lookup(query.reader, &entry.value_place, Kind::Conductor, name);
-                query.reader.assumption(
-                    &entry.value_place,
-                    format!(
-                        "material \"{name}\": abbe's table, which is not the one that comes with Mitsuba 3"
-                    ),
-                );
-                ConductorIndex::Named { place: entry.value_place.clone(), name: name.to_owned() }
-            }
+            Some(name) => metals::named(query, &entry.value_place, name),
         };
+    }
+    for (name, table) in [("eta", &n), ("k", &k)] {
+        table.iter().for_each(|table| query.reader.held(name, table));
     }
     match (n, k) {
         (None, None) => ConductorIndex::Mirror,
@@ -148,6 +143,20 @@ fn conductor_index(query: &Query<'_>) -> ConductorIndex {
             n: n.unwrap_or_else(|| spectra::constant(&query.object.place, 0.0)),
             k: k.unwrap_or_else(|| spectra::constant(&query.object.place, 1.0)),
         },
+    }
+}
+
+/// Light that gets into a metal does not come back from a far side.
+fn refuse_slab(query: &Query<'_>) {
+    if query.choice("specimen", &[("face", false), ("slab", true)], false) == Some(true) {
+        query.error(
+            SceneError::at(
+                &query.place("specimen"),
+                "A metal has no back face that reflects too",
+                "expected face, which is the default, or a dielectric",
+            )
+            .with_remedy("a slab is of clear glass: dielectric, roughdielectric or thindielectric"),
+        );
     }
 }
 
@@ -187,6 +196,7 @@ fn metal(
                 );
             }
             note("normal_reflectance with a known eta: k follows from both");
+            query.reader.held("eta", &n);
             MetalAssumption::KnownIndex(n)
         }
         (None, Some(true)) => {

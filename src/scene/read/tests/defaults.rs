@@ -189,7 +189,7 @@ fn dielectrics() {
     let named = r#"<spectrum name="int_ior" type="measured"><string name="name" value="N-SF11"/></spectrum>"#;
     assert!(matches!(indices(named), (IndexKind::Named(name), None) if name == "N-SF11"));
     let normal = r#"<float name="normal_reflectance" value="0.04"/>"#;
-    assert!(matches!(indices(normal), (IndexKind::NormalReflectance(_), None)));
+    assert!(matches!(indices(normal), (IndexKind::NormalReflectance { slab: false, .. }, None)));
 }
 
 #[test]
