@@ -250,7 +250,7 @@ impl Compiler<'_> {
             true => "no light shines at a wavelength that the sensor responds to: the picture is black",
             false => "the scene has no light: the picture is black",
         };
-        Some(Note { place: self.description.sensor.place.clone(), text: text.to_owned() })
+        Some(Note { place: self.description.sensor.place.clone(), text: text.to_owned(), beyond: None })
     }
 
     fn spectrum(&mut self, source: &description::SpectrumSource) -> Spectrum {
