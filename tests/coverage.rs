@@ -17,6 +17,7 @@ fn developed(film: &Film, name: &str) -> (Vec<f32>, Vec<f32>, f64) {
         content: Content::Colour(Colour::Luminance),
         full_size: [film.width, film.height],
         offset: [0, 0],
+        moments: None,
         auxiliary: Vec::new(),
         attributes: Vec::new(),
     };

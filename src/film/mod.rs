@@ -76,6 +76,12 @@ impl FixedPoint {
         Self { quantum, per_quantum: 1.0 / quantum }
     }
 
+    /// For the squares of such contributions.
+    fn squared(self) -> Self {
+        let quantum = self.quantum * self.quantum * (1u64 << 40) as f64;
+        Self { quantum, per_quantum: 1.0 / quantum }
+    }
+
     /// For contributions that are larger by about so many times.
     fn coarser(self, times: u64) -> Self {
         let factor = times.next_power_of_two() as f64;
@@ -91,6 +97,8 @@ pub const ALPHA: [usize; 2] = [3, 4];
 pub struct Extras {
     /// The share of the samples that meet something.
     pub alpha: bool,
+    /// The second moments of X, Y and Z over the samples.
+    pub moments: bool,
     /// For each further channel of the sensor the integral of its response, nm: what is added to the channel is over it.
     pub responses: Vec<f64>,
     pub bins: Option<SpectralBins>,
@@ -104,8 +112,13 @@ impl Extras {
         self.bin_channel(0) + self.bins.map_or(0, |bins| bins.count)
     }
 
+    /// The channel of the second moment of X, Y or Z, in a film that measures them.
+    pub fn moment_channel(&self, of: usize) -> usize {
+        3 + if self.alpha { ALPHA.len() } else { 0 } + of
+    }
+
     pub fn response_channel(&self, response: usize) -> usize {
-        3 + if self.alpha { ALPHA.len() } else { 0 } + response
+        self.moment_channel(if self.moments { 3 } else { 0 }) + response
     }
 
     pub fn bin_channel(&self, bin: usize) -> usize {
@@ -272,6 +285,11 @@ impl Film {
         self.scale
     }
 
+    /// Of squares.
+    pub fn square_scale(&self) -> FixedPoint {
+        self.scale.squared()
+    }
+
     /// Of what light paths bring.
     pub fn light_scale(&self) -> FixedPoint {
         self.light.scale
@@ -361,6 +379,12 @@ impl Film {
             (weight(sums, ALPHA[0]) - mean * weight(sums, ALPHA[1])) / all.mean
         });
         Measured { mean, error: rest.error }
+    }
+
+    /// The mean over the pixel's samples of the square of X, Y or Z. Only for a film that measures it.
+    pub fn second_moment(&self, x: u32, y: u32, of: usize) -> Measured {
+        let channel = self.extras.moment_channel(of);
+        self.measured(x, y, self.square_scale(), |sums| sums[channel] as f64)
     }
 
     /// The integral of the pixel's mean spectral radiance over a response of the sensor, with its standard error.

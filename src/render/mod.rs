@@ -3,7 +3,7 @@
 mod auxiliary;
 mod light;
 
-pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
+pub use auxiliary::{Auxiliary, auxiliary};
 
 use crate::film::{ALPHA, BadValues, Extras, Film, FilterSampler, FixedPoint, PixelSums, SpectralBins};
 use crate::integrator::{self, Seen};
@@ -138,6 +138,7 @@ impl Settings {
     pub fn extras(&self, scene: &Scene) -> Extras {
         Extras {
             alpha: scene.film.alpha,
+            moments: scene.film.moments,
             responses: scene.film.channels.iter().map(|channel| channel.integral).collect(),
             bins: self.bins,
             light_paths: scene.caustics().is_some(),
@@ -225,6 +226,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         seed: settings.seed,
         filter: scene.filter_sampler(),
         scale: film.scale(),
+        square_scale: film.square_scale(),
         empty: film.pixel_sums(),
         empty_light: film.light_sums(),
         light_scale: film.light_scale(),
@@ -287,6 +289,7 @@ struct Exposure<'a> {
     seed: u64,
     filter: FilterSampler,
     scale: FixedPoint,
+    square_scale: FixedPoint,
     empty: PixelSums,
     /// Of one replicate.
     empty_light: PixelSums,
@@ -335,10 +338,18 @@ impl Exposure<'_> {
         }
         admit(&mut radiance, bad);
         let weight = sample.filter_weight * sample.sensor.weight;
-        self.record(replicate, &(radiance * weight), &wavelengths, self.scale, sums, bad);
+        let xyz = self.record(replicate, &(radiance * weight), &wavelengths, self.scale, sums, bad);
+        if self.extras.moments {
+            // The filter weighs the square as it weighs the sample itself, once.
+            let factor = if sample.filter_weight == 0.0 { 0.0 } else { 1.0 / sample.filter_weight };
+            for (of, value) in xyz.into_iter().enumerate() {
+                let channel = self.extras.moment_channel(of);
+                sums.add(replicate, channel, value * value * factor, self.square_scale, bad);
+            }
+        }
     }
 
-    /// Adds what a path measured to all channels of a replicate.
+    /// Adds what a path measured to all channels of a replicate. Its X, Y and Z.
     fn record<const C: usize>(
         &self,
         replicate: u32,
@@ -347,7 +358,7 @@ impl Exposure<'_> {
         scale: FixedPoint,
         sums: &mut PixelSums,
         bad: &mut BadValues,
-    ) {
+    ) -> [f64; 3] {
         let scene = self.scene;
         let mut xyz = [0.0; 3];
         for lane in 0..C {
@@ -370,9 +381,11 @@ impl Exposure<'_> {
                 sums.add(replicate, self.extras.bin_channel(bin), weight / bins.width(), scale, bad);
             }
         }
+        let xyz = xyz.map(|value| value / MITSUBA_Y_INTEGRAL);
         for (channel, value) in xyz.into_iter().enumerate() {
-            sums.add(replicate, channel, value / MITSUBA_Y_INTEGRAL, scale, bad);
+            sums.add(replicate, channel, value, scale, bad);
         }
+        xyz
     }
 }
 

@@ -115,6 +115,7 @@ pub fn write(path: &Path, case: &Case, settings: &Settings, watch: &dyn Watch) -
         content: Content::Colour(Colour::Luminance),
         full_size: case.scene.film.full_size,
         offset: case.scene.film.offset,
+        moments: None,
         auxiliary: Vec::new(),
         attributes: vec![
             ("abbe.version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),

@@ -10,6 +10,7 @@ mod groups;
 mod layered;
 mod lights;
 mod materials;
+mod numbers;
 mod sensors;
 mod shapes;
 mod solids;
@@ -18,9 +19,9 @@ mod spectra;
 use super::description::{self, Description, IntegratorKind, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{Needs, Scene, Surface};
-use crate::geometry::{Bounds, Transform};
+use crate::geometry::{Bounds, Transform, Vec3};
 use crate::integrator::{Coverage, Integrator, Limits};
-use crate::light::Light;
+use crate::light::{Light, Lights};
 use crate::material::Material;
 use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
@@ -166,6 +167,7 @@ impl Compiler<'_> {
         let integrator = match description.integrator.kind {
             IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::VolPath => Integrator::Path,
             IntegratorKind::Walk => Integrator::Walk,
+            IntegratorKind::Depth => Integrator::Depth,
         };
         let mut needs = Needs {
             dispersion: materials.iter().any(Material::disperses),
@@ -196,16 +198,26 @@ impl Compiler<'_> {
             film: film.size,
         };
         let caustics = match integrator {
-            Integrator::Path => setting.caustics(&mut surfaces),
-            Integrator::Walk => None,
+            // Of what light paths bring a pixel has no samples of its own.
+            Integrator::Path if !film.moments => setting.caustics(&mut surfaces),
+            Integrator::Path | Integrator::Walk | Integrator::Depth => None,
         };
         needs.light_paths = caustics.is_some();
+        // A distance is the same at all wavelengths, whatever shines on what is there.
+        let dark = Lights::new(Vec::new(), None, &[]);
+        let seen = if integrator == Integrator::Depth { &dark } else { &lights };
+        let reference_radiance = match integrator {
+            Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
+            Integrator::Path | Integrator::Walk => self.reference(&film, &lights, scene_radius),
+        };
         Ok(Scene {
             observer: self.options.observer,
             integrator,
             limits,
-            wavelengths: self.wavelengths(&self.responses(&camera, &film), &lights, scene_radius),
-            reference_radiance: self.reference(&film, &lights, scene_radius),
+            wavelengths: self.wavelengths(&self.responses(&camera, &film), seen, scene_radius),
+            reference_radiance,
+            numbers: numbers::of(description, &groups),
+            shift: shift.point(Vec3::ZERO),
             camera,
             shutter,
             film,

@@ -59,7 +59,8 @@ impl Compiler<'_> {
             }
         };
         let (filter, sample_border) = (film.filter, film.sample_border);
-        FilmPlan { size, offset, full_size, filter, sample_border, alpha, channels }
+        let moments = self.description.integrator.moments.is_some();
+        FilmPlan { size, offset, full_size, filter, sample_border, alpha, moments, channels }
     }
 
     fn channel(&mut self, channel: &description::FilmChannel) -> Option<FilmChannel> {
