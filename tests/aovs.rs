@@ -40,7 +40,7 @@ fn wall(bsdf: &str) -> String {
 #[test]
 fn the_albedo_of_white_is_white_and_has_no_noise_of_wavelengths() {
     let diffuse = |reflectance: &str| format!(r#"<bsdf type="diffuse">{reflectance}</bsdf>"#);
-    let glass = r#"<bsdf type="dielectric"><string name="int_ior" value="N-SF11"/></bsdf>"#.to_owned();
+    let glass = r#"<bsdf type="dielectric"><spectrum name="int_ior" type="measured"><string name="name" value="N-SF11"/></spectrum></bsdf>"#.to_owned();
     for (bsdf, expected, tolerance) in [
         (diffuse(r#"<spectrum name="reflectance" value="1"/>"#), [1.0; 3], 1e-6),
         (diffuse(r#"<spectrum name="reflectance" value="0.25"/>"#), [0.25; 3], 1e-6),
@@ -165,10 +165,10 @@ fn indices_tell_shapes_solids_and_instances_apart() {
     let scene = compiled("gaussian", &content.concat());
     let images = images(&scene, &[AovKind::ShapeIndex, AovKind::MaterialIndex, AovKind::PrimitiveIndex]);
     assert!(images.iter().all(|image| image.errors.is_none()), "there is no mean of indices");
-    // Two rows above the middle; the camera sees x to the right from 8.82 to 5.18.
+    // The camera sees x from 5.18 at the left to 8.82.
     let seen = |image: usize, x: f64| {
         let half = 5.0 * 20f64.to_radians().tan();
-        let column = ((7.0 + half - x) / (2.0 * half) * 16.0) as usize;
+        let column = ((x - 7.0 + half) / (2.0 * half) * 16.0) as usize;
         images[image].values[8 * 16 + column]
     };
     // Shapes, then solids, then instances.

@@ -3,7 +3,7 @@
 use super::super::description::{BsdfKind, Integrator, IntegratorKind, Moments, Shape};
 use super::super::source::{Place, SceneError};
 use super::query::{Query, capital};
-use super::tree::{Class, ObjectId};
+use super::tree::{Class, Object, ObjectId};
 use super::{Reader, aovs};
 use crate::integrator::Techniques;
 
@@ -204,11 +204,10 @@ fn nested(query: &Query<'_>) -> Option<(String, Integrator)> {
 }
 
 /// Says where a scene's `ptracer` shows more here than in Mitsuba 3, and refuses what it alone shows.
-pub(super) fn check_light_tracing<'a>(reader: &Reader, shapes: impl Iterator<Item = &'a Shape>) {
-    let tracers = reader.tree.objects.iter().filter(|object| object.plugin == "ptracer");
-    let Some(tracer) = tracers.into_iter().find(|object| object.class == Class::Integrator) else { return };
-    let mirrors = |shape: &&Shape| shape.bsdf.kind.any(&is_smooth);
-    if shapes.into_iter().any(|shape| mirrors(&shape)) {
+pub(super) fn check_light_tracing<'a>(reader: &Reader, mut shapes: impl Iterator<Item = &'a Shape>) {
+    let is_tracer = |object: &&Object| object.class == Class::Integrator && object.plugin == "ptracer";
+    let Some(tracer) = reader.tree.objects.iter().find(is_tracer) else { return };
+    if shapes.any(|shape| shape.bsdf.kind.any(&is_smooth)) {
         let text = "smooth surfaces show what they mirror or transmit to the camera, although Mitsuba 3's ptracer \
                     would leave it dark";
         reader.assumption(&tracer.plugin_place, text.to_owned());
