@@ -147,10 +147,11 @@ fn indices_tell_shapes_solids_and_instances_apart() {
             r#"<shape type="{plugin}">{content}<transform name="to_world"><scale value="0.4"/><translate x="{x}"/></transform></shape>"#
         )
     };
-    let moving = r#"<shape type="sphere"><animation name="to_world">
+    let moving = r#"<shape type="sphere"><ref id="paint"/><animation name="to_world">
         <transform time="0"><scale value="0.4"/><translate x="6.5"/></transform>
         <transform time="1"><scale value="0.4"/><translate x="6.5"/></transform></animation></shape>"#;
     let content = [
+        r#"<bsdf type="diffuse" id="paint"/>"#.to_owned(),
         moving.to_owned(),
         at(5.5, "<bsdf type=\"conductor\"/>", "cube"),
         r#"<shape type="shapegroup" id="group"><shape type="sphere"/><shape type="disk"/></shape>"#
@@ -158,7 +159,7 @@ fn indices_tell_shapes_solids_and_instances_apart() {
         at(8.5, r#"<ref id="group"/>"#, "instance"),
         at(
             7.5,
-            r#"<shape type="cube"/><shape type="sphere"><point name="center" x="9" y="0" z="0"/></shape>"#,
+            r#"<ref id="paint"/><shape type="cube"/><shape type="sphere"><point name="center" x="9" y="0" z="0"/></shape>"#,
             "union",
         ),
     ];
