@@ -74,7 +74,7 @@ fn what_is_asked_for_besides_is_in_the_file() {
         "--spp=16",
         "--size=8x8",
         "--spectral=2",
-        "--aov=depth,normal",
+        "--aov=depth,nn:sh_normal,shape_index",
         "-q",
         "-o",
         "x.exr",
@@ -84,7 +84,15 @@ fn what_is_asked_for_besides_is_in_the_file() {
     assert!(output.stderr.is_empty(), "quiet is quiet");
     let channels = abbe::output::exr::read(&folder.0.join("x.exr")).expect("a readable file");
     let has = |name: &str| channels.channels.iter().any(|(known, _)| known == name);
-    for name in ["S0.477,500000nm", "error.S0.712,500000nm", "depth", "normal.X"] {
+    for name in [
+        "S0.477,500000nm",
+        "error.S0.712,500000nm",
+        "depth.T",
+        "error.depth.T",
+        "nn.X",
+        "error.nn.Z",
+        "shape_index.I",
+    ] {
         assert!(has(name), "{name} is missing");
     }
 }
@@ -107,6 +115,8 @@ fn wrong_input_is_2_and_leaves_nothing_behind() {
         (vec!["render", good, "--spp", "0"], "--spp"),
         (vec!["render", good, "--size", "12"], "WIDTHxHEIGHT"),
         (vec!["render", good, "--wavelengths", "3"], "1, 4 or 8"),
+        (vec!["render", good, "--aov", "normal"], "sh_normal or geo_normal"),
+        (vec!["render", good, "--aov", "depth,depth"], "two channels \"depth.T\""),
         (vec!["render", good, "--size", "65536x65536", "--spectral"], "GiB"),
         (vec!["render", good, "-D", "sp=3"], "sp"),
         (vec!["spectrum", "N-SF111"], "N-SF11"),

@@ -15,6 +15,7 @@ fn developed(film: &Film, name: &str) -> (Vec<f32>, Vec<f32>, f64) {
     let picture = Picture {
         film,
         content: Content::Colour(Colour::Luminance),
+        moments: None,
         auxiliary: Vec::new(),
         attributes: Vec::new(),
     };

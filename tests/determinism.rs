@@ -15,7 +15,7 @@ fn render(folder: &Path, name: &str, arguments: &[&str]) -> Vec<u8> {
             "--spectral",
             "10",
         ])
-        .args(["--aov", "albedo,normal,depth", "--size", "50x40", "-o"])
+        .args(["--aov", "albedo,sh_normal,depth,position,shape_index", "--size", "50x40", "-o"])
         .arg(&output)
         .args(arguments)
         .current_dir(env!("CARGO_MANIFEST_DIR"))

@@ -5,9 +5,9 @@ use super::{Failure, tell};
 use abbe::film::{Film, Region, SpectralBins};
 use abbe::integrator::Estimator;
 use abbe::output::{self, Colour, Content, Picture};
-use abbe::render::{AuxiliaryKind, Schedule, Settings, WavelengthCount, auxiliary, render};
+use abbe::render::{Schedule, Settings, WavelengthCount, auxiliary, render};
 use abbe::sampling::SamplerKind;
-use abbe::scene::description::{self, Description, FilmContent, Note, PixelFormat};
+use abbe::scene::description::{self, Aov, Description, FilmContent, Moments, Note, PixelFormat};
 use abbe::scene::{CompileOptions, Scene, compile};
 use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
@@ -75,9 +75,11 @@ pub struct Args {
     #[arg(long, value_name = "NAME", default_value = "cie1931", value_parser = parse_observer)]
     observer: &'static Observer,
 
-    /// Also write images of what the camera sees first: albedo, normal, depth
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_auxiliary)]
-    aov: Vec<AuxiliaryKind>,
+    /// Also write images of what the camera sees first, each with its standard error: albedo, depth,
+    /// position, uv, geo_normal, sh_normal, dp_du, dp_dv, prim_index, shape_index, material_index. NAME:TYPE
+    /// gives the channels another name
+    #[arg(long, value_name = "TYPES", value_delimiter = ',', value_parser = Aov::of_word)]
+    aov: Vec<Aov>,
 
     /// Print nothing but errors
     #[arg(short, long)]
@@ -125,6 +127,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         warn(&scene);
     }
     refuse_what_no_memory_holds(&scene, &settings)?;
+    let aovs = [description.integrator.aovs.clone(), args.aov.clone()].concat();
+    let content = content(&description.sensor.film);
+    let moments = description.integrator.moments.as_ref().map(Moments::stems);
+    refuse_repeated_names(&content, moments.as_ref(), &aovs)?;
     let pool = thread_pool(args.threads)?;
     let png = path.with_extension("png");
     for path in [&path, &png] {
@@ -144,8 +150,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let picture = Picture {
         film: &film,
-        content: content(&description.sensor.film),
-        auxiliary: pool.install(|| auxiliary(&scene, &args.aov, range, settings.seed)),
+        content,
+        moments,
+        auxiliary: pool.install(|| auxiliary(&scene, &aovs, range, settings.schedule(), settings.seed)),
         attributes: attributes(args, range, &description, &scene, &settings, &film),
     };
     output::exr::write(&path, &picture).map_err(|error| cannot_write(&path, &error))?;
@@ -217,6 +224,21 @@ fn content(film: &description::Film) -> Content {
         FilmContent::Responses(channels) => {
             Content::Responses(channels.iter().map(|channel| channel.name.clone()).collect())
         }
+    }
+}
+
+fn refuse_repeated_names(
+    content: &Content,
+    moments: Option<&[String; 2]>,
+    aovs: &[Aov],
+) -> Result<(), Failure> {
+    let names: Vec<String> = aovs.iter().flat_map(Aov::channels).collect();
+    match Picture::repeated_name(content, moments, &names) {
+        None => Ok(()),
+        Some(name) => Err(Failure::Input(format!(
+            "error: the picture would have two channels \"{name}\"\n\
+             help: give each image a name of its own, for instance --aov second:depth"
+        ))),
     }
 }
 
@@ -380,8 +402,4 @@ fn parse_observer(text: &str) -> Result<&'static Observer, String> {
         "cie2015-10" => Ok(Observer::cie2015_10deg()),
         _ => Err("expected cie1931, cie1931-5nm, cie1964, cie2015-2 or cie2015-10".to_owned()),
     }
-}
-
-fn parse_auxiliary(text: &str) -> Result<AuxiliaryKind, String> {
-    AuxiliaryKind::named(text).ok_or_else(|| "expected albedo, normal or depth".to_owned())
 }

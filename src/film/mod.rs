@@ -79,6 +79,12 @@ impl FixedPoint {
         Self { quantum, per_quantum: 1.0 / quantum }
     }
 
+    /// For the squares of such contributions.
+    fn squared(self) -> Self {
+        let quantum = self.quantum * self.quantum * (1u64 << 40) as f64;
+        Self { quantum, per_quantum: 1.0 / quantum }
+    }
+
     /// For contributions that are larger by about so many times.
     fn coarser(self, times: u64) -> Self {
         let factor = times.next_power_of_two() as f64;
@@ -94,6 +100,8 @@ const WEIGHT: usize = 3;
 pub struct Extras {
     /// The share of the samples that meet something.
     pub alpha: bool,
+    /// The second moments of X, Y and Z over the samples.
+    pub moments: bool,
     /// For each further channel of the sensor the integral of its response, nm: what is added to the channel is over it.
     pub responses: Vec<f64>,
     pub bins: Option<SpectralBins>,
@@ -112,8 +120,13 @@ impl Extras {
         WEIGHT + 1
     }
 
+    /// The channel of the second moment of X, Y or Z, in a film that measures them.
+    pub fn moment_channel(&self, of: usize) -> usize {
+        WEIGHT + 1 + usize::from(self.alpha) + of
+    }
+
     pub fn response_channel(&self, response: usize) -> usize {
-        WEIGHT + 1 + usize::from(self.alpha) + response
+        self.moment_channel(if self.moments { 3 } else { 0 }) + response
     }
 
     pub fn bin_channel(&self, bin: usize) -> usize {
@@ -339,6 +352,11 @@ impl Film {
         self.scale
     }
 
+    /// Of squares.
+    pub fn square_scale(&self) -> FixedPoint {
+        self.scale.squared()
+    }
+
     /// Of what light paths bring.
     pub fn light_scale(&self) -> FixedPoint {
         self.light.scale
@@ -428,6 +446,12 @@ impl Film {
     pub fn alpha(&self, x: u32, y: u32) -> Measured {
         let channel = self.extras.alpha_channel();
         self.measured(x, y, FixedPoint::SHARE, |sums| sums[channel] as f64)
+    }
+
+    /// The mean over the pixel's samples of the square of X, Y or Z. Only for a film that measures it.
+    pub fn second_moment(&self, x: u32, y: u32, of: usize) -> Measured {
+        let channel = self.extras.moment_channel(of);
+        self.measured(x, y, self.square_scale(), |sums| sums[channel] as f64)
     }
 
     /// The integral of the pixel's mean spectral radiance over a response of the sensor, with its standard error.

@@ -20,6 +20,9 @@ pub enum Integrator {
     Path,
     /// Scattering alone: the oracle.
     Walk,
+    /// No light at all: the distance of what is seen first takes the place of the radiance, at all
+    /// wavelengths.
+    Depth,
 }
 
 /// How light is found.
@@ -125,5 +128,14 @@ pub fn radiance<const C: usize>(
     match scene.integrator {
         Integrator::Path => path::radiance(scene, ray, time, wavelengths, stream),
         Integrator::Walk => walk::radiance(scene, ray, time, wavelengths, stream),
+        Integrator::Depth => depth(scene, &ray, time),
     }
+}
+
+fn depth<const C: usize>(scene: &Scene, ray: &Ray, time: f64) -> Seen<C> {
+    let mut media = scene.media_at_sensor(ray, time);
+    let hit = scene.intersect(ray, time, true, &mut media, |_, _| {});
+    // Any of the wavelengths would have met the same.
+    let radiance = hit.map_or(Sampled::ZERO, |hit| Sampled::splat(hit.t / C as f64));
+    Seen { radiance, met: hit.is_some() }
 }

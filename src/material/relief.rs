@@ -22,6 +22,8 @@ pub enum ReliefMap {
     Height { height: Texture, scale: f64 },
     /// Normals in the frame of the surface, each component x stored as (x + 1)/2.
     Normals(Texture),
+    /// The same one everywhere, stored likewise.
+    Normal([f64; 3]),
 }
 
 /// How a relief differs from the surface that carries it, for one pair of viewer and point.
@@ -50,10 +52,8 @@ impl Relief {
     /// In the frame of the surface.
     fn normal(&self, frame: &Frame, at: &ShadingPoint) -> Vec3 {
         match &self.map {
-            ReliefMap::Normals(map) => {
-                let [x, y, z] = map.rgb(&at.texture).map(|component| 2.0 * component - 1.0);
-                Vec3::new(x, y, z).try_normalize().unwrap_or(Vec3::Z)
-            }
+            ReliefMap::Normals(map) => stored(map.rgb(&at.texture)),
+            ReliefMap::Normal(components) => stored(*components),
             ReliefMap::Height { height, scale } => {
                 // The tangents of the displaced surface (Blinn, "Simulation of Wrinkled Surfaces", 1978), seen in the
                 // surface's plane: their parts along the normal are the height's slopes alone.
@@ -69,6 +69,12 @@ impl Relief {
             }
         }
     }
+}
+
+/// The normal whose components x are stored as (x + 1)/2.
+fn stored(components: [f64; 3]) -> Vec3 {
+    let [x, y, z] = components.map(|component| 2.0 * component - 1.0);
+    Vec3::new(x, y, z).try_normalize().unwrap_or(Vec3::Z)
 }
 
 impl Guard {

@@ -1,9 +1,10 @@
 //! The EXR file: the picture, its standard errors, its spectral bins and how it was made. The only file that names
 //! the exr crate.
 //!
-//! Channels are 32-bit floats. `R G B` (linear Rec. 709) or `X Y Z` or `Y`, with `A` where the film has alpha, or the
-//! responses of the film under their own names; `error.*` with one standard error of each (see [`error_bars`]), `samples` per pixel; auxiliary
-//! images on request. Spectral bins follow Fichet, Pacanowski and Wilkie, "An OpenEXR
+//! Channels are 32-bit floats. `R G B` (linear Rec. 709) or `X Y Z` or `Y`, with `A` where the film has
+//! alpha, or the responses of the film under their own names; `error.*` with one standard error of each (see
+//! [`error_bars`]), `samples` per pixel; second moments and auxiliary images on request, under the names that
+//! Mitsuba 3's `moment` and `aov` give them. Spectral bins follow Fichet, Pacanowski and Wilkie, "An OpenEXR
 //! Layout for Spectral Images", JCGT 10(3), 2021: `S0.<nm>nm` with a decimal comma.
 
 use super::{Content, Picture, error_bars};
@@ -55,14 +56,26 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
             }
         }
     }
+    if let Some([means, squares]) = &picture.moments {
+        for (of, (name, weights)) in super::Colour::Xyz.channels().iter().enumerate() {
+            add_measured(&format!("{means}.{name}"), &|x, y| film.combined(x, y, *weights));
+            add_measured(&format!("{squares}.{name}"), &|x, y| film.second_moment(x, y, of));
+        }
+    }
     if let Some(bins) = film.extras.bins {
         for bin in 0..bins.count {
             add_measured(&spectral_channel(bins.centre(bin)), &|x, y| film.bin(x, y, bin));
         }
     }
     add("samples", pixels(film, |x, y| film.samples(x, y) as f32));
-    for Auxiliary { name, values } in &picture.auxiliary {
-        add(name, values.clone());
+    for Auxiliary { name, values, errors } in &picture.auxiliary {
+        let place = |x: u32, y: u32| y as usize * film.width as usize + x as usize;
+        add(name, pixels(film, |x, y| values[place(x, y)]));
+        if let Some(errors) = errors {
+            let variances: Vec<f64> = errors.iter().map(|&error| f64::from(error).powi(2)).collect();
+            let moderated = error_bars::moderated(window.size, measured.size, &variances);
+            add(&format!("error.{name}"), pixels(film, |x, y| moderated[place(x, y)].sqrt() as f32));
+        }
     }
     let size = Vec2(shown.size[0] as usize, shown.size[1] as usize);
     let mut layer = Layer::new(size, LayerAttributes::default(), ENCODING, AnyChannels::sort(channels));

@@ -7,6 +7,7 @@ pub mod png;
 use crate::film::Film;
 use crate::render::Auxiliary;
 use crate::spectrum::colour;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +19,10 @@ pub const MARGIN: u32 = error_bars::REACH;
 pub struct Picture<'a> {
     pub film: &'a Film,
     pub content: Content,
-    /// Further images, each with as many values as the film shows pixels.
+    /// What the names of the channels begin with that hold the means of X, Y and Z and their second moments,
+    /// where the film measures them.
+    pub moments: Option<[String; 2]>,
+    /// Further images, each with as many values as the film has pixels.
     pub auxiliary: Vec<Auxiliary>,
     /// How it was made: name and text.
     pub attributes: Vec<(String, String)>,
@@ -73,6 +77,26 @@ impl Picture<'_> {
     /// Whether there are the two replicates that a standard error needs.
     pub fn has_errors(&self) -> bool {
         self.film.replicates >= 2
+    }
+
+    /// The first name that two channels of the file would have, if any. `others` are those of images that are
+    /// still to come.
+    pub fn repeated_name(
+        content: &Content,
+        moments: Option<&[String; 2]>,
+        others: &[String],
+    ) -> Option<String> {
+        let colours = |colour: Colour| colour.channels().iter().map(|(name, _)| (*name).to_owned()).collect();
+        let mut names: Vec<String> = match content {
+            Content::Colour(colour) => colours(*colour),
+            Content::Responses(names) => names.clone(),
+        };
+        names.extend(["A".to_owned(), "samples".to_owned()]);
+        names.extend(
+            moments.into_iter().flatten().flat_map(|stem| ["X", "Y", "Z"].map(|xyz| format!("{stem}.{xyz}"))),
+        );
+        let mut known = BTreeSet::new();
+        names.iter().chain(others).find(|name| !known.insert(*name)).cloned()
     }
 }
 

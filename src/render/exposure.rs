@@ -20,6 +20,7 @@ pub(super) struct Exposure<'a> {
     pub plan: Plan,
     pub filter: FilterKind,
     pub scale: FixedPoint,
+    pub square_scale: FixedPoint,
     pub light_scale: FixedPoint,
     pub extras: Extras,
 }
@@ -180,6 +181,10 @@ impl Exposure<'_> {
                 }
                 for &(channel, value) in &contributions {
                     tile.add(place, replicate, channel, value * weight, self.scale);
+                    if self.extras.moments && channel < 3 {
+                        let moment = self.extras.moment_channel(channel);
+                        tile.add(place, replicate, moment, value * value * weight, self.square_scale);
+                    }
                 }
             }
         }

@@ -7,7 +7,7 @@ mod light;
 mod pilot;
 mod schedule;
 
-pub use auxiliary::{Auxiliary, AuxiliaryKind, auxiliary};
+pub use auxiliary::{Auxiliary, auxiliary};
 pub use schedule::Schedule;
 
 use crate::film::{BadValues, Extras, Film, FixedPoint, SpectralBins};
@@ -95,6 +95,7 @@ impl Settings {
     pub fn extras(&self, scene: &Scene) -> Extras {
         Extras {
             alpha: scene.film.alpha,
+            moments: scene.film.moments,
             responses: scene.film.channels.iter().map(|channel| channel.integral).collect(),
             bins: self.bins,
             light_paths: scene.caustics().is_some(),
@@ -181,11 +182,15 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         plan: Plan::PLAIN,
         filter: scene.film.filter,
         scale: film.scale(),
+        square_scale: film.square_scale(),
         light_scale: film.light_scale(),
         extras: film.extras.clone(),
     };
     let plan = match (settings.estimator, scene.integrator) {
-        (Estimator::Shared, Integrator::Path) => pilot::choose::<C>(&exposure, settings.sampler),
+        // Second moments are those of samples of a path tracer.
+        (Estimator::Shared, Integrator::Path) if !scene.film.moments => {
+            pilot::choose::<C>(&exposure, settings.sampler)
+        }
         _ => Plan::PLAIN,
     };
     let groups = Groups::new(plan.members, schedule.nets(), settings.seed);

@@ -44,6 +44,18 @@ pub struct Scene {
     pub(super) media: Vec<Option<Spectrum>>,
     /// What the file says that absorbs around the camera.
     pub(super) camera_medium: Option<u32>,
+    pub(super) numbers: ShapeNumbers,
+    /// Where the origin of the file's coordinates is.
+    pub(super) shift: Vec3,
+}
+
+/// By which numbers images tell shapes apart.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ShapeNumbers {
+    /// Of each surface.
+    pub surfaces: Vec<u32>,
+    /// Of each instance; 0, or none at all, where the surface has one of its own.
+    pub instances: Vec<u32>,
 }
 
 /// The film that is exposed.
@@ -54,6 +66,8 @@ pub struct FilmPlan {
     /// Whether samples fall outside of the window that is exposed.
     pub sample_border: bool,
     pub alpha: bool,
+    /// Whether the second moments of the samples are measured, too.
+    pub moments: bool,
     /// The sensor's own channels, if it has any.
     pub channels: Vec<FilmChannel>,
 }
@@ -349,6 +363,32 @@ impl Scene {
         let around = self.around(hit, media);
         let at = self.shading_point(hit);
         self.materials.shade(surface.material, &at, toward_eye, &wavelengths.nm, around, choice)
+    }
+
+    /// A place in the coordinates of the file.
+    pub fn in_file(&self, position: Vec3) -> Vec3 {
+        position - self.shift
+    }
+
+    /// The surface's coordinates at a hit and its tangents along them, whether or not anything asks for them.
+    pub fn coordinates(&self, hit: &Intersection) -> Parametrisation {
+        self.accel.parametrisation(&self.shapes, &hit.hit, hit.point.position, hit.time).0
+    }
+
+    /// The number of the shape that was met, from 1: that of the instance that shows it, if one does.
+    pub fn shape_number(&self, hit: &Intersection) -> u32 {
+        let instance = self.numbers.instances.get(hit.hit.instance as usize).copied().unwrap_or(0);
+        if instance > 0 { instance } else { self.numbers.surfaces[hit.hit.shape as usize] }
+    }
+
+    /// Which triangle, segment, patch or part of its shape was met, from 0.
+    pub fn primitive_number(&self, hit: &Intersection) -> u32 {
+        hit.hit.triangle
+    }
+
+    /// What tells the material that was met from others, from 1.
+    pub fn material_number(&self, hit: &Intersection) -> u32 {
+        self.surface(hit).material + 1
     }
 
     /// What light paths begin with, where there are any.

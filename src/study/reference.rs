@@ -112,6 +112,7 @@ pub fn write(path: &Path, case: &Case, settings: &Settings, watch: &dyn Watch) -
     let picture = Picture {
         film: &film,
         content: Content::Colour(Colour::Luminance),
+        moments: None,
         auxiliary: Vec::new(),
         attributes: vec![
             ("abbe.version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),

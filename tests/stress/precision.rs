@@ -6,7 +6,8 @@ use super::table::{Table, count, seconds};
 use super::{direction, in_parallel, power, trials};
 use abbe::accel::Accel;
 use abbe::geometry::{Ray, Transform};
-use abbe::render::{AuxiliaryKind, auxiliary};
+use abbe::render::{Schedule, auxiliary};
+use abbe::scene::description::{Aov, AovKind};
 use abbe::shape::Shape;
 use abbe::units::WavelengthRange;
 use rand::RngExt;
@@ -131,8 +132,9 @@ fn what_is_far_away_tilts_no_face() {
     };
     let normals = |content: &str| {
         let scene = compiled(&description(content));
-        let images =
-            auxiliary(&scene, &[AuxiliaryKind::Normal, AuxiliaryKind::Depth], WavelengthRange::VISIBLE, 1);
+        let aovs =
+            [AovKind::ShadingNormal, AovKind::Depth].map(|kind| Aov { name: kind.name().to_owned(), kind });
+        let images = auxiliary(&scene, &aovs, WavelengthRange::VISIBLE, Schedule::new(16), 1);
         images.into_iter().map(|image| image.values).collect::<Vec<_>>()
     };
     let alone = normals(&scene(""));

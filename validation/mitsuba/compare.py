@@ -71,6 +71,7 @@ class Mitsuba:
     def stack(self, scene, spp, seeds, names=None, defines={}):
         digest = hashlib.sha256(coverage.fingerprint(scene))
         digest.update(repr((self.mitsuba.__version__, self.variant, spp, list(seeds), sorted(defines.items()))).encode())
+        digest.update(repr(names).encode() if names else b"")
         kept = KEPT / f"{scene.stem}-{digest.hexdigest()[:16]}.npz"
         if kept.exists():
             stored = np.load(kept)
@@ -78,11 +79,21 @@ class Mitsuba:
         start = os.times()
         self.mitsuba.set_variant(self.variant)
         loaded = self.mitsuba.load_file(str(scene), **defines)
-        pictures = np.stack([np.array(self.mitsuba.render(loaded, spp=spp, seed=s)) for s in seeds])
-        names = tuple(f.name for f in loaded.sensors()[0].film().bitmap(raw=False).struct_())
+        pictures = np.stack([self._render(loaded, spp, s, names) for s in seeds])
+        names = names or tuple(f.name for f in loaded.sensors()[0].film().bitmap(raw=False).struct_())
         np.savez(kept, pictures=pictures, names=np.array(names))
         end = os.times()
         return Stack(names, pictures, None, end.user + end.system - start.user - start.system)
+
+
+    def _render(self, loaded, spp, seed, names):
+        """All channels, or those of some names: what Mitsuba hands back leaves out the colours where an `aov` holds no integrator."""
+        picture = np.array(self.mitsuba.render(loaded, spp=spp, seed=seed))
+        if names is None:
+            return picture
+        bitmap = loaded.sensors()[0].film().bitmap(raw=False)
+        found = [f.name for f in bitmap.struct_()]
+        return np.array(bitmap)[..., [found.index(n) for n in names]]
 
 
 class Abbe:
@@ -145,18 +156,19 @@ class Pair:
     spp: int  # at full power
     correlated: bool = False  # neighbouring pixels share samples
     defines: dict = None
+    channels: tuple = None  # all if there are none
 
     @classmethod
     def of(cls, name, settings):
         file = (HERE / settings.get("file", f"scenes/{name}.xml")).resolve()
-        return cls(name, file, file, settings["spp"], settings.get("correlated", False), settings.get("defines"))
+        return cls(name, file, file, settings["spp"], settings.get("correlated", False), settings.get("defines"), tuple(settings.get("channels", ())) or None)
 
 
 def draw(pair, ours, reference, power, seed, repeats=1):
     """Renders a pair once and tests it."""
     spp, count = max(pair.spp // power.divisor, 1), power.replicates * repeats
     seed = own_seed(pair.name, seed)
-    b = reference.stack(pair.witness, spp, range(seed + REFERENCE, seed + REFERENCE + count), None, pair.defines or {})
+    b = reference.stack(pair.witness, spp, range(seed + REFERENCE, seed + REFERENCE + count), pair.channels, pair.defines or {})
     a = ours.stack(pair.scene, spp, range(seed, seed + count), b.names, pair.defines or {})
     result = welch.compare(pair.name, a.pictures, b.pictures, b.names, pair.correlated)
     if not power.strict:

@@ -118,6 +118,10 @@ WORDS = {
         "direct": "shading_samples emitter_samples bsdf_samples hide_emitters",
         "volpath": PATH,
         "volpathmis": f"{PATH} use_spectral_mis",
+        "ptracer": "max_depth",
+        "depth": "",
+        "aov": "aovs",
+        "moment": "",
     },
     "texture": {
         "bitmap": f"filename raw filter_type=bilinear|nearest wrap_mode=repeat|clamp|mirror format accel {MAP}",

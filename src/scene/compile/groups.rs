@@ -305,6 +305,11 @@ impl<'a> Groups<'a> {
         self.instances.iter().filter_map(placed).collect()
     }
 
+    /// How many parts of solids move by themselves: their instances come first.
+    pub fn moving_parts(&self) -> usize {
+        self.own.pieces.iter().filter(|piece| piece.keys.is_some()).count()
+    }
+
     /// Of the scene's own shapes, whether it is a part of a solid that moves by itself.
     pub fn moves(&self, shape: usize) -> bool {
         self.own.pieces[shape].keys.is_some()

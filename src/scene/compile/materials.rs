@@ -8,7 +8,7 @@ use crate::material::{
 use crate::medium::{Body, Filling, Refraction};
 use crate::scene::description::{
     Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, Medium, MetalAssumption, ReliefShading, Roughness,
-    Shape, SpectrumSource,
+    Shape, SpectrumKind, SpectrumSource,
 };
 use crate::scene::source::SceneError;
 use crate::scene::traceable::{Role, Surface};
@@ -246,7 +246,13 @@ impl MaterialCompiler {
                 nested: self.material(nested)?,
             },
             BsdfKind::NormalMap { normals, shading, nested } => Material::Relief {
-                relief: relief(ReliefMap::Normals(texture(normals)?), *shading),
+                relief: relief(
+                    match normals.kind {
+                        SpectrumKind::Vector(stored) => ReliefMap::Normal(stored),
+                        _ => ReliefMap::Normals(texture(normals)?),
+                    },
+                    *shading,
+                ),
                 nested: self.material(nested)?,
             },
             BsdfKind::TwoSided { front, back, .. } => {

@@ -10,6 +10,7 @@ mod groups;
 mod layered;
 mod lights;
 mod materials;
+mod numbers;
 mod sensors;
 mod shapes;
 mod solids;
@@ -24,7 +25,7 @@ use super::description::{self, Description, IntegratorKind, Note, ShapeKind};
 use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{Needs, Scene, Surface};
 use crate::film::Region;
-use crate::geometry::Transform;
+use crate::geometry::{Transform, Vec3};
 use crate::integrator::{Coverage, Integrator, Limits};
 use crate::light::{Light, Lights};
 use crate::material::Material;
@@ -179,6 +180,7 @@ impl Compiler<'_> {
         let integrator = match description.integrator.kind {
             IntegratorKind::Path | IntegratorKind::Direct | IntegratorKind::VolPath => Integrator::Path,
             IntegratorKind::Walk => Integrator::Walk,
+            IntegratorKind::Depth => Integrator::Depth,
         };
         let mut needs = Needs {
             dispersion: materials.iter().any(Material::disperses),
@@ -212,18 +214,33 @@ impl Compiler<'_> {
             surfaces[shape].smooth = false;
         }
         let caustics = match integrator {
-            Integrator::Path => setting.caustics(&mut surfaces),
-            Integrator::Walk => None,
+            // Of what light paths bring a pixel has no samples of its own.
+            Integrator::Path if !film.moments => setting.caustics(&mut surfaces),
+            Integrator::Path | Integrator::Walk | Integrator::Depth => None,
         };
         needs.light_paths = caustics.is_some();
-        let reference_radiance = self.reference(&film, &lights, scene_radius);
+        // A distance is the same at all wavelengths, whatever shines on what is there.
+        let none = Lights::new(Vec::new(), None, &[]);
+        let seen = if integrator == Integrator::Depth { &none } else { &lights };
+        let reference_radiance = match integrator {
+            Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
+            Integrator::Path | Integrator::Walk => self.reference(&film, &lights, scene_radius),
+        };
+        let warnings = match integrator {
+            Integrator::Depth => Vec::new(),
+            Integrator::Path | Integrator::Walk => {
+                self.dark(reference_radiance, &lights).into_iter().collect()
+            }
+        };
         Ok(Scene {
             observer: self.options.observer,
             integrator,
             limits,
-            wavelengths: self.wavelengths(&self.responses(&camera, &film), &lights, scene_radius),
-            warnings: self.dark(reference_radiance, &lights).into_iter().collect(),
+            wavelengths: self.wavelengths(&self.responses(&camera, &film), seen, scene_radius),
+            warnings,
             reference_radiance,
+            numbers: numbers::of(description, &groups),
+            shift: shift.point(Vec3::ZERO),
             camera,
             shutter,
             film,

@@ -62,7 +62,8 @@ impl Compiler<'_> {
             }
         };
         let (filter, sample_border) = (film.filter, film.sample_border);
-        FilmPlan { extent, filter, sample_border, alpha, channels }
+        let moments = self.description.integrator.moments.is_some();
+        FilmPlan { extent, filter, sample_border, alpha, moments, channels }
     }
 
     /// The part that is asked for, if there is such a part.

@@ -35,7 +35,8 @@ pub(super) fn spectrum(source: &SpectrumSource) -> Result<Spectrum, SceneError> 
         SpectrumKind::Named(name) => named(&source.place, name)?,
         SpectrumKind::Rgb { rgb, role } => colour(&source.place, *rgb, *role)?,
         SpectrumKind::Daylit(nested) => product(&spectrum(nested)?, &d65(&source.place)?),
-        SpectrumKind::Bitmap(_)
+        SpectrumKind::Vector(_)
+        | SpectrumKind::Bitmap(_)
         | SpectrumKind::Checkerboard(_)
         | SpectrumKind::MeshAttribute { .. }
         | SpectrumKind::Volume(_)

@@ -108,6 +108,28 @@ pub enum BsdfKind {
 }
 
 impl BsdfKind {
+    /// Whether it or one within it has a property.
+    pub fn any(&self, has: &impl Fn(&Self) -> bool) -> bool {
+        let within = |bsdf: &Arc<Bsdf>| bsdf.kind.any(has);
+        has(self)
+            || match self {
+                Self::Mask { nested, .. } | Self::BumpMap { nested, .. } | Self::NormalMap { nested, .. } => {
+                    within(nested)
+                }
+                Self::Blend { nested, .. } => nested.iter().any(within),
+                Self::TwoSided { front, back, .. } => within(front) || back.as_ref().is_some_and(within),
+                Self::Diffuse { .. }
+                | Self::DiffuseTransmitter { .. }
+                | Self::Conductor { .. }
+                | Self::Dielectric { .. }
+                | Self::ThinDielectric { .. }
+                | Self::Plastic { .. }
+                | Self::Principled { .. }
+                | Self::PrincipledThin { .. }
+                | Self::Null => false,
+            }
+    }
+
     /// Whether light may get to the other side.
     pub fn transmits(&self) -> bool {
         match self {

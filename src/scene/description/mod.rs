@@ -1,12 +1,14 @@
 //! What a scene file says, as plain data: defaults filled in, references resolved, every value with
 //! the place in the file that it came from. No behaviour, no file access, nothing to trace yet.
 
+mod integrators;
 mod lights;
 mod materials;
 mod sensors;
 mod shapes;
 mod spectra;
 
+pub use integrators::{Aov, AovKind, Integrator, IntegratorKind, Moments};
 pub use lights::{Light, LightKind};
 pub use materials::{
     Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, Distribution, Medium, MetalAssumption,
@@ -23,7 +25,6 @@ pub use spectra::{
 };
 
 use super::source::{Place, Sources};
-use crate::integrator::Techniques;
 use crate::units::WavelengthRange;
 
 #[derive(Clone, Debug)]
@@ -71,30 +72,4 @@ impl Note {
     pub fn concerns(&self, range: WavelengthRange) -> bool {
         self.beyond.is_none_or(|known| range.min < known.min || range.max > known.max)
     }
-}
-
-#[derive(Clone, Debug)]
-pub struct Integrator {
-    pub place: Place,
-    pub kind: IntegratorKind,
-    /// Most segments of a path, camera ray included; `None` is unlimited. 1 shows emission only.
-    pub max_depth: Option<u32>,
-    /// Number of segments from which Russian roulette may end a path.
-    pub rr_depth: u32,
-    pub hide_emitters: bool,
-    /// `direct` may leave one out.
-    pub techniques: Techniques,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum IntegratorKind {
-    /// To pass through a surface that is not there (a mask, `null`) is a segment of its own, and light samples are stopped
-    /// there.
-    Path,
-    /// A path of at most two segments.
-    Direct,
-    /// `volpath`, `volpathmis`: paths and light samples go through such a surface as if there were none.
-    VolPath,
-    /// Scattering alone finds the lights: the slow oracle (an extension, `walk`).
-    Walk,
 }

@@ -49,6 +49,8 @@ pub enum SpectrumKind {
         rgb: [f64; 3],
         role: RgbRole,
     },
+    /// Three numbers that are no colour: a normal that is the same everywhere.
+    Vector([f64; 3]),
     /// An image on the surface.
     Bitmap(Arc<BitmapSource>),
     /// Two textures in turn.

@@ -4,6 +4,7 @@
 //! for what they know, and says what is left over. Errors are collected, so that one run tells of all that are
 //! independent of one another.
 
+mod aovs;
 mod attributes;
 mod bsdfs;
 mod curves;
@@ -43,7 +44,9 @@ mod transforms;
 mod tree;
 mod xml;
 
-use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, Solid, SpectrumSource};
+use super::description::{
+    Bsdf, Description, Integrator, IntegratorKind, Note, Sensor, ShapeGroup, Solid, SpectrumSource,
+};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
@@ -238,7 +241,9 @@ impl Reader {
             self.inside_out(group.shapes.iter().chain(group.solids.iter().flat_map(Solid::leaves)));
         }
         let parts = solids.iter().chain(grouped_solids).flat_map(Solid::leaves);
-        self.media_under(shapes.iter().chain(grouped).chain(parts));
+        let all: Vec<_> = shapes.iter().chain(grouped).chain(parts).collect();
+        self.media_under(&integrator, all.iter().copied());
+        integrators::check_light_tracing(self, all.iter().copied());
         Some(Description {
             sources: Sources::default(),
             integrator,
@@ -303,7 +308,9 @@ impl Reader {
                     .with_remedy("leave one out, or add them up in one picture"),
                 );
             }
-            lights.extend(lights::read(self, id));
+            if !lights::belongs_to_shapes(self, entry, id) {
+                lights.extend(lights::read(self, id));
+            }
         }
         lights
     }
@@ -340,9 +347,12 @@ impl Reader {
     }
 
     /// Says where a medium means more here than in Mitsuba 3.
-    fn media_under<'a>(&self, shapes: impl Iterator<Item = &'a super::description::Shape>) {
-        let integrator = self.tree.objects.iter().find(|object| object.class == Class::Integrator);
-        if integrator.is_some_and(|object| !["path", "direct"].contains(&object.plugin.as_str())) {
+    fn media_under<'a>(
+        &self,
+        integrator: &Integrator,
+        shapes: impl Iterator<Item = &'a super::description::Shape>,
+    ) {
+        if !matches!(integrator.kind, IntegratorKind::Path | IntegratorKind::Direct) {
             return;
         }
         for medium in shapes.flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {

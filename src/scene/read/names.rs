@@ -41,7 +41,22 @@ pub(super) fn either(names: &[&str]) -> String {
 /// The plugins that can be read, by class.
 pub(super) fn plugins(class: Class) -> &'static [&'static str] {
     match class {
-        Class::Integrator => &["path", "direct", "volpath", "volpathmis", "walk"],
+        Class::Integrator => &[
+            "path",
+            "direct",
+            "volpath",
+            "volpathmis",
+            "ptracer",
+            "depth",
+            "aov",
+            "moment",
+            "prb",
+            "prb_basic",
+            "prb_projective",
+            "prbvolpath",
+            "direct_projective",
+            "walk",
+        ],
         Class::Sensor => &[
             "perspective",
             "thinlens",
@@ -202,17 +217,6 @@ pub(super) fn unknown_plugin(class: Class, plugin: &str, place: &Place) -> Scene
 /// What to do without a plugin that Mitsuba 3 has.
 fn instead(class: Class, plugin: &str) -> Option<&'static str> {
     Some(match (class, plugin) {
-        (Class::Integrator, "aov") => {
-            "write the integrator within it by itself, and ask for images of what is seen with abbe render --aov albedo,normal,depth"
-        }
-        (Class::Integrator, "depth") => "use \"path\", and ask for the depth with abbe render --aov depth",
-        (Class::Integrator, "moment") => {
-            "write the integrator within it by itself: every picture carries its standard error in the channels error.*"
-        }
-        (Class::Integrator, "prbvolpath") => "use \"volpath\": nothing is differentiated here",
-        (Class::Integrator, "prb" | "prb_basic" | "prb_projective" | "direct_projective") => {
-            "use \"path\": nothing is differentiated here"
-        }
         (Class::Integrator, "stokes") => {
             "write the integrator within it by itself: light is not polarised here"
         }
@@ -245,20 +249,7 @@ pub(super) fn no_such_plugin(plugin: &str, place: &Place) -> SceneError {
 /// Plugins of Mitsuba 3.9 that are not here.
 pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
     match class {
-        Class::Integrator => &[
-            "aov",
-            "depth",
-            "moment",
-            "prb",
-            "prb_basic",
-            "prb_projective",
-            "prbvolpath",
-            "direct_projective",
-            "ptracer",
-            "stokes",
-            "time_gated_path",
-            "volprim_rf_basic",
-        ],
+        Class::Integrator => &["stokes", "time_gated_path", "volprim_rf_basic"],
         Class::Shape => &["ellipsoids", "ellipsoidsmesh", "blender"],
         Class::Bsdf => {
             &["circular", "hair", "measured", "measured_polarized", "polarizer", "pplastic", "retarder"]

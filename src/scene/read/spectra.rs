@@ -358,6 +358,7 @@ fn extremes(
         }
         // Checked by themselves.
         SpectrumKind::Rgb { .. }
+        | SpectrumKind::Vector(_)
         | SpectrumKind::Bitmap(_)
         | SpectrumKind::Checkerboard(_)
         | SpectrumKind::MeshAttribute { .. }

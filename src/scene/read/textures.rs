@@ -73,7 +73,7 @@ pub(super) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
                 if query.boolean("unbounded", false) { RgbRole::Clipped } else { RgbRole::Reflectance };
             required(query, "color", colour(query, "color")).map(|rgb| SpectrumKind::Rgb { rgb, role })
         }
-        "rawconstant" => required(query, "value", query.float("value")).map(SpectrumKind::Constant),
+        "rawconstant" => required(query, "value", raw_constant(query)),
         "bitmap" => bitmap(query),
         "checkerboard" => Some(SpectrumKind::Checkerboard(Arc::new(CheckerboardSource {
             colours: [spectra::part(query, "color0", 0.4)?, spectra::part(query, "color1", 0.2)?],
@@ -106,6 +106,20 @@ fn colour(query: &Query<'_>, name: &'static str) -> Option<[f64; 3]> {
         Value::Vector(vector) if query.object.plugin != "rgb" => Some(vector.to_array()),
         _ => {
             query.error(query.wrong_type(entry, name, "<rgb>"));
+            None
+        }
+    }
+}
+
+/// One number, or three that are no colour.
+fn raw_constant(query: &Query<'_>) -> Option<SpectrumKind> {
+    let entry = query.entry("value")?;
+    match &entry.value {
+        Value::Vector(vector) => Some(SpectrumKind::Vector(vector.to_array())),
+        Value::Float(number) => Some(SpectrumKind::Constant(*number)),
+        Value::Integer(number) => Some(SpectrumKind::Constant(*number as f64)),
+        _ => {
+            query.error(query.wrong_type(entry, "value", "<float>, <integer> or <vector>"));
             None
         }
     }
@@ -310,6 +324,12 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
             // All of them, so that each that is wrong is reported.
             Some(procedural.colours.iter().filter(|colour| !fits(colour)).count() == 0)
         }
+        SpectrumKind::Vector(_) if purpose == Use::Normals => Some(true),
+        SpectrumKind::Vector(_) => refuse(
+            format!("{title} is three numbers"),
+            "expected one number, or a colour",
+            "write <rgb> for a colour: only a normal map takes three numbers as they are",
+        ),
         SpectrumKind::MeshAttribute { .. } if purpose == Use::Normals => {
             refuse(format!("{title} cannot come from a mesh"), "expected a bitmap of three raw channels", "")
         }

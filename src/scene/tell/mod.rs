@@ -11,7 +11,7 @@ mod shapes;
 mod spectra;
 
 use super::description::{
-    Animation, Bsdf, Description, Integrator, IntegratorKind, ShapeGroup, SpectrumSource,
+    Animation, Bsdf, Description, Integrator, IntegratorKind, Moments, ShapeGroup, SpectrumSource,
 };
 use super::read::Class;
 use super::source::Place;
@@ -191,14 +191,40 @@ pub(super) fn scene(description: &Description) -> Told {
     scene
 }
 
+/// With what goes around it: a `moment` within an `aov`.
 fn integrator(integrator: &Integrator) -> Told {
+    let named = |told: Told, name: &str, inner: Told| {
+        told.property(Some(Cow::Owned(name.to_owned())), Value::Object(Rc::new(inner)), None)
+    };
+    let around = |plugin| Told::new(Class::Integrator, plugin, &integrator.place);
+    let mut told = transport(integrator);
+    let mut name = "image";
+    let mut within_aov = !integrator.aovs.is_empty();
+    if let Some(Moments { within, of }) = &integrator.moments {
+        told = named(around("moment"), of, told);
+        name = within.as_deref().unwrap_or(name);
+        within_aov |= within.is_some();
+    }
+    if within_aov {
+        let pairs = integrator.aovs.iter().map(|aov| format!("{}:{}", aov.name, aov.kind.name()));
+        let list = pairs.collect::<Vec<_>>().join(", ");
+        told = named(around("aov").text("aovs", list), name, told);
+    }
+    told
+}
+
+fn transport(integrator: &Integrator) -> Told {
     let plugin = match integrator.kind {
         IntegratorKind::Path => "path",
         IntegratorKind::Direct => "direct",
         IntegratorKind::VolPath => "volpath",
         IntegratorKind::Walk => "walk",
+        IntegratorKind::Depth => "depth",
     };
     let told = Told::new(Class::Integrator, plugin, &integrator.place);
+    if integrator.kind == IntegratorKind::Depth {
+        return told;
+    }
     if integrator.kind == IntegratorKind::Direct {
         let samples = |left_out| i64::from(integrator.techniques != left_out);
         return told

@@ -5,6 +5,7 @@ use super::super::info::hash_of_values;
 use super::super::read::{COLOURS, Class};
 use super::super::source::Place;
 use super::{Told, Value};
+use crate::geometry::Vec3;
 use crate::raster::{Grid, Image};
 use crate::spectrum::{DispersionFormula, FormulaKind};
 use crate::texture::{Filter, Octaves, Pattern, Veins, Wrap};
@@ -37,6 +38,7 @@ pub(super) fn tell(source: &SpectrumSource) -> Value {
         SpectrumKind::Rgb { rgb, role: RgbRole::Illuminant } => {
             told("d65").with("color", Value::Rgb(*rgb)).float("scale", *scale)
         }
+        SpectrumKind::Vector(vector) => told("rawconstant").vector("value", Vec3::from_array(*vector)),
         SpectrumKind::Bitmap(source) => bitmap(told("bitmap"), source),
         SpectrumKind::Checkerboard(board) => told("checkerboard")
             .spectrum("color0", &board.colours[0])

@@ -8,7 +8,7 @@ use super::query::Query;
 use super::sensors;
 use super::spectra::{self, Use};
 use super::textures;
-use super::tree::{Class, ObjectId};
+use super::tree::{Class, Entry, ObjectId, Value};
 use crate::geometry::{Transform, Vec3};
 use crate::scene::description::{Animation, Light, LightKind, SpectrumKind, SpectrumSource};
 use crate::scene::source::SceneError;
@@ -45,8 +45,12 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
                 _ => "A directional area light needs a shape",
             };
             query.error(
-                SceneError::at(&object.place, problem, "expected inside a <shape>")
-                    .with_remedy("put it into the shape whose surface shines"),
+                SceneError::at(
+                    &object.place,
+                    problem,
+                    "expected inside a <shape>, or an id that a shape refers to",
+                )
+                .with_remedy("put it into the shape whose surface shines"),
             );
             return None;
         }
@@ -71,6 +75,21 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Light> {
         return None;
     }
     Some(Light { place: object.place.clone(), kind, motion })
+}
+
+/// Whether a light that stands in the scene is the surface of shapes that refer to it: then these read it.
+pub(super) fn belongs_to_shapes(reader: &Reader, entry: &Entry, id: ObjectId) -> bool {
+    if !["area", "directionalarea"].contains(&reader.tree.get(id).plugin.as_str()) {
+        return false;
+    }
+    let shapes = reader.tree.objects.iter().filter(|object| object.class == Class::Shape);
+    let refers = |entry: &&Entry| matches!(entry.value, Value::Object(target) if target == id);
+    let uses = shapes.flat_map(|shape| &shape.entries).filter(refers).count();
+    if uses > 1 {
+        let text = "an area light of several shapes: each of them shines like this".to_owned();
+        reader.extension(&entry.place, text);
+    }
+    uses > 0
 }
 
 /// The radiance of an emitter that stands in a shape.

@@ -5,6 +5,7 @@ mod files;
 mod grammar;
 mod groups;
 mod harm;
+mod integrators;
 mod metals;
 mod sensors;
 mod solids;

@@ -1,0 +1,30 @@
+//! By which numbers images tell the shapes of a scene apart.
+
+use super::groups::Groups;
+use crate::geometry::Transform;
+use crate::scene::description::{Description, Shape};
+use crate::scene::traceable::ShapeNumbers;
+use std::collections::BTreeMap;
+
+/// From 1 in the order in which the scene is told: shapes, solids, instances.
+pub(super) fn of(description: &Description, groups: &Groups<'_>) -> ShapeNumbers {
+    let (shapes, solids) = (description.shapes.len() as u32, description.solids.len() as u32);
+    let mut known: BTreeMap<*const Shape, u32> = BTreeMap::new();
+    for (shape, number) in description.shapes.iter().zip(1..) {
+        known.insert(shape, number);
+    }
+    for (solid, number) in description.solids.iter().zip(shapes + 1..) {
+        for leaf in solid.leaves() {
+            known.entry(leaf).or_insert(number);
+        }
+    }
+    let traced = groups.shapes(&Transform::IDENTITY);
+    let of_surface = |shape: &Shape| known.get(&std::ptr::from_ref(shape)).copied().unwrap_or(0);
+    // Those of the file come first; what else is an instance is a thing that moves, and has a number of its
+    // own.
+    let instances = (shapes + solids + 1..).take(description.instances.len());
+    ShapeNumbers {
+        surfaces: traced.iter().map(|traced| of_surface(traced.shape)).collect(),
+        instances: std::iter::repeat_n(0, groups.moving_parts()).chain(instances).collect(),
+    }
+}
