@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         range,
         observer: args.observer,
         spectral: args.spectral.is_some(),
-        part: args.picture.part(output::MARGIN),
+        part: args.picture.part(output::MARGIN, output::SQUARE),
     };
     let scene = compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
     let path = args.output_path()?;

@@ -74,8 +74,8 @@ impl PictureOptions {
     }
 
     /// The part that is asked for, with a margin for what its pixels depend on.
-    pub fn part(&self, margin: u32) -> Option<Part> {
-        self.crop.map(|shown| Part { shown, margin })
+    pub fn part(&self, margin: u32, square: u32) -> Option<Part> {
+        self.crop.map(|shown| Part { shown, margin, square })
     }
 }
 

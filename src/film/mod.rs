@@ -246,6 +246,8 @@ pub struct Film {
     pub extent: Extent,
     /// Parts of the samples that each pixel is measured by, whose spread tells its error.
     pub replicates: u32,
+    /// Replicates of each net, a sequence of samples that is well spread as a whole: see [`Self::nets`].
+    pub per_net: u32,
     pub extras: Extras,
     pub bad: BadValues,
     scale: FixedPoint,
@@ -332,6 +334,7 @@ impl Film {
             height,
             extent,
             replicates,
+            per_net: 1,
             extras,
             bad: BadValues::default(),
             scale,
@@ -381,6 +384,38 @@ impl Film {
                 }
             }
         }
+    }
+
+    /// The same film with a replicate for each net. `None` where each is one already, and where there is but one.
+    ///
+    /// Replicates that are runs of one net complete each other: they tell an error that is too large. That of independent
+    /// nets is right on average, but they are few.
+    pub fn nets(&self) -> Option<Self> {
+        let nets = self.replicates / self.per_net;
+        if self.per_net == 1 || nets < 2 {
+            return None;
+        }
+        let channels = self.extras.channels();
+        let merged = |sums: &[i64]| -> Vec<i64> {
+            let of_net = |runs: &[i64]| -> Vec<i64> {
+                (0..channels).map(|c| runs.iter().skip(c).step_by(channels).sum()).collect()
+            };
+            sums.chunks_exact(channels * self.per_net as usize).flat_map(of_net).collect()
+        };
+        let counts = self.light.count.chunks_exact(self.per_net as usize).map(|runs| runs.iter().sum());
+        Some(Self {
+            replicates: nets,
+            per_net: 1,
+            sums: merged(&self.sums),
+            light: LightPaths {
+                sums: merged(&self.light.sums),
+                count: counts.collect(),
+                scale: self.light.scale,
+            },
+            extras: self.extras.clone(),
+            samples: self.samples.clone(),
+            ..*self
+        })
     }
 
     /// Adds what one light path brought to a replicate of a pixel. `sums` are those of one replicate.
@@ -581,6 +616,20 @@ mod tests {
         assert_eq!(film.combined(0, 0, y), Measured { mean: 1.0, error: 0.0 });
         assert_eq!([0, 1].map(|replicate| film.of_replicate(1, 0, replicate, y)), [3.0, 5.0]);
         assert_eq!(film.combined(1, 0, y), Measured { mean: 4.0, error: 1.0 });
+    }
+
+    #[test]
+    fn nets_are_the_sums_of_their_runs() {
+        let mut film = exposed(1.0, &[[1.0; 3], [3.0; 3], [2.0; 3], [4.0; 3]]);
+        assert!(film.nets().is_none());
+        film.per_net = 2;
+        let nets = film.nets().unwrap();
+        let y = [0.0, 1.0, 0.0];
+        assert_eq!([0, 1].map(|net| nets.of_replicate(0, 0, net, y)), [2.0, 3.0]);
+        assert_eq!(nets.combined(0, 0, y), Measured { mean: 2.5, error: 0.5 });
+        assert_eq!(film.combined(0, 0, y).mean, 2.5);
+        film.per_net = 4;
+        assert!(film.nets().is_none());
     }
 
     #[test]

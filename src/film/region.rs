@@ -34,6 +34,15 @@ impl Region {
         Self { offset, size: [0, 1].map(|axis| (end[axis] - u64::from(offset[axis])) as u32) }
     }
 
+    /// With all of the squares of an edge of so many pixels, on the grid of the whole film, that it has a part in, as far as `bounds`
+    /// goes, which holds it.
+    pub fn aligned(self, edge: u32, bounds: Self) -> Self {
+        let edge = edge.max(1);
+        let offset = [0, 1].map(|axis| (self.offset[axis] / edge * edge).max(bounds.offset[axis]));
+        let end = [0, 1].map(|axis| self.end()[axis].next_multiple_of(u64::from(edge)).min(bounds.end()[axis]));
+        Self { offset, size: [0, 1].map(|axis| (end[axis] - u64::from(offset[axis])) as u32) }
+    }
+
     /// A pixel of the whole film, counted from the corner of the rectangle. `None` outside of it.
     pub fn within(self, pixel: [u32; 2]) -> Option<[u32; 2]> {
         let inside =
@@ -91,6 +100,8 @@ mod tests {
         assert!(film.holds(part) && film.holds(film) && !part.holds(film));
         assert_eq!(part.grown(2, film), Region { offset: [5, 0], size: [5, 5] });
         assert_eq!(part.grown(0, film), part);
+        assert_eq!(part.aligned(4, film), Region { offset: [4, 0], size: [6, 4] });
+        assert_eq!(part.aligned(1, film), part);
         let beyond = Region { offset: [u32::MAX, 0], size: [2, 1] };
         assert!(!film.holds(beyond));
     }

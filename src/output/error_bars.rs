@@ -6,6 +6,9 @@
 //! across an edge know little of it. With more replicates of the same samples it does not get better: the skewness is that of
 //! the mean of all samples. `validation/noise/coverage` measures what this does.
 
+use crate::film::Region;
+use std::collections::BTreeMap;
+
 /// Weight of a pixel's own variance. The rest is that of the mean of its neighbours, up to eight.
 const OWN: f64 = 2.0 / 3.0;
 
@@ -42,6 +45,36 @@ pub fn moderated(picture: [u32; 2], part: [u32; 2], variances: &[f64]) -> Vec<f6
     (0..variances.len()).map(moderate).collect()
 }
 
+/// Edge of the squares over which the variances that nets tell are pooled, pixels, on the grid of the whole film.
+pub const SQUARE: u32 = 32;
+
+/// Pixels whose nets are taken to agree with their runs, beside those of a square: a few pixels tell little.
+const PRIOR: f64 = 16.0;
+
+/// The same of replicates that are runs of nets, and so tell too large a variance: `of_nets` are the variances that the nets tell,
+/// which are right on average. Their ratio over a square of the film says by how much. `part` is where the pixels are on the whole
+/// film.
+pub fn calibrated(picture: [u32; 2], part: Region, variances: &[f64], of_nets: Option<&[f64]>) -> Vec<f64> {
+    let mut moderated = moderated(picture, part.size, variances);
+    let Some(of_nets) = of_nets else { return moderated };
+    let square = |[x, y]: [u32; 2]| [x / SQUARE, y / SQUARE];
+    let mut sums: BTreeMap<[u32; 2], [f64; 2]> = BTreeMap::new();
+    for (index, pixel) in part.pixels().enumerate() {
+        let (scale, own, net) = (moderated[index], variances[index], of_nets[index]);
+        // Each pixel has one vote, however noisy it is.
+        if scale > 0.0 && scale.is_finite() && own.is_finite() && net.is_finite() {
+            let sum = sums.entry(square(pixel)).or_insert([PRIOR; 2]);
+            *sum = [sum[0] + net / scale, sum[1] + own / scale];
+        }
+    }
+    for (variance, pixel) in moderated.iter_mut().zip(part.pixels()) {
+        if let Some([nets, runs]) = sums.get(&square(pixel)) {
+            *variance *= nets / runs;
+        }
+    }
+    moderated
+}
+
 /// Degrees of freedom of such a variance from `replicates` each: those of Welch and Satterthwaite where neighbours are alike.
 pub fn degrees(picture: [u32; 2], replicates: u32) -> f64 {
     let own = f64::from(replicates.saturating_sub(1));
@@ -54,6 +87,18 @@ pub fn degrees(picture: [u32; 2], replicates: u32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nets_say_how_much_too_wide_runs_are() {
+        let part = Region { offset: [16, 0], size: [32, 32] };
+        let runs = vec![4.0; 1024];
+        // Half of what the runs say in the left square, as much in the right one.
+        let nets: Vec<f64> = part.pixels().map(|[x, _]| if x < 32 { 2.0 } else { 4.0 }).collect();
+        let found = calibrated([64, 32], part, &runs, Some(&nets));
+        let left = 4.0 * (16.0 + 256.0) / (16.0 + 512.0);
+        assert!((found[0] - left).abs() < 1e-12 && (found[31] - 4.0).abs() < 1e-12, "{found:?}");
+        assert_eq!(calibrated([64, 32], part, &runs, None), runs);
+    }
 
     #[test]
     fn neighbours_moderate_and_meters_stand_alone() {

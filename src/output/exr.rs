@@ -31,40 +31,44 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
     let mut add = |name: &str, values: Vec<f32>| {
         channels.push(AnyChannel { name: utf8(name), ..AnyChannel::new("", FlatSamples::F32(values)) });
     };
-    let mut add_measured = |name: &str, value: &dyn Fn(u32, u32) -> Measured| {
-        add(name, pixels(film, |x, y| value(x, y).mean as f32));
+    let nets = film.nets();
+    let mut add_measured = |name: &str, value: &dyn Fn(&Film, u32, u32) -> Measured| {
+        add(name, pixels(film, |x, y| value(film, x, y).mean as f32));
         if picture.has_errors() {
-            let all = Region::whole(measured.size).pixels();
-            let variances: Vec<f64> = all.map(|[x, y]| value(x, y).error.powi(2)).collect();
-            let moderated = error_bars::moderated(window.size, measured.size, &variances);
-            let error = |x, y| moderated[y as usize * film.width as usize + x as usize].sqrt() as f32;
+            let variances = |film: &Film| -> Vec<f64> {
+                let all = Region::whole(measured.size).pixels();
+                all.map(|[x, y]| value(film, x, y).error.powi(2)).collect()
+            };
+            let of_nets = nets.as_ref().map(variances);
+            let variances = error_bars::calibrated(window.size, measured, &variances(film), of_nets.as_deref());
+            let error = |x, y| variances[y as usize * film.width as usize + x as usize].sqrt() as f32;
             add(&format!("error.{name}"), pixels(film, error));
         }
     };
     match &picture.content {
         Content::Colour(colour) => {
             for (name, weights) in colour.channels() {
-                add_measured(name, &|x, y| film.combined(x, y, *weights));
+                add_measured(name, &|film, x, y| film.combined(x, y, *weights));
             }
             if film.extras.alpha {
-                add_measured("A", &|x, y| film.alpha(x, y));
+                add_measured("A", &|film, x, y| film.alpha(x, y));
             }
         }
         Content::Responses(names) => {
             for (index, name) in names.iter().enumerate() {
-                add_measured(name, &|x, y| film.response(x, y, index));
+                add_measured(name, &|film, x, y| film.response(x, y, index));
             }
         }
     }
     if let Some([means, squares]) = &picture.moments {
         for (of, (name, weights)) in super::Colour::Xyz.channels().iter().enumerate() {
-            add_measured(&format!("{means}.{name}"), &|x, y| film.combined(x, y, *weights));
-            add_measured(&format!("{squares}.{name}"), &|x, y| film.second_moment(x, y, of));
+            add_measured(&format!("{means}.{name}"), &|film, x, y| film.combined(x, y, *weights));
+            add_measured(&format!("{squares}.{name}"), &|film, x, y| film.second_moment(x, y, of));
         }
     }
     if let Some(bins) = film.extras.bins {
         for bin in 0..bins.count {
-            add_measured(&spectral_channel(bins.centre(bin)), &|x, y| film.bin(x, y, bin));
+            add_measured(&spectral_channel(bins.centre(bin)), &|film, x, y| film.bin(x, y, bin));
         }
     }
     add("samples", pixels(film, |x, y| film.samples(x, y) as f32));

@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 
 /// Pixels around a part of a picture that its error bars look at.
 pub const MARGIN: u32 = error_bars::REACH;
+/// Edge of the squares of pixels that they look at as a whole.
+pub const SQUARE: u32 = error_bars::SQUARE;
 
 /// A developed film: what goes into a file.
 #[derive(Clone, Debug)]

@@ -166,12 +166,13 @@ pub fn render(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
 fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
     let schedule = settings.schedule();
     let measured = scene.film.extent.measured;
-    let film = Film::part(
+    let mut film = Film::part(
         scene.film.extent,
         schedule.replicates,
         settings.extras(scene),
         FixedPoint::for_reference(scene.reference_radiance),
     );
+    film.per_net = schedule.per_net;
     let alone = Groups::new(Members::One, schedule.nets(), settings.seed);
     let exposure = Exposure {
         scene,

@@ -53,8 +53,10 @@ pub struct CompileOptions {
 pub struct Part {
     /// Within the window that the film exposes.
     pub shown: Region,
-    /// Pixels around it, as far as the window goes, that are measured too.
+    /// Pixels around it, as far as the window goes, that are measured too, and the edge of the squares of pixels that are
+    /// measured as a whole.
     pub margin: u32,
+    pub square: u32,
 }
 
 impl Default for CompileOptions {

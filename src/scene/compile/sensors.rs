@@ -49,11 +49,11 @@ impl Compiler<'_> {
     pub(super) fn film(&mut self) -> FilmPlan {
         let film = &self.description.sensor.film;
         let window = film.window();
-        let (shown, margin) = match self.options.part {
-            Some(Part { shown, margin }) => (self.within_window(shown, window), margin),
-            None => (window, 0),
+        let (shown, margin, square) = match self.options.part {
+            Some(Part { shown, margin, square }) => (self.within_window(shown, window), margin, square),
+            None => (window, 0, 1),
         };
-        let measured = shown.grown(margin, window);
+        let measured = shown.grown(margin, window).aligned(square, window);
         let extent = Extent { whole: [film.width, film.height], window, measured, shown };
         let (alpha, channels) = match &film.content {
             FilmContent::Colour { alpha, .. } => (*alpha, Vec::new()),
