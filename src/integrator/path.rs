@@ -16,7 +16,8 @@
 use super::caustics::{self, FirstSurface};
 use super::{Seen, Techniques};
 use crate::bsdf::{Density, Scatter};
-use crate::geometry::{Ray, SurfacePoint};
+use crate::geometry::Ray;
+use crate::light::Receiver;
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
@@ -74,7 +75,7 @@ enum LastChoice {
     Discrete,
     /// With a density, from a surface where lights were sampled too.
     Scattered {
-        from: SurfacePoint,
+        from: Receiver,
         /// Σⱼ pⱼ / p₀ before the scattering, over the hero's density of the direction, sr.
         prior_over_density: f64,
         /// Σⱼ pⱼ / p₀ after it. Surfaces that are passed as if there were none don't count here: the light sample that
@@ -231,7 +232,7 @@ impl<const C: usize> Path<C> {
                     self.divisible = false;
                     let by_scattering = self.ratio.sum();
                     let prior_over_density = prior / density;
-                    LastChoice::Scattered { from: hit.point, prior_over_density, by_scattering }
+                    LastChoice::Scattered { from: receiver(hit, shading), prior_over_density, by_scattering }
                 }
             };
             self.depth += 1;
@@ -272,7 +273,7 @@ impl<const C: usize> Path<C> {
 
     /// The weight of light that scattering found, if light samples from the last vertex found it with a density, per
     /// steradian.
-    fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&SurfacePoint) -> f64) -> f64 {
+    fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
         match (&self.last, scene.limits.techniques) {
             (LastChoice::Camera, _) | (_, Techniques::Scattering) => 1.0,
             (LastChoice::Discrete, Techniques::Both) => 1.0,
@@ -299,24 +300,23 @@ impl<const C: usize> Path<C> {
         hit: &Intersection,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        let Some(light) = hit.light else { return Sampled::ZERO };
+        let Some(met) = hit.on_light() else { return Sampled::ZERO };
         if ray.direction.dot(hit.point.normal) >= 0.0 {
             return Sampled::ZERO;
         }
-        let mut weight = self.weight_beside_lights(scene, |from| {
-            scene.lights.density(light, from, &hit.point, self.time, wavelengths)
-        });
+        let mut weight =
+            self.weight_beside_lights(scene, |from| scene.lights.density(&met, from, self.time, wavelengths));
         if let (Some(first), LastChoice::Discrete, Some(caustics)) =
             (&self.beside_light_paths, &self.last, scene.caustics())
         {
-            let from_light = caustics.from_light(light, &hit.point, -ray.direction);
+            let from_light = caustics.from_light(met.light, &hit.point, -ray.direction);
             let from_camera = caustics.from_camera(scene, first, self.time);
             weight *= power_heuristic(1.0, from_light * from_camera);
         }
         if weight == 0.0 {
             return Sampled::ZERO;
         }
-        let radiance = scene.lights.radiance(light, &scene.texture_point(hit), &wavelengths.nm);
+        let radiance = scene.lights.radiance(met.light, &scene.texture_point(hit), &wavelengths.nm);
         self.throughput * radiance * (weight / self.ratio.sum())
     }
 
@@ -328,9 +328,10 @@ impl<const C: usize> Path<C> {
         hit: &Intersection,
         shading: &Shading<C>,
         wavelengths: &Wavelengths<C>,
-        [u, v, choice, _]: [f64; 4],
+        [u, v, ..]: [f64; 4],
     ) -> Sampled<C> {
-        let Some(sample) = scene.lights.sample(&hit.point, self.time, wavelengths, choice, [u, v]) else {
+        let receiver = receiver(hit, shading);
+        let Some(sample) = scene.lights.sample(&receiver, self.time, wavelengths, [u, v]) else {
             return Sampled::ZERO;
         };
         let toward_light = sample.shadow_ray.direction;
@@ -410,6 +411,11 @@ impl<const C: usize> Path<C> {
         self.throughput /= survival;
         true
     }
+}
+
+/// A surface as lights are chosen for it.
+fn receiver<const C: usize>(hit: &Intersection, shading: &Shading<C>) -> Receiver {
+    Receiver { point: hit.point, facing: shading.receiving_side() }
 }
 
 /// Most probability with which a path of so many segments goes on: between perfect mirrors nothing is ever lost.

@@ -5,6 +5,7 @@
 //! few *sequences*, each stratified in itself and independent of the others, so that their spread
 //! gives an honest standard error.
 
+mod bilinear;
 mod bluenoise;
 mod cells;
 mod grid;
@@ -16,6 +17,7 @@ mod sobol;
 mod table;
 pub mod warp;
 
+pub use bilinear::PiecewiseBilinearGrid;
 use bluenoise::Layout;
 use cells::Cells;
 pub use grid::PiecewiseConstantGrid;
@@ -85,7 +87,7 @@ pub enum Dimensions {
     Lens,
     /// Scattering at the path's n-th vertex: direction (0, 1), lobe (2), survival (3).
     Scattering(u32),
-    /// Light at the path's n-th vertex: point on it (0, 1), which light (2).
+    /// Light at the path's n-th vertex: which light and which point on it (0, 1), which material of the surface (3).
     Light(u32),
 }
 

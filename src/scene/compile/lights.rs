@@ -27,8 +27,8 @@ impl Compiler<'_> {
     ) -> Light {
         let radiance = self.texture(radiance);
         let geometry = Box::new(match carried {
-            None => AreaGeometry::new(shape.clone()),
-            Some(placed) => AreaGeometry::carried(shape.clone(), placed),
+            None => AreaGeometry::new(shape.clone(), radiance.varies()),
+            Some(placed) => AreaGeometry::carried(shape.clone(), radiance.varies(), placed),
         });
         Light::Area { geometry, mean: radiance.mean_spectrum(self.options.range), radiance }
     }
@@ -167,30 +167,16 @@ impl Compiler<'_> {
         }
     }
 
-    /// The lights with their shares of the whole power.
-    pub(super) fn weighed(
-        &self,
-        lights: Vec<Light>,
-        environment: Option<Environment>,
-        scene_radius: f64,
-    ) -> Lights {
-        let range = self.options.range;
-        let power = |(spectrum, power): (&Spectrum, f64)| spectrum.integral(range) / range.width() * power;
-        let own = lights.iter().map(|light| (light.spectrum(), self::power(light, scene_radius)));
-        let around = environment.iter().map(|environment| surroundings(environment, scene_radius));
-        let powers: Vec<f64> = own.chain(around).map(power).collect();
-        Lights::new(lights, environment, &powers)
-    }
-
     /// What sensor and lights make of the wavelengths.
     pub(super) fn wavelengths(
         &self,
         responses: &[(Spectrum, f64)],
-        lights: &Lights,
+        lights: &[Light],
+        environment: Option<&Environment>,
         scene_radius: f64,
     ) -> WavelengthDensity {
         let own = lights.iter().map(|light| (light.spectrum(), power(light, scene_radius)));
-        let around = lights.environment().map(|environment| surroundings(environment, scene_radius));
+        let around = environment.map(|environment| surroundings(environment, scene_radius));
         let emissions: Vec<Emission> =
             own.chain(around).map(|(spectrum, weight)| Emission { spectrum, weight }).collect();
         let sensor: Vec<Response> =

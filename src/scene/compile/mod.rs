@@ -20,7 +20,7 @@ use super::source::{Place, SceneError, SceneErrors};
 use super::traceable::{Needs, Scene, Surface};
 use crate::geometry::{Bounds, Transform};
 use crate::integrator::{Coverage, Integrator, Limits};
-use crate::light::Light;
+use crate::light::{self, Light, Lights};
 use crate::material::Material;
 use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
@@ -151,7 +151,10 @@ impl Compiler<'_> {
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
         let shutter = description.sensor.shutter;
         let lights_move = !moving_lights.is_empty() || camera.is_moving();
-        let lights = self.weighed(lights, environment, scene_radius).with_motion(moving_lights);
+        let responses = self.responses(&camera, &film);
+        let wavelengths = self.wavelengths(&responses, &lights, environment.as_ref(), scene_radius);
+        let choice = light::Setting { during, density: &wavelengths };
+        let lights = Lights::new(lights, environment, moving_lights, &choice);
         let limits = Limits {
             max_depth: description.integrator.max_depth.unwrap_or(u32::MAX),
             rr_depth: description.integrator.rr_depth,
@@ -204,7 +207,7 @@ impl Compiler<'_> {
             observer: self.options.observer,
             integrator,
             limits,
-            wavelengths: self.wavelengths(&self.responses(&camera, &film), &lights, scene_radius),
+            wavelengths,
             reference_radiance: self.reference(&film, &lights, scene_radius),
             camera,
             shutter,
