@@ -25,9 +25,11 @@ use crate::material::Material;
 use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
+use crate::texture::Texture;
 use crate::units::WavelengthRange;
 use groups::{Assembled, Groups, Traced};
 use materials::MaterialCompiler;
+use std::collections::HashMap;
 
 /// What a scene is compiled for.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +52,8 @@ impl Default for CompileOptions {
 /// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no physics over
 /// the range of wavelengths, a walk in a scene whose lights it can't find.
 pub fn compile(description: &Description, options: &CompileOptions) -> Result<Scene, SceneErrors> {
-    Compiler { description, options, shift: Transform::IDENTITY, errors: Vec::new() }.run()
+    let colours = HashMap::new();
+    Compiler { description, options, shift: Transform::IDENTITY, colours, errors: Vec::new() }.run()
 }
 
 struct Compiler<'a> {
@@ -58,6 +61,8 @@ struct Compiler<'a> {
     options: &'a CompileOptions,
     /// From the coordinates of the file to those of the scene.
     shift: Transform,
+    /// What has been made of colours, by their numbers, scale and role: many lights may have the same.
+    colours: HashMap<([u64; 4], u8), Texture>,
     errors: Vec<SceneError>,
 }
 
