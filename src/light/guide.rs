@@ -257,7 +257,7 @@ fn edges(axes: &ChartAxes, lines: &Lines) -> Option<([Vec<f64>; 2], bool)> {
         // In lines.
         let ends = [start, start + slope].map(|end| end * per_unit - lines.offset);
         let (first, last) = (ends[0].min(ends[1]).ceil(), ends[0].max(ends[1]).floor());
-        if !(last - first < MOST_CELLS as f64) {
+        if (last - first).is_nan() || last - first >= MOST_CELLS as f64 {
             return None;
         }
         let mut edges = vec![0.0, 1.0];

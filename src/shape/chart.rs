@@ -5,11 +5,14 @@ use crate::geometry::{SurfacePoint, Vec3};
 use crate::texture::UvTransform;
 use std::f64::consts::PI;
 
+/// A map of one coordinate.
+pub type Along = fn(f64) -> f64;
+
 /// How the coordinates of a chart make the surface's own: first one by one, then by an affine map.
 #[derive(Clone, Copy, Debug)]
 pub struct ChartAxes {
     /// Takes what the affine map takes back to the coordinates of the chart.
-    pub to_chart: [fn(f64) -> f64; 2],
+    pub to_chart: [Along; 2],
     pub to_uv: UvTransform,
 }
 
@@ -53,7 +56,7 @@ impl Shape {
 
     /// `None` where the two coordinates are not apart from one another.
     pub fn chart_axes(&self) -> Option<ChartAxes> {
-        let (to_chart, to_uv): ([fn(f64) -> f64; 2], _) = match self {
+        let (to_chart, to_uv): ([Along; 2], _) = match self {
             Self::Sphere(_) => ([|s| s, height_of_angle], UvTransform::IDENTITY),
             Self::Disk(_) => ([|s| s * s.abs(), |s| s], UvTransform::IDENTITY),
             Self::Cylinder(_) => ([|s| s; 2], UvTransform::IDENTITY),

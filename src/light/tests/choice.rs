@@ -167,7 +167,7 @@ fn the_first_value_chooses_the_light_too() {
 fn lights_behind_a_surface_are_not_chosen() {
     for count in [2, 40] {
         let lamp = |i: usize| {
-            let height = if i % 2 == 0 { 2.0 } else { -2.0 };
+            let height = if i.is_multiple_of(2) { 2.0 } else { -2.0 };
             let place = placed(0.1, Vec3::new(i as f64 * 0.1, 0.0, height), 0.0);
             (Shape::Sphere(Sphere::new(&place, Vec3::ZERO, 1.0, false).unwrap()), grey(1.0))
         };
@@ -179,7 +179,7 @@ fn lights_behind_a_surface_are_not_chosen() {
                 world
                     .lights
                     .choose(&from, 0.0, &world.wavelengths, &mut u)
-                    .map(|chosen| chosen.light % 2 == 0)
+                    .map(|chosen| chosen.light.is_multiple_of(2))
             };
             (0..1000).filter_map(of).collect()
         };

@@ -14,10 +14,11 @@ fn bitmap(side: usize, filter: Filter, to_uv: UvTransform, value: impl Fn(usize)
     Texture::Bitmap(Box::new(Bitmap::new(&image, placing, true, false)))
 }
 
+/// Most of the light is in one.
 fn one_bright_texel(side: usize) -> Texture {
-    bitmap(side, Filter::Linear, UvTransform::IDENTITY, |i| {
-        if i == side * (side / 3) + side / 4 { 100.0 } else { 0.01 }
-    })
+    let dim = 0.64 / (side * side) as f32;
+    let bright = side * (side / 3) + side / 4;
+    bitmap(side, Filter::Linear, UvTransform::IDENTITY, |i| if i == bright { 100.0 } else { dim })
 }
 
 fn textures() -> Vec<Texture> {
@@ -46,7 +47,7 @@ fn shapes() -> Vec<(&'static str, Shape)> {
     vec![
         ("rectangle", Shape::Mesh(Mesh::rectangle(&downward, false).unwrap())),
         ("disk", Shape::Disk(Disk::new(&downward, false).unwrap())),
-        ("sphere", Shape::Sphere(Sphere::new(&place(0.5), Vec3::ZERO, 1.0, false).unwrap())),
+        ("sphere", Shape::Sphere(Sphere::new(&place(4.3), Vec3::ZERO, 1.0, false).unwrap())),
         ("cube", Shape::Mesh(Mesh::cube(&place(0.8), false).unwrap())),
         ("cylinder", Shape::Cylinder(Cylinder::new(&place(1.2), Vec3::ZERO, Vec3::Z, 0.6, false).unwrap())),
     ]
