@@ -49,7 +49,7 @@ fn shapes() -> Vec<(&'static str, Shape)> {
         ("disk", Shape::Disk(Disk::new(&downward, false).unwrap())),
         ("sphere", Shape::Sphere(Sphere::new(&place(4.3), Vec3::ZERO, 1.0, false).unwrap())),
         ("cube", Shape::Mesh(Mesh::cube(&place(0.8), false).unwrap())),
-        ("cylinder", Shape::Cylinder(Cylinder::new(&place(1.2), Vec3::ZERO, Vec3::Z, 0.6, false).unwrap())),
+        ("cylinder", Shape::Cylinder(Cylinder::new(&place(4.5), Vec3::ZERO, Vec3::Z, 0.6, false).unwrap())),
     ]
 }
 
