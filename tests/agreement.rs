@@ -24,7 +24,7 @@ struct Case {
     walk_block: u32,
 }
 
-const CASES: [Case; 14] = [
+const CASES: [Case; 15] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384, walk_block: 1 },
     Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some pixels: there it knows no error.
@@ -39,6 +39,7 @@ const CASES: [Case; 14] = [
     Case { name: "quadrics", samples: 1024, walk_samples: 8192, walk_block: 1 },
     Case { name: "solids", samples: 1024, walk_samples: 8192, walk_block: 1 },
     Case { name: "caustics", samples: 2048, walk_samples: 65_536, walk_block: 1 },
+    Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2 },
     Case { name: "chamber", samples: 4096, walk_samples: 65_536, walk_block: 1 },
 ];
 
@@ -61,9 +62,8 @@ fn mean_over(film: &Film, [columns, rows]: [Range<u32>; 2], weights: [f64; 3]) -
 fn mean_luminance(film: &Film) -> Estimate {
     let pixels = || (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y)));
     let count = f64::from(film.width) * f64::from(film.height);
-    let of_replicate = |replicate| {
-        pixels().map(|(x, y)| film.of_replicate(x, y, replicate, XYZ[1])).sum::<f64>() / count
-    };
+    let of_replicate =
+        |replicate| pixels().map(|(x, y)| film.of_replicate(x, y, replicate, XYZ[1])).sum::<f64>() / count;
     (0..film.replicates).map(of_replicate).collect::<Moments>().estimate()
 }
 
@@ -182,6 +182,11 @@ fn caustics() {
     agrees("caustics");
     let case = CASES.iter().find(|case| case.name == "caustics").unwrap();
     assert!(load(case, "path").needs().light_paths && !load(case, "walk").needs().light_paths);
+}
+
+#[test]
+fn lamps() {
+    agrees("lamps");
 }
 
 /// Light paths go on where they have been scattered, and share with paths from the camera what both find.

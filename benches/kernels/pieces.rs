@@ -4,6 +4,7 @@ use super::paths::compiled;
 use super::{BATCH, Kernel};
 use abbe::film::{Extras, Film, FilterKind, FilterSampler, FixedPoint, Region};
 use abbe::geometry::{SurfacePoint, Vec3};
+use abbe::light::Receiver;
 use abbe::sampling::{Dimensions, Sampler, SamplerKind};
 use abbe::spectrum::colour::Observer;
 use abbe::spectrum::table_file::TableFile;
@@ -130,10 +131,11 @@ pub fn lights() -> Vec<Kernel> {
         let scene = compiled(scene);
         Kernel::batch(name, move |index| {
             let position = Vec3::new(share(index) - 0.5, share(index + 5) - 0.5, -0.5);
-            let from = SurfacePoint { position, normal: Vec3::Z, error: 1e-9 };
+            let point = SurfacePoint { position, normal: Vec3::Z, error: 1e-9 };
+            let from = Receiver { point, facing: Vec3::Z };
             let wavelengths = scene.wavelengths.sample::<4>(share(index + 9));
             let u = [share(index + 2), share(index + 3)];
-            scene.lights.sample(&from, 0.0, &wavelengths, share(index + 1), u)
+            scene.lights.sample(&from, 0.0, &wavelengths, u)
         })
     };
     [("one lamp", "cornell"), ("lamp and sky", "absorber")].map(kernel).into()

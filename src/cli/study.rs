@@ -226,7 +226,8 @@ fn cases(args: &Args) -> Result<Vec<Case>, Failure> {
             args.picture.apply_to(&mut description);
             let range = description.sensor.film.wavelength_range();
             // Pixels around the part would cost time that is not the runs'.
-            let options = CompileOptions { range, part: args.picture.part(0, 1), ..CompileOptions::default() };
+            let options =
+                CompileOptions { range, part: args.picture.part(0, 1), ..CompileOptions::default() };
             let scene =
                 compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
             let id = CaseId { parameters, scene_hash: format!("{:016x}", description.hash()) };

@@ -39,7 +39,8 @@ impl Region {
     pub fn aligned(self, edge: u32, bounds: Self) -> Self {
         let edge = edge.max(1);
         let offset = [0, 1].map(|axis| (self.offset[axis] / edge * edge).max(bounds.offset[axis]));
-        let end = [0, 1].map(|axis| self.end()[axis].next_multiple_of(u64::from(edge)).min(bounds.end()[axis]));
+        let end =
+            [0, 1].map(|axis| self.end()[axis].next_multiple_of(u64::from(edge)).min(bounds.end()[axis]));
         Self { offset, size: [0, 1].map(|axis| (end[axis] - u64::from(offset[axis])) as u32) }
     }
 

@@ -16,8 +16,8 @@
 use super::caustics::{self, FirstSurface};
 use super::{Seen, Techniques};
 use crate::bsdf::{Density, Scatter};
-use crate::geometry::{Ray, SurfacePoint};
-use crate::light::LightSample;
+use crate::geometry::Ray;
+use crate::light::{LightSample, Receiver};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
@@ -90,7 +90,7 @@ pub(super) enum LastChoice {
     Discrete,
     /// With a density, from a surface where lights were sampled too.
     Scattered {
-        from: SurfacePoint,
+        from: Receiver,
         /// Σⱼ pⱼ / p₀ before the scattering, over the hero's density of the direction, sr.
         prior_over_density: f64,
         /// Σⱼ pⱼ / p₀ after it. Surfaces that are passed as if there were none don't count here: the light sample that
@@ -307,7 +307,7 @@ impl<const C: usize> Path<C> {
                     self.divisible = false;
                     let by_scattering = self.ratio.sum();
                     let prior_over_density = prior / density;
-                    LastChoice::Scattered { from: hit.point, prior_over_density, by_scattering }
+                    LastChoice::Scattered { from: receiver(hit, shading), prior_over_density, by_scattering }
                 }
             };
             self.depth += 1;
@@ -348,7 +348,7 @@ impl<const C: usize> Path<C> {
 
     /// The weight of light that scattering found, if light samples from the last vertex found it with a density, per
     /// steradian.
-    fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&SurfacePoint) -> f64) -> f64 {
+    fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
         match (&self.last, scene.limits.techniques) {
             (LastChoice::Camera, _) | (_, Techniques::Scattering) => 1.0,
             (LastChoice::Discrete, Techniques::Both) => 1.0,
@@ -375,16 +375,15 @@ impl<const C: usize> Path<C> {
         hit: &Intersection,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        let Some(light) = hit.light else { return Sampled::ZERO };
+        let Some(met) = hit.on_light() else { return Sampled::ZERO };
         if ray.direction.dot(hit.point.normal) >= 0.0 {
             return Sampled::ZERO;
         }
-        let mut weight = self.weight_beside_lights(scene, |from| {
-            scene.lights.density(light, from, &hit.point, self.time, wavelengths)
-        });
+        let mut weight =
+            self.weight_beside_lights(scene, |from| scene.lights.density(&met, from, self.time, wavelengths));
         let mut shared = None;
         if let (LastChoice::Discrete, Some(caustics)) = (&self.last, scene.caustics()) {
-            let from_light = || caustics.from_light(light, &hit.point, -ray.direction);
+            let from_light = || caustics.from_light(met.light, &hit.point, -ray.direction);
             match &self.beside_light_paths {
                 Beside::Nothing => {}
                 Beside::First(first) => {
@@ -396,7 +395,7 @@ impl<const C: usize> Path<C> {
         if weight == 0.0 {
             return Sampled::ZERO;
         }
-        let radiance = scene.lights.radiance(light, &scene.texture_point(hit), &wavelengths.nm);
+        let radiance = scene.lights.radiance(met.light, &scene.texture_point(hit), &wavelengths.nm);
         let arriving = self.throughput * radiance * (weight / self.ratio.sum());
         match shared {
             Some(from_light) if from_light > 0.0 => {
@@ -421,7 +420,9 @@ impl<const C: usize> Path<C> {
         if shading.bsdf.is_discrete() {
             return Sampled::ZERO;
         }
-        let Some(sample) = self.light_sample(scene, hit, wavelengths, stream) else { return Sampled::ZERO };
+        let Some(sample) = self.light_sample(scene, hit, shading, wavelengths, stream) else {
+            return Sampled::ZERO;
+        };
         let value = shading.evaluate(sample.shadow_ray.direction);
         if value.f_cos.is_zero() {
             return Sampled::ZERO;
@@ -442,14 +443,15 @@ impl<const C: usize> Path<C> {
         &self,
         scene: &Scene,
         hit: &Intersection,
+        shading: &Shading<C>,
         wavelengths: &Wavelengths<C>,
         stream: &Stream,
     ) -> Option<LightSample<C>> {
         if self.is_last(scene) || scene.lights.is_empty() {
             return None;
         }
-        let [u, v, choice, _] = stream.draw(Dimensions::Light(self.vertex));
-        scene.lights.sample(&hit.point, self.time, wavelengths, choice, [u, v])
+        let [u, v, ..] = stream.draw(Dimensions::Light(self.vertex));
+        scene.lights.sample(&receiver(hit, shading), self.time, wavelengths, [u, v])
     }
 
     /// The share of a light sample's light that gets to the surface.
@@ -542,6 +544,11 @@ pub(super) fn light_sample_weight(
             power_heuristic(by_light, by_scattering()) / by_light
         }
     }
+}
+
+/// A surface as lights are chosen for it.
+pub(super) fn receiver<const C: usize>(hit: &Intersection, shading: &Shading<C>) -> Receiver {
+    Receiver { point: hit.point, facing: shading.receiving_side() }
 }
 
 /// Most probability with which a path of so many segments goes on: between perfect mirrors nothing is ever lost.

@@ -18,7 +18,7 @@
 
 use super::Seen;
 use super::caustics::FirstSurface;
-use super::path::{Beside, LastChoice, Path, light_sample_weight};
+use super::path::{Beside, LastChoice, Path, light_sample_weight, receiver};
 use crate::bsdf::{Density, Evaluation};
 use crate::geometry::{Ray, Vec3};
 use crate::material::Shading;
@@ -220,12 +220,12 @@ impl<const C: usize> Group<'_, C> {
     fn serve(&self, firsts: &[First<C>], next: Next<C>, links: &[Link<C>], seen: &mut [Seen<C>]) {
         let Next { owner, ray, path, hit, shading } = next;
         let prior = links.iter().fold(Sampled::ZERO, |sum, link| sum + link.density);
-        if !(prior.hero() > 0.0) {
+        if prior.hero() <= 0.0 {
             return;
         }
         let stream = &self.sights[firsts[owner].sight].stream;
         let member = |link: &Link<C>| self.sights[firsts[link.first].sight].member;
-        if let Some(sample) = path.light_sample(self.scene, &hit, self.wavelengths, stream) {
+        if let Some(sample) = path.light_sample(self.scene, &hit, &shading, self.wavelengths, stream) {
             let values = self.values(&shading, links, sample.shadow_ray.direction);
             if values.iter().any(|value| !value.f_cos.is_zero()) {
                 let weight = light_sample_weight(self.scene, sample.density, prior.sum(), || {
@@ -259,7 +259,7 @@ impl<const C: usize> Group<'_, C> {
         }
         let values = self.values(&shading, links, scatter.toward_light);
         let joint = joint_density(links, &values);
-        if !(joint.hero() > 0.0) {
+        if joint.hero() <= 0.0 {
             return;
         }
         let ray = path.leave(self.scene, &hit, &shading, &scatter);
@@ -275,7 +275,7 @@ impl<const C: usize> Group<'_, C> {
         path.throughput = Sampled::ONE;
         path.ratio = joint / joint.hero();
         path.last = LastChoice::Scattered {
-            from: hit.point,
+            from: receiver(&hit, &shading),
             prior_over_density: prior.sum() / joint.hero(),
             by_scattering: path.ratio.sum(),
         };

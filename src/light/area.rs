@@ -1,6 +1,8 @@
+use super::tree::Bound;
+use super::{Guides, Met, Receiver};
 use crate::geometry::{Bounds, Placed, Pose, SurfacePoint, Vec3};
 use crate::shape::solid::Solid;
-use crate::shape::{AreaSample, AtRest, Hit, NO_INSTANCE, Shape, ShapeSample};
+use crate::shape::{AreaSample, AtRest, Hit, NO_INSTANCE, Shape, ShapeSample, per_steradian};
 use crate::texture::{MeshPoint, TexturePoint};
 use std::sync::Arc;
 
@@ -8,7 +10,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct AreaGeometry {
     /// In coordinates of its own where it is placed, else in the world's.
-    shape: Shape,
+    pub(super) shape: Shape,
     placed: Option<Box<Placed>>,
     /// What it is a part of.
     whole: Option<Whole>,
@@ -18,7 +20,14 @@ pub struct AreaGeometry {
     radius: f64,
     /// The normal of a surface that lies in one plane. This, centre and radius are in the coordinates of the shape.
     plane: Option<Vec3>,
+    /// Whether each triangle is a part.
+    pub(super) divided: bool,
+    /// Where light samples go, if not to all of it alike.
+    pub(super) guides: Option<Guides>,
 }
+
+/// Flat meshes of at most so many triangles have but one part: there is little to choose.
+const FLAT_TRIANGLES: usize = 64;
 
 /// The solid of which a surface is a part: only what is left of the surface emits.
 #[derive(Clone, Debug)]
@@ -37,13 +46,24 @@ impl Whole {
 }
 
 impl AreaGeometry {
-    pub fn new(shape: Shape) -> Self {
+    /// `textured`: whether its radiance differs from place to place.
+    pub fn new(shape: Shape, textured: bool) -> Self {
         let bounds = shape.bounds();
+        let plane = plane_normal(&shape);
+        let divided = match &shape {
+            Shape::Mesh(mesh) => {
+                !mesh.is_rectangle()
+                    && (plane.is_none() || textured || mesh.triangle_count() > FLAT_TRIANGLES)
+            }
+            _ => false,
+        };
         Self {
             area: shape.area(),
             centre: bounds.centre(),
             radius: 0.5 * bounds.diameter(),
-            plane: plane_normal(&shape),
+            plane,
+            divided,
+            guides: None,
             shape,
             placed: None,
             whole: None,
@@ -51,8 +71,8 @@ impl AreaGeometry {
     }
 
     /// A surface in coordinates of its own that is carried along.
-    pub fn carried(shape: Shape, placed: Placed) -> Self {
-        Self { placed: Some(Box::new(placed)), ..Self::new(shape) }
+    pub fn carried(shape: Shape, textured: bool, placed: Placed) -> Self {
+        Self { placed: Some(Box::new(placed)), ..Self::new(shape, textured) }
     }
 
     /// Makes it the part of a solid that it is in the scene's list of shapes; `carried`: together with the whole solid.
@@ -90,19 +110,74 @@ impl AreaGeometry {
         self.shape.bounds()
     }
 
-    /// A point on the front, as seen from a place. `None` where the surface shows its back, or nothing, and where it is cut away.
-    pub fn sample_toward(&self, from: &SurfacePoint, time: f64, u: [f64; 2]) -> Option<ShapeSample> {
+    /// How many parts there are that can be chosen apart.
+    pub fn parts(&self) -> u32 {
+        match &self.shape {
+            Shape::Mesh(mesh) if self.divided => mesh.triangle_count() as u32,
+            _ => 1,
+        }
+    }
+
+    /// The part that a triangle belongs to.
+    pub fn part_of(&self, triangle: u32) -> u32 {
+        if self.divided { triangle } else { 0 }
+    }
+
+    /// What is known of a part while the shutter is open. `radiance`: what that of the surface amounts to. `None` for what has no area.
+    pub fn bound(&self, part: u32, radiance: f64, during: [f64; 2]) -> Option<Bound> {
+        let (bounds, area, normal) = match &self.shape {
+            Shape::Mesh(mesh) if self.divided => {
+                let normal = mesh.surface(part, [1.0 / 3.0; 2]).point.normal;
+                (Bounds::of(mesh.triangle(part)), mesh.triangle_area(part), Some(normal))
+            }
+            shape => (shape.bounds(), self.area, self.plane),
+        };
+        if !(area > 0.0 && area.is_finite()) {
+            return None;
+        }
+        let radiance = radiance * self.guides.as_ref().map_or(1.0, |guides| guides.of(part).brightness);
+        let intensity = |area: f64| match normal {
+            Some(_) => radiance * area,
+            // The mean over the directions from which a convex body is seen.
+            None => 0.25 * radiance * area,
+        };
+        let Some(placed) = &self.placed else {
+            return Some(match normal {
+                Some(normal) => Bound::flat(bounds, normal, intensity(area)),
+                None => Bound::round(bounds, intensity(area)),
+            });
+        };
+        let pose = placed.at(0.5 * (during[0] + during[1]));
+        let area = area * pose.linear.determinant().abs().cbrt().powi(2);
+        let bounds = placed.bounds(bounds, during);
+        let still = normal.filter(|_| !placed.is_moving());
+        Some(match still.and_then(|normal| pose.world_normal(normal).try_normalize()) {
+            Some(normal) => Bound::flat(bounds, normal, intensity(area)),
+            None => Bound::round(bounds, intensity(area)),
+        })
+    }
+
+    /// A point on the front of a part, as seen from a place. `None` where the surface shows its back, or nothing, and where it is cut
+    /// away.
+    pub fn sample_toward(
+        &self,
+        part: u32,
+        from: &SurfacePoint,
+        time: f64,
+        u: [f64; 2],
+    ) -> Option<ShapeSample> {
         let (local, world) = match &self.whole {
             Some(whole) if whole.carried || self.placed.is_none() => (Some(whole), None),
             whole => (None, whole.as_ref()),
         };
         let left = |whole: Option<&Whole>, sample: &ShapeSample| whole.is_none_or(|w| w.shows(sample, time));
         let Some(placed) = &self.placed else {
-            return self.sample_local(from.position, u).filter(|sample| left(local, sample));
+            return self.sample_local(part, from.position, u).filter(|sample| left(local, sample));
         };
         let pose = placed.at(time);
-        let mut sample =
-            self.sample_local(pose.local_point(from.position), u).filter(|sample| left(local, sample))?;
+        let mut sample = self
+            .sample_local(part, pose.local_point(from.position), u)
+            .filter(|sample| left(local, sample))?;
         let point = placed.surface_point(&pose, &sample.surface.point, 2.0 * self.radius);
         let direction = (point.position - from.position).try_normalize()?;
         sample.surface.point = point;
@@ -110,8 +185,12 @@ impl AreaGeometry {
         left(world, &sample).then_some(sample)
     }
 
-    fn sample_local(&self, from: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
-        let sample = self.shape.sample_toward(from, u)?;
+    fn sample_local(&self, part: u32, from: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
+        let sample = match (&self.guides, &self.shape) {
+            (Some(guides), shape) => guides.of(part).sample(shape, part, u)?.seen_from(from)?,
+            (None, Shape::Mesh(mesh)) if self.divided => mesh.sample_triangle(part, u)?.seen_from(from)?,
+            (None, shape) => shape.sample_toward(from, u)?,
+        };
         let point = sample.surface.point;
         let front = point.normal.dot(from - point.position) > 0.0;
         (front && sample.density > 0.0).then_some(sample)
@@ -121,7 +200,23 @@ impl AreaGeometry {
     pub fn texture_point(&self, sample: &ShapeSample, time: f64) -> TexturePoint<'_> {
         let position = sample.surface.point.position;
         let local = self.pose(time).map_or(position, |pose| pose.local_point(position));
-        let ShapeSample { triangle, barycentric, .. } = *sample;
+        self.texture_place(position, local, sample.triangle, sample.barycentric)
+    }
+
+    /// The same at a point in the surface's own coordinates.
+    pub(super) fn texture_point_at(&self, sample: &AreaSample, time: f64) -> TexturePoint<'_> {
+        let local = sample.surface.point.position;
+        let position = self.pose(time).map_or(local, |pose| pose.world_point(local));
+        self.texture_place(position, local, sample.triangle, sample.barycentric)
+    }
+
+    fn texture_place(
+        &self,
+        position: Vec3,
+        local: Vec3,
+        triangle: u32,
+        barycentric: [f64; 2],
+    ) -> TexturePoint<'_> {
         let hit = Hit { t: 0.0, shape: 0, triangle, instance: NO_INSTANCE, barycentric };
         let mesh = match &self.shape {
             Shape::Mesh(mesh) => Some(MeshPoint { mesh, triangle, barycentric }),
@@ -140,24 +235,43 @@ impl AreaGeometry {
         TexturePoint { uv: here.uv, position, at_rest, mesh }
     }
 
-    /// The density of [`Self::sample_toward`] at a point of the surface.
-    pub fn density_toward(&self, from: &SurfacePoint, point: &SurfacePoint, time: f64) -> f64 {
-        let Some(pose) = self.pose(time) else { return self.shape.density_toward(from.position, point) };
+    /// The density of [`Self::sample_toward`] at a point of the surface, for the part that it belongs to.
+    pub fn density_toward(&self, from: &SurfacePoint, met: &Met, time: f64) -> f64 {
+        let point = &met.point;
+        let Some(pose) = self.pose(time) else { return self.density_local(from.position, point, met) };
         let direction = (point.position - from.position).normalize_or_zero();
         let local = SurfacePoint {
             position: pose.local_point(point.position),
             normal: pose.local_normal(point.normal).normalize_or_zero(),
             error: 0.0,
         };
-        let density = self.shape.density_toward(pose.local_point(from.position), &local);
+        let density = self.density_local(pose.local_point(from.position), &local, met);
         if density > 0.0 { density * pose.solid_angle_ratio(direction) } else { 0.0 }
     }
 
+    fn density_local(&self, from: Vec3, point: &SurfacePoint, met: &Met) -> f64 {
+        match (&self.guides, &self.shape) {
+            (Some(guides), shape) => {
+                let place = shape.chart_place(met.triangle, met.barycentric, point.position);
+                let guided = guides.of(self.part_of(met.triangle)).density(place);
+                per_steradian(from, point, guided * shape.chart_density(met.triangle, point))
+            }
+            (None, Shape::Mesh(mesh)) if self.divided => {
+                per_steradian(from, point, 1.0 / mesh.triangle_area(met.triangle))
+            }
+            (None, shape) => shape.density_toward(from, point),
+        }
+    }
+
     /// About the solid angle that the front subtends, from a place anywhere. Zero only where it is not seen at all.
-    pub fn estimate(&self, from: Vec3, time: f64) -> f64 {
-        let Some(pose) = self.pose(time) else { return self.estimate_local(from) };
-        let estimate = self.estimate_local(pose.local_point(from));
-        match (pose.world_point(self.centre) - from).try_normalize() {
+    pub fn estimate(&self, from: &Receiver, time: f64) -> f64 {
+        let position = from.point.position;
+        let Some(pose) = self.pose(time) else {
+            let hidden = from.sees_none_of(self.centre, self.radius);
+            return if hidden { 0.0 } else { self.estimate_local(position) };
+        };
+        let estimate = self.estimate_local(pose.local_point(position));
+        match (pose.world_point(self.centre) - position).try_normalize() {
             // The shape's solid angle in its own coordinates, made one of the world's.
             Some(direction) if estimate > 0.0 => estimate / pose.solid_angle_ratio(direction),
             _ => estimate,

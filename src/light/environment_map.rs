@@ -11,7 +11,7 @@
 //! with the illuminant E. That is not the interpolation of their product, but what Mitsuba 3 does.
 
 use crate::geometry::{Transform, Vec3, angle};
-use crate::sampling::PiecewiseConstantGrid;
+use crate::sampling::PiecewiseBilinearGrid;
 use crate::spectrum::{Extrapolation, Sampled, Sigmoid, Spectrum, upsample};
 use std::f64::consts::{PI, TAU};
 
@@ -56,7 +56,7 @@ pub struct EnvironmentMap {
     from_world: Transform,
     /// Cells of equal steps in longitude and in the angle from +y, in the picture's own frame; the first column begins in
     /// the middle of the picture's first.
-    grid: PiecewiseConstantGrid,
+    grid: PiecewiseBilinearGrid,
     columns: usize,
     rows: usize,
     /// Mean radiance over the sphere.
@@ -65,6 +65,10 @@ pub struct EnvironmentMap {
 
 /// Where a picture has fewer columns than this, the density over directions is finer than the picture.
 const LEAST_COLUMNS: usize = 256;
+
+/// Pictures of fewer texels have four cells for each: a product of two interpolated factors is not bilinear, but nearly so in a
+/// quarter of a texel.
+const FINE: usize = 1 << 20;
 
 impl EnvironmentMap {
     /// From texels row by row, at least 2 columns and 2 rows of them, seen under an illuminant. `to_world` must keep lengths.
@@ -75,11 +79,13 @@ impl EnvironmentMap {
         illuminant: Spectrum,
         to_world: Transform,
     ) -> Option<Self> {
-        let finer = |cells: usize, least: usize| cells * least.div_ceil(cells).max(1);
+        let parts = if width * height <= FINE { 2 } else { 1 };
+        let finer = |cells: usize, least: usize| cells * least.div_ceil(cells).max(parts);
         let columns = finer(width, LEAST_COLUMNS);
         let rows = finer(height - 1, LEAST_COLUMNS / 2);
         let picture = Picture { width, height, texels: &texels };
-        let grid = PiecewiseConstantGrid::new(columns, &picture.cells(columns, rows))?;
+        let (integrals, corners) = picture.cells(columns, rows);
+        let grid = PiecewiseBilinearGrid::new(columns, &integrals, corners)?;
         let mut map = Self {
             width,
             height,
@@ -104,7 +110,7 @@ impl EnvironmentMap {
 
     /// A direction toward the light and its density per steradian.
     pub fn sample(&self, u: [f64; 2]) -> (Vec3, f64) {
-        let ([x, y], probability) = self.grid.sample(u);
+        let ([x, y], density) = self.grid.sample(u);
         let row = (y as usize).min(self.rows - 1);
         let [above, below] = self.cosines(row);
         let cos = above + (y - row as f64) * (below - above);
@@ -112,7 +118,7 @@ impl EnvironmentMap {
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
         let (sin_longitude, cos_longitude) = angle::sin_cos(longitude);
         let local = Vec3::new(sin * sin_longitude, cos, -sin * cos_longitude);
-        (self.to_world.vector(local), self.per_steradian(row, probability))
+        (self.to_world.vector(local), self.per_steradian(row, density))
     }
 
     /// The density of [`Self::sample`] at a direction: above 0 wherever light comes from.
@@ -120,7 +126,9 @@ impl EnvironmentMap {
         let [u, v] = self.angles(direction);
         let x = (u - 0.5 / self.width as f64).rem_euclid(1.0) * self.columns as f64;
         let row = ((v * self.rows as f64) as usize).min(self.rows - 1);
-        self.per_steradian(row, self.grid.probability((x as usize).min(self.columns - 1), row))
+        let [above, below] = self.cosines(row);
+        let down = ((above - (PI * v).cos()) / (above - below)).clamp(0.0, 1f64.next_down());
+        self.per_steradian(row, self.grid.density([x, row as f64 + down]))
     }
 
     /// Mean radiance over the sphere.
@@ -128,9 +136,10 @@ impl EnvironmentMap {
         &self.mean
     }
 
-    fn per_steradian(&self, row: usize, probability: f64) -> f64 {
+    /// From a density per cell.
+    fn per_steradian(&self, row: usize, density: f64) -> f64 {
         let [above, below] = self.cosines(row);
-        probability * self.columns as f64 / (TAU * (above - below))
+        density * self.columns as f64 / (TAU * (above - below))
     }
 
     /// Of the angles from +y at the upper and lower edge of a row of cells.
@@ -198,8 +207,8 @@ impl Picture<'_> {
         ]
     }
 
-    /// About the light that comes from each cell of a grid, up to a factor. Zero only where none does.
-    fn cells(&self, columns: usize, rows: usize) -> Vec<f64> {
+    /// About the light that comes from each cell of a grid, up to a factor, zero only where none does; and from its corners.
+    fn cells(&self, columns: usize, rows: usize) -> (Vec<f64>, Vec<f32>) {
         let strength = |x: f64, y: f64| {
             let (mut reflectance, mut factor) = (0.0, 0.0);
             for (weight, texel) in self.around([x, y]) {
@@ -214,6 +223,7 @@ impl Picture<'_> {
         let corner = |column: usize, row: usize| strength(column as f64 * step[0], row as f64 * step[1]);
         let mut cells = Vec::with_capacity(columns * rows);
         let mut above: Vec<f64> = (0..=columns).map(|column| corner(column, 0)).collect();
+        let mut corners: Vec<f32> = above.iter().map(|&value| value as f32).collect();
         for row in 0..rows {
             let below: Vec<f64> = (0..=columns).map(|column| corner(column, row + 1)).collect();
             let [top, bottom] = [row, row + 1].map(|edge| (PI * edge as f64 / rows as f64).cos());
@@ -223,9 +233,10 @@ impl Picture<'_> {
                 // Where only one corner shines, interpolation leaves little of it in the middle.
                 (top - bottom) * (0.5 * middle + 0.125 * corners)
             }));
+            corners.extend(below.iter().map(|&value| value as f32));
             above = below;
         }
-        cells
+        (cells, corners)
     }
 }
 

@@ -1,21 +1,24 @@
 //! Lights: what they emit, and how a point on one is chosen for a place that it may light.
 //!
-//! One light is chosen for each vertex, in proportion to a cheap estimate of what it can contribute there at the path's
-//! wavelengths. The estimate takes all of the path's wavelengths alike, so the choice is the same whichever of
-//! them is the hero.
+//! A light sample chooses an emitter, in proportion to a cheap estimate of what it can contribute to the place, and a point on
+//! it ([`choice`]). Both by the same two sample values, so that samples that are well spread are so over all of the lights.
 
 mod area;
 mod casters;
+mod choice;
 mod environment;
 mod environment_map;
+mod guide;
 mod projector;
 pub mod sky;
 mod spot;
 #[cfg(test)]
 mod tests;
+mod tree;
 
 pub use area::AreaGeometry;
 pub use casters::{Caster, Casters};
+pub use choice::Setting;
 pub use environment::Environment;
 pub use environment_map::{EnvironmentMap, Texel};
 pub use projector::Projector;
@@ -23,11 +26,12 @@ pub use sky::Sky;
 pub use spot::Spot;
 
 use crate::bsdf::Density;
-use crate::geometry::{Placed, Ray, SurfacePoint, Vec3};
-use crate::sampling::PiecewiseConstant;
+use crate::geometry::{Bounds, Placed, Ray, SurfacePoint, Vec3};
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 use crate::texture::{Texture, TexturePoint};
-use std::f64::consts::PI;
+use choice::{Choice, Chosen};
+use guide::Guides;
+use tree::Bound;
 
 /// A light within the scene, or one whose light comes from one direction.
 #[derive(Clone, Debug)]
@@ -73,6 +77,28 @@ pub struct Emitted<const C: usize> {
     pub density: f64,
 }
 
+/// A place that lights may light.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    pub point: SurfacePoint,
+    /// The side from which light counts, of unit length; zero where light from anywhere does.
+    pub facing: Vec3,
+}
+
+/// A point of a light that has been met.
+#[derive(Clone, Copy, Debug)]
+pub struct Met {
+    /// Among the scene's lights.
+    pub light: u32,
+    pub point: SurfacePoint,
+    /// As in [`crate::shape::Hit`].
+    pub triangle: u32,
+    pub barycentric: [f64; 2],
+}
+
+/// Wavelengths at which textures are looked at to guide light samples.
+const GUIDED: usize = 8;
+
 /// The lights of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
@@ -81,33 +107,33 @@ pub struct Lights {
     /// then in coordinates of its own.
     placed: Vec<Option<Placed>>,
     environment: Option<Environment>,
-    /// Choice by power alone, for scenes with so many lights that estimating each at each vertex would not pay.
-    by_power: Option<PiecewiseConstant>,
+    choice: Choice,
 }
 
-/// Up to how many lights each is estimated at each vertex.
-const ESTIMATED: usize = 32;
-
 impl Lights {
-    /// `powers` are the shares of the whole, up to a factor, of each light and last of the environment, if there is one.
-    pub fn new(lights: Vec<Light>, environment: Option<Environment>, powers: &[f64]) -> Self {
-        let mut all = Self { lights, environment, by_power: None, placed: Vec::new() };
-        let count = all.count();
-        if count > ESTIMATED {
-            let edges = (0..=count).map(|i| i as f64).collect();
-            all.by_power = PiecewiseConstant::new(edges, &powers[..count]);
+    /// `moving`: lights without a surface that move, by their indices. They must not scale.
+    pub fn new(
+        mut lights: Vec<Light>,
+        environment: Option<Environment>,
+        moving: Vec<(usize, Placed)>,
+        setting: &Setting,
+    ) -> Self {
+        let mut placed = Vec::new();
+        for (light, place) in moving {
+            placed.resize(lights.len(), None);
+            placed[light] = Some(place);
         }
+        let nm = setting.nm::<GUIDED>();
+        for light in &mut lights {
+            if let Light::Area { geometry, radiance, .. } = light
+                && radiance.varies()
+            {
+                geometry.follow(radiance, &nm, setting.during[0]);
+            }
+        }
+        let mut all = Self { lights, placed, environment, choice: Choice::default() };
+        all.choice = Choice::new(&all, setting);
         all
-    }
-
-    /// Lights without a surface that move, by their indices. They must not scale.
-    #[must_use]
-    pub fn with_motion(mut self, moving: Vec<(usize, Placed)>) -> Self {
-        for (light, placed) in moving {
-            self.placed.resize(self.lights.len(), None);
-            self.placed[light] = Some(placed);
-        }
-        self
     }
 
     fn placed(&self, light: usize) -> Option<&Placed> {
@@ -116,7 +142,7 @@ impl Lights {
 
     /// Whether there is nothing to sample.
     pub fn is_empty(&self) -> bool {
-        self.count() == 0
+        self.choice.is_empty()
     }
 
     /// The lights but for the environment.
@@ -155,18 +181,20 @@ impl Lights {
         Some(Emitted { point: sample.surface.point, radiance, density: sample.density })
     }
 
-    /// Chooses a light for a place and a point on it. `None` where no light can contribute.
+    /// Chooses a light for a place and a point on it. `None` where none is found that can contribute.
+    ///
+    /// The first of the two values chooses among the lights too, each of which has a part of the unit interval. So `n` samples
+    /// whose first values lie in equal parts of it, (k + u) / n, take one of each of n lights that are alike.
     pub fn sample<const C: usize>(
         &self,
-        from: &SurfacePoint,
+        from: &Receiver,
         time: f64,
         wavelengths: &Wavelengths<C>,
-        choice: f64,
-        u: [f64; 2],
+        mut u: [f64; 2],
     ) -> Option<LightSample<C>> {
-        let (chosen, probability) = self.choose(from, time, wavelengths, choice)?;
-        let nm = &wavelengths.nm;
-        let Some(light) = self.lights.get(chosen) else {
+        let Chosen { light, part, probability } = self.choose(from, time, wavelengths, &mut u[0])?;
+        let (from, nm) = (&from.point, &wavelengths.nm);
+        let Some(light_chosen) = self.lights.get(light) else {
             let environment = self.environment.as_ref()?;
             let (direction, density) = environment.sample(u)?;
             return Some(LightSample {
@@ -175,7 +203,7 @@ impl Lights {
                 density: Density::PerSolidAngle(density * probability),
             });
         };
-        let pose = self.placed(chosen).map(|placed| placed.at(time));
+        let pose = self.placed(light).map(|placed| placed.at(time));
         let without_extent = |position: Vec3, intensity: &dyn Fn(Vec3) -> Sampled<C>| {
             let position = pose.map_or(position, |pose| pose.world_point(position));
             let target = SurfacePoint { position, normal: Vec3::Z, error: 0.0 };
@@ -186,9 +214,9 @@ impl Lights {
             let irradiance = intensity(away) / (squared * probability);
             Some(LightSample { shadow_ray, radiance: irradiance, density: Density::Discrete })
         };
-        match light {
+        match light_chosen {
             Light::Area { geometry, radiance, .. } => {
-                let sample = geometry.sample_toward(from, time, u)?;
+                let sample = geometry.sample_toward(part, from, time, u)?;
                 let shadow_ray = from.segment_to(&sample.surface.point)?;
                 let radiance = match radiance.uniform() {
                     Some(spectrum) => spectrum.sample(nm),
@@ -214,107 +242,55 @@ impl Lights {
     /// area light.
     pub fn density<const C: usize>(
         &self,
-        light: u32,
-        from: &SurfacePoint,
-        point: &SurfacePoint,
+        met: &Met,
+        from: &Receiver,
         time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
-        let Light::Area { geometry, .. } = &self.lights[light as usize] else { return 0.0 };
-        let probability = self.probability(light as usize, from, time, wavelengths);
-        if probability > 0.0 { probability * geometry.density_toward(from, point, time) } else { 0.0 }
+        let Light::Area { geometry, .. } = &self.lights[met.light as usize] else { return 0.0 };
+        let part = geometry.part_of(met.triangle);
+        let probability = self.probability(met.light as usize, part, from, time, wavelengths);
+        if probability > 0.0 { probability * geometry.density_toward(&from.point, met, time) } else { 0.0 }
     }
 
     /// Per steradian, the density with which [`Self::sample`] would have found a direction that leads out of the scene.
     pub fn environment_density<const C: usize>(
         &self,
-        from: &SurfacePoint,
+        from: &Receiver,
         direction: Vec3,
         time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
         match self.sampled_environment() {
             Some(environment) => {
-                self.probability(self.lights.len(), from, time, wavelengths) * environment.density(direction)
+                let probability = self.probability(self.lights.len(), 0, from, time, wavelengths);
+                probability * environment.density(direction)
             }
             None => 0.0,
         }
     }
 
+    /// What is known of a part of a light. `brightness`: what its spectrum amounts to. `None` for what has no place, and for what emits
+    /// nothing.
+    fn bound(&self, light: u32, part: u32, brightness: f64, during: [f64; 2]) -> Option<Bound> {
+        let at = |position: Vec3| {
+            let point = Bounds::of([position]);
+            match self.placed(light as usize) {
+                None => point,
+                Some(placed) => placed.bounds(point, during),
+            }
+        };
+        match &self.lights[light as usize] {
+            Light::Area { geometry, .. } => geometry.bound(part, brightness, during),
+            Light::Point { position, .. } => Some(Bound::round(at(*position), brightness)),
+            Light::Spot(spot) => Some(Bound::round(at(spot.position), brightness)),
+            Light::Projector(projector) => Some(Bound::round(at(projector.position), brightness)),
+            Light::Directional { .. } => None,
+        }
+    }
+
     fn sampled_environment(&self) -> Option<&Environment> {
         self.environment.as_ref().filter(|environment| environment.is_sampled())
-    }
-
-    /// Of what is sampled. The environment, if it is, comes after all lights.
-    fn count(&self) -> usize {
-        self.lights.len() + usize::from(self.sampled_environment().is_some())
-    }
-
-    fn probability<const C: usize>(
-        &self,
-        light: usize,
-        from: &SurfacePoint,
-        time: f64,
-        wavelengths: &Wavelengths<C>,
-    ) -> f64 {
-        match &self.by_power {
-            Some(table) => table.density(light as f64),
-            None if self.count() == 1 => 1.0,
-            None => {
-                let estimate = |light| self.estimate(light, from, time, wavelengths);
-                let own = estimate(light);
-                let all: f64 = (0..self.count()).map(estimate).sum();
-                if own > 0.0 { own / all } else { 0.0 }
-            }
-        }
-    }
-
-    /// A light's index, or their number for the environment, and the probability of the choice.
-    fn choose<const C: usize>(
-        &self,
-        from: &SurfacePoint,
-        time: f64,
-        wavelengths: &Wavelengths<C>,
-        choice: f64,
-    ) -> Option<(usize, f64)> {
-        let count = self.count();
-        if let Some(table) = &self.by_power {
-            let (position, probability) = table.sample(choice);
-            return Some(((position as usize).min(count - 1), probability));
-        }
-        if count == 1 {
-            return Some((0, 1.0));
-        }
-        let mut estimates = [0.0; ESTIMATED];
-        let mut all = 0.0;
-        for (light, estimate) in estimates.iter_mut().enumerate().take(count) {
-            *estimate = self.estimate(light, from, time, wavelengths);
-            all += *estimate;
-        }
-        let mut remaining = choice * all;
-        for (light, estimate) in estimates.into_iter().enumerate().take(count) {
-            // The last light that can contribute takes what rounding leaves over.
-            if estimate > 0.0 && (remaining < estimate || remaining - estimate <= 1e-12 * all) {
-                return Some((light, estimate / all));
-            }
-            remaining -= estimate;
-        }
-        None
-    }
-
-    fn estimate<const C: usize>(
-        &self,
-        light: usize,
-        from: &SurfacePoint,
-        time: f64,
-        wavelengths: &Wavelengths<C>,
-    ) -> f64 {
-        match (self.lights.get(light), &self.environment) {
-            (Some(own), _) => own.estimate(from, time, self.placed(light), wavelengths),
-            // Half of it is above a surface, at a slant.
-            (None, Some(environment)) => PI * environment.mean().sample(&wavelengths.nm).sum(),
-            (None, None) => 0.0,
-        }
     }
 }
 
@@ -336,35 +312,59 @@ impl Light {
         matches!(self, Self::Area { radiance, .. } if radiance.varies())
     }
 
+    /// The parts that can be chosen apart.
+    fn parts(&self) -> u32 {
+        match self {
+            Self::Area { geometry, .. } => geometry.parts(),
+            Self::Point { .. } | Self::Spot(_) | Self::Projector(_) | Self::Directional { .. } => 1,
+        }
+    }
+
     /// About what the light brings to a place, up to a factor common to all lights: its spectrum there, its size and its
     /// distance. Zero only where it brings nothing.
     ///
     /// `placed`: where a light without a surface that moves stands.
     fn estimate<const C: usize>(
         &self,
-        from: &SurfacePoint,
+        from: &Receiver,
         time: f64,
         placed: Option<&Placed>,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
         let nm = &wavelengths.nm;
         let without_extent = |position: Vec3, intensity: &dyn Fn(Vec3) -> Sampled<C>| {
-            let from = placed.map_or(from.position, |placed| placed.at(time).local_point(from.position));
-            let away = from - position;
+            let pose = placed.map(|placed| placed.at(time));
+            let position = pose.map_or(position, |pose| pose.world_point(position));
+            let away = from.point.position - position;
             let squared = away.length_squared();
-            if squared > 0.0 { intensity(away / squared.sqrt()).sum() / squared } else { 0.0 }
+            if squared == 0.0 || from.sees_none_of(position, 0.0) {
+                return 0.0;
+            }
+            let direction = away / squared.sqrt();
+            intensity(pose.map_or(direction, |pose| pose.local_vector(direction))).sum() / squared
         };
         match self {
             Self::Area { geometry, mean, .. } => {
                 let spectral = mean.sample(nm).sum();
-                if spectral > 0.0 { spectral * geometry.estimate(from.position, time) } else { 0.0 }
+                if spectral > 0.0 { spectral * geometry.estimate(from, time) } else { 0.0 }
             }
             Self::Point { position, intensity } => without_extent(*position, &|_| intensity.sample(nm)),
             Self::Spot(spot) => without_extent(spot.position, &|direction| spot.intensity(direction, nm)),
             Self::Projector(projector) => {
                 without_extent(projector.position, &|direction| projector.intensity(direction, nm))
             }
-            Self::Directional { irradiance, .. } => irradiance.sample(nm).sum(),
+            Self::Directional { travels, irradiance } => {
+                let pose = placed.map(|placed| placed.at(time));
+                let travels = pose.map_or(*travels, |pose| pose.world_vector(*travels));
+                if travels.dot(from.facing) > 0.0 { 0.0 } else { irradiance.sample(nm).sum() }
+            }
         }
+    }
+}
+
+impl Receiver {
+    /// Whether all of a ball lies on the side from which no light counts.
+    fn sees_none_of(&self, centre: Vec3, radius: f64) -> bool {
+        (centre - self.point.position).dot(self.facing) < -radius
     }
 }

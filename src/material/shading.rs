@@ -137,6 +137,17 @@ impl<const C: usize> Shading<C> {
         (share > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * share, ..scatter })
     }
 
+    /// The side from which light is scattered to the eye, as a direction of unit length; zero where it is from both.
+    pub fn receiving_side(&self) -> Vec3 {
+        if self.bsdf.transmits() {
+            Vec3::ZERO
+        } else if self.toward_eye.z < 0.0 {
+            -self.frame.z
+        } else {
+            self.frame.z
+        }
+    }
+
     /// See [`Bsdf::chance_of_reflection`].
     pub fn chance_of_reflection(&self) -> Option<f64> {
         self.bsdf.chance_of_reflection(self.toward_eye)

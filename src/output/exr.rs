@@ -40,7 +40,8 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
                 all.map(|[x, y]| value(film, x, y).error.powi(2)).collect()
             };
             let of_nets = nets.as_ref().map(variances);
-            let variances = error_bars::calibrated(window.size, measured, &variances(film), of_nets.as_deref());
+            let variances =
+                error_bars::calibrated(window.size, measured, &variances(film), of_nets.as_deref());
             let error = |x, y| variances[y as usize * film.width as usize + x as usize].sqrt() as f32;
             add(&format!("error.{name}"), pixels(film, error));
         }

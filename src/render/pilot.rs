@@ -29,7 +29,7 @@ const SHARE: f64 = 0.02;
 const BLOCKS: (u64, u64) = (6, 32);
 
 /// Tells the pilot's sample values from the picture's.
-const SEED: u64 = 0x7069_6c6f_74;
+const SEED: u64 = 0x0070_696c_6f74;
 
 /// The plan of least variance times cost, or the usual one where the picture is too small for a pilot.
 pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind) -> Plan {

@@ -64,7 +64,7 @@ impl Schedule {
 
     /// The same replicates as runs of two nets, where they can be halved.
     fn of_two_nets(self) -> Self {
-        let per_net = if self.replicates % 2 == 0 { self.replicates / 2 } else { self.replicates };
+        let per_net = if self.replicates.is_multiple_of(2) { self.replicates / 2 } else { self.replicates };
         Self { per_net, ..self }
     }
 

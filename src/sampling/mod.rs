@@ -5,6 +5,7 @@
 //! few *sequences*, each stratified in itself and independent of the others, so that their spread
 //! gives an honest standard error.
 
+mod bilinear;
 mod bluenoise;
 mod cells;
 mod grid;
@@ -16,6 +17,7 @@ mod sobol;
 mod table;
 pub mod warp;
 
+pub use bilinear::PiecewiseBilinearGrid;
 use bluenoise::Layout;
 use cells::Cells;
 pub use grid::PiecewiseConstantGrid;
@@ -85,7 +87,7 @@ pub enum Dimensions {
     Lens,
     /// Scattering at the path's n-th vertex: direction (0, 1), lobe (2), survival (3).
     Scattering(u32),
-    /// Light at the path's n-th vertex: point on it (0, 1), which light (2).
+    /// Light at the path's n-th vertex: which light and which point on it (0, 1), which material of the surface (3).
     Light(u32),
 }
 
@@ -157,7 +159,7 @@ impl Sampler {
         }
         let run = member.number.checked_shl(self.sample_bits).unwrap_or(0);
         let key = self.key(member.origin, sequence, index / self.samples);
-        Stream { key: mix(key ^ GROUP), index: (run | index % self.samples).reverse_bits(), ..stream }
+        Stream { key: mix(key ^ GROUP), index: (run | (index % self.samples)).reverse_bits(), ..stream }
     }
 
     /// Stands for a place on the film, a sequence, and how often this began anew.
@@ -186,7 +188,7 @@ impl Sampler {
 }
 
 /// Tells the sequences of groups from those of the pixels at their corners.
-const GROUP: u64 = 0x6772_6f75_70;
+const GROUP: u64 = 0x0067_726f_7570;
 
 /// The binary logarithm of the power of two that is not less than `count`, which is above 0.
 fn bits_for(count: u32) -> u32 {

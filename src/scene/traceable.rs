@@ -7,7 +7,7 @@ use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{Extent, FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Caustics, Integrator, Limits};
-use crate::light::Lights;
+use crate::light::{Lights, Met};
 use crate::material::{Around, MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, MediumStack, Refraction};
 use crate::sampling::{Dimensions, Stream};
@@ -232,6 +232,14 @@ pub struct Intersection {
     from_front: bool,
     /// Whether several bodies end or begin here.
     pub(super) joined: bool,
+}
+
+impl Intersection {
+    /// The point of a light that has been met, if it is one.
+    pub fn on_light(&self) -> Option<Met> {
+        let Hit { triangle, barycentric, .. } = self.hit;
+        Some(Met { light: self.light?, point: self.point, triangle, barycentric })
+    }
 }
 
 impl Scene {

@@ -98,6 +98,13 @@ impl Disk {
         AreaSample::analytic(self.surface_at(x, y), self.area_density())
     }
 
+    /// The same with the first coordinate the square of the radius, the second around the centre.
+    pub fn polar(&self, [squared, around]: [f64; 2]) -> AreaSample {
+        let (sin, cos) = angle::sin_cos(TAU * around);
+        let radius = squared.sqrt();
+        AreaSample::analytic(self.surface_at(radius * cos, radius * sin), self.area_density())
+    }
+
     pub fn area_density(&self) -> f64 {
         1.0 / self.area
     }

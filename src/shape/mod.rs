@@ -8,6 +8,7 @@
 //! - uv and ∂p/∂u are those of Mitsuba 3.
 //! - Tangent rays count as misses.
 
+mod chart;
 mod chords;
 mod closed;
 mod crossing;
@@ -35,6 +36,7 @@ mod torus;
 mod triangle;
 
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
+pub use chart::ChartAxes;
 pub use crossing::{Crossing, Crossings};
 pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
@@ -152,6 +154,13 @@ impl AreaSample {
     /// On a shape that is no mesh.
     fn analytic(surface: SurfaceHit, density: f64) -> Self {
         Self { surface, triangle: 0, barycentric: [0.0; 2], density }
+    }
+
+    /// `None` where no density per steradian exists (seen edge-on, or at no distance).
+    pub fn seen_from(self, reference: Vec3) -> Option<ShapeSample> {
+        let Self { surface, triangle, barycentric, density } = self;
+        let density = density * steradians_to_area(reference, &surface.point)?;
+        Some(ShapeSample { surface, triangle, barycentric, density })
     }
 }
 
@@ -466,9 +475,7 @@ impl Shape {
         if by_solid_angle.is_some() {
             return by_solid_angle;
         }
-        let AreaSample { surface, triangle, barycentric, density } = self.sample(u)?;
-        let density = density * steradians_to_area(reference, &surface.point)?;
-        Some(ShapeSample { surface, triangle, barycentric, density })
+        self.sample(u)?.seen_from(reference)
     }
 
     /// Density per steradian with which [`Shape::sample_toward`] chooses `point` of this shape, which
@@ -487,10 +494,13 @@ impl Shape {
             | Self::Patches(_)
             | Self::Sampled(_) => None,
         };
-        by_solid_angle.unwrap_or_else(|| {
-            steradians_to_area(reference, point).map_or(0.0, |factor| factor * self.area_density(point))
-        })
+        by_solid_angle.unwrap_or_else(|| per_steradian(reference, point, self.area_density(point)))
     }
+}
+
+/// What a density per unit of area at `point` is per steradian at `reference`; zero where that is not finite.
+pub fn per_steradian(reference: Vec3, point: &SurfacePoint, density: f64) -> f64 {
+    steradians_to_area(reference, point).map_or(0.0, |factor| factor * density)
 }
 
 /// Area at `point` that is one steradian at `reference`: r² / |cos θ|. `None` where it is not finite.

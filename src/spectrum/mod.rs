@@ -131,6 +131,12 @@ impl Spectrum {
         }
     }
 
+    /// What stands for the table behind this function, as long as that lives: clones share it. `None` where there is no table.
+    pub fn identity(&self) -> Option<(*const f64, bool)> {
+        let table = self.table()?;
+        Some((table.values().as_ptr(), table.outside() == Extrapolation::Hold))
+    }
+
     /// Wavelengths (nm, increasing) at which the slope may break. Empty where the function is smooth.
     pub fn nodes(&self) -> Vec<f64> {
         self.table().map_or_else(Vec::new, |table| table.nodes().to_vec())

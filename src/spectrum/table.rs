@@ -7,6 +7,7 @@
 use super::Sampled;
 use super::error::SpectrumError;
 use crate::units::WavelengthRange;
+use std::sync::Arc;
 
 /// What a table means outside its first and last wavelength.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,8 +21,8 @@ pub enum Extrapolation {
 /// A table as published: strictly increasing wavelengths (nm) and one finite value at each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    nodes: Box<[f64]>,
-    values: Box<[f64]>,
+    nodes: Arc<[f64]>,
+    values: Arc<[f64]>,
     outside: Extrapolation,
 }
 
@@ -86,7 +87,7 @@ impl Table {
 
     /// Least and greatest value over `range`.
     pub fn bounds(&self, range: WavelengthRange) -> (f64, f64) {
-        let inside = self.nodes.iter().zip(&self.values).filter(|&(&nm, _)| range.contains(nm));
+        let inside = self.nodes.iter().zip(self.values.iter()).filter(|&(&nm, _)| range.contains(nm));
         let ends = [self.at(range.min), self.at(range.max)];
         inside
             .map(|(_, &value)| value)
@@ -129,7 +130,7 @@ pub struct Uniform {
     end: f64,
     per_step: f64,
     /// For each cell its value at the lower end and the difference to that at the upper one; and one for the last node alone.
-    cells: Box<[[f64; 2]]>,
+    cells: Arc<[[f64; 2]]>,
     held: bool,
     source: Table,
 }
@@ -241,10 +242,10 @@ impl Uniform {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Irregular {
     source: Table,
-    slopes: Box<[f64]>,
+    slopes: Arc<[f64]>,
     per_cell: f64,
     /// For each cell, the last node at or before its left edge; one more for the right end.
-    guide: Box<[u32]>,
+    guide: Arc<[u32]>,
 }
 
 impl Irregular {
@@ -257,14 +258,14 @@ impl Irregular {
         // A look-up may round into the neighbouring cell: its lower bound starts a little earlier, and its upper bound
         // is the next cell's (see `at`).
         let slack = 1e-9 * width;
-        let mut guide: Box<[u32]> = (0..=cells)
+        let mut guide: Vec<u32> = (0..=cells)
             .map(|cell| before(known.min + cell as f64 * width - slack).min(last_segment) as u32)
             .collect();
         guide[cells] = last_segment as u32;
         let gaps = source.nodes.windows(2).map(|pair| pair[1] - pair[0]);
         let rises = source.values.windows(2).map(|pair| pair[1] - pair[0]);
         let slopes = rises.zip(gaps).map(|(rise, gap)| rise / gap).collect();
-        Self { per_cell: 1.0 / width, slopes, guide, source }
+        Self { per_cell: 1.0 / width, slopes, guide: guide.into(), source }
     }
 
     /// The value at `nm`.

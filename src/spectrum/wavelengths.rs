@@ -8,6 +8,7 @@
 use super::{Sampled, Spectrum};
 use crate::sampling::PiecewiseConstant;
 use crate::units::WavelengthRange;
+use std::collections::HashMap;
 
 /// The wavelengths that one path carries; the hero first.
 #[derive(Clone, Copy, Debug)]
@@ -55,30 +56,39 @@ impl WavelengthDensity {
     /// Without any emission within the range, or with an infinite one, all wavelengths are alike.
     pub fn new(range: WavelengthRange, sensor: &[Response], lights: &[Emission]) -> Self {
         let spectra = lights.iter().map(|l| l.spectrum).chain(sensor.iter().map(|channel| channel.spectrum));
-        let edges = edges(range, spectra.flat_map(Spectrum::nodes));
+        let edges = edges(range, nodes(spectra));
         // The trapezoid rule on the halves of each bin: no node lies within a bin.
-        let integrate = |light: &Emission| -> Vec<f64> {
+        let integrate = |spectrum: &Spectrum| -> Vec<f64> {
             let part = |a: f64, b: f64| {
                 // A table may jump at a node, so never look at one itself.
                 let inside = 1e-9 * (b - a);
-                let [low, middle, high] =
-                    [a + inside, 0.5 * (a + b), b - inside].map(|nm| light.spectrum.at(nm));
-                light.weight * (low + 2.0 * middle + high) * 0.25 * (b - a)
+                let [low, middle, high] = [a + inside, 0.5 * (a + b), b - inside].map(|nm| spectrum.at(nm));
+                (low + 2.0 * middle + high) * 0.25 * (b - a)
             };
             edges.windows(2).map(|edge| part(edge[0], edge[1])).collect()
         };
         let mut emitted = vec![0.0; edges.len() - 1];
-        let spectra: Vec<_> = lights.iter().map(integrate).collect();
-        let total: f64 = spectra.iter().flatten().sum();
-        for spectrum in &spectra {
-            let power: f64 = spectrum.iter().sum();
+        // There may be very many lights, and few that differ in their spectra.
+        let mut known = HashMap::new();
+        let mut each = |take: &mut dyn FnMut(&[f64], f64)| {
+            for Emission { spectrum, weight } in lights {
+                match spectrum.identity().filter(|key| known.len() < MOST_KNOWN || known.contains_key(key)) {
+                    Some(key) => take(known.entry(key).or_insert_with(|| integrate(spectrum)), *weight),
+                    None => take(&integrate(spectrum), *weight),
+                }
+            }
+        };
+        let mut total = 0.0;
+        each(&mut |integrals, weight| total += weight * integrals.iter().sum::<f64>());
+        each(&mut |integrals, weight| {
+            let power = weight * integrals.iter().sum::<f64>();
             if power > 0.0 {
-                let factor = 0.5 / total + 0.5 / (power * spectra.len() as f64);
-                for (sum, value) in emitted.iter_mut().zip(spectrum) {
+                let factor = weight * (0.5 / total + 0.5 / (power * lights.len() as f64));
+                for (sum, value) in emitted.iter_mut().zip(integrals) {
                     *sum += factor * value;
                 }
             }
-        }
+        });
         // Lights that are stronger than numbers go say nothing either.
         let widths: Vec<f64> = edges.windows(2).map(|edge| edge[1] - edge[0]).collect();
         if !(total > 0.0 && total.is_finite()) {
@@ -117,6 +127,22 @@ impl WavelengthDensity {
     pub fn density(&self, nm: f64) -> f64 {
         self.table.density(nm)
     }
+}
+
+/// Integrals of so many tables are kept for other lights that share them.
+const MOST_KNOWN: usize = 1024;
+
+/// The nodes of all, without those that only repeat the ones before.
+fn nodes<'a>(spectra: impl Iterator<Item = &'a Spectrum>) -> impl Iterator<Item = f64> {
+    let mut last: &[f64] = &[];
+    let mut fresh = Vec::new();
+    for table in spectra.filter_map(Spectrum::table) {
+        if table.nodes() != last {
+            last = table.nodes();
+            fresh.extend_from_slice(last);
+        }
+    }
+    fresh.into_iter()
 }
 
 /// Every [`STEP`] over the range, and every node that lies inside it and not next to another.

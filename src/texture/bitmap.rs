@@ -1,6 +1,6 @@
 //! Images on surfaces. The first row is at v = 0.
 
-use super::{TexturePoint, UvTransform, Wrap, luminance};
+use super::{Lines, TexturePoint, UvTransform, Wrap, luminance};
 use crate::raster::Image;
 use crate::spectrum::{Sampled, Sigmoid, Spectrum, upsample};
 use std::sync::Arc;
@@ -161,6 +161,13 @@ impl Bitmap {
         let by_texel = [(b - a) * (1.0 - y) + (d - c) * y, (c - a) * (1.0 - x) + (d - b) * x];
         let [by_u, by_v] = self.placing.to_uv.pull_back(by_texel);
         [by_u * width as f64, by_v * height as f64]
+    }
+
+    /// Between which it is interpolated, or has the value of one texel.
+    pub fn lines(&self) -> Lines {
+        let bilinear = self.placing.filter == Filter::Linear;
+        let offset = if bilinear { 0.5 } else { 0.0 };
+        Lines { to_uv: self.placing.to_uv, per_unit: self.resolution(), offset, bilinear }
     }
 
     /// Columns and rows.

@@ -1,6 +1,6 @@
 //! Two textures in turn, on squares of half a unit.
 
-use super::{Texture, TexturePoint, UvTransform};
+use super::{Lines, Texture, TexturePoint, UvTransform};
 use crate::spectrum::Sampled;
 
 #[derive(Clone, Debug)]
@@ -20,6 +20,11 @@ impl Checkerboard {
     /// The colours within have the coordinates of the surface, not those of the board.
     pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
         self.colours[self.square(at)].sample(at, nm)
+    }
+
+    /// Between which the board has one colour.
+    pub fn lines(&self) -> Lines {
+        Lines { to_uv: self.to_uv, per_unit: [2; 2], offset: 0.0, bilinear: false }
     }
 
     /// In Mitsuba 3 the squares change places where a number is asked for instead of a spectrum.

@@ -21,7 +21,7 @@ pub use checkerboard::Checkerboard;
 pub use noise::Octaves;
 pub use pattern::{Pattern, Veins};
 pub use procedural::{Ground, Procedural};
-pub use uv::{UvTransform, Wrap};
+pub use uv::{Lines, UvTransform, Wrap};
 pub use volume::{Volume, from_box};
 
 use crate::geometry::Vec3;
@@ -212,6 +212,20 @@ impl Texture {
             | Self::Attribute(_)
             | Self::Volume(_)
             | Self::Procedural(_) => [1, 1],
+        }
+    }
+
+    /// The lines of uv between which its spectra are bilinear, or the same. `None` where there are none, or they are not known.
+    pub fn lines(&self) -> Option<Lines> {
+        match self {
+            Self::Bitmap(bitmap) => Some(bitmap.lines()),
+            Self::Checkerboard(board) if !board.colours.iter().any(Self::varies) => Some(board.lines()),
+            Self::Filtered { texture, .. } => texture.lines(),
+            Self::Uniform(_)
+            | Self::Checkerboard(_)
+            | Self::Attribute(_)
+            | Self::Volume(_)
+            | Self::Procedural(_) => None,
         }
     }
 

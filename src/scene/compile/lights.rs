@@ -15,6 +15,7 @@ use crate::spectrum::{Emission, Response, Spectrum, WavelengthDensity};
 use crate::texture::Texture;
 use glam::{DMat3, DMat4};
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::f64::consts::PI;
 
 impl Compiler<'_> {
@@ -27,8 +28,8 @@ impl Compiler<'_> {
     ) -> Light {
         let radiance = self.texture(radiance);
         let geometry = Box::new(match carried {
-            None => AreaGeometry::new(shape.clone()),
-            Some(placed) => AreaGeometry::carried(shape.clone(), placed),
+            None => AreaGeometry::new(shape.clone(), radiance.varies()),
+            Some(placed) => AreaGeometry::carried(shape.clone(), radiance.varies(), placed),
         });
         Light::Area { geometry, mean: radiance.mean_spectrum(self.options.range), radiance }
     }
@@ -167,30 +168,16 @@ impl Compiler<'_> {
         }
     }
 
-    /// The lights with their shares of the whole power.
-    pub(super) fn weighed(
-        &self,
-        lights: Vec<Light>,
-        environment: Option<Environment>,
-        scene_radius: f64,
-    ) -> Lights {
-        let range = self.options.range;
-        let power = |(spectrum, power): (&Spectrum, f64)| spectrum.integral(range) / range.width() * power;
-        let own = lights.iter().map(|light| (light.spectrum(), self::power(light, scene_radius)));
-        let around = environment.iter().map(|environment| surroundings(environment, scene_radius));
-        let powers: Vec<f64> = own.chain(around).map(power).collect();
-        Lights::new(lights, environment, &powers)
-    }
-
     /// What sensor and lights make of the wavelengths.
     pub(super) fn wavelengths(
         &self,
         responses: &[(Spectrum, f64)],
-        lights: &Lights,
+        lights: &[Light],
+        environment: Option<&Environment>,
         scene_radius: f64,
     ) -> WavelengthDensity {
         let own = lights.iter().map(|light| (light.spectrum(), power(light, scene_radius)));
-        let around = lights.environment().map(|environment| surroundings(environment, scene_radius));
+        let around = environment.map(|environment| surroundings(environment, scene_radius));
         let emissions: Vec<Emission> =
             own.chain(around).map(|(spectrum, weight)| Emission { spectrum, weight }).collect();
         let sensor: Vec<Response> =
@@ -213,8 +200,14 @@ impl Compiler<'_> {
         // A floor may reach far, and what a light shines upon be near it.
         let near = scene_radius / 64.0;
         let area = 4.0 * PI * (near * near).max(f64::MIN_POSITIVE);
+        // There may be very many lights, and few that differ in their spectra.
+        let mut known = HashMap::new();
+        let mut luminance_of = |spectrum: &Spectrum| match spectrum.identity() {
+            Some(key) => *known.entry(key).or_insert_with(|| luminance(spectrum)),
+            None => luminance(spectrum),
+        };
         let seen = lights.iter().map(|light| {
-            luminance(light.spectrum())
+            luminance_of(light.spectrum())
                 * match light {
                     Light::Area { .. } => 1.0,
                     Light::Point { .. } | Light::Spot(_) | Light::Projector(_) => 1.0 / area,
@@ -226,8 +219,20 @@ impl Compiler<'_> {
     }
 
     fn texture(&mut self, source: &SpectrumSource) -> Texture {
+        let key = match &source.kind {
+            SpectrumKind::Rgb { rgb: [r, g, b], role } => {
+                Some(([*r, *g, *b, source.scale].map(f64::to_bits), *role as u8))
+            }
+            _ => None,
+        };
+        if let Some(known) = key.and_then(|key| self.colours.get(&key)) {
+            return known.clone();
+        }
         match spectra::texture(source, &self.shift) {
-            Ok(texture) => texture,
+            Ok(texture) => {
+                self.colours.extend(key.map(|key| (key, texture.clone())));
+                texture
+            }
             Err(error) => {
                 self.errors.push(error);
                 Texture::Uniform(Spectrum::ZERO)

@@ -27,15 +27,17 @@ use super::traceable::{Needs, Scene, Surface};
 use crate::film::Region;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::{Coverage, Integrator, Limits};
-use crate::light::{Light, Lights};
+use crate::light::{self, Light, Lights};
 use crate::material::Material;
 use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
+use crate::texture::Texture;
 use crate::units::WavelengthRange;
 use contact::Nearness;
 use groups::{Assembled, Groups, Traced};
 use materials::MaterialCompiler;
+use std::collections::HashMap;
 
 /// What a scene is compiled for.
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +73,8 @@ impl Default for CompileOptions {
 /// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no physics over
 /// the range of wavelengths, a walk in a scene whose lights it can't find.
 pub fn compile(description: &Description, options: &CompileOptions) -> Result<Scene, SceneErrors> {
-    Compiler { description, options, shift: Transform::IDENTITY, errors: Vec::new() }.run()
+    let colours = HashMap::new();
+    Compiler { description, options, shift: Transform::IDENTITY, colours, errors: Vec::new() }.run()
 }
 
 struct Compiler<'a> {
@@ -79,6 +82,8 @@ struct Compiler<'a> {
     options: &'a CompileOptions,
     /// From the coordinates of the file to those of the scene.
     shift: Transform,
+    /// What has been made of colours, by their numbers, scale and role: many lights may have the same.
+    colours: HashMap<([u64; 4], u8), Texture>,
     errors: Vec<SceneError>,
 }
 
@@ -167,7 +172,14 @@ impl Compiler<'_> {
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
         let shutter = description.sensor.shutter;
         let lights_move = !moving_lights.is_empty() || camera.is_moving();
-        let lights = self.weighed(lights, environment, scene_radius).with_motion(moving_lights);
+        let responses = self.responses(&camera, &film);
+        // A distance is the same at all wavelengths, whatever shines on what is there.
+        let wavelengths = match description.integrator.kind {
+            IntegratorKind::Depth => self.wavelengths(&responses, &[], None, scene_radius),
+            _ => self.wavelengths(&responses, &lights, environment.as_ref(), scene_radius),
+        };
+        let choice = light::Setting { during, density: &wavelengths };
+        let lights = Lights::new(lights, environment, moving_lights, &choice);
         let limits = Limits {
             max_depth: description.integrator.max_depth.unwrap_or(u32::MAX),
             rr_depth: description.integrator.rr_depth,
@@ -221,9 +233,6 @@ impl Compiler<'_> {
             Integrator::Path | Integrator::Walk | Integrator::Depth => None,
         };
         needs.light_paths = caustics.is_some();
-        // A distance is the same at all wavelengths, whatever shines on what is there.
-        let none = Lights::new(Vec::new(), None, &[]);
-        let seen = if integrator == Integrator::Depth { &none } else { &lights };
         let reference_radiance = match integrator {
             Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
             Integrator::Path | Integrator::Walk => self.reference(&film, &lights, scene_radius),
@@ -238,7 +247,7 @@ impl Compiler<'_> {
             observer: self.options.observer,
             integrator,
             limits,
-            wavelengths: self.wavelengths(&self.responses(&camera, &film), seen, scene_radius),
+            wavelengths,
             warnings,
             reference_radiance,
             numbers: numbers::of(description, &groups),

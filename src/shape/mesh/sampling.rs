@@ -4,6 +4,7 @@ use super::{Mesh, to_f64};
 use crate::geometry::Vec3;
 use crate::shape::shares::Shares;
 use crate::shape::{AreaSample, ShapeSample};
+use crate::texture::UvTransform;
 
 impl Mesh {
     fn shares(&self) -> &Shares {
@@ -15,9 +16,50 @@ impl Mesh {
         })
     }
 
+    /// Whether it is one rectangle of two triangles.
+    pub fn is_rectangle(&self) -> bool {
+        self.rectangle.is_some()
+    }
+
+    /// From fractions of the rectangle's edges to uv, where both triangles agree on one such map.
+    pub fn rectangle_uv(&self) -> Option<UvTransform> {
+        self.rectangle?;
+        let uvs = self.data.uvs.as_ref()?;
+        let corner = |index: usize| uvs[index].map(f64::from);
+        let [origin, x, far, y] = [0, 1, 2, 3].map(corner);
+        let rows = [0, 1].map(|i| [x[i] - origin[i], y[i] - origin[i], origin[i]]);
+        let agrees = |i: usize| {
+            let [a, b, c] = rows[i];
+            (a + b + c - far[i]).abs() <= 1e-6 * (a.abs() + b.abs() + c.abs())
+        };
+        (agrees(0) && agrees(1)).then_some(UvTransform(rows))
+    }
+
+    /// Where on the unit square a point lies: of the rectangle, or of what [`Mesh::sample_triangle`] takes.
+    pub fn chart_place(&self, triangle: u32, [v, w]: [f64; 2]) -> [f64; 2] {
+        if self.rectangle.is_none() {
+            return triangle_to_square([v, w]);
+        }
+        let [a, b, c] = self.data.indices[triangle as usize].map(|index| CORNERS[index as usize]);
+        [0, 1].map(|i| (a[i] + v * (b[i] - a[i]) + w * (c[i] - a[i])).clamp(0.0, 1.0))
+    }
+
     /// Total area of all triangles.
     pub fn area(&self) -> f64 {
         self.shares().total()
+    }
+
+    pub fn triangle_area(&self, triangle: u32) -> f64 {
+        let [a, b, c] = self.triangle(triangle);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// Uniform over one triangle. `None` where that has no area.
+    pub fn sample_triangle(&self, triangle: u32, u: [f64; 2]) -> Option<AreaSample> {
+        let area = self.triangle_area(triangle);
+        let barycentric = square_to_triangle(u);
+        let surface = self.surface(triangle, barycentric);
+        (area > 0.0).then_some(AreaSample { surface, triangle, barycentric, density: 1.0 / area })
     }
 
     /// Uniform in area. `None` for a mesh without area.
@@ -103,4 +145,10 @@ fn square_to_triangle([x, y]: [f64; 2]) -> [f64; 2] {
         let c = 0.5 * y;
         [x - c, c]
     }
+}
+
+/// [`square_to_triangle`] taken back.
+fn triangle_to_square([b, c]: [f64; 2]) -> [f64; 2] {
+    // Below the diagonal the first weight is y / 2 less than x, above it the second.
+    if c > b { [2.0 * b, c + b] } else { [b + c, 2.0 * c] }.map(|x| x.clamp(0.0, 1.0))
 }

@@ -1,13 +1,13 @@
 //! What holds for every environment that is sampled.
 
-use super::sky::{Sky, SkySettings};
-use super::{Environment, EnvironmentMap, Texel};
+use super::{Numbers, uniform_direction};
 use crate::geometry::{Transform, Vec3};
+use crate::light::sky::{Sky, SkySettings};
+use crate::light::{Environment, EnvironmentMap, Texel};
 use crate::sampling::warp;
 use crate::spectrum::Spectrum;
 use crate::stats::{Moments, sidak, welch};
 use rand_pcg::Pcg64;
-use rand_pcg::rand_core::Rng;
 use std::f64::consts::PI;
 
 const NM: f64 = 560.0;
@@ -48,20 +48,6 @@ fn environments() -> [Environment; 4] {
         sky(Vec3::new(0.3, 0.2, 0.8), 30.0, false),
         sky(Vec3::new(1.0, 0.0, 0.05), 8.0, true),
     ]
-}
-
-fn uniform_direction(u: [f64; 2]) -> Vec3 {
-    let z = 2.0 * u[0] - 1.0;
-    let (sin, cos) = (2.0 * PI * u[1]).sin_cos();
-    Vec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + Vec3::Z * z
-}
-
-struct Numbers(Pcg64);
-
-impl Numbers {
-    fn pair(&mut self) -> [f64; 2] {
-        [0; 2].map(|_| (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64)
-    }
 }
 
 /// The light from each of 24 parts of the sphere, by sampled and by uniform directions; and the density's integral is 1, over
@@ -145,5 +131,26 @@ fn the_mean_is_that_of_the_radiance() {
             .collect();
         // It steers the choice of lights and wavelengths, nothing else: a few per cent do no harm.
         assert!((environment.mean().at(NM) / mean.mean() - 1.0).abs() < 0.05);
+    }
+}
+
+/// A picture that is grey but for one texel, with most of the light in it: what a sample says of the irradiance varies by no more than
+/// what the texels' interpolation, the square of the density's, asks for.
+#[test]
+fn a_small_sun_is_sampled_as_it_is_interpolated() {
+    for (width, height) in [(64, 33), (512, 257)] {
+        let dim = Texel { coefficients: [0.0; 3], factor: 1e-3 };
+        let mut texels = vec![dim; width * height];
+        texels[height / 3 * width + width / 5].factor = 1e4;
+        let map = EnvironmentMap::new([width, height], texels, Spectrum::ONE, turned()).unwrap();
+        let mut numbers = Numbers(Pcg64::new(5, 1));
+        let light: Moments = (0..100_000)
+            .map(|_| {
+                let (direction, density) = map.sample(numbers.pair());
+                map.radiance(direction, &[NM]).hero() / density
+            })
+            .collect();
+        let relative = light.variance() / light.mean().powi(2);
+        assert!(relative < 0.05, "{width}: {relative}");
     }
 }

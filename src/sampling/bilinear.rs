@@ -1,0 +1,134 @@
+//! Densities over grids that are bilinear in each cell.
+
+use super::PiecewiseConstantGrid;
+
+/// A density over a grid that chooses cells by their own integrals, and within each follows the values at its corners.
+#[derive(Clone, Debug)]
+pub struct PiecewiseBilinearGrid {
+    cells: PiecewiseConstantGrid,
+    columns: usize,
+    rows: usize,
+    /// Row by row, one more than cells in both directions.
+    corners: Vec<f32>,
+}
+
+impl PiecewiseBilinearGrid {
+    /// From the integral over each cell, row by row, up to a common factor, and the values at the crossings of the grid's lines, up to
+    /// another. `None` unless there are as many as fill whole rows, none is negative or not finite, and the integrals' sum is positive
+    /// and finite.
+    pub fn new(columns: usize, integrals: &[f64], corners: Vec<f32>) -> Option<Self> {
+        let cells = PiecewiseConstantGrid::new(columns, integrals)?;
+        let rows = integrals.len() / columns;
+        let valid = corners.iter().all(|&value| value >= 0.0 && value.is_finite());
+        let fits = corners.len() == (columns + 1) * (rows + 1);
+        (valid && fits).then_some(Self { cells, columns, rows, corners })
+    }
+
+    /// The place at the sample values `u` in [0, 1)², as (column, row) with fractions, and the density there, per cell.
+    pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
+        let ([x, y], probability) = self.cells.sample(u);
+        let (column, row) = self.cell([x, y]);
+        let values = self.around(column, row);
+        let [left, top] = [column, row].map(|index| index as f64);
+        let [[a, b], [c, d]] = values;
+        let down = linear((y - top).clamp(0.0, 1.0), [a + b, c + d]);
+        let across = linear((x - left).clamp(0.0, 1.0), [a + (c - a) * down, b + (d - b) * down]);
+        ([left + across, top + down], probability * shape(values, [across, down]))
+    }
+
+    /// The density of [`Self::sample`] at a place.
+    pub fn density(&self, place: [f64; 2]) -> f64 {
+        let (column, row) = self.cell(place);
+        let within = [place[0] - column as f64, place[1] - row as f64].map(|part| part.clamp(0.0, 1.0));
+        self.cells.probability(column, row) * shape(self.around(column, row), within)
+    }
+
+    fn cell(&self, [x, y]: [f64; 2]) -> (usize, usize) {
+        ((x as usize).min(self.columns - 1), (y as usize).min(self.rows - 1))
+    }
+
+    /// By row and column.
+    fn around(&self, column: usize, row: usize) -> [[f64; 2]; 2] {
+        [0, 1].map(|down| {
+            let left = (row + down) * (self.columns + 1) + column;
+            [left, left + 1].map(|corner| f64::from(self.corners[corner]))
+        })
+    }
+}
+
+/// The value within a cell over its mean: 1 where all corners are zero.
+fn shape([[a, b], [c, d]]: [[f64; 2]; 2], [x, y]: [f64; 2]) -> f64 {
+    let sum = a + b + c + d;
+    if sum == 0.0 {
+        return 1.0;
+    }
+    let (top, bottom) = (a + (b - a) * x, c + (d - c) * x);
+    4.0 * (top + (bottom - top) * y) / sum
+}
+
+/// The place in [0, 1] up to which a share `u` of a linear density lies, by its values at both ends.
+fn linear(u: f64, [from, to]: [f64; 2]) -> f64 {
+    let all = from + to;
+    if all == 0.0 {
+        return u;
+    }
+    let root = (from * from + u * (to - from) * all).max(0.0).sqrt();
+    // Without cancellation, whichever end is higher.
+    if from + root > 0.0 { (u * all / (from + root)).min(1.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::chi_square;
+
+    fn grid() -> PiecewiseBilinearGrid {
+        let corners = vec![0.0, 1.0, 0.0, 5.0, 0.0, 0.0, 2.0, 2.0, 2.0, 0.0, 3.0, 0.0];
+        // The last cell is one whose integral the corners do not tell.
+        PiecewiseBilinearGrid::new(3, &[1.0, 2.0, 4.0, 0.0, 3.0, 7.0], corners).unwrap()
+    }
+
+    #[test]
+    fn samples_follow_the_density() {
+        const SIDE: usize = 30;
+        const SAMPLES: usize = 300;
+        let grid = grid();
+        let mut seen = vec![0.0; 2 * SIDE * 3 * SIDE / 9];
+        let mut expected = seen.clone();
+        let bin = |[x, y]: [f64; 2]| {
+            let [x, y] = [x / 3.0, y / 2.0].map(|part| part.min(0.999_999));
+            (y * (2 * SIDE / 3) as f64) as usize * SIDE + (x * SIDE as f64) as usize
+        };
+        for i in 0..SAMPLES {
+            for j in 0..SAMPLES {
+                let u = [i, j].map(|k| (k as f64 + 0.5) / SAMPLES as f64);
+                let (place, density) = grid.sample(u);
+                assert!((density - grid.density(place)).abs() < 1e-9 * density, "{place:?}");
+                seen[bin(place)] += 1.0;
+            }
+        }
+        // The midpoint rule is exact for what is bilinear, as no line of the grid lies within a bin.
+        for row in 0..2 * SIDE / 3 {
+            for column in 0..SIDE {
+                let middle = [
+                    3.0 * (column as f64 + 0.5) / SIDE as f64,
+                    2.0 * (row as f64 + 0.5) / (2 * SIDE / 3) as f64,
+                ];
+                let area = 6.0 / (SIDE * (2 * SIDE / 3)) as f64;
+                expected[row * SIDE + column] = grid.density(middle) * area * (SAMPLES * SAMPLES) as f64;
+            }
+        }
+        let total: f64 = expected.iter().sum();
+        assert!((total / (SAMPLES * SAMPLES) as f64 - 1.0).abs() < 1e-6, "{total}");
+        // Samples of a grid are spread better than at random.
+        let test = chi_square(&seen, &expected);
+        assert!(test.p_value > 0.01, "{test:?}");
+    }
+
+    #[test]
+    fn what_is_no_density_is_refused() {
+        assert!(PiecewiseBilinearGrid::new(1, &[1.0], vec![1.0; 3]).is_none());
+        assert!(PiecewiseBilinearGrid::new(1, &[1.0], vec![1.0, 1.0, -1.0, 1.0]).is_none());
+        assert!(PiecewiseBilinearGrid::new(1, &[0.0], vec![1.0; 4]).is_none());
+    }
+}
