@@ -478,6 +478,7 @@ mod tests {
         let mut film = film(reference, values.len(), None);
         let mut tile = film.extras.tile([0, 0], [1, 1], 0..values.len() as u32);
         for (replicate, xyz) in (0..).zip(values) {
+            tile.begin(u64::from(replicate));
             for (channel, &value) in xyz.iter().enumerate() {
                 tile.add(0, replicate, channel, value, film.scale());
             }
