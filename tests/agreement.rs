@@ -44,13 +44,15 @@ fn load(case: &Case, integrator: &str) -> Scene {
     scene(&file, &[("integrator", integrator)], WavelengthRange::VISIBLE)
 }
 
-/// The mean over some pixels, with an error that holds what a filter and light paths make them have in common.
+/// The mean over some pixels, with an error that holds what a filter and light paths make them have in
+/// common.
 fn mean_over(film: &Film, pixels: impl IntoIterator<Item = (u32, u32)>, weights: [f64; 3]) -> Estimate {
     let Measured { mean, error } = film.mean_over(pixels, Quantity::Combined(weights));
     Estimate { mean, variance: error.powi(2), degrees: f64::from(film.replicates) - 1.0 }
 }
 
-/// The smallest p-value over blocks of pixels and channels after Šidák's correction, and the test of the mean luminances.
+/// The smallest p-value over blocks of pixels and channels after Šidák's correction, and the test of the mean
+/// luminances.
 fn compare(a: &Film, b: &Film, block: u32) -> (f64, Welch) {
     let mut tests = 0;
     let mut smallest = 1.0f64;

@@ -1,5 +1,5 @@
-//! Pixels that have noise in common, through the film's filter or through light paths that a group of them shares, raise no
-//! false alarm: the file says what they share.
+//! Pixels that have noise in common, through the film's filter or through light paths that a group of them
+//! shares, raise no false alarm: the file says what they share.
 
 use abbe::compare::{Options, compare};
 use abbe::output::exr::{Channels, read};
@@ -56,9 +56,9 @@ impl Drop for Folder {
     }
 }
 
-/// Pairs of pictures that differ in the seed alone: at the 5 % level each test raises an alarm in 2 of 40, and in more than
-/// 8 of them with a probability of 10⁻⁴. The p-values of the whole mean, of which there is one in each pair, are uniform. What is
-/// shared matters: files that do not tell it raise alarms.
+/// Pairs of pictures that differ in the seed alone: at the 5 % level each test raises an alarm in 2 of 40,
+/// and in more than 8 of them with a probability of 10⁻⁴. The p-values of the whole mean, of which there is
+/// one in each pair, are uniform. What is shared matters: files that do not tell it raise alarms.
 fn no_false_alarms(name: &str, further: &[&str]) {
     const PAIRS: u32 = 40;
     const MOST: usize = 8;
@@ -104,7 +104,8 @@ fn pixels_that_share_light_paths_raise_no_false_alarms() {
     no_false_alarms("shared", &["--estimator", "shared"]);
 }
 
-/// What the file says of the noise that pixels share: nothing without replicates, and the same with any number of threads.
+/// What the file says of the noise that pixels share: nothing without replicates, and the same with any
+/// number of threads.
 #[test]
 fn files_state_what_pixels_share() {
     let folder = Folder::new("stated");
@@ -113,8 +114,8 @@ fn files_state_what_pixels_share() {
     assert_eq!(one, three);
     for channel in ["R", "G", "B", "S0.477,500000nm"] {
         let of_tiles = one.tile_noise(channel).expect("it is stated");
-        // A Gaussian of half a pixel weighs a sample by exp(−2 d²): in independent samples the mean over a tile has about 3
-        // times the variance of independent pixels, in stratified ones less.
+        // A Gaussian of half a pixel weighs a sample by exp(−2 d²): in independent samples the mean over a
+        // tile has about 3 times the variance of independent pixels, in stratified ones less.
         assert!(of_tiles > 1.2 && of_tiles < 5.0, "{channel}: {of_tiles}");
         let errors = one.channel(&format!("error.{channel}")).expect("a channel of errors");
         let independent = errors.iter().map(|error| f64::from(*error).powi(2)).sum::<f64>().sqrt() / 576.0;

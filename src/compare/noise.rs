@@ -1,9 +1,9 @@
 //! What is known of the noise of a side: of its pixels, and of means over some of them.
 //!
 //! A picture states the errors of its pixels, or several pictures show by their spread how uncertain they
-//! are. Filters that splat each sample onto several pixels, and pixels that share light paths, give neighbours
-//! noise in common: a file may state how much it makes of means over tiles and over the picture, and the spread
-//! of several pictures needs no such statement.
+//! are. Filters that splat each sample onto several pixels, and pixels that share light paths, give
+//! neighbours noise in common: a file may state how much it makes of means over tiles and over the picture,
+//! and the spread of several pictures needs no such statement.
 
 use super::bias::TILE;
 use super::pair::{Measurement, Pair};
@@ -34,8 +34,8 @@ pub(super) struct Stored<'a> {
     /// moderated by those of their neighbours are not independent, and what they have in common lends none.
     /// Infinite where the file does not say.
     degrees: [f64; 2],
-    /// What the noise of pixels has in common: how many times the variance of independent pixels the mean over a
-    /// tile has, and the mean over the picture. `None` where the file does not say.
+    /// What the noise of pixels has in common: how many times the variance of independent pixels the mean
+    /// over a tile has, and the mean over the picture. `None` where the file does not say.
     shared: [Option<f64>; 2],
 }
 
@@ -207,11 +207,11 @@ impl<'a> Stored<'a> {
         })
     }
 
-    /// The mean over some pixels, which make up a cell or are what can be compared of it, with what is stated of
-    /// its noise. `None` of no pixels.
+    /// The mean over some pixels, which make up a cell or are what can be compared of it, with what is stated
+    /// of its noise. `None` of no pixels.
     ///
-    /// What the noise of pixels has in common is what the file says. The noise of pixels is taken to be independent
-    /// where it says nothing.
+    /// What the noise of pixels has in common is what the file says. The noise of pixels is taken to be
+    /// independent where it says nothing.
     fn mean(&self, pixels: &[usize], cell: Cell) -> Option<Estimate> {
         let [of_pixel, lent] = self.degrees;
         let degrees = if cell == Cell::Pixel { of_pixel } else { lent };
@@ -246,8 +246,8 @@ impl<'a> Stored<'a> {
     }
 }
 
-/// How many times the variance of independent pixels with these errors the mean over a picture has, whose own error is
-/// stated. `None` without noise.
+/// How many times the variance of independent pixels with these errors the mean over a picture has, whose own
+/// error is stated. `None` without noise.
 fn picture_noise(errors: Option<&[f32]>, mean_error: Option<f64>) -> Option<f64> {
     let (mut count, mut independent) = (0.0, 0.0);
     for &error in errors?.iter().filter(|error| error.is_finite()) {

@@ -1,8 +1,8 @@
 //! What a film says of one pixel and of means over several, each with its standard error.
 //!
-//! A sample that is splatted onto several pixels, light paths, and groups of pixels that share work give neighbouring
-//! pixels noise in common. The error of a mean over pixels is therefore that of the replicates' means over them, not
-//! what the pixels' own errors would add up to.
+//! A sample that is splatted onto several pixels, light paths, and groups of pixels that share work give
+//! neighbouring pixels noise in common. The error of a mean over pixels is therefore that of the replicates'
+//! means over them, not what the pixels' own errors would add up to.
 
 use super::{Extent, Film, FixedPoint, Measured, Region, WEIGHT};
 
@@ -27,9 +27,9 @@ pub const NOISE_TILE: u32 = 8;
 pub struct PictureNoise {
     /// The mean over all of them.
     pub mean: Measured,
-    /// The variance of the mean over a tile of [`NOISE_TILE`] × [`NOISE_TILE`] pixels, over what it would be if its pixels
-    /// were independent: 1 if they are, above where neighbours err alike. Pooled over all whole tiles; `None` where there
-    /// is no such tile, or no noise.
+    /// The variance of the mean over a tile of [`NOISE_TILE`] × [`NOISE_TILE`] pixels, over what it would be
+    /// if its pixels were independent: 1 if they are, above where neighbours err alike. Pooled over all whole
+    /// tiles; `None` where there is no such tile, or no noise.
     pub of_tiles: Option<f64>,
 }
 
@@ -93,8 +93,9 @@ impl Film {
         }
     }
 
-    /// The mean of a quantity over some pixels. Its error is known with one degree of freedom less than there are
-    /// replicates, however many pixels there are. Infinite with a pixel that has no samples, and for no pixels.
+    /// The mean of a quantity over some pixels. Its error is known with one degree of freedom less than there
+    /// are replicates, however many pixels there are. Infinite with a pixel that has no samples, and for no
+    /// pixels.
     pub fn mean_over(&self, pixels: impl IntoIterator<Item = (u32, u32)>, quantity: Quantity) -> Measured {
         let mut sum = Sum::new(self.replicates);
         for (x, y) in pixels {
@@ -123,14 +124,16 @@ impl Film {
         PictureNoise { mean: all.mean(self), of_tiles: (independent > 0.0).then(|| found / independent) }
     }
 
-    /// The variance of the mean of all replicates, whose deviations from it have squares of this sum. Infinite for fewer than two.
+    /// The variance of the mean of all replicates, whose deviations from it have squares of this sum.
+    /// Infinite for fewer than two.
     fn variance(&self, spread: f64) -> f64 {
         let r = f64::from(self.replicates);
         if self.replicates < 2 { f64::INFINITY } else { spread / (r * (r - 1.0)) }
     }
 
-    /// The mean of a pixel: a linear function of the channels over the sum of the weights. `None` without samples. Told of each
-    /// replicate by how much it is above the mean: what it adds to the ratio, to first order.
+    /// The mean of a pixel: a linear function of the channels over the sum of the weights. `None` without
+    /// samples. Told of each replicate by how much it is above the mean: what it adds to the ratio, to first
+    /// order.
     fn linearised(
         &self,
         x: u32,

@@ -161,7 +161,8 @@ fn attributes(picture: &Picture, quantities: &[(String, Quantity)]) -> HashMap<T
 /// Attribute with the standard error of the mean over all pixels, of each channel.
 const MEAN_ERROR: &str = "abbe.meanError";
 
-/// Attribute with the variance of the mean over a tile of 8 × 8 pixels over that of as many independent ones, of each channel.
+/// Attribute with the variance of the mean over a tile of 8 × 8 pixels over that of as many independent ones,
+/// of each channel.
 const TILE_NOISE: &str = "abbe.tileNoise";
 
 /// A line of an attribute that has one for each channel. A name may hold blanks.
