@@ -1,12 +1,12 @@
 //! Whether the difference of two pictures is more than their noise: Welch's t-test of each pixel, of each tile and of the
 //! whole mean, and the smallest bias that these tests could have seen.
 
-use super::noise::{CellMean, Cells};
+use super::noise::{Cell, CellMean, Cells};
 use super::pair::{Channel, Pair};
 use crate::stats::{Estimate, sidak_corrected, student_quantile, uniformity, welch};
 
 /// Edge of a tile, pixels; those at the right and lower border may be smaller.
-pub const TILE: usize = 8;
+pub const TILE: usize = crate::film::NOISE_TILE as usize;
 
 /// A bias of the detectable size would be found at this level with this power.
 pub const LEVEL: f64 = 0.05;
@@ -50,7 +50,7 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
     let mut z = vec![f64::NAN; good.len()];
     let mut p = z.clone();
     let (mut own, mut histogram, mut tested, mut noiseless, mut borrowed) = (Vec::new(), [0; CELLS], 0, 0, 0);
-    for (pixel, means) in means(channel, &Cells::new(pair, 1), good).into_iter().enumerate() {
+    for (pixel, means) in means(channel, &Cells::new(pair, Cell::Pixel), good).into_iter().enumerate() {
         let Some([a, b]) = means else { continue };
         let found = welch(&a.estimate, &b.estimate);
         (z[pixel], p[pixel]) = (found.t, found.p_value);
@@ -68,7 +68,7 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
     let smallest = |values: &mut dyn Iterator<Item = f64>| values.filter(|p| !p.is_nan()).fold(1.0, f64::min);
 
     let tells = |[a, b]: &[CellMean; 2]| a.is_noisy || b.is_noisy || a.estimate.mean != b.estimate.mean;
-    let tiles: Vec<[Estimate; 2]> = means(channel, &Cells::new(pair, TILE), good)
+    let tiles: Vec<[Estimate; 2]> = means(channel, &Cells::new(pair, Cell::Tile), good)
         .into_iter()
         .flatten()
         .filter(tells)
@@ -78,7 +78,7 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
     let mut seen: Vec<f64> =
         tiles.iter().map(|tile| detectable(tile, level)).filter(|share| share.is_finite()).collect();
     seen.sort_by(f64::total_cmp);
-    let whole = means(channel, &Cells::whole(pair), good).into_iter().flatten().next();
+    let whole = means(channel, &Cells::new(pair, Cell::Picture), good).into_iter().flatten().next();
     let whole = whole.map_or([Estimate::exact(0.0); 2], |both| both.map(|mean| mean.estimate));
     let pixels_p = smallest(&mut p.iter().copied());
     let tiles_p = smallest(&mut tiles.iter().map(|[a, b]| welch(a, b).p_value));

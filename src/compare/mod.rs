@@ -3,8 +3,8 @@
 //! A is judged, B is the reference; either may be several pictures of one scene, whose means are compared.
 //! Bias and noise are kept apart: figures such as relMSE see both, Welch's t-test sees only what the errors
 //! do not explain, stated ones or those that the spread of several pictures shows. Model of the tests: a mean
-//! over replicates is distributed so that Student's t applies, and the noise of pixels that a file states
-//! errors of is independent.
+//! over replicates is distributed so that Student's t applies, and noise that pixels have in common is as the
+//! file states it; pixels of a file that states errors alone are independent.
 
 mod bias;
 mod condition;

@@ -1,9 +1,11 @@
 //! What is known of the noise of a side: of its pixels, and of means over some of them.
 //!
 //! A picture states the errors of its pixels, or several pictures show by their spread how uncertain they
-//! are. The spread of means over cells needs no assumption about how the noise of pixels hangs together, as
-//! it does where another program's filter splats each sample onto several pixels.
+//! are. Filters that splat each sample onto several pixels, and pixels that share light paths, give
+//! neighbours noise in common: a file may state how much it makes of means over tiles and over the picture,
+//! and the spread of several pictures needs no such statement.
 
+use super::bias::TILE;
 use super::pair::{Measurement, Pair};
 use crate::output::error_bars;
 use crate::output::exr::Channels;
@@ -32,6 +34,18 @@ pub(super) struct Stored<'a> {
     /// moderated by those of their neighbours are not independent, and what they have in common lends none.
     /// Infinite where the file does not say.
     degrees: [f64; 2],
+    /// What the noise of pixels has in common: how many times the variance of independent pixels the mean
+    /// over a tile has, and the mean over the picture. `None` where the file does not say.
+    shared: [Option<f64>; 2],
+}
+
+/// What a picture is divided into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cell {
+    Pixel,
+    /// [`TILE`] × [`TILE`] pixels.
+    Tile,
+    Picture,
 }
 
 /// A division of a picture into square cells; those at the right and lower border may be smaller.
@@ -39,7 +53,7 @@ pub(super) struct Stored<'a> {
 pub(super) struct Cells {
     width: usize,
     height: usize,
-    edge: usize,
+    cell: Cell,
 }
 
 /// A mean over the pixels of a cell.
@@ -54,26 +68,29 @@ pub(super) struct CellMean {
 }
 
 impl Cells {
-    pub fn new(pair: &Pair, edge: usize) -> Self {
-        Self { width: pair.width, height: pair.height, edge: edge.max(1) }
+    pub fn new(pair: &Pair, cell: Cell) -> Self {
+        Self { width: pair.width, height: pair.height, cell }
     }
 
-    /// The whole picture as one cell.
-    pub fn whole(pair: &Pair) -> Self {
-        Self::new(pair, pair.width.max(pair.height))
+    fn edge(&self) -> usize {
+        match self.cell {
+            Cell::Pixel => 1,
+            Cell::Tile => TILE,
+            Cell::Picture => self.width.max(self.height).max(1),
+        }
     }
 
     fn across(&self) -> usize {
-        self.width.div_ceil(self.edge)
+        self.width.div_ceil(self.edge())
     }
 
     fn down(&self) -> usize {
-        self.height.div_ceil(self.edge)
+        self.height.div_ceil(self.edge())
     }
 
     /// The pixels of each cell, row by row.
     fn pixels(&self) -> impl Iterator<Item = impl Iterator<Item = usize>> {
-        let Self { width, height, edge } = *self;
+        let (Self { width, height, .. }, edge) = (*self, self.edge());
         let corners =
             (0..height).step_by(edge).flat_map(move |y| (0..width).step_by(edge).map(move |x| (x, y)));
         corners.map(move |(left, top)| {
@@ -119,9 +136,9 @@ impl<'a> Measurement<'a> {
         let measured = match self.noise {
             Noise::Spread => self.by_spread(cells, &cells_pixels),
             _ => {
-                let of = usize::from(cells.edge > 1);
                 let mean = |pixels: &Vec<usize>| {
-                    let pictures = self.pictures.iter().filter_map(|picture| picture.mean(pixels, of));
+                    let pictures =
+                        self.pictures.iter().filter_map(|picture| picture.mean(pixels, cells.cell));
                     let found = Estimate::mean_of(pictures)?;
                     Some((found, found.mean == 0.0))
                 };
@@ -150,7 +167,7 @@ impl<'a> Measurement<'a> {
     /// With each estimate, whether the pictures are equal there.
     fn by_spread(&self, cells: &Cells, cells_pixels: &[Vec<usize>]) -> Vec<Option<(Estimate, bool)>> {
         let moments = |pixels: &Vec<usize>| -> Moments {
-            self.pictures.iter().filter_map(|picture| Some(picture.mean(pixels, 0)?.mean)).collect()
+            self.pictures.iter().filter_map(|picture| Some(picture.mean(pixels, Cell::Pixel)?.mean)).collect()
         };
         let found: Vec<Moments> = cells_pixels.iter().map(moments).collect();
         let variance = |found: &Moments| match found.count() {
@@ -180,26 +197,46 @@ impl<'a> Stored<'a> {
             replicates(picture).map(|count| f64::from(count.saturating_sub(1))).filter(|&own| own > 0.0);
         let stated = picture.attribute("abbe.degreesOfFreedom").and_then(|text| text.parse().ok());
         let of_pixels = stated.filter(|&degrees: &f64| degrees > 0.0).or(of_means);
+        let errors = picture.channel(&format!("error.{name}"));
         Some(Self {
             values: picture.channel(name)?,
-            errors: picture.channel(&format!("error.{name}")),
+            errors,
+            shared: [picture.tile_noise(name), picture_noise(errors, picture.mean_error(name))],
             rounding: 2f64.powi(if is_half { -11 } else { -24 }),
             degrees: [of_pixels, of_means.or(of_pixels)].map(|degrees| degrees.unwrap_or(f64::INFINITY)),
         })
     }
 
-    /// The mean over some pixels with what is stated of its noise, which says with how many degrees of
-    /// freedom: those `of` a pixel (0) or of what it lends to a mean (1). `None` of no pixels.
+    /// The mean over some pixels, which make up a cell or are what can be compared of it, with what is stated
+    /// of its noise. `None` of no pixels.
     ///
-    /// The one place where the noise of pixels is taken to be independent. A picture in which groups of
-    /// pixels share it must have each group add up to one estimate here, whose error is at most the sum of
-    /// its pixels'.
-    fn mean(&self, pixels: &[usize], of: usize) -> Option<Estimate> {
-        Estimate::mean_of(pixels.iter().map(|&pixel| Estimate {
+    /// What the noise of pixels has in common is what the file says. The noise of pixels is taken to be
+    /// independent where it says nothing.
+    fn mean(&self, pixels: &[usize], cell: Cell) -> Option<Estimate> {
+        let [of_pixel, lent] = self.degrees;
+        let degrees = if cell == Cell::Pixel { of_pixel } else { lent };
+        let independent = Estimate::mean_of(pixels.iter().map(|&pixel| Estimate {
             mean: f64::from(self.values[pixel]),
             variance: self.errors.map_or(0.0, |errors| f64::from(errors[pixel]).powi(2)),
-            degrees: self.degrees[of],
-        }))
+            degrees,
+        }))?;
+        let [of_tile, of_picture] = self.shared;
+        let scaled = |times: f64, degrees: f64| Estimate {
+            variance: independent.variance * times,
+            degrees,
+            ..independent
+        };
+        Some(match (cell, of_tile, of_picture) {
+            (Cell::Tile, Some(times), _) => {
+                // In a part of a tile, pixels that err against one another need not meet.
+                let times = if pixels.len() < TILE * TILE { times.max(1.0) } else { times };
+                // Pixels that err alike lend less to the variance, too: at most by as much, if all err alike.
+                scaled(times, independent.degrees / times.max(1.0))
+            }
+            // It is one number in each replicate.
+            (Cell::Picture, _, Some(times)) => scaled(times, lent),
+            _ => independent,
+        })
     }
 
     /// The variance that storing the values gives to the sum over some pixels: the deviation is uniform over
@@ -207,6 +244,18 @@ impl<'a> Stored<'a> {
     fn rounding(&self, pixels: &[usize]) -> f64 {
         pixels.iter().map(|&pixel| (self.rounding * f64::from(self.values[pixel])).powi(2) / 3.0).sum()
     }
+}
+
+/// How many times the variance of independent pixels with these errors the mean over a picture has, whose own
+/// error is stated. `None` without noise.
+fn picture_noise(errors: Option<&[f32]>, mean_error: Option<f64>) -> Option<f64> {
+    let (mut count, mut independent) = (0.0, 0.0);
+    for &error in errors?.iter().filter(|error| error.is_finite()) {
+        count += 1.0;
+        independent += f64::from(error).powi(2);
+    }
+    let times = (mean_error? * count).powi(2) / independent;
+    times.is_finite().then_some(times)
 }
 
 /// Replicates behind the errors of a picture, where it says so.

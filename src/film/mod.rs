@@ -10,10 +10,12 @@
 //! length. The spread of single samples would overstate the error of stratified ones.
 
 mod filter;
+mod means;
 mod region;
 
 use crate::sampling::mix;
 pub use filter::{FilterKind, FilterSampler, Footprint};
+pub use means::{NOISE_TILE, PictureNoise, Quantity};
 pub use region::{Extent, Region};
 use std::ops::{Range, RangeInclusive};
 
@@ -460,7 +462,7 @@ impl Film {
 
     /// The pixel's mean of Σ wᵢ·XYZᵢ for three weights, with its standard error.
     pub fn combined(&self, x: u32, y: u32, weights: [f64; 3]) -> Measured {
-        self.measured(x, y, self.scale, |sums| (0..3).map(|i| weights[i] * sums[i] as f64).sum())
+        self.measured(x, y, Quantity::Combined(weights))
     }
 
     /// The same in one replicate alone: what a render of those samples would have shown.
@@ -479,56 +481,22 @@ impl Film {
     /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that measures it. Exactly 1
     /// where every sample meets something.
     pub fn alpha(&self, x: u32, y: u32) -> Measured {
-        let channel = self.extras.alpha_channel();
-        self.measured(x, y, FixedPoint::SHARE, |sums| sums[channel] as f64)
+        self.measured(x, y, Quantity::Alpha)
     }
 
     /// The mean over the pixel's samples of the square of X, Y or Z. Only for a film that measures it.
     pub fn second_moment(&self, x: u32, y: u32, of: usize) -> Measured {
-        let channel = self.extras.moment_channel(of);
-        self.measured(x, y, self.square_scale(), |sums| sums[channel] as f64)
+        self.measured(x, y, Quantity::SecondMoment(of))
     }
 
     /// The integral of the pixel's mean spectral radiance over a response of the sensor, with its standard error.
     pub fn response(&self, x: u32, y: u32, response: usize) -> Measured {
-        let (channel, integral) = (self.extras.response_channel(response), self.extras.responses[response]);
-        self.measured(x, y, self.scale, |sums| integral * sums[channel] as f64)
+        self.measured(x, y, Quantity::Response(response))
     }
 
     /// The pixel's mean spectral radiance within a bin, per nm, with its standard error.
     pub fn bin(&self, x: u32, y: u32, bin: usize) -> Measured {
-        let channel = self.extras.bin_channel(bin);
-        self.measured(x, y, self.scale, |sums| sums[channel] as f64)
-    }
-
-    /// A linear function of the channels over the sum of the weights, and its standard error from the replicates: the spread of
-    /// what each adds to the ratio, to first order.
-    fn measured(&self, x: u32, y: u32, scale: FixedPoint, of_sums: impl Fn(&[i64]) -> f64) -> Measured {
-        let index = self.index(x, y);
-        let (channels, replicates) = (self.extras.channels(), self.replicates as usize);
-        let sums = self.sums[index * replicates * channels..][..replicates * channels].chunks_exact(channels);
-        let r = f64::from(self.replicates);
-        let parts = sums.enumerate().map(|(replicate, sums)| {
-            let light = self.light.mean(index, replicate, channels, &of_sums);
-            let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
-            [of_sums(sums) * scale.quantum, weight, light]
-        });
-        let [sum, weight, light] =
-            parts.clone().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
-        if weight == 0.0 {
-            return Measured { mean: 0.0, error: f64::INFINITY };
-        }
-        let (ratio, light) = (sum / weight, light / r);
-        let error = if self.replicates < 2 {
-            f64::INFINITY
-        } else {
-            let off = |[own, own_weight, own_light]: [f64; 3]| {
-                (own - ratio * own_weight) * (r / weight) + own_light - light
-            };
-            let spread: f64 = parts.map(|part| off(part) * off(part)).sum();
-            (spread / (r * (r - 1.0))).sqrt()
-        };
-        Measured { mean: ratio + light, error }
+        self.measured(x, y, Quantity::Bin(bin))
     }
 
     /// Over all pixels that are shown, the mean standard error of Y over the mean of Y; of all responses instead of Y where the sensor has
@@ -568,6 +536,7 @@ mod tests {
         let mut film = film(reference, values.len(), None);
         let mut tile = film.extras.tile([0, 0], [1, 1], 0..values.len() as u32);
         for (replicate, xyz) in (0..).zip(values) {
+            tile.begin(u64::from(replicate));
             for (channel, &value) in xyz.iter().enumerate() {
                 tile.add(0, replicate, channel, value, film.scale());
             }

@@ -8,7 +8,7 @@
 //! Layout for Spectral Images", JCGT 10(3), 2021: `S0.<nm>nm` with a decimal comma.
 
 use super::{Content, Picture, error_bars};
-use crate::film::{Extent, Film, Measured, Region};
+use crate::film::{Extent, Film, Quantity, Region};
 use crate::render::Auxiliary;
 use exr::prelude::*;
 use smallvec::SmallVec;
@@ -32,44 +32,19 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
         channels.push(AnyChannel { name: utf8(name), ..AnyChannel::new("", FlatSamples::F32(values)) });
     };
     let nets = film.nets();
-    let mut add_measured = |name: &str, value: &dyn Fn(&Film, u32, u32) -> Measured| {
-        add(name, pixels(film, |x, y| value(film, x, y).mean as f32));
+    let quantities = quantities(picture);
+    for (name, quantity) in &quantities {
+        add(name, pixels(film, |x, y| film.measured(x, y, *quantity).mean as f32));
         if picture.has_errors() {
             let variances = |film: &Film| -> Vec<f64> {
                 let all = Region::whole(measured.size).pixels();
-                all.map(|[x, y]| value(film, x, y).error.powi(2)).collect()
+                all.map(|[x, y]| film.measured(x, y, *quantity).error.powi(2)).collect()
             };
             let of_nets = nets.as_ref().map(variances);
             let variances =
                 error_bars::calibrated(window.size, measured, &variances(film), of_nets.as_deref());
             let error = |x, y| variances[y as usize * film.width as usize + x as usize].sqrt() as f32;
             add(&format!("error.{name}"), pixels(film, error));
-        }
-    };
-    match &picture.content {
-        Content::Colour(colour) => {
-            for (name, weights) in colour.channels() {
-                add_measured(name, &|film, x, y| film.combined(x, y, *weights));
-            }
-            if film.extras.alpha {
-                add_measured("A", &|film, x, y| film.alpha(x, y));
-            }
-        }
-        Content::Responses(names) => {
-            for (index, name) in names.iter().enumerate() {
-                add_measured(name, &|film, x, y| film.response(x, y, index));
-            }
-        }
-    }
-    if let Some([means, squares]) = &picture.moments {
-        for (of, (name, weights)) in super::Colour::Xyz.channels().iter().enumerate() {
-            add_measured(&format!("{means}.{name}"), &|film, x, y| film.combined(x, y, *weights));
-            add_measured(&format!("{squares}.{name}"), &|film, x, y| film.second_moment(x, y, of));
-        }
-    }
-    if let Some(bins) = film.extras.bins {
-        for bin in 0..bins.count {
-            add_measured(&spectral_channel(bins.centre(bin)), &|film, x, y| film.bin(x, y, bin));
         }
     }
     add("samples", pixels(film, |x, y| film.samples(x, y) as f32));
@@ -85,7 +60,7 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
     let size = Vec2(shown.size[0] as usize, shown.size[1] as usize);
     let mut layer = Layer::new(size, LayerAttributes::default(), ENCODING, AnyChannels::sort(channels));
     layer.attributes.layer_position = Vec2(shown.offset[0] as i32, shown.offset[1] as i32);
-    layer.attributes.other = attributes(picture);
+    layer.attributes.other = attributes(picture, &quantities);
     let mut image = Image::from_layer(layer);
     let full = Vec2(whole[0] as usize, whole[1] as usize);
     image.attributes.display_window = IntegerBounds::new((0, 0), full);
@@ -93,6 +68,35 @@ fn encode(picture: &Picture) -> std::result::Result<Vec<u8>, exr::error::Error> 
         image.attributes.chromaticities = Some(colour.chromaticities());
     }
     encoded(image)
+}
+
+/// What the channels of light are, by name.
+fn quantities(picture: &Picture) -> Vec<(String, Quantity)> {
+    let extras = &picture.film.extras;
+    let mut quantities: Vec<(String, Quantity)> = match &picture.content {
+        Content::Colour(colour) => {
+            let colours = colour.channels().iter();
+            let alpha = extras.alpha.then(|| ("A".to_owned(), Quantity::Alpha));
+            colours
+                .map(|&(name, weights)| (name.to_owned(), Quantity::Combined(weights)))
+                .chain(alpha)
+                .collect()
+        }
+        Content::Responses(names) => {
+            names.iter().enumerate().map(|(index, name)| (name.clone(), Quantity::Response(index))).collect()
+        }
+    };
+    if let Some([means, squares]) = &picture.moments {
+        for (of, &(name, weights)) in super::Colour::Xyz.channels().iter().enumerate() {
+            quantities.push((format!("{means}.{name}"), Quantity::Combined(weights)));
+            quantities.push((format!("{squares}.{name}"), Quantity::SecondMoment(of)));
+        }
+    }
+    if let Some(bins) = extras.bins {
+        let bin = |bin| (spectral_channel(bins.centre(bin)), Quantity::Bin(bin));
+        quantities.extend((0..bins.count).map(bin));
+    }
+    quantities
 }
 
 const ENCODING: Encoding = Encoding {
@@ -140,7 +144,7 @@ fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 
-fn attributes(picture: &Picture) -> HashMap<Text, AttributeValue> {
+fn attributes(picture: &Picture, quantities: &[(String, Quantity)]) -> HashMap<Text, AttributeValue> {
     let text = |value: &str| AttributeValue::Text(utf8(value));
     let mut attributes: HashMap<Text, AttributeValue> =
         picture.attributes.iter().map(|(name, value)| (Text::from(name.as_str()), text(value))).collect();
@@ -148,6 +152,19 @@ fn attributes(picture: &Picture) -> HashMap<Text, AttributeValue> {
         let film = picture.film;
         let degrees = error_bars::degrees(film.extent.window.size, film.replicates);
         attributes.insert(Text::from("abbe.degreesOfFreedom"), text(&format!("{degrees:.2}")));
+        let (mut errors, mut of_tiles) = (Vec::new(), Vec::new());
+        for (name, quantity) in quantities {
+            let noise = film.noise(*quantity);
+            if noise.mean.error.is_finite() {
+                errors.push(stated(name, noise.mean.error));
+            }
+            of_tiles.extend(noise.of_tiles.map(|times| stated(name, times)));
+        }
+        for (name, lines) in [(MEAN_ERROR, errors), (TILE_NOISE, of_tiles)] {
+            if !lines.is_empty() {
+                attributes.insert(Text::from(name), text(&lines.join("\n")));
+            }
+        }
     }
     if picture.film.extras.bins.is_some() {
         attributes.insert(Text::from("spectralLayoutVersion"), text("1.0"));
@@ -156,6 +173,18 @@ fn attributes(picture: &Picture) -> HashMap<Text, AttributeValue> {
         attributes.insert(Text::from("abbe.emissiveUnits"), text("W.m^-2.sr^-1.nm^-1"));
     }
     attributes
+}
+
+/// Attribute with the standard error of the mean over all pixels, of each channel.
+const MEAN_ERROR: &str = "abbe.meanError";
+
+/// Attribute with the variance of the mean over a tile of 8 × 8 pixels over that of as many independent ones,
+/// of each channel.
+const TILE_NOISE: &str = "abbe.tileNoise";
+
+/// A line of an attribute that has one for each channel. A name may hold blanks.
+fn stated(name: &str, value: f64) -> String {
+    format!("{name}={value:.6e}")
 }
 
 /// Puts the header's attributes in the order of their names. The exr crate keeps them in a hash map and writes them in
@@ -214,6 +243,24 @@ impl Channels {
     /// An attribute that is text.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value.as_str())
+    }
+
+    /// The standard error of the mean of a channel over all pixels, where the file states it.
+    pub fn mean_error(&self, channel: &str) -> Option<f64> {
+        self.of_channel(MEAN_ERROR, channel)
+    }
+
+    /// How many times the variance of as many independent pixels the mean over a tile of
+    /// [`NOISE_TILE`](crate::film::NOISE_TILE) × `NOISE_TILE` pixels has, where the file states it.
+    pub fn tile_noise(&self, channel: &str) -> Option<f64> {
+        self.of_channel(TILE_NOISE, channel)
+    }
+
+    /// The number, finite and not negative, that an attribute has for a channel.
+    fn of_channel(&self, attribute: &str, channel: &str) -> Option<f64> {
+        let lines = self.attribute(attribute)?.lines();
+        let (_, value) = lines.filter_map(|line| line.rsplit_once('=')).find(|(name, _)| *name == channel)?;
+        value.parse().ok().filter(|&value: &f64| value.is_finite() && value >= 0.0)
     }
 }
 

@@ -54,7 +54,8 @@ pub fn expose(scene: &Scene, settings: &Settings) -> Film {
     film
 }
 
-/// The mean over all pixels of something measured, and its standard error (pixels are independent).
+/// The mean over all pixels of something measured, and its standard error. Pixels must be independent: the
+/// film has a box filter, and the [`settings`] are those above. Elsewhere `Film::mean_over` says it.
 pub fn mean_over_pixels(film: &Film, measure: impl Fn(u32, u32) -> abbe::film::Measured) -> (f64, f64) {
     let n = f64::from(film.width) * f64::from(film.height);
     let pixels = (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y)));

@@ -1,0 +1,269 @@
+//! What a film says of one pixel and of means over several, each with its standard error.
+//!
+//! A sample that is splatted onto several pixels, light paths, and groups of pixels that share work give
+//! neighbouring pixels noise in common. The error of a mean over pixels is therefore that of the replicates'
+//! means over them, not what the pixels' own errors would add up to.
+
+use super::{Extent, Film, FixedPoint, Measured, Region, WEIGHT};
+
+/// A linear function of the channels of a film.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Quantity {
+    /// Σ wᵢ·XYZᵢ for three weights.
+    Combined([f64; 3]),
+    /// The share of the samples that meet something.
+    Alpha,
+    /// The integral of the spectral radiance over a response of the sensor.
+    Response(usize),
+    /// The mean spectral radiance within a bin, per nm.
+    Bin(usize),
+    /// The mean over the samples of the square of X, Y or Z.
+    SecondMoment(usize),
+}
+
+/// Edge of the tiles of [`PictureNoise`], pixels.
+pub const NOISE_TILE: u32 = 8;
+
+/// What the pixels that are shown have in common in their noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PictureNoise {
+    /// The mean over all of them.
+    pub mean: Measured,
+    /// The variance of the mean over a tile of [`NOISE_TILE`] × [`NOISE_TILE`] pixels, over what it would be
+    /// if its pixels were independent: 1 if they are, above where neighbours err alike. Pooled over all whole
+    /// tiles; `None` where there is no such tile, or no noise.
+    pub of_tiles: Option<f64>,
+}
+
+/// The sum over some pixels of a quantity.
+struct Sum {
+    pixels: f64,
+    sum: f64,
+    /// By replicate: by how much it is above the others, to first order.
+    deviations: Vec<f64>,
+    /// What the pixels' own variances add up to.
+    independent: f64,
+}
+
+impl Sum {
+    fn new(replicates: u32) -> Self {
+        Self { pixels: 0.0, sum: 0.0, deviations: vec![0.0; replicates as usize], independent: 0.0 }
+    }
+
+    /// Adds a pixel. One without samples makes the error infinite.
+    fn add(&mut self, film: &Film, x: u32, y: u32, quantity: Quantity) {
+        let mut spread = 0.0;
+        let mean = film.linearised(x, y, quantity, |replicate, deviation| {
+            self.deviations[replicate] += deviation;
+            spread += deviation * deviation;
+        });
+        self.pixels += 1.0;
+        self.sum += mean.unwrap_or(0.0);
+        self.independent += if mean.is_some() { film.variance(spread) } else { f64::INFINITY };
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.pixels += other.pixels;
+        self.sum += other.sum;
+        self.independent += other.independent;
+        for (own, other) in self.deviations.iter_mut().zip(&other.deviations) {
+            *own += other;
+        }
+    }
+
+    /// The variance of the sum.
+    fn variance(&self, film: &Film) -> f64 {
+        let spread = self.deviations.iter().map(|deviation| deviation * deviation).sum();
+        if self.independent.is_finite() { film.variance(spread) } else { f64::INFINITY }
+    }
+
+    fn mean(&self, film: &Film) -> Measured {
+        if self.pixels == 0.0 {
+            return Measured { mean: 0.0, error: f64::INFINITY };
+        }
+        Measured { mean: self.sum / self.pixels, error: self.variance(film).sqrt() / self.pixels }
+    }
+}
+
+impl Film {
+    /// A quantity of a pixel.
+    pub fn measured(&self, x: u32, y: u32, quantity: Quantity) -> Measured {
+        let mut spread = 0.0;
+        match self.linearised(x, y, quantity, |_, deviation| spread += deviation * deviation) {
+            Some(mean) => Measured { mean, error: self.variance(spread).sqrt() },
+            None => Measured { mean: 0.0, error: f64::INFINITY },
+        }
+    }
+
+    /// The mean of a quantity over some pixels. Its error is known with one degree of freedom less than there
+    /// are replicates, however many pixels there are. Infinite with a pixel that has no samples, and for no
+    /// pixels.
+    pub fn mean_over(&self, pixels: impl IntoIterator<Item = (u32, u32)>, quantity: Quantity) -> Measured {
+        let mut sum = Sum::new(self.replicates);
+        for (x, y) in pixels {
+            sum.add(self, x, y, quantity);
+        }
+        sum.mean(self)
+    }
+
+    /// What the noise of the pixels that are shown has in common.
+    pub fn noise(&self, quantity: Quantity) -> PictureNoise {
+        let Extent { measured, shown, .. } = self.extent;
+        let mut all = Sum::new(self.replicates);
+        let (mut found, mut independent) = (0.0, 0.0);
+        for tile in shown.tiles(NOISE_TILE) {
+            let mut sum = Sum::new(self.replicates);
+            for [x, y] in tile.pixels().filter_map(|pixel| measured.within(pixel)) {
+                sum.add(self, x, y, quantity);
+            }
+            let is_whole = tile.pixel_count() == Region::whole([NOISE_TILE; 2]).pixel_count();
+            if is_whole && sum.independent.is_finite() {
+                found += sum.variance(self);
+                independent += sum.independent;
+            }
+            all.merge(&sum);
+        }
+        PictureNoise { mean: all.mean(self), of_tiles: (independent > 0.0).then(|| found / independent) }
+    }
+
+    /// The variance of the mean of all replicates, whose deviations from it have squares of this sum.
+    /// Infinite for fewer than two.
+    fn variance(&self, spread: f64) -> f64 {
+        let r = f64::from(self.replicates);
+        if self.replicates < 2 { f64::INFINITY } else { spread / (r * (r - 1.0)) }
+    }
+
+    /// The mean of a pixel: a linear function of the channels over the sum of the weights. `None` without
+    /// samples. Told of each replicate by how much it is above the mean: what it adds to the ratio, to first
+    /// order.
+    fn linearised(
+        &self,
+        x: u32,
+        y: u32,
+        quantity: Quantity,
+        mut deviates: impl FnMut(usize, f64),
+    ) -> Option<f64> {
+        let extras = &self.extras;
+        let of_sums = |sums: &[i64]| match quantity {
+            Quantity::Combined(weights) => (0..3).map(|i| weights[i] * sums[i] as f64).sum::<f64>(),
+            Quantity::Alpha => sums[extras.alpha_channel()] as f64,
+            Quantity::Response(index) => {
+                extras.responses[index] * sums[extras.response_channel(index)] as f64
+            }
+            Quantity::Bin(bin) => sums[extras.bin_channel(bin)] as f64,
+            Quantity::SecondMoment(of) => sums[extras.moment_channel(of)] as f64,
+        };
+        let scale = match quantity {
+            Quantity::Alpha => FixedPoint::SHARE,
+            Quantity::SecondMoment(_) => self.square_scale(),
+            _ => self.scale,
+        };
+        let index = self.index(x, y);
+        let (channels, replicates) = (extras.channels(), self.replicates as usize);
+        let sums = self.sums[index * replicates * channels..][..replicates * channels].chunks_exact(channels);
+        let r = f64::from(self.replicates);
+        let parts = sums.enumerate().map(|(replicate, sums)| {
+            let light = self.light.mean(index, replicate, channels, of_sums);
+            let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
+            [of_sums(sums) * scale.quantum, weight, light]
+        });
+        let [sum, weight, light] =
+            parts.clone().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
+        if weight == 0.0 {
+            return None;
+        }
+        let (ratio, light) = (sum / weight, light / r);
+        for (replicate, [own, own_weight, own_light]) in parts.enumerate() {
+            deviates(replicate, (own - ratio * own_weight) * (r / weight) + own_light - light);
+        }
+        Some(ratio + light)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Extras;
+
+    const Y: Quantity = Quantity::Combined([0.0, 1.0, 0.0]);
+
+    /// A film whose samples have these values of Y and weights, by pixel and replicate.
+    fn film([width, height]: [u32; 2], replicates: u32, sample: impl Fn(u32, u32, u32) -> [f64; 2]) -> Film {
+        let mut film =
+            Film::new(width, height, replicates, Extras::default(), FixedPoint::for_reference(1.0));
+        let mut tile = film.extras.tile([0, 0], [width, height], 0..replicates);
+        for [x, y] in Region::whole([width, height]).pixels() {
+            let place = tile.place(x, y).expect("it is in the tile");
+            for replicate in 0..replicates {
+                let [value, weight] = sample(x, y, replicate);
+                tile.add(place, replicate, 1, value * weight, film.scale());
+                tile.weigh(place, replicate, weight);
+            }
+        }
+        film.add(&tile);
+        film
+    }
+
+    /// The values of four replicates: mean 3, variance of the mean (4 + 0 + 1 + 9) / (4·3).
+    const VALUES: [f64; 4] = [1.0, 3.0, 2.0, 6.0];
+
+    #[test]
+    fn pixels_that_err_alike_have_the_error_of_one() {
+        let error = (14.0f64 / 12.0).sqrt();
+        let alike = film([4, 2], 4, |x, _, replicate| [VALUES[replicate as usize] + f64::from(x), 1.0]);
+        let found = alike.mean_over(alike.shown(), Y);
+        assert!((found.mean - 4.5).abs() < 1e-12 && (found.error - error).abs() < 1e-12, "{found:?}");
+        // Of two pixels that err against one another nothing is left.
+        let against = film([2, 1], 4, |x, _, replicate| {
+            let value = VALUES[replicate as usize];
+            [if x == 0 { value } else { 8.0 - value }, 1.0]
+        });
+        let found = against.mean_over(against.shown(), Y);
+        assert!((found.mean - 4.0).abs() < 1e-12 && found.error < 1e-12, "{found:?}");
+        assert!((against.measured(1, 0, Y).error - error).abs() < 1e-12);
+        // Some of the pixels, and none.
+        assert_eq!(alike.mean_over([(3, 1)], Y), alike.measured(3, 1, Y));
+        assert_eq!(alike.mean_over([], Y).error, f64::INFINITY);
+    }
+
+    /// Of weights w and values v, each replicate is above the mean m by w (v − m) over the mean weight.
+    #[test]
+    fn weights_of_replicates_differ() {
+        let weights = [1.0, 2.0, 0.5, 0.5];
+        let film = film([3, 1], 4, |x, _, replicate| {
+            let replicate = replicate as usize;
+            [VALUES[replicate] * f64::from(x + 1), weights[replicate]]
+        });
+        // (1 + 6 + 1 + 3) / 4 for the first pixel, and twice that on average.
+        let mean = 2.75;
+        let squares: f64 = (0..4).map(|i| (weights[i] * (VALUES[i] - mean)).powi(2)).sum();
+        let found = film.mean_over(film.shown(), Y);
+        assert!((found.mean - 2.0 * mean).abs() < 1e-11, "{found:?}");
+        assert!((found.error - 2.0 * (squares / 12.0).sqrt()).abs() < 1e-11, "{found:?}");
+    }
+
+    #[test]
+    fn tiles_tell_what_their_pixels_share() {
+        // Noise that four columns share, of a picture with two whole tiles and a border.
+        let shared = film([18, 9], 4, |x, y, replicate| {
+            let value = VALUES[(replicate as usize + (x / 4 % 2) as usize) % 4];
+            [if x < 16 && y < 8 { value } else { 5.0 }, 1.0]
+        });
+        // A tile's sum in each replicate is 32 times that of two values that follow one another: 4, 5, 8, 7.
+        let variance = 32.0 * 32.0 * (4.0 + 1.0 + 4.0 + 1.0) / 12.0;
+        let noise = shared.noise(Y);
+        let of_tiles = noise.of_tiles.expect("tiles with noise");
+        assert!((of_tiles / (variance / (64.0 * 14.0 / 12.0)) - 1.0).abs() < 1e-12, "{of_tiles}");
+        let all = shared.mean_over(shared.shown(), Y);
+        assert!((noise.mean.mean - all.mean).abs() < 1e-12 && (noise.mean.error - all.error).abs() < 1e-12);
+        assert!((all.error - 2.0 * variance.sqrt() / 162.0).abs() < 1e-12, "{all:?}");
+        // No whole tile; no noise; a single replicate.
+        assert_eq!(film([7, 9], 4, |_, _, r| [VALUES[r as usize], 1.0]).noise(Y).of_tiles, None);
+        assert_eq!(film([8, 8], 4, |_, _, _| [2.0, 1.0]).noise(Y).of_tiles, None);
+        let single = film([8, 8], 1, |_, _, _| [2.0, 1.0]).noise(Y);
+        assert_eq!(
+            single,
+            PictureNoise { mean: Measured { mean: 2.0, error: f64::INFINITY }, of_tiles: None }
+        );
+    }
+}
