@@ -190,7 +190,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
     let plan = match (settings.estimator, scene.integrator) {
         // Second moments are those of samples of a path tracer.
         (Estimator::Shared, Integrator::Path) if !scene.film.moments => {
-            pilot::choose::<C>(&exposure, settings.sampler)
+            pilot::choose::<C>(&exposure, settings.sampler, watch)
         }
         _ => Plan::PLAIN,
     };

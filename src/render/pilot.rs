@@ -5,10 +5,11 @@
 
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block, Groups, Members};
-use super::{Plan, Schedule};
+use super::{Plan, Schedule, Watch};
 use crate::film::FilterKind;
 use crate::sampling::{Sampler, SamplerKind, mix};
 use rayon::prelude::*;
+use std::sync::atomic::Ordering;
 
 /// The plans that a pilot chooses from, each with what a sample costs, in samples of a path tracer: about the mean of what was
 /// measured on the scenes of `validation/speed`.
@@ -20,7 +21,7 @@ const CANDIDATES: [(Plan, f64); 4] = [
 ];
 
 /// Independent estimates of each pixel, and the samples of each.
-const SCHEDULE: (u32, u32) = (4, 4);
+const SCHEDULE: (u32, u32) = (4, 2);
 
 /// Largest part of the picture's samples that a pilot takes.
 const SHARE: f64 = 0.02;
@@ -32,7 +33,8 @@ const BLOCKS: (u64, u64) = (6, 32);
 const SEED: u64 = 0x0070_696c_6f74;
 
 /// The plan of least variance times cost, or the usual one where the picture is too small for a pilot.
-pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind) -> Plan {
+/// Nobody waits for a pilot that is stopped.
+pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind, watch: &dyn Watch) -> Plan {
     let measured = picture.scene.film.extent.measured;
     let schedule = Schedule::independent(SCHEDULE.0, SCHEDULE.1);
     let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * CANDIDATES.len() as u64;
@@ -66,7 +68,12 @@ pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind) -
             extras: picture.extras.clone(),
             ..*picture
         };
-        let of_block = |corner: &[i64; 2]| exposure.scatter_of_block::<C>(*corner);
+        let of_block = |corner: &[i64; 2]| {
+            if watch.stop().load(Ordering::Relaxed) {
+                return Vec::new();
+            }
+            exposure.scatter_of_block::<C>(*corner)
+        };
         let pixels: Vec<_> = corners.par_iter().map(of_block).collect();
         pixels.concat()
     });

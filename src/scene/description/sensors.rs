@@ -195,6 +195,8 @@ pub enum PixelFormat {
 pub struct Sampler {
     pub place: Place,
     pub kind: SamplerKind,
+    /// Whether the file forces it. A sampler of Mitsuba's does not, whichever it is.
+    pub forced: bool,
     pub sample_count: u32,
     pub seed: u64,
 }

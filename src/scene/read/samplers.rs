@@ -15,12 +15,17 @@ const BEST: SamplerKind = SamplerKind::Sobol;
 
 /// The sampler of the sensor that is asked.
 pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
-    let default =
-        |place: &Place| Sampler { place: place.clone(), kind: BEST, sample_count: DEFAULT_SAMPLES, seed: 0 };
+    let default = |place: &Place| Sampler {
+        place: place.clone(),
+        kind: BEST,
+        forced: false,
+        sample_count: DEFAULT_SAMPLES,
+        seed: 0,
+    };
     let Some((_, id)) = query.object(Class::Sampler) else { return default(&query.object.place) };
     let query = Query::new(query.reader, id);
     let object = query.object;
-    let kind = match object.plugin.as_str() {
+    let (kind, forced) = match object.plugin.as_str() {
         name @ ("independent" | "stratified" | "multijitter" | "orthogonal" | "ldsampler") => {
             let taken = format!(
                 "sampler \"{name}\": \"{}\" is taken, which has less noise; --sampler forces another",
@@ -34,7 +39,7 @@ pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
             if name == "orthogonal" && query.integer("strength", 1, i64::MAX).is_some() {
                 query.reader.remark(&query.place("strength"), "strength changes nothing".to_owned());
             }
-            BEST
+            (BEST, false)
         }
         name => {
             let Some(kind) = SamplerKind::named(name) else {
@@ -42,7 +47,7 @@ pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
                 return default(&object.place);
             };
             query.reader.extension(&object.plugin_place, format!("sampler \"{name}\": {}", what(kind)));
-            kind
+            (kind, true)
         }
     };
     let sample_count = query.integer("sample_count", 1, i64::from(u32::MAX));
@@ -51,6 +56,7 @@ pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
     Sampler {
         place: object.place.clone(),
         kind,
+        forced,
         sample_count: sample_count.map_or(DEFAULT_SAMPLES, |count| count as u32),
         seed: seed.unwrap_or(0) as u64,
     }

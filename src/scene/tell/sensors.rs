@@ -176,7 +176,9 @@ fn filter(film: &Film) -> Told {
 }
 
 fn sampler(sampler: &Sampler) -> Told {
-    Told::new(Class::Sampler, sampler.kind.name(), &sampler.place)
+    // Any of Mitsuba's stands for the best that there is here.
+    let name = if sampler.forced { sampler.kind.name() } else { "independent" };
+    Told::new(Class::Sampler, name, &sampler.place)
         .integer("sample_count", sampler.sample_count)
         .integer("seed", sampler.seed.min(i64::MAX as u64) as i64)
 }
