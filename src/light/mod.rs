@@ -1,7 +1,7 @@
 //! Lights: what they emit, and how a point on one is chosen for a place that it may light.
 //!
 //! A light sample chooses an emitter, in proportion to a cheap estimate of what it can contribute to the place, and a point on
-//! it ([`choice`]). Both by the same two sample values, so that samples that are well spread are so over all of the lights.
+//! it (`choice`). Both by the same two sample values, so that samples that are well spread are so over all of the lights.
 
 mod area;
 mod casters;
