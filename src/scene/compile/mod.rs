@@ -55,8 +55,8 @@ pub struct CompileOptions {
 pub struct Part {
     /// Within the window that the film exposes.
     pub shown: Region,
-    /// Pixels around it, as far as the window goes, that are measured too, and the edge of the squares of pixels that are
-    /// measured as a whole.
+    /// Pixels around it, as far as the window goes, that are measured too. What is measured holds whole squares of pixels of an
+    /// edge of `square`, each with that margin.
     pub margin: u32,
     pub square: u32,
 }

@@ -53,7 +53,7 @@ impl Compiler<'_> {
             Some(Part { shown, margin, square }) => (self.within_window(shown, window), margin, square),
             None => (window, 0, 1),
         };
-        let measured = shown.grown(margin, window).aligned(square, window);
+        let measured = shown.grown(margin, window).aligned(square, window).grown(margin, window);
         let extent = Extent { whole: [film.width, film.height], window, measured, shown };
         let (alpha, channels) = match &film.content {
             FilmContent::Colour { alpha, .. } => (*alpha, Vec::new()),
