@@ -3,6 +3,7 @@
 import hashlib
 import importlib.util
 import os
+import re
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
@@ -105,7 +106,7 @@ class Abbe:
     def stack(self, scene, spp, seeds, names=None, defines={}):
         pictures, errors, before = [], [], self.abbe.cpu
         for seed in seeds:
-            picture = self.abbe.render(scene, spp, seed, self.options, defines)
+            picture = self.abbe.render(scene, spp, seed, (*self.options, *sampler_of(scene)), defines)
             names = names or tuple(c for c in ("X", "Y", "Z") if c in picture.channels)
             if not set(names) <= picture.channels.keys():
                 raise RuntimeError(f"{scene.stem}: no channels {', '.join(sorted(set(names) - picture.channels.keys()))} but {', '.join(sorted(picture.channels))}")
@@ -114,6 +115,17 @@ class Abbe:
             unstated = np.zeros_like(pictures[-1][..., 0])
             errors.append(np.stack([picture.channels.get("error." + c, unstated) for c in names], -1))
         return Stack(names, np.stack(pictures), np.stack(errors), self.abbe.cpu - before)
+
+
+# What abbe is to take for a sampler that a file names: its own choice for all of them makes replicates that are less normal.
+SAMPLERS = {"independent": "independent", "stratified": "jittered"}
+
+
+def sampler_of(scene):
+    """The option that forces the sampler which is like the file's, if there is one."""
+    named = re.search(r'<sampler type="(\w+)"', Path(scene).read_text())
+    own = SAMPLERS.get(named[1]) if named else None
+    return ("--sampler", own) if own else ()
 
 
 class Fewer:
