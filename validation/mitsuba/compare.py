@@ -122,9 +122,9 @@ SAMPLERS = {"independent": "independent", "stratified": "jittered"}
 
 
 def sampler_of(scene):
-    """The option that forces the sampler which is like the file's, if there is one."""
+    """The option that forces the sampler that is like the file's. One that an included file names is `independent` in all scenes."""
     named = re.search(r'<sampler type="(\w+)"', Path(scene).read_text())
-    own = SAMPLERS.get(named[1]) if named else None
+    own = SAMPLERS.get(named[1]) if named else "independent"
     return ("--sampler", own) if own else ()
 
 
