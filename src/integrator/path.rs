@@ -99,6 +99,29 @@ pub(super) enum LastChoice {
     },
 }
 
+impl LastChoice {
+    /// The weight of light that scattering found, if light samples from the last vertex found it with a density, per
+    /// steradian.
+    pub(super) fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
+        match (self, scene.limits.techniques) {
+            (Self::Camera, _) | (_, Techniques::Scattering) => 1.0,
+            (Self::Discrete, Techniques::Both) => 1.0,
+            (Self::Discrete, Techniques::LightSamples) => 0.0,
+            (Self::Scattered { from, prior_over_density, by_scattering }, Techniques::Both) => {
+                power_heuristic(*by_scattering, prior_over_density * density(from))
+            }
+            // What light samples leave to scattering, such as a constant environment, is found by it all the same.
+            (Self::Scattered { from, .. }, Techniques::LightSamples) => {
+                if density(from) > 0.0 {
+                    0.0
+                } else {
+                    1.0
+                }
+            }
+        }
+    }
+}
+
 /// See [`super::radiance`].
 pub fn radiance<const C: usize>(
     scene: &Scene,
@@ -324,7 +347,12 @@ impl<const C: usize> Path<C> {
     }
 
     /// To the next surface, attenuated by the media on the way (Beer and Lambert).
-    fn advance(&mut self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Option<Intersection> {
+    pub(super) fn advance(
+        &mut self,
+        scene: &Scene,
+        ray: &Ray,
+        wavelengths: &Wavelengths<C>,
+    ) -> Option<Intersection> {
         let Self { throughput, media, time, depth, .. } = self;
         scene.intersect(ray, *time, *depth == 0, media, |media: &MediumStack, distance| {
             if let Some(transmittance) = scene.transmittance(media, distance, wavelengths) {
@@ -346,25 +374,9 @@ impl<const C: usize> Path<C> {
         self.throughput * environment.radiance(ray.direction, &wavelengths.nm) * (weight / self.ratio.sum())
     }
 
-    /// The weight of light that scattering found, if light samples from the last vertex found it with a density, per
-    /// steradian.
+    /// [`LastChoice::weight_beside_lights`] of the path.
     fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
-        match (&self.last, scene.limits.techniques) {
-            (LastChoice::Camera, _) | (_, Techniques::Scattering) => 1.0,
-            (LastChoice::Discrete, Techniques::Both) => 1.0,
-            (LastChoice::Discrete, Techniques::LightSamples) => 0.0,
-            (LastChoice::Scattered { from, prior_over_density, by_scattering }, Techniques::Both) => {
-                power_heuristic(*by_scattering, prior_over_density * density(from))
-            }
-            // What light samples leave to scattering, such as a constant environment, is found by it all the same.
-            (LastChoice::Scattered { from, .. }, Techniques::LightSamples) => {
-                if density(from) > 0.0 {
-                    0.0
-                } else {
-                    1.0
-                }
-            }
-        }
+        self.last.weight_beside_lights(scene, density)
     }
 
     /// Light that the surface just met emits toward the path, weighed against having been sampled.

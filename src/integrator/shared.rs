@@ -12,7 +12,10 @@
 //! in which the suffix goes on joins each pₖ. The group shares the wavelengths of its paths and their time; each pₖ is summed over the
 //! wavelengths, as in [`super::path`].
 //!
-//! The pixel keeps for itself what yᵢ emits, and all that is decided by directions without a density. Which paths are shared is told
+//! What yᵢ emits is shared as well, and so is the environment where scattering leads out of the scene: as a place at infinity, with
+//! densities per steradian. Each pixel weighs that against its own light samples.
+//!
+//! The pixel keeps for itself all that is decided by directions without a density. Which paths are shared is told
 //! by what lies before yⱼ and by the kind of surface that yⱼ is, never by what the suffix finds. So the sum over what is shared and
 //! what is not is that of the path tracer.
 
@@ -21,6 +24,7 @@ use super::caustics::FirstSurface;
 use super::path::{Beside, LastChoice, Path, light_sample_weight, receiver};
 use crate::bsdf::{Density, Evaluation};
 use crate::geometry::{Ray, Vec3};
+use crate::light::{Met, Receiver};
 use crate::material::Shading;
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Scene};
@@ -57,7 +61,15 @@ struct Next<const C: usize> {
     /// The owner's path as it comes to this surface.
     path: Path<C>,
     hit: Intersection,
-    shading: Shading<C>,
+    /// `None` where it shares nothing but what it emits.
+    shading: Option<Shading<C>>,
+}
+
+impl<const C: usize> Next<C> {
+    /// Where it is on a light that shines toward the first surfaces.
+    fn emits(&self) -> Option<Met> {
+        self.hit.on_light().filter(|_| self.ray.direction.dot(self.hit.point.normal) < 0.0)
+    }
 }
 
 /// A first surface that sees a next one.
@@ -69,6 +81,8 @@ struct Link<const C: usize> {
     reach: Sampled<C>,
     /// Density with which the first surface samples the next one, per unit of its area, for each wavelength as the hero.
     density: Sampled<C>,
+    /// The same per steradian, over all wavelengths.
+    by_scattering: f64,
 }
 
 /// Adds to each pixel of a group the spectral radiance along its camera ray, as [`super::radiance`] gives it for one alone. `seen` is
@@ -90,7 +104,8 @@ pub fn radiance_of_group<const C: usize>(
         (0..firsts.len()).filter_map(|owner| group.next(&firsts, owner, seen)).collect();
     for next in nexts {
         let links = group.links(&firsts, &next);
-        group.serve(&firsts, next, &links, seen);
+        group.share_emission(&firsts, &next, &links, seen);
+        group.share_scattered(&firsts, next, &links, seen);
     }
 }
 
@@ -158,22 +173,28 @@ impl<const C: usize> Group<'_, C> {
     fn next(&self, firsts: &[First<C>], owner: usize, seen: &mut [Seen<C>]) -> Option<Next<C>> {
         let First { sight, hit, shading, path, .. } = &firsts[owner];
         let Sight { member, ref stream, .. } = self.sights[*sight];
-        let radiance = &mut seen[member].radiance;
         let [u, v, lobe, _] = stream.draw(Dimensions::Scattering(path.vertex));
         let scatter = shading.sample(lobe, [u, v])?;
         let mut path = path.clone();
         let ray = path.leave(self.scene, hit, shading, &scatter);
         if scatter.density == Density::Discrete {
-            *radiance += path.follow(self.scene, ray, self.wavelengths, stream);
+            seen[member].radiance += path.follow(self.scene, ray, self.wavelengths, stream);
             return None;
         }
-        let hit = path.meet(self.scene, &ray, self.wavelengths, radiance)?;
-        let shading = path.shade(self.scene, &ray, &hit, self.wavelengths, stream)?;
-        if path.is_last(self.scene) || !shares(&shading) || shading.seen_from(-ray.direction).is_none() {
-            self.go_on_alone(&mut path, &ray, &hit, &shading, stream, radiance);
+        let Some(hit) = path.advance(self.scene, &ray, self.wavelengths) else {
+            self.share_environment(firsts, owner, ray.direction, seen);
             return None;
+        };
+        let mut shading = path.shade(self.scene, &ray, &hit, self.wavelengths, stream);
+        let alone = |shading: &Shading<C>| {
+            path.is_last(self.scene) || !shares(shading) || shading.seen_from(-ray.direction).is_none()
+        };
+        if let Some(alone) = shading.take_if(|shading| alone(shading)) {
+            let radiance = &mut seen[member].radiance;
+            self.go_on_alone(&mut path.clone(), &ray, &hit, &alone, stream, radiance);
         }
-        Some(Next { owner, ray, path, hit, shading })
+        let next = Next { owner, ray, path, hit, shading };
+        (next.shading.is_some() || next.emits().is_some()).then_some(next)
     }
 
     /// The first surfaces that see a next one.
@@ -190,35 +211,115 @@ impl<const C: usize> Group<'_, C> {
             if cos * side <= 0.0 || !geometry.is_finite() {
                 return None;
             }
-            let value = first.shading.evaluate(direction);
-            let density = value.density * geometry;
-            if density.is_zero() && value.f_cos.is_zero() {
-                return None;
-            }
             let owns = index == next.owner;
-            let media = &first.path.media.here;
-            let between = match from.segment_to(target) {
-                Some(ray) if owns && !self.scene.needs().meetings() => {
-                    self.scene.transmittance(media, ray.t_max, self.wavelengths).unwrap_or(Sampled::ONE)
-                }
-                Some(ray) => {
-                    self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths)
-                }
-                None => Sampled::ZERO,
-            };
-            // What sampled the surface sees it.
-            if between.is_zero() && !owns {
-                return None;
-            }
-            let reach = first.path.throughput * value.f_cos * between * geometry;
-            Some(Link { first: index, toward_first: -direction, reach, density })
+            self.link(first, index, direction, geometry, owns, || from.segment_to(target))
         };
         firsts.iter().enumerate().filter_map(link).collect()
     }
 
+    /// The first surfaces that see the environment in a direction.
+    fn links_beyond(
+        &self,
+        firsts: &[First<C>],
+        owner: usize,
+        direction: Vec3,
+    ) -> SmallVec<[Link<C>; MEMBERS]> {
+        let link = |(index, first): (usize, &First<C>)| {
+            self.link(first, index, direction, 1.0, index == owner, || Some(first.hit.point.ray(direction)))
+        };
+        firsts.iter().enumerate().filter_map(link).collect()
+    }
+
+    /// A first surface and a place in a direction. `geometry`: the solid angle of a unit of measure of that place. `None` where nothing gets
+    /// from the place to the surface, but for the one that sampled it: that sees it.
+    #[inline(always)]
+    fn link(
+        &self,
+        first: &First<C>,
+        index: usize,
+        direction: Vec3,
+        geometry: f64,
+        owns: bool,
+        ray: impl FnOnce() -> Option<Ray>,
+    ) -> Option<Link<C>> {
+        let value = first.shading.evaluate(direction);
+        if value.density.is_zero() && value.f_cos.is_zero() {
+            return None;
+        }
+        let media = &first.path.media.here;
+        let between = match ray() {
+            Some(ray) if owns && !self.scene.needs().meetings() => {
+                self.scene.transmittance(media, ray.t_max, self.wavelengths).unwrap_or(Sampled::ONE)
+            }
+            Some(ray) => self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths),
+            None => Sampled::ZERO,
+        };
+        if between.is_zero() && !owns {
+            return None;
+        }
+        let reach = first.path.throughput * value.f_cos * between * geometry;
+        let by_scattering = value.density.sum();
+        Some(Link {
+            first: index,
+            toward_first: -direction,
+            reach,
+            density: value.density * geometry,
+            by_scattering,
+        })
+    }
+
+    /// Gives each first surface what comes from beyond the scene in a direction in which one of them scatters.
+    fn share_environment(&self, firsts: &[First<C>], owner: usize, direction: Vec3, seen: &mut [Seen<C>]) {
+        let Some(environment) = self.scene.lights.environment() else { return };
+        let radiance = environment.radiance(direction, &self.wavelengths.nm);
+        if radiance.is_zero() {
+            return;
+        }
+        let links = self.links_beyond(firsts, owner, direction);
+        self.share_light(firsts, &links, &radiance, seen, |from| {
+            self.scene.lights.environment_density(from, direction, self.time, self.wavelengths)
+        });
+    }
+
+    /// Gives each first surface that sees a next one what that emits.
+    fn share_emission(&self, firsts: &[First<C>], next: &Next<C>, links: &[Link<C>], seen: &mut [Seen<C>]) {
+        let Some(met) = next.emits() else { return };
+        let place = self.scene.texture_point(&next.hit);
+        let radiance = self.scene.lights.radiance(met.light, &place, &self.wavelengths.nm);
+        self.share_light(firsts, links, &radiance, seen, |from| {
+            self.scene.lights.density(&met, from, self.time, self.wavelengths)
+        });
+    }
+
+    /// Gives each first surface its part of some light that scattering found, weighed against light samples, which find it with a density
+    /// per steradian.
+    fn share_light(
+        &self,
+        firsts: &[First<C>],
+        links: &[Link<C>],
+        radiance: &Sampled<C>,
+        seen: &mut [Seen<C>],
+        by_light: impl Fn(&Receiver) -> f64,
+    ) {
+        let density = links.iter().fold(Sampled::ZERO, |sum, link| sum + link.density).sum();
+        if density <= 0.0 {
+            return;
+        }
+        for link in links {
+            let First { sight, hit, shading, .. } = &firsts[link.first];
+            let choice = LastChoice::Scattered {
+                from: receiver(hit, shading),
+                prior_over_density: C as f64,
+                by_scattering: link.by_scattering,
+            };
+            let weight = choice.weight_beside_lights(self.scene, &by_light);
+            seen[self.sights[*sight].member].radiance += link.reach * *radiance * (weight / density);
+        }
+    }
+
     /// Gives each first surface what a next one that it sees sends toward it.
-    fn serve(&self, firsts: &[First<C>], next: Next<C>, links: &[Link<C>], seen: &mut [Seen<C>]) {
-        let Next { owner, ray, path, hit, shading } = next;
+    fn share_scattered(&self, firsts: &[First<C>], next: Next<C>, links: &[Link<C>], seen: &mut [Seen<C>]) {
+        let Next { owner, ray, path, hit, shading: Some(shading) } = next else { return };
         let prior = links.iter().fold(Sampled::ZERO, |sum, link| sum + link.density);
         if prior.hero() <= 0.0 {
             return;

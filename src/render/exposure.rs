@@ -122,8 +122,9 @@ impl Exposure<'_> {
             place: origin.map(|place| i64::from(place as i32)),
             member: Member { origin, number: 0 },
         };
-        let [.., wavelength, time] = stream_of(&leader).draw(Dimensions::Camera);
-        let wavelengths = scene.wavelengths.sample::<C>(wavelength);
+        let leading = stream_of(&leader);
+        let [.., wavelength, time] = leading.draw(Dimensions::Camera);
+        let wavelengths = scene.wavelengths.sample::<C>(leading.spread(wavelength, C as u32));
         let time = scene.shutter.time(time);
         let mut samples: SmallVec<[Sample<C>; 16]> = SmallVec::new();
         let mut sights: SmallVec<[Sight; 16]> = SmallVec::new();

@@ -16,8 +16,8 @@ use std::sync::atomic::Ordering;
 const CANDIDATES: [(Plan, f64); 4] = [
     (Plan { members: Members::One, light_samples: 1 }, 1.0),
     (Plan { members: Members::One, light_samples: 4 }, 1.5),
-    (Plan { members: Members::Sixteen, light_samples: 1 }, 1.7),
-    (Plan { members: Members::Sixteen, light_samples: 4 }, 2.2),
+    (Plan { members: Members::Sixteen, light_samples: 1 }, 2.0),
+    (Plan { members: Members::Sixteen, light_samples: 4 }, 2.6),
 ];
 
 /// Independent estimates of each pixel, and the samples of each.

@@ -190,6 +190,9 @@ impl Sampler {
 /// Tells the sequences of groups from those of the pixels at their corners.
 const GROUP: u64 = 0x0067_726f_7570;
 
+/// Tells what [`Stream::spread`] chooses from sample values.
+const SPREAD: u64 = 0x7370_7265_6164;
+
 /// The binary logarithm of the power of two that is not less than `count`, which is above 0.
 fn bits_for(count: u32) -> u32 {
     u32::BITS - (count - 1).leading_zeros()
@@ -226,6 +229,29 @@ impl Stream<'_> {
             }
             _ => self.draw_from_layout(set),
         }
+    }
+
+    /// A value of one dimension, moved within its stratum, so that what is left of it modulo 1 / `parts` is well spread, too: as finely as in a
+    /// sequence `parts` times as long. For companions at equal steps from a value, which would else fall close to those of other
+    /// values.
+    pub fn spread(&self, value: f64, parts: u32) -> f64 {
+        let strata = match self.kind {
+            SamplerKind::Independent => 1,
+            SamplerKind::Sobol | SamplerKind::BlueNoise => 1 << self.sampler.sample_bits.min(u32::BITS - 1),
+            SamplerKind::Regular | SamplerKind::Jittered | SamplerKind::Poisson => self.sampler.samples,
+        };
+        if !strata.is_multiple_of(parts) {
+            return value;
+        }
+        let place = value * f64::from(strata);
+        let stratum = place as u32;
+        // Strata at equal steps meet in one, and each takes another part of that: which, is random.
+        let (step, met) = (stratum / (strata / parts), stratum % (strata / parts));
+        let first = mix(self.key ^ mix(SPREAD ^ u64::from(met))) as u32;
+        let part = step.wrapping_add(first % parts) % parts;
+        inside(
+            (f64::from(stratum) + (f64::from(part) + place.fract()) / f64::from(parts)) / f64::from(strata),
+        )
     }
 
     /// Apart, so that the common samplers stay small where they are inlined.
@@ -332,6 +358,40 @@ mod tests {
                 let z = sum / (f64::from(n).sqrt() / 12.0);
                 assert!(z.abs() < 4.0, "{name} {dx} {ds}: z = {z}");
             }
+        }
+    }
+
+    /// Values stay in their strata, and they and their companions have a stratum of a fourth of the length each.
+    #[test]
+    fn spread_values_have_companions_that_are_spread() {
+        const SAMPLES: u32 = 64;
+        for kind in [SamplerKind::Sobol, SamplerKind::BlueNoise, SamplerKind::Jittered, SamplerKind::Poisson]
+        {
+            let sampler = Sampler::new(kind, 3, SAMPLES);
+            let mut quarters = [0; 4];
+            for x in 0..100 {
+                let mut finest = [0; 4 * SAMPLES as usize];
+                for index in 0..SAMPLES {
+                    let stream = sampler.stream([x, 7], 0, index);
+                    let value = stream.draw(Dimensions::Camera)[2];
+                    let spread = stream.spread(value, 4);
+                    let stratum = |value: f64| (value * f64::from(SAMPLES)) as u32;
+                    assert_eq!(stratum(spread), stratum(value), "{kind}");
+                    for companion in 0..4 {
+                        let place = (spread + f64::from(companion) / 4.0).fract();
+                        finest[(place * 4.0 * f64::from(SAMPLES)) as usize] += 1;
+                    }
+                    if index == 0 {
+                        quarters[(4.0 * (spread * f64::from(SAMPLES)).fract()) as usize] += 1;
+                    }
+                }
+                assert_eq!(finest, [1; 4 * SAMPLES as usize], "{kind}");
+            }
+            // Binomial of 100 with 1/4: a two-sided level of 1 % after Šidák's correction for 16 numbers.
+            assert!(
+                quarters.iter().all(|&n| f64::abs(f64::from(n) - 25.0) < 3.4 * 4.33),
+                "{kind}: {quarters:?}"
+            );
         }
     }
 
