@@ -96,8 +96,8 @@ impl<const C: usize> Bsdf<C> {
         }
     }
 
-    /// Of a smooth interface, the value of `lobe` below which [`Self::sample`] reflects and above which it transmits. `None` for
-    /// all that has more than these two directions.
+    /// The value of `lobe` below which [`Self::sample`] reflects at a smooth interface, and above which it transmits.
+    /// `None` for all that has more than these two directions.
     pub fn chance_of_reflection(&self, toward_eye: Vec3) -> Option<f64> {
         match self {
             Bsdf::Dielectric(bsdf) => Some(bsdf.chance_of_reflection(toward_eye)),

@@ -100,7 +100,7 @@ impl Angular {
         Some(Ray { origin, direction, t_max: self.far - self.near })
     }
 
-    /// Of unit length, in the camera's own coordinates.
+    /// Unit direction in the camera's own coordinates.
     fn direction(&self, [x, y]: [f64; 2]) -> Option<Vec3> {
         let [width, height] = self.film;
         let (right, down) = (x - 0.5 * width, y - 0.5 * height);

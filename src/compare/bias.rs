@@ -21,7 +21,7 @@ pub const CELLS: usize = 20;
 pub struct Tests {
     /// Standard error of the difference of the means.
     pub error: f64,
-    /// Of the means of the whole picture.
+    /// p-value of the means of the whole picture.
     pub p_mean: f64,
     /// The smallest of all tiles and of all pixels, corrected for their number (Šidák 1967): how likely one as small is
     /// anywhere in pictures that differ by noise alone.

@@ -50,7 +50,7 @@ pub struct Comparison {
     /// were taken of them. All figures leave them out.
     pub bad: [u64; 2],
     pub unmeasured: u64,
-    /// Of luminance, or the mean over the channels of files without colours.
+    /// Figures of luminance, or their means over the channels of files without colours.
     pub figures: Figures,
     /// For files with colours.
     pub seen: Option<Seen>,

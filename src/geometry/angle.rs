@@ -126,7 +126,7 @@ mod tests {
         let ends = ends.into_iter().flat_map(|y| ends.map(|x| (y, x)));
         let turned = (0..100_000).map(|i| {
             let (sin, cos) = (f64::from(i) * 1e-4).sin_cos();
-            // Of all sizes of sine and cosine.
+            // Sine and cosine of all sizes.
             let squeeze = 10f64.powi(i % 40 - 20);
             (sin * squeeze, cos)
         });

@@ -137,7 +137,7 @@ impl Range {
         self.0 <= 0.0 && self.1 >= 0.0
     }
 
-    /// Of the square roots of what of it isn't negative.
+    /// Range of the square roots; the negative part counts as 0.
     pub fn sqrt(self) -> Self {
         Self(self.0.max(0.0).sqrt(), self.1.max(0.0).sqrt())
     }

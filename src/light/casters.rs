@@ -49,7 +49,7 @@ impl Caster {
 const MOST: usize = 8;
 
 impl Casters {
-    /// Of many bodies those that are near one another share a sphere.
+    /// Neighbours among many bodies share a sphere.
     pub fn new(mut bodies: Vec<Caster>) -> Self {
         let mut spheres = Vec::new();
         gather(&mut bodies, MOST, &mut spheres);

@@ -264,8 +264,8 @@ impl Lights {
         (estimates, all)
     }
 
-    /// Of the order of the irradiance that a place receives from a head, summed over the wavelengths. Zero only where it brings
-    /// nothing.
+    /// Order of magnitude of the irradiance that a place receives from a head, summed over the wavelengths. Zero only
+    /// where it brings nothing.
     fn estimate<const C: usize>(
         &self,
         head: &Head,

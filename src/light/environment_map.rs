@@ -18,7 +18,7 @@ use std::f64::consts::{PI, TAU};
 /// A texel: a reflectance S and its factor m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texel {
-    /// Of the [`Sigmoid`] that the reflectance is.
+    /// Coefficients of the reflectance's [`Sigmoid`].
     pub coefficients: [f32; 3],
     pub factor: f32,
 }
@@ -142,7 +142,7 @@ impl EnvironmentMap {
         density * self.columns as f64 / (TAU * (above - below))
     }
 
-    /// Of the angles from +y at the upper and lower edge of a row of cells.
+    /// Cosines of the angles from +y at the upper and lower edge of a row of cells.
     fn cosines(&self, row: usize) -> [f64; 2] {
         [row, row + 1].map(|edge| (PI * edge as f64 / self.rows as f64).cos())
     }

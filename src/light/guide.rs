@@ -13,7 +13,7 @@ use rayon::prelude::*;
 /// A density over the unit square.
 #[derive(Clone, Debug)]
 struct Guide {
-    /// Of columns and rows, from 0 to 1.
+    /// Edges of columns and rows, from 0 to 1.
     edges: [Vec<f64>; 2],
     cells: Cells,
 }

@@ -73,7 +73,7 @@ pub struct LightSample<const C: usize> {
 pub struct Emitted<const C: usize> {
     pub point: SurfacePoint,
     pub radiance: Sampled<C>,
-    /// Of the point, per unit of area.
+    /// Density of the point, per unit of area.
     pub density: f64,
 }
 

@@ -202,7 +202,7 @@ pub struct Stream<'a> {
     kind: SamplerKind,
     /// Stands for seed, sequence, and pixel or block of pixels.
     key: u64,
-    /// Of the Sobol sampler with its bits in reverse.
+    /// Index of the sample; for the Sobol sampler with its bits in reverse.
     index: u32,
 }
 

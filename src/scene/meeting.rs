@@ -134,7 +134,7 @@ impl Scene {
                 found.push(Met { hit: other, enters, at_start, effective: true });
             }
         });
-        // Of bodies of equal priority that are entered at once the later in the file counts.
+        // The later body in the file counts where a ray enters bodies of equal priority at once.
         found.sort_by_key(|met| (met.hit.shape, met.hit.instance));
         found
     }
@@ -177,7 +177,7 @@ impl Scene {
         toggled
     }
 
-    /// Of the surfaces that are no mere boundaries of bodies the first, a light before others.
+    /// The first surface that is more than a boundary of bodies; lights come before others.
     fn scatterer(&self, together: &[Met], media: &Media) -> Option<Hit> {
         let scatters = |met: &&Met| {
             met.effective

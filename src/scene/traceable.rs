@@ -28,7 +28,7 @@ pub struct Scene {
     pub wavelengths: WavelengthDensity,
     pub lights: Lights,
     pub(super) caustics: Option<Caustics>,
-    /// Of the order of the brightest light's contribution to Y: fixes the film's quantum.
+    /// Order of magnitude of the brightest light's contribution to Y: fixes the film's quantum.
     pub reference_radiance: f64,
     pub(super) needs: Needs,
     /// What makes a picture of no use, as far as it is known before the first ray.
@@ -52,9 +52,9 @@ pub struct Scene {
 /// By which numbers images tell shapes apart.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ShapeNumbers {
-    /// Of each surface.
+    /// Number of each surface's shape.
     pub surfaces: Vec<u32>,
-    /// Of each instance; 0, or none at all, where the surface has one of its own.
+    /// Number of each instance; 0, or none at all, where the surface has one of its own.
     pub instances: Vec<u32>,
 }
 
@@ -77,7 +77,7 @@ pub struct FilmPlan {
 pub struct FilmChannel {
     pub name: String,
     pub response: Spectrum,
-    /// Of the response over the range of wavelengths, nm. Above 0.
+    /// Integral of the response over the range of wavelengths, nm. Above 0.
     pub integral: f64,
 }
 
@@ -222,7 +222,7 @@ impl std::fmt::Display for Needs {
 pub struct Intersection {
     pub t: f64,
     pub point: SurfacePoint,
-    /// Of the front.
+    /// Shading normal of the front side.
     pub shading_normal: Vec3,
     /// The light that the surface is, if it is one.
     pub light: Option<u32>,

@@ -13,7 +13,7 @@ impl Shape {
             }
     }
 
-    /// Of a closed shape: whether lines enter it before they leave it.
+    /// Whether lines enter a closed shape before they leave it.
     fn faces_outward(&self) -> bool {
         let probes = (0..16).filter_map(|i| self.sample([(f64::from(i) + 0.5) / 16.0, 0.3]));
         let first_crossing = |point: Vec3, normal: Vec3| {
@@ -77,7 +77,7 @@ impl Shape {
 }
 
 impl Mesh {
-    /// Of a closed mesh: whether the volume that it encloses is positive.
+    /// Whether a closed mesh encloses a positive volume.
     fn has_outward_normals(&self) -> bool {
         let side = if self.data().flip_normals { -1.0 } else { 1.0 };
         self.data().volume() * side > 0.0

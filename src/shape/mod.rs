@@ -110,7 +110,7 @@ pub struct Parametrisation {
 }
 
 impl Parametrisation {
-    /// Of a surface that nothing asks for its coordinates.
+    /// Stands for coordinates that nothing asks for.
     pub const NONE: Self = Self { uv: [0.0; 2], tangent: Vec3::ZERO, bitangent: Vec3::ZERO };
 }
 
@@ -124,7 +124,7 @@ pub struct AtRest {
 }
 
 impl AtRest {
-    /// Of a surface that nothing asks for it.
+    /// Stands for a place that nothing asks for.
     pub const NONE: Self = Self { position: Vec3::ZERO, tangents: [Vec3::ZERO; 2] };
 }
 

@@ -20,7 +20,7 @@ impl Shares {
         self.below(self.sums.len())
     }
 
-    /// Of all pieces before one.
+    /// Sum of the shares of all pieces before one.
     pub fn below(&self, piece: usize) -> f64 {
         if piece == 0 { 0.0 } else { self.sums[piece - 1] }
     }

@@ -17,7 +17,7 @@ use std::f64::consts::{PI, TAU};
 #[derive(Clone, Debug)]
 pub struct Torus {
     placement: Placement,
-    /// Of the circle in the middle of the tube, and of the tube.
+    /// Radius of the circle in the middle of the tube; `minor` is that of the tube.
     major: f64,
     minor: f64,
     inward: bool,

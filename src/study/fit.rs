@@ -117,7 +117,7 @@ mod tests {
         assert!(PowerLaw::fit(&points[..2]).is_none());
     }
 
-    /// Of many studies with known noise, 95 % have the true slope in their interval.
+    /// 95 % of many studies with known noise have the true slope in their interval.
     #[test]
     fn intervals_hold_what_they_promise() {
         let (studies, mut covered) = (2000u64, 0);

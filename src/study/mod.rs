@@ -36,7 +36,7 @@ pub struct Case {
 pub struct CaseId {
     /// Name and value of each parameter that was given.
     pub parameters: Vec<(String, String)>,
-    /// Of what the scene means.
+    /// Hash of what the scene means.
     pub scene_hash: String,
 }
 
@@ -97,7 +97,7 @@ impl RunId {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     pub id: RunId,
-    /// Of each replicate, the error of the reference subtracted.
+    /// relMSE of each replicate, less the error of the reference.
     pub relmse: Vec<f64>,
     /// CPU time of one replicate, s: user and system time of all threads over the number of replicates.
     pub cpu_seconds: f64,
@@ -170,7 +170,7 @@ fn derived_seed(seed: u64, purpose: Purpose, words: impl IntoIterator<Item = u64
     words.into_iter().fold(mix(seed ^ mix(purpose as u64)), |hash, word| mix(hash ^ mix(word)))
 }
 
-/// Of a run and its batch of replicates.
+/// Seed of a run and its batch of replicates.
 fn seed_of_run(seed: u64, purpose: Purpose, id: &RunId, batch: u64) -> u64 {
     let sampler = id.sampler.name().bytes().map(u64::from);
     let numbers = [id.case as u64, id.samples_per_pixel.into(), id.wavelengths_per_path.get() as u64, batch];

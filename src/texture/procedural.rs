@@ -93,7 +93,7 @@ impl Procedural {
         self.blend(at, |colour| colour.value(at))
     }
 
-    /// Of [`Self::value`]. Zero where colours are not mixed, though there are steps between them.
+    /// Gradient of [`Self::value`]. Zero where colours are not mixed, though there are steps between them.
     pub fn gradient(&self, at: &TexturePoint) -> [f64; 2] {
         let field = self.field(self.ground.place(at));
         let (index, share) = self.colour(field.value);

@@ -105,7 +105,7 @@ impl<const C: usize> PrincipledBase<C> {
 /// Reflectance of the clear coat at normal incidence.
 const COAT_REFLECTANCE: f64 = 0.04;
 
-/// Of sheen, whatever the direction: a guess for choosing between lobes.
+/// Albedo of sheen for all directions: a guess for choosing between lobes.
 const MEAN_SHEEN: f64 = 0.1;
 
 /// Schlick's `(1 − cos θ)⁵`.

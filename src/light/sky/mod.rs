@@ -35,7 +35,7 @@ pub fn wavelengths() -> [f64; WAVELENGTHS] {
 pub struct SkySettings {
     /// From 1 (no haze) to 10.
     pub turbidity: f64,
-    /// Of the ground, from 0 to 1, at [`wavelengths`].
+    /// Albedo of the ground, from 0 to 1, at [`wavelengths`].
     pub albedo: [f64; WAVELENGTHS],
     /// In the sky's frame, in which the zenith is +z. Unit length.
     pub sun_direction: Vec3,
@@ -64,7 +64,7 @@ pub struct Sky {
 
 #[derive(Clone, Debug)]
 struct Sun {
-    /// Of half its angle.
+    /// Cosine of half its angle; `sin_edge` is the sine.
     cos_edge: f64,
     sin_edge: f64,
     surface: SunSurface,
@@ -206,7 +206,7 @@ impl Sky {
         }
         let at_sun = |nm: f64| self.radiance(self.to_world.vector(self.sun_direction), &[nm]).hero();
         let from_sun = at_sun(560.0) * sun.solid_angle();
-        // Of the order of the dome's mean over the half space.
+        // Order of magnitude of the dome's mean over the half space.
         let from_sky = TAU * dome_at(Vec3::new(0.6, 0.0, 0.8), self.sun_direction, &self.dome)(6);
         Some((from_sun / (from_sun + from_sky)).clamp(0.2, 0.8))
     }

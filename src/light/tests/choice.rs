@@ -88,7 +88,7 @@ fn parts_are_chosen_with_the_probability_that_they_have() {
                         lights.probability(light, part, &from, 0.0, &world.wavelengths) * CHOICES as f64;
                 }
             }
-            // Of a node that may bring light it can turn out that none of those below it does.
+            // A node may bring light by its bound although none of those below it does.
             let missing = CHOICES as f64 - expected.iter().sum::<f64>();
             assert!(missing >= -1e-6 * CHOICES as f64 && missing < 0.5 * CHOICES as f64, "{missing}");
             seen.push(lost);

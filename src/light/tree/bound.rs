@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 #[derive(Clone, Copy, Debug)]
 pub struct Bound {
     pub bounds: Bounds,
-    /// Of the cone, of unit length; anything where `spread` is π.
+    /// Axis of the cone, unit length; any direction where `spread` is π.
     pub axis: Vec3,
     /// Angle between the axis and the edge of the cone, radians.
     pub spread: f64,
@@ -18,12 +18,12 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Of a surface that shines to one side.
+    /// Bound of a surface that shines to one side.
     pub fn flat(bounds: Bounds, normal: Vec3, intensity: f64) -> Self {
         Self { bounds, axis: normal, spread: 0.0, reach: FRAC_PI_2, intensity }
     }
 
-    /// Of what may shine in any direction.
+    /// Bound of what may shine in any direction.
     pub fn round(bounds: Bounds, intensity: f64) -> Self {
         Self { bounds, axis: Vec3::Z, spread: PI, reach: FRAC_PI_2, intensity }
     }

@@ -57,7 +57,7 @@ struct Bin {
     bounds: Bounds,
     intensity: f64,
     count: f64,
-    /// Of the directions that they face; those that face all have none.
+    /// Sum of the directions that they face; those that face all directions add none.
     facing: Vec3,
 }
 

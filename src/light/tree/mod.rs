@@ -19,7 +19,7 @@ pub struct Tree {
     root: Ball,
     /// Intensity of all emitters.
     whole: f64,
-    /// Of the root.
+    /// Child of the root.
     child: u32,
     pairs: Vec<[Node; 2]>,
     /// By pair, the node above it: twice the number of its pair, and 1 more for the second. That of the first pair means nothing.
@@ -40,7 +40,7 @@ const LEAF: u32 = 1 << 31;
 const NONE: u32 = u32::MAX;
 
 impl Tree {
-    /// Of emitters, fewer than 2³⁰; what has no intensity, `None`, is never chosen. `None` where nothing has any.
+    /// Tree of fewer than 2³⁰ emitters. An emitter without intensity, `None`, is never chosen. `None` if all are.
     pub fn new(bounds: Vec<Option<Bound>>) -> Option<Self> {
         let count = bounds.len();
         let emits = |bound: &Bound| bound.intensity > 0.0 && bound.intensity.is_finite();

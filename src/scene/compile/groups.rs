@@ -42,7 +42,7 @@ pub(super) struct Piece<'a> {
     /// Whether it is a part of a solid, and, then, whether it is cut away.
     pub part: bool,
     pub subtracted: bool,
-    /// Of a part of a solid that moves by itself.
+    /// Keyframes of a part of a solid that moves by itself.
     pub keys: Option<Keys>,
 }
 
@@ -310,7 +310,7 @@ impl<'a> Groups<'a> {
         self.own.pieces.iter().filter(|piece| piece.keys.is_some()).count()
     }
 
-    /// Of the scene's own shapes, whether it is a part of a solid that moves by itself.
+    /// Whether one of the scene's own shapes is a part of a solid that moves by itself.
     pub fn moves(&self, shape: usize) -> bool {
         self.own.pieces[shape].keys.is_some()
     }

@@ -185,8 +185,8 @@ impl Compiler<'_> {
         WavelengthDensity::new(self.options.range, &sensor, &emissions)
     }
 
-    /// Of the order of the largest value that the camera can see: of luminance, or of the mean over a response or over the
-    /// wavelengths.
+    /// Order of magnitude of the largest value that the camera can see: of luminance, or of the mean over a response
+    /// or over the wavelengths.
     pub(super) fn reference(&self, film: &FilmPlan, lights: &Lights, scene_radius: f64) -> f64 {
         let luminance = |spectrum: &Spectrum| {
             let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
@@ -250,7 +250,7 @@ fn rotation(to_world: &Transform) -> Transform {
     Transform::new(DMat4::from_mat3(DMat3::from_cols(x, y, z))).unwrap_or(Transform::IDENTITY)
 }
 
-/// Of the order of the power that a light sends into the scene, over its spectrum's values.
+/// Order of magnitude of the power that a light sends into the scene, over its spectrum's values.
 fn power(light: &Light, scene_radius: f64) -> f64 {
     match light {
         Light::Area { geometry, .. } => PI * geometry.area(),

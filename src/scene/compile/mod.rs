@@ -228,7 +228,7 @@ impl Compiler<'_> {
             surfaces[shape].smooth = false;
         }
         let caustics = match integrator {
-            // Of what light paths bring a pixel has no samples of its own.
+            // Light subpaths are no samples of a pixel, so they have no second moments there.
             Integrator::Path if !film.moments => setting.caustics(&mut surfaces),
             Integrator::Path | Integrator::Walk | Integrator::Depth => None,
         };

@@ -20,9 +20,9 @@ pub struct Sensor {
     pub medium: Option<Medium>,
     pub film: Film,
     pub sampler: Sampler,
-    /// Of a camera.
+    /// Motion of a camera.
     pub motion: Option<Arc<Animation>>,
-    /// Of a batch that of all its sensors.
+    /// A batch has one shutter for all its sensors.
     pub shutter: Shutter,
 }
 

@@ -16,7 +16,7 @@ pub struct Shape {
     pub place: Place,
     pub id: Option<String>,
     pub kind: ShapeKind,
-    /// Of a moving shape that at its first keyframe; likewise for all that moves.
+    /// For a moving shape the transform at its first keyframe; likewise for all that moves.
     pub to_world: Transform,
     pub motion: Option<Arc<Animation>>,
     pub flip_normals: bool,

@@ -45,7 +45,7 @@ impl CurveKind {
 struct Near {
     /// The line's point that is nearest to the piece's middle, or about.
     start: Vec3,
-    /// Of unit length.
+    /// Unit length.
     direction: Vec3,
     /// Bound on the rounding errors of coordinates.
     rounding: f64,
@@ -375,7 +375,7 @@ impl Curves {
         Bounds::of_all((0..self.segment_count() as u32).map(|segment| self.segment_bounds(segment)))
     }
 
-    /// Of all segments, also of what is within others.
+    /// Area of all segments, parts inside other segments included.
     pub fn area(&self) -> f64 {
         match &self.segments {
             Segments::Linear(links) => links.iter().map(|link| link.cone.piece.area()).sum(),
@@ -391,7 +391,7 @@ struct Place {
     centre: Vec3,
     /// From the centre to the surface.
     outward: Vec3,
-    /// Of unit length.
+    /// Unit length.
     normal: Vec3,
     velocity: Vec3,
     growth: f64,

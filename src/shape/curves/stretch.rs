@@ -155,7 +155,7 @@ impl Stretch {
             - velocity * (radius * self.growth(u))
     }
 
-    /// Of the tube: ∫∫ |∂p/∂u × ∂p/∂θ| dθ du, by Gauss's rule along and the trapezoid rule around.
+    /// Area of the tube: ∫∫ |∂p/∂u × ∂p/∂θ| dθ du, by Gauss's rule along and the trapezoid rule around.
     pub fn tube_area(&self) -> f64 {
         const AROUND: usize = 32;
         let circle = |u: f64| {

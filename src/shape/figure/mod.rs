@@ -72,7 +72,7 @@ trait Local {
     /// Crossings in ascending order of the line through a point, its direction of unit length, where coordinates of points near
     /// the figure are rounded by up to `rounding`.
     fn crossed(&self, origin: Vec3, direction: Vec3, rounding: f64) -> SmallVec<[OnLine; 4]>;
-    /// Of unit length, out of a figure that is closed.
+    /// Unit normal, outward from a closed figure.
     fn normal(&self, point: Vec3, part: u32) -> Vec3;
     /// The point of a part near to one that is almost on it.
     fn project(&self, point: Vec3, part: u32) -> Vec3;
@@ -104,7 +104,7 @@ pub struct Figure {
     inward: bool,
     /// In local coordinates.
     around: Bounds,
-    /// Of what consists of flat pieces.
+    /// The flat pieces of a figure that consists of them.
     facets: Option<Facets>,
 }
 

@@ -171,7 +171,7 @@ impl Outline {
                 continue;
             }
             inside = !inside;
-            // Of several at the same place, one through which the line goes this way.
+            // One of the edges at this place through which the line goes this way.
             let (t, edge, turn) = same[0];
             let Edge { from, to, .. } = self.edges[edge as usize];
             found.push(EdgeCrossing {
@@ -304,7 +304,7 @@ impl Outline {
         found
     }
 
-    /// Of the inside.
+    /// Area of the inside.
     pub fn area(&self) -> f64 {
         self.trapezoids().iter().map(Trapezoid::area).sum()
     }
@@ -355,7 +355,7 @@ mod tests {
         assert!(found.contains(DVec2::new(4.0 / 3.0, 14.0 / 3.0)));
     }
 
-    /// Of triangles around a point exactly one has each point, on the edges and corners too.
+    /// Exactly one of the triangles around a point holds each point, on edges and corners too.
     #[test]
     fn shared_edges_have_one_owner() {
         let mut random = Random::seed_from_u64(1);

@@ -22,7 +22,7 @@ pub enum Interpolation {
 pub(super) struct Piece {
     /// (r, z) in ascending powers of a parameter.
     coefficients: [DVec2; 4],
-    /// Of the parameter.
+    /// Range of the parameter.
     pub range: [f64; 2],
     /// (r, z) at both ends, exactly those of the neighbours.
     pub ends: [DVec2; 2],

@@ -21,7 +21,7 @@ pub(super) struct Revolution {
     /// The caps come last. Part 2 i + 1 is piece i with the outside to the left of it, 2 i the same to the right.
     pieces: Vec<Piece>,
     closed: bool,
-    /// Of what is open, whether the outside is taken to be to the left of the profile.
+    /// Whether an open surface has its outside to the left of the profile.
     outside_left: bool,
 }
 
@@ -196,7 +196,7 @@ impl Revolution {
         let InPlane { start, direction, height, .. } = *plane;
         let along_z = direction.x * slope.y * half;
         let along_r = direction.y * branch * slope.x * at.x;
-        // Of s, with numerator and denominator times the half chord.
+        // The error of s, with numerator and denominator times the half chord.
         let of_s = (height * half + direction.y.abs() * at.x * height) / (along_z - along_r).abs();
         let of_z = (slope.y.abs() * of_s + height) / direction.y.abs();
         let of_radius = slope.x.abs() * of_s + height;

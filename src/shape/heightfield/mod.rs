@@ -121,7 +121,7 @@ impl HeightField {
             return Err(ShapeError::Base);
         }
         let floor = base.unwrap_or(low);
-        // Of a plane the height is all the same.
+        // A plane has no height: any will do.
         let half = if high > floor { 0.5 * (high - floor) } else { 1.0 };
         let middle = if high > floor { 0.5 * (high + floor) } else { floor };
         let upright =
@@ -347,7 +347,7 @@ impl HeightField {
             }
         };
         let along = |axis: Vec3| 0.5 * (local.dot(axis) + 1.0);
-        // Of the heights, z is none of the two coordinates.
+        // The heights' coordinates are x and y alone.
         let flat = |tangent: Vec3| if part < cells { tangent.with_z(0.0) } else { tangent };
         Parametrisation {
             uv: [along(flat(tangent)), along(flat(bitangent))],

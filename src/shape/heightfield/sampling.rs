@@ -59,7 +59,7 @@ impl HeightField {
         }
     }
 
-    /// Of patches by Gauss–Legendre quadrature.
+    /// Area of all patches by Gauss–Legendre quadrature.
     pub fn area(&self) -> f64 {
         const NODES: usize = 5;
         let nodes: Vec<(f64, f64)> = gauss_legendre(NODES).collect();

@@ -46,7 +46,7 @@ impl Deformation {
             Self::Bend { rate, from, to } => {
                 let bent = z.clamp(from, to);
                 let (sin, cos) = (rate * (bent - from)).sin_cos();
-                // Of a rod along the axis of radius 1 / rate that it is bent around.
+                // In the frame of the rod of radius 1 / rate that the mesh is bent around.
                 let (off, straight) = (x - 1.0 / rate, z - bent);
                 let place =
                     Vec3::new(off * cos + 1.0 / rate + straight * sin, y, from - off * sin + straight * cos);

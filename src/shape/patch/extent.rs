@@ -3,7 +3,7 @@
 use super::net::Net;
 use crate::geometry::{Bounds, Vec3};
 
-/// Of itself a box may be larger.
+/// How much larger than needed a box may be, relative to its size.
 const TOLERANCE: f64 = 1e-6;
 
 /// The box around a patch whose control points are no further than `reach` from the origin.

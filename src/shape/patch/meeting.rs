@@ -121,7 +121,7 @@ pub fn meetings(origin: Vec3, direction: Vec3, patch: &Anchored) -> SmallVec<[Me
     let along: SmallVec<[f64; 8]> =
         places.iter().map(|place| (patch.points.value(place.at) - line.start).dot(line.direction)).collect();
     for (i, place) in places.iter().enumerate() {
-        // Of what is met within rounding of a border that is a point, what is known better is enough.
+        // The better known hit suffices where several lie within rounding of a border that is a point.
         let beside = 64.0 * NOISE * patch.reach + line.stretch(patch, place);
         let known = |(j, other): (usize, &Place)| {
             (other.speck.is_none() || j < i) && (along[i] - along[j]).abs() <= beside

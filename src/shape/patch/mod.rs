@@ -48,7 +48,7 @@ struct Placed {
 
 /// A vector across the patch, of any length: ∂p/∂u × ∂p/∂v, or where that vanishes what it is beside there.
 fn normal(points: &Net<Vec3>, at: [f64; 2]) -> Vec3 {
-    /// Of lengths on the way to the middle; far above rounding, far below what normals change over.
+    /// Step toward the middle: far above rounding, far below the distance over which normals change.
     const BESIDE: f64 = 1e-6;
     let normal_at = |at: [f64; 2]| {
         let [along_u, along_v] = points.slopes(at);

@@ -5,7 +5,7 @@ use super::net::Net;
 use glam::DVec2;
 use smallvec::SmallVec;
 
-/// Of which F makes no more than this in both directions of the plane, a part is as small as rounding.
+/// A part is as small as rounding if F maps it to no more than this in both directions of the plane.
 pub const SPECK: f64 = 4.0 * NOISE;
 
 /// The corners of the box around the coefficients.
@@ -92,7 +92,7 @@ pub struct Place {
     pub at: [f64; 2],
     /// By how much u and v may be off.
     pub spread: [f64; 2],
-    /// Of F's derivative.
+    /// Determinant of F's derivative.
     pub determinant: f64,
     /// The part of which F makes something as small as rounding, somewhere in which it may vanish, if it is no more than that.
     pub speck: Option<Part>,

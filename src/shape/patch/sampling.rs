@@ -82,7 +82,7 @@ impl Patches {
 
     /// For some `u` there is no point.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
-        // Of the place in a cell the last digits, on which nothing else depends, say whether it is kept.
+        // The last digits of the place in a cell, on which nothing else depends, decide whether it is kept.
         const STRIPS: f64 = 65536.0;
         let shares = &self.table().shares;
         let (choice, fraction) = shares.choose(u[0]);

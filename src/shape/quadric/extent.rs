@@ -59,7 +59,7 @@ fn sections(form: &QuadraticForm, axis: usize, range: [f64; 2], solid: bool) -> 
     let value = |z: f64| z * (p * z + 2.0 * q) + r;
     let vertex = (-q / p).clamp(range[0], range[1]);
     let places = [range[0], range[1], if vertex.is_finite() { vertex } else { range[0] }];
-    // Of the two signs that the block can have, the one in which value · inverse is negative counts.
+    // The block can have either sign: the one in which value · inverse is negative counts.
     let sign = a(i, i).signum();
     let level = places.map(|z| -value(z) * sign).into_iter().fold(0.0, f64::max);
     let half =

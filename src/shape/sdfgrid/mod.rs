@@ -182,7 +182,7 @@ impl SdfGrid {
         };
         let size = self.data.pyramid.size();
         let Some(limits) = line.within(size, [f64::NEG_INFINITY, f64::INFINITY]) else { return };
-        // Of the place in a cell, in cells.
+        // The error of the place in a cell, in cells.
         let reach = 1.0 + origin.abs().max_element();
         let coordinate = (self.placement.coordinate_error(reach) + 4.0 * f64::EPSILON) * cells.max_element();
         let signs = std::cell::Cell::new(Signs::default());

@@ -4,7 +4,7 @@ use super::SdfData;
 use crate::geometry::Vec3;
 use crate::shape::grid::index;
 
-/// Of any length, in the coordinates of the unit cube, at a place of a cell.
+/// Normal of any length, in the coordinates of the unit cube, at a place of a cell.
 ///
 /// The unit gradients of the eight cells around the nearest grid point are blended by where the place is between the cells' centres
 /// (Hansson-Söderlund, Evans and Akenine-Möller 2022, section 4.1). As in Mitsuba 3 a cell's derivative along an axis is the

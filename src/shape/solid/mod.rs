@@ -185,7 +185,7 @@ impl Solid {
 
     /// All faces along the whole line, in order. The solid is entered and left by turns.
     ///
-    /// Of parts that the ray itself, from 0 to `ray.t_max`, does not come near, only what it meets counts.
+    /// A part counts only where the ray meets it, unless the ray comes near it between 0 and `ray.t_max`.
     pub fn walk<B>(
         &self,
         ray: &Ray,
@@ -220,8 +220,9 @@ impl Solid {
         None
     }
 
-    /// Of crossings at the same place that of the first leaf that changes as the solid does. There is one: to be within more of
-    /// the leaves, or within less of those that are subtracted, never leads out of the solid.
+    /// The crossing of the first leaf that changes as the solid does, among crossings at the same place. There is
+    /// one: to be within more of the leaves, or within less of those that are subtracted, never leads out of the
+    /// solid.
     fn owner(
         &self,
         together: &mut [Event],

@@ -116,7 +116,7 @@ impl Oracle {
 pub fn any_ray(shape: &Shape, bounds: Bounds, random: &mut Random) -> Ray {
     let size = bounds.max - bounds.min;
     let unit = size.max_element();
-    // Of what is flat a box with some depth.
+    // A flat shape gets a box with some depth.
     let size = size.max(Vec3::splat(0.1 * unit));
     let corner = bounds.centre() - 0.5 * size;
     let mut in_box =
@@ -152,7 +152,7 @@ pub fn any_ray(shape: &Shape, bounds: Bounds, random: &mut Random) -> Ray {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
     rays: u32,
-    /// Of those, such that touch or pass a rim as nearly as rounding.
+    /// Those among them that touch or pass a rim within rounding.
     doubtful: u32,
     /// How far beside a line that touches, at most, the shape says that it can't tell, in terms of 1 + the origin's distance.
     unsure: f64,
@@ -190,15 +190,15 @@ pub fn check(
     check_against(name, shape, |ray| oracle.crossings(ray, to_world), doubt, rays, seed)
 }
 
-/// Of the first two crossings of which the shape itself says that they may not be there, the one that is known less.
+/// The less known of the first two crossings that the shape itself calls uncertain.
 fn undecided(found: &Crossings) -> Option<&Crossing> {
     let pair =
         found.windows(2).find(|pair| pair[1].hit.t - pair[0].hit.t <= pair[0].error + pair[1].error)?;
     Some(if pair[0].error < pair[1].error { &pair[1] } else { &pair[0] })
 }
 
-/// Of a line that touches so nearly that shape and oracle don't find the same crossings: how far to both sides of it, by
-/// steps of two, the shape is sure again, in terms of 1 + the origin's distance. `None` unless the shape owns up to it:
+/// How far to both sides of a line, by steps of two, the shape is sure again, in terms of 1 + the origin's distance.
+/// The line touches so nearly that shape and oracle don't find the same crossings. `None` unless the shape says so:
 /// - the line has crossings that the shape itself doesn't vouch for, or if it has too few of them, the nearest line beside it that has
 ///   more;
 /// - as far to the sides as shape and oracle agree again, on other crossings here than there, the shape still doesn't vouch for them:

@@ -10,7 +10,7 @@ use crate::shape::{Sampled, SdfData, SdfGrid, Shape, ShapeError};
 use rand::{RngExt, SeedableRng};
 use std::sync::Arc;
 
-/// Of a function on the unit cube.
+/// The grid of a function on the unit cube.
 fn data(points: [usize; 3], function: impl Fn(Vec3) -> f64) -> Arc<SdfData> {
     let [width, height, depth] = points;
     let values = (0..width * height * depth).map(|i| {

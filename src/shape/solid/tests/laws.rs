@@ -78,7 +78,7 @@ fn what_is_uncertain_draws_in_nothing_else() {
     assert_eq!(pair.iter().map(|event| event.crossing.hit.t).collect::<Vec<_>>(), [0.0, 3.0]);
 }
 
-/// Of faces that coincide the first part's is met, whatever rounding makes of it.
+/// A ray meets the first part's face where faces coincide, whatever rounding makes of it.
 #[test]
 fn the_first_of_coincident_faces_is_met() {
     let place = turned(0.8, Vec3::splat(0.7), Vec3::new(0.3, 0.1, -0.2));

@@ -154,7 +154,7 @@ fn hits_are_on_the_surface_and_within_the_box() {
                 let along = !matches!(&shape, Shape::Curves(_))
                     || tangent == here.tangent
                     || name.contains("BSpline");
-                // Of far rays that all but touch, not so much is known.
+                // Far rays that all but touch are known less well.
                 let far = ray.origin.length() > 100.0;
                 assert!(
                     !along || far || slope <= 1e-6 * (tangent.length() + 1e-3),

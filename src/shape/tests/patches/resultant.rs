@@ -68,7 +68,7 @@ impl Bicubic {
     }
 }
 
-/// Of two cubics a and b by Bézout's matrix.
+/// Resultant of two cubics a and b by Bézout's matrix.
 fn resultant(a: &[Polynomial; 4], b: &[Polynomial; 4]) -> Polynomial {
     let minor = |i: usize, j: usize| &(&a[i] * &b[j]) - &(&a[j] * &b[i]);
     let (m01, m02, m03, m12, m13, m23) =
