@@ -99,7 +99,8 @@ pub(super) struct Surface {
     pub material: MaterialId,
     pub light: Option<u32>,
     pub role: Role,
-    /// Whether it is a part of a solid of the scene's own: which instance a moving part is says nothing of the body then.
+    /// Whether it is a part of a solid of the scene's own: which instance a moving part is says nothing of
+    /// the body then.
     pub part: bool,
     /// What the surface encloses, if it is that of a transparent body.
     pub body: Option<u32>,
@@ -247,8 +248,8 @@ impl Scene {
         self.needs
     }
 
-    /// The same scene, for which the renderer also does what `more` says and the scene has no need of. The picture is the
-    /// same and takes longer: by how much is what leaving it out is worth.
+    /// The same scene, for which the renderer also does what `more` says and the scene has no need of. The
+    /// picture is the same and takes longer: by how much is what leaving it out is worth.
     #[must_use]
     pub fn with_needs(mut self, more: Needs) -> Self {
         self.needs = self.needs.or(more);
@@ -274,8 +275,8 @@ impl Scene {
         Some(CameraSample { sensor, filter_weight, wavelength, time })
     }
 
-    /// The ray from a place on the film, in pixels from the whole film's corner, at a time. `None` where the sensor has nothing to
-    /// measure at.
+    /// The ray from a place on the film, in pixels from the whole film's corner, at a time. `None` where the
+    /// sensor has nothing to measure at.
     pub fn sensor_ray(&self, place: [f64; 2], time: f64, stream: &Stream) -> Option<SensorRay<'_>> {
         let lens = if self.needs.lens {
             let [u, v, ..] = stream.draw(Dimensions::Lens);
@@ -286,8 +287,8 @@ impl Scene {
         self.camera.ray(place, lens, time)
     }
 
-    /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each stretch of the
-    /// way, with what it leads through.
+    /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each
+    /// stretch of the way, with what it leads through.
     #[inline]
     pub fn intersect(
         &self,
@@ -299,7 +300,8 @@ impl Scene {
     ) -> Option<Intersection> {
         let hides = from_camera && self.limits.hide_emitters;
         if !hides && !self.needs.meetings() {
-            // What is large is made last, in the place where it stays: to move it costs as much as a shadow ray.
+            // What is large is made last, in the place where it stays: to move it costs as much as a shadow
+            // ray.
             let hit = self.accel.closest(ray, time);
             cross(&media.here, hit.as_ref().map_or(f64::INFINITY, |hit| hit.t));
             return hit.map(|hit| self.intersection(&hit, ray, time));
@@ -357,8 +359,8 @@ impl Scene {
         }
     }
 
-    /// How the surface scatters at a path's wavelengths. `choice` in [0, 1) chooses between the materials of a surface
-    /// that has several.
+    /// How the surface scatters at a path's wavelengths. `choice` in [0, 1) chooses between the materials of
+    /// a surface that has several.
     pub fn shade<const C: usize>(
         &self,
         hit: &Intersection,
@@ -464,8 +466,9 @@ impl Scene {
         Some(absorption.sample(&wavelengths.nm).map(share))
     }
 
-    /// The share of light that gets along a ray that begins in `media`: through absorbing media, and through surfaces
-    /// that let light pass straight where the scene has shadow rays go on through them. Zero where anything is in the way.
+    /// The share of light that gets along a ray that begins in `media`: through absorbing media, and through
+    /// surfaces that let light pass straight where the scene has shadow rays go on through them. Zero where
+    /// anything is in the way.
     pub fn visibility<const C: usize>(
         &self,
         ray: &Ray,

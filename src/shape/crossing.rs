@@ -8,8 +8,8 @@ use smallvec::SmallVec;
 pub struct Crossing {
     /// With a negative t behind the ray's origin.
     pub hit: Hit,
-    /// Bound on the error of t. Of two neighbours that are no further apart than their bounds it isn't certain that they are
-    /// there: the line all but touches.
+    /// Bound on the error of t. Of two neighbours that are no further apart than their bounds it isn't
+    /// certain that they are there: the line all but touches.
     pub error: f64,
     /// Whether the line goes against the geometric normal: into a closed shape whose normals point outward.
     pub enters: bool,

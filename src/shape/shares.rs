@@ -29,7 +29,8 @@ impl Shares {
         self.sums[piece] - self.below(piece)
     }
 
-    /// The piece in which the fraction `u` of the total ends, and how far into it, below 1. There must be one.
+    /// The piece in which the fraction `u` of the total ends, and how far into it, below 1. There must be
+    /// one.
     pub fn choose(&self, u: f64) -> (usize, f64) {
         let target = u * self.total();
         let piece = self.sums.partition_point(|&sum| sum <= target).min(self.sums.len() - 1);

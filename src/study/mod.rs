@@ -1,12 +1,12 @@
 //! The study of noise: how the error of a picture falls with samples and with time, for each sampler.
 //!
-//! A *run* renders one scene with one sampler, one number of samples per pixel and one number of wavelengths per path, in R
-//! independent replicates. Each replicate is a short render of its own, with one sequence of samples in each pixel, so
-//! the spread of the replicates tells how well the error itself is known. Every run has its own seed: runs are independent
-//! of one another, whatever else is in the study.
+//! A *run* renders one scene with one sampler, one number of samples per pixel and one number of wavelengths
+//! per path, in R independent replicates. Each replicate is a short render of its own, with one sequence of
+//! samples in each pixel, so the spread of the replicates tells how well the error itself is known. Every run
+//! has its own seed: runs are independent of one another, whatever else is in the study.
 //!
-//! The error is relMSE of the luminance Y against a reference (see [`Reference`]), from which the reference's own error has
-//! been subtracted. Slopes are fitted by weighted least squares on logarithms (see [`fit`]).
+//! The error is relMSE of the luminance Y against a reference (see [`Reference`]), from which the reference's
+//! own error has been subtracted. Slopes are fitted by weighted least squares on logarithms (see [`fit`]).
 
 pub mod fit;
 mod folder;
@@ -48,7 +48,8 @@ impl CaseId {
     }
 }
 
-/// What a study is asked for: all that its numbers depend on, and the number of threads, on which CPU times depend.
+/// What a study is asked for: all that its numbers depend on, and the number of threads, on which CPU times
+/// depend.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
     pub version: String,
@@ -140,7 +141,8 @@ impl Request {
         if sampler.is_random() { self.replicates } else { 1 }
     }
 
-    /// The number of samples that pictures and spectra are shown for: that of the list which is nearest to 64.
+    /// The number of samples that pictures and spectra are shown for: that of the list which is nearest
+    /// to 64.
     pub fn shown_samples(&self) -> u32 {
         let far = |samples: &&u32| (f64::from(**samples) / 64.0).ln().abs();
         self.samples_per_pixel.iter().min_by(|a, b| far(a).total_cmp(&far(b))).copied().unwrap_or(64)

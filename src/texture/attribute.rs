@@ -12,7 +12,8 @@ pub struct Attribute {
 }
 
 impl Attribute {
-    /// Colours are made into spectra at the vertices, and those are interpolated. Zero on what has no such attribute.
+    /// Colours are made into spectra at the vertices, and those are interpolated. Zero on what has no such
+    /// attribute.
     pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
         let Some((mesh, index)) = self.find(at) else { return Sampled::ZERO };
         let Some(place) = at.mesh else { return Sampled::ZERO };

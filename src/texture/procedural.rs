@@ -16,7 +16,8 @@ pub struct Procedural {
     pub colours: Vec<Texture>,
     /// The values of the pattern that are the first and the last colour. The second is above the first.
     pub range: [f64; 2],
-    /// Whether colours are mixed where the value is between those of two; else each has an equal share of the values.
+    /// Whether colours are mixed where the value is between those of two; else each has an equal share of the
+    /// values.
     pub mixed: bool,
 }
 

@@ -1,6 +1,6 @@
-//! Clear sky and sun by the model of Hosek and Wilkie ("An Analytic Model for Full Spectral Sky-Dome Radiance", ACM TOG 31(4),
-//! 2012; "Adding a Solar-Radiance Function to the Hosek–Wilkie Skylight Model", IEEE CG&A 33(3), 2013), as Mitsuba 3's
-//! `sunsky`.
+//! Clear sky and sun by the model of Hosek and Wilkie ("An Analytic Model for Full Spectral Sky-Dome
+//! Radiance", ACM TOG 31(4), 2012; "Adding a Solar-Radiance Function to the Hosek–Wilkie Skylight Model",
+//! IEEE CG&A 33(3), 2013), as Mitsuba 3's `sunsky`.
 //!
 //! Over the dome, with the angles θ from the zenith and γ from the sun,
 //!
@@ -83,14 +83,15 @@ const ROWS: usize = 64;
 /// Angle across the sun for which the model holds, degrees.
 const SUN_APERTURE: f64 = 0.5358;
 
-/// cos of half an angle given in degrees, as single precision has it: for an angle like the sun's, 1 − cos is off by 0.2 % there,
-/// and with it the radiance of the disc in Mitsuba 3.
+/// cos of half an angle given in degrees, as single precision has it: for an angle like the sun's, 1 − cos is
+/// off by 0.2 % there, and with it the radiance of the disc in Mitsuba 3.
 fn cos_half(degrees: f64) -> f64 {
     f64::from((0.5 * degrees as f32).to_radians().cos())
 }
 
 impl Sky {
-    /// `to_world` must keep lengths. `None` where there is no light: the sun is below the horizon, or all is scaled by 0.
+    /// `to_world` must keep lengths. `None` where there is no light: the sun is below the horizon, or all is
+    /// scaled by 0.
     pub fn new(settings: &SkySettings, to_world: Transform) -> Option<Self> {
         let sun_direction = settings.sun_direction;
         if sun_direction.z < 0.0 {
@@ -313,8 +314,8 @@ mod tests {
         Sky::new(&settings, Transform::IDENTITY).unwrap()
     }
 
-    /// Mitsuba 3.9.1, `sunsky`, `emitter.eval` at 330, 450, 555, 610 and 719 nm: beside the sun, near the horizon, at the sun's
-    /// middle, and six tenths of the way from there to its edge.
+    /// Mitsuba 3.9.1, `sunsky`, `emitter.eval` at 330, 450, 555, 610 and 719 nm: beside the sun, near the
+    /// horizon, at the sun's middle, and six tenths of the way from there to its edge.
     #[test]
     fn radiances_are_mitsubas() {
         let nm = [330.0, 450.0, 555.0, 610.0, 719.0];

@@ -34,7 +34,8 @@ impl Compiler<'_> {
         Light::Area { geometry, mean: radiance.mean_spectrum(self.options.range), radiance }
     }
 
-    /// Lights that are no shape's surface; returns that from beyond the scene, and where those stand that move.
+    /// Lights that are no shape's surface; returns that from beyond the scene, and where those stand that
+    /// move.
     pub(super) fn other_lights(
         &mut self,
         lights: &mut Vec<Light>,
@@ -185,8 +186,8 @@ impl Compiler<'_> {
         WavelengthDensity::new(self.options.range, &sensor, &emissions)
     }
 
-    /// Order of magnitude of the largest value that the camera can see: of luminance, or of the mean over a response
-    /// or over the wavelengths.
+    /// Order of magnitude of the largest value that the camera can see: of luminance, or of the mean over a
+    /// response or over the wavelengths.
     pub(super) fn reference(&self, film: &FilmPlan, lights: &Lights, scene_radius: f64) -> f64 {
         let luminance = |spectrum: &Spectrum| {
             let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;

@@ -21,8 +21,8 @@ pub struct Light {
 pub enum LightKind {
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
     Point { position: Vec3, intensity: SpectrumSource },
-    /// A point that shines along its local +z. The angles, in degrees, are those between the axis and where the light ends,
-    /// and where it begins to fall off.
+    /// A point that shines along its local +z. The angles, in degrees, are those between the axis and where
+    /// the light ends, and where it begins to fall off.
     Spot {
         to_world: Transform,
         /// On the axis.
@@ -39,7 +39,8 @@ pub enum LightKind {
     Directional { travels: Vec3, irradiance: SpectrumSource },
     /// The same radiance from everywhere.
     Constant { radiance: SpectrumSource },
-    /// A picture all around, in values for the primaries of sRGB under D65, with +y of the local frame at its top.
+    /// A picture all around, in values for the primaries of sRGB under D65, with +y of the local frame at its
+    /// top.
     EnvironmentMap { to_world: Transform, file: PathBuf, image: Arc<Image>, scale: f64 },
     /// Clear sky and sun, the zenith at the local +z.
     SunSky {

@@ -54,7 +54,8 @@ pub enum SensorKind {
         near_clip: f64,
         far_clip: f64,
     },
-    /// `sensorplane`, a film in the scene itself (an extension): it lies across its local z, in the middle of which the origin is.
+    /// `sensorplane`, a film in the scene itself (an extension): it lies across its local z, in the middle of
+    /// which the origin is.
     Plane {
         to_world: Transform,
         width: f64,

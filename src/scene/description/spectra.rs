@@ -116,7 +116,8 @@ pub struct VolumeSource {
 pub struct ProceduralSource {
     pub pattern: Pattern,
     pub space: PatternSpace,
-    /// The size of a cell of noise, and the distance between veins, rings, bands: in the file's units, or those of uv.
+    /// The size of a cell of noise, and the distance between veins, rings, bands: in the file's units, or
+    /// those of uv.
     pub period: f64,
     /// For values of the pattern from the least to the greatest.
     pub colours: Vec<SpectrumSource>,

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 impl Description {
-    /// A hash of what the scene means, the content of its tables and meshes included. It does not depend on how the
-    /// file is laid out, on comments, names or paths.
+    /// A hash of what the scene means, the content of its tables and meshes included. It does not depend on
+    /// how the file is laid out, on comments, names or paths.
     pub fn hash(&self) -> u64 {
         Hasher::default().object(&tell::scene(self))
     }

@@ -1,5 +1,6 @@
-//! Samplers. They differ in noise, never in expectation. One that Mitsuba 3 has is no part of what a scene means: the best that
-//! there is here takes its place. Those that are abbe's own, and the command line, force one.
+//! Samplers. They differ in noise, never in expectation. One that Mitsuba 3 has is no part of what a scene
+//! means: the best that there is here takes its place. Those that are abbe's own, and the command line, force
+//! one.
 
 use super::super::description::Sampler;
 use super::super::source::Place;

@@ -1,7 +1,8 @@
 //! What polygons bound: closed contours in the plane, which may be concave, have holes, and cross themselves.
 //!
-//! Whether a point is inside is decided by counting the crossings of a half line with the edges (Glassner, *An Introduction to Ray
-//! Tracing*, ch. 2, 3.2), corners and edges going by one rule: of two outlines that share an edge exactly one has its points.
+//! Whether a point is inside is decided by counting the crossings of a half line with the edges (Glassner,
+//! *An Introduction to Ray Tracing*, ch. 2, 3.2), corners and edges going by one rule: of two outlines that
+//! share an edge exactly one has its points.
 
 use crate::geometry::orientation;
 use crate::shape::ShapeError;
@@ -143,10 +144,12 @@ impl Outline {
         self.fills(winding)
     }
 
-    /// All crossings of a line with the boundary, in ascending order, each the other way through it than the one before.
+    /// All crossings of a line with the boundary, in ascending order, each the other way through it than the
+    /// one before.
     ///
-    /// Each corner is on one side of the line, on which all edges that meet there agree: no line slips between two edges or
-    /// crosses them only half. A line along an edge, or through a corner without entering, crosses nothing.
+    /// Each corner is on one side of the line, on which all edges that meet there agree: no line slips
+    /// between two edges or crosses them only half. A line along an edge, or through a corner without
+    /// entering, crosses nothing.
     pub fn crossed(&self, start: DVec2, direction: DVec2) -> SmallVec<[EdgeCrossing; 8]> {
         let side = |corner: DVec2| direction.perp_dot(corner - start);
         let speed = direction.length();
@@ -156,7 +159,8 @@ impl Outline {
             if (a > 0.0) == (b > 0.0) {
                 continue;
             }
-            // From the same end whichever way the edge runs: edges that coincide are crossed at the same place.
+            // From the same end whichever way the edge runs: edges that coincide are crossed at the same
+            // place.
             let first = (from.x, from.y) < (to.x, to.y);
             let (low, high, at) = if first { (*from, *to, a / (a - b)) } else { (*to, *from, b / (b - a)) };
             let t = ((low - start) + (high - low) * at).dot(direction / speed) / speed;
@@ -381,7 +385,8 @@ mod tests {
         }
     }
 
-    /// Points of trapezoids are inside and fill the area evenly: the mean of a coordinate is that of the whole.
+    /// Points of trapezoids are inside and fill the area evenly: the mean of a coordinate is that of the
+    /// whole.
     #[test]
     fn trapezoids_fill_the_inside() {
         let l_shape = [[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];

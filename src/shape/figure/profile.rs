@@ -1,5 +1,5 @@
-//! Curves in the half-plane of r ≥ 0 and z: straight lines, Bézier curves and B-splines, in pieces along which neither r nor z
-//! turns back and neither derivative does.
+//! Curves in the half-plane of r ≥ 0 and z: straight lines, Bézier curves and B-splines, in pieces along
+//! which neither r nor z turns back and neither derivative does.
 
 use crate::geometry::roots::{Sample, polynomial_within, sign_changes};
 use crate::shape::ShapeError;
@@ -117,8 +117,9 @@ impl Piece {
     }
 }
 
-/// The pieces of a curve through or near points (r, z), in order. `closed`: from its end back to its beginning, as one more
-/// line, or as a B-spline without ends; a Bézier curve then comes back to its first point.
+/// The pieces of a curve through or near points (r, z), in order. `closed`: from its end back to its
+/// beginning, as one more line, or as a B-spline without ends; a Bézier curve then comes back to its first
+/// point.
 pub(super) fn pieces(
     points: &[[f64; 2]],
     interpolation: Interpolation,

@@ -1,8 +1,8 @@
 //! Heights over a square: bilinear patches between the points of a grid, open or as a body on a base.
 //!
-//! Along a line the height over a patch is a quadratic (*The Method*, "Ray-Tracing Height Fields"; Glassner, *An Introduction to Ray
-//! Tracing*, ch. 3, 3.3), solved in closed form. Which of its roots count is decided by the signs on the cell's border, which
-//! two cells share ([`super::grid`]).
+//! Along a line the height over a patch is a quadratic (*The Method*, "Ray-Tracing Height Fields"; Glassner,
+//! *An Introduction to Ray Tracing*, ch. 3, 3.3), solved in closed form. Which of its roots count is decided
+//! by the signs on the cell's border, which two cells share ([`super::grid`]).
 
 mod sampling;
 mod terrain;
@@ -45,7 +45,8 @@ pub struct HeightField {
     shares: Shares,
 }
 
-/// The part of the body's surface that is no height, after the cells: the sides at x = −1, x = 1, y = −1, y = 1, and the base.
+/// The part of the body's surface that is no height, after the cells: the sides at x = −1, x = 1, y = −1, y =
+/// 1, and the base.
 const BASE: usize = 4;
 
 impl HeightData {
@@ -104,9 +105,9 @@ impl Patch {
 }
 
 impl HeightField {
-    /// z = `scale` times the height over [−1, 1]² under `to_world`; a body down to z = `base` if there is one, which must be below
-    /// all of it. Normals point up and out of the body unless `flip_normals`. With `smooth`, shading normals are interpolated
-    /// between those of the grid's points.
+    /// z = `scale` times the height over [−1, 1]² under `to_world`; a body down to z = `base` if there is
+    /// one, which must be below all of it. Normals point up and out of the body unless `flip_normals`. With
+    /// `smooth`, shading normals are interpolated between those of the grid's points.
     pub fn new(
         to_world: &Transform,
         data: Arc<HeightData>,

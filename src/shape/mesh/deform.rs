@@ -1,5 +1,5 @@
-//! Deformed meshes: twisted, tapered and bent along z (Barr, "Global and local deformations of solid primitives", SIGGRAPH 1984;
-//! Glassner, *An Introduction to Ray Tracing*, ch. 3, 3.3).
+//! Deformed meshes: twisted, tapered and bent along z (Barr, "Global and local deformations of solid
+//! primitives", SIGGRAPH 1984; Glassner, *An Introduction to Ray Tracing*, ch. 3, 3.3).
 //!
 //! It is the vertices that move: triangles stay flat, so what is to be bent must have been cut finely enough.
 
@@ -17,12 +17,14 @@ pub enum Deformation {
     Twist(f64),
     /// x and y multiplied by one and `Taper` times z, which must stay above 0.
     Taper(f64),
-    /// Along z, between two heights, bent toward x by so many radians per unit; what is beyond them stays straight.
+    /// Along z, between two heights, bent toward x by so many radians per unit; what is beyond them stays
+    /// straight.
     Bend { rate: f64, from: f64, to: f64 },
 }
 
 impl Deformation {
-    /// Most triangles that [`Deformation::Subdivide`] may make of a mesh: a word of a file must not fill the memory.
+    /// Most triangles that [`Deformation::Subdivide`] may make of a mesh: a word of a file must not fill the
+    /// memory.
     pub const MOST_TRIANGLES: usize = 1 << 20;
 
     /// Where it takes a point, and its derivative there.
@@ -59,7 +61,8 @@ impl Deformation {
 }
 
 impl MeshData {
-    /// The mesh after one deformation after the other. Vertex normals go by the inverse transpose of the derivative.
+    /// The mesh after one deformation after the other. Vertex normals go by the inverse transpose of the
+    /// derivative.
     ///
     /// # Errors
     /// Where a deformation folds the mesh over, or there would be too many triangles.

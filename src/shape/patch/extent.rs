@@ -17,8 +17,8 @@ pub fn of(points: &Net<Vec3>, reach: f64) -> Bounds {
     bounds
 }
 
-/// At least the greatest value over the square, at most `tolerance` more: parts whose coefficients all are below what is
-/// reached elsewhere are left.
+/// At least the greatest value over the square, at most `tolerance` more: parts whose coefficients all are
+/// below what is reached elsewhere are left.
 fn greatest(net: Net<f64>, tolerance: f64) -> f64 {
     let corners = |Net(c): &Net<f64>| c[0][0].max(c[0][3]).max(c[3][0]).max(c[3][3]);
     let most = |net: &Net<f64>| net.all().fold(f64::NEG_INFINITY, f64::max);

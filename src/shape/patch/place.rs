@@ -94,16 +94,19 @@ pub struct Place {
     pub spread: [f64; 2],
     /// Determinant of F's derivative.
     pub determinant: f64,
-    /// The part of which F makes something as small as rounding, somewhere in which it may vanish, if it is no more than that.
+    /// The part of which F makes something as small as rounding, somewhere in which it may vanish, if it is
+    /// no more than that.
     pub speck: Option<Part>,
 }
 
 impl Place {
-    /// In the middle of the part, or on the square's border if what is between is as small: the line may as well pass beside it.
+    /// In the middle of the part, or on the square's border if what is between is as small: the line may as
+    /// well pass beside it.
     pub fn speck(seen: &Net<DVec2>, mut part: Part) -> Self {
         let mut at = part.middle();
         let [along_u, along_v] = seen.slopes(at);
-        // If it can be, along the side that is shorter: of the other parameter the middle says more about the normal.
+        // If it can be, along the side that is shorter: of the other parameter the middle says more about the
+        // normal.
         let shorter = usize::from(part.size[1] < part.size[0]);
         for axis in [shorter, 1 - shorter] {
             let (wider, edge) = part.up_to_edge(axis);

@@ -1,8 +1,9 @@
 //! Choosing points on patches evenly by their area.
 //!
-//! Each patch is cut into cells, over each of which |∂p/∂u × ∂p/∂v| is bounded by the coefficients of that vector, a polynomial of
-//! the fifth degree along both parameters. A cell is chosen in proportion to its bound, a place in it evenly, and that is kept in
-//! proportion to what of the bound is reached there. So the density is the same everywhere, and for some u there is no point.
+//! Each patch is cut into cells, over each of which |∂p/∂u × ∂p/∂v| is bounded by the coefficients of that
+//! vector, a polynomial of the fifth degree along both parameters. A cell is chosen in proportion to its
+//! bound, a place in it evenly, and that is kept in proportion to what of the bound is reached there. So the
+//! density is the same everywhere, and for some u there is no point.
 
 use super::net::Net;
 use super::{Patches, Shared};

@@ -23,9 +23,9 @@ impl Event {
     }
 }
 
-/// Takes out of the events from `first` on, which are those of one leaf in order, pairs of which it isn't certain that they are
-/// there: entering and leaving again, or the reverse, while the line all but touches. Their bounds, which may be as
-/// large as the leaf, would draw in what has nothing to do with them.
+/// Takes out of the events from `first` on, which are those of one leaf in order, pairs of which it isn't
+/// certain that they are there: entering and leaving again, or the reverse, while the line all but touches.
+/// Their bounds, which may be as large as the leaf, would draw in what has nothing to do with them.
 pub(super) fn without_touches(events: &mut Events, first: usize) {
     let mut kept = first;
     for next in first..events.len() {
@@ -45,8 +45,8 @@ pub(super) fn without_touches(events: &mut Events, first: usize) {
     events.truncate(kept);
 }
 
-/// How many of the events, which are in order, are at the place of the first: those that may all be at one and the same
-/// place. That they have to share one keeps chains from growing by what is near but not there.
+/// How many of the events, which are in order, are at the place of the first: those that may all be at one
+/// and the same place. That they have to share one keeps chains from growing by what is near but not there.
 pub(super) fn first(events: &[Event]) -> usize {
     let Some((start, rest)) = events.split_first() else { return 0 };
     let [mut low, mut high] = start.range();

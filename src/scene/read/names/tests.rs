@@ -10,7 +10,8 @@ fn the_nearest_name_is_found_or_none() {
     assert_eq!(nearest("x", &[]), None);
 }
 
-/// JSON tells the class of an object by its plugin alone, but for the regular spectrum and the regular sampler.
+/// JSON tells the class of an object by its plugin alone, but for the regular spectrum and the regular
+/// sampler.
 #[test]
 fn no_two_classes_share_a_plugin() {
     assert_eq!(class_of("regular", ["wavelength_min", "values"].into_iter()), Some(Class::Spectrum));

@@ -294,7 +294,8 @@ fn only_what_is_left_of_a_surface_shows() {
                     if beyond.abs() < 1e-9 {
                         continue;
                     }
-                    // What is left: outside of the other for a union, inside otherwise, but for what a difference is cut from.
+                    // What is left: outside of the other for a union, inside otherwise, but for what a
+                    // difference is cut from.
                     let left = match (operation, index) {
                         (Operation::Union, _) | (Operation::Difference, 0) => beyond > 0.0,
                         _ => beyond < 0.0,
