@@ -243,7 +243,7 @@ impl<const C: usize> Scatter<C> {
         })
     }
 
-    /// As if there were no surface.
+    /// Null transmission: the direction straight on, with weight 1.
     fn straight_on(toward_eye: Vec3) -> Self {
         Self {
             toward_light: -toward_eye,

@@ -31,7 +31,7 @@ pub struct RoughCoat {
     microfacets: Microfacets,
     /// Index below over that above.
     eta: f64,
-    /// From above, by the cosine of the incident direction.
+    /// Transmittance from above, by the cosine of the incident direction.
     transmittance: [f64; STEPS],
     /// Share of diffuse light from below that is reflected.
     inner_reflectance: f64,

@@ -29,7 +29,7 @@ pub enum DirectionMap {
     /// Longitude across and latitude up, both in proportion, the axis in the middle: equirectangular. Beyond
     /// its edges the picture of the whole sphere goes on on its other side.
     Panorama {
-        /// Across and up, radians: at most 2π and π.
+        /// Angles across and up, radians: at most 2π and π.
         angles: [f64; 2],
     },
 }

@@ -63,7 +63,7 @@ impl IrradianceMeter {
 /// Measures what a scene sends into one direction, as seen from afar.
 #[derive(Clone, Debug)]
 pub struct Distant {
-    /// In which the sensor looks.
+    /// Direction in which the sensor looks.
     direction: Vec3,
     target: Target,
 }

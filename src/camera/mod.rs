@@ -71,7 +71,7 @@ pub enum Rays {
 /// Where a point of the scene is seen.
 #[derive(Clone, Copy, Debug)]
 pub struct Projected<'a> {
-    /// On the film, in pixels from its top left corner.
+    /// Position on the film, in pixels from its top left corner.
     pub film: [f64; 2],
     /// Where rays from the lens begin to see.
     pub begins: Vec3,
@@ -80,7 +80,7 @@ pub struct Projected<'a> {
     pub distance: f64,
     /// The film's area for a solid angle at the lens.
     pub pixels_per_steradian: f64,
-    /// As in [`SensorRay`].
+    /// Response of the sensor, as in [`SensorRay`].
     pub response: Option<&'a Spectrum>,
 }
 

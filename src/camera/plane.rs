@@ -26,7 +26,7 @@ pub struct SensorPlane {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     pub radius: f64,
-    /// From the film.
+    /// Distance from the film.
     pub distance: f64,
 }
 

@@ -65,7 +65,7 @@ impl Figures {
 /// pictures alike.
 #[derive(Clone, Debug)]
 pub struct Seen {
-    /// In the unit of the files.
+    /// Luminance of white, in the unit of the files.
     pub white: f64,
     /// Mean CIEDE2000. CIELAB is relative to D65 with luminance `white`; nothing is clipped, brighter colours
     /// have L* above 100.

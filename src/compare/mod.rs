@@ -53,7 +53,7 @@ pub struct Comparison {
     pub unmeasured: u64,
     /// Figures of luminance, or their means over the channels of files without colours.
     pub figures: Figures,
-    /// For files with colours.
+    /// Figures of what is seen, for files with colours.
     pub seen: Option<Seen>,
     pub channels: Vec<ChannelResult>,
     /// The channel that stands for all in pictures: luminance, green, or the first.
@@ -76,7 +76,7 @@ pub struct ChannelResult {
     pub figures: Figures,
     /// A minus B; NaN where they cannot be compared.
     pub difference: Vec<f64>,
-    /// Where one side at least knows its noise.
+    /// Tests, if at least one side knows its noise.
     pub tests: Option<Tests>,
 }
 

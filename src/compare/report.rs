@@ -99,7 +99,7 @@ impl Comparison {
         )
     }
 
-    /// For people.
+    /// The figures as a table for people.
     pub fn table(&self, files: [&[String]; 2]) -> String {
         let mut out = String::new();
         for (side, (name, files)) in ["A", "B"].into_iter().zip(files).enumerate() {

@@ -129,7 +129,7 @@ fn search(
 pub struct Range(pub f64, pub f64);
 
 impl Range {
-    /// Around a polynomial on [0, 1].
+    /// Range of a polynomial on [0, 1].
     pub fn of(c: &[f64]) -> Self {
         c.iter()
             .fold(Self(f64::INFINITY, f64::NEG_INFINITY), |range, &c| Self(range.0.min(c), range.1.max(c)))

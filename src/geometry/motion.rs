@@ -12,7 +12,7 @@ use std::fmt;
 /// "Matrix animation and polar decomposition", Graphics Interface 1992).
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// At least one, in the order of time.
+    /// Intervals between keyframes: at least one, in the order of time.
     stretches: Vec<Stretch>,
     /// What local coordinates are relative to, in those of the keys.
     pivot: Vec3,
@@ -28,7 +28,7 @@ struct Stretch {
     way: Vec3,
     rotation: DQuat,
     axis: Vec3,
-    /// By how much it turns, radians in [0, π].
+    /// Angle of the turn, radians in [0, π].
     angle: f64,
     scale: DMat3,
     growth: DMat3,
@@ -178,7 +178,7 @@ impl Stretch {
         }
     }
 
-    /// At a share of the way.
+    /// The pose at a fraction of the way.
     fn at(&self, share: f64, pivot: Vec3) -> Pose {
         let turn = match self.angle {
             0.0 => self.rotation,

@@ -16,7 +16,7 @@ pub struct Root {
     pub error: f64,
 }
 
-/// In ascending order.
+/// Roots in ascending order.
 pub type Roots = SmallVec<[Root; 4]>;
 
 /// A function's value and slope at a point, and a bound on the value's error.

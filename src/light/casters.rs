@@ -112,7 +112,7 @@ pub enum Aim {
     /// Within the cones in which the bodies are seen; of so many steradians together, counted twice where
     /// they overlap.
     Cones { cones: SmallVec<[Cone; 2]>, solid_angle: f64 },
-    /// To the side that the normal points to, by the cosine.
+    /// Cosine-weighed directions to the side of the normal.
     Everywhere { normal: Vec3 },
 }
 

@@ -12,7 +12,7 @@ use crate::units::WavelengthRange;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Up to how many lights each is estimated at each vertex.
+/// Up to this number of lights each is estimated at each vertex.
 const FEW: usize = 32;
 
 /// What the choice among lights is made for.
@@ -52,7 +52,7 @@ pub(super) struct Chosen {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Choice {
     heads: Vec<Head>,
-    /// For each light its head.
+    /// Head of each light.
     homes: Vec<u32>,
     /// Whether a head may stand for many lights, so that estimates are rough.
     rough: bool,
@@ -77,9 +77,9 @@ enum Head {
 #[derive(Clone, Debug)]
 struct Near {
     tree: Tree,
-    /// By emitter, the light and its part.
+    /// Light and part of each emitter.
     emitters: Vec<(u32, u32)>,
-    /// By light, its first emitter.
+    /// First emitter of each light.
     first: Vec<u32>,
 }
 

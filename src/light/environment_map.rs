@@ -137,7 +137,7 @@ impl EnvironmentMap {
         &self.mean
     }
 
-    /// From a density per cell.
+    /// Density per steradian, from one per cell.
     fn per_steradian(&self, row: usize, density: f64) -> f64 {
         let [above, below] = self.cosines(row);
         density * self.columns as f64 / (TAU * (above - below))

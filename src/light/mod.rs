@@ -61,7 +61,7 @@ pub enum Light {
 /// A point on a light and what comes from there.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample<const C: usize> {
-    /// From the lit surface to just before the light.
+    /// Ray from the lit surface to just before the light.
     pub shadow_ray: Ray,
     /// Radiance, or irradiance across the ray for a light without extent. For the latter it is divided by the
     /// probability of the choice already.
@@ -89,10 +89,10 @@ pub struct Receiver {
 /// A point of a light that has been met.
 #[derive(Clone, Copy, Debug)]
 pub struct Met {
-    /// Among the scene's lights.
+    /// Index among the scene's lights.
     pub light: u32,
     pub point: SurfacePoint,
-    /// As in [`crate::shape::Hit`].
+    /// Number of the triangle, as in [`crate::shape::Hit`].
     pub triangle: u32,
     pub barycentric: [f64; 2],
 }

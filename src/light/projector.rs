@@ -23,7 +23,7 @@ pub struct Projector {
 }
 
 impl Projector {
-    /// From a picture and about its mean.
+    /// A projector of a picture, with the picture's approximate mean.
     pub fn new(
         to_world: &Transform,
         picture: Texture,

@@ -146,7 +146,7 @@ pub struct PrincipledMaterial {
     pub eta: f64,
     /// Whether light may be transmitted anywhere.
     pub glass: bool,
-    /// By what it is kept from making energy.
+    /// Table that keeps the surface from making energy.
     pub albedo: Option<&'static Albedo>,
 }
 
@@ -177,7 +177,7 @@ pub struct PrincipledThinMaterial {
     pub textures: PrincipledTextures,
     pub diff_trans: Texture,
     pub eta: Texture,
-    /// By what it is kept from making energy.
+    /// Table that keeps the surface from making energy.
     pub albedo: Option<&'static Albedo>,
 }
 

@@ -50,7 +50,7 @@ impl Relief {
         (Frame { x, y, z }, guard)
     }
 
-    /// In the frame of the surface.
+    /// Normal in the frame of the surface.
     fn normal(&self, frame: &Frame, at: &ShadingPoint) -> Vec3 {
         match &self.map {
             ReliefMap::Normals(map) => stored(map.rgb(&at.texture)),

@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 /// A point of a surface, as far as materials ask.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadingPoint<'a> {
-    /// Around the shading normal of the surface's front.
+    /// Frame around the shading normal of the surface's front.
     pub frame: Frame,
     pub geometric_normal: Vec3,
     /// ∂p/∂u and ∂p/∂v.
@@ -27,7 +27,7 @@ pub struct Shading<const C: usize> {
     /// The frame that the BSDF is in. Left-handed on the back of a two-sided surface, whose z axis alone is
     /// turned.
     pub frame: Frame,
-    /// In that frame.
+    /// Direction toward the eye, in that frame.
     toward_eye: Vec3,
     guards: SmallVec<[Guard; 1]>,
 }

@@ -55,7 +55,7 @@ impl PiecewiseConstantGrid {
     }
 }
 
-/// In single precision, but zero only for zero.
+/// The value in single precision, but zero only for zero.
 fn smallest_positive(value: f64) -> f32 {
     if value > 0.0 { (value as f32).max(f32::MIN_POSITIVE) } else { 0.0 }
 }

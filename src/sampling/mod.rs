@@ -268,7 +268,7 @@ fn unit(bits: u32) -> f64 {
     (f64::from(bits) + 0.5) * (1.0 / 4_294_967_296.0)
 }
 
-/// Into (0, 1) where rounding led out of it.
+/// Clamps to (0, 1) what rounding led out of it.
 fn inside(x: f64) -> f64 {
     x.clamp(f64::EPSILON / 2.0, 1.0 - f64::EPSILON / 2.0)
 }

@@ -148,7 +148,7 @@ impl Field {
     }
 }
 
-/// Onto the unit torus.
+/// Wraps a coordinate onto the unit torus.
 fn wrap(x: f64) -> f64 {
     let wrapped = x - x.floor();
     if wrapped < 1.0 { wrapped } else { 0.0 }

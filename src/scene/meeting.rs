@@ -27,7 +27,7 @@ use std::cmp::Reverse;
 /// transparent body.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
-    /// For each shape; none at all where nothing touches.
+    /// Contact of each shape; empty where nothing touches.
     pub of: Vec<Contact>,
     pub partners: Vec<Partner>,
 }
@@ -44,7 +44,7 @@ pub(super) struct Contact {
 /// Something that a shape touches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Partner {
-    /// Around it and all its errors.
+    /// Box around the shape and all its errors.
     pub bounds: Bounds,
     /// How far from a surface it has to be looked for.
     pub reach: f64,

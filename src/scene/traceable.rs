@@ -49,7 +49,7 @@ pub struct Scene {
     pub(super) shift: Vec3,
 }
 
-/// By which numbers images tell shapes apart.
+/// The numbers by which images tell shapes apart.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ShapeNumbers {
     /// Number of each surface's shape.
@@ -117,7 +117,7 @@ pub(super) struct Surface {
 pub(super) enum Role {
     /// The boundary of what refracts, and nothing else.
     Interface,
-    /// One that light passes as if there were none.
+    /// Light passes it by null transmission.
     Veil,
     /// It has a say of its own: it scatters, absorbs or shines.
     Other,

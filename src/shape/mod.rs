@@ -134,7 +134,7 @@ impl AtRest {
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSample {
     pub surface: SurfaceHit,
-    /// As in [`Hit`].
+    /// Number of the triangle, as in [`Hit`].
     pub triangle: u32,
     pub barycentric: [f64; 2],
     /// Per unit of world area.
@@ -145,7 +145,7 @@ pub struct AreaSample {
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeSample {
     pub surface: SurfaceHit,
-    /// As in [`Hit`].
+    /// Number of the triangle, as in [`Hit`].
     pub triangle: u32,
     pub barycentric: [f64; 2],
     /// Per steradian, as seen from the reference point.
@@ -153,7 +153,7 @@ pub struct ShapeSample {
 }
 
 impl AreaSample {
-    /// On a shape that is no mesh.
+    /// A sample on a shape that is no mesh.
     fn analytic(surface: SurfaceHit, density: f64) -> Self {
         Self { surface, triangle: 0, barycentric: [0.0; 2], density }
     }

@@ -93,19 +93,19 @@ impl Turn {
         Self { cos, sin: (1.0 - cos * cos).max(0.0).sqrt() }
     }
 
-    /// By as much the other way.
+    /// The same turn the other way.
     fn back(self) -> Self {
         Self { sin: -self.sin, ..self }
     }
 
-    /// From 0 to 2π.
+    /// Angle of the turn, from 0 to 2π.
     fn angle(self) -> f64 {
         let angle = atan2(self.sin, self.cos);
         if angle < 0.0 { angle + TAU } else { angle }
     }
 }
 
-/// One after the other.
+/// Two turns one after the other.
 impl Mul for Turn {
     type Output = Self;
 

@@ -14,7 +14,7 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 
-/// Around the local z axis, of outer radius 1.
+/// A torus around the local z axis, with an outer radius of 1.
 #[derive(Clone, Debug)]
 pub struct Torus {
     placement: Placement,

@@ -108,7 +108,7 @@ impl RaySpace {
         (TriangleHit { t: t.clamp(low, high), barycentric }, high - low)
     }
 
-    /// In coordinates in which the line is the z axis.
+    /// A vertex in coordinates in which the line is the z axis.
     pub fn sheared(&self, vertex: Vec3) -> [f64; 3] {
         // An array: a vector's component by a computed axis would be a branch.
         let relative = (vertex - self.origin).to_array();

@@ -65,7 +65,7 @@ impl Table {
         self.outside
     }
 
-    /// From the first to the last wavelength.
+    /// Range from the first to the last wavelength.
     pub fn domain(&self) -> WavelengthRange {
         WavelengthRange { min: self.nodes[0], max: self.nodes[self.nodes.len() - 1] }
     }

@@ -6,7 +6,7 @@ use crate::spectrum::{Sampled, upsample};
 
 #[derive(Clone, Debug)]
 pub struct Attribute {
-    /// With the prefix `vertex_` or `face_`.
+    /// Name with the prefix `vertex_` or `face_`.
     pub name: String,
     pub scale: f64,
 }

@@ -51,7 +51,7 @@ pub enum Texture {
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint<'a> {
     pub uv: [f64; 2],
-    /// In the coordinates of the compiled scene.
+    /// Position in the coordinates of the compiled scene.
     pub position: Vec3,
     /// The same point before instances and motion, for what sticks to a body.
     pub at_rest: AtRest,

@@ -66,7 +66,7 @@ impl Pattern {
     }
 }
 
-/// From 0 to 1 and back in each period.
+/// A wave from 0 to 1 and back in each period.
 fn wave(phase: f64, slope: Vec3) -> Field {
     let (sin, cos) = (TAU * fraction(phase)).sin_cos();
     Field { value: 0.5 - 0.5 * cos, slope: slope * (0.5 * TAU * sin) }

@@ -21,11 +21,11 @@ impl UvTransform {
 /// Lines along both coordinates between which a texture is simple.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lines {
-    /// To the coordinates in which they lie.
+    /// Transform to the coordinates in which they lie.
     pub to_uv: UvTransform,
     /// So many of either kind for each unit.
     pub per_unit: [u32; 2],
-    /// Where the first lies, in distances between two.
+    /// Place of the first line, in distances between two.
     pub offset: f64,
     /// Whether what is between them is bilinear; else it is the same.
     pub bilinear: bool,

@@ -230,9 +230,9 @@ fn from(cosine: f64, turn: f64) -> Vec3 {
 /// Where the nodes of a table lie along one of its quantities.
 #[derive(Clone, Copy, Debug)]
 enum Axis {
-    /// At one value, whatever is asked for.
+    /// One value, whatever is asked for.
     One(f64),
-    /// At equal steps from 0 to 1.
+    /// Equal steps from 0 to 1.
     Even(usize),
     /// At cosines. Nodes crowd where albedos change fast: near the horizon, and on both sides of a critical
     /// angle's cosine, which is 0 where there is none.

@@ -33,7 +33,7 @@ pub fn wavelengths() -> [f64; WAVELENGTHS] {
 /// What a sky is made from.
 #[derive(Clone, Debug)]
 pub struct SkySettings {
-    /// From 1 (no haze) to 10.
+    /// Turbidity from 1 (no haze) to 10.
     pub turbidity: f64,
     /// Albedo of the ground, from 0 to 1, at [`wavelengths`].
     pub albedo: [f64; WAVELENGTHS],
@@ -55,7 +55,7 @@ pub struct Sky {
     sun_direction: Vec3,
     to_world: Transform,
     from_world: Transform,
-    /// Over azimuth and over the square root of cos θ.
+    /// Grid over azimuth and over the square root of cos θ.
     grid: PiecewiseConstantGrid,
     /// Probability with which a direction to the sun is sampled.
     sun_share: f64,

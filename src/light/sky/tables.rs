@@ -105,7 +105,7 @@ impl Disc {
         }
     }
 
-    /// Without limb darkening, at an elevation in radians.
+    /// Radiance without limb darkening, at an elevation in radians.
     pub fn radiance(&self, wavelength: usize, elevation: f64) -> f64 {
         let segment = (((elevation / FRAC_PI_2).cbrt() * SEGMENTS as f64) as usize).min(SEGMENTS - 1);
         let x = elevation - FRAC_PI_2 * (segment as f64 / SEGMENTS as f64).powi(3);

@@ -25,9 +25,9 @@ pub(super) struct Groups<'a> {
 
 struct Group<'a> {
     pieces: Vec<Piece<'a>>,
-    /// By the places of their leaves among the pieces.
+    /// Solids, by the places of their leaves among the pieces.
     solids: Vec<Plan>,
-    /// Around each piece.
+    /// Box around each piece.
     boxes: Vec<Bounds>,
     bounds: Bounds,
     /// Index of the first piece among the scene's shapes.
@@ -64,7 +64,7 @@ struct Instance<'a> {
 /// A shape to be traced.
 pub(super) struct Traced<'a> {
     pub shape: &'a Shape,
-    /// To the coordinates that it is traced in.
+    /// Transform to the coordinates that it is traced in.
     pub to_traced: Transform,
     pub flip_normals: bool,
     /// Whether it is a part of a solid.
@@ -85,7 +85,7 @@ impl<'a> Piece<'a> {
         Self { shape, to_group, part: false, subtracted: false, keys: None }
     }
 
-    /// In the coordinates that [`Self::to_group`] leads to.
+    /// Bounds in the coordinates that [`Self::to_group`] leads to.
     fn bounds(&self) -> Bounds {
         shapes::bounds(self.shape, &self.to_group)
     }

@@ -53,7 +53,7 @@ pub struct CompileOptions {
 /// A part of the picture. It comes out the same, bit by bit, as in the whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Within the window that the film exposes.
+    /// The part of the film's window that is shown.
     pub shown: Region,
     /// Pixels around it, as far as the window goes, that are measured too. What is measured holds whole
     /// squares of pixels of an edge of `square`, each with that margin.
@@ -80,7 +80,7 @@ pub fn compile(description: &Description, options: &CompileOptions) -> Result<Sc
 struct Compiler<'a> {
     description: &'a Description,
     options: &'a CompileOptions,
-    /// From the coordinates of the file to those of the scene.
+    /// Transform from the coordinates of the file to those of the scene.
     shift: Transform,
     /// What has been made of colours, by their numbers, scale and role: many lights may have the same.
     colours: HashMap<([u64; 4], u8), Texture>,

@@ -25,11 +25,11 @@ pub enum LightKind {
     /// the light ends, and where it begins to fall off.
     Spot {
         to_world: Transform,
-        /// On the axis.
+        /// Intensity on the axis.
         intensity: SpectrumSource,
         cutoff_angle: f64,
         beam_width: f64,
-        /// Between the light and what it lights.
+        /// Transmittance of a slide between the light and what it lights.
         texture: Option<SpectrumSource>,
     },
     /// A picture thrown along the local +z.
@@ -48,7 +48,7 @@ pub enum LightKind {
         turbidity: f64,
         /// Reflectance of the ground.
         albedo: SpectrumSource,
-        /// In the world, of any length.
+        /// Direction in the world, of any length.
         sun_direction: Vec3,
         sky_scale: f64,
         sun_scale: f64,

@@ -85,7 +85,7 @@ pub enum AngularMap {
         projection: FisheyeProjection,
         fov: f64,
     },
-    /// Across and up.
+    /// Angles across and up.
     Panorama {
         fov: [f64; 2],
     },

@@ -56,7 +56,7 @@ pub enum ShapeKind {
         /// Whether it is closed where it is cut off.
         capped: bool,
     },
-    /// Around z (an extension).
+    /// A torus around z (an extension).
     Torus {
         major_radius: f64,
         minor_radius: f64,

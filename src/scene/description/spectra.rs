@@ -93,7 +93,7 @@ pub struct BitmapSource {
 
 #[derive(Clone, Debug)]
 pub struct CheckerboardSource {
-    /// At the origin, and beside it.
+    /// Colours at the origin, and beside it.
     pub colours: [SpectrumSource; 2],
     pub to_uv: Transform,
 }

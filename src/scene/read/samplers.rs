@@ -63,7 +63,7 @@ pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
     }
 }
 
-/// In a word, for the list of what Mitsuba does not have.
+/// Description in a word, for the list of extensions.
 fn what(kind: SamplerKind) -> &'static str {
     match kind {
         SamplerKind::Regular => "the same grid in every pixel",

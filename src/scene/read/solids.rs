@@ -29,7 +29,7 @@ pub(in crate::scene) fn word(operation: Operation) -> &'static str {
 #[derive(Clone, Default)]
 pub(super) struct Inherited {
     pub bsdf: Option<Arc<Bsdf>>,
-    /// Inside and outside.
+    /// Media inside and outside.
     pub media: [Option<Medium>; 2],
     pub priority: Option<Priority>,
 }

@@ -100,7 +100,7 @@ struct Span {
 }
 
 impl Span {
-    /// From the first entry of both to the last exit.
+    /// The interval from the first entry of both to the last exit.
     fn around(self, other: Self) -> Self {
         Self {
             enter: if other.enter.t < self.enter.t { other.enter } else { self.enter },
@@ -396,7 +396,7 @@ struct Place {
     middle: Vec3,
     reach: f64,
     centre: Vec3,
-    /// From the centre to the surface.
+    /// Vector from the centre to the surface.
     outward: Vec3,
     /// Unit length.
     normal: Vec3,

@@ -79,7 +79,7 @@ impl Piece {
 /// A ball that changes its radius while it moves along curves, and all that it passes.
 #[derive(Clone, Debug)]
 pub struct SweptSphere {
-    /// From coordinates in which it fits into the unit ball.
+    /// Transform from coordinates in which it fits into the unit ball.
     placement: Placement,
     pieces: Vec<Piece>,
     /// Middles and reaches of the pieces.
@@ -209,7 +209,7 @@ impl SweptSphere {
         Bounds { min: self.placement.pose.origin + min, max: self.placement.pose.origin + max }
     }
 
-    /// To about 10⁻³ of itself.
+    /// Area, to a relative error of about 10⁻³.
     pub fn area(&self) -> f64 {
         chords::integral(self, |normal| self.placement.area_stretch(normal))
     }

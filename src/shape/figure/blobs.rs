@@ -71,7 +71,7 @@ pub(super) struct Blobs {
     kernel: Kernel,
     threshold: f64,
     around: Bounds,
-    /// In the middle of the balls.
+    /// Mean of the balls' centres.
     middle: Vec3,
     /// Sum of the magnitudes of the strengths, and of the steepest slopes.
     size: f64,
@@ -79,7 +79,7 @@ pub(super) struct Blobs {
 }
 
 impl Blobs {
-    /// With the length and the origin of its coordinates.
+    /// The surface, with the length and the origin of its coordinates.
     pub fn new(blobs: &[Blob], kernel: Kernel, threshold: f64) -> Result<(Self, f64, Vec3), ShapeError> {
         for blob in blobs {
             if !(blob.radius > 0.0 && blob.radius.is_finite()) {
@@ -187,7 +187,7 @@ impl Blobs {
 struct Passed {
     /// Nearest to the centre.
     t: f64,
-    /// In radii, squared.
+    /// Squared distance, in radii.
     off: f64,
     /// 1 / radius².
     scale: f64,
@@ -335,7 +335,7 @@ impl Local for Blobs {
         ([u, v], [on_surface(by_u), on_surface(by_v)])
     }
 
-    /// To less than a millionth of the size, from above.
+    /// Farthest extent along a direction, from above to a millionth of the size.
     fn reach(&self, direction: Vec3) -> f64 {
         let corner = self.around.corners().map(|corner| corner.dot(direction)).fold(f64::MIN, f64::max);
         self.search(direction).unwrap_or(corner).min(corner)

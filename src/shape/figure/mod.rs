@@ -33,7 +33,7 @@ use superquadric::Superquadric;
 /// Which figure, in its own coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FigureKind {
-    /// In the plane z = 0, bounded by closed contours.
+    /// A polygon in the plane z = 0, bounded by closed contours.
     Polygon { contours: Vec<Vec<[f64; 2]>>, rule: FillRule },
     /// A polygon swept along z, from one height to another.
     Extrusion {
@@ -104,7 +104,7 @@ pub struct Figure {
     form: Form,
     placement: Placement,
     inward: bool,
-    /// In local coordinates.
+    /// Box in local coordinates.
     around: Bounds,
     /// The flat pieces of a figure that consists of them.
     facets: Option<Facets>,

@@ -18,7 +18,7 @@ pub enum FillRule {
     Winding,
 }
 
-/// From one corner to the next.
+/// An edge from one corner to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
     pub from: DVec2,
@@ -38,7 +38,7 @@ pub(super) struct Outline {
 /// Where a line crosses the boundary.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeCrossing {
-    /// In units of the direction.
+    /// Distance in units of the direction's length.
     pub t: f64,
     pub edge: u32,
     pub enters: bool,
@@ -62,7 +62,7 @@ pub(super) struct Stretch {
 pub(super) struct Trapezoid {
     /// Lower and upper.
     pub y: [f64; 2],
-    /// At the lower line, then at the upper one.
+    /// Left end at the lower line, then at the upper one.
     pub left: [f64; 2],
     pub right: [f64; 2],
 }

@@ -8,7 +8,7 @@ use crate::shape::ShapeError;
 use crate::shape::chords::OnLine;
 use smallvec::SmallVec;
 
-/// In the plane z = 0.
+/// A polygon in the plane z = 0.
 #[derive(Clone, Debug)]
 pub(super) struct Polygon {
     outline: Outline,

@@ -194,7 +194,7 @@ fn checked(mut pieces: Vec<Piece>) -> Result<Vec<Piece>, ShapeError> {
     if pieces.is_empty() { Err(ShapeError::Profile) } else { Ok(pieces) }
 }
 
-/// From the axis to an end of the profile.
+/// Piece from the axis to an end of the profile.
 pub(super) fn cap(from: DVec2, to: DVec2) -> Piece {
     Piece::straight(from, to, None)
 }

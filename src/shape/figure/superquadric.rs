@@ -13,7 +13,7 @@ use crate::shape::chords::OnLine;
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 
-/// With semi-axes of 1.
+/// A superellipsoid with semi-axes of 1.
 #[derive(Clone, Debug)]
 pub(super) struct Superquadric {
     /// e₁, from pole to pole, and e₂, around z.

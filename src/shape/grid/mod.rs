@@ -20,7 +20,7 @@ pub(super) struct Line<const N: usize> {
 /// A part of a line.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Stretch<const N: usize> {
-    /// In which the function keeps one sign.
+    /// An interval in which the function keeps one sign.
     Free { sign: f64, ends: [f64; 2] },
     /// In one cell. `through` is the axis across which the line leaves it; none where the walk ends.
     Cell { cell: [usize; N], ends: [f64; 2], through: Option<usize> },

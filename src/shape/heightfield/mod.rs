@@ -427,7 +427,7 @@ impl Path<'_> {
         Crossing { hit, error, enters }
     }
 
-    /// At one of the plane parts of a body.
+    /// A crossing with one of the plane parts of a body.
     fn wall(&self, t: f64, enters: bool) -> Crossing {
         let at = self.origin + self.direction * t;
         let normals = [0, 1, 2, 3, BASE].map(|wall| if wall == BASE { -Vec3::Z } else { wall_normal(wall) });

@@ -27,7 +27,7 @@ impl Deformation {
     /// memory.
     pub const MOST_TRIANGLES: usize = 1 << 20;
 
-    /// Where it takes a point, and its derivative there.
+    /// The image of a point, and the derivative there.
     pub fn at(&self, point: Vec3) -> (Vec3, DMat3) {
         let Vec3 { x, y, z } = point;
         let columns = DMat3::from_cols;

@@ -76,7 +76,7 @@ pub struct Mesh {
     error: f64,
     /// Areas of triangles. Made when they are first asked for: few meshes are lights.
     shares: OnceLock<Shares>,
-    /// For a mesh that is one rectangle of two triangles.
+    /// The rectangle, if the mesh is one of two triangles.
     rectangle: Option<Rectangle>,
 }
 

@@ -68,7 +68,7 @@ struct Bends {
     qq: Range,
 }
 
-/// Around all values.
+/// The range of all values.
 pub fn range(values: impl Iterator<Item = f64>) -> Range {
     values.fold(Range(f64::INFINITY, f64::NEG_INFINITY), |Range(low, high), value| {
         Range(low.min(value), high.max(value))

@@ -8,7 +8,7 @@ use crate::geometry::roots::{Sample, bracketed};
 use glam::DVec2;
 use smallvec::SmallVec;
 
-/// To what F is made to vanish.
+/// Residual of F at which the search ends.
 const FINE: f64 = 0.0625 * NOISE;
 
 /// By how much of itself a part is enlarged to see what is in it: places at its border are not to be at an

@@ -88,7 +88,7 @@ pub fn joined(parts: &[Part]) -> SmallVec<[Part; 2]> {
 /// Where F vanishes.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// Beyond the square by no more than `spread`.
+    /// Parameters u and v, outside the unit square by no more than `spread`.
     pub at: [f64; 2],
     /// By how much u and v may be off.
     pub spread: [f64; 2],

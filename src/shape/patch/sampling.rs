@@ -76,7 +76,7 @@ impl Patches {
         self.shared.table.get_or_init(|| Table::new(&self.shared))
     }
 
-    /// By Gauss–Legendre quadrature over cells.
+    /// Area by Gauss–Legendre quadrature over cells.
     pub fn area(&self) -> f64 {
         self.table().area
     }

@@ -212,7 +212,7 @@ impl Quadric {
         Bounds { min: self.placement.pose.origin + min, max: self.placement.pose.origin + max }
     }
 
-    /// To about 10⁻⁴ of itself.
+    /// Area, to a relative error of about 10⁻⁴.
     pub fn area(&self) -> f64 {
         chords::integral(self, |normal| self.placement.area_stretch(normal))
     }

@@ -6,7 +6,7 @@ use smallvec::SmallVec;
 /// A crossing of one of a solid's leaves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
-    /// In the order of the tree.
+    /// Number of the leaf in the order of the tree.
     pub leaf: usize,
     /// What it adds to the winding number: 1 where the leaf is entered, -1 where it is left.
     pub turn: i32,
@@ -16,7 +16,7 @@ pub(super) struct Event {
 pub(super) type Events = SmallVec<[Event; 16]>;
 
 impl Event {
-    /// Where it certainly is.
+    /// Interval of t in which the crossing certainly is.
     fn range(&self) -> [f64; 2] {
         let Crossing { hit, error, .. } = self.crossing;
         [hit.t - error, hit.t + error]

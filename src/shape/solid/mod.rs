@@ -74,7 +74,7 @@ struct Node {
     kind: Kind,
     /// Index past the last node below.
     end: usize,
-    /// Around what the node holds.
+    /// Box around everything below the node.
     bounds: Bounds,
 }
 
@@ -95,7 +95,7 @@ struct Part {
 /// A face of a solid, where a line meets it.
 #[derive(Clone, Copy, Debug)]
 pub struct Boundary {
-    /// With the index of the leaf whose face it is.
+    /// The crossing, with the index of the leaf whose face it is.
     pub crossing: Crossing,
     /// The place of that leaf in the order of the tree.
     leaf: usize,

@@ -41,7 +41,7 @@ struct Series<'a> {
     ink: &'static str,
     marker: Marker,
     dash: Option<&'static str>,
-    /// By samples per pixel.
+    /// Runs in the order of samples per pixel.
     runs: Vec<&'a Run>,
     against_samples: Option<PowerLaw>,
     against_time: Option<PowerLaw>,
