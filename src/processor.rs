@@ -62,7 +62,7 @@ const EXTENDED: Register = Register {
 const FURTHER: Register =
     Register { needed: bit(cfg!(target_feature = "lzcnt"), 5), names: &[(1 << 5, " LZCNT")] };
 
-/// Of XCR0: that the system saves the registers of SSE and AVX.
+/// Bits of XCR0: the system saves the registers of SSE and AVX.
 const SAVED: Register = Register {
     needed: bit(cfg!(target_feature = "avx"), 1) | bit(cfg!(target_feature = "avx"), 2),
     names: &[(1 << 1, " SSE-state"), (1 << 2, " AVX-state")],

@@ -91,7 +91,7 @@ fn a_furnace_is_one_with_every_sampler() {
     }
 }
 
-/// What a ball of rough material returns of a furnace's radiance, stated in the README: single scattering loses the rest.
+/// What a ball of rough material returns of a furnace's radiance, stated in docs/trust.md: single scattering loses the rest.
 const STATED: [(&str, &str, f64); 6] = [
     ("roughmirror_ggx", "0.1", 0.978),
     ("roughmirror_ggx", "0.3", 0.857),
@@ -124,7 +124,7 @@ fn rough_balls_return_what_is_stated_at_every_wavelength() {
     }
 }
 
-/// What a white principled ball returns, stated in the README: plugin, roughness, sheen, clear coat; as
+/// What a white principled ball returns, stated in docs/trust.md: plugin, roughness, sheen, clear coat; as
 /// Mitsuba has it, and where it conserves energy.
 const PRINCIPLED: [(&str, &str, &str, &str, [f64; 2]); 7] = [
     ("principled", "0.1", "0", "0", [1.04, 0.98]),

@@ -161,7 +161,8 @@ mod tests {
         eprintln!("{rows} rows, worst relative error {worst:e}");
     }
 
-    /// Glassner, "An Introduction to Ray Tracing" (1989), ch. 4, eq. 16 with its sign corrected: `F = ½ (g−c)²/(g+c)² {1 + [c(g+c)−1]²/[c(g−c)+1]²}` for glass and n = 2.
+    /// Glassner, "An Introduction to Ray Tracing" (1989), ch. 4, eq. 16 with its sign corrected:
+    /// `F = ½ (g−c)²/(g+c)² {1 + [c(g+c)−1]²/[c(g−c)+1]²}` for glass and n = 2.
     #[test]
     fn textbook_table() {
         let table = [

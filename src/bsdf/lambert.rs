@@ -42,7 +42,7 @@ impl<const C: usize> Lambert<C> {
 #[derive(Clone, Copy, Debug)]
 pub struct DiffuseTransmitter<const C: usize> {
     pub reflectance: Sampled<C>,
-    /// With the reflectance at most 1.
+    /// Fraction transmitted; at most 1 together with the reflectance.
     pub transmittance: Sampled<C>,
 }
 

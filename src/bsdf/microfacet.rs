@@ -309,7 +309,8 @@ mod tests {
         }
     }
 
-    /// Glassner (1989), ch. 4, eq. 14 over π: Beckmann's D at m = 0.2 and 0.7 is `exp(−tan² α/m²)/(π m² cos⁴ α)`.
+    /// Glassner (1989), ch. 4, eq. 14 over π: Beckmann's D at m = 0.2 and 0.7 is
+    /// `exp(−tan² α/m²)/(π m² cos⁴ α)`.
     #[test]
     fn beckmann_closed_form() {
         for m in [0.2, 0.7] {

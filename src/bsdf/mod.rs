@@ -96,8 +96,8 @@ impl<const C: usize> Bsdf<C> {
         }
     }
 
-    /// Of a smooth interface, the value of `lobe` below which [`Self::sample`] reflects and above which it transmits. `None` for
-    /// all that has more than these two directions.
+    /// The value of `lobe` below which [`Self::sample`] reflects at a smooth interface, and above which it
+    /// transmits. `None` for all that has more than these two directions.
     pub fn chance_of_reflection(&self, toward_eye: Vec3) -> Option<f64> {
         match self {
             Bsdf::Dielectric(bsdf) => Some(bsdf.chance_of_reflection(toward_eye)),
@@ -226,7 +226,8 @@ pub struct Scatter<const C: usize> {
 }
 
 impl<const C: usize> Scatter<C> {
-    /// From the value and the density of each lane at a sampled direction. `None` where the hero has no density.
+    /// From the value and the density of each lane at a sampled direction. `None` where the hero has no
+    /// density.
     fn with_density(
         toward_light: Vec3,
         f_cos: Sampled<C>,
@@ -242,7 +243,7 @@ impl<const C: usize> Scatter<C> {
         })
     }
 
-    /// As if there were no surface.
+    /// Null transmission: the direction straight on, with weight 1.
     fn straight_on(toward_eye: Vec3) -> Self {
         Self {
             toward_light: -toward_eye,

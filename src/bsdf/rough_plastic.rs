@@ -24,14 +24,14 @@ pub struct RoughPlastic<const C: usize> {
 
 /// A rough dielectric interface and what it lets through on the whole.
 ///
-/// The tables are Mitsuba 3's: 64 steps of the cosine from 0 to 1, linear between. The inner reflectance is the plain mean
-/// over the 64 directions and so 1.5 % below the integral.
+/// The tables are Mitsuba 3's: 64 steps of the cosine from 0 to 1, linear between. The inner reflectance is
+/// the plain mean over the 64 directions and so 1.5 % below the integral.
 #[derive(Clone, Debug)]
 pub struct RoughCoat {
     microfacets: Microfacets,
     /// Index below over that above.
     eta: f64,
-    /// From above, by the cosine of the incident direction.
+    /// Transmittance from above, by the cosine of the incident direction.
     transmittance: [f64; STEPS],
     /// Share of diffuse light from below that is reflected.
     inner_reflectance: f64,
@@ -47,8 +47,8 @@ const FACETS: usize = 32;
 const FACETS_INSIDE: usize = 96;
 
 impl RoughCoat {
-    /// The coat of facets of roughness `alpha`; `eta` is the index below over that above, positive and not 1. Kept for the rest of
-    /// the program, once for all materials that ask for the same.
+    /// The coat of facets of roughness `alpha`; `eta` is the index below over that above, positive and not 1.
+    /// Kept for the rest of the program, once for all materials that ask for the same.
     pub fn shared(shape: Shape, alpha: f64, eta: f64) -> &'static Self {
         static COATS: Mutex<BTreeMap<(bool, u64, u64), &'static RoughCoat>> = Mutex::new(BTreeMap::new());
         let key = (shape == Shape::Ggx, alpha.to_bits(), eta.to_bits());

@@ -3,7 +3,8 @@
 use crate::geometry::{Bounds, Placed, Ray, Vec3};
 use std::f64::consts::{PI, TAU};
 
-/// A fisheye or panorama at one point. It looks along its local +z, local +x is the picture's left and +y its top.
+/// A fisheye or panorama at one point. It looks along its local +z, local +x is the picture's left and +y its
+/// top.
 #[derive(Clone, Debug)]
 pub struct Angular {
     placed: Placed,
@@ -21,14 +22,14 @@ pub enum DirectionMap {
     /// A cone around the axis on the largest circle about the film's middle that fits; nothing outside of it.
     Fisheye {
         projection: FisheyeProjection,
-        /// Between the axis and the circle's edge, radians. In (0, π], below π for a stereographic one, up to π/2 for
-        /// an orthographic one.
+        /// Between the axis and the circle's edge, radians. In (0, π], below π for a stereographic one, up to
+        /// π/2 for an orthographic one.
         half_angle: f64,
     },
-    /// Longitude across and latitude up, both in proportion, the axis in the middle: equirectangular. Beyond its edges the picture of the
-    /// whole sphere goes on on its other side.
+    /// Longitude across and latitude up, both in proportion, the axis in the middle: equirectangular. Beyond
+    /// its edges the picture of the whole sphere goes on on its other side.
     Panorama {
-        /// Across and up, radians: at most 2π and π.
+        /// Angles across and up, radians: at most 2π and π.
         angles: [f64; 2],
     },
 }
@@ -90,8 +91,8 @@ impl Angular {
         self.placed.bounds(Bounds { min: -reach, max: reach }, during)
     }
 
-    /// The ray seen at a film position (pixels from the top left corner of the film) at a time. `None` outside a
-    /// fisheye's circle.
+    /// The ray seen at a film position (pixels from the top left corner of the film) at a time. `None`
+    /// outside a fisheye's circle.
     pub fn ray(&self, film: [f64; 2], time: f64) -> Option<Ray> {
         let local = self.direction(film)?;
         let pose = self.placed.at(time);
@@ -100,7 +101,7 @@ impl Angular {
         Some(Ray { origin, direction, t_max: self.far - self.near })
     }
 
-    /// Of unit length, in the camera's own coordinates.
+    /// Unit direction in the camera's own coordinates.
     fn direction(&self, [x, y]: [f64; 2]) -> Option<Vec3> {
         let [width, height] = self.film;
         let (right, down) = (x - 0.5 * width, y - 0.5 * height);

@@ -24,8 +24,8 @@ impl RadianceMeter {
     }
 }
 
-/// Measures the irradiance on a surface, W·m⁻²·nm⁻¹. The film is spread over the surface as Mitsuba 3 does it, so that a
-/// single pixel measures the mean over all of it.
+/// Measures the irradiance on a surface, W·m⁻²·nm⁻¹. The film is spread over the surface as Mitsuba 3 does
+/// it, so that a single pixel measures the mean over all of it.
 #[derive(Clone, Debug)]
 pub struct IrradianceMeter {
     surface: Shape,
@@ -49,7 +49,8 @@ impl IrradianceMeter {
         Bounds { min: min - margin, max: max + margin }
     }
 
-    /// A ray toward the hemisphere around the shading normal, with density cos θ / π, so that its weight is π.
+    /// A ray toward the hemisphere around the shading normal, with density cos θ / π, so that its weight is
+    /// π.
     pub fn ray(&self, film: [f64; 2], direction_u: [f64; 2]) -> Option<(Ray, f64)> {
         let place = self.window.fractions(film).map(|x| x.clamp(0.0, 1.0 - f64::EPSILON));
         let at = self.surface.unfold(place)?;
@@ -62,7 +63,7 @@ impl IrradianceMeter {
 /// Measures what a scene sends into one direction, as seen from afar.
 #[derive(Clone, Debug)]
 pub struct Distant {
-    /// In which the sensor looks.
+    /// Direction in which the sensor looks.
     direction: Vec3,
     target: Target,
 }
@@ -90,7 +91,8 @@ impl Distant {
         Self { direction: direction.normalize(), target: Target::Point { point, before } }
     }
 
-    /// Looks along `direction` at points all over a surface, which need not be part of the scene, from `before` them.
+    /// Looks along `direction` at points all over a surface, which need not be part of the scene, from
+    /// `before` them.
     pub fn at_surface(direction: Vec3, surface: Shape, before: f64) -> Self {
         let per_area = 1.0 / surface.area();
         let surface = Box::new(surface);

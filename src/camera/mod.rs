@@ -1,7 +1,7 @@
 //! Sensors: from a film position to a ray.
 //!
-//! A pixel's value is the mean over its rays of the radiance along them × the ray's weight × the sensor's response to the
-//! wavelength, as in Mitsuba 3: no cos⁴ falloff, no vignetting.
+//! A pixel's value is the mean over its rays of the radiance along them × the ray's weight × the sensor's
+//! response to the wavelength, as in Mitsuba 3: no cos⁴ falloff, no vignetting.
 
 mod angular;
 mod meters;
@@ -71,7 +71,7 @@ pub enum Rays {
 /// Where a point of the scene is seen.
 #[derive(Clone, Copy, Debug)]
 pub struct Projected<'a> {
-    /// On the film, in pixels from its top left corner.
+    /// Position on the film, in pixels from its top left corner.
     pub film: [f64; 2],
     /// Where rays from the lens begin to see.
     pub begins: Vec3,
@@ -80,7 +80,7 @@ pub struct Projected<'a> {
     pub distance: f64,
     /// The film's area for a solid angle at the lens.
     pub pixels_per_steradian: f64,
-    /// As in [`SensorRay`].
+    /// Response of the sensor, as in [`SensorRay`].
     pub response: Option<&'a Spectrum>,
 }
 
@@ -99,8 +99,8 @@ impl Camera {
         Self { views: vec![view], columns: None }
     }
 
-    /// Several views on columns of equal width of a film's exposed part. Each is made for a film of `film` pixels, the
-    /// whole of which its column shows.
+    /// Several views on columns of equal width of a film's exposed part. Each is made for a film of `film`
+    /// pixels, the whole of which its column shows.
     pub fn side_by_side(views: Vec<View>, window: Window, film: [f64; 2]) -> Self {
         Self { views, columns: Some(Columns { window, film }) }
     }
@@ -125,14 +125,15 @@ impl Camera {
             && self.columns.is_none()
     }
 
-    /// Where a point is seen through the point of the lens that `lens_u` chooses: the reverse of [`Self::ray`]. `None` where it is not
-    /// in view.
+    /// Where a point is seen through the point of the lens that `lens_u` chooses: the reverse of
+    /// [`Self::ray`]. `None` where it is not in view.
     pub fn project(&self, point: Vec3, lens_u: [f64; 2], time: f64) -> Option<Projected<'_>> {
         let [View { rays: Rays::Projective(camera), response }] = &self.views[..] else { return None };
         camera.project(point, lens_u, time).map(|seen| Projected { response: response.as_ref(), ..seen })
     }
 
-    /// A box around where its rays begin, from one time to another. Empty for what looks from outside of the scene.
+    /// A box around where its rays begin, from one time to another. Empty for what looks from outside of the
+    /// scene.
     pub fn origins(&self, during: [f64; 2]) -> Bounds {
         Bounds::of_all(self.views.iter().map(|view| match &view.rays {
             Rays::Projective(projective) => projective.origins(during),
@@ -153,8 +154,10 @@ impl Camera {
         })
     }
 
-    /// The ray seen at a film position (pixels from the top left corner of the film). `lens_u` chooses what a position leaves
-    /// open: the point of the lens or the stop, the direction toward an irradiance meter. `time` says where a camera that moves is. `None` where there is nothing to measure: outside the circle of a fisheye, or where a surface to measure at has no area.
+    /// The ray seen at a film position (pixels from the top left corner of the film). `lens_u` chooses what a
+    /// position leaves open: the point of the lens or the stop, the direction toward an irradiance meter.
+    /// `time` says where a camera that moves is. `None` where there is nothing to measure: outside the circle
+    /// of a fisheye, or where a surface to measure at has no area.
     pub fn ray(&self, film: [f64; 2], lens_u: [f64; 2], time: f64) -> Option<SensorRay<'_>> {
         let (view, film) = match &self.columns {
             None => (self.views.first()?, film),

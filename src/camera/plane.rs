@@ -4,12 +4,14 @@ use crate::geometry::{Bounds, Placed, Ray, Vec3};
 use crate::sampling::warp;
 use std::f64::consts::PI;
 
-/// Measures, point by point, the irradiance on a plane by light that comes through a round stop before it, W·m⁻²·nm⁻¹:
+/// Measures, point by point, the irradiance on a plane by light that comes through a round stop before it,
+/// W·m⁻²·nm⁻¹:
 ///
-/// E = ∫ L cos θ dω over the stop = ∫ L cos² θ / d² dA, with the distance d = z / cos θ to its points (Born and Wolf, *Principles of Optics*, sec. 4.8).
+/// E = ∫ L cos θ dω over the stop = ∫ L cos² θ / d² dA, with the distance d = z / cos θ to its points (Born
+/// and Wolf, *Principles of Optics*, sec. 4.8).
 ///
-/// The film lies in the local plane z = 0 and faces +z; as for any camera, its pictures' left is local +x and their top +y. A lens
-/// before it turns the image by half a turn, as in any real camera.
+/// The film lies in the local plane z = 0 and faces +z; as for any camera, its pictures' left is local +x and
+/// their top +y. A lens before it turns the image by half a turn, as in any real camera.
 #[derive(Clone, Debug)]
 pub struct SensorPlane {
     placed: Placed,
@@ -24,7 +26,7 @@ pub struct SensorPlane {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     pub radius: f64,
-    /// From the film.
+    /// Distance from the film.
     pub distance: f64,
 }
 
@@ -38,15 +40,17 @@ impl SensorPlane {
         self.placed.is_moving()
     }
 
-    /// A box around where its rays begin, from one time to another, also of those a film's width beyond its border.
+    /// A box around where its rays begin, from one time to another, also of those a film's width beyond its
+    /// border.
     pub fn origins(&self, during: [f64; 2]) -> Bounds {
         let [x, y] = self.film.map(|pixels| 1.5 * pixels * self.pixel);
         let corner = Vec3::new(x, y, 0.0);
         self.placed.bounds(Bounds { min: -corner, max: corner }, during)
     }
 
-    /// The ray from a film position (pixels from the top left corner) toward the point of the stop that `stop_u` chooses, evenly
-    /// over its area, and its weight: what a radiance of 1 along it adds to the irradiance.
+    /// The ray from a film position (pixels from the top left corner) toward the point of the stop that
+    /// `stop_u` chooses, evenly over its area, and its weight: what a radiance of 1 along it adds to the
+    /// irradiance.
     pub fn ray(&self, film: [f64; 2], stop_u: [f64; 2], time: f64) -> (Ray, f64) {
         let at = |i: usize| (0.5 * self.film[i] - film[i]) * self.pixel;
         let from = Vec3::new(at(0), at(1), 0.0);
@@ -66,8 +70,8 @@ mod tests {
     use super::*;
     use crate::geometry::Transform;
 
-    /// A sky of radiance 1 over the disk: E = π/2 (1 − (z² + ρ² − r²) / √((z² + ρ² + r²)² − 4 ρ² r²)) at the distance ρ from the axis (Howell,
-    /// *A Catalog of Radiation Heat Transfer Configuration Factors*, B-13).
+    /// A sky of radiance 1 over the disk: E = π/2 (1 − (z² + ρ² − r²) / √((z² + ρ² + r²)² − 4 ρ² r²)) at the
+    /// distance ρ from the axis (Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, B-13).
     #[test]
     fn weights_add_up_to_the_view_of_the_stop() {
         let placed = Placed::still(&Transform::translation(Vec3::new(7.0, -2.0, 1e3))).unwrap();

@@ -4,7 +4,8 @@ use super::Projected;
 use crate::geometry::{Bounds, Placed, Ray, Vec3};
 use crate::sampling::warp;
 
-/// A pinhole, thin-lens or orthographic camera. It looks along its local +z, local +x is the picture's left and +y its top.
+/// A pinhole, thin-lens or orthographic camera. It looks along its local +z, local +x is the picture's left
+/// and +y its top.
 #[derive(Clone, Debug)]
 pub struct Projective {
     placed: Placed,
@@ -43,8 +44,8 @@ pub enum Aperture {
     Disk {
         radius: f64,
     },
-    /// A regular polygon with corners on the circle of this radius, one of them `rotation` radians from the camera's +y
-    /// towards its +x: counter-clockwise for who stands behind the camera.
+    /// A regular polygon with corners on the circle of this radius, one of them `rotation` radians from the
+    /// camera's +y towards its +x: counter-clockwise for who stands behind the camera.
     Polygon {
         radius: f64,
         blades: u32,
@@ -112,7 +113,8 @@ impl Projective {
         self.placed.is_moving()
     }
 
-    /// A box around where its rays begin, from one time to another, also of those a film's width beyond its border.
+    /// A box around where its rays begin, from one time to another, also of those a film's width beyond its
+    /// border.
     pub fn origins(&self, during: [f64; 2]) -> Bounds {
         let film = [0, 1].map(|i| self.offset[i].abs() + 2.0 * (self.scale[i] * self.film[i]).abs());
         let radius = match self.projection {
@@ -131,8 +133,8 @@ impl Projective {
         self.placed.bounds(Bounds { min, max }, during)
     }
 
-    /// The ray seen at a film position (pixels from the top left corner of the film) through the point of the lens
-    /// that `lens_u` chooses, at a time.
+    /// The ray seen at a film position (pixels from the top left corner of the film) through the point of the
+    /// lens that `lens_u` chooses, at a time.
     pub fn ray(&self, film: [f64; 2], lens_u: [f64; 2], time: f64) -> Ray {
         let axis = |i: usize| film[i] * self.scale[i] + self.offset[i];
         let on_plane = Vec3::new(axis(0), axis(1), 1.0);

@@ -14,8 +14,8 @@ pub enum ShutterKind {
     Box,
     /// Most at the middle of the time, falling linearly to none at its ends.
     Triangle,
-    /// Flashes, the first when the shutter opens, the last when it closes, and equal times between them. A single one is
-    /// at the middle.
+    /// Flashes, the first when the shutter opens, the last when it closes, and equal times between them. A
+    /// single one is at the middle.
     Strobe { flashes: u32 },
 }
 

@@ -1,5 +1,5 @@
-//! Whether the difference of two pictures is more than their noise: Welch's t-test of each pixel, of each tile and of the
-//! whole mean, and the smallest bias that these tests could have seen.
+//! Whether the difference of two pictures is more than their noise: Welch's t-test of each pixel, of each
+//! tile and of the whole mean, and the smallest bias that these tests could have seen.
 
 use super::noise::{Cell, CellMean, Cells};
 use super::pair::{Channel, Pair};
@@ -21,26 +21,30 @@ pub const CELLS: usize = 20;
 pub struct Tests {
     /// Standard error of the difference of the means.
     pub error: f64,
-    /// Of the means of the whole picture.
+    /// p-value of the means of the whole picture.
     pub p_mean: f64,
-    /// The smallest of all tiles and of all pixels, corrected for their number (Šidák 1967): how likely one as small is
-    /// anywhere in pictures that differ by noise alone.
+    /// The smallest of all tiles and of all pixels, corrected for their number (Šidák 1967): how likely one
+    /// as small is anywhere in pictures that differ by noise alone.
     pub p_tiles: f64,
     pub p_pixels: f64,
-    /// Whether the p-values of the pixels that have noise of their own are uniform, by Kolmogorov and Smirnov.
+    /// Whether the p-values of the pixels that have noise of their own are uniform, by Kolmogorov and
+    /// Smirnov.
     pub p_uniform: f64,
     /// Their histogram over 0 to 1.
     pub histogram: [u64; CELLS],
     /// Pixels without noise on either side: left out of the histogram.
     pub noiseless: u64,
-    /// Pixels whose error is that of their neighbours alone: equal on both sides, or without noise of their own
-    /// on one, such as black ones beside a body. Left out of the histogram, in which they would be a peak at 1.
+    /// Pixels whose error is that of their neighbours alone: equal on both sides, or without noise of their
+    /// own on one, such as black ones beside a body. Left out of the histogram, in which they would be a peak
+    /// at 1.
     pub borrowed: u64,
-    /// The smallest difference of the means that would be found with [`POWER`] at [`LEVEL`], over the reference's mean.
+    /// The smallest difference of the means that would be found with [`POWER`] at [`LEVEL`], over the
+    /// reference's mean.
     pub detectable: f64,
     /// The same for the median tile, at the level that is corrected for the number of tiles.
     pub detectable_tile: f64,
-    /// For each pixel the difference over its standard error, and its p-value; NaN where it cannot be compared.
+    /// For each pixel the difference over its standard error, and its p-value; NaN where it cannot be
+    /// compared.
     pub z: Vec<f64>,
     pub p: Vec<f64>,
 }
@@ -104,8 +108,9 @@ fn means(channel: &Channel, cells: &Cells, good: &[bool]) -> Vec<Option<[CellMea
     both.map(|(a, b)| Some([a?, b?])).collect()
 }
 
-/// The smallest relative difference that a two-sided test at `level` finds with [`POWER`]: (t(1 − level/2) + t(power))
-/// standard errors over the reference's mean. The quantiles are Student's, which is close to the noncentral law.
+/// The smallest relative difference that a two-sided test at `level` finds with [`POWER`]: (t(1 − level/2) +
+/// t(power)) standard errors over the reference's mean. The quantiles are Student's, which is close to the
+/// noncentral law.
 fn detectable([a, b]: &[Estimate; 2], level: f64) -> f64 {
     let degrees = welch(a, b).degrees;
     let quantiles = student_quantile(1.0 - 0.5 * level, degrees) + student_quantile(POWER, degrees);

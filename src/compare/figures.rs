@@ -61,13 +61,14 @@ impl Figures {
 
 /// How pictures differ to an observer.
 ///
-/// Scene values become colours as on a display that shows the luminance `white` as its white, D65, for both pictures alike.
+/// Scene values become colours as on a display that shows the luminance `white` as its white, D65, for both
+/// pictures alike.
 #[derive(Clone, Debug)]
 pub struct Seen {
-    /// In the unit of the files.
+    /// Luminance of white, in the unit of the files.
     pub white: f64,
-    /// Mean CIEDE2000. CIELAB is relative to D65 with luminance `white`; nothing is clipped, brighter colours have L* above
-    /// 100.
+    /// Mean CIEDE2000. CIELAB is relative to D65 with luminance `white`; nothing is clipped, brighter colours
+    /// have L* above 100.
     pub delta_e: f64,
     /// Mean ꟻLIP of value/`white`, clipped to 0 to 1.
     pub flip: f64,

@@ -1,11 +1,12 @@
 //! ꟻLIP, the difference that an observer sees who flips between two pictures: 0 (none) to 1.
 //!
-//! P. Andersson et al., "ꟻLIP: A Difference Evaluator for Alternating Images", HPG 2020 (equation numbers below), and for
-//! high dynamic range P. Andersson et al., "Visualizing Errors in Rendered High Dynamic Range Images", Eurographics
-//! Short Papers 2021: the largest ꟻLIP over all exposures at which something can be seen.
+//! P. Andersson et al., "ꟻLIP: A Difference Evaluator for Alternating Images", HPG 2020 (equation numbers
+//! below), and for high dynamic range P. Andersson et al., "Visualizing Errors in Rendered High Dynamic Range
+//! Images", Eurographics Short Papers 2021: the largest ꟻLIP over all exposures at which something can be
+//! seen.
 //!
-//! Colours are blurred as the eye blurs them at the assumed distance, and compared in a CIELAB whose colourfulness follows
-//! the luminance; where edges and points differ, the difference is raised.
+//! Colours are blurred as the eye blurs them at the assumed distance, and compared in a CIELAB whose
+//! colourfulness follows the luminance; where edges and points differ, the difference is raised.
 
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -13,17 +14,20 @@ use std::f64::consts::PI;
 /// Linear Rec. 709 values of a pixel.
 pub type Rgb = [f64; 3];
 
-/// Pixels per degree of visual angle at which the papers evaluate: a monitor 0.7 m wide with 3840 pixels, 0.7 m away.
+/// Pixels per degree of visual angle at which the papers evaluate: a monitor 0.7 m wide with 3840 pixels, 0.7
+/// m away.
 pub const PIXELS_PER_DEGREE: f64 = 0.7 * 3840.0 / 0.7 * (PI / 180.0);
 
-/// The primaries of sRGB as both papers' authors use them, from linear RGB to XYZ (IEC 61966-2-1, more digits).
+/// The primaries of sRGB as both papers' authors use them, from linear RGB to XYZ (IEC 61966-2-1, more
+/// digits).
 const TO_XYZ: [[f64; 3]; 3] = [
     [10_135_552.0 / 24_577_794.0, 8_788_810.0 / 24_577_794.0, 4_435_075.0 / 24_577_794.0],
     [2_613_072.0 / 12_288_897.0, 8_788_810.0 / 12_288_897.0, 887_015.0 / 12_288_897.0],
     [1_425_312.0 / 73_733_382.0, 8_788_810.0 / 73_733_382.0, 70_074_185.0 / 73_733_382.0],
 ];
 
-/// Exponent of colour differences, and the share of the largest one that is spread over most of the range (section 3.2.3).
+/// Exponent of colour differences, and the share of the largest one that is spread over most of the range
+/// (section 3.2.3).
 const COLOUR_EXPONENT: f64 = 0.7;
 const COMPRESSED_FROM: f64 = 0.4;
 const COMPRESSED_TO: f64 = 0.95;
@@ -32,8 +36,8 @@ const COMPRESSED_TO: f64 = 0.95;
 const FEATURE_WIDTH: f64 = 0.082;
 const FEATURE_EXPONENT: f64 = 0.5;
 
-/// ꟻLIP of each pixel of two pictures of low dynamic range. `test` and `reference` are linear, row by row; values outside
-/// 0 to 1 are clipped.
+/// ꟻLIP of each pixel of two pictures of low dynamic range. `test` and `reference` are linear, row by row;
+/// values outside 0 to 1 are clipped.
 pub fn flip(reference: &[Rgb], test: &[Rgb], width: usize, pixels_per_degree: f64) -> Vec<f64> {
     let sides = [reference, test].map(|side| {
         let opponent =
@@ -71,7 +75,8 @@ pub struct Exposures {
 }
 
 impl Exposures {
-    /// Those of a reference (section 3.2 of the paper of 2021). Luminances that are all alike give two equal exposures.
+    /// Those of a reference (section 3.2 of the paper of 2021). Luminances that are all alike give two equal
+    /// exposures.
     pub fn of(reference: &[Rgb]) -> Self {
         let mut luminance: Vec<f64> = reference.iter().map(|&rgb| row(TO_XYZ[1], rgb).max(0.0)).collect();
         luminance.sort_by(f64::total_cmp);
@@ -93,7 +98,8 @@ impl Exposures {
     }
 }
 
-/// The tone curve `(a x² + b x + c) / (d x² + e x + f)`: Narkowicz's fit of ACES (2015), preceded by a factor of 0.6.
+/// The tone curve `(a x² + b x + c) / (d x² + e x + f)`: Narkowicz's fit of ACES (2015), preceded by a factor
+/// of 0.6.
 const ACES: [f64; 6] = [0.36 * 2.51, 0.6 * 0.03, 0.0, 0.36 * 2.43, 0.6 * 0.59, 0.14];
 
 /// What the tone curve makes of the luminance that sets an exposure.
@@ -165,7 +171,8 @@ fn hyab(a: [f64; 3], b: [f64; 3]) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
 }
 
-/// Weight and width of the Gaussians of the contrast sensitivity of an opponent channel (table 1): `a √(π/b) exp(−π² x²/b)`.
+/// Weight and width of the Gaussians of the contrast sensitivity of an opponent channel (table 1):
+/// `a √(π/b) exp(−π² x²/b)`.
 const SENSITIVITY: [&[(f64, f64)]; 3] = [&[(1.0, 0.0047)], &[(1.0, 0.0053)], &[(34.1, 0.04), (13.5, 0.025)]];
 
 /// Three planes in the opponent space.
@@ -216,8 +223,8 @@ impl Picture {
         Self { width: self.width, planes }
     }
 
-    /// Lengths of the gradient and of the second derivatives of the achromatic channel at the scale of lines that the
-    /// eye finds: edges and points (section 3.3).
+    /// Lengths of the gradient and of the second derivatives of the achromatic channel at the scale of lines
+    /// that the eye finds: edges and points (section 3.3).
     fn features(&self, pixels_per_degree: f64) -> Vec<[f64; 2]> {
         let deviation = 0.5 * FEATURE_WIDTH * pixels_per_degree;
         let radius = (3.0 * deviation).ceil() as i64;
@@ -225,7 +232,8 @@ impl Picture {
         let gaussian: Vec<f64> = offsets().map(|x| (-0.5 * (x / deviation).powi(2)).exp()).collect();
         let sum: f64 = gaussian.iter().sum();
         let smooth: Vec<f64> = gaussian.iter().map(|value| value / sum).collect();
-        // Positive weights sum to 1 and negative ones to −1, so that the filters answer to contrast, not to scale.
+        // Positive weights sum to 1 and negative ones to −1, so that the filters answer to contrast, not to
+        // scale.
         let balanced = |weight: &dyn Fn(f64) -> f64| -> Vec<f64> {
             let raw: Vec<f64> = offsets().zip(&gaussian).map(|(x, g)| weight(x) * g).collect();
             let positive: f64 = raw.iter().filter(|&&v| v > 0.0).sum();
@@ -243,8 +251,8 @@ impl Picture {
         lengths(&first).into_iter().zip(lengths(&second)).map(|(edge, point)| [edge, point]).collect()
     }
 
-    /// A plane convolved with a kernel along its rows and another along its columns; beyond the border the outermost
-    /// pixels go on.
+    /// A plane convolved with a kernel along its rows and another along its columns; beyond the border the
+    /// outermost pixels go on.
     fn convolved(&self, channel: usize, along: &[f64], across: &[f64]) -> Vec<f64> {
         let (width, height, plane) = (self.width, self.height(), &self.planes[channel]);
         let pass = |source: &[f64], kernel: &[f64], length: usize, stride: usize, i: usize| -> f64 {
@@ -289,8 +297,8 @@ mod tests {
         ]
     }
 
-    /// Mean and four pixels by the authors' own program, PyPI `flip-evaluator` 1.7, which works in single precision
-    /// (`validation/flip/make_reference.py`).
+    /// Mean and four pixels by the authors' own program, PyPI `flip-evaluator` 1.7, which works in single
+    /// precision (`validation/flip/make_reference.py`).
     #[test]
     fn agrees_with_the_authors_program() {
         let places = [0, 15 * WIDTH + 33, 15 * WIDTH + 20, 39 * WIDTH + 47];

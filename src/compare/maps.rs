@@ -105,7 +105,8 @@ impl Map {
     }
 }
 
-/// From black through violet, red and yellow to white, for 0 to 1. Lightness grows evenly, so that it reads in grey too.
+/// From black through violet, red and yellow to white, for 0 to 1. Lightness grows evenly, so that it reads
+/// in grey too.
 fn sequential(value: f64) -> [u8; 3] {
     let t = value.clamp(0.0, 1.0);
     coloured(100.0 * t, 75.0 * (std::f64::consts::PI * t).sin(), 285.0 + 170.0 * t)

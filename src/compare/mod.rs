@@ -1,4 +1,5 @@
-//! How two pictures differ: what artists, colour scientists and statisticians ask for, each with its definition.
+//! How two pictures differ: what artists, colour scientists and statisticians ask for, each with its
+//! definition.
 //!
 //! A is judged, B is the reference; either may be several pictures of one scene, whose means are compared.
 //! Bias and noise are kept apart: figures such as relMSE see both, Welch's t-test sees only what the errors
@@ -46,13 +47,13 @@ impl Default for Options {
 pub struct Comparison {
     pub width: usize,
     pub height: usize,
-    /// Pixels with values that are not finite, in A and in B, and pixels whose error is infinite because too few samples
-    /// were taken of them. All figures leave them out.
+    /// Pixels with values that are not finite, in A and in B, and pixels whose error is infinite because too
+    /// few samples were taken of them. All figures leave them out.
     pub bad: [u64; 2],
     pub unmeasured: u64,
-    /// Of luminance, or the mean over the channels of files without colours.
+    /// Figures of luminance, or their means over the channels of files without colours.
     pub figures: Figures,
-    /// For files with colours.
+    /// Figures of what is seen, for files with colours.
     pub seen: Option<Seen>,
     pub channels: Vec<ChannelResult>,
     /// The channel that stands for all in pictures: luminance, green, or the first.
@@ -75,15 +76,15 @@ pub struct ChannelResult {
     pub figures: Figures,
     /// A minus B; NaN where they cannot be compared.
     pub difference: Vec<f64>,
-    /// Where one side at least knows its noise.
+    /// Tests, if at least one side knows its noise.
     pub tests: Option<Tests>,
 }
 
 /// The tests of all channels together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
-    /// How likely something as extreme is in means, tiles or pixels of any channel if the pictures differ by noise alone:
-    /// the smallest of the three p-values below, corrected for their number.
+    /// How likely something as extreme is in means, tiles or pixels of any channel if the pictures differ by
+    /// noise alone: the smallest of the three p-values below, corrected for their number.
     pub p: f64,
     pub p_mean: f64,
     pub p_tiles: f64,

@@ -179,8 +179,8 @@ pub(super) fn rec709(xyz: Xyz) -> Rgb {
     crate::spectrum::colour::xyz_to_rec709(xyz)
 }
 
-/// The channels that are the picture's colours: those of no layer, else of the first layer that has any. The kind is told
-/// from the names.
+/// The channels that are the picture's colours: those of no layer, else of the first layer that has any. The
+/// kind is told from the names.
 fn colours(names: &[String]) -> Option<(usize, Vec<String>)> {
     let mut prefixes: Vec<&str> =
         names.iter().map(|name| name.rfind('.').map_or("", |dot| &name[..=dot])).collect();

@@ -7,8 +7,8 @@ use std::fmt::Write;
 type Named = Vec<(String, Option<f64>)>;
 
 impl Comparison {
-    /// Every figure under the name that it has in the JSON and in conditions; those of a channel as `R.rmse`. `None` for
-    /// what these files cannot tell.
+    /// Every figure under the name that it has in the JSON and in conditions; those of a channel as `R.rmse`.
+    /// `None` for what these files cannot tell.
     pub fn figures(&self) -> Named {
         let channels = self.channels.iter().flat_map(|channel| {
             let named = move |(name, value)| (format!("{}.{name}", channel.name), value);
@@ -50,8 +50,8 @@ impl Comparison {
     ///   `replicates` behind them (null where the files do not say);
     /// - `width`, `height`, pixels;
     /// - `notes`: sentences, first those on what was assumed;
-    /// - `figures`: the names of [`Self::figures`] without those of channels; null for what the files cannot tell and
-    ///   for what is no finite number;
+    /// - `figures`: the names of [`Self::figures`] without those of channels; null for what the files cannot
+    ///   tell and for what is no finite number;
     /// - `channels`: for each its own figures, and `p_histogram`, counts of 20 equal cells from p = 0 to 1.
     pub fn json(&self, files: [&[String]; 2]) -> String {
         let side = |side: usize| {
@@ -99,7 +99,7 @@ impl Comparison {
         )
     }
 
-    /// For people.
+    /// The figures as a table for people.
     pub fn table(&self, files: [&[String]; 2]) -> String {
         let mut out = String::new();
         for (side, (name, files)) in ["A", "B"].into_iter().zip(files).enumerate() {

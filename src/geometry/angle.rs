@@ -1,5 +1,5 @@
-//! Angles and their sines. The same on every machine, which the functions of the system's library are not, and in about a third of
-//! their time: nothing is asked here of angles of many turns, nor the last bit.
+//! Angles and their sines. The same on every machine, which the functions of the system's library are not,
+//! and in about a third of their time: nothing is asked here of angles of many turns, nor the last bit.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -9,7 +9,8 @@ pub fn sin_cos_of_eighth(x: f64) -> (f64, f64) {
     series(FRAC_PI_4 * x)
 }
 
-/// Sine and cosine of an angle (radians) of up to a thousand turns: within 2e-15 and the rounding of the angle.
+/// Sine and cosine of an angle (radians) of up to a thousand turns: within 2e-15 and the rounding of the
+/// angle.
 #[inline]
 pub fn sin_cos(angle: f64) -> (f64, f64) {
     /// What π/2 is beyond its `f64`.
@@ -51,8 +52,8 @@ fn series(angle: f64) -> (f64, f64) {
 
 /// The angle from +x to (x, y), radians from -π to π; 0 for (0, 0). Within 4e-16 of its size.
 ///
-/// Arcus tangens up to π/8 by the polynomial in t² that errs least there (Chebyshev's interpolation, 3e-17 of t³); beyond by
-/// that of π/4 less an angle.
+/// Arcus tangens up to π/8 by the polynomial in t² that errs least there (Chebyshev's interpolation, 3e-17 of
+/// t³); beyond by that of π/4 less an angle.
 #[inline]
 pub fn atan2(y: f64, x: f64) -> f64 {
     const TAN_EIGHTH: f64 = 0.414_213_562_373_095_05;
@@ -126,7 +127,7 @@ mod tests {
         let ends = ends.into_iter().flat_map(|y| ends.map(|x| (y, x)));
         let turned = (0..100_000).map(|i| {
             let (sin, cos) = (f64::from(i) * 1e-4).sin_cos();
-            // Of all sizes of sine and cosine.
+            // Sine and cosine of all sizes.
             let squeeze = 10f64.powi(i % 40 - 20);
             (sin * squeeze, cos)
         });

@@ -1,4 +1,5 @@
-//! Cubics in Bernstein form, whose values never leave the range of their coefficients: bounds of whole stretches for nothing.
+//! Cubics in Bernstein form, whose values never leave the range of their coefficients: bounds of whole
+//! stretches for nothing.
 
 use super::roots::{Sample, bracketed};
 use smallvec::SmallVec;
@@ -29,7 +30,8 @@ pub fn cubic_bend<T: Value>(c: &[T; 4], u: f64) -> T {
     (first * (1.0 - u) + second * u) * 6.0
 }
 
-/// The function of three parameters, linear in each and the same in any order of them, that is the cubic where all are equal.
+/// The function of three parameters, linear in each and the same in any order of them, that is the cubic
+/// where all are equal.
 fn blossom<T: Value>(c: &[T; 4], [u, v, w]: [f64; 3]) -> T {
     // Both ends come out as they are.
     let mix = |a: T, b: T, u: f64| a * (1.0 - u) + b * u;
@@ -74,16 +76,16 @@ pub fn halves(c: &[f64]) -> [Coefficients; 2] {
     [left, right]
 }
 
-/// How often neighbouring coefficients differ in sign: at least as many roots as the polynomial has between 0 and 1 (Descartes),
-/// and as many where it is none or one.
+/// How often neighbouring coefficients differ in sign: at least as many roots as the polynomial has between 0
+/// and 1 (Descartes), and as many where it is none or one.
 pub fn variations(c: &[f64]) -> usize {
     let mut signs = c.iter().filter(|&&c| c != 0.0).map(|&c| c > 0.0);
     let Some(mut last) = signs.next() else { return 0 };
     signs.filter(|&sign| std::mem::replace(&mut last, sign) != sign).count()
 }
 
-/// Where the polynomial with coefficients `c` over `place` changes its sign there, in ascending order: `function` is the same
-/// polynomial over the whole, evaluated with less rounding.
+/// Where the polynomial with coefficients `c` over `place` changes its sign there, in ascending order:
+/// `function` is the same polynomial over the whole, evaluated with less rounding.
 pub fn sign_changes(c: &[f64], place: [f64; 2], function: &impl Fn(f64) -> Sample) -> SmallVec<[f64; 8]> {
     let mut found = SmallVec::new();
     search(c, place, function, 0, &mut found);
@@ -127,7 +129,7 @@ fn search(
 pub struct Range(pub f64, pub f64);
 
 impl Range {
-    /// Around a polynomial on [0, 1].
+    /// Range of a polynomial on [0, 1].
     pub fn of(c: &[f64]) -> Self {
         c.iter()
             .fold(Self(f64::INFINITY, f64::NEG_INFINITY), |range, &c| Self(range.0.min(c), range.1.max(c)))
@@ -137,7 +139,7 @@ impl Range {
         self.0 <= 0.0 && self.1 >= 0.0
     }
 
-    /// Of the square roots of what of it isn't negative.
+    /// Range of the square roots; the negative part counts as 0.
     pub fn sqrt(self) -> Self {
         Self(self.0.max(0.0).sqrt(), self.1.max(0.0).sqrt())
     }

@@ -5,14 +5,14 @@ use glam::{DMat3, DQuat};
 use std::f64::consts::PI;
 use std::fmt;
 
-/// A way through keyframes. Between two of them position and stretch change linearly and the rotation steadily about one
-/// axis, the shorter way round; before the first and after the last the body stands still.
+/// A way through keyframes. Between two of them position and stretch change linearly and the rotation
+/// steadily about one axis, the shorter way round; before the first and after the last the body stands still.
 ///
-/// A key's linear part is taken apart into rotation and stretch by polar decomposition (Shoemake and Duff, "Matrix
-/// animation and polar decomposition", Graphics Interface 1992).
+/// A key's linear part is taken apart into rotation and stretch by polar decomposition (Shoemake and Duff,
+/// "Matrix animation and polar decomposition", Graphics Interface 1992).
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// At least one, in the order of time.
+    /// Intervals between keyframes: at least one, in the order of time.
     stretches: Vec<Stretch>,
     /// What local coordinates are relative to, in those of the keys.
     pivot: Vec3,
@@ -28,7 +28,7 @@ struct Stretch {
     way: Vec3,
     rotation: DQuat,
     axis: Vec3,
-    /// By how much it turns, radians in [0, π].
+    /// Angle of the turn, radians in [0, π].
     angle: f64,
     scale: DMat3,
     growth: DMat3,
@@ -112,7 +112,8 @@ impl Motion {
         Ok(Self { stretches, pivot: Vec3::ZERO })
     }
 
-    /// The same motion of a body whose coordinates are relative to `pivot`, in a world that is moved by `shift`.
+    /// The same motion of a body whose coordinates are relative to `pivot`, in a world that is moved by
+    /// `shift`.
     #[must_use]
     pub fn recentred(mut self, pivot: Vec3, shift: Vec3) -> Self {
         self.pivot += pivot;
@@ -145,8 +146,9 @@ impl Motion {
 
     /// See [`Pose::spread`]: a bound on it at any time.
     ///
-    /// An element of |L| is at most the largest stretch σ, one of |L⁻¹| at most 1 over the smallest; three of them add
-    /// up in each of the products. The smallest stretch between two keys is not below the smaller of theirs.
+    /// An element of |L| is at most the largest stretch σ, one of |L⁻¹| at most 1 over the smallest; three of
+    /// them add up in each of the products. The smallest stretch between two keys is not below the smaller of
+    /// theirs.
     fn spread(&self) -> DMat3 {
         let largest = |m: DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
         let ends = self.stretches.iter().flat_map(|s| [s.scale, s.scale + s.growth]);
@@ -176,7 +178,7 @@ impl Stretch {
         }
     }
 
-    /// At a share of the way.
+    /// The pose at a fraction of the way.
     fn at(&self, share: f64, pivot: Vec3) -> Pose {
         let turn = match self.angle {
             0.0 => self.rotation,
@@ -187,8 +189,8 @@ impl Stretch {
         Pose { origin, linear, inverse: linear.inverse() }
     }
 
-    /// Without rotation each point moves on a straight line. With it, a point strays from the chord of a piece of h of the
-    /// way by at most h²/8 times its greatest acceleration, θ²|S c| + 2θ|S' c|.
+    /// Without rotation each point moves on a straight line. With it, a point strays from the chord of a
+    /// piece of h of the way by at most h²/8 times its greatest acceleration, θ²|S c| + 2θ|S' c|.
     fn bounds(&self, body: Bounds, pivot: Vec3, [from, to]: [f64; 2]) -> Bounds {
         let pieces = ((to - from) * self.angle / (PI / 32.0)).ceil().max(1.0) as usize;
         let piece = (to - from) / pieces as f64;
@@ -210,7 +212,8 @@ impl Stretch {
 #[derive(Clone, Debug)]
 pub struct Placed {
     place: Place,
-    /// Times local coordinates it bounds their rounding errors in units of 2⁻⁵³, like the bound of an analytic shape.
+    /// Times local coordinates it bounds their rounding errors in units of 2⁻⁵³, like the bound of an
+    /// analytic shape.
     local_errors: DMat3,
 }
 
@@ -270,7 +273,8 @@ impl Placed {
         }
     }
 
-    /// A surface point of the body, where it stands at the time of `pose`, in the world. See [`Pose::surface_point`].
+    /// A surface point of the body, where it stands at the time of `pose`, in the world. See
+    /// [`Pose::surface_point`].
     pub fn surface_point(&self, pose: &Pose, local: &SurfacePoint, reach: f64) -> SurfacePoint {
         pose.surface_point(local, &self.local_errors, reach)
     }

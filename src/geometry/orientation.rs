@@ -2,8 +2,9 @@
 
 use glam::DVec2;
 
-/// Positive where `p` is to the left of the line from `a` to `b`, negative to the right of it, and zero only on it: twice the
-/// triangle's area, whose sign is exact (Shewchuk, "Adaptive Precision Floating-Point Arithmetic", 1997) unless products underflow.
+/// Positive where `p` is to the left of the line from `a` to `b`, negative to the right of it, and zero only
+/// on it: twice the triangle's area, whose sign is exact (Shewchuk, "Adaptive Precision Floating-Point
+/// Arithmetic", 1997) unless products underflow.
 pub fn orientation(a: DVec2, b: DVec2, p: DVec2) -> f64 {
     let (left, right) = ((a.x - p.x) * (b.y - p.y), (a.y - p.y) * (b.x - p.x));
     let area = left - right;
@@ -22,7 +23,8 @@ pub fn orientation(a: DVec2, b: DVec2, p: DVec2) -> f64 {
     sum.into_iter().rfind(|&component| component != 0.0).unwrap_or(0.0)
 }
 
-/// Adds to a sum of components that don't overlap, in ascending order of magnitude (Shewchuk's GROW-EXPANSION).
+/// Adds to a sum of components that don't overlap, in ascending order of magnitude (Shewchuk's
+/// GROW-EXPANSION).
 fn add(sum: &mut [f64; 13], mut carried: f64) {
     for component in sum.iter_mut() {
         let total = carried + *component;

@@ -3,8 +3,8 @@ use glam::DMat3;
 
 /// Where a body stands at one moment: the affine map from its coordinates to the world's, with its inverse.
 ///
-/// Local coordinates are relative to `origin`, which is subtracted first: a small body far from the world's origin loses
-/// nothing but the digits of the positions themselves.
+/// Local coordinates are relative to `origin`, which is subtracted first: a small body far from the world's
+/// origin loses nothing but the digits of the positions themselves.
 #[derive(Clone, Copy, Debug)]
 pub struct Pose {
     pub origin: Vec3,
@@ -46,8 +46,8 @@ impl Pose {
         self.linear.transpose() * world
     }
 
-    /// Local over world solid angle around a world direction of unit length: |det L⁻¹| / |L⁻¹ d|³, by which a density per
-    /// local steradian becomes one per steradian of the world.
+    /// Local over world solid angle around a world direction of unit length: |det L⁻¹| / |L⁻¹ d|³, by which a
+    /// density per local steradian becomes one per steradian of the world.
     pub fn solid_angle_ratio(&self, direction: Vec3) -> f64 {
         let stretch = self.local_vector(direction).length();
         self.inverse.determinant().abs() / (stretch * stretch * stretch)
@@ -62,10 +62,10 @@ impl Pose {
 
     /// A surface point of the body in the world.
     ///
-    /// `local_errors` times local coordinates bounds their rounding errors in units of 2⁻⁵³. The error bound is that of the local
-    /// point, which covers its own intersection test, with what the way to the world and back adds: to the local coordinates
-    /// of a ray's origin, which don't exceed those of the point noticeably, and to its direction, which a ray follows
-    /// within the body for no longer than `reach`.
+    /// `local_errors` times local coordinates bounds their rounding errors in units of 2⁻⁵³. The error bound
+    /// is that of the local point, which covers its own intersection test, with what the way to the world and
+    /// back adds: to the local coordinates of a ray's origin, which don't exceed those of the point
+    /// noticeably, and to its direction, which a ray follows within the body for no longer than `reach`.
     pub fn surface_point(&self, local: &SurfacePoint, local_errors: &DMat3, reach: f64) -> SurfacePoint {
         let position = self.world_point(local.position);
         let image = self.world_normal(local.normal);

@@ -1,10 +1,11 @@
 //! Real roots of polynomials up to the fourth degree, in order, each with a bound on its error.
 //!
-//! A polynomial is split at the roots of its derivative, which are found in the same way. Between two of them it is monotonic: a
-//! change of sign means one root, and no change none. So no root can be missed or found twice as long as signs are right, which
-//! they are to the square of the working precision: values come from the compensated Horner scheme (Graillat, Langlois and
-//! Louvet, "Algorithms for Accurate, Validated and Fast Polynomial Evaluation", JJIAM 26, 2009). Roots at which the sign doesn't
-//! change, those of a line that touches, are none.
+//! A polynomial is split at the roots of its derivative, which are found in the same way. Between two of them
+//! it is monotonic: a change of sign means one root, and no change none. So no root can be missed or found
+//! twice as long as signs are right, which they are to the square of the working precision: values come from
+//! the compensated Horner scheme (Graillat, Langlois and Louvet, "Algorithms for Accurate, Validated and Fast
+//! Polynomial Evaluation", JJIAM 26, 2009). Roots at which the sign doesn't change, those of a line that
+//! touches, are none.
 
 use smallvec::SmallVec;
 
@@ -15,7 +16,7 @@ pub struct Root {
     pub error: f64,
 }
 
-/// In ascending order.
+/// Roots in ascending order.
 pub type Roots = SmallVec<[Root; 4]>;
 
 /// A function's value and slope at a point, and a bound on the value's error.
@@ -35,7 +36,8 @@ pub fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
 
 /// Roots of a·t² + b·t + c. A double root is none, nor is anything a root where all three vanish.
 ///
-/// The root of larger magnitude has no cancellation; the other is c / (a · the larger). Nor has the discriminant.
+/// The root of larger magnitude has no cancellation; the other is c / (a · the larger). Nor has the
+/// discriminant.
 pub fn quadratic(a: f64, b: f64, c: f64) -> Roots {
     let half = 0.5 * b;
     let discriminant = difference_of_products(half, half, a, c);
@@ -102,9 +104,10 @@ pub struct Enclosure {
     pub slope: [f64; 2],
 }
 
-/// Cuts an interval into pieces over each of which the function's value or its slope keeps its sign, so that it changes its
-/// sign at most once; adds where it cuts to `edges`. The value is known from bounds on it, and from that in the middle with bounds
-/// on the slope. A piece over which it is no more than `noise`, its own rounding, is left as it is: there it touches zero.
+/// Cuts an interval into pieces over each of which the function's value or its slope keeps its sign, so that
+/// it changes its sign at most once; adds where it cuts to `edges`. The value is known from bounds on it, and
+/// from that in the middle with bounds on the slope. A piece over which it is no more than `noise`, its own
+/// rounding, is left as it is: there it touches zero.
 pub fn isolate(
     interval: [f64; 2],
     noise: f64,
@@ -135,7 +138,8 @@ pub fn isolate(
     }
 }
 
-/// Roots of a continuous function that changes its sign at most once between neighbouring `edges`, which ascend.
+/// Roots of a continuous function that changes its sign at most once between neighbouring `edges`, which
+/// ascend.
 pub fn sign_changes(edges: &[f64], function: impl Fn(f64) -> Sample) -> Roots {
     let mut roots = Roots::new();
     // Where the value is exactly zero the function touches zero or passes through: the next edge tells.
@@ -155,8 +159,8 @@ pub fn sign_changes(edges: &[f64], function: impl Fn(f64) -> Sample) -> Roots {
     roots
 }
 
-/// The root between `low`, where the function has the given sign, and `high`, where it has the other: Newton's method,
-/// which halves the bracket where it would leave it or gains too little.
+/// The root between `low`, where the function has the given sign, and `high`, where it has the other:
+/// Newton's method, which halves the bracket where it would leave it or gains too little.
 pub fn bracketed(mut low: f64, mut high: f64, sign: f64, function: &impl Fn(f64) -> Sample) -> Root {
     const MOST_STEPS: usize = 200;
     let mut t = 0.5 * (low + high);
@@ -170,7 +174,8 @@ pub fn bracketed(mut low: f64, mut high: f64, sign: f64, function: &impl Fn(f64)
         }
         let newton = t - sample.value / sample.slope;
         let inside = newton > low && newton < high;
-        // Bisection takes over when the bracket doesn't shrink as fast as it would by itself and steps are still large.
+        // Bisection takes over when the bracket doesn't shrink as fast as it would by itself and steps are
+        // still large.
         let next = if inside && (newton - t).abs() < 0.5 * width { newton } else { 0.5 * (low + high) };
         width = (next - t).abs();
         if sample.value == 0.0 || next == t || !(low < next && next < high) {
@@ -182,7 +187,8 @@ pub fn bracketed(mut low: f64, mut high: f64, sign: f64, function: &impl Fn(f64)
             break;
         }
     }
-    // The slope changes hardly over a distance that is small beside that to the bracket's ends; twice covers it.
+    // The slope changes hardly over a distance that is small beside that to the bracket's ends; twice covers
+    // it.
     let near = 2.0 * (sample.value.abs() + sample.error) / sample.slope.abs() + f64::EPSILON * t.abs();
     Root { t, error: if near.is_finite() { near } else { width.max(high - low) } }
 }
@@ -231,7 +237,8 @@ mod tests {
         }
     }
 
-    /// The source's example: x² + 10⁸x + 1, of which the usual formula gets the small root wrong by a quarter.
+    /// The source's example: x² + 10⁸x + 1, of which the usual formula gets the small root wrong by a
+    /// quarter.
     #[test]
     fn quadratics_do_not_lose_digits() {
         let roots = quadratic(1.0, 1e8, 1.0);
@@ -251,7 +258,8 @@ mod tests {
         agree(&quadratic(-4.0, 0.0, 1.0), vec![-0.5, 0.5], &[]);
     }
 
-    /// Quartics whose coefficients are exact, so that their roots are known: four, two or no simple real roots.
+    /// Quartics whose coefficients are exact, so that their roots are known: four, two or no simple real
+    /// roots.
     #[test]
     fn a_million_quartics_have_the_roots_they_were_made_of() {
         let mut random = Random::seed_from_u64(1);

@@ -64,8 +64,8 @@ impl Transform {
         DMat3::from_mat4(self.matrix).determinant() < 0.0
     }
 
-    /// Whether it only rotates, mirrors and moves: whether the products of its axes are those of an orthonormal frame, each
-    /// within a tolerance.
+    /// Whether it only rotates, mirrors and moves: whether the products of its axes are those of an
+    /// orthonormal frame, each within a tolerance.
     pub fn is_rigid(&self, tolerance: f64) -> bool {
         let axes = DMat3::from_mat4(self.matrix);
         (axes.transpose() * axes).abs_diff_eq(DMat3::IDENTITY, tolerance)

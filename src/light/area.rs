@@ -18,7 +18,8 @@ pub struct AreaGeometry {
     /// A sphere around the surface.
     centre: Vec3,
     radius: f64,
-    /// The normal of a surface that lies in one plane. This, centre and radius are in the coordinates of the shape.
+    /// The normal of a surface that lies in one plane. This, centre and radius are in the coordinates of the
+    /// shape.
     plane: Option<Vec3>,
     /// Whether each triangle is a part.
     pub(super) divided: bool,
@@ -75,7 +76,8 @@ impl AreaGeometry {
         Self { placed: Some(Box::new(placed)), ..Self::new(shape, textured) }
     }
 
-    /// Makes it the part of a solid that it is in the scene's list of shapes; `carried`: together with the whole solid.
+    /// Makes it the part of a solid that it is in the scene's list of shapes; `carried`: together with the
+    /// whole solid.
     pub fn is_part(&mut self, solid: Arc<Solid>, shape: u32, carried: bool) {
         self.whole = Some(Whole { solid, shape, carried });
     }
@@ -123,7 +125,8 @@ impl AreaGeometry {
         if self.divided { triangle } else { 0 }
     }
 
-    /// What is known of a part while the shutter is open. `radiance`: what that of the surface amounts to. `None` for what has no area.
+    /// What is known of a part while the shutter is open. `radiance`: what that of the surface amounts to.
+    /// `None` for what has no area.
     pub fn bound(&self, part: u32, radiance: f64, during: [f64; 2]) -> Option<Bound> {
         let (bounds, area, normal) = match &self.shape {
             Shape::Mesh(mesh) if self.divided => {
@@ -157,8 +160,8 @@ impl AreaGeometry {
         })
     }
 
-    /// A point on the front of a part, as seen from a place. `None` where the surface shows its back, or nothing, and where it is cut
-    /// away.
+    /// A point on the front of a part, as seen from a place. `None` where the surface shows its back, or
+    /// nothing, and where it is cut away.
     pub fn sample_toward(
         &self,
         part: u32,
@@ -263,7 +266,8 @@ impl AreaGeometry {
         }
     }
 
-    /// About the solid angle that the front subtends, from a place anywhere. Zero only where it is not seen at all.
+    /// About the solid angle that the front subtends, from a place anywhere. Zero only where it is not seen
+    /// at all.
     pub fn estimate(&self, from: &Receiver, time: f64) -> f64 {
         let position = from.point.position;
         let Some(pose) = self.pose(time) else {

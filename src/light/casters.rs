@@ -49,7 +49,7 @@ impl Caster {
 const MOST: usize = 8;
 
 impl Casters {
-    /// Of many bodies those that are near one another share a sphere.
+    /// Neighbours among many bodies share a sphere.
     pub fn new(mut bodies: Vec<Caster>) -> Self {
         let mut spheres = Vec::new();
         gather(&mut bodies, MOST, &mut spheres);
@@ -109,9 +109,10 @@ fn gather(bodies: &mut [Caster], most: usize, spheres: &mut Vec<Caster>) {
 /// Directions from a point of a light.
 #[derive(Clone, Debug)]
 pub enum Aim {
-    /// Within the cones in which the bodies are seen; of so many steradians together, counted twice where they overlap.
+    /// Within the cones in which the bodies are seen; of so many steradians together, counted twice where
+    /// they overlap.
     Cones { cones: SmallVec<[Cone; 2]>, solid_angle: f64 },
-    /// To the side that the normal points to, by the cosine.
+    /// Cosine-weighed directions to the side of the normal.
     Everywhere { normal: Vec3 },
 }
 
@@ -138,7 +139,8 @@ impl Cone {
 }
 
 impl Aim {
-    /// A direction and its density per steradian; `choice` in [0, 1) chooses among the cones. `None` where there is no density.
+    /// A direction and its density per steradian; `choice` in [0, 1) chooses among the cones. `None` where
+    /// there is no density.
     pub fn sample(&self, choice: f64, u: [f64; 2]) -> Option<(Vec3, f64)> {
         match self {
             Self::Everywhere { normal } => {
@@ -186,7 +188,8 @@ mod tests {
         SurfacePoint { position: Vec3::ZERO, normal, error: 0.0 }
     }
 
-    /// The mean of one over the density is the solid angle that is covered, and a cone is filled evenly from its axis to its rim.
+    /// The mean of one over the density is the solid angle that is covered, and a cone is filled evenly from
+    /// its axis to its rim.
     #[test]
     fn directions_follow_their_density() {
         const DIRECTIONS: usize = 200_000;

@@ -1,8 +1,8 @@
 //! Which light a light sample goes to.
 //!
-//! Few lights are each estimated for the place that is lit, at the path's wavelengths. Of many, all that have a place are in one
-//! [`Tree`]. So are the triangles of each emissive mesh. Estimates take all of the path's wavelengths alike, so the choice is
-//! the same whichever of them is the hero.
+//! Few lights are each estimated for the place that is lit, at the path's wavelengths. Of many, all that have
+//! a place are in one [`Tree`]. So are the triangles of each emissive mesh. Estimates take all of the path's
+//! wavelengths alike, so the choice is the same whichever of them is the hero.
 
 use super::tree::{Tree, Viewpoint};
 use super::{Light, Lights, Receiver};
@@ -12,7 +12,7 @@ use crate::units::WavelengthRange;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Up to how many lights each is estimated at each vertex.
+/// Up to this number of lights each is estimated at each vertex.
 const FEW: usize = 32;
 
 /// What the choice among lights is made for.
@@ -52,7 +52,7 @@ pub(super) struct Chosen {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Choice {
     heads: Vec<Head>,
-    /// For each light its head.
+    /// Head of each light.
     homes: Vec<u32>,
     /// Whether a head may stand for many lights, so that estimates are rough.
     rough: bool,
@@ -77,9 +77,9 @@ enum Head {
 #[derive(Clone, Debug)]
 struct Near {
     tree: Tree,
-    /// By emitter, the light and its part.
+    /// Light and part of each emitter.
     emitters: Vec<(u32, u32)>,
-    /// By light, its first emitter.
+    /// First emitter of each light.
     first: Vec<u32>,
 }
 
@@ -264,8 +264,8 @@ impl Lights {
         (estimates, all)
     }
 
-    /// Of the order of the irradiance that a place receives from a head, summed over the wavelengths. Zero only where it brings
-    /// nothing.
+    /// Order of magnitude of the irradiance that a place receives from a head, summed over the wavelengths.
+    /// Zero only where it brings nothing.
     fn estimate<const C: usize>(
         &self,
         head: &Head,
@@ -289,8 +289,8 @@ impl Lights {
     }
 }
 
-/// One of several by their weights, of which `all` is the sum, and its share. What is left of the sample value `u` is uniform
-/// again.
+/// One of several by their weights, of which `all` is the sum, and its share. What is left of the sample
+/// value `u` is uniform again.
 fn pick(weights: &[f64], all: f64, u: &mut f64) -> Option<(usize, f64)> {
     let mut remaining = *u * all;
     for (index, &weight) in weights.iter().enumerate() {

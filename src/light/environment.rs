@@ -4,7 +4,8 @@ use super::{EnvironmentMap, Sky};
 use crate::geometry::Vec3;
 use crate::spectrum::{Sampled, Spectrum};
 
-/// Radiance from beyond the scene, W·m⁻²·sr⁻¹·nm⁻¹. Directions have unit length and point away from the scene.
+/// Radiance from beyond the scene, W·m⁻²·sr⁻¹·nm⁻¹. Directions have unit length and point away from the
+/// scene.
 #[derive(Clone, Debug)]
 pub enum Environment {
     /// The same from everywhere. Scattering samples it best, so it is not sampled as a light.

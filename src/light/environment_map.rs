@@ -1,8 +1,8 @@
 //! Light from a picture that surrounds the scene, as Mitsuba 3's `envmap`.
 //!
 //! The picture covers the sphere by longitude and latitude. The middle of column c lies at longitude
-//! 2π (c + ½) / width, counted from −z towards +x; row r lies at the angle π r / (height − 1) from +y, so that the first and
-//! the last row are the poles.
+//! 2π (c + ½) / width, counted from −z towards +x; row r lies at the angle π r / (height − 1) from +y, so
+//! that the first and the last row are the poles.
 //!
 //! Each texel is a reflectance times a factor, S(λ) m, and what is interpolated bilinearly are S and m apart:
 //!
@@ -18,7 +18,7 @@ use std::f64::consts::{PI, TAU};
 /// A texel: a reflectance S and its factor m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texel {
-    /// Of the [`Sigmoid`] that the reflectance is.
+    /// Coefficients of the reflectance's [`Sigmoid`].
     pub coefficients: [f32; 3],
     pub factor: f32,
 }
@@ -26,7 +26,8 @@ pub struct Texel {
 impl Texel {
     pub const BLACK: Self = Self { coefficients: [0.0, 0.0, f32::NEG_INFINITY], factor: 0.0 };
 
-    /// From values of at least 0, proportional to light, for the primaries of sRGB: a reflectance whose greatest component is ½.
+    /// From values of at least 0, proportional to light, for the primaries of sRGB: a reflectance whose
+    /// greatest component is ½.
     pub fn from_rgb(rgb: [f64; 3]) -> Self {
         let factor = 2.0 * rgb.into_iter().fold(0.0, f64::max);
         // Also what is too little to be divided by.
@@ -54,8 +55,8 @@ pub struct EnvironmentMap {
     illuminant: Spectrum,
     to_world: Transform,
     from_world: Transform,
-    /// Cells of equal steps in longitude and in the angle from +y, in the picture's own frame; the first column begins in
-    /// the middle of the picture's first.
+    /// Cells of equal steps in longitude and in the angle from +y, in the picture's own frame; the first
+    /// column begins in the middle of the picture's first.
     grid: PiecewiseBilinearGrid,
     columns: usize,
     rows: usize,
@@ -66,13 +67,13 @@ pub struct EnvironmentMap {
 /// Where a picture has fewer columns than this, the density over directions is finer than the picture.
 const LEAST_COLUMNS: usize = 256;
 
-/// Pictures of fewer texels have four cells for each: a product of two interpolated factors is not bilinear, but nearly so in a
-/// quarter of a texel.
+/// Pictures of fewer texels have four cells for each: a product of two interpolated factors is not bilinear,
+/// but nearly so in a quarter of a texel.
 const FINE: usize = 1 << 20;
 
 impl EnvironmentMap {
-    /// From texels row by row, at least 2 columns and 2 rows of them, seen under an illuminant. `to_world` must keep lengths.
-    /// `None` for a picture without any light.
+    /// From texels row by row, at least 2 columns and 2 rows of them, seen under an illuminant. `to_world`
+    /// must keep lengths. `None` for a picture without any light.
     pub fn new(
         [width, height]: [usize; 2],
         texels: Vec<Texel>,
@@ -136,13 +137,13 @@ impl EnvironmentMap {
         &self.mean
     }
 
-    /// From a density per cell.
+    /// Density per steradian, from one per cell.
     fn per_steradian(&self, row: usize, density: f64) -> f64 {
         let [above, below] = self.cosines(row);
         density * self.columns as f64 / (TAU * (above - below))
     }
 
-    /// Of the angles from +y at the upper and lower edge of a row of cells.
+    /// Cosines of the angles from +y at the upper and lower edge of a row of cells.
     fn cosines(&self, row: usize) -> [f64; 2] {
         [row, row + 1].map(|edge| (PI * edge as f64 / self.rows as f64).cos())
     }
@@ -191,7 +192,8 @@ struct Picture<'a> {
 }
 
 impl Picture<'_> {
-    /// The four texels around a place, given in columns and rows from the middle of the first texel, with their weights.
+    /// The four texels around a place, given in columns and rows from the middle of the first texel, with
+    /// their weights.
     fn around(&self, [x, y]: [f64; 2]) -> [(f64, &Texel); 4] {
         let left = x.floor();
         let top = (y as usize).min(self.height - 2);
@@ -207,7 +209,8 @@ impl Picture<'_> {
         ]
     }
 
-    /// About the light that comes from each cell of a grid, up to a factor, zero only where none does; and from its corners.
+    /// About the light that comes from each cell of a grid, up to a factor, zero only where none does; and
+    /// from its corners.
     fn cells(&self, columns: usize, rows: usize) -> (Vec<f64>, Vec<f32>) {
         let strength = |x: f64, y: f64| {
             let (mut reflectance, mut factor) = (0.0, 0.0);
@@ -244,7 +247,8 @@ impl Picture<'_> {
 mod tests {
     use super::*;
 
-    /// Mitsuba 3.9.1: a picture of 8 × 4 that is black but for one white texel, at the middle of that texel and beside it.
+    /// Mitsuba 3.9.1: a picture of 8 × 4 that is black but for one white texel, at the middle of that texel
+    /// and beside it.
     #[test]
     fn texels_lie_where_mitsubas_do() {
         let bright = |row: usize, column: usize| {

@@ -1,8 +1,9 @@
 //! Where light samples go on a textured surface: to each place as often as it is bright.
 //!
-//! A guide is a density over a chart of the surface (see [`Shape::chart`]). Its lines are those between which the texture is
-//! bilinear, or the same, so that density and radiance agree wherever that can be had; otherwise they are so close together that
-//! the texture differs little from one to the next. A mesh has a guide for each triangle on which it differs.
+//! A guide is a density over a chart of the surface (see [`Shape::chart`]). Its lines are those between which
+//! the texture is bilinear, or the same, so that density and radiance agree wherever that can be had;
+//! otherwise they are so close together that the texture differs little from one to the next. A mesh has a
+//! guide for each triangle on which it differs.
 
 use super::AreaGeometry;
 use crate::sampling::{PiecewiseBilinearGrid, PiecewiseConstantGrid};
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 /// A density over the unit square.
 #[derive(Clone, Debug)]
 struct Guide {
-    /// Of columns and rows, from 0 to 1.
+    /// Edges of columns and rows, from 0 to 1.
     edges: [Vec<f64>; 2],
     cells: Cells,
 }
@@ -41,8 +42,8 @@ pub struct Guided {
     pub brightness: f64,
 }
 
-/// How many times as much the mean square of the radiance must be as the square of the mean for a guide to be made: then it gains more
-/// than sampling by solid angle does, which it replaces.
+/// How many times as much the mean square of the radiance must be as the square of the mean for a guide to be
+/// made: then it gains more than sampling by solid angle does, which it replaces.
 const WORTH_GUIDING: f64 = 1.25;
 
 /// The same for a sphere, half of which is hidden: samples by solid angle are all on the other half.
@@ -57,12 +58,13 @@ const UNKNOWN: usize = 128;
 /// Most columns and rows for a triangle.
 const TRIANGLE: usize = 128;
 
-/// What a guide must give to each cell, over the mean of all: there may be more between the places that it looked at.
+/// What a guide must give to each cell, over the mean of all: there may be more between the places that it
+/// looked at.
 const LEAST_SHARE: f64 = 0.01;
 
 impl Guides {
-    /// `None` where the texture differs too little to be followed, and for surfaces without a chart. `value`: what the radiance
-    /// amounts to at a place of a chart, by triangle.
+    /// `None` where the texture differs too little to be followed, and for surfaces without a chart. `value`:
+    /// what the radiance amounts to at a place of a chart, by triangle.
     pub fn new(
         shape: &Shape,
         divided: bool,
@@ -122,7 +124,8 @@ impl Guided {
         Some(AreaSample { density: sample.density * density, ..sample })
     }
 
-    /// The density of [`Self::sample`] at a place of the chart, over what it would be if it were the same everywhere.
+    /// The density of [`Self::sample`] at a place of the chart, over what it would be if it were the same
+    /// everywhere.
     pub fn density(&self, place: [f64; 2]) -> f64 {
         self.guide.as_ref().map_or(1.0, |guide| guide.density(place))
     }
@@ -227,8 +230,8 @@ fn even(cells: usize) -> Vec<f64> {
     (0..=cells).map(|i| i as f64 / cells as f64).collect()
 }
 
-/// The lines of a texture on a chart, and whether it is bilinear between them. `None` where they are aslant, and where there are
-/// too many.
+/// The lines of a texture on a chart, and whether it is bilinear between them. `None` where they are aslant,
+/// and where there are too many.
 fn edges(axes: &ChartAxes, lines: &Lines) -> Option<([Vec<f64>; 2], bool)> {
     let UvTransform(outer) = lines.to_uv;
     let UvTransform(inner) = axes.to_uv;

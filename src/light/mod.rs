@@ -1,7 +1,8 @@
 //! Lights: what they emit, and how a point on one is chosen for a place that it may light.
 //!
-//! A light sample chooses an emitter, in proportion to a cheap estimate of what it can contribute to the place, and a point on
-//! it (`choice`). Both by the same two sample values, so that samples that are well spread are so over all of the lights.
+//! A light sample chooses an emitter, in proportion to a cheap estimate of what it can contribute to the
+//! place, and a point on it (`choice`). Both by the same two sample values, so that samples that are well
+//! spread are so over all of the lights.
 
 mod area;
 mod casters;
@@ -36,8 +37,8 @@ use tree::Bound;
 /// A light within the scene, or one whose light comes from one direction.
 #[derive(Clone, Debug)]
 pub enum Light {
-    /// Radiance of a surface's front, W·m⁻²·sr⁻¹·nm⁻¹, and about the mean of it over the surface: above 0 at every wavelength
-    /// at which any of it shines.
+    /// Radiance of a surface's front, W·m⁻²·sr⁻¹·nm⁻¹, and about the mean of it over the surface: above 0 at
+    /// every wavelength at which any of it shines.
     Area {
         geometry: Box<AreaGeometry>,
         radiance: Texture,
@@ -60,10 +61,10 @@ pub enum Light {
 /// A point on a light and what comes from there.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample<const C: usize> {
-    /// From the lit surface to just before the light.
+    /// Ray from the lit surface to just before the light.
     pub shadow_ray: Ray,
-    /// Radiance, or irradiance across the ray for a light without extent. For the latter it is divided by the probability
-    /// of the choice already.
+    /// Radiance, or irradiance across the ray for a light without extent. For the latter it is divided by the
+    /// probability of the choice already.
     pub radiance: Sampled<C>,
     pub density: Density,
 }
@@ -73,7 +74,7 @@ pub struct LightSample<const C: usize> {
 pub struct Emitted<const C: usize> {
     pub point: SurfacePoint,
     pub radiance: Sampled<C>,
-    /// Of the point, per unit of area.
+    /// Density of the point, per unit of area.
     pub density: f64,
 }
 
@@ -88,10 +89,10 @@ pub struct Receiver {
 /// A point of a light that has been met.
 #[derive(Clone, Copy, Debug)]
 pub struct Met {
-    /// Among the scene's lights.
+    /// Index among the scene's lights.
     pub light: u32,
     pub point: SurfacePoint,
-    /// As in [`crate::shape::Hit`].
+    /// Number of the triangle, as in [`crate::shape::Hit`].
     pub triangle: u32,
     pub barycentric: [f64; 2],
 }
@@ -103,8 +104,8 @@ const GUIDED: usize = 8;
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
     lights: Vec<Light>,
-    /// Where lights without a surface stand over time, by light, as far as there is one that moves. What the light says is
-    /// then in coordinates of its own.
+    /// Where lights without a surface stand over time, by light, as far as there is one that moves. What the
+    /// light says is then in coordinates of its own.
     placed: Vec<Option<Placed>>,
     environment: Option<Environment>,
     choice: Choice,
@@ -164,7 +165,8 @@ impl Lights {
         }
     }
 
-    /// A point of an area light's front and what it emits at the wavelengths (nm) of a path. `None` for other lights.
+    /// A point of an area light's front and what it emits at the wavelengths (nm) of a path. `None` for other
+    /// lights.
     pub fn emit<const C: usize>(
         &self,
         light: u32,
@@ -183,8 +185,9 @@ impl Lights {
 
     /// Chooses a light for a place and a point on it. `None` where none is found that can contribute.
     ///
-    /// The first of the two values chooses among the lights too, each of which has a part of the unit interval. So `n` samples
-    /// whose first values lie in equal parts of it, (k + u) / n, take one of each of n lights that are alike.
+    /// The first of the two values chooses among the lights too, each of which has a part of the unit
+    /// interval. So `n` samples whose first values lie in equal parts of it, (k + u) / n, take one of each of
+    /// n lights that are alike.
     pub fn sample<const C: usize>(
         &self,
         from: &Receiver,
@@ -238,8 +241,8 @@ impl Lights {
         }
     }
 
-    /// Per steradian, the density with which [`Self::sample`] would have found the direction from `from` to a point on an
-    /// area light.
+    /// Per steradian, the density with which [`Self::sample`] would have found the direction from `from` to a
+    /// point on an area light.
     pub fn density<const C: usize>(
         &self,
         met: &Met,
@@ -253,7 +256,8 @@ impl Lights {
         if probability > 0.0 { probability * geometry.density_toward(&from.point, met, time) } else { 0.0 }
     }
 
-    /// Per steradian, the density with which [`Self::sample`] would have found a direction that leads out of the scene.
+    /// Per steradian, the density with which [`Self::sample`] would have found a direction that leads out of
+    /// the scene.
     pub fn environment_density<const C: usize>(
         &self,
         from: &Receiver,
@@ -270,8 +274,8 @@ impl Lights {
         }
     }
 
-    /// What is known of a part of a light. `brightness`: what its spectrum amounts to. `None` for what has no place, and for what emits
-    /// nothing.
+    /// What is known of a part of a light. `brightness`: what its spectrum amounts to. `None` for what has no
+    /// place, and for what emits nothing.
     fn bound(&self, light: u32, part: u32, brightness: f64, during: [f64; 2]) -> Option<Bound> {
         let at = |position: Vec3| {
             let point = Bounds::of([position]);
@@ -295,8 +299,8 @@ impl Lights {
 }
 
 impl Light {
-    /// Radiance, radiant intensity or irradiance; where that differs from place to place, about the mean of it. Above 0 at
-    /// every wavelength at which there is any light.
+    /// Radiance, radiant intensity or irradiance; where that differs from place to place, about the mean of
+    /// it. Above 0 at every wavelength at which there is any light.
     pub fn spectrum(&self) -> &Spectrum {
         match self {
             Self::Area { mean, .. } => mean,
@@ -320,8 +324,8 @@ impl Light {
         }
     }
 
-    /// About what the light brings to a place, up to a factor common to all lights: its spectrum there, its size and its
-    /// distance. Zero only where it brings nothing.
+    /// About what the light brings to a place, up to a factor common to all lights: its spectrum there, its
+    /// size and its distance. Zero only where it brings nothing.
     ///
     /// `placed`: where a light without a surface that moves stands.
     fn estimate<const C: usize>(

@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 #[derive(Clone, Debug)]
 pub struct Projector {
     pub position: Vec3,
-    /// Radiant intensity along the axis, about the mean over the picture: above 0 at every wavelength at which any of it
-    /// shines.
+    /// Radiant intensity along the axis, about the mean over the picture: above 0 at every wavelength at
+    /// which any of it shines.
     pub mean: Spectrum,
     picture: Texture,
     scale: f64,
@@ -23,7 +23,7 @@ pub struct Projector {
 }
 
 impl Projector {
-    /// From a picture and about its mean.
+    /// A projector of a picture, with the picture's approximate mean.
     pub fn new(
         to_world: &Transform,
         picture: Texture,
@@ -50,8 +50,8 @@ impl Projector {
 
     /// Radiant intensity in a direction (unit length) away from the light, W·sr⁻¹·nm⁻¹.
     ///
-    /// A picture of value E makes a surface at distance 1 that faces the projector look as if it received π·E:
-    /// I(ω) = π E / cos³θ, so that a flat screen is lit evenly.
+    /// A picture of value E makes a surface at distance 1 that faces the projector look as if it received
+    /// π·E: I(ω) = π E / cos³θ, so that a flat screen is lit evenly.
     pub fn intensity<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
         let local = self.from_world.vector(direction);
         if local.z <= 0.0 {

@@ -39,8 +39,8 @@ impl Spot {
         Self { slide: Some(slide), ..self }
     }
 
-    /// Radiant intensity in a direction away from the light. From the beam's edge to the cut-off the intensity falls
-    /// linearly with the angle.
+    /// Radiant intensity in a direction away from the light. From the beam's edge to the cut-off the
+    /// intensity falls linearly with the angle.
     pub fn intensity<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
         let local = self.from_world.vector(direction).normalize();
         let share = self.falloff(local.z);
@@ -51,7 +51,8 @@ impl Spot {
         match &self.slide {
             None => intensity,
             Some(slide) => {
-                // Mitsuba 3's mapping, which turns the picture over where the cone is wider than a half space.
+                // Mitsuba 3's mapping, which turns the picture over where the cone is wider than a half
+                // space.
                 let unit = 0.5 / (local.z * self.cutoff.tan());
                 let uv = [0.5 + unit * local.x, 0.5 + unit * local.y];
                 let at = TexturePoint { uv, position: self.position, at_rest: AtRest::NONE, mesh: None };

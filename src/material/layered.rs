@@ -87,9 +87,9 @@ impl PrincipledTextures {
         }
     }
 
-    /// The colour over its luminance. For luminance Mitsuba 3 takes the mean of ȳ times the colour over the four wavelengths
-    /// of a path. Each of them is made from the same number, so that every wavelength has its own three companions, and
-    /// its own tint: that of grey is not 1 but varies around 3.
+    /// The colour over its luminance. For luminance Mitsuba 3 takes the mean of ȳ times the colour over the
+    /// four wavelengths of a path. Each of them is made from the same number, so that every wavelength has
+    /// its own three companions, and its own tint: that of grey is not 1 but varies around 3.
     fn tint<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], color: Sampled<C>) -> Sampled<C> {
         Sampled::from_fn(|lane| {
             let together = companions(nm[lane]);
@@ -146,7 +146,7 @@ pub struct PrincipledMaterial {
     pub eta: f64,
     /// Whether light may be transmitted anywhere.
     pub glass: bool,
-    /// By what it is kept from making energy.
+    /// Table that keeps the surface from making energy.
     pub albedo: Option<&'static Albedo>,
 }
 
@@ -177,7 +177,7 @@ pub struct PrincipledThinMaterial {
     pub textures: PrincipledTextures,
     pub diff_trans: Texture,
     pub eta: Texture,
-    /// By what it is kept from making energy.
+    /// Table that keeps the surface from making energy.
     pub albedo: Option<&'static Albedo>,
 }
 

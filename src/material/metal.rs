@@ -11,7 +11,8 @@ pub enum Metal {
         n: Texture,
         k: Texture,
     },
-    /// The reflectance at normal incidence, which leaves one of the two open: with `unit_index` n = 1, else k = 0.
+    /// The reflectance at normal incidence, which leaves one of the two open: with `unit_index` n = 1, else
+    /// k = 0.
     NormalReflectance {
         reflectance: Texture,
         unit_index: bool,

@@ -1,8 +1,9 @@
 //! Materials: textures that become a [`Bsdf`] of numbers at one point and the wavelengths of one path.
 //!
-//! Materials nest: one may choose between others (a mask, a blend), turn the surface (a bump or normal map) or see which
-//! side is looked at. At a point all of that is gone through once, which leaves one BSDF in one frame: [`Shading`].
-//! Between nested materials one is chosen at random, with the probability that is its weight.
+//! Materials nest: one may choose between others (a mask, a blend), turn the surface (a bump or normal map)
+//! or see which side is looked at. At a point all of that is gone through once, which leaves one BSDF in one
+//! frame: [`Shading`]. Between nested materials one is chosen at random, with the probability that is its
+//! weight.
 
 mod facets;
 mod layered;
@@ -93,7 +94,8 @@ pub struct DielectricMaterial {
 pub struct Around<'a> {
     /// The index there; `None` in air.
     pub index: Option<&'a Spectrum>,
-    /// Whether another body ends or begins there, so that what the surface's own material says of its outside does not count.
+    /// Whether another body ends or begins there, so that what the surface's own material says of its outside
+    /// does not count.
     pub joined: bool,
 }
 
@@ -138,7 +140,8 @@ impl Materials {
         self.within(id).any(has)
     }
 
-    /// Whether it is smooth whatever is chosen: it sends light on in single directions alone, the same way forth and back.
+    /// Whether it is smooth whatever is chosen: it sends light on in single directions alone, the same way
+    /// forth and back.
     pub fn is_smooth(&self, id: MaterialId) -> bool {
         match self.get(id) {
             Material::TwoSided { front, back } => self.is_smooth(*front) && self.is_smooth(*back),
@@ -273,8 +276,9 @@ impl Material {
         }
     }
 
-    /// The numbers at a point and the wavelengths of a path. `around` is the index of what surrounds the surface, for
-    /// bodies that leave it open. A material that nests is [`Bsdf::Black`]: it is gone through before.
+    /// The numbers at a point and the wavelengths of a path. `around` is the index of what surrounds the
+    /// surface, for bodies that leave it open. A material that nests is [`Bsdf::Black`]: it is gone through
+    /// before.
     fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Around<'_>) -> Bsdf<C> {
         match self {
             Self::Black

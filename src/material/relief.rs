@@ -36,7 +36,8 @@ pub(super) struct Guard {
 }
 
 impl Relief {
-    /// The frame of the relief where the surface has `frame`, and what it takes from light from some directions.
+    /// The frame of the relief where the surface has `frame`, and what it takes from light from some
+    /// directions.
     pub(super) fn turn(&self, frame: &Frame, at: &ShadingPoint, toward_eye: Vec3) -> (Frame, Guard) {
         let mut local = self.normal(frame, at);
         let eye = frame.to_local(toward_eye);
@@ -49,14 +50,14 @@ impl Relief {
         (Frame { x, y, z }, guard)
     }
 
-    /// In the frame of the surface.
+    /// Normal in the frame of the surface.
     fn normal(&self, frame: &Frame, at: &ShadingPoint) -> Vec3 {
         match &self.map {
             ReliefMap::Normals(map) => stored(map.rgb(&at.texture)),
             ReliefMap::Normal(components) => stored(*components),
             ReliefMap::Height { height, scale } => {
-                // The tangents of the displaced surface (Blinn, "Simulation of Wrinkled Surfaces", 1978), seen in the
-                // surface's plane: their parts along the normal are the height's slopes alone.
+                // The tangents of the displaced surface (Blinn, "Simulation of Wrinkled Surfaces", 1978),
+                // seen in the surface's plane: their parts along the normal are the height's slopes alone.
                 let [du, dv] = height.gradient(&at.texture).map(|slope| slope * scale);
                 let normal = at.frame.z;
                 let tangent = at.tangents[0] + normal * (du - normal.dot(at.tangents[0]));
@@ -78,9 +79,9 @@ fn stored(components: [f64; 3]) -> Vec3 {
 }
 
 impl Guard {
-    /// The share of light from a direction that the relief lets arrive: none from where only one of relief and surface
-    /// can be lit (Estevez, Lecocq and Stein, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator
-    /// Problem", Ray Tracing Gems, 2019).
+    /// The share of light from a direction that the relief lets arrive: none from where only one of relief
+    /// and surface can be lit (Estevez, Lecocq and Stein, "A Microfacet-Based Shadowing Function to Solve the
+    /// Bump Terminator Problem", Ray Tracing Gems, 2019).
     pub fn share(&self, toward_light: Vec3) -> f64 {
         let cos = self.smooth.dot(toward_light);
         if cos * self.rough.dot(toward_light) <= 0.0 {

@@ -41,7 +41,8 @@ pub enum Anchor {
 }
 
 impl Drawing {
-    /// Everything that follows is drawn above a white ground. The title is what a reader without eyes for it is told.
+    /// Everything that follows is drawn above a white ground. The title is what a reader without eyes for it
+    /// is told.
     pub fn new(width: f64, height: f64, title: &str) -> Self {
         let mut drawing =
             Self { width, height, title: title.to_owned(), elements: String::new(), bitmaps: Vec::new() };

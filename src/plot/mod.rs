@@ -1,5 +1,6 @@
-//! Plots: curves with error bars on linear or logarithmic axes, and panels of false-colour images. Each is laid out once as a
-//! [`Drawing`], which is written as SVG or as PNG with a font of its own, so that it looks the same everywhere.
+//! Plots: curves with error bars on linear or logarithmic axes, and panels of false-colour images. Each is
+//! laid out once as a [`Drawing`], which is written as SVG or as PNG with a font of its own, so that it looks
+//! the same everywhere.
 //!
 //! Nothing here knows what is plotted.
 
@@ -14,6 +15,6 @@ pub use chart::{Chart, Marker, Point, Series, Strip};
 pub use drawing::{Anchor, Bitmap, Drawing, FONTS, escaped};
 pub use panels::{Colours, Panel, Panels};
 
-/// Inks that people with any colour vision tell apart, and that print: Okabe and Ito, "Color Universal Design", 2008, without
-/// the yellow that white paper swallows.
+/// Inks that people with any colour vision tell apart, and that print: Okabe and Ito, "Color Universal
+/// Design", 2008, without the yellow that white paper swallows.
 pub const INKS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#222222"];

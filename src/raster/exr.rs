@@ -84,8 +84,8 @@ impl Colour {
     }
 }
 
-/// As in Mitsuba 3, the channels must be those of one colour and an opacity at most, whatever comes before the last dot
-/// of their names, in capitals or not.
+/// As in Mitsuba 3, the channels must be those of one colour and an opacity at most, whatever comes before
+/// the last dot of their names, in capitals or not.
 fn colour(names: &[String]) -> Result<Colour, ImageError> {
     let short: Vec<String> =
         names.iter().map(|name| name.rsplit('.').next().unwrap_or(name).to_lowercase()).collect();

@@ -1,7 +1,7 @@
 //! Images that a scene names: what stands in a file, as numbers.
 //!
-//! PNG, JPEG, BMP, TGA, PNM, Radiance HDR, PFM and OpenEXR, as Mitsuba 3 reads them. Sizes are checked against the
-//! length of the file before anything is allocated for them.
+//! PNG, JPEG, BMP, TGA, PNM, Radiance HDR, PFM and OpenEXR, as Mitsuba 3 reads them. Sizes are checked
+//! against the length of the file before anything is allocated for them.
 
 mod exr;
 mod grid;
@@ -24,7 +24,8 @@ pub struct Image {
     pub height: usize,
     /// Values a texel has: 1 (grey) or 3 (red, green, blue with the primaries of sRGB). Opacity is left out.
     pub channels: usize,
-    /// `width · height · channels` finite numbers. Integers of the file are divided by the largest of their type.
+    /// `width · height · channels` finite numbers. Integers of the file are divided by the largest of their
+    /// type.
     pub values: Vec<f32>,
     /// Whether the values follow the transfer function of sRGB, as integers of 8 and 16 bits do.
     pub encoded: bool,
@@ -57,7 +58,8 @@ impl Image {
         Self { width, height, channels, values, encoded, spectra: OnceLock::new() }
     }
 
-    /// Decodes the content of a file. `extension` (without the dot) decides where the content does not say what it is.
+    /// Decodes the content of a file. `extension` (without the dot) decides where the content does not say
+    /// what it is.
     ///
     /// # Errors
     /// An unknown format, damaged content, a size that the content cannot have, values that are not finite.
@@ -130,7 +132,8 @@ impl Image {
         self
     }
 
-    /// For an image of three channels, the coefficients of the [`Sigmoid`](crate::spectrum::Sigmoid) of each texel.
+    /// For an image of three channels, the coefficients of the [`Sigmoid`](crate::spectrum::Sigmoid) of each
+    /// texel.
     pub fn spectra(&self) -> Arc<[[f32; 3]]> {
         let make = || {
             let texels = self.values.par_chunks_exact(3);

@@ -2,7 +2,8 @@
 
 use super::PiecewiseConstantGrid;
 
-/// A density over a grid that chooses cells by their own integrals, and within each follows the values at its corners.
+/// A density over a grid that chooses cells by their own integrals, and within each follows the values at its
+/// corners.
 #[derive(Clone, Debug)]
 pub struct PiecewiseBilinearGrid {
     cells: PiecewiseConstantGrid,
@@ -13,9 +14,9 @@ pub struct PiecewiseBilinearGrid {
 }
 
 impl PiecewiseBilinearGrid {
-    /// From the integral over each cell, row by row, up to a common factor, and the values at the crossings of the grid's lines, up to
-    /// another. `None` unless there are as many as fill whole rows, none is negative or not finite, and the integrals' sum is positive
-    /// and finite.
+    /// From the integral over each cell, row by row, up to a common factor, and the values at the crossings
+    /// of the grid's lines, up to another. `None` unless there are as many as fill whole rows, none is
+    /// negative or not finite, and the integrals' sum is positive and finite.
     pub fn new(columns: usize, integrals: &[f64], corners: Vec<f32>) -> Option<Self> {
         let cells = PiecewiseConstantGrid::new(columns, integrals)?;
         let rows = integrals.len() / columns;
@@ -24,7 +25,8 @@ impl PiecewiseBilinearGrid {
         (valid && fits).then_some(Self { cells, columns, rows, corners })
     }
 
-    /// The place at the sample values `u` in [0, 1)², as (column, row) with fractions, and the density there, per cell.
+    /// The place at the sample values `u` in [0, 1)², as (column, row) with fractions, and the density there,
+    /// per cell.
     pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
         let ([x, y], probability) = self.cells.sample(u);
         let (column, row) = self.cell([x, y]);

@@ -1,11 +1,12 @@
-//! Owen-scrambled Sobol points dealt over the picture so that the error of neighbouring pixels differs in sign: it
-//! is arranged as blue noise, which the eye and any blur forgive most.
+//! Owen-scrambled Sobol points dealt over the picture so that the error of neighbouring pixels differs in
+//! sign: it is arranged as blue noise, which the eye and any blur forgive most.
 //!
 //! The pixels of a block share one sequence, each a run of it, in the order of a Morton curve whose quads are
 //! shuffled at every level, differently in every set of dimensions (Ahmed and Wonka, "Screen-space blue-noise
-//! diffusion of Monte Carlo sampling error via hierarchical ordering of pixels", ACM TOG 39(6), 2020; the shuffling
-//! by a hash of the higher digits as in Pharr, Jakob, Humphreys, "Physically based rendering", 4th ed., 8.7.4).
-//! Each pixel's run is as well stratified as any of a Sobol sequence; runs of neighbours complete each other.
+//! diffusion of Monte Carlo sampling error via hierarchical ordering of pixels", ACM TOG 39(6), 2020; the
+//! shuffling by a hash of the higher digits as in Pharr, Jakob, Humphreys, "Physically based rendering", 4th
+//! ed., 8.7.4). Each pixel's run is as well stratified as any of a Sobol sequence; runs of neighbours
+//! complete each other.
 
 use super::sobol::Role;
 use super::{mix, sobol};

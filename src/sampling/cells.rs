@@ -53,8 +53,8 @@ impl Cells {
         [x, y, z, w]
     }
 
-    /// Uniform in cells and slices, in an order that `key` gives: the prototype pattern of Cook (1986, section 6.1),
-    /// drawn anew for each set of each pixel.
+    /// Uniform in cells and slices, in an order that `key` gives: the prototype pattern of Cook (1986,
+    /// section 6.1), drawn anew for each set of each pixel.
     pub(super) fn jittered(self, index: u32, key: u64) -> [f64; 4] {
         let keys = Keys::new(key);
         let position = keys.within(index, 0).map(unit);
@@ -98,7 +98,8 @@ impl Keys {
 mod tests {
     use super::*;
 
-    /// Any number of cells: each has the same area, they cover the square, and none is worse than 2:1 from four on.
+    /// Any number of cells: each has the same area, they cover the square, and none is worse than 2:1 from
+    /// four on.
     #[test]
     fn cells_have_equal_areas_and_cover_the_square() {
         for count in (1..300).chain([1000, 1009, 4096, 4097]) {

@@ -1,4 +1,5 @@
-/// A density that is constant within each cell of a grid, sampled by inversion: first the row, then the column.
+/// A density that is constant within each cell of a grid, sampled by inversion: first the row, then the
+/// column.
 #[derive(Clone, Debug)]
 pub struct PiecewiseConstantGrid {
     columns: usize,
@@ -10,8 +11,8 @@ pub struct PiecewiseConstantGrid {
 }
 
 impl PiecewiseConstantGrid {
-    /// From the integral over each cell, row by row, up to a common factor. `None` unless they fill whole rows, none is
-    /// negative or not finite, and their sum is positive and finite.
+    /// From the integral over each cell, row by row, up to a common factor. `None` unless they fill whole
+    /// rows, none is negative or not finite, and their sum is positive and finite.
     pub fn new(columns: usize, integrals: &[f64]) -> Option<Self> {
         if columns == 0 || !integrals.len().is_multiple_of(columns) {
             return None;
@@ -33,8 +34,8 @@ impl PiecewiseConstantGrid {
         Some(Self { columns, shares, cumulative, rows })
     }
 
-    /// The place up to which a share of the probability lies, as (column, row) with fractions, for `u` in [0, 1)², and
-    /// the probability of the cell that it is in.
+    /// The place up to which a share of the probability lies, as (column, row) with fractions, for `u` in [0,
+    /// 1)², and the probability of the cell that it is in.
     pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
         let (y, probability) = self.rows.sample(u[1]);
         let row = (y as usize).min(self.shares.len() / self.columns - 1);
@@ -54,7 +55,7 @@ impl PiecewiseConstantGrid {
     }
 }
 
-/// In single precision, but zero only for zero.
+/// The value in single precision, but zero only for zero.
 fn smallest_positive(value: f64) -> f32 {
     if value > 0.0 { (value as f32).max(f32::MIN_POSITIVE) } else { 0.0 }
 }

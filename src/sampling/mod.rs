@@ -27,13 +27,14 @@ use sobol::Role;
 use std::fmt;
 pub use table::PiecewiseConstant;
 
-/// How sample values are made. All kinds are interchangeable: they differ in noise, never in expectation, but for
-/// the regular grid, which has no expectation.
+/// How sample values are made. All kinds are interchangeable: they differ in noise, never in expectation, but
+/// for the regular grid, which has no expectation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SamplerKind {
-    /// The same grid in every pixel: each sample at the centre of its share. Nothing is random, so there are no replicates
-    /// and no error bars, and what the grid misses is missed in every pixel. For studies of aliasing.
+    /// The same grid in every pixel: each sample at the centre of its share. Nothing is random, so there are
+    /// no replicates and no error bars, and what the grid misses is missed in every pixel. For studies of
+    /// aliasing.
     Regular,
     /// Independent random numbers (PCG).
     Independent,
@@ -41,7 +42,8 @@ pub enum SamplerKind {
     Jittered,
     /// Poisson disk patterns in the first two dimensions of each set, equal shares in the others.
     Poisson,
-    /// Owen-scrambled Sobol points: twelve dimensions together for film, lens and first light, others padded in sets of four.
+    /// Owen-scrambled Sobol points: twelve dimensions together for film, lens and first light, others padded
+    /// in sets of four.
     Sobol,
     /// The same, with the error arranged as blue noise over the picture.
     BlueNoise,
@@ -87,7 +89,8 @@ pub enum Dimensions {
     Lens,
     /// Scattering at the path's n-th vertex: direction (0, 1), lobe (2), survival (3).
     Scattering(u32),
-    /// Light at the path's n-th vertex: which light and which point on it (0, 1), which material of the surface (3).
+    /// Light at the path's n-th vertex: which light and which point on it (0, 1), which material of the
+    /// surface (3).
     Light(u32),
 }
 
@@ -150,8 +153,9 @@ impl Sampler {
         self
     }
 
-    /// The `index`-th path of a member of a group of pixels. With the Sobol sampler all members take runs of one sequence, each
-    /// as well stratified as a sequence of its own, and all of them together are; the others have a sequence for each pixel.
+    /// The `index`-th path of a member of a group of pixels. With the Sobol sampler all members take runs of
+    /// one sequence, each as well stratified as a sequence of its own, and all of them together are; the
+    /// others have a sequence for each pixel.
     pub fn member_stream(&self, member: Member, pixel: [u32; 2], sequence: u32, index: u32) -> Stream<'_> {
         let stream = self.stream(pixel, sequence, index);
         if self.kind != SamplerKind::Sobol {
@@ -205,13 +209,13 @@ pub struct Stream<'a> {
     kind: SamplerKind,
     /// Stands for seed, sequence, and pixel or block of pixels.
     key: u64,
-    /// Of the Sobol sampler with its bits in reverse.
+    /// Index of the sample; for the Sobol sampler with its bits in reverse.
     index: u32,
 }
 
 impl Stream<'_> {
-    /// The sample values of a branch of the path, by its number: as well stratified, and independent of the other branches'. Of
-    /// the sets that are padded, which are those of all but the first surface.
+    /// The sample values of a branch of the path, by its number: as well stratified, and independent of the
+    /// other branches'. Of the sets that are padded, which are those of all but the first surface.
     pub fn branch(self, branch: u32) -> Self {
         Self { key: mix(self.key ^ mix(u64::from(branch))), ..self }
     }
@@ -269,7 +273,8 @@ impl Stream<'_> {
         }
     }
 
-    /// What stands for the order of the points of the Sobol sequence that a set belongs to, and its role in it.
+    /// What stands for the order of the points of the Sobol sequence that a set belongs to, and its role in
+    /// it.
     fn order_of(&self, set: u32) -> (u64, Role) {
         match set {
             0 => (!self.key, Role::Camera),
@@ -289,13 +294,14 @@ fn unit(bits: u32) -> f64 {
     (f64::from(bits) + 0.5) * (1.0 / 4_294_967_296.0)
 }
 
-/// Into (0, 1) where rounding led out of it.
+/// Clamps to (0, 1) what rounding led out of it.
 fn inside(x: f64) -> f64 {
     x.clamp(f64::EPSILON / 2.0, 1.0 - f64::EPSILON / 2.0)
 }
 
 /// A 64-bit finaliser with full avalanche (Stafford's variant 13 of the MurmurHash3 mixer, as in SplitMix64:
-/// Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014), of the next counter value.
+/// Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014), of the next counter
+/// value.
 pub(crate) fn mix(state: u64) -> u64 {
     let z = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

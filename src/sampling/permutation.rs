@@ -5,7 +5,8 @@ use super::mix;
 /// Rounds of mixing. With fewer, the permutations of up to six elements are visibly unequally likely.
 const ROUNDS: usize = 6;
 
-/// Where the random permutation of 0..`count` that `key` stands for puts `index`, which must be below `count`.
+/// Where the random permutation of 0..`count` that `key` stands for puts `index`, which must be below
+/// `count`.
 ///
 /// A bijection of the next power of two (additions, odd factors, shifted copies, some of them under a random
 /// mask, without which few permutations of small sets could arise), repeated until it lands inside: the

@@ -1,5 +1,5 @@
-//! Poisson disk patterns: points as random as they can be with none nearer to another than a radius. On the unit
-//! torus, so that a pattern may be shifted and repeated.
+//! Poisson disk patterns: points as random as they can be with none nearer to another than a radius. On the
+//! unit torus, so that a pattern may be shifted and repeated.
 
 use super::cells::{Cells, Keys};
 use super::permutation::permute;
@@ -38,10 +38,10 @@ pub fn distance_squared(a: [f64; 2], b: [f64; 2]) -> f64 {
     along(0).powi(2) + along(1).powi(2)
 }
 
-/// Boundary sampling (Dunbar and Humphreys, "A spatial data structure for fast Poisson-disk sample generation",
-/// ACM TOG 25(3), 2006, with the cells of Bridson, "Fast Poisson disk sampling in arbitrary dimensions", 2007): new
-/// points lie on the boundary of a point's disc, so the pattern is dense. Each iteration adds a point or gives one up:
-/// 2N − 1 for N points.
+/// Boundary sampling (Dunbar and Humphreys, "A spatial data structure for fast Poisson-disk sample
+/// generation", ACM TOG 25(3), 2006, with the cells of Bridson, "Fast Poisson disk sampling in arbitrary
+/// dimensions", 2007): new points lie on the boundary of a point's disc, so the pattern is dense. Each
+/// iteration adds a point or gives one up: 2N − 1 for N points.
 pub fn boundary(radius: f64, random: &mut impl Rng) -> Pattern {
     let mut field = Field::new(radius);
     field.insert([random.random(), random.random()]);
@@ -72,7 +72,8 @@ pub fn boundary(radius: f64, random: &mut impl Rng) -> Pattern {
     Pattern { radius, points: field.points, iterations }
 }
 
-/// Dart throwing: uniform points, kept where they are free, until `misses` in a row are not (Cook 1986, section 3).
+/// Dart throwing: uniform points, kept where they are free, until `misses` in a row are not (Cook 1986,
+/// section 3).
 pub fn darts(radius: f64, misses: u32, random: &mut impl Rng) -> Pattern {
     let mut field = Field::new(radius);
     let (mut iterations, mut missed) = (0, 0);
@@ -89,8 +90,9 @@ pub fn darts(radius: f64, misses: u32, random: &mut impl Rng) -> Pattern {
     Pattern { radius, points: field.points, iterations }
 }
 
-/// Mitchell's best candidates ("Spectrally optimal sampling for distribution ray tracing", SIGGRAPH 1991): each point
-/// is the one farthest from all before it among `per_point` random ones for each point there is already.
+/// Mitchell's best candidates ("Spectrally optimal sampling for distribution ray tracing", SIGGRAPH 1991):
+/// each point is the one farthest from all before it among `per_point` random ones for each point there is
+/// already.
 pub fn best_candidates(count: usize, per_point: usize, random: &mut impl Rng) -> Vec<[f64; 2]> {
     let mut points: Vec<[f64; 2]> = Vec::with_capacity(count);
     while points.len() < count {
@@ -146,7 +148,7 @@ impl Field {
     }
 }
 
-/// Onto the unit torus.
+/// Wraps a coordinate onto the unit torus.
 fn wrap(x: f64) -> f64 {
     let wrapped = x - x.floor();
     if wrapped < 1.0 { wrapped } else { 0.0 }
@@ -176,7 +178,8 @@ impl Patterns {
         Self { copies, size, patterns }
     }
 
-    /// Points of one of the patterns with a shift and an order of the set's own; the last two dimensions in slices.
+    /// Points of one of the patterns with a shift and an order of the set's own; the last two dimensions in
+    /// slices.
     pub(super) fn sample(&self, cells: Cells, index: u32, key: u64) -> [f64; 4] {
         let keys = Keys::new(key);
         let chosen = mix(keys.pair);
@@ -197,7 +200,8 @@ impl Patterns {
 
 /// A pattern of just so many points.
 fn exactly(count: usize, random: &mut impl Rng) -> Vec<[f64; 2]> {
-    /// Patterns made in search of one of the right size: at the density of boundary sampling about one in ten is.
+    /// Patterns made in search of one of the right size: at the density of boundary sampling about one in ten
+    /// is.
     const TRIES: usize = 100;
     if count < 2 {
         return vec![[0.5; 2]; count];

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// Nodes and weights of Gauss and Legendre's rule for integrals over [-1, 1], by Newton's method on the Legendre polynomial
-/// of degree `count`, at least 1.
+/// Nodes and weights of Gauss and Legendre's rule for integrals over [-1, 1], by Newton's method on the
+/// Legendre polynomial of degree `count`, at least 1.
 pub fn gauss_legendre(count: usize) -> impl Iterator<Item = (f64, f64)> {
     (0..count).map(move |i| {
         let mut x = (PI * (i as f64 + 0.75) / (count as f64 + 0.5)).cos();

@@ -1,18 +1,19 @@
 //! Owen-scrambled Sobol points in sets of four dimensions.
 //!
-//! What every path has at its beginning (the film, the lens, the first light) is one sequence of twelve dimensions: how an edge
-//! on the film, a point of the lens and a point of a light work together is integrated as one. The sets of later
-//! decisions are padded: each takes the same first four dimensions with its own shuffling of the index (Burley,
-//! "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020). Every set has its own scrambling.
+//! What every path has at its beginning (the film, the lens, the first light) is one sequence of twelve
+//! dimensions: how an edge on the film, a point of the lens and a point of a light work together is
+//! integrated as one. The sets of later decisions are padded: each takes the same first four dimensions with
+//! its own shuffling of the index (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020). Every
+//! set has its own scrambling.
 //!
-//! Every aligned run of 2ᵏ indices is perfectly stratified in each dimension, and in the pair (0, 1) of the film and of
-//! padded sets, for up to 2³² points.
+//! Every aligned run of 2ᵏ indices is perfectly stratified in each dimension, and in the pair (0, 1) of the
+//! film and of padded sets, for up to 2³² points.
 
 use wide::u32x4;
 
-/// Primitive polynomials and initial direction numbers of the dimensions after the first as (degree, inner coefficients,
-/// m₁ …): Joe and Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM
-/// J. Sci. Comput. 30, 2008 (file new-joe-kuo-6.21201). Dimension 1 is the van der Corput sequence.
+/// Primitive polynomials and initial direction numbers of the dimensions after the first as (degree, inner
+/// coefficients, m₁ …): Joe and Kuo, "Constructing Sobol sequences with better two-dimensional projections",
+/// SIAM J. Sci. Comput. 30, 2008 (file new-joe-kuo-6.21201). Dimension 1 is the van der Corput sequence.
 const POLYNOMIALS: [(usize, u32, [u32; 5]); 11] = [
     (1, 0, [1, 0, 0, 0, 0]),
     (2, 1, [1, 3, 0, 0, 0]),
@@ -38,9 +39,9 @@ pub(super) enum Role {
     Padded,
 }
 
-/// The dimensions of each role. Pairs before single values: the earlier ones are spread better together. Which of the many
-/// ways to deal them was found by measurement: it is as good as padding or better on `tests/scenes/smooth` from 8 to
-/// 1024 samples, by up to 1.9 times in RMSE.
+/// The dimensions of each role. Pairs before single values: the earlier ones are spread better together.
+/// Which of the many ways to deal them was found by measurement: it is as good as padding or better on
+/// `tests/scenes/smooth` from 8 to 1024 samples, by up to 1.9 times in RMSE.
 const DIMENSIONS: [[usize; 4]; 4] = [[0, 1, 5, 4], [2, 3, 6, 7], [8, 9, 10, 11], [0, 1, 2, 3]];
 
 /// The direction numbers of a role's four dimensions, most significant bit first.
@@ -76,8 +77,8 @@ const fn directions(role: usize) -> [[u32; 4]; 32] {
     v
 }
 
-/// For each role and each byte of the index, the four dimensions' sum of direction numbers over its set bits. Everything has its
-/// bits in reverse, the byte too: scrambling begins at the bit that decides most.
+/// For each role and each byte of the index, the four dimensions' sum of direction numbers over its set bits.
+/// Everything has its bits in reverse, the byte too: scrambling begins at the bit that decides most.
 static BY_BYTE: [[[[u32; 4]; 256]; 4]; DIMENSIONS.len()] = {
     let mut table = [[[[0u32; 4]; 256]; 4]; DIMENSIONS.len()];
     let mut role = 0;
@@ -121,9 +122,10 @@ fn point(index: u32, role: Role) -> [u32; 4] {
     bits
 }
 
-/// Owen scrambling of binary fractions by a hash in which each bit depends on the bits above it alone (after Laine and Karras;
-/// this form and its constants by Vegdahl, "Building a Better LK Hash", 2021). Flips each bit depending on the more significant
-/// ones, so strata stay strata. Takes and gives bits in reverse, four numbers at once.
+/// Owen scrambling of binary fractions by a hash in which each bit depends on the bits above it alone (after
+/// Laine and Karras; this form and its constants by Vegdahl, "Building a Better LK Hash", 2021). Flips each
+/// bit depending on the more significant ones, so strata stay strata. Takes and gives bits in reverse, four
+/// numbers at once.
 #[inline]
 fn owen(mut x: u32x4, seeds: u32x4) -> u32x4 {
     x ^= x * u32x4::splat(0x3d20_adea);
@@ -143,19 +145,21 @@ fn owen_one(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// The values in a set of the point whose index is given with its bits in reverse, of a sequence of 2 to the power of `length`
-/// points.
+/// The values in a set of the point whose index is given with its bits in reverse, of a sequence of 2 to the
+/// power of `length` points.
 ///
-/// The sets of a sequence have the order of its points in common, for which `order` stands, and each its own scrambling, for
-/// which `key` stands.
+/// The sets of a sequence have the order of its points in common, for which `order` stands, and each its own
+/// scrambling, for which `key` stands.
 #[inline]
 pub(super) fn scrambled(index: u32, length: u32, order: u64, role: Role, key: u64) -> [u32; 4] {
-    // What is above the sequence's own bits is the same for all of them: another aligned run, no better than the first.
+    // What is above the sequence's own bits is the same for all of them: another aligned run, no better than
+    // the first.
     let within = !u32::MAX.checked_shr(length).unwrap_or(0);
     of_shuffled(owen_one(index, order as u32) & within, role, key)
 }
 
-/// The point of that number, its bits in reverse, in the scrambled sequence that `key` stands for, without shuffling.
+/// The point of that number, its bits in reverse, in the scrambled sequence that `key` stands for, without
+/// shuffling.
 #[inline]
 pub(super) fn of_shuffled(index: u32, role: Role, key: u64) -> [u32; 4] {
     let [a, b] = [super::mix(key ^ 1), super::mix(key ^ 2)];

@@ -19,8 +19,9 @@ struct Bin {
 }
 
 impl PiecewiseConstant {
-    /// From the edges and the integral over each bin, up to a common factor. `None` unless the edges ascend, there
-    /// is one integral fewer than edges, none is negative or not finite, and their sum is positive and finite.
+    /// From the edges and the integral over each bin, up to a common factor. `None` unless the edges ascend,
+    /// there is one integral fewer than edges, none is negative or not finite, and their sum is positive and
+    /// finite.
     pub fn new(edges: Vec<f64>, integrals: &[f64]) -> Option<Self> {
         let ascending = edges.windows(2).all(|pair| pair[0] < pair[1]);
         let valid = integrals.iter().all(|&value| value >= 0.0 && value.is_finite());

@@ -20,17 +20,20 @@ pub fn disk(u: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// A point of a regular polygon with its corners on the unit circle, uniform in area, neighbours staying neighbours: the map
-/// to the disk, each circle of which is bent into a polygon. The first corner lies `rotation` radians from +y towards +x.
+/// A point of a regular polygon with its corners on the unit circle, uniform in area, neighbours staying
+/// neighbours: the map to the disk, each circle of which is bent into a polygon. The first corner lies
+/// `rotation` radians from +y towards +x.
 pub fn polygon(u: [f64; 2], corners: u32, rotation: f64) -> [f64; 2] {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     if a == 0.0 && b == 0.0 {
         return [0.0, 0.0];
     }
-    // Polar coordinates of the disk's point, turns counted from +y towards +x, a negative radius meaning the other side.
+    // Polar coordinates of the disk's point, turns counted from +y towards +x, a negative radius meaning the
+    // other side.
     let (radius, turns) = if a.abs() > b.abs() { (a, 0.25 - 0.125 * b / a) } else { (b, 0.125 * a / b) };
     let turns = if radius < 0.0 { turns + 0.5 } else { turns };
-    // Along a side of the polygon of this radius: evenly, as the triangle between the centre and a side asks for.
+    // Along a side of the polygon of this radius: evenly, as the triangle between the centre and a side asks
+    // for.
     let place = f64::from(corners) * turns;
     let side = place.floor();
     let corner = |i: f64| sin_cos(rotation + TAU * i / f64::from(corners));

@@ -1,18 +1,20 @@
 //! Surfaces that are met together, and surfaces that are none.
 //!
-//! **Precedence.** Where transparent bodies overlap, the one of highest priority counts alone, and of equal ones that entered last (see
-//! [`MediumStack`]). A surface that is entered or left beneath a body that counts more changes nothing: the ray goes straight on. Bodies
-//! whose file states both of their indices are what they are by themselves and take no part in this (see [`Refraction`]).
+//! **Precedence.** Where transparent bodies overlap, the one of highest priority counts alone, and of equal
+//! ones that entered last (see [`MediumStack`]). A surface that is entered or left beneath a body that counts
+//! more changes nothing: the ray goes straight on. Bodies whose file states both of their indices are what
+//! they are by themselves and take no part in this (see [`Refraction`]).
 //!
-//! **Contact.** Where bodies share a face, no order of their surfaces can be told from the distances along a ray: these are known up to
-//! bounds on their errors only. All crossings that may lie in the same place by these bounds are taken as one event: the ray
-//! leaves all bodies that it leaves there and enters all that it enters, and the interface is that between the body
-//! that counts before and the one that counts after. What scatters, such as the table under a glass, is in optical contact: it is
-//! met from within the body. No length is compared with anything but bounds on errors.
+//! **Contact.** Where bodies share a face, no order of their surfaces can be told from the distances along a
+//! ray: these are known up to bounds on their errors only. All crossings that may lie in the same place by
+//! these bounds are taken as one event: the ray leaves all bodies that it leaves there and enters all that it
+//! enters, and the interface is that between the body that counts before and the one that counts after. What
+//! scatters, such as the table under a glass, is in optical contact: it is met from within the body. No
+//! length is compared with anything but bounds on errors.
 //!
-//! After such an event the ray starts within its error of the place, so that it may meet again, or never meet, what it
-//! has dealt with already. Which of the two it is follows from what it is inside of: right where it starts, a closed body cannot be
-//! entered from within nor be left from without.
+//! After such an event the ray starts within its error of the place, so that it may meet again, or never
+//! meet, what it has dealt with already. Which of the two it is follows from what it is inside of: right
+//! where it starts, a closed body cannot be entered from within nor be left from without.
 
 use super::traceable::{Intersection, Role, Scene};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
@@ -21,10 +23,11 @@ use crate::shape::{Hit, NO_INSTANCE};
 use smallvec::{SmallVec, smallvec};
 use std::cmp::Reverse;
 
-/// Which shapes may have faces in common with others, where at least one of the two is the surface of a transparent body.
+/// Which shapes may have faces in common with others, where at least one of the two is the surface of a
+/// transparent body.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Contacts {
-    /// For each shape; none at all where nothing touches.
+    /// Contact of each shape; empty where nothing touches.
     pub of: Vec<Contact>,
     pub partners: Vec<Partner>,
 }
@@ -41,7 +44,7 @@ pub(super) struct Contact {
 /// Something that a shape touches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Partner {
-    /// Around it and all its errors.
+    /// Box around the shape and all its errors.
     pub bounds: Bounds,
     /// How far from a surface it has to be looked for.
     pub reach: f64,
@@ -134,13 +137,13 @@ impl Scene {
                 found.push(Met { hit: other, enters, at_start, effective: true });
             }
         });
-        // Of bodies of equal priority that are entered at once the later in the file counts.
+        // The later body in the file counts where a ray enters bodies of equal priority at once.
         found.sort_by_key(|met| (met.hit.shape, met.hit.instance));
         found
     }
 
-    /// Leaves and enters, from here to beyond, all bodies whose surfaces are met together, and returns how many. Surfaces that can't be
-    /// where they are met are marked as without effect.
+    /// Leaves and enters, from here to beyond, all bodies whose surfaces are met together, and returns how
+    /// many. Surfaces that can't be where they are met are marked as without effect.
     fn toggle(&self, together: &mut [Met], media: &mut Media) -> u32 {
         let Media { here, beyond } = media;
         let bodies: SmallVec<[Option<Entered>; 4]> =
@@ -177,7 +180,7 @@ impl Scene {
         toggled
     }
 
-    /// Of the surfaces that are no mere boundaries of bodies the first, a light before others.
+    /// The first surface that is more than a boundary of bodies; lights come before others.
     fn scatterer(&self, together: &[Met], media: &Media) -> Option<Hit> {
         let scatters = |met: &&Met| {
             met.effective
@@ -263,8 +266,8 @@ impl Scene {
         surface.body.map(|body| Entered { body, instance })
     }
 
-    /// The bodies that a sensor's ray begins in: those that it would leave first if it went backward. The farther away a
-    /// body is left, the earlier it was entered.
+    /// The bodies that a sensor's ray begins in: those that it would leave first if it went backward. The
+    /// farther away a body is left, the earlier it was entered.
     pub(super) fn bodies_around(&self, ray: &Ray, time: f64, media: &mut MediumStack) {
         let backward = Ray::new(ray.origin, -ray.direction);
         let mut crossed: Vec<(f64, Entered, bool)> = Vec::new();

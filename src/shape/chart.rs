@@ -17,8 +17,8 @@ pub struct ChartAxes {
 }
 
 impl Shape {
-    /// The point at a place of the chart, with the density that spreading the square evenly gives it. Of a mesh that is
-    /// no rectangle each `triangle` has a chart. `None` for surfaces without.
+    /// The point at a place of the chart, with the density that spreading the square evenly gives it. Of a
+    /// mesh that is no rectangle each `triangle` has a chart. `None` for surfaces without.
     pub fn chart(&self, triangle: u32, place: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(_) | Self::Cylinder(_) => self.sample([place[1], place[0]]),

@@ -1,9 +1,10 @@
 //! Points on any surface whose crossings with lines are known, with a density that is known exactly.
 //!
-//! A line along one of the axes is chosen uniformly among those through a box around the surface, an axis in proportion to
-//! the box's face across it, and then one of the k places where the line crosses the surface. The point x with normal n is chosen
-//! with the density Σᵢ |nᵢ| / kᵢ(x) over the sum of the three faces, per area, kᵢ being the crossings of the line through x along
-//! axis i. No u lies above another face than its own, so a line may miss: then there is no point.
+//! A line along one of the axes is chosen uniformly among those through a box around the surface, an axis in
+//! proportion to the box's face across it, and then one of the k places where the line crosses the surface.
+//! The point x with normal n is chosen with the density Σᵢ |nᵢ| / kᵢ(x) over the sum of the three faces, per
+//! area, kᵢ being the crossings of the line through x along axis i. No u lies above another face than its
+//! own, so a line may miss: then there is no point.
 
 use crate::geometry::{Bounds, Vec3};
 use smallvec::SmallVec;
@@ -55,8 +56,8 @@ pub(super) fn sample(surface: &impl Crossed, u: [f64; 2]) -> Option<(Vec3, u32)>
         at -= faces[axis];
         axis += 1;
     }
-    // What is left of u chooses a twelfth of k crossings, which for k up to 4 is enough, then a place, and by the place's last
-    // digits, on which nothing else depends, where in the twelfth.
+    // What is left of u chooses a twelfth of k crossings, which for k up to 4 is enough, then a place, and by
+    // the place's last digits, on which nothing else depends, where in the twelfth.
     const CHOICES: f64 = 12.0;
     const STRIPS: f64 = 65536.0;
     let scaled = (at / faces[axis]).clamp(0.0, 1.0 - f64::EPSILON) * CHOICES;
@@ -78,8 +79,8 @@ pub(super) fn density(surface: &impl Crossed, point: Vec3, normal: Vec3) -> f64 
     (of_axis(0) + of_axis(1) + of_axis(2)) / faces(surface.around()).element_sum()
 }
 
-/// ∫ weight(normal) over the surface, by the midpoint rule over the chords, to about 10⁻⁴ of it: ∫ Σ |nᵢ| over the lines along
-/// axis i is ∫ nᵢ² over the surface, and the squares of the three add up to one.
+/// ∫ weight(normal) over the surface, by the midpoint rule over the chords, to about 10⁻⁴ of it: ∫ Σ |nᵢ|
+/// over the lines along axis i is ∫ nᵢ² over the surface, and the squares of the three add up to one.
 pub(super) fn integral(surface: &impl Crossed, weight: impl Fn(Vec3) -> f64) -> f64 {
     const LINES: usize = 200;
     let around = surface.around();

@@ -1,4 +1,5 @@
-//! Whether a shape encloses a volume: what is inside of it can then be told from how often a line has crossed it.
+//! Whether a shape encloses a volume: what is inside of it can then be told from how often a line has crossed
+//! it.
 
 use super::{Mesh, Shape};
 use crate::geometry::{Ray, Vec3};
@@ -13,7 +14,7 @@ impl Shape {
             }
     }
 
-    /// Of a closed shape: whether lines enter it before they leave it.
+    /// Whether lines enter a closed shape before they leave it.
     fn faces_outward(&self) -> bool {
         let probes = (0..16).filter_map(|i| self.sample([(f64::from(i) + 0.5) / 16.0, 0.3]));
         let first_crossing = |point: Vec3, normal: Vec3| {
@@ -26,8 +27,8 @@ impl Shape {
         found.next().unwrap_or(false)
     }
 
-    /// Bound on how far the surface lies from where its file puts it: meshes are rounded to single precision, everything
-    /// by the transforms. `shift` is how far it was moved to the scene's own coordinates.
+    /// Bound on how far the surface lies from where its file puts it: meshes are rounded to single precision,
+    /// everything by the transforms. `shift` is how far it was moved to the scene's own coordinates.
     pub fn placement_error(&self, shift: f64) -> f64 {
         let bounds = self.bounds();
         let reach = if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).length() };
@@ -39,8 +40,9 @@ impl Shape {
         }
     }
 
-    /// A plane parts two shapes by at least so much, or, below zero, no plane that is tried parts them and some let them
-    /// reach into one another by no more than that. Exact for balls; tried are the axes and the line between the middles.
+    /// A plane parts two shapes by at least so much, or, below zero, no plane that is tried parts them and
+    /// some let them reach into one another by no more than that. Exact for balls; tried are the axes and the
+    /// line between the middles.
     pub fn gap(&self, other: &Self) -> f64 {
         let [own, others] = [self, other].map(Self::bounds);
         let boxes = own.gap(others);
@@ -68,7 +70,8 @@ impl Shape {
         }
     }
 
-    /// The largest error bound of a point on it, as far as a grid of points tells. Not a bound: it says how far to look.
+    /// The largest error bound of a point on it, as far as a grid of points tells. Not a bound: it says how
+    /// far to look.
     pub fn typical_error(&self) -> f64 {
         let at = |i: u32| [(f64::from(i % 8) + 0.5) / 8.0, (f64::from(i / 8) + 0.5) / 8.0];
         let errors = (0..64).filter_map(|i| Some(self.sample(at(i))?.surface.point.error));
@@ -77,7 +80,7 @@ impl Shape {
 }
 
 impl Mesh {
-    /// Of a closed mesh: whether the volume that it encloses is positive.
+    /// Whether a closed mesh encloses a positive volume.
     fn has_outward_normals(&self) -> bool {
         let side = if self.data().flip_normals { -1.0 } else { 1.0 };
         self.data().volume() * side > 0.0

@@ -79,7 +79,8 @@ pub struct Hit {
     pub t: f64,
     /// Index of the shape in the list that the acceleration structure was built from.
     pub shape: u32,
-    /// Index of the triangle within its mesh, of the segment of curves, of the patch, or of the part of an analytic shape; 0 where it has but one.
+    /// Index of the triangle within its mesh, of the segment of curves, of the patch, or of the part of an
+    /// analytic shape; 0 where it has but one.
     pub triangle: u32,
     /// Index of the instance by which the shape was met; [`NO_INSTANCE`] where it stands for itself.
     pub instance: u32,
@@ -110,12 +111,13 @@ pub struct Parametrisation {
 }
 
 impl Parametrisation {
-    /// Of a surface that nothing asks for its coordinates.
+    /// Stands for coordinates that nothing asks for.
     pub const NONE: Self = Self { uv: [0.0; 2], tangent: Vec3::ZERO, bitangent: Vec3::ZERO };
 }
 
-/// A point of a surface where it is before instances and motion carry it anywhere: what is carved from a block keeps its
-/// grain. In the coordinates of the compiled scene; of what is instanced in those that its group would have in there.
+/// A point of a surface where it is before instances and motion carry it anywhere: what is carved from a
+/// block keeps its grain. In the coordinates of the compiled scene; of what is instanced in those that its
+/// group would have in there.
 #[derive(Clone, Copy, Debug)]
 pub struct AtRest {
     pub position: Vec3,
@@ -124,7 +126,7 @@ pub struct AtRest {
 }
 
 impl AtRest {
-    /// Of a surface that nothing asks for it.
+    /// Stands for a place that nothing asks for.
     pub const NONE: Self = Self { position: Vec3::ZERO, tangents: [Vec3::ZERO; 2] };
 }
 
@@ -132,7 +134,7 @@ impl AtRest {
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSample {
     pub surface: SurfaceHit,
-    /// As in [`Hit`].
+    /// Number of the triangle, as in [`Hit`].
     pub triangle: u32,
     pub barycentric: [f64; 2],
     /// Per unit of world area.
@@ -143,7 +145,7 @@ pub struct AreaSample {
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeSample {
     pub surface: SurfaceHit,
-    /// As in [`Hit`].
+    /// Number of the triangle, as in [`Hit`].
     pub triangle: u32,
     pub barycentric: [f64; 2],
     /// Per steradian, as seen from the reference point.
@@ -151,7 +153,7 @@ pub struct ShapeSample {
 }
 
 impl AreaSample {
-    /// On a shape that is no mesh.
+    /// A sample on a shape that is no mesh.
     fn analytic(surface: SurfaceHit, density: f64) -> Self {
         Self { surface, triangle: 0, barycentric: [0.0; 2], density }
     }
@@ -296,8 +298,8 @@ impl Shape {
         }
     }
 
-    /// All crossings along the whole line, also behind the ray's origin and beyond its end, in ascending order. Solid bodies
-    /// are entered and left by turns.
+    /// All crossings along the whole line, also behind the ray's origin and beyond its end, in ascending
+    /// order. Solid bodies are entered and left by turns.
     pub fn crossings(&self, ray: &Ray) -> Crossings {
         match self {
             Self::Sphere(sphere) => sphere.crossings(ray),
@@ -401,9 +403,9 @@ impl Shape {
     }
 
     /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on
-    /// ellipsoids, elliptic or sheared cylinders and rings, quadrics, curved figures, swept spheres and what is sampled. `None` for
-    /// a mesh without area, for curves, which are no lights, and, for some `u`, on quadrics, curved figures, swept spheres, patches and grids of
-    /// distances.
+    /// ellipsoids, elliptic or sheared cylinders and rings, quadrics, curved figures, swept spheres and what
+    /// is sampled. `None` for a mesh without area, for curves, which are no lights, and, for some `u`, on
+    /// quadrics, curved figures, swept spheres, patches and grids of distances.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(sphere) => Some(sphere.sample(u)),
@@ -420,8 +422,8 @@ impl Shape {
         }
     }
 
-    /// The point where Mitsuba 3 puts the point `u` of the unit square, with the density that spreading the square evenly
-    /// gives it. Unlike [`Shape::sample`] it promises which point that is.
+    /// The point where Mitsuba 3 puts the point `u` of the unit square, with the density that spreading the
+    /// square evenly gives it. Unlike [`Shape::sample`] it promises which point that is.
     pub fn unfold(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(sphere) => Some(sphere.sample([u[1], u[0]])),

@@ -38,8 +38,9 @@ impl Placement {
         })
     }
 
-    /// Nearest distance with 0 ≤ t < `ray.t_max`, and the part that is met there. `crossed` gives, in ascending order, where
-    /// the line through a local point, its direction of unit length, crosses the shape.
+    /// Nearest distance with 0 ≤ t < `ray.t_max`, and the part that is met there. `crossed` gives, in
+    /// ascending order, where the line through a local point, its direction of unit length, crosses the
+    /// shape.
     pub fn nearest(
         &self,
         ray: &Ray,
@@ -79,8 +80,8 @@ impl Placement {
     /// With u = 2⁻⁵³, L the linear part, and |·| the matrix of absolute values:
     /// - A local point x becomes a world point with error 3u|L||x| for the product and u(|origin| + |p|) for
     ///   the sum and for the offset itself.
-    /// - The intersection test takes it back with error u|L⁻¹||L||x| for the subtraction of the origin and 3u of
-    ///   the same for the product; the computed L⁻¹ isn't quite the inverse of L, which adds a few
+    /// - The intersection test takes it back with error u|L⁻¹||L||x| for the subtraction of the origin and 3u
+    ///   of the same for the product; the computed L⁻¹ isn't quite the inverse of L, which adds a few
     ///   u(|L⁻¹||L|)²|x|; and |x|² - 1 or its like takes a few u more. In all less than 8u(|L⁻¹||L|)²|x|,
     ///   doubled for reserve.
     /// - A local distance s along the normal is s / |L⁻ᵀ n| in world space.
@@ -89,7 +90,8 @@ impl Placement {
         0.5 * f64::EPSILON * (self.local_error.dot(outward.abs()) / stretch + 4.0 * reach)
     }
 
-    /// Bound on the error of the local coordinates, along any axis, of points on a ray that starts up to `reach` away.
+    /// Bound on the error of the local coordinates, along any axis, of points on a ray that starts up to
+    /// `reach` away.
     pub fn coordinate_error(&self, reach: f64) -> f64 {
         0.5 * f64::EPSILON * self.local_error.max_element() * reach
     }

@@ -19,8 +19,8 @@ pub struct Rectangle {
 /// a rectangle that small is as well sampled by area.
 const SMALLEST_SOLID_ANGLE: f64 = 1e-6;
 
-/// From farther than this many diagonals away a rectangle is as well sampled by area: cos θ / r² hardly changes over
-/// it, and the angles cost more than the little noise that they save.
+/// From farther than this many diagonals away a rectangle is as well sampled by area: cos θ / r² hardly
+/// changes over it, and the angles cost more than the little noise that they save.
 const FAR: f64 = 2.0;
 
 impl Rectangle {
@@ -34,8 +34,8 @@ impl Rectangle {
         (skew.abs() < 1e-5).then_some(Self { corner, axes: [x, square], lengths })
     }
 
-    /// The rectangle as seen from a point; `None` where it is far away, or its solid angle too small or too near to the
-    /// half space's 2π to compute with.
+    /// The rectangle as seen from a point; `None` where it is far away, or its solid angle too small or too
+    /// near to the half space's 2π to compute with.
     pub fn seen_from(&self, reference: Vec3) -> Option<SphericalRectangle> {
         let offset = self.corner - reference;
         let [x, y] = self.axes;
@@ -93,19 +93,19 @@ impl Turn {
         Self { cos, sin: (1.0 - cos * cos).max(0.0).sqrt() }
     }
 
-    /// By as much the other way.
+    /// The same turn the other way.
     fn back(self) -> Self {
         Self { sin: -self.sin, ..self }
     }
 
-    /// From 0 to 2π.
+    /// Angle of the turn, from 0 to 2π.
     fn angle(self) -> f64 {
         let angle = atan2(self.sin, self.cos);
         if angle < 0.0 { angle + TAU } else { angle }
     }
 }
 
-/// One after the other.
+/// Two turns one after the other.
 impl Mul for Turn {
     type Output = Self;
 

@@ -20,7 +20,7 @@ impl Shares {
         self.below(self.sums.len())
     }
 
-    /// Of all pieces before one.
+    /// Sum of the shares of all pieces before one.
     pub fn below(&self, piece: usize) -> f64 {
         if piece == 0 { 0.0 } else { self.sums[piece - 1] }
     }
@@ -29,7 +29,8 @@ impl Shares {
         self.sums[piece] - self.below(piece)
     }
 
-    /// The piece in which the fraction `u` of the total ends, and how far into it, below 1. There must be one.
+    /// The piece in which the fraction `u` of the total ends, and how far into it, below 1. There must be
+    /// one.
     pub fn choose(&self, u: f64) -> (usize, f64) {
         let target = u * self.total();
         let piece = self.sums.partition_point(|&sum| sum <= target).min(self.sums.len() - 1);

@@ -138,8 +138,8 @@ impl Sphere {
         }
     }
 
-    /// Uniform in solid angle over the cone that the sphere fills. `None` from inside, where the placement isn't a similarity
-    /// or where normals point inward.
+    /// Uniform in solid angle over the cone that the sphere fills. `None` from inside, where the placement
+    /// isn't a similarity or where normals point inward.
     pub fn sample_cone(&self, reference: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
         let cone = self.cone(reference)?;
         // x = 1 - cos θ is kept, never cos θ: a distant sphere fills no more than x = 1e-20.
@@ -221,8 +221,9 @@ pub(super) fn unit_ball_line(origin: Vec3, direction: Vec3) -> Option<(f64, f64)
     unit_ball_roots(origin, -direction).map(|(near, far)| (-far, -near))
 }
 
-/// Bound on the error of both roots: that of coordinates changes the discriminant D by no more than twice as much, and √D,
-/// half the distance between the roots, by change / √D and by √change at most. `speed` is the parameter's own.
+/// Bound on the error of both roots: that of coordinates changes the discriminant D by no more than twice as
+/// much, and √D, half the distance between the roots, by change / √D and by √change at most. `speed` is the
+/// parameter's own.
 pub(super) fn ball_error(placement: &Placement, origin: Vec3, [near, far]: [f64; 2], speed: f64) -> f64 {
     let coordinate = placement.coordinate_error(1.0 + origin.abs().max_element());
     let change = 2.0 * coordinate + 8.0 * f64::EPSILON;

@@ -41,9 +41,10 @@ impl PartialEq for Cell {
 
 impl Eq for Cell {}
 
-/// An upper bound on direction · x over all points x of a surface that lies within `start`, above the least one by what is left
-/// of the box after `halvings`. `None` where the surface is nowhere. `is_free` says of a box that the farthest point of the
-/// surface is not in it, for instance because there is nothing of the surface in it.
+/// An upper bound on direction · x over all points x of a surface that lies within `start`, above the least
+/// one by what is left of the box after `halvings`. `None` where the surface is nowhere. `is_free` says of a
+/// box that the farthest point of the surface is not in it, for instance because there is nothing of the
+/// surface in it.
 pub(super) fn support(
     direction: Vec3,
     start: Bounds,

@@ -1,8 +1,9 @@
 //! Rings with a round tube.
 //!
-//! Along a line a torus is a quartic (Glassner, *An Introduction to Ray Tracing*, ch. 3, 3.1, its coefficients corrected). Only the
-//! roots of its derivative are taken from the coefficients: between them the distance from the tube's centre line, which has the
-//! quartic's sign and no cancellation, is followed to where it is the tube's radius. So a thin ring is as exact as a thick one.
+//! Along a line a torus is a quartic (Glassner, *An Introduction to Ray Tracing*, ch. 3, 3.1, its
+//! coefficients corrected). Only the roots of its derivative are taken from the coefficients: between them
+//! the distance from the tube's centre line, which has the quartic's sign and no cancellation, is followed to
+//! where it is the tube's radius. So a thin ring is as exact as a thick one.
 
 use super::chords::OnLine;
 use super::crossing::Crossings;
@@ -13,19 +14,19 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 
-/// Around the local z axis, of outer radius 1.
+/// A torus around the local z axis, with an outer radius of 1.
 #[derive(Clone, Debug)]
 pub struct Torus {
     placement: Placement,
-    /// Of the circle in the middle of the tube, and of the tube.
+    /// Radius of the circle in the middle of the tube; `minor` is that of the tube.
     major: f64,
     minor: f64,
     inward: bool,
 }
 
 impl Torus {
-    /// `to_world` applied to the torus around the z axis, whose tube has the radius `minor`, less than the `major` of its centre
-    /// line. Normals point out of the tube unless `flip_normals`.
+    /// `to_world` applied to the torus around the z axis, whose tube has the radius `minor`, less than the
+    /// `major` of its centre line. Normals point out of the tube unless `flip_normals`.
     pub fn new(to_world: &Transform, major: f64, minor: f64, flip_normals: bool) -> Result<Self, ShapeError> {
         for radius in [major, minor] {
             if !(radius > 0.0 && radius.is_finite()) {
@@ -128,8 +129,8 @@ impl Torus {
         (self.major + self.minor * cos_v, Vec3::new(cos_u * cos_v, sin_u * cos_v, sin_v))
     }
 
-    /// Uniform over the local surface, whose area at the angle v around the tube is in proportion to major + minor cos v:
-    /// v + (minor / major) sin v is uniform, Kepler's equation for the outside as aphelion.
+    /// Uniform over the local surface, whose area at the angle v around the tube is in proportion to major +
+    /// minor cos v: v + (minor / major) sin v is uniform, Kepler's equation for the outside as aphelion.
     pub fn sample(&self, u: [f64; 2]) -> AreaSample {
         let (sin_u, cos_u) = angle::sin_cos(TAU * u[0]);
         let mean = TAU * u[1] - PI;
@@ -167,8 +168,8 @@ impl Torus {
         if half.is_nan() {
             return found;
         }
-        // The quartic has the coefficients, with A = 1, B = start·direction, C = start·start − (major² + minor²):
-        // [C² − 4 major² (minor² − z₀²), 4 B C + 8 major² z₀ z₁, 2 C + 4 B² + 4 major² z₁², 4 B, 1].
+        // The quartic has the coefficients, with A = 1, B = start·direction, C = start·start − (major² +
+        // minor²): [C² − 4 major² (minor² − z₀²), 4 B C + 8 major² z₀ z₁, 2 C + 4 B² + 4 major² z₁², 4 B, 1].
         let (b, c) = (start.dot(direction), start.length_squared() - (major * major + minor * minor));
         let (z0, z1) = (start.z, direction.z);
         let squared = 4.0 * major * major;
@@ -190,8 +191,9 @@ impl Torus {
         found.extend(roots.iter().map(|root| {
             let slope = function(root.t).slope;
             let height = 2.0 * coordinate + 8.0 * f64::EPSILON;
-            // As long as the slope hardly changes over that distance. Else the line all but touches, or it clings to the surface
-            // as it passes: then it certainly has where it is further off than rounding could place it.
+            // As long as the slope hardly changes over that distance. Else the line all but touches, or it
+            // clings to the surface as it passes: then it certainly has where it is further off than rounding
+            // could place it.
             let error = if slope * slope > 4.0 * bend * height {
                 2.0 * height / slope.abs()
             } else {

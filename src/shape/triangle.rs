@@ -21,8 +21,8 @@ pub struct RaySpace {
 /// 1 or -1: on which side of an edge, or of a triangle, a line passes.
 type Side = i32;
 
-/// The sign of q × p as seen from the z axis, exactly, and as seen from a place beside it, (ε, ε²) from there, where it is 0. 0
-/// only where p and q coincide there.
+/// The sign of q × p as seen from the z axis, exactly, and as seen from a place beside it, (ε, ε²) from
+/// there, where it is 0. 0 only where p and q coincide there.
 fn side_of_edge(q: [f64; 3], p: [f64; 3]) -> Side {
     let (first, second) = (q[0] * p[1], q[1] * p[0]);
     let order = |a: f64, b: f64| a.partial_cmp(&b).map_or(0, |order| order as Side);
@@ -79,19 +79,20 @@ impl RaySpace {
         Some(TriangleHit { t, barycentric: [v / determinant, w / determinant] })
     }
 
-    /// Whether the line goes through a triangle, told by exact signs, so that it crosses a closed mesh as often inwards as
-    /// outwards wherever it goes. `vertices` are sheared.
+    /// Whether the line goes through a triangle, told by exact signs, so that it crosses a closed mesh as
+    /// often inwards as outwards wherever it goes. `vertices` are sheared.
     ///
-    /// A line through an edge or a vertex is taken as moved aside by an infinitely small step (Edelsbrunner and Mücke, "Simulation
-    /// of Simplicity", ACM Transactions on Graphics 9(1), 1990), the same for all triangles: then it never is on one.
+    /// A line through an edge or a vertex is taken as moved aside by an infinitely small step (Edelsbrunner
+    /// and Mücke, "Simulation of Simplicity", ACM Transactions on Graphics 9(1), 1990), the same for all
+    /// triangles: then it never is on one.
     pub fn passes(vertices: [[f64; 3]; 3]) -> Option<Side> {
         let [a, b, c] = vertices;
         let side = side_of_edge(c, b);
         (side != 0 && side_of_edge(a, c) == side && side_of_edge(b, a) == side).then_some(side)
     }
 
-    /// Where a line that passes a triangle of sheared vertices does so. The second number bounds how far off that may be, however
-    /// flat the line comes in.
+    /// Where a line that passes a triangle of sheared vertices does so. The second number bounds how far off
+    /// that may be, however flat the line comes in.
     pub fn place([a, b, c]: [[f64; 3]; 3]) -> (TriangleHit, f64) {
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
@@ -107,7 +108,7 @@ impl RaySpace {
         (TriangleHit { t: t.clamp(low, high), barycentric }, high - low)
     }
 
-    /// In coordinates in which the line is the z axis.
+    /// A vertex in coordinates in which the line is the z axis.
     pub fn sheared(&self, vertex: Vec3) -> [f64; 3] {
         // An array: a vector's component by a computed axis would be a branch.
         let relative = (vertex - self.origin).to_array();

@@ -15,9 +15,9 @@ const WIEN_ROOT: f64 = 4.965_114_231_744_276;
 
 /// Spectral radiance of a black body in vacuum, W·m⁻²·sr⁻¹·nm⁻¹.
 ///
-/// `L(λ, T) = 2 h c² / λ⁵ / (exp(h c / (λ k T)) − 1)`, here per nanometre (Planck 1901; CODATA 2018 constants).
-/// Zero at and below 0 K or 0 nm. Neither the long-wave limit (where `exp(x) − 1` would cancel) nor the
-/// short-wave one (where it would overflow) loses accuracy.
+/// `L(λ, T) = 2 h c² / λ⁵ / (exp(h c / (λ k T)) − 1)`, here per nanometre (Planck 1901; CODATA 2018
+/// constants). Zero at and below 0 K or 0 nm. Neither the long-wave limit (where `exp(x) − 1` would cancel)
+/// nor the short-wave one (where it would overflow) loses accuracy.
 pub fn blackbody_radiance(nm: f64, kelvin: f64) -> f64 {
     if !(nm > 0.0 && kelvin > 0.0) {
         return 0.0;
@@ -80,8 +80,8 @@ impl Blackbody {
         (all.into_iter().fold(f64::INFINITY, f64::min), all.into_iter().fold(f64::NEG_INFINITY, f64::max))
     }
 
-    /// Integral over `range` by five-point Gauss–Legendre panels of equal width in ln λ, narrow enough for the
-    /// exponent `h c / (λ k T)` to change by less than one half across a panel.
+    /// Integral over `range` by five-point Gauss–Legendre panels of equal width in ln λ, narrow enough for
+    /// the exponent `h c / (λ k T)` to change by less than one half across a panel.
     pub(super) fn integral(&self, range: WavelengthRange) -> f64 {
         if self.is_dark() {
             return 0.0;

@@ -3,7 +3,8 @@
 use super::table_file::TableFile;
 use super::{Extrapolation, Spectrum, SpectrumError, data};
 
-/// The second radiation constant's change since 1964, by which nominal temperatures are to be multiplied: D65 is at 6504 K.
+/// The second radiation constant's change since 1964, by which nominal temperatures are to be multiplied: D65
+/// is at 6504 K.
 const RESCALED: f64 = 1.4388 / 1.4380;
 
 /// Chromaticity of daylight of a correlated colour temperature (K).
@@ -22,9 +23,9 @@ pub fn daylight_chromaticity(kelvin: f64) -> Result<(f64, f64), SpectrumError> {
     Ok((x, -0.275 + x * (2.870 - x * 3.000)))
 }
 
-/// Relative spectral power of daylight of a correlated colour temperature (K), 100 at 560 nm: `S₀ + M₁ S₁ + M₂ S₂` from
-/// 300 to 830 nm in steps of 5 nm, linear between, zero outside. M₁ and M₂ are rounded to three decimals, as the CIE
-/// prescribes.
+/// Relative spectral power of daylight of a correlated colour temperature (K), 100 at 560 nm:
+/// `S₀ + M₁ S₁ + M₂ S₂` from 300 to 830 nm in steps of 5 nm, linear between, zero outside. M₁ and M₂ are
+/// rounded to three decimals, as the CIE prescribes.
 ///
 /// # Errors
 /// A temperature outside 4000–25000 K.
@@ -70,7 +71,8 @@ mod tests {
     use super::*;
     use crate::spectrum::catalogue;
 
-    /// The formula against the published table up to 780 nm, and against values of the CIE's longer table beyond.
+    /// The formula against the published table up to 780 nm, and against values of the CIE's longer table
+    /// beyond.
     #[test]
     fn formula_gives_the_published_d65() {
         let formula = daylight(6500.0 * RESCALED).unwrap();

@@ -4,9 +4,10 @@
 //! range a formula is extended as long as it stays plausible, and held at the last plausible value beyond;
 //! [`DispersionFormula::reach`] says which of the two a run depends on, so that it can be shown.
 //!
-//! Glass catalogues give the index relative to air at air wavelengths. Taking both as vacuum values, as is done
-//! here, is right for scenes whose surroundings have index 1 (the ratio across the surface is what refracts);
-//! the 0.03 % between the two wavelength scales changes the index of a dense flint by less than 4e-5.
+//! Glass catalogues give the index relative to air at air wavelengths. Taking both as vacuum values, as is
+//! done here, is right for scenes whose surroundings have index 1 (the ratio across the surface is what
+//! refracts); the 0.03 % between the two wavelength scales changes the index of a dense flint by less than
+//! 4e-5.
 
 use super::error::SpectrumError;
 use super::{Extrapolation, Spectrum};
@@ -20,7 +21,8 @@ use std::fmt;
 pub enum FormulaKind {
     /// Formula 1: `n² − 1 = c₀ + Σ cᵢ λ² / (λ² − cᵢ₊₁²)`, i = 1, 3, 5...
     SellmeierSquared,
-    /// Formula 2: `n² − 1 = c₀ + Σ cᵢ λ² / (λ² − cᵢ₊₁)`. With `c₀ = 0` the Sellmeier equation of glass catalogues.
+    /// Formula 2: `n² − 1 = c₀ + Σ cᵢ λ² / (λ² − cᵢ₊₁)`. With `c₀ = 0` the Sellmeier equation of glass
+    /// catalogues.
     Sellmeier,
     /// Formula 3: `n² = c₀ + Σ cᵢ λ^cᵢ₊₁`.
     Polynomial,
@@ -109,7 +111,8 @@ pub struct DispersionFormula {
     usable: WavelengthRange,
 }
 
-/// How a wavelength range relates to the one that a formula is stated for: what a run assumes beyond its data.
+/// How a wavelength range relates to the one that a formula is stated for: what a run assumes beyond its
+/// data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     /// The range that the source states.
@@ -249,8 +252,8 @@ impl DispersionFormula {
 
     /// The index over `range` as a table, held outside it.
     ///
-    /// The step is halved from 1 nm until linear interpolation errs by less than 1e-7 (in n) at every midpoint,
-    /// or down to 1/8 nm, which only happens beside a resonance.
+    /// The step is halved from 1 nm until linear interpolation errs by less than 1e-7 (in n) at every
+    /// midpoint, or down to 1/8 nm, which only happens beside a resonance.
     ///
     /// # Errors
     /// A range without width.

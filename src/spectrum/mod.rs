@@ -131,7 +131,8 @@ impl Spectrum {
         }
     }
 
-    /// What stands for the table behind this function, as long as that lives: clones share it. `None` where there is no table.
+    /// What stands for the table behind this function, as long as that lives: clones share it. `None` where
+    /// there is no table.
     pub fn identity(&self) -> Option<(*const f64, bool)> {
         let table = self.table()?;
         Some((table.values().as_ptr(), table.outside() == Extrapolation::Hold))
@@ -171,7 +172,8 @@ impl Spectrum {
 
     /// Integral over `range`, in the function's unit times nm.
     ///
-    /// Exact for constants and tables (up to rounding), to about 1e-13 of its value for black bodies, 1e-9 for sigmoids.
+    /// Exact for constants and tables (up to rounding), to about 1e-13 of its value for black bodies, 1e-9
+    /// for sigmoids.
     pub fn integral(&self, range: WavelengthRange) -> f64 {
         match self {
             Self::Constant(value) => value * range.width(),

@@ -7,8 +7,8 @@
 //! - with a known n, `k² = (R (n + 1)² − (n − 1)²) / (1 − R)`.
 //!
 //! The first is exact for dielectrics and an assumption for metals, where it errs off normal incidence.
-//! It is also sensitive: `dn/dR = 1 / (√R (1 − √R)²)`, 7.7 for crown glass, so that a reflectance known to 1e-4
-//! leaves the index uncertain by a tenth of that glass's dispersion.
+//! It is also sensitive: `dn/dR = 1 / (√R (1 − √R)²)`, 7.7 for crown glass, so that a reflectance known to
+//! 1e-4 leaves the index uncertain by a tenth of that glass's dispersion.
 
 use super::{Sampled, Spectrum};
 use crate::units::WavelengthRange;
@@ -80,8 +80,8 @@ pub fn index_of_reflectance(reflectance: f64) -> Result<f64, ReflectanceError> {
     }
 }
 
-/// `(1 + √R) / (1 − √R)`, written with `1 − √R = (1 − R) / (1 + √R)`: exact to a few units in the last place as R → 1,
-/// where `1 − √R` would cancel.
+/// `(1 + √R) / (1 − √R)`, written with `1 − √R = (1 − R) / (1 + √R)`: exact to a few units in the last place
+/// as R → 1, where `1 − √R` would cancel.
 pub(crate) fn dielectric_index(reflectance: f64) -> f64 {
     let above = 1.0 + reflectance.sqrt();
     above * above / (1.0 - reflectance)
@@ -106,15 +106,15 @@ pub fn extinction_of_reflectance(reflectance: f64, n: f64) -> Result<f64, Reflec
     Ok(extinction(reflectance, n))
 }
 
-/// `√((R (n + 1)² − (n − 1)²) / (1 − R))` with the difference of squares factored, which cancels less; zero where rounding
-/// makes it negative.
+/// `√((R (n + 1)² − (n − 1)²) / (1 − R))` with the difference of squares factored, which cancels less; zero
+/// where rounding makes it negative.
 pub(crate) fn extinction(reflectance: f64, n: f64) -> f64 {
     let (root, gap) = (reflectance.sqrt() * (n + 1.0), (n - 1.0).abs());
     (((root - gap) * (root + gap)).max(0.0) / (1.0 - reflectance)).sqrt()
 }
 
-/// Reflectance of one face of a polished, clear slab from that of the whole slab, whose back face reflects too:
-/// `R_slab = 2 F / (1 + F)`, so `F = R_slab / (2 − R_slab)`. Maps [0, 1] onto itself.
+/// Reflectance of one face of a polished, clear slab from that of the whole slab, whose back face reflects
+/// too: `R_slab = 2 F / (1 + F)`, so `F = R_slab / (2 − R_slab)`. Maps [0, 1] onto itself.
 pub fn front_face_of_slab(slab: f64) -> f64 {
     slab / (2.0 - slab)
 }
@@ -328,7 +328,8 @@ mod tests {
         }
     }
 
-    /// The error of the index that a noisy reflectance gives stays within the linear estimate `dn = dR / (√R (1 − √R)²)`.
+    /// The error of the index that a noisy reflectance gives stays within the linear estimate
+    /// `dn = dR / (√R (1 − √R)²)`.
     #[test]
     fn conditioning_is_as_documented() {
         let n: f64 = 1.5168;

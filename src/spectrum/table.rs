@@ -65,7 +65,7 @@ impl Table {
         self.outside
     }
 
-    /// From the first to the last wavelength.
+    /// Range from the first to the last wavelength.
     pub fn domain(&self) -> WavelengthRange {
         WavelengthRange { min: self.nodes[0], max: self.nodes[self.nodes.len() - 1] }
     }
@@ -129,7 +129,8 @@ pub struct Uniform {
     start: f64,
     end: f64,
     per_step: f64,
-    /// For each cell its value at the lower end and the difference to that at the upper one; and one for the last node alone.
+    /// For each cell its value at the lower end and the difference to that at the upper one; and one for the
+    /// last node alone.
     cells: Arc<[[f64; 2]]>,
     held: bool,
     source: Table,
@@ -190,7 +191,8 @@ impl Uniform {
     /// The values at the wavelengths (nm) of one path.
     #[inline]
     pub fn sample<const C: usize>(&self, nm: &[f64; C]) -> Sampled<C> {
-        /// Numbers around it have no fraction: what is added to it is rounded to an integer, which are its last bits.
+        /// Numbers around it have no fraction: what is added to it is rounded to an integer, which are its
+        /// last bits.
         const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
         let last = self.cells.len() - 1;
         let end = last as f64;
@@ -255,8 +257,8 @@ impl Irregular {
         let width = known.width() / cells as f64;
         let last_segment = source.nodes.len() - 2;
         let before = |nm: f64| source.nodes.partition_point(|&node| node <= nm).saturating_sub(1);
-        // A look-up may round into the neighbouring cell: its lower bound starts a little earlier, and its upper bound
-        // is the next cell's (see `at`).
+        // A look-up may round into the neighbouring cell: its lower bound starts a little earlier, and its
+        // upper bound is the next cell's (see `at`).
         let slack = 1e-9 * width;
         let mut guide: Vec<u32> = (0..=cells)
             .map(|cell| before(known.min + cell as f64 * width - slack).min(last_segment) as u32)
@@ -306,7 +308,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// At, just before and just after every node and every edge of the guide's cells, however the nodes crowd.
+        /// At, just before and just after every node and every edge of the guide's cells, however the nodes
+        /// crowd.
         #[test]
         fn guided_lookups_find_the_segment(
             gaps in prop::collection::vec((0.0..1.0_f64, -9..3_i32), 1..40),

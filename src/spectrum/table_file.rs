@@ -1,7 +1,7 @@
 //! Tables of spectral data as this project keeps them: comma-separated text under a `#` header.
 //!
-//! The header's lines read `# source: ...`, `# licence: ...`, `# units: ...`, `# note: ...`; then come one line of
-//! column names and the rows. A cell may be quoted, so that it can contain commas.
+//! The header's lines read `# source: ...`, `# licence: ...`, `# units: ...`, `# note: ...`; then come one
+//! line of column names and the rows. A cell may be quoted, so that it can contain commas.
 
 use std::fmt;
 

@@ -78,8 +78,8 @@ impl fmt::Display for ListError {
 
 impl std::error::Error for ListError {}
 
-/// Reads an `.spd` file: lines of `wavelength value`, separated by blanks; empty lines and lines that start with
-/// `#` are skipped, and so is what follows a `#` within a line.
+/// Reads an `.spd` file: lines of `wavelength value`, separated by blanks; empty lines and lines that start
+/// with `#` are skipped, and so is what follows a `#` within a line.
 ///
 /// # Errors
 /// The first place that is not so, or where wavelengths do not increase.

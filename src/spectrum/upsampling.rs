@@ -1,10 +1,11 @@
 //! Reflectances from colours: a smooth spectrum for every triple of sRGB's primaries.
 //!
-//! After W. Jakob and J. Hanika, "A Low-Dimensional Function Space for Efficient Spectral Upsampling", Computer
-//! Graphics Forum 38(2), 2019: the spectrum is a sigmoid of a quadratic in wavelength, whose three coefficients are
-//! such that under D65 the CIE 1931 observer sees the colour. They are found by Newton's method on a grid of colours
-//! and interpolated in between. The grid is the paper's, which Mitsuba 3 has as a file, so that both programs
-//! see the same spectrum; here its nodes are computed when a colour first asks for them.
+//! After W. Jakob and J. Hanika, "A Low-Dimensional Function Space for Efficient Spectral Upsampling",
+//! Computer Graphics Forum 38(2), 2019: the spectrum is a sigmoid of a quadratic in wavelength, whose three
+//! coefficients are such that under D65 the CIE 1931 observer sees the colour. They are found by Newton's
+//! method on a grid of colours and interpolated in between. The grid is the paper's, which Mitsuba 3 has as a
+//! file, so that both programs see the same spectrum; here its nodes are computed when a colour first asks
+//! for them.
 
 use super::colour::Observer;
 use super::{Spectrum, catalogue};
@@ -71,8 +72,8 @@ fn sigmoid(x: f64) -> f64 {
     0.5 + 0.5 * x / (1.0 + x * x).sqrt()
 }
 
-/// The reflectance of a colour: linear values for sRGB's primaries; what lies outside [0, 1] is clipped, as Mitsuba 3
-/// does.
+/// The reflectance of a colour: linear values for sRGB's primaries; what lies outside [0, 1] is clipped, as
+/// Mitsuba 3 does.
 pub fn upsample(rgb: [f64; 3]) -> Sigmoid {
     let rgb = rgb.map(|value| value.clamp(0.0, 1.0));
     let [r, g, b] = rgb;
@@ -87,11 +88,12 @@ pub fn upsample(rgb: [f64; 3]) -> Sigmoid {
 /// Nodes along each side of the grid.
 const SIDE: usize = 64;
 
-/// The node of a column from which its others are found one after the other: dark enough that every hue is a smooth
-/// spectrum, not so dark that the sigmoid is flat.
+/// The node of a column from which its others are found one after the other: dark enough that every hue is a
+/// smooth spectrum, not so dark that the sigmoid is flat.
 const FIRST_NODE: usize = SIDE / 5;
 
-/// Every so many nodes across, a column is solved from one end to the other; its nodes are where others begin.
+/// Every so many nodes across, a column is solved from one end to the other; its nodes are where others
+/// begin.
 const COARSE: usize = 9;
 
 type Coefficients = [f64; 3];
@@ -99,8 +101,9 @@ type Coefficients = [f64; 3];
 /// Nodes over z, each solved when first asked for.
 type Column = Box<[OnceLock<Coefficients>; SIDE]>;
 
-/// Coefficients at the nodes. A colour's largest component z chooses one of three cubes; within it, the other two divided
-/// by z are the first coordinates, and z itself, on a scale that is finer at both ends, is the third.
+/// Coefficients at the nodes. A colour's largest component z chooses one of three cubes; within it, the other
+/// two divided by z are the first coordinates, and z itself, on a scale that is finer at both ends, is the
+/// third.
 ///
 /// Whoever asks first, a node is found from the same start, so that it always has the same bits.
 struct Grid {
@@ -170,8 +173,8 @@ impl Grid {
             if [near_i * COARSE, near_j * COARSE] == [i, j] {
                 return start;
             }
-            // White has no finite coefficients, and from spectra as flat as its column ends in there is no way back to a
-            // tint: those near it begin a column further away.
+            // White has no finite coefficients, and from spectra as flat as its column ends in there is no
+            // way back to a tint: those near it begin a column further away.
             if [near_i, near_j] == [(SIDE - 1) / COARSE; 2] {
                 *if i < j { &mut near_i } else { &mut near_j } -= 1;
             }
@@ -223,8 +226,8 @@ struct Quadrature {
     weights: [Vec<f64x4>; 3],
 }
 
-/// From XYZ to the primaries of Rec. 709, with the white (0.950456, 1, 1.088754) that Mitsuba 3 has for D65: the matrix
-/// in C. Poynton, "Frequently Asked Questions about Color".
+/// From XYZ to the primaries of Rec. 709, with the white (0.950456, 1, 1.088754) that Mitsuba 3 has for D65:
+/// the matrix in C. Poynton, "Frequently Asked Questions about Color".
 const XYZ_TO_RGB: [[f64; 3]; 3] = [
     [3.240_479, -1.537_150, -0.498_535],
     [-0.969_256, 1.875_991, 0.041_556],
@@ -264,8 +267,8 @@ impl Quadrature {
         Self { t: grouped(&t), weights }
     }
 
-    /// Coefficients whose spectrum has a colour, by Newton's method from a start near by. Where no spectrum of the family
-    /// has it (black, white), the nearest that the method comes to.
+    /// Coefficients whose spectrum has a colour, by Newton's method from a start near by. Where no spectrum
+    /// of the family has it (black, white), the nearest that the method comes to.
     fn fit(&self, rgb: [f64; 3], start: Coefficients) -> Coefficients {
         const MOST_STEPS: usize = 30;
         const TOLERANCE: f64 = 1e-9;
@@ -299,7 +302,8 @@ impl Quadrature {
         best
     }
 
-    /// By how much the colour of some coefficients misses the one that is wanted, and the derivatives of that.
+    /// By how much the colour of some coefficients misses the one that is wanted, and the derivatives of
+    /// that.
     fn residual(&self, rgb: [f64; 3], coefficients: Coefficients) -> ([f64; 3], [[f64; 3]; 3]) {
         let [a, b, c] = coefficients.map(f64x4::splat);
         let (one, half) = (f64x4::splat(1.0), f64x4::splat(0.5));
@@ -324,8 +328,9 @@ impl Quadrature {
     }
 }
 
-/// As Jakob and Hanika do, none of the coefficients is let above 200 (a spectrum within 10⁻⁵ of 1): towards white they
-/// grow without end, and what is interpolated between such a node and the next would be white as well.
+/// As Jakob and Hanika do, none of the coefficients is let above 200 (a spectrum within 10⁻⁵ of 1): towards
+/// white they grow without end, and what is interpolated between such a node and the next would be white as
+/// well.
 fn bounded(coefficients: Coefficients) -> Coefficients {
     const MOST: f64 = 200.0;
     let largest = coefficients.into_iter().fold(MOST, f64::max);
@@ -411,7 +416,8 @@ mod tests {
         {
             let found = observed(upsample([r, g, b]));
             let error = [r, g, b].iter().zip(found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            // Interpolation leaves 0.0153 (Mitsuba's table 0.0146); white in place of these tints would be 0.04 and more.
+            // Interpolation leaves 0.0153 (Mitsuba's table 0.0146); white in place of these tints would be
+            // 0.04 and more.
             assert!(error < 0.02, "{r} {g} {b}: {found:?}");
         }
     }

@@ -1,8 +1,8 @@
 //! The wavelengths of a path and how they are chosen.
 //!
-//! A path is decided by its hero's wavelength. Its companions lie at equal steps of the cumulated density around
-//! the hero, so any of them could have been the hero of the same set: their contributions are weighed by
-//! the balance heuristic over the whole path's densities (Wilkie et al., "Hero Wavelength Spectral
+//! A path is decided by its hero's wavelength. Its companions lie at equal steps of the cumulated density
+//! around the hero, so any of them could have been the hero of the same set: their contributions are weighed
+//! by the balance heuristic over the whole path's densities (Wilkie et al., "Hero Wavelength Spectral
 //! Sampling", EGSR 2014). What a scene does not emit is not sampled.
 
 use super::{Sampled, Spectrum};
@@ -48,10 +48,10 @@ const STEP: f64 = 1.0;
 const DEFENSIVE: f64 = 0.1;
 
 impl WavelengthDensity {
-    /// Each channel of the sensor has its share of the density, which follows its response × the emission of the lights:
-    /// what little blue a candle has matters for the blue it is seen with. Of the emission, each light weighs
-    /// half by its share of the whole and half as much as any other, so that a weak light of another colour than the
-    /// rest is still seen. Zero only where no light emits.
+    /// Each channel of the sensor has its share of the density, which follows its response × the emission of
+    /// the lights: what little blue a candle has matters for the blue it is seen with. Of the emission, each
+    /// light weighs half by its share of the whole and half as much as any other, so that a weak light of
+    /// another colour than the rest is still seen. Zero only where no light emits.
     ///
     /// Without any emission within the range, or with an infinite one, all wavelengths are alike.
     pub fn new(range: WavelengthRange, sensor: &[Response], lights: &[Emission]) -> Self {

@@ -94,8 +94,8 @@ pub fn sidak(level: f64, tests: usize) -> f64 {
     -f64::exp_m1(f64::ln_1p(-level) / tests.max(1) as f64)
 }
 
-/// How likely a p-value as small as `smallest` is among `tests` independent tests with nothing wrong: the inverse of
-/// [`sidak`].
+/// How likely a p-value as small as `smallest` is among `tests` independent tests with nothing wrong: the
+/// inverse of [`sidak`].
 pub fn sidak_corrected(smallest: f64, tests: usize) -> f64 {
     -f64::exp_m1(tests.max(1) as f64 * f64::ln_1p(-smallest))
 }

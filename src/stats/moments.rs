@@ -83,7 +83,8 @@ impl Estimate {
         Self { mean, variance: 0.0, degrees: f64::INFINITY }
     }
 
-    /// The mean of independent estimates, with the degrees of freedom of Welch and Satterthwaite. `None` of none.
+    /// The mean of independent estimates, with the degrees of freedom of Welch and Satterthwaite. `None` of
+    /// none.
     pub fn mean_of(estimates: impl IntoIterator<Item = Self>) -> Option<Self> {
         let (mut count, mut mean, mut variance, mut part) = (0.0, 0.0, 0.0, 0.0);
         for estimate in estimates {

@@ -74,7 +74,8 @@ mod tests {
         assert!((test.p_value - 0.070_804_058_624_660_2).abs() < 1e-12, "{test}");
     }
 
-    /// Values by `scipy.stats.t.ppf`, SciPy 1.17.1. The normal law of a million degrees and more is off by 1e-9 at 10⁹.
+    /// Values by `scipy.stats.t.ppf`, SciPy 1.17.1. The normal law of a million degrees and more is off by
+    /// 1e-9 at 10⁹.
     #[test]
     fn quantiles_agree_with_scipy() {
         for (p, degrees, expected) in [

@@ -12,11 +12,12 @@ pub struct Measurement {
 
 /// The line log RMSE = level + slope·log x, with what is needed for its intervals.
 ///
-/// Weighted least squares on logarithms: the variance of log RMSE = ½ log relMSE is, to first order, (σ/relMSE)²/4 with the
-/// standard error σ of the mean over replicates. Where the points scatter about the line by more than that, as they do about
-/// every curve that is not quite a power law, the errors of the fit are enlarged by √(χ²/(n−2)) (Birge 1932). Intervals use
-/// Student's t with as many degrees as all the replicates have. Where a point has no error, all weigh the same and the
-/// scatter alone tells the error, with n − 2 degrees.
+/// Weighted least squares on logarithms: the variance of log RMSE = ½ log relMSE is, to first order,
+/// (σ/relMSE)²/4 with the standard error σ of the mean over replicates. Where the points scatter about the
+/// line by more than that, as they do about every curve that is not quite a power law, the errors of the fit
+/// are enlarged by √(χ²/(n−2)) (Birge 1932). Intervals use Student's t with as many degrees as all the
+/// replicates have. Where a point has no error, all weigh the same and the scatter alone tells the error,
+/// with n − 2 degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PowerLaw {
     pub slope: f64,
@@ -84,8 +85,8 @@ impl PowerLaw {
         (self.level + self.slope * (x.ln() - self.centre)).exp()
     }
 
-    /// Where the line reaches an RMSE: the place, and the factor that its 95 % interval reaches up and down from it (to first
-    /// order). `None` where the slope cannot be told from 0 or rises.
+    /// Where the line reaches an RMSE: the place, and the factor that its 95 % interval reaches up and down
+    /// from it (to first order). `None` where the slope cannot be told from 0 or rises.
     pub fn reaches(&self, rmse: f64) -> Option<(f64, f64)> {
         if self.slope + self.slope_half_width >= 0.0 {
             return None;
@@ -117,7 +118,7 @@ mod tests {
         assert!(PowerLaw::fit(&points[..2]).is_none());
     }
 
-    /// Of many studies with known noise, 95 % have the true slope in their interval.
+    /// 95 % of many studies with known noise have the true slope in their interval.
     #[test]
     fn intervals_hold_what_they_promise() {
         let (studies, mut covered) = (2000u64, 0);
@@ -139,7 +140,8 @@ mod tests {
             let law = PowerLaw::fit(&points).expect("there are enough points");
             covered += u64::from((law.slope + 0.5).abs() < law.slope_half_width);
         }
-        // Enlarging by the scatter covers a little more than 95 %: of the binomial 95 %, three standard errors are 1.5 %.
+        // Enlarging by the scatter covers a little more than 95 %: of the binomial 95 %, three standard
+        // errors are 1.5 %.
         let share = covered as f64 / studies as f64;
         assert!((0.935..0.99).contains(&share), "{share}");
     }

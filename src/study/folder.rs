@@ -5,7 +5,8 @@ use serde_json::Value;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Where a study keeps what it has found. Every file is written beside its place and moved there when it is whole.
+/// Where a study keeps what it has found. Every file is written beside its place and moved there when it is
+/// whole.
 #[derive(Clone, Debug)]
 pub struct Folder {
     path: PathBuf,

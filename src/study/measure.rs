@@ -5,8 +5,8 @@ use crate::integrator::Estimator;
 use crate::render::{Schedule, Settings, Watch, render};
 use cpu_time::ProcessTime;
 
-/// Most memory that the film of a run takes, bytes: more replicates are rendered one batch after the other, each with a
-/// seed of its own.
+/// Most memory that the film of a run takes, bytes: more replicates are rendered one batch after the other,
+/// each with a seed of its own.
 const LARGEST_FILM: u128 = 1 << 30;
 
 impl Request {

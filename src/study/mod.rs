@@ -1,12 +1,12 @@
 //! The study of noise: how the error of a picture falls with samples and with time, for each sampler.
 //!
-//! A *run* renders one scene with one sampler, one number of samples per pixel and one number of wavelengths per path, in R
-//! independent replicates. Each replicate is a short render of its own, with one sequence of samples in each pixel, so
-//! the spread of the replicates tells how well the error itself is known. Every run has its own seed: runs are independent
-//! of one another, whatever else is in the study.
+//! A *run* renders one scene with one sampler, one number of samples per pixel and one number of wavelengths
+//! per path, in R independent replicates. Each replicate is a short render of its own, with one sequence of
+//! samples in each pixel, so the spread of the replicates tells how well the error itself is known. Every run
+//! has its own seed: runs are independent of one another, whatever else is in the study.
 //!
-//! The error is relMSE of the luminance Y against a reference (see [`Reference`]), from which the reference's own error has
-//! been subtracted. Slopes are fitted by weighted least squares on logarithms (see [`fit`]).
+//! The error is relMSE of the luminance Y against a reference (see [`Reference`]), from which the reference's
+//! own error has been subtracted. Slopes are fitted by weighted least squares on logarithms (see [`fit`]).
 
 pub mod fit;
 mod folder;
@@ -36,7 +36,7 @@ pub struct Case {
 pub struct CaseId {
     /// Name and value of each parameter that was given.
     pub parameters: Vec<(String, String)>,
-    /// Of what the scene means.
+    /// Hash of what the scene means.
     pub scene_hash: String,
 }
 
@@ -48,7 +48,8 @@ impl CaseId {
     }
 }
 
-/// What a study is asked for: all that its numbers depend on, and the number of threads, on which CPU times depend.
+/// What a study is asked for: all that its numbers depend on, and the number of threads, on which CPU times
+/// depend.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
     pub version: String,
@@ -97,7 +98,7 @@ impl RunId {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     pub id: RunId,
-    /// Of each replicate, the error of the reference subtracted.
+    /// relMSE of each replicate, less the error of the reference.
     pub relmse: Vec<f64>,
     /// CPU time of one replicate, s: user and system time of all threads over the number of replicates.
     pub cpu_seconds: f64,
@@ -140,7 +141,8 @@ impl Request {
         if sampler.is_random() { self.replicates } else { 1 }
     }
 
-    /// The number of samples that pictures and spectra are shown for: that of the list which is nearest to 64.
+    /// The number of samples that pictures and spectra are shown for: that of the list which is nearest
+    /// to 64.
     pub fn shown_samples(&self) -> u32 {
         let far = |samples: &&u32| (f64::from(**samples) / 64.0).ln().abs();
         self.samples_per_pixel.iter().min_by(|a, b| far(a).total_cmp(&far(b))).copied().unwrap_or(64)
@@ -170,7 +172,7 @@ fn derived_seed(seed: u64, purpose: Purpose, words: impl IntoIterator<Item = u64
     words.into_iter().fold(mix(seed ^ mix(purpose as u64)), |hash, word| mix(hash ^ mix(word)))
 }
 
-/// Of a run and its batch of replicates.
+/// Seed of a run and its batch of replicates.
 fn seed_of_run(seed: u64, purpose: Purpose, id: &RunId, batch: u64) -> u64 {
     let sampler = id.sampler.name().bytes().map(u64::from);
     let numbers = [id.case as u64, id.samples_per_pixel.into(), id.wavelengths_per_path.get() as u64, batch];

@@ -14,8 +14,9 @@ pub const REPLICATES: u32 = 16;
 
 /// The picture that errors are measured against, its luminance Y.
 ///
-/// relMSE of an image A is mean((A − B)²/(B² + 0.01·mean(B)²)) over all pixels, with the reference B, as `abbe compare` has it.
-/// On average it has, beside the error of A, the variance of B in it, which is known from B's replicates: that is subtracted.
+/// relMSE of an image A is mean((A − B)²/(B² + 0.01·mean(B)²)) over all pixels, with the reference B, as
+/// `abbe compare` has it. On average it has, beside the error of A, the variance of B in it, which is known
+/// from B's replicates: that is subtracted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     pub width: usize,
@@ -54,8 +55,8 @@ impl Reference {
         Ok(Self { width, height: y.len() / width.max(1), y, weight, own_relmse })
     }
 
-    /// Of a file: its Y with `error.Y`, or the luminance of linear Rec. 709, whose error cannot be told from
-    /// those of its channels.
+    /// The reference of a file: its Y with `error.Y`, or the luminance of linear Rec. 709, whose error cannot
+    /// be told from those of its channels.
     pub fn from_channels(file: &Channels, size: [u32; 2]) -> Result<Self, ReferenceError> {
         if [file.width, file.height] != size.map(|edge| edge as usize) {
             return Err(ReferenceError::Size([file.width, file.height]));
@@ -77,7 +78,7 @@ impl Reference {
         }
     }
 
-    /// Of its values.
+    /// Hash of its values.
     pub fn hash(&self) -> u64 {
         self.y.iter().fold(mix(self.width as u64), |hash, y| mix(hash ^ y.to_bits()))
     }

@@ -10,7 +10,8 @@ use std::f64::consts::TAU;
 /// Power by distance from frequency 0, relative to white noise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Radial {
-    /// Middle of each ring: cycles per pixel for images; cycles per mean distance of the points, 1/√N, for patterns.
+    /// Middle of each ring: cycles per pixel for images; cycles per mean distance of the points, 1/√N, for
+    /// patterns.
     pub frequency: Vec<f64>,
     /// Mean over the ring; 1 for white noise.
     pub power: Vec<f64>,
@@ -22,7 +23,8 @@ pub struct Spectrum {
     pub radial: Radial,
     /// Width of the picture; 0 where there is none.
     pub width: usize,
-    /// Row by row, frequency 0 in the middle; relative to white noise. The power of frequency 0 itself is left out (−1).
+    /// Row by row, frequency 0 in the middle; relative to white noise. The power of frequency 0 itself is
+    /// left out (−1).
     pub power: Vec<f64>,
 }
 
@@ -186,8 +188,8 @@ mod tests {
         inside.iter().sum::<f64>() / inside.len() as f64
     }
 
-    /// Independent points have the power 1 at every frequency: the mean of 256 exponential values a frequency, two of
-    /// which (f and −f) are one.
+    /// Independent points have the power 1 at every frequency: the mean of 256 exponential values a
+    /// frequency, two of which (f and −f) are one.
     #[test]
     fn independent_points_are_white() {
         let spectrum = pattern(SamplerKind::Independent, 1, 64);

@@ -6,13 +6,14 @@ use crate::spectrum::{Sampled, upsample};
 
 #[derive(Clone, Debug)]
 pub struct Attribute {
-    /// With the prefix `vertex_` or `face_`.
+    /// Name with the prefix `vertex_` or `face_`.
     pub name: String,
     pub scale: f64,
 }
 
 impl Attribute {
-    /// Colours are made into spectra at the vertices, and those are interpolated. Zero on what has no such attribute.
+    /// Colours are made into spectra at the vertices, and those are interpolated. Zero on what has no such
+    /// attribute.
     pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
         let Some((mesh, index)) = self.find(at) else { return Sampled::ZERO };
         let Some(place) = at.mesh else { return Sampled::ZERO };

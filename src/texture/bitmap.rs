@@ -147,8 +147,9 @@ impl Bitmap {
         }
     }
 
-    /// Of [`Self::value`], between the centres of texels. Mitsuba 3 turns by `to_uv` before it scales by the size of
-    /// the image, which for images that are not square differs from the derivative where `to_uv` rotates.
+    /// Gradient of [`Self::value`], between the centres of texels. Mitsuba 3 turns by `to_uv` before it
+    /// scales by the size of the image, which for images that are not square differs from the derivative
+    /// where `to_uv` rotates.
     pub fn gradient(&self, at: &TexturePoint) -> [f64; 2] {
         if self.placing.filter == Filter::Nearest {
             return [0.0; 2];

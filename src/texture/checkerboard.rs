@@ -22,7 +22,7 @@ impl Checkerboard {
         self.colours[self.square(at)].sample(at, nm)
     }
 
-    /// Between which the board has one colour.
+    /// Lines between which the board has one colour.
     pub fn lines(&self) -> Lines {
         Lines { to_uv: self.to_uv, per_unit: [2; 2], offset: 0.0, bilinear: false }
     }

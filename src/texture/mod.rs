@@ -1,8 +1,9 @@
 //! Textures: functions of wavelength that may vary over a surface.
 //!
 //! What a texture gives depends on who asks, as in Mitsuba 3: a spectrum ([`Texture::sample`]), one number
-//! ([`Texture::value`]), three numbers that are no colour ([`Texture::rgb`]), a slope ([`Texture::gradient`]). The reader of
-//! scene files refuses textures that cannot give what they are asked for.
+//! ([`Texture::value`]), three numbers that are no colour ([`Texture::rgb`]), a slope
+//! ([`Texture::gradient`]). The reader of scene files refuses textures that cannot give what they are asked
+//! for.
 
 mod attribute;
 mod bitmap;
@@ -50,7 +51,7 @@ pub enum Texture {
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint<'a> {
     pub uv: [f64; 2],
-    /// In the coordinates of the compiled scene.
+    /// Position in the coordinates of the compiled scene.
     pub position: Vec3,
     /// The same point before instances and motion, for what sticks to a body.
     pub at_rest: AtRest,
@@ -165,7 +166,8 @@ impl Texture {
         }
     }
 
-    /// About the mean over the surface: above zero wherever a value is, for the choice of wavelengths and lights.
+    /// About the mean over the surface: above zero wherever a value is, for the choice of wavelengths and
+    /// lights.
     pub fn mean_spectrum(&self, range: WavelengthRange) -> Spectrum {
         match self {
             Self::Uniform(spectrum) => spectrum.clone(),
@@ -215,7 +217,8 @@ impl Texture {
         }
     }
 
-    /// The lines of uv between which its spectra are bilinear, or the same. `None` where there are none, or they are not known.
+    /// The lines of uv between which its spectra are bilinear, or the same. `None` where there are none, or
+    /// they are not known.
     pub fn lines(&self) -> Option<Lines> {
         match self {
             Self::Bitmap(bitmap) => Some(bitmap.lines()),

@@ -1,8 +1,9 @@
 //! Noise: smooth functions of space that look random and are the same each time.
 //!
-//! Perlin's improved gradient noise (Perlin, "Improving Noise", SIGGRAPH 2002): each corner of a lattice of unit cubes has one of
-//! twelve directions g, toward the middles of a cube's edges, and the noise is the blend of g·(p − corner) over the eight corners of
-//! a point's cube by quintics. It is zero at all corners, has continuous second derivatives, mean 0, and its features are about one unit in size.
+//! Perlin's improved gradient noise (Perlin, "Improving Noise", SIGGRAPH 2002): each corner of a lattice of
+//! unit cubes has one of twelve directions g, toward the middles of a cube's edges, and the noise is the
+//! blend of g·(p − corner) over the eight corners of a point's cube by quintics. It is zero at all corners,
+//! has continuous second derivatives, mean 0, and its features are about one unit in size.
 //!
 //! The directions come from a hash of the corner instead of a table of 256 numbers, so that nothing repeats.
 
@@ -31,8 +32,8 @@ pub struct Octaves {
     pub seed: u64,
 }
 
-/// No |noise| is above it: with directions as they fit best, the largest value is 1.036354, near (0.3553, 0.4815, 0.5) of the
-/// cube.
+/// No |noise| is above it: with directions as they fit best, the largest value is 1.036354, near (0.3553,
+/// 0.4815, 0.5) of the cube.
 const BOUND: f64 = 1.0366;
 
 /// Where the lattice of the next scale has its origin, so that their zeros do not meet.
@@ -47,8 +48,8 @@ impl Octaves {
         self.sum(p, |noise| noise)
     }
 
-    /// The sum of |noise| over the scales (Perlin, "An Image Synthesizer", SIGGRAPH 1985), from 0 to 1. Its slope jumps where the
-    /// noise is zero.
+    /// The sum of |noise| over the scales (Perlin, "An Image Synthesizer", SIGGRAPH 1985), from 0 to 1. Its
+    /// slope jumps where the noise is zero.
     pub fn turbulence(&self, p: Vec3) -> Field {
         self.sum(p, |noise| {
             if noise.value < 0.0 { Field { value: -noise.value, slope: -noise.slope } } else { noise }
@@ -143,7 +144,8 @@ mod tests {
         }
     }
 
-    /// With the best direction at each corner the noise is Σ weight · (sum of the two largest of |p − corner|).
+    /// With the best direction at each corner the noise is Σ weight · (sum of the two largest of |p
+    /// − corner|).
     fn envelope(p: Vec3) -> f64 {
         let upper = p.map(|x| x * x * x * (x * (x * 6.0 - 15.0) + 10.0));
         (0..8)
@@ -156,10 +158,10 @@ mod tests {
             .sum()
     }
 
-    /// By symmetry the largest value has 0 ≤ z ≤ y ≤ x ≤ ½, where the envelope is one polynomial. A place at distance r from another has
-    /// at most the value there + |slope| r + ½ · 100 r²: the weights of two corners along an axis have first and second derivatives
-    /// below 1.9 and 5.8, m ≤ 2 and |∂m| ≤ 1, so that no second derivative is above 2 · 5.8 · 2 + 4 · 1.9 < 31, nor an eigenvalue above
-    /// three times that.
+    /// By symmetry the largest value has 0 ≤ z ≤ y ≤ x ≤ ½, where the envelope is one polynomial. A place at
+    /// distance r from another has at most the value there + |slope| r + ½ · 100 r²: the weights of two
+    /// corners along an axis have first and second derivatives below 1.9 and 5.8, m ≤ 2 and |∂m| ≤ 1, so that
+    /// no second derivative is above 2 · 5.8 · 2 + 4 · 1.9 < 31, nor an eigenvalue above three times that.
     #[test]
     fn the_bound_holds_and_is_nearly_reached() {
         const CELLS: usize = 300;
@@ -218,8 +220,9 @@ mod tests {
         }
     }
 
-    /// A corner's share is odd about it, so the mean is 0. With independent directions, in which a component's mean square is 2/3, the mean square
-    /// over a cube is 8 · 3 · ⅔ · ∫w²x² (∫w²)², w(x) being the weight of the corner.
+    /// A corner's share is odd about it, so the mean is 0. With independent directions, in which a
+    /// component's mean square is 2/3, the mean square over a cube is 8 · 3 · ⅔ · ∫w²x² (∫w²)², w(x) being
+    /// the weight of the corner.
     #[test]
     fn mean_and_variance_are_known() {
         let weight = |x: f64| 1.0 - x * x * x * (x * (x * 6.0 - 15.0) + 10.0);

@@ -11,10 +11,11 @@ pub enum Pattern {
     Noise(Octaves),
     /// The sum of |noise| over the octaves: 0 along creases, seldom above ½.
     Turbulence(Octaves),
-    /// Veins across x, as far apart as they are in phase with x plus a turbulence (Perlin, "An Image Synthesizer", 1985).
+    /// Veins across x, as far apart as they are in phase with x plus a turbulence (Perlin, "An Image
+    /// Synthesizer", 1985).
     Marble(Veins),
-    /// Rings around z, whose radius wavers by a noise that is long along z. Within a ring the value rises slowly to the late wood of
-    /// autumn and falls fast to the next spring. Mean ½.
+    /// Rings around z, whose radius wavers by a noise that is long along z. Within a ring the value rises
+    /// slowly to the late wood of autumn and falls fast to the next spring. Mean ½.
     Wood(Veins),
     /// Across x: waves, or stripes where colours are not mixed. Mean ½.
     Bands,
@@ -34,11 +35,13 @@ const LATE: f64 = 0.85;
 /// Rings waver over so many of their widths, across and along the trunk.
 const WAVER: Vec3 = Vec3::new(4.0, 4.0, 24.0);
 
-/// The size of the cells of marble's turbulence, in periods: the golden ratio, so that they never keep step with the veins.
+/// The size of the cells of marble's turbulence, in periods: the golden ratio, so that they never keep step
+/// with the veins.
 const STRIDE: f64 = 1.618_033_988_749_895;
 
 impl Pattern {
-    /// From 0 to 1. `mixed` tells whether colours are mixed: where they are not, each has an equal share of a band, in their order.
+    /// From 0 to 1. `mixed` tells whether colours are mixed: where they are not, each has an equal share of a
+    /// band, in their order.
     pub fn at(&self, p: Vec3, mixed: bool) -> Field {
         match self {
             Self::Noise(octaves) => {
@@ -63,7 +66,7 @@ impl Pattern {
     }
 }
 
-/// From 0 to 1 and back in each period.
+/// A wave from 0 to 1 and back in each period.
 fn wave(phase: f64, slope: Vec3) -> Field {
     let (sin, cos) = (TAU * fraction(phase)).sin_cos();
     Field { value: 0.5 - 0.5 * cos, slope: slope * (0.5 * TAU * sin) }
@@ -138,7 +141,8 @@ mod tests {
         }
     }
 
-    /// Far apart, as places are here, phases are as good as random: those of rings and waves are equally likely.
+    /// Far apart, as places are here, phases are as good as random: those of rings and waves are equally
+    /// likely.
     #[test]
     fn means_are_known() {
         for pattern in all().into_iter().filter(|pattern| !matches!(pattern, Pattern::Turbulence(_))) {

@@ -16,7 +16,8 @@ pub struct Procedural {
     pub colours: Vec<Texture>,
     /// The values of the pattern that are the first and the last colour. The second is above the first.
     pub range: [f64; 2],
-    /// Whether colours are mixed where the value is between those of two; else each has an equal share of the values.
+    /// Whether colours are mixed where the value is between those of two; else each has an equal share of the
+    /// values.
     pub mixed: bool,
 }
 
@@ -93,7 +94,7 @@ impl Procedural {
         self.blend(at, |colour| colour.value(at))
     }
 
-    /// Of [`Self::value`]. Zero where colours are not mixed, though there are steps between them.
+    /// Gradient of [`Self::value`]. Zero where colours are not mixed, though there are steps between them.
     pub fn gradient(&self, at: &TexturePoint) -> [f64; 2] {
         let field = self.field(self.ground.place(at));
         let (index, share) = self.colour(field.value);

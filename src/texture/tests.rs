@@ -211,8 +211,8 @@ fn colours_begin_and_end_where_the_range_does() {
     }
 }
 
-/// Slopes by u and v are those of the values: of patterns on u and v, of patterns in space on a slanted surface, and of
-/// textures within them.
+/// Slopes by u and v are those of the values: of patterns on u and v, of patterns in space on a slanted
+/// surface, and of textures within them.
 #[test]
 fn slopes_of_patterns_are_those_of_their_values() {
     let to_pattern = UvTransform([[3.0, -1.0, 0.2], [0.5, 2.0, -0.4]]);
@@ -250,7 +250,8 @@ fn slopes_of_patterns_are_those_of_their_values() {
     }
 }
 
-/// No value is below the least or above the greatest of the colours, and the mean that lights are chosen by is about the mean.
+/// No value is below the least or above the greatest of the colours, and the mean that lights are chosen by
+/// is about the mean.
 #[test]
 fn patterns_keep_to_their_colours() {
     let range = WavelengthRange::VISIBLE;

@@ -21,11 +21,11 @@ impl UvTransform {
 /// Lines along both coordinates between which a texture is simple.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lines {
-    /// To the coordinates in which they lie.
+    /// Transform to the coordinates in which they lie.
     pub to_uv: UvTransform,
     /// So many of either kind for each unit.
     pub per_unit: [u32; 2],
-    /// Where the first lies, in distances between two.
+    /// Place of the first line, in distances between two.
     pub offset: f64,
     /// Whether what is between them is bilinear; else it is the same.
     pub bilinear: bool,
@@ -55,7 +55,8 @@ impl Wrap {
         inside as usize
     }
 
-    /// The two texels between whose centres a coordinate (1 along the whole row) lies, and the share of the second.
+    /// The two texels between whose centres a coordinate (1 along the whole row) lies, and the share of the
+    /// second.
     #[inline]
     pub fn between(self, coordinate: f64, size: usize) -> ([usize; 2], f64) {
         let place = coordinate * size as f64 - 0.5;
@@ -70,8 +71,8 @@ impl Wrap {
     }
 }
 
-/// The cell of a number, and how far it lies into that. Coordinates too far away to tell, and what is no number, are
-/// in cell 0.
+/// The cell of a number, and how far it lies into that. Coordinates too far away to tell, and what is no
+/// number, are in cell 0.
 #[inline]
 fn cell(place: f64) -> (i64, f64) {
     const FARTHEST: f64 = (1u64 << 52) as f64;

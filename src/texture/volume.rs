@@ -69,7 +69,8 @@ impl Volume {
         })
     }
 
-    /// Colours are interpolated as spectra between 0 and 1, and their factors apart from these, as in Mitsuba 3.
+    /// Colours are interpolated as spectra between 0 and 1, and their factors apart from these, as in
+    /// Mitsuba 3.
     pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
         let Cells::Spectra(cells) = &self.cells else { return Sampled::splat(self.value(at)) };
         let (mut shape, mut factor) = (Sampled::ZERO, 0.0);

@@ -43,20 +43,20 @@ pub struct Extent {
     pub roughness: Option<f64>,
     /// 0–1; `None` where it varies.
     pub anisotropic: Option<f64>,
-    /// Of the clear coat, 0–1; `None` where it varies.
+    /// Gloss of the clear coat, 0–1; `None` where it varies.
     pub gloss: Option<f64>,
 }
 
 /// Albedos of facets met from one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FacetAlbedos {
-    /// Of facets that reflect everything,
+    /// Albedo of facets that reflect everything.
     pub mirror: f64,
-    /// that reflect by Schlick's weight,
+    /// Albedo of facets that reflect by Schlick's weight.
     pub schlick: f64,
-    /// and as the interface does.
+    /// Albedo of facets that reflect as the interface does.
     pub interface: f64,
-    /// Of light that gets through the interface.
+    /// Fraction of the light that gets through the interface.
     pub transmitted: f64,
 }
 
@@ -102,7 +102,7 @@ impl Albedo {
         }
     }
 
-    /// Of facets with the roughness of `base`, met along `eye`, which is above.
+    /// Albedos of facets with the roughness of `base`, met along `eye`, which is above.
     pub(super) fn facets<const C: usize>(&self, base: &PrincipledBase<C>, eye: Vec3) -> FacetAlbedos {
         let turn =
             if eye.x == 0.0 && eye.y == 0.0 { 0.0 } else { eye.y.abs().atan2(eye.x.abs()) / FRAC_PI_2 };
@@ -111,14 +111,14 @@ impl Albedo {
         FacetAlbedos { mirror, schlick, interface, transmitted }
     }
 
-    /// Of a clear coat of strength 1.
+    /// Albedo of a clear coat of strength 1.
     pub(super) fn coat(&self, gloss: f64, eye: Vec3) -> f64 {
         let [coat] = self.coat.at([eye.z, gloss]);
         coat
     }
 }
 
-/// Of a white matt base.
+/// Albedo of a white diffuse base.
 pub(super) fn matt<const C: usize>(base: &PrincipledBase<C>, eye: Vec3) -> f64 {
     let [smooth, half, rough, flat_smooth, flat_half, flat_rough, _] = bases().at([eye.z]);
     // What is tabulated is a parabola in the roughness.
@@ -129,7 +129,7 @@ pub(super) fn matt<const C: usize>(base: &PrincipledBase<C>, eye: Vec3) -> f64 {
     mix(at(smooth, half, rough), at(flat_smooth, flat_half, flat_rough), base.flatness)
 }
 
-/// Of white sheen of strength 1.
+/// Albedo of white sheen of strength 1.
 pub(super) fn sheen(eye: Vec3) -> f64 {
     bases().at([eye.z])[6]
 }
@@ -230,9 +230,9 @@ fn from(cosine: f64, turn: f64) -> Vec3 {
 /// Where the nodes of a table lie along one of its quantities.
 #[derive(Clone, Copy, Debug)]
 enum Axis {
-    /// At one value, whatever is asked for.
+    /// One value, whatever is asked for.
     One(f64),
-    /// At equal steps from 0 to 1.
+    /// Equal steps from 0 to 1.
     Even(usize),
     /// At cosines. Nodes crowd where albedos change fast: near the horizon, and on both sides of a critical
     /// angle's cosine, which is 0 where there is none.

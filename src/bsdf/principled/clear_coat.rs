@@ -12,7 +12,7 @@ pub(super) struct ClearCoat {
 }
 
 impl ClearCoat {
-    /// From `gloss` 0, satin, to 1, polished.
+    /// A clear coat with `gloss` from 0, satin, to 1, polished.
     pub fn new(gloss: f64) -> Self {
         Self { alpha: super::mix(0.1, 0.001, gloss) }
     }

@@ -6,8 +6,8 @@
 //!
 //! References: Burley, "Physically-Based Shading at Disney", SIGGRAPH 2012 course (base, sheen, clear
 //! coat); Burley, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", SIGGRAPH
-//! 2015 course (glass, thin surfaces, flatness). Details in which the two leave a choice were taken from values of
-//! Mitsuba 3.9.
+//! 2015 course (glass, thin surfaces, flatness). Details in which the two leave a choice were taken from
+//! values of Mitsuba 3.9.
 
 mod albedo;
 mod clear_coat;
@@ -69,7 +69,8 @@ impl<const C: usize> PrincipledBase<C> {
     }
 
     /// What the matt base reflects, over ρ/π: diffuse and retro-reflection, or their flat counterpart
-    /// (Hanrahan and Krueger's), for the cosines of eye and light with the normal and of either with the half vector.
+    /// (Hanrahan and Krueger's), for the cosines of eye and light with the normal and of either with the half
+    /// vector.
     fn matt(&self, cos_eye: f64, cos_light: f64, cos_half: f64) -> f64 {
         let (eye, light) = (schlick_weight(cos_eye), schlick_weight(cos_light));
         let retro = 2.0 * self.roughness * cos_half * cos_half;
@@ -105,7 +106,7 @@ impl<const C: usize> PrincipledBase<C> {
 /// Reflectance of the clear coat at normal incidence.
 const COAT_REFLECTANCE: f64 = 0.04;
 
-/// Of sheen, whatever the direction: a guess for choosing between lobes.
+/// Albedo of sheen for all directions: a guess for choosing between lobes.
 const MEAN_SHEEN: f64 = 0.1;
 
 /// Schlick's `(1 − cos θ)⁵`.
@@ -115,7 +116,8 @@ fn schlick_weight(cos: f64) -> f64 {
     square * square * rest
 }
 
-/// The angle that Schlick's weight goes by: on the side where light is faster, so that it becomes 1 at the critical angle.
+/// The angle that Schlick's weight goes by: on the side where light is faster, so that it becomes 1 at the
+/// critical angle.
 fn schlick_cosine(cos: f64, eta: f64, interface: Interface) -> f64 {
     if eta > 1.0 { cos } else { interface.cos_refracted }
 }

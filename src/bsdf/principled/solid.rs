@@ -22,7 +22,7 @@ pub struct Principled<const C: usize> {
     pub metallic: f64,
     /// Strength of the clear coat, at least 0.
     pub clearcoat: f64,
-    /// From 0, satin, to 1, polished.
+    /// Gloss of the clear coat, from 0, satin, to 1, polished.
     pub clearcoat_gloss: f64,
     /// Index below over that above, the same at all wavelengths.
     pub eta: f64,

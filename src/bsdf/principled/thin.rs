@@ -9,8 +9,8 @@ use crate::sampling::warp;
 use crate::spectrum::Sampled;
 use std::f64::consts::FRAC_1_PI;
 
-/// A thin sheet, matt or of rough glass, the same from both sides; light that is transmitted specularly goes on
-/// around the straight way. Mitsuba's `principledthin`.
+/// A thin sheet, matt or of rough glass, the same from both sides; light that is transmitted specularly goes
+/// on around the straight way. Mitsuba's `principledthin`.
 #[derive(Clone, Copy, Debug)]
 pub struct PrincipledThin<const C: usize> {
     pub base: PrincipledBase<C>,

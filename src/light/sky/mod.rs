@@ -1,6 +1,6 @@
-//! Clear sky and sun by the model of Hosek and Wilkie ("An Analytic Model for Full Spectral Sky-Dome Radiance", ACM TOG 31(4),
-//! 2012; "Adding a Solar-Radiance Function to the Hosek–Wilkie Skylight Model", IEEE CG&A 33(3), 2013), as Mitsuba 3's
-//! `sunsky`.
+//! Clear sky and sun by the model of Hosek and Wilkie ("An Analytic Model for Full Spectral Sky-Dome
+//! Radiance", ACM TOG 31(4), 2012; "Adding a Solar-Radiance Function to the Hosek–Wilkie Skylight Model",
+//! IEEE CG&A 33(3), 2013), as Mitsuba 3's `sunsky`.
 //!
 //! Over the dome, with the angles θ from the zenith and γ from the sun,
 //!
@@ -33,9 +33,9 @@ pub fn wavelengths() -> [f64; WAVELENGTHS] {
 /// What a sky is made from.
 #[derive(Clone, Debug)]
 pub struct SkySettings {
-    /// From 1 (no haze) to 10.
+    /// Turbidity from 1 (no haze) to 10.
     pub turbidity: f64,
-    /// Of the ground, from 0 to 1, at [`wavelengths`].
+    /// Albedo of the ground, from 0 to 1, at [`wavelengths`].
     pub albedo: [f64; WAVELENGTHS],
     /// In the sky's frame, in which the zenith is +z. Unit length.
     pub sun_direction: Vec3,
@@ -55,7 +55,7 @@ pub struct Sky {
     sun_direction: Vec3,
     to_world: Transform,
     from_world: Transform,
-    /// Over azimuth and over the square root of cos θ.
+    /// Grid over azimuth and over the square root of cos θ.
     grid: PiecewiseConstantGrid,
     /// Probability with which a direction to the sun is sampled.
     sun_share: f64,
@@ -64,7 +64,7 @@ pub struct Sky {
 
 #[derive(Clone, Debug)]
 struct Sun {
-    /// Of half its angle.
+    /// Cosine of half its angle; `sin_edge` is the sine.
     cos_edge: f64,
     sin_edge: f64,
     surface: SunSurface,
@@ -83,14 +83,15 @@ const ROWS: usize = 64;
 /// Angle across the sun for which the model holds, degrees.
 const SUN_APERTURE: f64 = 0.5358;
 
-/// cos of half an angle given in degrees, as single precision has it: for an angle like the sun's, 1 − cos is off by 0.2 % there,
-/// and with it the radiance of the disc in Mitsuba 3.
+/// cos of half an angle given in degrees, as single precision has it: for an angle like the sun's, 1 − cos is
+/// off by 0.2 % there, and with it the radiance of the disc in Mitsuba 3.
 fn cos_half(degrees: f64) -> f64 {
     f64::from((0.5 * degrees as f32).to_radians().cos())
 }
 
 impl Sky {
-    /// `to_world` must keep lengths. `None` where there is no light: the sun is below the horizon, or all is scaled by 0.
+    /// `to_world` must keep lengths. `None` where there is no light: the sun is below the horizon, or all is
+    /// scaled by 0.
     pub fn new(settings: &SkySettings, to_world: Transform) -> Option<Self> {
         let sun_direction = settings.sun_direction;
         if sun_direction.z < 0.0 {
@@ -206,7 +207,7 @@ impl Sky {
         }
         let at_sun = |nm: f64| self.radiance(self.to_world.vector(self.sun_direction), &[nm]).hero();
         let from_sun = at_sun(560.0) * sun.solid_angle();
-        // Of the order of the dome's mean over the half space.
+        // Order of magnitude of the dome's mean over the half space.
         let from_sky = TAU * dome_at(Vec3::new(0.6, 0.0, 0.8), self.sun_direction, &self.dome)(6);
         Some((from_sun / (from_sun + from_sky)).clamp(0.2, 0.8))
     }
@@ -313,8 +314,8 @@ mod tests {
         Sky::new(&settings, Transform::IDENTITY).unwrap()
     }
 
-    /// Mitsuba 3.9.1, `sunsky`, `emitter.eval` at 330, 450, 555, 610 and 719 nm: beside the sun, near the horizon, at the sun's
-    /// middle, and six tenths of the way from there to its edge.
+    /// Mitsuba 3.9.1, `sunsky`, `emitter.eval` at 330, 450, 555, 610 and 719 nm: beside the sun, near the
+    /// horizon, at the sun's middle, and six tenths of the way from there to its edge.
     #[test]
     fn radiances_are_mitsubas() {
         let nm = [330.0, 450.0, 555.0, 610.0, 719.0];

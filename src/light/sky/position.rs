@@ -1,7 +1,8 @@
-//! Where the sun stands at a time and place (Blanco-Muriel et al., "Computing the Solar Vector", Solar Energy 70(5), 2001).
+//! Where the sun stands at a time and place (Blanco-Muriel et al., "Computing the Solar Vector", Solar Energy
+//! 70(5), 2001).
 //!
-//! In single precision, in which the day since 2000 has steps of a quarter of a day, as in Mitsuba 3: the sun is up to 0.01° off what
-//! the formulae give, but the shadows of both programs agree.
+//! In single precision, in which the day since 2000 has steps of a quarter of a day, as in Mitsuba 3: the sun
+//! is up to 0.01° off what the formulae give, but the shadows of both programs agree.
 
 use crate::geometry::Vec3;
 use std::f32::consts::{PI, TAU};

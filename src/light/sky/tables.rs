@@ -38,8 +38,8 @@ fn around(turbidity: f64) -> [(usize, f64); 2] {
     [(below, 1.0 - share), (below + 1, share)]
 }
 
-/// The distribution over the dome at each wavelength: linear in turbidity and albedo, and in the cube root of the sun's
-/// elevation a Bézier curve of degree 5.
+/// The distribution over the dome at each wavelength: linear in turbidity and albedo, and in the cube root of
+/// the sun's elevation a Bézier curve of degree 5.
 pub(super) fn dome(turbidity: f64, albedo: &[f64; WAVELENGTHS], elevation: f64) -> [Dome; WAVELENGTHS] {
     let table = numbers(SKY);
     let x = (elevation / FRAC_PI_2).cbrt();
@@ -64,7 +64,8 @@ pub(super) fn dome(turbidity: f64, albedo: &[f64; WAVELENGTHS], elevation: f64) 
     })
 }
 
-/// Irradiance of the whole sun across its light, W·m⁻²·nm⁻¹. Held below 2° and above 89° of elevation, as in Mitsuba 3.
+/// Irradiance of the whole sun across its light, W·m⁻²·nm⁻¹. Held below 2° and above 89° of elevation, as in
+/// Mitsuba 3.
 pub(super) fn sun_irradiance(turbidity: f64, elevation: f64) -> [f64; WAVELENGTHS] {
     let table = numbers(IRRADIANCE);
     let x = ((elevation.to_degrees() - 2.0) / 3.0).clamp(0.0, (ELEVATIONS - 1) as f64);
@@ -104,7 +105,7 @@ impl Disc {
         }
     }
 
-    /// Without limb darkening, at an elevation in radians.
+    /// Radiance without limb darkening, at an elevation in radians.
     pub fn radiance(&self, wavelength: usize, elevation: f64) -> f64 {
         let segment = (((elevation / FRAC_PI_2).cbrt() * SEGMENTS as f64) as usize).min(SEGMENTS - 1);
         let x = elevation - FRAC_PI_2 * (segment as f64 / SEGMENTS as f64).powi(3);

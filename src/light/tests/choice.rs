@@ -44,8 +44,8 @@ fn receivers() -> [Receiver; 3] {
     ]
 }
 
-/// With few lights and with many: parts are met as often as their probability says, the probabilities sum to one, and what is left
-/// of the sample value is uniform.
+/// With few lights and with many: parts are met as often as their probability says, the probabilities sum to
+/// one, and what is left of the sample value is uniform.
 #[test]
 fn parts_are_chosen_with_the_probability_that_they_have() {
     const CHOICES: usize = 200_000;
@@ -88,7 +88,7 @@ fn parts_are_chosen_with_the_probability_that_they_have() {
                         lights.probability(light, part, &from, 0.0, &world.wavelengths) * CHOICES as f64;
                 }
             }
-            // Of a node that may bring light it can turn out that none of those below it does.
+            // A node may bring light by its bound although none of those below it does.
             let missing = CHOICES as f64 - expected.iter().sum::<f64>();
             assert!(missing >= -1e-6 * CHOICES as f64 && missing < 0.5 * CHOICES as f64, "{missing}");
             seen.push(lost);
@@ -102,7 +102,8 @@ fn parts_are_chosen_with_the_probability_that_they_have() {
     }
 }
 
-/// The irradiance by light samples and by directions from anywhere, with the densities that rays find; and the densities' integral.
+/// The irradiance by light samples and by directions from anywhere, with the densities that rays find; and
+/// the densities' integral.
 #[test]
 fn light_samples_of_many_lights_bring_all_their_light() {
     let (areas, _) = mixed(300, 300);
@@ -189,8 +190,8 @@ fn lights_behind_a_surface_are_not_chosen() {
     }
 }
 
-/// The relative variance of the irradiance that one sample tells: no more than twice as much with 10,000 small lights as with 100 of
-/// the same area and place.
+/// The relative variance of the irradiance that one sample tells: no more than twice as much with 10,000
+/// small lights as with 100 of the same area and place.
 #[test]
 fn many_lights_are_hardly_noisier_than_some() {
     let variance = |count: usize| {

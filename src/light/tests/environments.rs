@@ -50,8 +50,8 @@ fn environments() -> [Environment; 4] {
     ]
 }
 
-/// The light from each of 24 parts of the sphere, by sampled and by uniform directions; and the density's integral is 1, over
-/// the whole and as a histogram of what was sampled.
+/// The light from each of 24 parts of the sphere, by sampled and by uniform directions; and the density's
+/// integral is 1, over the whole and as a histogram of what was sampled.
 #[test]
 fn sampled_directions_follow_the_density_and_bring_all_the_light() {
     const PARTS: usize = 24;
@@ -90,7 +90,8 @@ fn sampled_directions_follow_the_density_and_bring_all_the_light() {
     }
 }
 
-/// The density that `sample` states is that of `density`, but where the two fall on different sides of an edge by rounding.
+/// The density that `sample` states is that of `density`, but where the two fall on different sides of an
+/// edge by rounding.
 #[test]
 fn both_ways_to_ask_for_a_density_agree() {
     for environment in environments() {
@@ -134,8 +135,8 @@ fn the_mean_is_that_of_the_radiance() {
     }
 }
 
-/// A picture that is grey but for one texel, with most of the light in it: what a sample says of the irradiance varies by no more than
-/// what the texels' interpolation, the square of the density's, asks for.
+/// A picture that is grey but for one texel, with most of the light in it: what a sample says of the
+/// irradiance varies by no more than what the texels' interpolation, the square of the density's, asks for.
 #[test]
 fn a_small_sun_is_sampled_as_it_is_interpolated() {
     for (width, height) in [(64, 33), (512, 257)] {

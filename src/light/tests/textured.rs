@@ -53,8 +53,8 @@ fn shapes() -> Vec<(&'static str, Shape)> {
     ]
 }
 
-/// The irradiance by light samples, each weighed by the density that the point met is given, and by directions from anywhere; and
-/// the density's integral is the share of samples that succeed.
+/// The irradiance by light samples, each weighed by the density that the point met is given, and by
+/// directions from anywhere; and the density's integral is the share of samples that succeed.
 #[test]
 fn light_samples_bring_all_the_light_with_the_density_that_a_ray_finds() {
     let (shapes, textures) = (shapes(), textures());
@@ -105,8 +105,8 @@ fn light_samples_bring_all_the_light_with_the_density_that_a_ray_finds() {
     }
 }
 
-/// By area alone the relative variance would be that of the texture, 30 and more. Of a cube each face has the texture, and which of them
-/// are seen is known but roughly.
+/// By area alone the relative variance would be that of the texture, 30 and more. Of a cube each face has the
+/// texture, and which of them are seen is known but roughly.
 #[test]
 fn one_bright_texel_is_found_by_all_samples() {
     for (name, shape) in shapes() {

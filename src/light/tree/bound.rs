@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 #[derive(Clone, Copy, Debug)]
 pub struct Bound {
     pub bounds: Bounds,
-    /// Of the cone, of unit length; anything where `spread` is π.
+    /// Axis of the cone, unit length; any direction where `spread` is π.
     pub axis: Vec3,
     /// Angle between the axis and the edge of the cone, radians.
     pub spread: f64,
@@ -18,12 +18,12 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Of a surface that shines to one side.
+    /// Bound of a surface that shines to one side.
     pub fn flat(bounds: Bounds, normal: Vec3, intensity: f64) -> Self {
         Self { bounds, axis: normal, spread: 0.0, reach: FRAC_PI_2, intensity }
     }
 
-    /// Of what may shine in any direction.
+    /// Bound of what may shine in any direction.
     pub fn round(bounds: Bounds, intensity: f64) -> Self {
         Self { bounds, axis: Vec3::Z, spread: PI, reach: FRAC_PI_2, intensity }
     }
@@ -99,8 +99,8 @@ impl Ball {
         }
     }
 
-    /// About the irradiance that it brings to a place, over that of the whole tree's intensity: no emitter within the
-    /// ball brings more per intensity, but for those that are nearer than its radius.
+    /// About the irradiance that it brings to a place, over that of the whole tree's intensity: no emitter
+    /// within the ball brings more per intensity, but for those that are nearer than its radius.
     #[inline]
     pub fn importance(&self, from: &Viewpoint) -> f64 {
         let away = Vec3::from(self.centre.map(f64::from)) - from.position;
@@ -135,7 +135,8 @@ impl Ball {
     }
 }
 
-/// The cosine of how far an angle, given by its cosine, goes beyond another, given by its cosine and sine: 1 where it doesn't.
+/// The cosine of how far an angle, given by its cosine, goes beyond another, given by its cosine and sine: 1
+/// where it doesn't.
 #[inline]
 fn cos_beyond(cos: f64, [other_cos, other_sin]: [f64; 2]) -> f64 {
     if cos >= other_cos { 1.0 } else { cos * other_cos + (1.0 - cos * cos).max(0.0).sqrt() * other_sin }

@@ -1,7 +1,7 @@
 //! How emitters are divided among the nodes of a tree.
 //!
-//! A node is cut across the axis and at the place where the sum over both sides of intensity × extent² × directions is least
-//! (Conty Estevez and Kulla 2018, section 4.4), out of some places on each axis.
+//! A node is cut across the axis and at the place where the sum over both sides of intensity × extent² ×
+//! directions is least (Conty Estevez and Kulla 2018, section 4.4), out of some places on each axis.
 
 use super::bound::{Ball, Bound};
 use super::{LEAF, Node};
@@ -20,8 +20,8 @@ const BINS: usize = 16;
 /// More emitters than this are divided on several threads.
 const PARALLEL: usize = 4096;
 
-/// Fills the pairs of nodes below one that holds all `leaves`, at least one, one pair fewer than there are leaves; returns
-/// that node's child and bound.
+/// Fills the pairs of nodes below one that holds all `leaves`, at least one, one pair fewer than there are
+/// leaves; returns that node's child and bound.
 ///
 /// `first` is the index of the first pair; `parents` gets the index of the node above each pair.
 pub(super) fn build(
@@ -57,7 +57,7 @@ struct Bin {
     bounds: Bounds,
     intensity: f64,
     count: f64,
-    /// Of the directions that they face; those that face all have none.
+    /// Sum of the directions that they face; those that face all directions add none.
     facing: Vec3,
 }
 
@@ -89,7 +89,8 @@ impl Bin {
     }
 }
 
-/// Orders emitters so that the first so many are on one side of the best cut. There are at least two, and one on each side.
+/// Orders emitters so that the first so many are on one side of the best cut. There are at least two, and one
+/// on each side.
 fn cut(leaves: &mut [Leaf]) -> usize {
     let middle = leaves.len() / 2;
     let centre = |leaf: &Leaf| leaf.bound.bounds.centre();

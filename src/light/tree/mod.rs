@@ -1,9 +1,10 @@
 //! A tree over many emitters, by which one is chosen for a place that it may light
-//! (Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", PACMCGIT 1(2), 2018).
+//! (Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", PACMCGIT
+//! 1(2), 2018).
 //!
-//! Each node bounds what its emitters can bring to a place. From the root down the choice falls on one of two nodes in
-//! proportion to these bounds, all by one sample value, what is left of which is as good as new. The density of the choice is found from the
-//! emitter up.
+//! Each node bounds what its emitters can bring to a place. From the root down the choice falls on one of two
+//! nodes in proportion to these bounds, all by one sample value, what is left of which is as good as new. The
+//! density of the choice is found from the emitter up.
 
 mod bound;
 mod build;
@@ -19,10 +20,11 @@ pub struct Tree {
     root: Ball,
     /// Intensity of all emitters.
     whole: f64,
-    /// Of the root.
+    /// Child of the root.
     child: u32,
     pairs: Vec<[Node; 2]>,
-    /// By pair, the node above it: twice the number of its pair, and 1 more for the second. That of the first pair means nothing.
+    /// By pair, the node above it: twice the number of its pair, and 1 more for the second. That of the first
+    /// pair means nothing.
     parents: Vec<u32>,
     /// By emitter, its node, counted likewise; [`NONE`] for those that are not in the tree.
     leaves: Vec<u32>,
@@ -40,7 +42,8 @@ const LEAF: u32 = 1 << 31;
 const NONE: u32 = u32::MAX;
 
 impl Tree {
-    /// Of emitters, fewer than 2³⁰; what has no intensity, `None`, is never chosen. `None` where nothing has any.
+    /// Tree of fewer than 2³⁰ emitters. An emitter without intensity, `None`, is never chosen. `None` if all
+    /// are.
     pub fn new(bounds: Vec<Option<Bound>>) -> Option<Self> {
         let count = bounds.len();
         let emits = |bound: &Bound| bound.intensity > 0.0 && bound.intensity.is_finite();
@@ -64,7 +67,8 @@ impl Tree {
         Some(Self { root: Ball::new(&bound, whole), whole, child, pairs, parents, leaves: nodes })
     }
 
-    /// About the irradiance that all emitters together bring to a place, up to the factor of their intensities.
+    /// About the irradiance that all emitters together bring to a place, up to the factor of their
+    /// intensities.
     pub fn estimate(&self, from: &Viewpoint) -> f64 {
         self.whole * self.root.importance(from)
     }

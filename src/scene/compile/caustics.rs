@@ -27,10 +27,12 @@ pub(super) struct Setting<'a> {
 }
 
 impl Setting<'_> {
-    /// Where light paths begin and where to. `None` where there are none: nothing is smooth, no light has a surface, the sensor
-    /// does not say where a point is seen, or light goes other ways than from surface to surface.
+    /// Where light paths begin and where to. `None` where there are none: nothing is smooth, no light has a
+    /// surface, the sensor does not say where a point is seen, or light goes other ways than from surface to
+    /// surface.
     ///
-    /// Smooth surfaces whose place is not known, of parts that move by themselves, are then no longer called so.
+    /// Smooth surfaces whose place is not known, of parts that move by themselves, are then no longer called
+    /// so.
     pub fn caustics(&self, surfaces: &mut [Surface]) -> Option<Caustics> {
         let Limits { hide_emitters, passing_counts, .. } = self.limits;
         let possible = self.limits.allow_caustics()

@@ -27,8 +27,8 @@ pub(super) struct Nearness {
     pub adjoin: bool,
     /// Whether it may be within two at once, by more than what bodies that touch have in common by rounding.
     pub overlap: bool,
-    /// Shapes whose surfaces may cross those of others with nothing but the direction of the light to say which body counts. Light that
-    /// goes the other way then sees another scene.
+    /// Shapes whose surfaces may cross those of others with nothing but the direction of the light to say
+    /// which body counts. Light that goes the other way then sees another scene.
     pub one_way: Vec<usize>,
 }
 
@@ -90,7 +90,8 @@ pub(super) fn nearness(
     };
     let mut found: Vec<Vec<Partner>> = vec![Vec::new(); shapes.len()];
     let mut near = Nearness::none();
-    // Where one box holds the other, the bodies most often lie within one another, the inner one entered last from everywhere.
+    // Where one box holds the other, the bodies most often lie within one another, the inner one entered last
+    // from everywhere.
     let cross = |a: Bounds, b: Bounds| !a.contains(b) && !b.contains(a);
     let unordered = |a: usize, b: usize| {
         let [Some(a), Some(b)] = [a, b].map(|shape| surfaces[shape].body.map(|body| &bodies[body as usize]))
@@ -184,7 +185,8 @@ pub(super) fn body_boxes<'a>(
     own.chain(instances.filter(move |(range, ..)| range.clone().any(is_body)).map(|(_, bounds, _)| bounds))
 }
 
-/// Pairs of items with boxes that share a point, one of each with a surface in it that encloses something: by a sweep along x.
+/// Pairs of items with boxes that share a point, one of each with a surface in it that encloses something: by
+/// a sweep along x.
 fn touching(items: &[Item]) -> Vec<(usize, usize)> {
     let mut order: Vec<usize> = (0..items.len()).collect();
     let bounds = |i: usize| items[i].partner.bounds;

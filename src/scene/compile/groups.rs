@@ -1,5 +1,5 @@
-//! Groups of shapes, and the instances that show them. A shape that moves is a group of its own, with one instance, and so is
-//! a mesh so small beside the scene that vertices in single precision would bend it.
+//! Groups of shapes, and the instances that show them. A shape that moves is a group of its own, with one
+//! instance, and so is a mesh so small beside the scene that vertices in single precision would bend it.
 
 use super::shapes;
 use super::solids::{self, Plan};
@@ -13,7 +13,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The groups that some instance shows, and what moves. Like the scene, each is moved so that its centre lies at the origin.
+/// The groups that some instance shows, and what moves. Like the scene, each is moved so that its centre lies
+/// at the origin.
 pub(super) struct Groups<'a> {
     /// What stands still.
     own: Group<'a>,
@@ -24,9 +25,9 @@ pub(super) struct Groups<'a> {
 
 struct Group<'a> {
     pieces: Vec<Piece<'a>>,
-    /// By the places of their leaves among the pieces.
+    /// Solids, by the places of their leaves among the pieces.
     solids: Vec<Plan>,
-    /// Around each piece.
+    /// Box around each piece.
     boxes: Vec<Bounds>,
     bounds: Bounds,
     /// Index of the first piece among the scene's shapes.
@@ -37,12 +38,13 @@ struct Group<'a> {
 #[derive(Clone)]
 pub(super) struct Piece<'a> {
     pub shape: &'a Shape,
-    /// To the coordinates of the group, or, where it moves within a solid, to those that its motion takes further.
+    /// To the coordinates of the group, or, where it moves within a solid, to those that its motion takes
+    /// further.
     pub to_group: Transform,
     /// Whether it is a part of a solid, and, then, whether it is cut away.
     pub part: bool,
     pub subtracted: bool,
-    /// Of a part of a solid that moves by itself.
+    /// Keyframes of a part of a solid that moves by itself.
     pub keys: Option<Keys>,
 }
 
@@ -62,7 +64,7 @@ struct Instance<'a> {
 /// A shape to be traced.
 pub(super) struct Traced<'a> {
     pub shape: &'a Shape,
-    /// To the coordinates that it is traced in.
+    /// Transform to the coordinates that it is traced in.
     pub to_traced: Transform,
     pub flip_normals: bool,
     /// Whether it is a part of a solid.
@@ -83,7 +85,7 @@ impl<'a> Piece<'a> {
         Self { shape, to_group, part: false, subtracted: false, keys: None }
     }
 
-    /// In the coordinates that [`Self::to_group`] leads to.
+    /// Bounds in the coordinates that [`Self::to_group`] leads to.
     fn bounds(&self) -> Bounds {
         shapes::bounds(self.shape, &self.to_group)
     }
@@ -112,8 +114,9 @@ impl<'a> Group<'a> {
     }
 }
 
-/// A mesh that reaches this many times its own size from the middle of the scene gets coordinates of its own. Rounding moves
-/// vertices by up to 2⁻²⁴ of how far they are from the middle of their coordinates: up to here by 10⁻⁴ of the mesh.
+/// A mesh that reaches this many times its own size from the middle of the scene gets coordinates of its own.
+/// Rounding moves vertices by up to 2⁻²⁴ of how far they are from the middle of their coordinates: up to here
+/// by 10⁻⁴ of the mesh.
 const FARTHEST: f64 = 2048.0;
 
 /// Whether a shape is a mesh that is too small for the coordinates of the scene around it.
@@ -289,8 +292,8 @@ impl<'a> Groups<'a> {
         }
     }
 
-    /// For each instance its group's range of all shapes, the box around it while the shutter is open, and by how much at most
-    /// it stretches lengths. `shift` moves the scene to the origin.
+    /// For each instance its group's range of all shapes, the box around it while the shutter is open, and by
+    /// how much at most it stretches lengths. `shift` moves the scene to the origin.
     pub fn placed_boxes(
         &self,
         shapes: &[shape::Shape],
@@ -310,7 +313,7 @@ impl<'a> Groups<'a> {
         self.own.pieces.iter().filter(|piece| piece.keys.is_some()).count()
     }
 
-    /// Of the scene's own shapes, whether it is a part of a solid that moves by itself.
+    /// Whether one of the scene's own shapes is a part of a solid that moves by itself.
     pub fn moves(&self, shape: usize) -> bool {
         self.own.pieces[shape].keys.is_some()
     }
@@ -325,8 +328,8 @@ impl<'a> Groups<'a> {
         .collect()
     }
 
-    /// The tree of the scene whose shapes, those of groups included, are `shapes`, and the solids in the order of
-    /// [`Self::solids`]. `shift` moves the scene to the origin.
+    /// The tree of the scene whose shapes, those of groups included, are `shapes`, and the solids in the
+    /// order of [`Self::solids`]. `shift` moves the scene to the origin.
     ///
     /// # Errors
     /// The places of instances whose transforms make them too thin or too large.

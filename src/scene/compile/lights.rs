@@ -34,7 +34,8 @@ impl Compiler<'_> {
         Light::Area { geometry, mean: radiance.mean_spectrum(self.options.range), radiance }
     }
 
-    /// Lights that are no shape's surface; returns that from beyond the scene, and where those stand that move.
+    /// Lights that are no shape's surface; returns that from beyond the scene, and where those stand that
+    /// move.
     pub(super) fn other_lights(
         &mut self,
         lights: &mut Vec<Light>,
@@ -185,8 +186,8 @@ impl Compiler<'_> {
         WavelengthDensity::new(self.options.range, &sensor, &emissions)
     }
 
-    /// Of the order of the largest value that the camera can see: of luminance, or of the mean over a response or over the
-    /// wavelengths.
+    /// Order of magnitude of the largest value that the camera can see: of luminance, or of the mean over a
+    /// response or over the wavelengths.
     pub(super) fn reference(&self, film: &FilmPlan, lights: &Lights, scene_radius: f64) -> f64 {
         let luminance = |spectrum: &Spectrum| {
             let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
@@ -250,7 +251,7 @@ fn rotation(to_world: &Transform) -> Transform {
     Transform::new(DMat4::from_mat3(DMat3::from_cols(x, y, z))).unwrap_or(Transform::IDENTITY)
 }
 
-/// Of the order of the power that a light sends into the scene, over its spectrum's values.
+/// Order of magnitude of the power that a light sends into the scene, over its spectrum's values.
 fn power(light: &Light, scene_radius: f64) -> f64 {
     match light {
         Light::Area { geometry, .. } => PI * geometry.area(),

@@ -22,7 +22,7 @@ use std::sync::Arc;
 /// The materials of a scene, each compiled once however many shapes have it, and what they enclose.
 pub(super) struct MaterialCompiler {
     range: WavelengthRange,
-    /// From the coordinates of the file to those of the scene.
+    /// Transform from the coordinates of the file to those of the scene.
     shift: Transform,
     pub materials: Materials,
     pub bodies: Vec<Body>,

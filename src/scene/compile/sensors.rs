@@ -154,7 +154,8 @@ impl Compiler<'_> {
                 far_clip,
                 lens,
             } => {
-                // In a batch the angle is that on the sensor's own film, which else does not count (Mitsuba 3.9.1).
+                // In a batch the angle is that on the sensor's own film, which else does not count (Mitsuba
+                // 3.9.1).
                 let own_film = [sensor.film.width, sensor.film.height].map(f64::from);
                 let half_width = tan_half_width(*field_of_view, own_film);
                 let placed = self.camera_placed(sensor, to_world, shift)?;
@@ -304,7 +305,8 @@ impl Compiler<'_> {
 pub(super) fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64 {
     let diagonal = width.hypot(height);
     match fov {
-        // Half of the diagonal of 36 mm × 24 mm over the focal length, along the film's own diagonal (Mitsuba 3).
+        // Half of the diagonal of 36 mm × 24 mm over the focal length, along the film's own diagonal (Mitsuba
+        // 3).
         FieldOfView::FocalLength(mm) => 0.5 * 36f64.hypot(24.0) / mm * width / diagonal,
         FieldOfView::Degrees { angle, axis } => {
             let edge = match axis {
@@ -319,8 +321,8 @@ pub(super) fn tan_half_width(fov: FieldOfView, [width, height]: [f64; 2]) -> f64
     }
 }
 
-/// The focal length in millimetres that sees this half width at distance 1: the inverse of [`tan_half_width`], whatever
-/// the field of view was told by.
+/// The focal length in millimetres that sees this half width at distance 1: the inverse of
+/// [`tan_half_width`], whatever the field of view was told by.
 fn focal_length(half_width: f64, [width, height]: [f64; 2]) -> f64 {
     0.5 * 36f64.hypot(24.0) / half_width * width / width.hypot(height)
 }
@@ -372,7 +374,8 @@ mod tests {
 
     #[test]
     fn cameras_have_mitsubas_rays() {
-        // `sensor.sample_ray` of Mitsuba 3.9.1 (scalar_spectral) for the place (.25, .25) of the film and (.3, .9) of the lens.
+        // `sensor.sample_ray` of Mitsuba 3.9.1 (scalar_spectral) for the place (.25, .25) of the film and
+        // (.3, .9) of the lens.
         let crop = r#"<film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="4"/>
             <integer name="crop_width" value="4"/><integer name="crop_height" value="2"/>
             <integer name="crop_offset_x" value="1"/><integer name="crop_offset_y" value="2"/></film>"#;
@@ -454,7 +457,8 @@ mod tests {
         };
         assert_near(widest(""), [0.0, 0.0125, 0.0], 1e-9);
         assert_near(widest(r#"<string name="focal_length" value="85mm"/>"#), [0.0, 0.02125, 0.0], 1e-9);
-        // The vertical angle of 8 × 4 pixels, whose diagonal is that of 36 mm × 24 mm: 19.349 mm high, so that f = 19.349 / 2.
+        // The vertical angle of 8 × 4 pixels, whose diagonal is that of 36 mm × 24 mm: 19.349 mm high, so
+        // that f = 19.349 / 2.
         let fov = r#"<float name="fov" value="90"/><string name="fov_axis" value="y"/>"#;
         assert_near(widest(fov), [0.0, 0.25e-3 * 36f64.hypot(24.0) / 5f64.sqrt() / 2.0, 0.0], 1e-9);
         let blades = r#"<integer name="aperture_blades" value="4"/>"#;
@@ -522,7 +526,8 @@ mod tests {
 
     #[test]
     fn distant_sensors_look_at_a_sphere_a_point_or_a_surface() {
-        // A sphere of radius 2 has a bounding box of half diagonal √12, which Mitsuba 3.9.1 enlarges to 3.464411.
+        // A sphere of radius 2 has a bounding box of half diagonal √12, which Mitsuba 3.9.1 enlarges to
+        // 3.464411.
         let rays = |content: &str, second: [f64; 2]| {
             let scene = scene(&format!(
                 r#"<shape type="sphere"><float name="radius" value="2"/></shape>

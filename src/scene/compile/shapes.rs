@@ -7,7 +7,8 @@ use crate::shape::{
     ShapeError, Sphere, SweptSphere, Torus, compute_vertex_normals,
 };
 
-/// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to single precision.
+/// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to
+/// single precision.
 pub(in crate::scene) fn place(
     shape: &Shape,
     to_world: &Transform,

@@ -73,8 +73,9 @@ impl<'a> Flat<'a> {
 
     /// A union of which nobody sees the inside is nothing but its parts, and costs no more than these.
     ///
-    /// That is exact for all light that begins outside: what lies within another part is hidden by it. A camera within would see
-    /// inner faces, and where two faces coincide that look the same way, either may be met, as with any shapes.
+    /// That is exact for all light that begins outside: what lies within another part is hidden by it. A
+    /// camera within would see inner faces, and where two faces coincide that look the same way, either may
+    /// be met, as with any shapes.
     fn split(&mut self, solid: &'a Solid, above: &Above) {
         if solid.operation != Operation::Union || solid.leaves().iter().any(|leaf| leaf.bsdf.kind.transmits())
         {
@@ -135,8 +136,8 @@ impl Above {
         Piece { shape, to_group, part: true, subtracted: self.subtracted, keys }
     }
 
-    /// What is above does not move where something below does. To turn, move and scale all of a motion alike leaves the way
-    /// between its keyframes what it is.
+    /// What is above does not move where something below does. To turn, move and scale all of a motion alike
+    /// leaves the way between its keyframes what it is.
     fn placed(&self, to_world: &Transform, keys: Option<&Keys>) -> (Transform, Option<Keys>) {
         match keys {
             None => (to_world.then(&self.to_group), self.keys.clone()),

@@ -10,8 +10,8 @@ use crate::texture::{
 };
 use crate::units::WavelengthRange;
 
-/// A spectrum that can be looked up. Tables of a file are zero beyond their ends, as in Mitsuba 3; measured ones of the
-/// catalogue follow their own rule.
+/// A spectrum that can be looked up. Tables of a file are zero beyond their ends, as in Mitsuba 3; measured
+/// ones of the catalogue follow their own rule.
 pub(super) fn spectrum(source: &SpectrumSource) -> Result<Spectrum, SceneError> {
     let wrong = |error: &dyn std::fmt::Display| {
         SceneError::at(
@@ -57,7 +57,8 @@ pub(super) fn held(source: &SpectrumSource) -> Result<Spectrum, SceneError> {
     Ok(spectrum(source)?.with_extrapolation(Extrapolation::Hold))
 }
 
-/// A quantity that may vary over a surface. `shift` leads from the coordinates of the file to those of the scene.
+/// A quantity that may vary over a surface. `shift` leads from the coordinates of the file to those of the
+/// scene.
 pub(super) fn texture(source: &SpectrumSource, shift: &Transform) -> Result<Texture, SceneError> {
     let unscaled = match &source.kind {
         SpectrumKind::Bitmap(bitmap) => Texture::Bitmap(Box::new(image(bitmap))),
@@ -208,7 +209,8 @@ pub(in crate::scene) fn index(source: &IndexSource, range: WavelengthRange) -> R
     }
 }
 
-/// Equal steps over a range, so fine that to interpolate what was computed there makes no difference to a render.
+/// Equal steps over a range, so fine that to interpolate what was computed there makes no difference to a
+/// render.
 fn steps(range: WavelengthRange) -> Vec<f64> {
     const STEP_NM: f64 = 0.5;
     let steps = (range.width() / STEP_NM).ceil().max(1.0) as usize;

@@ -37,7 +37,7 @@ fn metal(description: &Description, uv: [f64; 2], nm: f64) -> (f64, f64) {
     (n.hero(), k.hero())
 }
 
-/// The README's own example: a glass known from 400 to 700 nm stays glass at 360 and at 830 nm.
+/// The example of docs/scene-format.md: a glass known from 400 to 700 nm stays glass at 360 and at 830 nm.
 #[test]
 fn a_glass_known_by_its_reflectance_is_held_beyond_the_table() {
     let scene = scene(

@@ -21,15 +21,15 @@ pub struct Light {
 pub enum LightKind {
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
     Point { position: Vec3, intensity: SpectrumSource },
-    /// A point that shines along its local +z. The angles, in degrees, are those between the axis and where the light ends,
-    /// and where it begins to fall off.
+    /// A point that shines along its local +z. The angles, in degrees, are those between the axis and where
+    /// the light ends, and where it begins to fall off.
     Spot {
         to_world: Transform,
-        /// On the axis.
+        /// Intensity on the axis.
         intensity: SpectrumSource,
         cutoff_angle: f64,
         beam_width: f64,
-        /// Between the light and what it lights.
+        /// Transmittance of a slide between the light and what it lights.
         texture: Option<SpectrumSource>,
     },
     /// A picture thrown along the local +z.
@@ -39,7 +39,8 @@ pub enum LightKind {
     Directional { travels: Vec3, irradiance: SpectrumSource },
     /// The same radiance from everywhere.
     Constant { radiance: SpectrumSource },
-    /// A picture all around, in values for the primaries of sRGB under D65, with +y of the local frame at its top.
+    /// A picture all around, in values for the primaries of sRGB under D65, with +y of the local frame at its
+    /// top.
     EnvironmentMap { to_world: Transform, file: PathBuf, image: Arc<Image>, scale: f64 },
     /// Clear sky and sun, the zenith at the local +z.
     SunSky {
@@ -47,7 +48,7 @@ pub enum LightKind {
         turbidity: f64,
         /// Reflectance of the ground.
         albedo: SpectrumSource,
-        /// In the world, of any length.
+        /// Direction in the world, of any length.
         sun_direction: Vec3,
         sky_scale: f64,
         sun_scale: f64,

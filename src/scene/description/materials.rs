@@ -31,7 +31,8 @@ pub enum BsdfKind {
     /// `dielectric` without and `roughdielectric` with a roughness.
     Dielectric {
         interior: IndexSource,
-        /// `None` where the file leaves it out: then it is what surrounds the surface, air outside everything.
+        /// `None` where the file leaves it out: then it is what surrounds the surface, air outside
+        /// everything.
         exterior: Option<IndexSource>,
         specular_reflectance: SpectrumSource,
         specular_transmittance: SpectrumSource,
@@ -44,8 +45,8 @@ pub enum BsdfKind {
         specular_reflectance: SpectrumSource,
         specular_transmittance: SpectrumSource,
     },
-    /// `plastic` without and `roughplastic` with a roughness: a coat on a matt base, in air where the file doesn't
-    /// say otherwise.
+    /// `plastic` without and `roughplastic` with a roughness: a coat on a matt base, in air where the file
+    /// doesn't say otherwise.
     Plastic {
         interior: IndexSource,
         exterior: Option<IndexSource>,

@@ -20,9 +20,9 @@ pub struct Sensor {
     pub medium: Option<Medium>,
     pub film: Film,
     pub sampler: Sampler,
-    /// Of a camera.
+    /// Motion of a camera.
     pub motion: Option<Arc<Animation>>,
-    /// Of a batch that of all its sensors.
+    /// A batch has one shutter for all its sensors.
     pub shutter: Shutter,
 }
 
@@ -54,7 +54,8 @@ pub enum SensorKind {
         near_clip: f64,
         far_clip: f64,
     },
-    /// `sensorplane`, a film in the scene itself (an extension): it lies across its local z, in the middle of which the origin is.
+    /// `sensorplane`, a film in the scene itself (an extension): it lies across its local z, in the middle of
+    /// which the origin is.
     Plane {
         to_world: Transform,
         width: f64,
@@ -84,7 +85,7 @@ pub enum AngularMap {
         projection: FisheyeProjection,
         fov: f64,
     },
-    /// Across and up.
+    /// Angles across and up.
     Panorama {
         fov: [f64; 2],
     },

@@ -16,7 +16,7 @@ pub struct Shape {
     pub place: Place,
     pub id: Option<String>,
     pub kind: ShapeKind,
-    /// Of a moving shape that at its first keyframe; likewise for all that moves.
+    /// For a moving shape the transform at its first keyframe; likewise for all that moves.
     pub to_world: Transform,
     pub motion: Option<Arc<Animation>>,
     pub flip_normals: bool,
@@ -25,7 +25,8 @@ pub struct Shape {
     pub emission: Option<SpectrumSource>,
     pub interior: Option<Medium>,
     pub exterior: Option<Medium>,
-    /// Which of several transparent bodies counts where they overlap: that of the highest (an extension). 0 where it is left out.
+    /// Which of several transparent bodies counts where they overlap: that of the highest (an extension). 0
+    /// where it is left out.
     pub priority: Option<Priority>,
 }
 
@@ -55,7 +56,7 @@ pub enum ShapeKind {
         /// Whether it is closed where it is cut off.
         capped: bool,
     },
-    /// Around z (an extension).
+    /// A torus around z (an extension).
     Torus {
         major_radius: f64,
         minor_radius: f64,
@@ -79,7 +80,8 @@ pub enum ShapeKind {
         /// Whether shading normals are smooth.
         smooth: bool,
     },
-    /// `linearcurve`, `bsplinecurve` and, `solid`, `sweptsphere` (an extension): in the file's own coordinates.
+    /// `linearcurve`, `bsplinecurve` and, `solid`, `sweptsphere` (an extension): in the file's own
+    /// coordinates.
     Curves {
         file: PathBuf,
         kind: CurveKind,
@@ -124,7 +126,8 @@ pub enum HeightSource {
     Terrain(Terrain),
 }
 
-/// A body joined or cut from closed shapes (an extension). What it says of its surface and media its leaves say too.
+/// A body joined or cut from closed shapes (an extension). What it says of its surface and media its leaves
+/// say too.
 #[derive(Clone, Debug)]
 pub struct Solid {
     pub place: Place,

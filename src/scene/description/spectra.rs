@@ -93,7 +93,7 @@ pub struct BitmapSource {
 
 #[derive(Clone, Debug)]
 pub struct CheckerboardSource {
-    /// At the origin, and beside it.
+    /// Colours at the origin, and beside it.
     pub colours: [SpectrumSource; 2],
     pub to_uv: Transform,
 }
@@ -116,7 +116,8 @@ pub struct VolumeSource {
 pub struct ProceduralSource {
     pub pattern: Pattern,
     pub space: PatternSpace,
-    /// The size of a cell of noise, and the distance between veins, rings, bands: in the file's units, or those of uv.
+    /// The size of a cell of noise, and the distance between veins, rings, bands: in the file's units, or
+    /// those of uv.
     pub period: f64,
     /// For values of the pattern from the least to the greatest.
     pub colours: Vec<SpectrumSource>,

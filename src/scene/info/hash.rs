@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 impl Description {
-    /// A hash of what the scene means, the content of its tables and meshes included. It does not depend on how the
-    /// file is laid out, on comments, names or paths.
+    /// A hash of what the scene means, the content of its tables and meshes included. It does not depend on
+    /// how the file is laid out, on comments, names or paths.
     pub fn hash(&self) -> u64 {
         Hasher::default().object(&tell::scene(self))
     }
@@ -84,7 +84,7 @@ fn fnv1a(words: impl Iterator<Item = u64>) -> u64 {
     words.fold(0xcbf2_9ce4_8422_2325, |hash, word| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
-/// Of what a file of curves holds.
+/// Hash of the content of a file of curves.
 pub(in crate::scene) fn hash_of_curves(curves: &[Vec<ControlPoint>]) -> u64 {
     let of_curve = |curve: &Vec<ControlPoint>| {
         let numbers = curve.iter().flat_map(|point| [point.position.to_array().to_vec(), vec![point.radius]]);
@@ -93,12 +93,12 @@ pub(in crate::scene) fn hash_of_curves(curves: &[Vec<ControlPoint>]) -> u64 {
     fnv1a(curves.iter().map(of_curve))
 }
 
-/// Of what a file of patches holds.
+/// Hash of the content of a file of patches.
 pub(in crate::scene) fn hash_of_patches(patches: &[ControlNet]) -> u64 {
     fnv1a(patches.iter().flatten().flat_map(|point| point.to_array()).map(f64::to_bits))
 }
 
-/// Of what a file of texels or cells holds.
+/// Hash of the content of a file of texels or cells.
 pub(in crate::scene) fn hash_of_values(shape: &[usize], values: &[f32]) -> u64 {
     let shape = shape.iter().map(|&size| size as u64);
     fnv1a(shape.chain(values.iter().map(|value| u64::from(value.to_bits()))))

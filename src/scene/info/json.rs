@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 use std::rc::Rc;
 
-/// The scene as it was understood, in the shape of Mitsuba's dictionaries: nested objects with a `type`, parameters by
-/// name, ids as keys. It is a scene file too, and means the same to the last bit.
+/// The scene as it was understood, in the shape of Mitsuba's dictionaries: nested objects with a `type`,
+/// parameters by name, ids as keys. It is a scene file too, and means the same to the last bit.
 ///
 /// Data files are named relative to `folder`, or by their whole path where that is `None`.
 pub fn json(description: &Description, needs: &Needs, folder: Option<&Path>) -> String {

@@ -215,7 +215,8 @@ pub(super) fn start_tag(node: Node<'_, '_>, file: usize) -> Place {
     Place { file, span: range.start..end.max(range.start) }
 }
 
-/// Numbers beyond single precision are infinite in Mitsuba 3. Here they would become so when they are multiplied.
+/// Numbers beyond single precision are infinite in Mitsuba 3. Here they would become so when they are
+/// multiplied.
 pub(super) const GREATEST: f64 = f32::MAX as f64;
 
 /// A number as Mitsuba 3 writes it, at most [`GREATEST`].

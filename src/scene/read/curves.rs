@@ -121,7 +121,8 @@ fn parse(bytes: &[u8], kind: CurveKind) -> Result<Vec<Vec<ControlPoint>>, CurveE
 mod tests {
     use super::*;
 
-    /// As Mitsuba 3.9.1 reads them: any number of empty lines, ends of lines of any system, further numbers ignored.
+    /// As Mitsuba 3.9.1 reads them: any number of empty lines, ends of lines of any system, further numbers
+    /// ignored.
     #[test]
     fn curves_are_read_as_mitsuba_reads_them() {
         let text = b"\n 0 0 0 1\r\n1 0 0 1 7\r\n\r\n \r\n2 0 0 1\t\n3 1e-1 0 0.5";

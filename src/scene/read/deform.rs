@@ -6,7 +6,8 @@ use super::query::Query;
 use crate::shape::{Deformation, MeshData, ShapeError};
 use std::sync::Arc;
 
-/// The mesh after what "deform" asks for, and that as it is told. `None` where it is wrong, which is reported.
+/// The mesh after what "deform" asks for, and that as it is told. `None` where it is wrong, which is
+/// reported.
 pub(super) fn deformed(query: &Query<'_>, mesh: Arc<MeshData>) -> Option<(Arc<MeshData>, Option<String>)> {
     let Some(text) = query.text("deform") else { return Some((mesh, None)) };
     let place = query.place("deform");

@@ -1,4 +1,5 @@
-//! Closed surfaces of transparent bodies that face inward: by their normals their inside is all that lies outside of them.
+//! Closed surfaces of transparent bodies that face inward: by their normals their inside is all that lies
+//! outside of them.
 
 use super::super::compile::{bounds_of_shape, index_of_source, place_shape};
 use super::super::description::{Bsdf, BsdfKind, IndexSource, Shape, ShapeKind};
@@ -10,8 +11,8 @@ use crate::units::WavelengthRange;
 use std::sync::Arc;
 
 impl Reader {
-    /// Says of which shapes, all in the same coordinates, the inside is on the outside. A cavity in a body of the same material is
-    /// meant to be so.
+    /// Says of which shapes, all in the same coordinates, the inside is on the outside. A cavity in a body of
+    /// the same material is meant to be so.
     pub(super) fn inside_out<'a>(&self, shapes: impl Iterator<Item = &'a Shape> + Clone) {
         let encloses = |shape: &&Shape| parts_media(&shape.bsdf.kind) || shape.interior.is_some();
         for shape in shapes.clone().filter(|shape| encloses(shape) && faces_inward(shape)) {

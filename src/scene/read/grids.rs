@@ -70,7 +70,7 @@ pub(super) fn heights(query: &Query<'_>) -> Option<ShapeKind> {
     Some(ShapeKind::Heights { source, data: Arc::new(data), scale, base, smooth })
 }
 
-/// From one of three places.
+/// Heights from one of three places.
 fn source(query: &Query<'_>) -> Option<(HeightSource, HeightData)> {
     let given: Vec<&'static str> =
         ["filename", "heights", "terrain"].into_iter().filter(|name| query.has(name)).collect();

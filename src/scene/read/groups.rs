@@ -1,4 +1,5 @@
-//! Shapes that hold shapes and are none themselves: `merge`, `shapegroup`, and the `instance` that shows a group somewhere.
+//! Shapes that hold shapes and are none themselves: `merge`, `shapegroup`, and the `instance` that shows a
+//! group somewhere.
 
 use super::super::description::{Instance, Shape, ShapeGroup, Solid};
 use super::super::source::SceneError;
@@ -39,7 +40,8 @@ fn collect(reader: &Reader, query: &Query<'_>, found: &mut Found) {
     }
 }
 
-/// `merge` is nothing but its children: that Mitsuba 3 makes one mesh of those that can be one changes no picture.
+/// `merge` is nothing but its children: that Mitsuba 3 makes one mesh of those that can be one changes no
+/// picture.
 fn merge(reader: &Reader, id: ObjectId, found: &mut Found) {
     let query = Query::new(reader, id);
     if !reader.merges.borrow_mut().insert(id) {

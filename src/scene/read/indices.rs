@@ -1,4 +1,5 @@
-//! Refractive indices of dielectrics: a number, one of Mitsuba 3's names, or (extensions) a function of wavelength.
+//! Refractive indices of dielectrics: a number, one of Mitsuba 3's names, or (extensions) a function of
+//! wavelength.
 
 use super::super::description::{IndexKind, IndexSource, SpectrumKind, SpectrumSource};
 use super::super::source::{Place, SceneError};
@@ -258,8 +259,8 @@ pub(super) fn interior(query: &Query<'_>) -> IndexSource {
     given.unwrap_or_else(|| IndexSource { place: query.object.place.clone(), kind: IndexKind::Constant(BK7) })
 }
 
-/// What the reflectance of a dielectric was measured on: whether it is a slab, of which the back face reflects
-/// too.
+/// What the reflectance of a dielectric was measured on: whether it is a slab, of which the back face
+/// reflects too.
 fn specimen(query: &Query<'_>) -> bool {
     query.choice("specimen", &[("face", false), ("slab", true)], false).unwrap_or(false)
 }

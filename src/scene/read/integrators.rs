@@ -234,8 +234,8 @@ fn is_smooth(kind: &BsdfKind) -> bool {
     }
 }
 
-/// How many samples of which kind Mitsuba 3's `direct` takes at a hit: the picture is the same for any number, as long as
-/// no kind is left out.
+/// How many samples of which kind Mitsuba 3's `direct` takes at a hit: the picture is the same for any
+/// number, as long as no kind is left out.
 fn shading_samples(query: &Query<'_>) -> Techniques {
     let both = query.integer("shading_samples", 1, i64::from(u32::MAX));
     let [of_lights, of_bsdfs] = ["emitter_samples", "bsdf_samples"].map(|name| {

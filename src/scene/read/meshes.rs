@@ -149,7 +149,7 @@ impl MeshError {
 #[derive(Debug)]
 pub(super) struct MeshFile {
     pub mesh: MeshData,
-    /// What of it Mitsuba 3 would refuse.
+    /// The part of it that Mitsuba 3 would refuse.
     pub extension: Option<&'static str>,
 }
 

@@ -1,8 +1,8 @@
 //! Reading scene files: Mitsuba 3's XML, with extensions, or the same as JSON, into a [`Description`].
 //!
-//! `xml` and `json` turn the text into a tree of objects with typed properties; one file per class then asks those objects
-//! for what they know, and says what is left over. Errors are collected, so that one run tells of all that are
-//! independent of one another.
+//! `xml` and `json` turn the text into a tree of objects with typed properties; one file per class then asks
+//! those objects for what they know, and says what is left over. Errors are collected, so that one run tells
+//! of all that are independent of one another.
 
 mod aovs;
 mod attributes;
@@ -258,7 +258,8 @@ impl Reader {
         })
     }
 
-    /// The sensor that is asked for, by default the first, as in Mitsuba 3. The others are read for their errors.
+    /// The sensor that is asked for, by default the first, as in Mitsuba 3. The others are read for their
+    /// errors.
     fn sensor(&self, query: &Query<'_>) -> Option<Sensor> {
         let mut sensors = sensors::of_scene(query);
         query.objects(Class::Sensor);

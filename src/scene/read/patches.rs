@@ -1,5 +1,5 @@
-//! Bézier patches, written in the scene or in a file as the teapot is handed on: the number of patches, then for each its degrees,
-//! "3 3", and sixteen control points "x y z".
+//! Bézier patches, written in the scene or in a file as the teapot is handed on: the number of patches, then
+//! for each its degrees, "3 3", and sixteen control points "x y z".
 
 use super::super::description::ShapeKind;
 use super::super::source::{Place, SceneError};

@@ -1,5 +1,6 @@
-//! Samplers. They differ in noise, never in expectation. One that Mitsuba 3 has is no part of what a scene means: the best that
-//! there is here takes its place. Those that are abbe's own, and the command line, force one.
+//! Samplers. They differ in noise, never in expectation. One that Mitsuba 3 has is no part of what a scene
+//! means: the best that there is here takes its place. Those that are abbe's own, and the command line, force
+//! one.
 
 use super::super::description::Sampler;
 use super::super::source::Place;
@@ -62,7 +63,7 @@ pub(super) fn of_sensor(query: &Query<'_>) -> Sampler {
     }
 }
 
-/// In a word, for the list of what Mitsuba does not have.
+/// Description in a word, for the list of extensions.
 fn what(kind: SamplerKind) -> &'static str {
     match kind {
         SamplerKind::Regular => "the same grid in every pixel",

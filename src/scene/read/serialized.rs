@@ -1,9 +1,10 @@
 //! Mitsuba's `serialized`: several meshes in a file, each compressed with zlib (RFC 1950).
 //!
-//! A mesh begins with a magic number and a version (3 or 4), 16 bits each; all else is compressed: flags, in version 4 a name
-//! that ends with a zero, the numbers of vertices and triangles (64 bits), positions, normals, texture coordinates and
-//! colours of the vertices as far as the flags tell of them, three indices (32 bits) for each triangle. The file ends with the
-//! offsets of the meshes (64 bits each, 32 in version 3) and their number (32 bits). All is little endian.
+//! A mesh begins with a magic number and a version (3 or 4), 16 bits each; all else is compressed: flags, in
+//! version 4 a name that ends with a zero, the numbers of vertices and triangles (64 bits), positions,
+//! normals, texture coordinates and colours of the vertices as far as the flags tell of them, three indices
+//! (32 bits) for each triangle. The file ends with the offsets of the meshes (64 bits each, 32 in version 3)
+//! and their number (32 bits). All is little endian.
 
 use super::meshes::{MeshError, MeshFile, MeshOptions, MeshResult, Position};
 use crate::shape::MeshData;

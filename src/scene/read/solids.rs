@@ -29,7 +29,7 @@ pub(in crate::scene) fn word(operation: Operation) -> &'static str {
 #[derive(Clone, Default)]
 pub(super) struct Inherited {
     pub bsdf: Option<Arc<Bsdf>>,
-    /// Inside and outside.
+    /// Media inside and outside.
     pub media: [Option<Medium>; 2],
     pub priority: Option<Priority>,
 }
@@ -137,7 +137,8 @@ pub(super) fn refuse_sensor(query: &Query<'_>) {
     query.error(error.with_remedy("put the sensor on a shape of its own"));
 }
 
-/// What moves within something that moves, or within something that is stretched, has no motion from keyframe to keyframe.
+/// What moves within something that moves, or within something that is stretched, has no motion from keyframe
+/// to keyframe.
 fn check_motion(query: &Query<'_>, around: &mut Around, motion: Option<&Place>, to_world: &Transform) {
     let Some(place) = motion else {
         around.stretched |= to_world.uniform_scale().is_none();

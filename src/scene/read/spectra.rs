@@ -268,8 +268,8 @@ fn function(source: &SpectrumSource) -> Option<Spectrum> {
     Some(spectrum.scaled(source.scale))
 }
 
-/// The wavelength (nm) and value where two reflectances sum up to most: at a node of one of them, since both are
-/// linear between.
+/// The wavelength (nm) and value where two reflectances sum up to most: at a node of one of them, since both
+/// are linear between.
 pub(super) fn greatest_sum(a: &SpectrumSource, b: &SpectrumSource) -> Option<(f64, f64)> {
     let (a, b) = (function(a)?, function(b)?);
     let range = WavelengthRange::VISIBLE;
@@ -303,8 +303,8 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
     true
 }
 
-/// Least and greatest value with their wavelengths, where they have any. `None` where a name is unknown, which is
-/// reported.
+/// Least and greatest value with their wavelengths, where they have any. `None` where a name is unknown,
+/// which is reported.
 fn extremes(
     reader: &Reader,
     source: &SpectrumSource,

@@ -227,8 +227,8 @@ pub(super) fn varies(source: &SpectrumSource) -> bool {
     }
 }
 
-/// Whether a texture or colour gives what a use asks of it, within the bounds of that use; reports it where not.
-/// `None` for what is neither.
+/// Whether a texture or colour gives what a use asks of it, within the bounds of that use; reports it where
+/// not. `None` for what is neither.
 pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> Option<bool> {
     let refuse = |problem: String, expected: &str, remedy: &str| {
         let error = SceneError::at(&source.place, problem, expected);
@@ -366,8 +366,8 @@ fn is_sloped(source: &SpectrumSource) -> bool {
     }
 }
 
-/// Why an image or grid does not fit, what was expected, and what to do. `channels` are those of numbers; a colour has
-/// none.
+/// Why an image or grid does not fit, what was expected, and what to do. `channels` are those of numbers; a
+/// colour has none.
 fn unfit(purpose: Use, channels: Option<usize>) -> Option<(&'static str, &'static str, &'static str)> {
     const RAW: &str = "<boolean name=\"raw\" value=\"true\"/> in the texture takes the values as they are";
     match channels {

@@ -118,8 +118,8 @@ fn rotation(axis: Vec3, degrees: f64) -> DMat4 {
     DMat4::from_mat3(DMat3::IDENTITY * cos + cross * sin + outer * (1.0 - cos))
 }
 
-/// Local +z looks from `origin` to `target`, local +y is as near to `up` as it can be, local +x is `up` × view.
-/// Without `up`, +y is what Mitsuba 3 takes, which follows Duff et al. too.
+/// Local +z looks from `origin` to `target`, local +y is as near to `up` as it can be, local +x is `up` ×
+/// view. Without `up`, +y is what Mitsuba 3 takes, which follows Duff et al. too.
 fn look_at(origin: Vec3, target: Vec3, up: Option<Vec3>, place: &Place) -> Result<DMat4, SceneError> {
     let forward = (target - origin).try_normalize();
     let up = up.unwrap_or_else(|| forward.map_or(Vec3::Y, |forward| Frame::around(forward).x));

@@ -184,8 +184,8 @@ impl Tree {
         })
     }
 
-    /// Puts objects in the place of references. Those that lead nowhere, in a circle or too deep are reported and
-    /// become [`Value::Broken`].
+    /// Puts objects in the place of references. Those that lead nowhere, in a circle or too deep are reported
+    /// and become [`Value::Broken`].
     pub fn resolve(&mut self, errors: &mut Vec<SceneError>) {
         for object in &mut self.objects {
             for entry in &mut object.entries {
@@ -205,8 +205,9 @@ impl Tree {
         }
     }
 
-    /// Cuts entries that lead back to an object that they stand in, or to more than [`DEEPEST`] objects within one
-    /// another. Walks depth first without recursion: a chain of references can be as long as the file.
+    /// Cuts entries that lead back to an object that they stand in, or to more than [`DEEPEST`] objects
+    /// within one another. Walks depth first without recursion: a chain of references can be as long as the
+    /// file.
     fn check_nesting(&mut self, start: ObjectId, states: &mut [State], errors: &mut Vec<SceneError>) {
         let mut path = vec![(start, 0)];
         while let Some((id, next)) = path.pop() {
@@ -272,8 +273,8 @@ impl Tree {
 enum State {
     New,
     Open,
-    /// `height` objects stand within one another below and with it, and `size` in all, each counted as often as
-    /// something refers to it.
+    /// `height` objects stand within one another below and with it, and `size` in all, each counted as often
+    /// as something refers to it.
     Done {
         height: usize,
         size: usize,

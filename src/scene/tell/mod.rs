@@ -1,8 +1,8 @@
-//! A description told in Mitsuba 3's own words: the plugin and parameter names that a scene file would have, with the
-//! defaults filled in. The outline, the JSON and the hash are all made from this one tree.
+//! A description told in Mitsuba 3's own words: the plugin and parameter names that a scene file would have,
+//! with the defaults filled in. The outline, the JSON and the hash are all made from this one tree.
 //!
-//! A new kind of object needs one arm in the file of its class. What it tells has to read back as the same kind: the
-//! JSON is a scene file too.
+//! A new kind of object needs one arm in the file of its class. What it tells has to read back as the same
+//! kind: the JSON is a scene file too.
 
 mod bsdfs;
 mod lights;
@@ -157,7 +157,8 @@ impl Told {
 #[derive(Default)]
 pub(super) struct Teller {
     bsdfs: BTreeMap<*const Bsdf, Rc<Told>>,
-    /// Ids of shapes. One that is a part of several solids is told in full each time: around it there may be other things.
+    /// Ids of shapes. One that is a part of several solids is told in full each time: around it there may be
+    /// other things.
     shapes: BTreeSet<String>,
     groups: BTreeMap<*const ShapeGroup, Rc<Told>>,
 }

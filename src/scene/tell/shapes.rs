@@ -168,7 +168,7 @@ fn quadric(told: impl Fn(&'static str) -> Told, kind: &QuadricKind) -> Told {
             .float("zmax", *high),
         QuadricKind::General { coefficients, clip } => {
             let told = told("quadric").numbers("coefficients", coefficients);
-            // Of planes infinitely far away nothing is said: a file has no infinite numbers.
+            // Planes infinitely far away are left out: a file has no infinite numbers.
             [("min", "zmin", clip.min), ("max", "zmax", clip.max)].into_iter().fold(
                 told,
                 |told, (corner, plane, at)| match (at.x.is_finite(), at.z.is_finite()) {

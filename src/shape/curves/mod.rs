@@ -1,5 +1,5 @@
-//! Curves with a thickness: Mitsuba 3's `linearcurve` and `bsplinecurve`, made for hair, of which each segment is a surface by
-//! itself for the acceleration structure; and the swept sphere, a body.
+//! Curves with a thickness: Mitsuba 3's `linearcurve` and `bsplinecurve`, made for hair, of which each
+//! segment is a surface by itself for the acceleration structure; and the swept sphere, a body.
 
 mod round_cone;
 mod stretch;
@@ -45,14 +45,15 @@ impl CurveKind {
 struct Near {
     /// The line's point that is nearest to the piece's middle, or about.
     start: Vec3,
-    /// Of unit length.
+    /// Unit length.
     direction: Vec3,
     /// Bound on the rounding errors of coordinates.
     rounding: f64,
 }
 
 impl Near {
-    /// `None` where a line passes a ball of radius `reach` around `middle`. With the distance from its origin to `start`.
+    /// `None` where a line passes a ball of radius `reach` around `middle`. With the distance from its origin
+    /// to `start`.
     fn new(origin: Vec3, direction: Vec3, middle: Vec3, reach: f64) -> Option<(Self, f64)> {
         let away = origin - middle;
         let shift = -away.dot(direction);
@@ -67,10 +68,11 @@ impl Near {
         4.0 * radius * (self.rounding + f64::EPSILON * radius)
     }
 
-    /// Where the line meets the ball u of this radius, within which it is from `middle` − `half` to `middle` + `half`.
+    /// Where the line meets the ball u of this radius, within which it is from `middle` − `half` to
+    /// `middle` + `half`.
     ///
-    /// A half² that is off by e is half off by e / (2 half), as long as e is much less than that; else it is not certain that the
-    /// line enters at all, see [`Span::settled`].
+    /// A half² that is off by e is half off by e / (2 half), as long as e is much less than that; else it is
+    /// not certain that the line enters at all, see [`Span::settled`].
     fn chord(&self, u: f64, middle: f64, half: f64, radius: f64) -> Span {
         let square = self.square_error(radius);
         let error = if half * half > 16.0 * square { square / half + self.rounding } else { f64::INFINITY };
@@ -98,7 +100,7 @@ struct Span {
 }
 
 impl Span {
-    /// From the first entry of both to the last exit.
+    /// The interval from the first entry of both to the last exit.
     fn around(self, other: Self) -> Self {
         Self {
             enter: if other.enter.t < self.enter.t { other.enter } else { self.enter },
@@ -106,8 +108,8 @@ impl Span {
         }
     }
 
-    /// The line all but touches where an error has no bound yet: it may pass, or be within by what is between both ends, and a
-    /// little more.
+    /// The line all but touches where an error has no bound yet: it may pass, or be within by what is between
+    /// both ends, and a little more.
     fn settled(mut self, line: &Near, radius: f64) -> Self {
         let most = (self.leave.t - self.enter.t) + 2.0 * line.square_error(radius).sqrt() + line.rounding;
         self.enter.error = self.enter.error.min(most);
@@ -116,7 +118,8 @@ impl Span {
     }
 }
 
-/// A piece of a curve in coordinates relative to its middle, so that nothing but the distance of who looks at it costs digits.
+/// A piece of a curve in coordinates relative to its middle, so that nothing but the distance of who looks at
+/// it costs digits.
 #[derive(Clone, Copy, Debug)]
 struct Anchored<T> {
     middle: Vec3,
@@ -135,8 +138,9 @@ struct Link {
 impl Link {
     /// Where a ray enters, and how far along the ray that is measured from.
     ///
-    /// The ball at a joint is the end of one segment and the beginning of another. Both compute the entry into it from the same
-    /// numbers, so that it is equally near on both, and the first of them has it everywhere.
+    /// The ball at a joint is the end of one segment and the beginning of another. Both compute the entry
+    /// into it from the same numbers, so that it is equally near on both, and the first of them has it
+    /// everywhere.
     fn entry(&self, ray: &Ray) -> Option<(Spot, f64)> {
         let Anchored { middle, reach, piece } = &self.cone;
         let (line, shift) = Near::new(ray.origin, ray.direction, *middle, *reach)?;
@@ -168,10 +172,10 @@ enum Segments {
 
 /// Mitsuba 3's curves.
 ///
-/// Linear ones are round cones, the hulls of neighbouring balls; B-splines are tubes, open at both ends, whose circle stands across
-/// the path. Only what faces the ray is met: from within they are invisible, though not each other. Radii are those of the
-/// world, wherever the control points are put. Hits carry the segment as their triangle and the place along it as first
-/// barycentric coordinate.
+/// Linear ones are round cones, the hulls of neighbouring balls; B-splines are tubes, open at both ends,
+/// whose circle stands across the path. Only what faces the ray is met: from within they are invisible,
+/// though not each other. Radii are those of the world, wherever the control points are put. Hits carry the
+/// segment as their triangle and the place along it as first barycentric coordinate.
 #[derive(Clone, Debug)]
 pub struct Curves {
     segments: Segments,
@@ -179,7 +183,8 @@ pub struct Curves {
 }
 
 impl Curves {
-    /// Every curve needs two control points, or four for B-splines. Normals point out of the tubes unless `flip_normals`.
+    /// Every curve needs two control points, or four for B-splines. Normals point out of the tubes unless
+    /// `flip_normals`.
     pub fn new(
         to_world: &Transform,
         kind: CurveKind,
@@ -327,12 +332,14 @@ impl Curves {
         let place = self.place(hit.triangle, hit.barycentric[0], position);
         let position = place.middle + (place.centre + place.outward);
         let normal = if self.inward { -place.normal } else { place.normal };
-        // The point's own rounding and that of a ray that starts there, and what both are off by in the segment's coordinates.
+        // The point's own rounding and that of a ray that starts there, and what both are off by in the
+        // segment's coordinates.
         let error = f64::EPSILON * (2.0 * position.abs().max_element() + 24.0 * place.reach);
         SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal: normal }
     }
 
-    /// u around the curve, from where a frame that keeps to the z axis has its first direction; v along all segments of all curves.
+    /// u around the curve, from where a frame that keeps to the z axis has its first direction; v along all
+    /// segments of all curves.
     pub fn parametrisation(&self, hit: &Hit, position: Vec3) -> Parametrisation {
         let Place { outward, velocity, growth, bend, .. } =
             self.place(hit.triangle, hit.barycentric[0], position);
@@ -375,7 +382,7 @@ impl Curves {
         Bounds::of_all((0..self.segment_count() as u32).map(|segment| self.segment_bounds(segment)))
     }
 
-    /// Of all segments, also of what is within others.
+    /// Area of all segments, parts inside other segments included.
     pub fn area(&self) -> f64 {
         match &self.segments {
             Segments::Linear(links) => links.iter().map(|link| link.cone.piece.area()).sum(),
@@ -389,9 +396,9 @@ struct Place {
     middle: Vec3,
     reach: f64,
     centre: Vec3,
-    /// From the centre to the surface.
+    /// Vector from the centre to the surface.
     outward: Vec3,
-    /// Of unit length.
+    /// Unit length.
     normal: Vec3,
     velocity: Vec3,
     growth: f64,

@@ -1,4 +1,5 @@
-//! Round cones: what a ball sweeps that moves straight on and grows or shrinks steadily, the hull of two balls.
+//! Round cones: what a ball sweeps that moves straight on and grows or shrinks steadily, the hull of two
+//! balls.
 
 use super::{Near, Span};
 use crate::geometry::{Bounds, Vec3};
@@ -47,10 +48,10 @@ impl RoundCone {
 
     /// Where a line is within it: from the first entry into one of its balls to the last exit.
     ///
-    /// The line enters the ball u at s(u) − √D(u), where s is how far along the line the ball's centre is, and D its squared
-    /// radius less the squared distance of its centre from the line, A u² + 2 B u + C. The first entry and the last exit are
-    /// where that is stationary, √D s' = ± D'/2, or those of the balls at the ends. As both are stationary, an error of u matters
-    /// only by its square.
+    /// The line enters the ball u at s(u) − √D(u), where s is how far along the line the ball's centre is,
+    /// and D its squared radius less the squared distance of its centre from the line, A u² + 2 B u + C. The
+    /// first entry and the last exit are where that is stationary, √D s' = ± D'/2, or those of the balls at
+    /// the ends. As both are stationary, an error of u matters only by its square.
     pub fn span(&self, line: &Near) -> Option<Span> {
         let (from, ahead) = (self.from - line.start, line.direction);
         let (off, aside) = (from.cross(ahead), self.along.cross(ahead));

@@ -1,17 +1,20 @@
-//! Stretches of a cubic path along which the radius is cubic, too: the tube around one, and what a ball sweeps along it.
+//! Stretches of a cubic path along which the radius is cubic, too: the tube around one, and what a ball
+//! sweeps along it.
 //!
-//! Seen along a line, the path's point u is at s(u) along it and at q(u) across it. The ball of radius r(u) around it is crossed
-//! at s ± √D with D = r² − |q|², so only where D isn't negative can there be anything; those are the *windows*. Within one
-//! - the tube, a circle of that radius across the path, is met at s − √D where (t − s) s' = q·q', that is P + s'√D = 0 with
-//!   P = q·q', and at s + √D where P − s'√D = 0;
-//! - what the ball sweeps begins at the least s − √D and ends at the greatest s + √D. Both are at an end of the stretch or where
-//!   the derivative vanishes, which is the same equation with P = q·q' − r r' (Glassner, *An Introduction to Ray Tracing*, ch. 3,
-//!   3.3, where the two conditions f = |x − c|² − r² = 0 and ∂f/∂u = 0 are joined into one of the tenth degree; the radius is to
-//!   be squared there).
+//! Seen along a line, the path's point u is at s(u) along it and at q(u) across it. The ball of radius r(u)
+//! around it is crossed at s ± √D with D = r² − |q|², so only where D isn't negative can there be anything;
+//! those are the *windows*. Within one
+//! - the tube, a circle of that radius across the path, is met at s − √D where (t − s) s' = q·q', that is P +
+//!   s'√D = 0 with P = q·q', and at s + √D where P − s'√D = 0;
+//! - what the ball sweeps begins at the least s − √D and ends at the greatest s + √D. Both are at an end of
+//!   the stretch or where the derivative vanishes, which is the same equation with P = q·q' − r r' (Glassner,
+//!   *An Introduction to Ray Tracing*, ch. 3, 3.3, where the two conditions f = |x − c|² − r² = 0 and ∂f/∂u =
+//!   0 are joined into one of the tenth degree; the radius is to be squared there).
 //!
-//! The root of D is kept: without it both signs would be one polynomial, with double roots where a line crosses a straight tube at
-//! right angles. Roots are isolated by bounds of the Bernstein form, so that none is missed: a part of a window is left when the
-//! function can't vanish in it, and searched when the function is monotonic.
+//! The root of D is kept: without it both signs would be one polynomial, with double roots where a line
+//! crosses a straight tube at right angles. Roots are isolated by bounds of the Bernstein form, so that none
+//! is missed: a part of a window is left when the function can't vanish in it, and searched when the function
+//! is monotonic.
 
 use super::{Near, Span, Spot};
 use crate::geometry::bernstein::{
@@ -121,7 +124,8 @@ impl Stretch {
         most
     }
 
-    /// The u of the ball that reaches farthest over a point: of one on the surface of what the ball sweeps, the one that touches.
+    /// The u of the ball that reaches farthest over a point: of one on the surface of what the ball sweeps,
+    /// the one that touches.
     pub fn ball_at(&self, point: Vec3) -> f64 {
         let away = self.points.map(|c| c - point);
         let squares = [0, 1, 2].map(|axis| squared(&away.map(|c| c[axis])));
@@ -155,7 +159,7 @@ impl Stretch {
             - velocity * (radius * self.growth(u))
     }
 
-    /// Of the tube: ∫∫ |∂p/∂u × ∂p/∂θ| dθ du, by Gauss's rule along and the trapezoid rule around.
+    /// Area of the tube: ∫∫ |∂p/∂u × ∂p/∂θ| dθ du, by Gauss's rule along and the trapezoid rule around.
     pub fn tube_area(&self) -> f64 {
         const AROUND: usize = 32;
         let circle = |u: f64| {
@@ -186,8 +190,8 @@ impl Stretch {
                     let facing = normal.dot(line.direction);
                     if facing < 0.0 {
                         let radius = self.radius(u);
-                        // A surface that is off by a height is met that height over the cosine away, as long as its own bend
-                        // over that distance doesn't matter; else the line all but touches.
+                        // A surface that is off by a height is met that height over the cosine away, as long
+                        // as its own bend over that distance doesn't matter; else the line all but touches.
                         let height = 16.0 * line.rounding + 32.0 * f64::EPSILON * radius;
                         let touch = (8.0 * radius * height).sqrt();
                         let error =
@@ -249,7 +253,8 @@ impl Seen {
         let Frame { x, y, z } = Frame::around(line.direction);
         let away = stretch.points.map(|point| point - line.start);
         let on = |axis: Vec3| away.map(|point| point.dot(axis));
-        // At rest where two control points are one, or three. How far the path gets in that little is below rounding.
+        // At rest where two control points are one, or three. How far the path gets in that little is below
+        // rounding.
         let rest = |[a, b, c]: [Vec3; 3]| match () {
             () if a != b => 0.0,
             () if b != c => 1e-8,
@@ -277,8 +282,9 @@ impl Seen {
         Part { squared, slope: derivative(&cut(&self.along)), bend, rounding: 64.0 * f64::EPSILON * size }
     }
 
-    /// Where the line passes the circle u, in one of the two places that its ball has: s ∓ √D, or what is the same at a root,
-    /// s + q·q'/s'. The one is worth little where D vanishes, the other where the line goes across the path.
+    /// Where the line passes the circle u, in one of the two places that its ball has: s ∓ √D, or what is the
+    /// same at a root, s + q·q'/s'. The one is worth little where D vanishes, the other where the line goes
+    /// across the path.
     fn on_circle(&self, u: f64, branch: Branch) -> f64 {
         let [x, y] = self.across.map(|c| [cubic(&c, u), cubic_slope(&c, u)]);
         let (half, speed) = (self.half(u), cubic_slope(&self.along, u));
@@ -369,7 +375,8 @@ impl Seen {
             Range::of(&derivative(&slope)) * (half * half) + speed * (Range::of(&derivative(&squared)) * 0.5);
         let monotonic = !(half * Range::of(&derivative(&bend)) + change * side).has_zero();
         if monotonic || vanishes || depth == DEEPEST {
-            // Zero counts as positive, so that a root on the edge of two parts is one of the one or of the other.
+            // Zero counts as positive, so that a root on the edge of two parts is one of the one or of the
+            // other.
             let sign = |u: f64| if self.function(u, branch, sweep).value < 0.0 { -1.0 } else { 1.0 };
             let (first, last) = (sign(from), sign(to));
             if first != last {

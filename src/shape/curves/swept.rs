@@ -1,7 +1,7 @@
 //! Bodies that a ball sweeps: closed, with round ends, of one piece or several.
 //!
-//! A line is within such a body where it is within any of the balls: the union of stretches, one or more for each piece of the
-//! path. So what lies inside is never met, and every line is entered and left by turns.
+//! A line is within such a body where it is within any of the balls: the union of stretches, one or more for
+//! each piece of the path. So what lies inside is never met, and every line is entered and left by turns.
 
 use super::round_cone::RoundCone;
 use super::stretch::Stretch;
@@ -79,7 +79,7 @@ impl Piece {
 /// A ball that changes its radius while it moves along curves, and all that it passes.
 #[derive(Clone, Debug)]
 pub struct SweptSphere {
-    /// From coordinates in which it fits into the unit ball.
+    /// Transform from coordinates in which it fits into the unit ball.
     placement: Placement,
     pieces: Vec<Piece>,
     /// Middles and reaches of the pieces.
@@ -91,8 +91,8 @@ pub struct SweptSphere {
 }
 
 impl SweptSphere {
-    /// `to_world` applied to the whole, radii included. Every curve needs two control points, or four for B-splines. Normals point
-    /// outward unless `flip_normals`.
+    /// `to_world` applied to the whole, radii included. Every curve needs two control points, or four for
+    /// B-splines. Normals point outward unless `flip_normals`.
     pub fn new(
         to_world: &Transform,
         kind: CurveKind,
@@ -187,8 +187,8 @@ impl SweptSphere {
         }
     }
 
-    /// The piece that a point met on a piece belongs to: the ball at a joint, on which either may have been met, to the one that ends
-    /// there, as in [`super::Curves`].
+    /// The piece that a point met on a piece belongs to: the ball at a joint, on which either may have been
+    /// met, to the one that ends there, as in [`super::Curves`].
     fn owner(&self, local: Vec3, part: u32) -> u32 {
         let at_its_begin = self.continues[part as usize] && self.pieces[part as usize].ball_at(local) == 0.0;
         if at_its_begin && self.pieces[part as usize - 1].ball_at(local) == 1.0 { part - 1 } else { part }
@@ -209,7 +209,7 @@ impl SweptSphere {
         Bounds { min: self.placement.pose.origin + min, max: self.placement.pose.origin + max }
     }
 
-    /// To about 10⁻³ of itself.
+    /// Area, to a relative error of about 10⁻³.
     pub fn area(&self) -> f64 {
         chords::integral(self, |normal| self.placement.area_stretch(normal))
     }

@@ -1,8 +1,9 @@
 //! Blobs: the surface on which soft balls, each densest in its centre, add up to a threshold.
 //!
-//! Along a line each ball's density rises and falls once, with a slope that is bounded over any interval by that at its ends. So the
-//! sum's values and slopes are bounded too, and all its roots can be isolated, whatever the kernel (Glassner, *An Introduction to
-//! Ray Tracing*, ch. 3, blobs). The middle piece of a metaball is no quadratic in t, so it has no closed form.
+//! Along a line each ball's density rises and falls once, with a slope that is bounded over any interval by
+//! that at its ends. So the sum's values and slopes are bounded too, and all its roots can be isolated,
+//! whatever the kernel (Glassner, *An Introduction to Ray Tracing*, ch. 3, blobs). The middle piece of a
+//! metaball is no quadratic in t, so it has no closed form.
 
 use super::Local;
 use crate::geometry::roots::{Enclosure, Sample, isolate, sign_changes};
@@ -17,7 +18,8 @@ use std::f64::consts::{PI, TAU};
 pub enum Kernel {
     /// exp(−4 r²), without end (Blinn 1982; there with a factor of choice, here 1/e at half the radius).
     Gaussian,
-    /// 1 − 3 r² up to a third, 3/2 (1 − r)² up to 1 (Nishimura and others 1985; the source's second piece is misprinted).
+    /// 1 − 3 r² up to a third, 3/2 (1 − r)² up to 1 (Nishimura and others 1985; the source's second piece is
+    /// misprinted).
     Metaball,
     /// 1 − 22/9 r² + 17/9 r⁴ − 4/9 r⁶ up to 1 (Wyvill, McPheeters and Wyvill 1986).
     Soft,
@@ -69,7 +71,7 @@ pub(super) struct Blobs {
     kernel: Kernel,
     threshold: f64,
     around: Bounds,
-    /// In the middle of the balls.
+    /// Mean of the balls' centres.
     middle: Vec3,
     /// Sum of the magnitudes of the strengths, and of the steepest slopes.
     size: f64,
@@ -77,7 +79,7 @@ pub(super) struct Blobs {
 }
 
 impl Blobs {
-    /// With the length and the origin of its coordinates.
+    /// The surface, with the length and the origin of its coordinates.
     pub fn new(blobs: &[Blob], kernel: Kernel, threshold: f64) -> Result<(Self, f64, Vec3), ShapeError> {
         for blob in blobs {
             if !(blob.radius > 0.0 && blob.radius.is_finite()) {
@@ -185,7 +187,7 @@ impl Blobs {
 struct Passed {
     /// Nearest to the centre.
     t: f64,
-    /// In radii, squared.
+    /// Squared distance, in radii.
     off: f64,
     /// 1 / radius².
     scale: f64,
@@ -267,7 +269,8 @@ impl Local for Blobs {
                 kernels.push(passed);
             }
         }
-        // On either side of its centre a kernel's slope keeps its sign: bounds are closest where pieces don't cross that.
+        // On either side of its centre a kernel's slope keeps its sign: bounds are closest where pieces don't
+        // cross that.
         let mut cuts: SmallVec<[f64; 16]> = SmallVec::from_slice(&[enter, leave]);
         cuts.extend(kernels.iter().map(|passed| passed.t).filter(|&t| enter < t && t < leave));
         cuts.sort_by(f64::total_cmp);
@@ -313,8 +316,8 @@ impl Local for Blobs {
         point
     }
 
-    /// Seen from the mean of the centres: u around z, v from +z to -z, as on a sphere. The tangents are those of the directions, laid
-    /// into the surface.
+    /// Seen from the mean of the centres: u around z, v from +z to -z, as on a sphere. The tangents are those
+    /// of the directions, laid into the surface.
     fn parametrisation(&self, point: Vec3, part: u32) -> ([f64; 2], [Vec3; 2]) {
         let away = point - self.middle;
         let across = away.truncate().length();
@@ -332,7 +335,7 @@ impl Local for Blobs {
         ([u, v], [on_surface(by_u), on_surface(by_v)])
     }
 
-    /// To less than a millionth of the size, from above.
+    /// Farthest extent along a direction, from above to a millionth of the size.
     fn reach(&self, direction: Vec3) -> f64 {
         let corner = self.around.corners().map(|corner| corner.dot(direction)).fold(f64::MIN, f64::max);
         self.search(direction).unwrap_or(corner).min(corner)

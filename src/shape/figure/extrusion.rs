@@ -1,7 +1,7 @@
 //! Polygons swept along z: prisms and open walls.
 //!
-//! A line meets them where its projection meets the outline (Glassner, *An Introduction to Ray Tracing*, ch. 3, 3.3,
-//! translational sweeps).
+//! A line meets them where its projection meets the outline (Glassner, *An Introduction to Ray Tracing*, ch.
+//! 3, 3.3, translational sweeps).
 
 use super::facets::Facet;
 use super::outline::{EdgeCrossing, FillRule, Outline, Stretch};
@@ -12,7 +12,8 @@ use crate::shape::ShapeError;
 use crate::shape::chords::OnLine;
 use smallvec::SmallVec;
 
-/// Parts: the lower and the upper cap, then two for each edge, the second of them with the outside to the left of it.
+/// Parts: the lower and the upper cap, then two for each edge, the second of them with the outside to the
+/// left of it.
 const LOWER: u32 = 0;
 const UPPER: u32 = 1;
 
@@ -143,7 +144,8 @@ impl Local for Extrusion {
         }
     }
 
-    /// On walls u goes along the contour, from its first corner back to it, and v up; on caps both go across the outline's box.
+    /// On walls u goes along the contour, from its first corner back to it, and v up; on caps both go across
+    /// the outline's box.
     fn parametrisation(&self, point: Vec3, part: u32) -> ([f64; 2], [Vec3; 2]) {
         if part == LOWER || part == UPPER {
             return across_box(&self.outline, point);

@@ -9,7 +9,7 @@ use glam::DVec2;
 /// A flat piece in local coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Facet {
-    /// In a plane across z.
+    /// A trapezoid in a plane across z.
     Level { shape: Trapezoid, z: f64 },
     /// Upright, over a straight line.
     Wall { from: DVec2, to: DVec2, heights: [f64; 2] },
@@ -17,7 +17,7 @@ pub(super) enum Facet {
 
 #[derive(Clone, Debug)]
 pub(super) struct Facets {
-    /// With the part that each belongs to.
+    /// Each facet with the part that it belongs to.
     facets: Vec<(Facet, u32)>,
     /// Areas in the world.
     shares: Shares,
@@ -37,7 +37,7 @@ impl Facets {
         Self { facets, shares }
     }
 
-    /// In the world.
+    /// Area in the world.
     pub fn area(&self) -> f64 {
         self.shares.total()
     }

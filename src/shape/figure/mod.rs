@@ -1,6 +1,8 @@
-//! Figures: surfaces that are given in coordinates of their own by where lines cross them, flat, swept, turned or implicit.
+//! Figures: surfaces that are given in coordinates of their own by where lines cross them, flat, swept,
+//! turned or implicit.
 //!
-//! What they have in common is here: their place in the world, the rounding that comes with it, and how they are sampled.
+//! What they have in common is here: their place in the world, the rounding that comes with it, and how they
+//! are sampled.
 
 mod blobs;
 mod extrusion;
@@ -31,7 +33,7 @@ use superquadric::Superquadric;
 /// Which figure, in its own coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FigureKind {
-    /// In the plane z = 0, bounded by closed contours.
+    /// A polygon in the plane z = 0, bounded by closed contours.
     Polygon { contours: Vec<Vec<[f64; 2]>>, rule: FillRule },
     /// A polygon swept along z, from one height to another.
     Extrusion {
@@ -50,8 +52,8 @@ pub enum FigureKind {
         /// Whether the ends of one that does not are closed by disks.
         capped: bool,
     },
-    /// (|x/a|^(2/e₂) + |y/b|^(2/e₂))^(e₂/e₁) + |z/c|^(2/e₁) = 1 with the semi-axes a, b, c and the exponents e₁, e₂ from 0.001,
-    /// almost a box, by 1, an ellipsoid, to 2, an octahedron.
+    /// (|x/a|^(2/e₂) + |y/b|^(2/e₂))^(e₂/e₁) + |z/c|^(2/e₁) = 1 with the semi-axes a, b, c and the exponents
+    /// e₁, e₂ from 0.001, almost a box, by 1, an ellipsoid, to 2, an octahedron.
     Superquadric { exponents: [f64; 2], semi_axes: Vec3 },
     /// Where the densities of soft balls add up to a threshold.
     Blobs { blobs: Vec<Blob>, kernel: Kernel, threshold: f64 },
@@ -69,10 +71,10 @@ enum Form {
 
 /// What a figure is to know of itself, in its own coordinates. Its parts are numbered in a way of its own.
 trait Local {
-    /// Crossings in ascending order of the line through a point, its direction of unit length, where coordinates of points near
-    /// the figure are rounded by up to `rounding`.
+    /// Crossings in ascending order of the line through a point, its direction of unit length, where
+    /// coordinates of points near the figure are rounded by up to `rounding`.
     fn crossed(&self, origin: Vec3, direction: Vec3, rounding: f64) -> SmallVec<[OnLine; 4]>;
-    /// Of unit length, out of a figure that is closed.
+    /// Unit normal, outward from a closed figure.
     fn normal(&self, point: Vec3, part: u32) -> Vec3;
     /// The point of a part near to one that is almost on it.
     fn project(&self, point: Vec3, part: u32) -> Vec3;
@@ -102,14 +104,15 @@ pub struct Figure {
     form: Form,
     placement: Placement,
     inward: bool,
-    /// In local coordinates.
+    /// Box in local coordinates.
     around: Bounds,
-    /// Of what consists of flat pieces.
+    /// The flat pieces of a figure that consists of them.
     facets: Option<Facets>,
 }
 
 impl Figure {
-    /// `to_world` applied to a figure. Normals point to +z of a polygon, out of all others, unless `flip_normals`.
+    /// `to_world` applied to a figure. Normals point to +z of a polygon, out of all others, unless
+    /// `flip_normals`.
     pub fn new(to_world: &Transform, kind: &FigureKind, flip_normals: bool) -> Result<Self, ShapeError> {
         let scaled = |scale: f64| Placement::new(&Transform::scale(scale).then(to_world));
         let (form, placement) = match kind {
@@ -216,7 +219,8 @@ impl Figure {
         }
     }
 
-    /// Uniform in world area on what consists of flat pieces; else see `chords`: for some `u` there is no point.
+    /// Uniform in world area on what consists of flat pieces; else see `chords`: for some `u` there is no
+    /// point.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         let (local, part, density) = match &self.facets {
             Some(facets) => {
@@ -260,8 +264,8 @@ impl Crossed for Figure {
     }
 }
 
-/// The least power of two that a number does not exceed: coordinates are divided by it without rounding, so that figures that
-/// share corners still share them. 0 and infinite where the number is.
+/// The least power of two that a number does not exceed: coordinates are divided by it without rounding, so
+/// that figures that share corners still share them. 0 and infinite where the number is.
 fn power_above(number: f64) -> f64 {
     number.log2().ceil().exp2()
 }

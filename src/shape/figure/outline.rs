@@ -1,7 +1,8 @@
 //! What polygons bound: closed contours in the plane, which may be concave, have holes, and cross themselves.
 //!
-//! Whether a point is inside is decided by counting the crossings of a half line with the edges (Glassner, *An Introduction to Ray
-//! Tracing*, ch. 2, 3.2), corners and edges going by one rule: of two outlines that share an edge exactly one has its points.
+//! Whether a point is inside is decided by counting the crossings of a half line with the edges (Glassner,
+//! *An Introduction to Ray Tracing*, ch. 2, 3.2), corners and edges going by one rule: of two outlines that
+//! share an edge exactly one has its points.
 
 use crate::geometry::orientation;
 use crate::shape::ShapeError;
@@ -17,7 +18,7 @@ pub enum FillRule {
     Winding,
 }
 
-/// From one corner to the next.
+/// An edge from one corner to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
     pub from: DVec2,
@@ -37,7 +38,7 @@ pub(super) struct Outline {
 /// Where a line crosses the boundary.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeCrossing {
-    /// In units of the direction.
+    /// Distance in units of the direction's length.
     pub t: f64,
     pub edge: u32,
     pub enters: bool,
@@ -61,7 +62,7 @@ pub(super) struct Stretch {
 pub(super) struct Trapezoid {
     /// Lower and upper.
     pub y: [f64; 2],
-    /// At the lower line, then at the upper one.
+    /// Left end at the lower line, then at the upper one.
     pub left: [f64; 2],
     pub right: [f64; 2],
 }
@@ -143,10 +144,12 @@ impl Outline {
         self.fills(winding)
     }
 
-    /// All crossings of a line with the boundary, in ascending order, each the other way through it than the one before.
+    /// All crossings of a line with the boundary, in ascending order, each the other way through it than the
+    /// one before.
     ///
-    /// Each corner is on one side of the line, on which all edges that meet there agree: no line slips between two edges or
-    /// crosses them only half. A line along an edge, or through a corner without entering, crosses nothing.
+    /// Each corner is on one side of the line, on which all edges that meet there agree: no line slips
+    /// between two edges or crosses them only half. A line along an edge, or through a corner without
+    /// entering, crosses nothing.
     pub fn crossed(&self, start: DVec2, direction: DVec2) -> SmallVec<[EdgeCrossing; 8]> {
         let side = |corner: DVec2| direction.perp_dot(corner - start);
         let speed = direction.length();
@@ -156,7 +159,8 @@ impl Outline {
             if (a > 0.0) == (b > 0.0) {
                 continue;
             }
-            // From the same end whichever way the edge runs: edges that coincide are crossed at the same place.
+            // From the same end whichever way the edge runs: edges that coincide are crossed at the same
+            // place.
             let first = (from.x, from.y) < (to.x, to.y);
             let (low, high, at) = if first { (*from, *to, a / (a - b)) } else { (*to, *from, b / (b - a)) };
             let t = ((low - start) + (high - low) * at).dot(direction / speed) / speed;
@@ -171,7 +175,7 @@ impl Outline {
                 continue;
             }
             inside = !inside;
-            // Of several at the same place, one through which the line goes this way.
+            // One of the edges at this place through which the line goes this way.
             let (t, edge, turn) = same[0];
             let Edge { from, to, .. } = self.edges[edge as usize];
             found.push(EdgeCrossing {
@@ -304,7 +308,7 @@ impl Outline {
         found
     }
 
-    /// Of the inside.
+    /// Area of the inside.
     pub fn area(&self) -> f64 {
         self.trapezoids().iter().map(Trapezoid::area).sum()
     }
@@ -355,7 +359,7 @@ mod tests {
         assert!(found.contains(DVec2::new(4.0 / 3.0, 14.0 / 3.0)));
     }
 
-    /// Of triangles around a point exactly one has each point, on the edges and corners too.
+    /// Exactly one of the triangles around a point holds each point, on edges and corners too.
     #[test]
     fn shared_edges_have_one_owner() {
         let mut random = Random::seed_from_u64(1);
@@ -381,7 +385,8 @@ mod tests {
         }
     }
 
-    /// Points of trapezoids are inside and fill the area evenly: the mean of a coordinate is that of the whole.
+    /// Points of trapezoids are inside and fill the area evenly: the mean of a coordinate is that of the
+    /// whole.
     #[test]
     fn trapezoids_fill_the_inside() {
         let l_shape = [[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];

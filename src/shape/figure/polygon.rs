@@ -8,15 +8,15 @@ use crate::shape::ShapeError;
 use crate::shape::chords::OnLine;
 use smallvec::SmallVec;
 
-/// In the plane z = 0.
+/// A polygon in the plane z = 0.
 #[derive(Clone, Debug)]
 pub(super) struct Polygon {
     outline: Outline,
 }
 
 impl Polygon {
-    /// With the length of its unit. Nothing but powers of two is divided by, nor is it moved: a ray meets exactly one of two
-    /// polygons of the same placement that share an edge, whatever their sizes.
+    /// With the length of its unit. Nothing but powers of two is divided by, nor is it moved: a ray meets
+    /// exactly one of two polygons of the same placement that share an edge, whatever their sizes.
     pub fn new(contours: &[Vec<[f64; 2]>], rule: FillRule) -> Result<(Self, f64), ShapeError> {
         let outline = Outline::new(contours, rule)?;
         let scale = power_above(outline.min.abs().max(outline.max.abs()).max_element());

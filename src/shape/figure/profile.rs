@@ -1,5 +1,5 @@
-//! Curves in the half-plane of r ≥ 0 and z: straight lines, Bézier curves and B-splines, in pieces along which neither r nor z
-//! turns back and neither derivative does.
+//! Curves in the half-plane of r ≥ 0 and z: straight lines, Bézier curves and B-splines, in pieces along
+//! which neither r nor z turns back and neither derivative does.
 
 use crate::geometry::roots::{Sample, polynomial_within, sign_changes};
 use crate::shape::ShapeError;
@@ -22,7 +22,7 @@ pub enum Interpolation {
 pub(super) struct Piece {
     /// (r, z) in ascending powers of a parameter.
     coefficients: [DVec2; 4],
-    /// Of the parameter.
+    /// Range of the parameter.
     pub range: [f64; 2],
     /// (r, z) at both ends, exactly those of the neighbours.
     pub ends: [DVec2; 2],
@@ -117,8 +117,9 @@ impl Piece {
     }
 }
 
-/// The pieces of a curve through or near points (r, z), in order. `closed`: from its end back to its beginning, as one more
-/// line, or as a B-spline without ends; a Bézier curve then comes back to its first point.
+/// The pieces of a curve through or near points (r, z), in order. `closed`: from its end back to its
+/// beginning, as one more line, or as a B-spline without ends; a Bézier curve then comes back to its first
+/// point.
 pub(super) fn pieces(
     points: &[[f64; 2]],
     interpolation: Interpolation,
@@ -193,7 +194,7 @@ fn checked(mut pieces: Vec<Piece>) -> Result<Vec<Piece>, ShapeError> {
     if pieces.is_empty() { Err(ShapeError::Profile) } else { Ok(pieces) }
 }
 
-/// From the axis to an end of the profile.
+/// Piece from the axis to an end of the profile.
 pub(super) fn cap(from: DVec2, to: DVec2) -> Piece {
     Piece::straight(from, to, None)
 }

@@ -1,10 +1,11 @@
 //! Surfaces of revolution: a profile of straight or curved pieces turned around z.
 //!
-//! The plane along z that a line lies in cuts the surface in the curve (±√(r² − h²), z), h being the line's distance from the axis.
-//! Which side of the line a point of this curve is on has no cancellation, whatever the line's slope. The product of both
-//! branches is the polynomial a u² + b v² + c v + d of Glassner, *An Introduction to Ray Tracing*, ch. 3, 3.3 (its
-//! coefficients corrected), of degree 6 for cubics. Each branch is followed by itself: its roots are isolated by bounds on its
-//! values and slopes, and at the joints, where neighbours have to agree, its sign is that of the joint alone.
+//! The plane along z that a line lies in cuts the surface in the curve (±√(r² − h²), z), h being the line's
+//! distance from the axis. Which side of the line a point of this curve is on has no cancellation, whatever
+//! the line's slope. The product of both branches is the polynomial a u² + b v² + c v + d of Glassner, *An
+//! Introduction to Ray Tracing*, ch. 3, 3.3 (its coefficients corrected), of degree 6 for cubics. Each branch
+//! is followed by itself: its roots are isolated by bounds on its values and slopes, and at the joints, where
+//! neighbours have to agree, its sign is that of the joint alone.
 
 use super::profile::{self, Interpolation, Piece};
 use super::{Local, power_above};
@@ -18,10 +19,11 @@ use std::f64::consts::TAU;
 
 #[derive(Clone, Debug)]
 pub(super) struct Revolution {
-    /// The caps come last. Part 2 i + 1 is piece i with the outside to the left of it, 2 i the same to the right.
+    /// The caps come last. Part 2 i + 1 is piece i with the outside to the left of it, 2 i the same to the
+    /// right.
     pieces: Vec<Piece>,
     closed: bool,
-    /// Of what is open, whether the outside is taken to be to the left of the profile.
+    /// Whether an open surface has its outside to the left of the profile.
     outside_left: bool,
 }
 
@@ -35,8 +37,8 @@ struct InPlane {
     height: f64,
 }
 
-/// What rounding adds to the side of a line that is taken as given. Two crossings are looked for until they are as near to one as
-/// that; what the line itself is off by says only how sure they are.
+/// What rounding adds to the side of a line that is taken as given. Two crossings are looked for until they
+/// are as near to one as that; what the line itself is off by says only how sure they are.
 const NOISE: f64 = 16.0 * f64::EPSILON;
 
 impl InPlane {
@@ -196,7 +198,7 @@ impl Revolution {
         let InPlane { start, direction, height, .. } = *plane;
         let along_z = direction.x * slope.y * half;
         let along_r = direction.y * branch * slope.x * at.x;
-        // Of s, with numerator and denominator times the half chord.
+        // The error of s, with numerator and denominator times the half chord.
         let of_s = (height * half + direction.y.abs() * at.x * height) / (along_z - along_r).abs();
         let of_z = (slope.y.abs() * of_s + height) / direction.y.abs();
         let of_radius = slope.x.abs() * of_s + height;
@@ -207,7 +209,8 @@ impl Revolution {
         } else {
             ((branch * half - start.x) / direction.x, of_x)
         };
-        // How fast the line leaves the surface, whose sharper bend at a touching point is that along or around it.
+        // How fast the line leaves the surface, whose sharper bend at a touching point is that along or
+        // around it.
         let tangent = piece.tangent(s);
         let across = direction.x * branch * half / at.x.max(f64::MIN_POSITIVE);
         let rate = tangent.perp_dot(DVec2::new(across, direction.y));
@@ -284,8 +287,8 @@ impl Local for Revolution {
         (across.try_normalize().unwrap_or(DVec2::X) * at.x).extend(at.y)
     }
 
-    /// u goes around z and v along the profile, evenly in its parameter, each line or cubic as far as the others; on caps both
-    /// go across, from edge to edge.
+    /// u goes around z and v along the profile, evenly in its parameter, each line or cubic as far as the
+    /// others; on caps both go across, from edge to edge.
     fn parametrisation(&self, point: Vec3, part: u32) -> ([f64; 2], [Vec3; 2]) {
         let piece = self.piece(part);
         let across = point.truncate();

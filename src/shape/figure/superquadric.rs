@@ -1,9 +1,10 @@
-//! Superellipsoids: (|x|^(2/e₂) + |y|^(2/e₂))^(e₂/e₁) + |z|^(2/e₁) = 1 (Glassner, *An Introduction to Ray Tracing*, ch. 3,
-//! superquadrics, with the absolute values that are missing there).
+//! Superellipsoids: (|x|^(2/e₂) + |y|^(2/e₂))^(e₂/e₁) + |z|^(2/e₁) = 1 (Glassner, *An Introduction to Ray
+//! Tracing*, ch. 3, superquadrics, with the absolute values that are missing there).
 //!
-//! As long as neither exponent exceeds 2, what is on the left, taken to the power e₁/2, is a norm: it grows in proportion along
-//! rays from the centre and is convex along every line. So a line crosses the surface twice or not at all, and Newton's
-//! method, begun outside, comes nearer from the same side until it is there, or finds the slope turned, which proves a miss.
+//! As long as neither exponent exceeds 2, what is on the left, taken to the power e₁/2, is a norm: it grows
+//! in proportion along rays from the centre and is convex along every line. So a line crosses the surface
+//! twice or not at all, and Newton's method, begun outside, comes nearer from the same side until it is
+//! there, or finds the slope turned, which proves a miss.
 
 use super::Local;
 use crate::geometry::Vec3;
@@ -12,7 +13,7 @@ use crate::shape::chords::OnLine;
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 
-/// With semi-axes of 1.
+/// A superellipsoid with semi-axes of 1.
 #[derive(Clone, Debug)]
 pub(super) struct Superquadric {
     /// e₁, from pole to pole, and e₂, around z.
@@ -82,7 +83,8 @@ impl Local for Superquadric {
         let mut found = SmallVec::new();
         let shift = -origin.dot(direction);
         let start = origin + direction * shift;
-        // Within the ball around the box [-1, 1]³, a little enlarged: the norm is at least the largest coordinate.
+        // Within the ball around the box [-1, 1]³, a little enlarged: the norm is at least the largest
+        // coordinate.
         let half = (3.0 + 1e-9 - start.length_squared()).sqrt();
         if half.is_nan() {
             return found;
@@ -90,10 +92,11 @@ impl Local for Superquadric {
         let Some((enter, falling)) = self.first(start, direction, -half, half) else { return found };
         let Some((leave, rising)) = self.first(start, -direction, -half, -enter) else { return found };
         let leave = -leave;
-        // The gradient's components are at most 1. Values are off by that of the coordinates, and by their own rounding.
+        // The gradient's components are at most 1. Values are off by that of the coordinates, and by their
+        // own rounding.
         let height = 3.0 * rounding + 16.0 * f64::EPSILON;
-        // Outwards a convex function rises at least as steeply as here; inwards, a chord to a point of some depth bounds where it
-        // is `height` below. Where there is no such depth the line all but touches.
+        // Outwards a convex function rises at least as steeply as here; inwards, a chord to a point of some
+        // depth bounds where it is `height` below. Where there is no such depth the line all but touches.
         let depth = 1.0 - self.value(start + direction * (0.5 * (enter + leave))).0;
         let inwards = if depth > height { 0.5 * (leave - enter) * height / depth } else { leave - enter };
         let error = |t: f64, slope: f64| {
@@ -118,8 +121,8 @@ impl Local for Superquadric {
         point / self.value(point).0
     }
 
-    /// By the inverse of x = cosᵉ¹η cosᵉ²ω, y = cosᵉ¹η sinᵉ²ω, z = sinᵉ¹η (signed powers): u is ω, once around z, and v is η,
-    /// from the pole at +z to that at -z, as on a sphere.
+    /// By the inverse of x = cosᵉ¹η cosᵉ²ω, y = cosᵉ¹η sinᵉ²ω, z = sinᵉ¹η (signed powers): u is ω, once
+    /// around z, and v is η, from the pole at +z to that at -z, as on a sphere.
     fn parametrisation(&self, point: Vec3, _: u32) -> ([f64; 2], [Vec3; 2]) {
         let [e1, e2] = self.exponents;
         let size = point.abs();

@@ -1,8 +1,10 @@
-//! What sampled surfaces share: following a line through a box of cells of unit size, and the sign of a function along it.
+//! What sampled surfaces share: following a line through a box of cells of unit size, and the sign of a
+//! function along it.
 //!
-//! A line goes from cell to cell through whole blocks of them where the function cannot change its sign (a pyramid of ranges
-//! tells). Where a line passes from a cell to the next the sign is decided once and for both: so between any two places the number
-//! of crossings is odd if and only if the signs there differ, and no surface is lost or met twice at the border of two cells.
+//! A line goes from cell to cell through whole blocks of them where the function cannot change its sign (a
+//! pyramid of ranges tells). Where a line passes from a cell to the next the sign is decided once and for
+//! both: so between any two places the number of crossings is odd if and only if the signs there differ, and
+//! no surface is lost or met twice at the border of two cells.
 
 mod pyramid;
 
@@ -18,7 +20,7 @@ pub(super) struct Line<const N: usize> {
 /// A part of a line.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Stretch<const N: usize> {
-    /// In which the function keeps one sign.
+    /// An interval in which the function keeps one sign.
     Free { sign: f64, ends: [f64; 2] },
     /// In one cell. `through` is the axis across which the line leaves it; none where the walk ends.
     Cell { cell: [usize; N], ends: [f64; 2], through: Option<usize> },
@@ -68,8 +70,8 @@ impl<const N: usize> Line<N> {
         (entry, across)
     }
 
-    /// The place in a cell, from 0 to 1 along each axis, where the line crosses one of its sides across an axis: there
-    /// the coordinate is exactly 0 or 1. `leaves` tells by which of the two sides.
+    /// The place in a cell, from 0 to 1 along each axis, where the line crosses one of its sides across an
+    /// axis: there the coordinate is exactly 0 or 1. `leaves` tells by which of the two sides.
     pub fn place(&self, cell: [usize; N], t: f64, across: Option<usize>, leaves: bool) -> [f64; N] {
         std::array::from_fn(|axis| {
             if across == Some(axis) {
@@ -79,9 +81,10 @@ impl<const N: usize> Line<N> {
         })
     }
 
-    /// Walks along a part of the line that is `within` the cells, from the cell at `start` on, until `visit` says false. `begin` is
-    /// told in which cell, where and across which axis the walk begins, which may be before `start`; where it says that the sign
-    /// there isn't known the walk begins at the first cell of all.
+    /// Walks along a part of the line that is `within` the cells, from the cell at `start` on, until `visit`
+    /// says false. `begin` is told in which cell, where and across which axis the walk begins, which may be
+    /// before `start`; where it says that the sign there isn't known the walk begins at the first cell of
+    /// all.
     ///
     /// `sign` of a range of values and a part of the line is the function's where that is known.
     pub fn walk(
@@ -153,8 +156,8 @@ impl<const N: usize> Line<N> {
     }
 }
 
-/// The sign of a continuous function along a line, value by value. Where it is exactly zero the function touches zero or passes
-/// through: the next value tells.
+/// The sign of a continuous function along a line, value by value. Where it is exactly zero the function
+/// touches zero or passes through: the next value tells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Signs {
     /// 0 before there is one.

@@ -4,7 +4,7 @@
 #[derive(Clone, Debug)]
 pub(in crate::shape) struct Pyramid<const N: usize> {
     size: [usize; N],
-    /// Of single cells, then of ever larger blocks, down to one.
+    /// Ranges of single cells, then of ever larger blocks, down to one.
     levels: Vec<Level<N>>,
 }
 
@@ -83,7 +83,7 @@ impl<const N: usize> Pyramid<N> {
         ranges[index(*size, block)]
     }
 
-    /// Of all.
+    /// The range of all cells.
     pub fn whole(&self) -> [f32; 2] {
         self.levels[self.top()].ranges[0]
     }

@@ -1,8 +1,8 @@
 //! Heights over a square: bilinear patches between the points of a grid, open or as a body on a base.
 //!
-//! Along a line the height over a patch is a quadratic (*The Method*, "Ray-Tracing Height Fields"; Glassner, *An Introduction to Ray
-//! Tracing*, ch. 3, 3.3), solved in closed form. Which of its roots count is decided by the signs on the cell's border, which
-//! two cells share ([`super::grid`]).
+//! Along a line the height over a patch is a quadratic (*The Method*, "Ray-Tracing Height Fields"; Glassner,
+//! *An Introduction to Ray Tracing*, ch. 3, 3.3), solved in closed form. Which of its roots count is decided
+//! by the signs on the cell's border, which two cells share ([`super::grid`]).
 
 mod sampling;
 mod terrain;
@@ -45,7 +45,8 @@ pub struct HeightField {
     shares: Shares,
 }
 
-/// The part of the body's surface that is no height, after the cells: the sides at x = −1, x = 1, y = −1, y = 1, and the base.
+/// The part of the body's surface that is no height, after the cells: the sides at x = −1, x = 1, y = −1, y =
+/// 1, and the base.
 const BASE: usize = 4;
 
 impl HeightData {
@@ -104,9 +105,9 @@ impl Patch {
 }
 
 impl HeightField {
-    /// z = `scale` times the height over [−1, 1]² under `to_world`; a body down to z = `base` if there is one, which must be below
-    /// all of it. Normals point up and out of the body unless `flip_normals`. With `smooth`, shading normals are interpolated
-    /// between those of the grid's points.
+    /// z = `scale` times the height over [−1, 1]² under `to_world`; a body down to z = `base` if there is
+    /// one, which must be below all of it. Normals point up and out of the body unless `flip_normals`. With
+    /// `smooth`, shading normals are interpolated between those of the grid's points.
     pub fn new(
         to_world: &Transform,
         data: Arc<HeightData>,
@@ -121,7 +122,7 @@ impl HeightField {
             return Err(ShapeError::Base);
         }
         let floor = base.unwrap_or(low);
-        // Of a plane the height is all the same.
+        // A plane has no height: any will do.
         let half = if high > floor { 0.5 * (high - floor) } else { 1.0 };
         let middle = if high > floor { 0.5 * (high + floor) } else { floor };
         let upright =
@@ -347,7 +348,7 @@ impl HeightField {
             }
         };
         let along = |axis: Vec3| 0.5 * (local.dot(axis) + 1.0);
-        // Of the heights, z is none of the two coordinates.
+        // The heights' coordinates are x and y alone.
         let flat = |tangent: Vec3| if part < cells { tangent.with_z(0.0) } else { tangent };
         Parametrisation {
             uv: [along(flat(tangent)), along(flat(bitangent))],
@@ -426,7 +427,7 @@ impl Path<'_> {
         Crossing { hit, error, enters }
     }
 
-    /// At one of the plane parts of a body.
+    /// A crossing with one of the plane parts of a body.
     fn wall(&self, t: f64, enters: bool) -> Crossing {
         let at = self.origin + self.direction * t;
         let normals = [0, 1, 2, 3, BASE].map(|wall| if wall == BASE { -Vec3::Z } else { wall_normal(wall) });

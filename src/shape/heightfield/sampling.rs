@@ -22,8 +22,8 @@ pub(super) fn shares(field: &HeightField) -> Shares {
 }
 
 impl HeightField {
-    /// World area per area across a normal whose component along one axis is 1, of the field's own coordinates and projected
-    /// along that axis.
+    /// World area per area across a normal whose component along one axis is 1, of the field's own
+    /// coordinates and projected along that axis.
     fn element(&self, normal: Vec3) -> f64 {
         self.placement.volume * self.placement.pose.world_normal(normal).length()
     }
@@ -59,7 +59,7 @@ impl HeightField {
         }
     }
 
-    /// Of patches by Gauss–Legendre quadrature.
+    /// Area of all patches by Gauss–Legendre quadrature.
     pub fn area(&self) -> f64 {
         const NODES: usize = 5;
         let nodes: Vec<(f64, f64)> = gauss_legendre(NODES).collect();

@@ -1,10 +1,11 @@
 //! Fractal terrain by spectral synthesis.
 //!
-//! White noise whose Fourier transform is multiplied by f^−(H+1), f being the distance from frequency 0: a surface whose power
-//! spectrum falls as f^−(2H+2), and whose height differs over a distance d by about d^H (Saupe, "Algorithms for random fractals",
-//! in Peitgen and Saupe (eds.), *The Science of Fractal Images*, 1988, 2.5). H is Hurst's exponent: 0.8 is what mountains look like,
-//! near 0 is rough and near 1 smooth. Unlike displaced midpoints (Fournier, Fussell and Carpenter 1982; Glassner, ch. 3, 3.3) it
-//! has no creases along the axes, and it can be laid side by side.
+//! White noise whose Fourier transform is multiplied by f^−(H+1), f being the distance from frequency 0: a
+//! surface whose power spectrum falls as f^−(2H+2), and whose height differs over a distance d by about d^H
+//! (Saupe, "Algorithms for random fractals", in Peitgen and Saupe (eds.), *The Science of Fractal Images*,
+//! 1988, 2.5). H is Hurst's exponent: 0.8 is what mountains look like, near 0 is rough and near 1 smooth.
+//! Unlike displaced midpoints (Fournier, Fussell and Carpenter 1982; Glassner, ch. 3, 3.3) it has no creases
+//! along the axes, and it can be laid side by side.
 
 use super::HeightData;
 use crate::shape::ShapeError;
@@ -82,8 +83,8 @@ mod tests {
     use statrs::distribution::{ChiSquared, ContinuousCDF};
     use std::f64::consts::PI;
 
-    /// The logarithm of a power that is exponentially distributed has the variance π²/6: the slope against log f, over the half
-    /// plane of independent frequencies, is −(2H + 2) within its standard error.
+    /// The logarithm of a power that is exponentially distributed has the variance π²/6: the slope against
+    /// log f, over the half plane of independent frequencies, is −(2H + 2) within its standard error.
     #[test]
     fn the_power_falls_as_it_should() {
         const TERRAINS: u64 = 24;

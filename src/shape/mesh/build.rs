@@ -10,7 +10,8 @@ impl MeshData {
     ///
     /// Vertex normals go by the inverse transpose. Under a mirroring map the winding of a mesh with vertex
     /// normals is reversed, so that its geometric side stays the side of its shading normals, which is
-    /// what Mitsuba shades and emits by. Without vertex normals the winding stays, as there: the mesh is turned inside out.
+    /// what Mitsuba shades and emits by. Without vertex normals the winding stays, as there: the mesh is
+    /// turned inside out.
     pub fn transformed(&self, to_world: &Transform) -> Self {
         let mut placed = self.clone();
         placed.positions.par_iter_mut().with_min_len(1 << 12).for_each(|position| {

@@ -1,5 +1,5 @@
-//! Deformed meshes: twisted, tapered and bent along z (Barr, "Global and local deformations of solid primitives", SIGGRAPH 1984;
-//! Glassner, *An Introduction to Ray Tracing*, ch. 3, 3.3).
+//! Deformed meshes: twisted, tapered and bent along z (Barr, "Global and local deformations of solid
+//! primitives", SIGGRAPH 1984; Glassner, *An Introduction to Ray Tracing*, ch. 3, 3.3).
 //!
 //! It is the vertices that move: triangles stay flat, so what is to be bent must have been cut finely enough.
 
@@ -17,15 +17,17 @@ pub enum Deformation {
     Twist(f64),
     /// x and y multiplied by one and `Taper` times z, which must stay above 0.
     Taper(f64),
-    /// Along z, between two heights, bent toward x by so many radians per unit; what is beyond them stays straight.
+    /// Along z, between two heights, bent toward x by so many radians per unit; what is beyond them stays
+    /// straight.
     Bend { rate: f64, from: f64, to: f64 },
 }
 
 impl Deformation {
-    /// Most triangles that [`Deformation::Subdivide`] may make of a mesh: a word of a file must not fill the memory.
+    /// Most triangles that [`Deformation::Subdivide`] may make of a mesh: a word of a file must not fill the
+    /// memory.
     pub const MOST_TRIANGLES: usize = 1 << 20;
 
-    /// Where it takes a point, and its derivative there.
+    /// The image of a point, and the derivative there.
     pub fn at(&self, point: Vec3) -> (Vec3, DMat3) {
         let Vec3 { x, y, z } = point;
         let columns = DMat3::from_cols;
@@ -46,7 +48,7 @@ impl Deformation {
             Self::Bend { rate, from, to } => {
                 let bent = z.clamp(from, to);
                 let (sin, cos) = (rate * (bent - from)).sin_cos();
-                // Of a rod along the axis of radius 1 / rate that it is bent around.
+                // In the frame of the rod of radius 1 / rate that the mesh is bent around.
                 let (off, straight) = (x - 1.0 / rate, z - bent);
                 let place =
                     Vec3::new(off * cos + 1.0 / rate + straight * sin, y, from - off * sin + straight * cos);
@@ -59,7 +61,8 @@ impl Deformation {
 }
 
 impl MeshData {
-    /// The mesh after one deformation after the other. Vertex normals go by the inverse transpose of the derivative.
+    /// The mesh after one deformation after the other. Vertex normals go by the inverse transpose of the
+    /// derivative.
     ///
     /// # Errors
     /// Where a deformation folds the mesh over, or there would be too many triangles.

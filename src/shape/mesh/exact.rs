@@ -1,5 +1,5 @@
-//! Meshes as parts of solids: with vertices that are not rounded to `f32`, so that their faces coincide with those of other shapes
-//! where a file says so, and with a tree for all that a line crosses.
+//! Meshes as parts of solids: with vertices that are not rounded to `f32`, so that their faces coincide with
+//! those of other shapes where a file says so, and with a tree for all that a line crosses.
 
 use super::{Mesh, MeshData, error_bound, to_f64};
 use crate::geometry::{Bounds, Ray, Transform, Vec3};
@@ -29,7 +29,8 @@ struct Node {
 const LEAF: usize = 4;
 
 impl Mesh {
-    /// A mesh in its file's coordinates where a transform puts it, as a part of a solid. `placed` is the same, rounded.
+    /// A mesh in its file's coordinates where a transform puts it, as a part of a solid. `placed` is the
+    /// same, rounded.
     pub fn part(data: &MeshData, to_world: &Transform, placed: MeshData) -> Result<Self, ShapeError> {
         let mut mesh = Self::new(placed)?;
         let positions = data.positions.iter().map(|&position| to_world.point(to_f64(position))).collect();
@@ -40,8 +41,8 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// An edge, by the indices of its vertices, that is not passed as often in one direction as in the other; `None` where the
-    /// mesh is closed. Vertices at the same place are one.
+    /// An edge, by the indices of its vertices, that is not passed as often in one direction as in the other;
+    /// `None` where the mesh is closed. Vertices at the same place are one.
     pub fn open_edge(&self) -> Option<[u32; 2]> {
         let mut places: HashMap<[u64; 3], u32> = HashMap::new();
         let one_of_place: Vec<u32> = (0..self.data.positions.len() as u32)

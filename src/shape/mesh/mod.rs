@@ -50,7 +50,8 @@ pub struct MeshAttribute {
 }
 
 impl MeshData {
-    /// The volume that it encloses if it is closed, negative where its faces wind inward; `flip_normals` is left aside.
+    /// The volume that it encloses if it is closed, negative where its faces wind inward; `flip_normals` is
+    /// left aside.
     pub fn volume(&self) -> f64 {
         let at =
             |index: u32| self.positions.get(index as usize).map_or(Vec3::ZERO, |&position| to_f64(position));
@@ -75,7 +76,7 @@ pub struct Mesh {
     error: f64,
     /// Areas of triangles. Made when they are first asked for: few meshes are lights.
     shares: OnceLock<Shares>,
-    /// For a mesh that is one rectangle of two triangles.
+    /// The rectangle, if the mesh is one of two triangles.
     rectangle: Option<Rectangle>,
 }
 
@@ -144,7 +145,8 @@ impl Mesh {
         nearest
     }
 
-    /// All crossings along the whole line: of a closed mesh as many inwards as outwards, also through edges and vertices.
+    /// All crossings along the whole line: of a closed mesh as many inwards as outwards, also through edges
+    /// and vertices.
     pub fn crossings(&self, ray: &Ray) -> Crossings {
         let space = RaySpace::new(ray);
         let mut found = Crossings::new();

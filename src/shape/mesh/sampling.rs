@@ -77,8 +77,9 @@ impl Mesh {
         Some(AreaSample { surface, triangle, barycentric, density: 1.0 / area })
     }
 
-    /// Where Mitsuba 3 puts a point of the unit square: a rectangle keeps its coordinates; of any other mesh the second
-    /// coordinate runs through the triangles by area, and the first and what is left of it over the triangle.
+    /// Where Mitsuba 3 puts a point of the unit square: a rectangle keeps its coordinates; of any other mesh
+    /// the second coordinate runs through the triangles by area, and the first and what is left of it over
+    /// the triangle.
     pub fn unfold(&self, u: [f64; 2]) -> Option<AreaSample> {
         let area = self.area();
         if area.is_nan() || area <= 0.0 {
@@ -117,8 +118,8 @@ impl Mesh {
         Some(1.0 / self.rectangle?.seen_from(reference)?.solid_angle())
     }
 
-    /// The triangle that holds the point at fractions of the first rectangle's edges, and where on it: rounded
-    /// vertices needn't lie in one plane.
+    /// The triangle that holds the point at fractions of the first rectangle's edges, and where on it:
+    /// rounded vertices needn't lie in one plane.
     fn rectangle_place(&self, [x, y]: [f64; 2]) -> (u32, [f64; 2]) {
         // Triangle 0 holds the corner (1, 0), triangle 1 the corner (0, 1).
         let triangle = u32::from(y > x);

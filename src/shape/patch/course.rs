@@ -15,7 +15,8 @@ pub enum Course {
     Steady(f64),
 }
 
-/// Coordinates along an axis of the plane and across it, over a part; the first index goes along p, the second along q.
+/// Coordinates along an axis of the plane and across it, over a part; the first index goes along p, the
+/// second along q.
 pub struct Turned {
     pub x: Net<f64>,
     pub y: Net<f64>,
@@ -47,7 +48,8 @@ impl Turned {
         if !change.has_zero() {
             return Some((Course::Bent, steepest));
         }
-        // Near a cusp, where three places come together, the determinant changes much less along the curve than across it.
+        // Near a cusp, where three places come together, the determinant changes much less along the curve
+        // than across it.
         let most = 0.5 * change.0.abs().max(change.1.abs()) / x.q.0;
         (most < 0.1 * (determinant.1 - determinant.0)).then_some((Course::Steady(most), steepest))
     }
@@ -66,7 +68,7 @@ struct Bends {
     qq: Range,
 }
 
-/// Around all values.
+/// The range of all values.
 pub fn range(values: impl Iterator<Item = f64>) -> Range {
     values.fold(Range(f64::INFINITY, f64::NEG_INFINITY), |Range(low, high), value| {
         Range(low.min(value), high.max(value))

@@ -8,10 +8,11 @@ use crate::geometry::roots::{Sample, bracketed};
 use glam::DVec2;
 use smallvec::SmallVec;
 
-/// To what F is made to vanish.
+/// Residual of F at which the search ends.
 const FINE: f64 = 0.0625 * NOISE;
 
-/// By how much of itself a part is enlarged to see what is in it: places at its border are not to be at an end.
+/// By how much of itself a part is enlarged to see what is in it: places at its border are not to be at an
+/// end.
 const MARGIN: f64 = 0.1;
 
 /// The places of a part and a little around it where x = 0, as a graph q = Q(p).
@@ -42,13 +43,15 @@ impl Here {
     }
 }
 
-/// A coordinate as a function whose roots are asked for: what is less than rounding is 0, and there is no need to go on.
+/// A coordinate as a function whose roots are asked for: what is less than rounding is 0, and there is no
+/// need to go on.
 fn known(value: f64, slope: f64) -> Sample {
     Sample { value: if value.abs() <= FINE { 0.0 } else { value }, slope, error: 0.0 }
 }
 
 impl<'a> Curve<'a> {
-    /// `None` where the bounds are too wide to tell; `ways` are the sums of twelve steps between coefficients along both parameters.
+    /// `None` where the bounds are too wide to tell; `ways` are the sums of twelve steps between coefficients
+    /// along both parameters.
     pub fn new(seen: &'a Net<DVec2>, part: Part, along: usize, ways: [DVec2; 2]) -> Option<Self> {
         let across = 1 - along;
         let axis = ways[along].normalize();
@@ -163,8 +166,8 @@ impl<'a> Curve<'a> {
         found
     }
 
-    /// The place where F vanishes, by Newton's method from the middle, where it is found at once. Since y is monotonic there is no
-    /// other.
+    /// The place where F vanishes, by Newton's method from the middle, where it is found at once. Since y is
+    /// monotonic there is no other.
     fn nearby(&self) -> Option<[f64; 2]> {
         const MOST_STEPS: usize = 8;
         let [mut p, mut q] =

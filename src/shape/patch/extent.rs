@@ -3,7 +3,7 @@
 use super::net::Net;
 use crate::geometry::{Bounds, Vec3};
 
-/// Of itself a box may be larger.
+/// How much larger than needed a box may be, relative to its size.
 const TOLERANCE: f64 = 1e-6;
 
 /// The box around a patch whose control points are no further than `reach` from the origin.
@@ -17,8 +17,8 @@ pub fn of(points: &Net<Vec3>, reach: f64) -> Bounds {
     bounds
 }
 
-/// At least the greatest value over the square, at most `tolerance` more: parts whose coefficients all are below what is
-/// reached elsewhere are left.
+/// At least the greatest value over the square, at most `tolerance` more: parts whose coefficients all are
+/// below what is reached elsewhere are left.
 fn greatest(net: Net<f64>, tolerance: f64) -> f64 {
     let corners = |Net(c): &Net<f64>| c[0][0].max(c[0][3]).max(c[3][0]).max(c[3][3]);
     let most = |net: &Net<f64>| net.all().fold(f64::NEG_INFINITY, f64::max);

@@ -1,23 +1,26 @@
 //! Where a line meets a bicubic patch.
 //!
-//! Seen along the line the patch is a map F of the unit square to the plane, a bicubic in Bernstein form, and the line meets it
-//! where F = 0: where two bicubics vanish at once (Kajiya, "Ray Tracing Parametric Patches", SIGGRAPH 1982; Glassner, *An
-//! Introduction to Ray Tracing*, ch. 3, 3.2). The square is halved until of each part it is certain what is in it:
-//! - nothing, where the hull of its coefficients leaves out 0 by more than rounding explains, seen along an axis of the plane
-//!   or along the part's own;
-//! - what is met along one curve. In axes x and y of the plane such that x increases all over the part along one of the
-//!   parameters, say q, the places with x = 0 are a graph q = Q(p), and along it y has the derivative −D / x_q, with D the
-//!   determinant of F's derivative. Where interval bounds say that D keeps its sign, y is monotonic: one place or none, as the signs
-//!   at both ends say. Where they say that D x_q's own derivative keeps its sign, y has one extreme, which is found first: two places
-//!   or none, as the sign there says. So it is one and the same sign that decides on both, and a line that hardly touches doesn't
-//!   lose one of two (the same idea in one dimension: [`crate::geometry::roots`]). Near a cusp, where there may be three, D itself is
-//!   followed along the curve, beside which it has both signs.
+//! Seen along the line the patch is a map F of the unit square to the plane, a bicubic in Bernstein form, and
+//! the line meets it where F = 0: where two bicubics vanish at once (Kajiya, "Ray Tracing Parametric
+//! Patches", SIGGRAPH 1982; Glassner, *An Introduction to Ray Tracing*, ch. 3, 3.2). The square is halved
+//! until of each part it is certain what is in it:
+//! - nothing, where the hull of its coefficients leaves out 0 by more than rounding explains, seen along an
+//!   axis of the plane or along the part's own;
+//! - what is met along one curve. In axes x and y of the plane such that x increases all over the part along
+//!   one of the parameters, say q, the places with x = 0 are a graph q = Q(p), and along it y has the
+//!   derivative −D / x_q, with D the determinant of F's derivative. Where interval bounds say that D keeps
+//!   its sign, y is monotonic: one place or none, as the signs at both ends say. Where they say that D x_q's
+//!   own derivative keeps its sign, y has one extreme, which is found first: two places or none, as the sign
+//!   there says. So it is one and the same sign that decides on both, and a line that hardly touches doesn't
+//!   lose one of two (the same idea in one dimension: [`crate::geometry::roots`]). Near a cusp, where there
+//!   may be three, D itself is followed along the curve, beside which it has both signs.
 //!
-//! Nothing is left out but by a proof, rounding included, and no two places are taken for one unless they turn the same way and are
-//! no further apart than rounding. So a line through a point that two patches share meets at least one of them, whatever the
-//! rounding, at the price of meeting both if it is that near. Where a border has shrunk to a point the parts about it become as
-//! small as rounding; what is left of them then is met, as one where it lies together. Where F is flat over a longer part the line
-//! runs in the surface or touches it, which is a miss.
+//! Nothing is left out but by a proof, rounding included, and no two places are taken for one unless they
+//! turn the same way and are no further apart than rounding. So a line through a point that two patches share
+//! meets at least one of them, whatever the rounding, at the price of meeting both if it is that near. Where
+//! a border has shrunk to a point the parts about it become as small as rounding; what is left of them then
+//! is met, as one where it lies together. Where F is flat over a longer part the line runs in the surface or
+//! touches it, which is a miss.
 
 use super::course::{Turned, range};
 use super::curve::Curve;
@@ -27,9 +30,9 @@ use crate::geometry::Vec3;
 use glam::DVec2;
 use smallvec::SmallVec;
 
-/// Bound on the rounding errors of F, whose coefficients are in units of the patch's reach: those of control points and the line's
-/// start relative to the patch's middle, of two axes that are not quite across the line, of the projection, of halving
-/// and of evaluation; in all below 20 units of 2⁻⁵², and a reserve.
+/// Bound on the rounding errors of F, whose coefficients are in units of the patch's reach: those of control
+/// points and the line's start relative to the patch's middle, of two axes that are not quite across the
+/// line, of the projection, of halving and of evaluation; in all below 20 units of 2⁻⁵², and a reserve.
 pub const NOISE: f64 = 32.0 * f64::EPSILON;
 
 /// A part this much longer than [`NOISE`], and no wider, is touched.
@@ -121,7 +124,7 @@ pub fn meetings(origin: Vec3, direction: Vec3, patch: &Anchored) -> SmallVec<[Me
     let along: SmallVec<[f64; 8]> =
         places.iter().map(|place| (patch.points.value(place.at) - line.start).dot(line.direction)).collect();
     for (i, place) in places.iter().enumerate() {
-        // Of what is met within rounding of a border that is a point, what is known better is enough.
+        // The better known hit suffices where several lie within rounding of a border that is a point.
         let beside = 64.0 * NOISE * patch.reach + line.stretch(patch, place);
         let known = |(j, other): (usize, &Place)| {
             (other.speck.is_none() || j < i) && (along[i] - along[j]).abs() <= beside
@@ -135,7 +138,8 @@ pub fn meetings(origin: Vec3, direction: Vec3, patch: &Anchored) -> SmallVec<[Me
 }
 
 impl Near {
-    /// How far along the line, as a product with its direction, a speck reaches from where it is told: 0 of other places.
+    /// How far along the line, as a product with its direction, a speck reaches from where it is told: 0 of
+    /// other places.
     fn stretch(&self, patch: &Anchored, place: &Place) -> f64 {
         let Some(speck) = place.speck else { return 0.0 };
         let told = patch.points.value(place.at);

@@ -1,4 +1,5 @@
-//! Bicubic Bézier patches (Newell's teapot is made of them), each a surface by itself for the acceleration structure.
+//! Bicubic Bézier patches (Newell's teapot is made of them), each a surface by itself for the acceleration
+//! structure.
 
 mod course;
 mod curve;
@@ -23,9 +24,10 @@ pub type ControlNet = [Vec3; 16];
 
 /// Bicubic Bézier patches.
 ///
-/// The normal is that of ∂p/∂u × ∂p/∂v and stays on its side of the surface wherever a transform takes it. Each patch has uv of its
-/// own. Hits carry the patch as their triangle and uv as barycentric coordinates. Borders that two patches share by the same control
-/// points are met by at least one of them, and a border may be a single point.
+/// The normal is that of ∂p/∂u × ∂p/∂v and stays on its side of the surface wherever a transform takes it.
+/// Each patch has uv of its own. Hits carry the patch as their triangle and uv as barycentric coordinates.
+/// Borders that two patches share by the same control points are met by at least one of them, and a border
+/// may be a single point.
 #[derive(Clone, Debug)]
 pub struct Patches {
     shared: Arc<Shared>,
@@ -48,7 +50,7 @@ struct Placed {
 
 /// A vector across the patch, of any length: ∂p/∂u × ∂p/∂v, or where that vanishes what it is beside there.
 fn normal(points: &Net<Vec3>, at: [f64; 2]) -> Vec3 {
-    /// Of lengths on the way to the middle; far above rounding, far below what normals change over.
+    /// Step toward the middle: far above rounding, far below the distance over which normals change.
     const BESIDE: f64 = 1e-6;
     let normal_at = |at: [f64; 2]| {
         let [along_u, along_v] = points.slopes(at);
@@ -149,7 +151,8 @@ impl Patches {
         let position = *middle + points.value(at);
         let outward = normal(points, at).try_normalize().unwrap_or(Vec3::Z);
         let normal = if self.inward { -outward } else { outward };
-        // The point's own rounding and that of a ray that starts there, and what both are off by in the patch's coordinates.
+        // The point's own rounding and that of a ray that starts there, and what both are off by in the
+        // patch's coordinates.
         let error = f64::EPSILON * (4.0 * position.abs().max_element() + 96.0 * reach);
         SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal: normal }
     }

@@ -50,7 +50,7 @@ impl<T: Value> Net<T> {
         }
     }
 
-    /// With u and v exchanged.
+    /// The net with u and v exchanged.
     pub fn transposed(&self) -> Self {
         Self(from_fn(|i| from_fn(|j| self.0[j][i])))
     }

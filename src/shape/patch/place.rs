@@ -5,7 +5,7 @@ use super::net::Net;
 use glam::DVec2;
 use smallvec::SmallVec;
 
-/// Of which F makes no more than this in both directions of the plane, a part is as small as rounding.
+/// A part is as small as rounding if F maps it to no more than this in both directions of the plane.
 pub const SPECK: f64 = 4.0 * NOISE;
 
 /// The corners of the box around the coefficients.
@@ -88,22 +88,25 @@ pub fn joined(parts: &[Part]) -> SmallVec<[Part; 2]> {
 /// Where F vanishes.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
-    /// Beyond the square by no more than `spread`.
+    /// Parameters u and v, outside the unit square by no more than `spread`.
     pub at: [f64; 2],
     /// By how much u and v may be off.
     pub spread: [f64; 2],
-    /// Of F's derivative.
+    /// Determinant of F's derivative.
     pub determinant: f64,
-    /// The part of which F makes something as small as rounding, somewhere in which it may vanish, if it is no more than that.
+    /// The part of which F makes something as small as rounding, somewhere in which it may vanish, if it is
+    /// no more than that.
     pub speck: Option<Part>,
 }
 
 impl Place {
-    /// In the middle of the part, or on the square's border if what is between is as small: the line may as well pass beside it.
+    /// In the middle of the part, or on the square's border if what is between is as small: the line may as
+    /// well pass beside it.
     pub fn speck(seen: &Net<DVec2>, mut part: Part) -> Self {
         let mut at = part.middle();
         let [along_u, along_v] = seen.slopes(at);
-        // If it can be, along the side that is shorter: of the other parameter the middle says more about the normal.
+        // If it can be, along the side that is shorter: of the other parameter the middle says more about the
+        // normal.
         let shorter = usize::from(part.size[1] < part.size[0]);
         for axis in [shorter, 1 - shorter] {
             let (wider, edge) = part.up_to_edge(axis);

@@ -1,8 +1,9 @@
 //! Choosing points on patches evenly by their area.
 //!
-//! Each patch is cut into cells, over each of which |∂p/∂u × ∂p/∂v| is bounded by the coefficients of that vector, a polynomial of
-//! the fifth degree along both parameters. A cell is chosen in proportion to its bound, a place in it evenly, and that is kept in
-//! proportion to what of the bound is reached there. So the density is the same everywhere, and for some u there is no point.
+//! Each patch is cut into cells, over each of which |∂p/∂u × ∂p/∂v| is bounded by the coefficients of that
+//! vector, a polynomial of the fifth degree along both parameters. A cell is chosen in proportion to its
+//! bound, a place in it evenly, and that is kept in proportion to what of the bound is reached there. So the
+//! density is the same everywhere, and for some u there is no point.
 
 use super::net::Net;
 use super::{Patches, Shared};
@@ -75,14 +76,14 @@ impl Patches {
         self.shared.table.get_or_init(|| Table::new(&self.shared))
     }
 
-    /// By Gauss–Legendre quadrature over cells.
+    /// Area by Gauss–Legendre quadrature over cells.
     pub fn area(&self) -> f64 {
         self.table().area
     }
 
     /// For some `u` there is no point.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
-        // Of the place in a cell the last digits, on which nothing else depends, say whether it is kept.
+        // The last digits of the place in a cell, on which nothing else depends, decide whether it is kept.
         const STRIPS: f64 = 65536.0;
         let shares = &self.table().shares;
         let (choice, fraction) = shares.choose(u[0]);

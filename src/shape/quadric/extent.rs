@@ -5,8 +5,8 @@ use crate::geometry::{Bounds, Vec3};
 use crate::shape::support;
 use glam::{DMat2, DVec2};
 
-/// A box around the surface within the planes of `clip`, or around what it encloses where it is `solid`, though not the
-/// smallest. `None` where it has no end.
+/// A box around the surface within the planes of `clip`, or around what it encloses where it is `solid`,
+/// though not the smallest. `None` where it has no end.
 pub(super) fn reach(form: &QuadraticForm, clip: Bounds, solid: bool) -> Option<Bounds> {
     let mut within = clip;
     if let Some(ellipsoid) = ellipsoid(form, solid) {
@@ -41,8 +41,8 @@ fn ellipsoid(form: &QuadraticForm, solid: bool) -> Option<Bounds> {
     Some(Bounds { min: centre - half, max: centre + half })
 }
 
-/// A box around the ellipses that planes across an axis, from one to another, cut from the surface; `None` where they cut
-/// other curves.
+/// A box around the ellipses that planes across an axis, from one to another, cut from the surface; `None`
+/// where they cut other curves.
 fn sections(form: &QuadraticForm, axis: usize, range: [f64; 2], solid: bool) -> Option<Bounds> {
     let (i, j, k) = ((axis + 1) % 3, (axis + 2) % 3, axis);
     let a = |row: usize, column: usize| form.a.col(column)[row];
@@ -59,7 +59,7 @@ fn sections(form: &QuadraticForm, axis: usize, range: [f64; 2], solid: bool) -> 
     let value = |z: f64| z * (p * z + 2.0 * q) + r;
     let vertex = (-q / p).clamp(range[0], range[1]);
     let places = [range[0], range[1], if vertex.is_finite() { vertex } else { range[0] }];
-    // Of the two signs that the block can have, the one in which value · inverse is negative counts.
+    // The block can have either sign: the one in which value · inverse is negative counts.
     let sign = a(i, i).signum();
     let level = places.map(|z| -value(z) * sign).into_iter().fold(0.0, f64::max);
     let half =
@@ -71,7 +71,8 @@ fn sections(form: &QuadraticForm, axis: usize, range: [f64; 2], solid: bool) -> 
     Some(bounds)
 }
 
-/// The largest direction · x over the surface (or what it encloses) within a box; `None` where there is no surface.
+/// The largest direction · x over the surface (or what it encloses) within a box; `None` where there is no
+/// surface.
 pub(super) fn reach_toward(
     form: &QuadraticForm,
     within: Bounds,
@@ -93,7 +94,8 @@ pub(super) fn reach_toward(
     })
 }
 
-/// The same for a surface of revolution around z; `None` for other quadrics. Solid or not makes no difference.
+/// The same for a surface of revolution around z; `None` for other quadrics. Solid or not makes no
+/// difference.
 fn of_revolution(form: &QuadraticForm, [low, high]: [f64; 2], direction: Vec3) -> Option<Option<f64>> {
     let scale = form.a.x_axis.x;
     let round = form.a.x_axis == Vec3::X * scale

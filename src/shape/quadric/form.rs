@@ -35,8 +35,8 @@ impl QuadraticForm {
         2.0 * (self.a * x + self.b)
     }
 
-    /// The sum of the magnitudes of all terms where no coordinate exceeds those of `x`: rounding errors of values are in
-    /// proportion to it.
+    /// The sum of the magnitudes of all terms where no coordinate exceeds those of `x`: rounding errors of
+    /// values are in proportion to it.
     pub fn size(&self, x: Vec3) -> f64 {
         let x = x.abs();
         let absolute = DMat3::from_cols(self.a.x_axis.abs(), self.a.y_axis.abs(), self.a.z_axis.abs());

@@ -15,7 +15,8 @@ pub enum Sheets {
 /// Which quadric, in its own coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub enum QuadricKind {
-    /// A radius that changes steadily from `radii[0]` at `from` to `radii[1]` at `to`: a cone, a part of one, or a cylinder.
+    /// A radius that changes steadily from `radii[0]` at `from` to `radii[1]` at `to`: a cone, a part of one,
+    /// or a cylinder.
     Cone { from: Vec3, to: Vec3, radii: [f64; 2] },
     /// The tip is `from`; around `to` there is a rim of the given radius.
     Paraboloid { from: Vec3, to: Vec3, radius: f64 },
@@ -49,7 +50,8 @@ impl Quadric {
                     return Err(ShapeError::Radius(0.0));
                 }
                 let length = length(from, to)?;
-                // From the narrower end all terms of the radius have one sign, and the tip of a cone is the origin.
+                // From the narrower end all terms of the radius have one sign, and the tip of a cone is the
+                // origin.
                 let (origin, narrow, slope, heights) = if radii[0] <= radii[1] {
                     (from, radii[0], (radii[1] - radii[0]) / length, [0.0, length])
                 } else {

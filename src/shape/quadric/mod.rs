@@ -1,6 +1,8 @@
-//! Quadrics: where a polynomial of the second degree vanishes, between planes, as open surfaces or as solids with caps.
+//! Quadrics: where a polynomial of the second degree vanishes, between planes, as open surfaces or as solids
+//! with caps.
 //!
-//! Glassner, *An Introduction to Ray Tracing*, ch. 2, 5 and ch. 3, 3.1; with caps and bounds after ch. 7, 2.1.
+//! Glassner, *An Introduction to Ray Tracing*, ch. 2, 5 and ch. 3, 3.1; with caps and bounds after ch. 7,
+//! 2.1.
 
 mod extent;
 mod form;
@@ -17,7 +19,8 @@ pub use kinds::{QuadricKind, Sheets};
 use smallvec::SmallVec;
 use std::f64::consts::TAU;
 
-/// The curved surface. Part 1 + axis is the cap at the lower plane across an axis, 4 + axis that at the upper one.
+/// The curved surface. Part 1 + axis is the cap at the lower plane across an axis, 4 + axis that at the upper
+/// one.
 const CURVED: u32 = 0;
 
 #[derive(Clone, Debug)]
@@ -41,8 +44,9 @@ pub struct Quadric {
 }
 
 impl Quadric {
-    /// `to_world` applied to the part of `form` = 0 within `clip`, whose planes may be infinitely far away. Where it is solid,
-    /// the planes are closed by caps wherever `form` is negative. Normals point to where it is positive, unless `flip_normals`.
+    /// `to_world` applied to the part of `form` = 0 within `clip`, whose planes may be infinitely far away.
+    /// Where it is solid, the planes are closed by caps wherever `form` is negative. Normals point to where
+    /// it is positive, unless `flip_normals`.
     pub fn new(
         to_world: &Transform,
         form: &QuadraticForm,
@@ -145,8 +149,8 @@ impl Quadric {
         SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal: normal }
     }
 
-    /// How far off the surface the rounding of the form's value may place a point. Where the gradient vanishes that is a matter
-    /// of the second order.
+    /// How far off the surface the rounding of the form's value may place a point. Where the gradient
+    /// vanishes that is a matter of the second order.
     fn rounding(&self, local: Vec3) -> f64 {
         let value = 8.0 * f64::EPSILON * self.form.size(local);
         let bend = self.form.size(Vec3::ONE) - self.form.c.abs();
@@ -162,7 +166,8 @@ impl Quadric {
         }
     }
 
-    /// On the curved part u goes around the local z axis and v up along it; on caps both go across, from edge to edge.
+    /// On the curved part u goes around the local z axis and v up along it; on caps both go across, from edge
+    /// to edge.
     pub fn parametrisation(&self, position: Vec3, part: u32) -> Parametrisation {
         let local = self.placement.pose.local_point(position);
         let world = |vector: Vec3| self.placement.pose.world_vector(vector);
@@ -207,7 +212,7 @@ impl Quadric {
         Bounds { min: self.placement.pose.origin + min, max: self.placement.pose.origin + max }
     }
 
-    /// To about 10⁻⁴ of itself.
+    /// Area, to a relative error of about 10⁻⁴.
     pub fn area(&self) -> f64 {
         chords::integral(self, |normal| self.placement.area_stretch(normal))
     }
@@ -281,8 +286,9 @@ impl Crossed for Quadric {
         }
     }
 
-    /// The line is followed from its point nearest to the local origin, where coordinates are as small as the surface's and no
-    /// distance to it costs digits. There rounding changes the form's values by no more than `change`, and its roots by
+    /// The line is followed from its point nearest to the local origin, where coordinates are as small as the
+    /// surface's and no distance to it costs digits. There rounding changes the form's values by no more than
+    /// `change`, and its roots by
     /// |√D − √(D ± |a|·change)| / |a| ≤ change / √D, and ≤ √(change / |a|).
     fn crossed(&self, origin: Vec3, direction: Vec3) -> SmallVec<[OnLine; 4]> {
         let mut found = SmallVec::new();

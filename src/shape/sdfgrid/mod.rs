@@ -1,8 +1,9 @@
 //! Surfaces where a function known on a grid of points is zero, as Mitsuba 3's `sdfgrid`.
 //!
-//! Between eight points the function is interpolated trilinearly, so along a line it is a cubic in each cell (Hansson-Söderlund, Evans
-//! and Akenine-Möller, "Ray Tracing of Signed Distance Function Grids", JCGT 11(3), 2022). It is followed from cell to cell by its
-//! sign ([`super::grid`]) and split at the extremes of its cubics. Nothing asks for it to be a distance.
+//! Between eight points the function is interpolated trilinearly, so along a line it is a cubic in each cell
+//! (Hansson-Söderlund, Evans and Akenine-Möller, "Ray Tracing of Signed Distance Function Grids", JCGT 11(3),
+//! 2022). It is followed from cell to cell by its sign ([`super::grid`]) and split at the extremes of its
+//! cubics. Nothing asks for it to be a distance.
 
 mod normals;
 
@@ -15,7 +16,8 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use smallvec::SmallVec;
 use std::sync::Arc;
 
-/// Values at points that divide the unit cube evenly, first along x, then y, then z; shared by all shapes made of them.
+/// Values at points that divide the unit cube evenly, first along x, then y, then z; shared by all shapes
+/// made of them.
 #[derive(Clone, Debug)]
 pub struct SdfData {
     /// Points along each axis.
@@ -128,8 +130,9 @@ struct InCell {
 }
 
 impl SdfGrid {
-    /// The zeros of `data` on the unit cube, under `to_world`. Normals point to where the function is positive, unless
-    /// `flip_normals`. With `smooth`, shading normals are continuous across the sides of cells.
+    /// The zeros of `data` on the unit cube, under `to_world`. Normals point to where the function is
+    /// positive, unless `flip_normals`. With `smooth`, shading normals are continuous across the sides of
+    /// cells.
     pub fn new(
         to_world: &Transform,
         data: Arc<SdfData>,
@@ -182,7 +185,7 @@ impl SdfGrid {
         };
         let size = self.data.pyramid.size();
         let Some(limits) = line.within(size, [f64::NEG_INFINITY, f64::INFINITY]) else { return };
-        // Of the place in a cell, in cells.
+        // The error of the place in a cell, in cells.
         let reach = 1.0 + origin.abs().max_element();
         let coordinate = (self.placement.coordinate_error(reach) + 4.0 * f64::EPSILON) * cells.max_element();
         let signs = std::cell::Cell::new(Signs::default());
@@ -264,8 +267,8 @@ impl SdfGrid {
         let side = if self.inward { -1.0 } else { 1.0 };
         let normal = image * (side / stretch);
         let greatest = corners.iter().fold(0.0f64, |most, value| most.max(value.abs()));
-        // What is left after the step, and what interpolation rounds. Where there is no slope the surface may be anywhere in
-        // the cell.
+        // What is left after the step, and what interpolation rounds. Where there is no slope the surface may
+        // be anywhere in the cell.
         let residual = 2.0 * interpolate(&corners, at).abs() + 16.0 * f64::EPSILON * greatest;
         let off = (residual / steepness).min(1.0 / cells.min_element());
         // Local coordinates come from those of the grid, which round by as much again.
@@ -288,7 +291,8 @@ impl SdfGrid {
         self.data.is_closed()
     }
 
-    /// By the midpoint rule over lines through the cells that the surface goes through, along each axis, as `chords.rs` has it.
+    /// By the midpoint rule over lines through the cells that the surface goes through, along each axis, as
+    /// `chords.rs` has it.
     pub fn area(&self) -> f64 {
         const LINES: usize = 8;
         let mut sum = 0.0;
@@ -316,8 +320,8 @@ impl SdfGrid {
         length / (cells.x * cells.y * cells.z) * self.placement.area_stretch(image / length)
     }
 
-    /// One of the cells that the surface goes through, an axis, a line along it through the cell, and where it meets the
-    /// surface: along an axis the function is linear, so at most once. `None` where it doesn't.
+    /// One of the cells that the surface goes through, an axis, a line along it through the cell, and where
+    /// it meets the surface: along an axis the function is linear, so at most once. `None` where it doesn't.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         let crossed = &self.data.crossed;
         let at = u[0] * 3.0 * crossed.len() as f64;

@@ -4,11 +4,12 @@ use super::SdfData;
 use crate::geometry::Vec3;
 use crate::shape::grid::index;
 
-/// Of any length, in the coordinates of the unit cube, at a place of a cell.
+/// Normal of any length, in the coordinates of the unit cube, at a place of a cell.
 ///
-/// The unit gradients of the eight cells around the nearest grid point are blended by where the place is between the cells' centres
-/// (Hansson-Söderlund, Evans and Akenine-Möller 2022, section 4.1). As in Mitsuba 3 a cell's derivative along an axis is the
-/// difference between its two sides of the function as it is at the place's other two coordinates.
+/// The unit gradients of the eight cells around the nearest grid point are blended by where the place is
+/// between the cells' centres (Hansson-Söderlund, Evans and Akenine-Möller 2022, section 4.1). As in Mitsuba
+/// 3 a cell's derivative along an axis is the difference between its two sides of the function as it is at
+/// the place's other two coordinates.
 pub(super) fn smooth(data: &SdfData, cell: [usize; 3], at: [f64; 3]) -> Vec3 {
     let points = data.points;
     // The function at the place's other two coordinates, at a point of the grid along an axis.

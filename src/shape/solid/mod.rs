@@ -1,15 +1,17 @@
 //! Bodies joined and cut from closed shapes: constructive solid geometry.
 //!
-//! Along a line each closed shape is a set of intervals, and so is what unions, intersections and differences make of them (Roth, "Ray
-//! Casting for Modeling Solids", CGIP 18, 1982). A line is followed from one crossing to the next, and after each it is
-//! asked whether the solid holds what comes: where the answer changes there is a face of the solid.
+//! Along a line each closed shape is a set of intervals, and so is what unions, intersections and differences
+//! make of them (Roth, "Ray Casting for Modeling Solids", CGIP 18, 1982). A line is followed from one
+//! crossing to the next, and after each it is asked whether the solid holds what comes: where the answer
+//! changes there is a face of the solid.
 //!
-//! Crossings that may be at the same place, going by the bounds on their errors, are taken at once: only what is before all of them
-//! and after all of them counts. So solids that abut have no wall between them, a cutter flush with a face leaves
-//! no skin, and two faces that coincide are one, without any tolerance that would know a scale.
+//! Crossings that may be at the same place, going by the bounds on their errors, are taken at once: only what
+//! is before all of them and after all of them counts. So solids that abut have no wall between them, a
+//! cutter flush with a face leaves no skin, and two faces that coincide are one, without any tolerance that
+//! would know a scale.
 //!
-//! A shape that holds a place several times over, as a mesh may that penetrates itself, holds it: inside is where the
-//! winding number is not 0.
+//! A shape that holds a place several times over, as a mesh may that penetrates itself, holds it: inside is
+//! where the winding number is not 0.
 
 mod cluster;
 #[cfg(test)]
@@ -72,7 +74,7 @@ struct Node {
     kind: Kind,
     /// Index past the last node below.
     end: usize,
-    /// Around what the node holds.
+    /// Box around everything below the node.
     bounds: Bounds,
 }
 
@@ -93,7 +95,7 @@ struct Part {
 /// A face of a solid, where a line meets it.
 #[derive(Clone, Copy, Debug)]
 pub struct Boundary {
-    /// With the index of the leaf whose face it is.
+    /// The crossing, with the index of the leaf whose face it is.
     pub crossing: Crossing,
     /// The place of that leaf in the order of the tree.
     leaf: usize,
@@ -170,7 +172,8 @@ impl Solid {
 
     /// Whether a point of a leaf's surface is one of the solid's: not cut away and not within another part.
     ///
-    /// `shape` is the leaf's index among the scene's shapes; of faces that coincide, the first leaf's is the solid's.
+    /// `shape` is the leaf's index among the scene's shapes; of faces that coincide, the first leaf's is the
+    /// solid's.
     pub fn shows(&self, shape: u32, point: &SurfacePoint, time: f64) -> bool {
         let line = Ray { origin: point.position, direction: point.normal, t_max: 0.0 };
         let own = self.walk(&line, time, |Boundary { crossing, leaf }| {
@@ -185,7 +188,7 @@ impl Solid {
 
     /// All faces along the whole line, in order. The solid is entered and left by turns.
     ///
-    /// Of parts that the ray itself, from 0 to `ray.t_max`, does not come near, only what it meets counts.
+    /// It leaves out parts that the ray does not come near between 0 and `ray.t_max`.
     pub fn walk<B>(
         &self,
         ray: &Ray,
@@ -220,8 +223,9 @@ impl Solid {
         None
     }
 
-    /// Of crossings at the same place that of the first leaf that changes as the solid does. There is one: to be within more of
-    /// the leaves, or within less of those that are subtracted, never leads out of the solid.
+    /// The crossing of the first leaf that changes as the solid does, among crossings at the same place.
+    /// There is one: to be within more of the leaves, or within less of those that are subtracted, never
+    /// leads out of the solid.
     fn owner(
         &self,
         together: &mut [Event],
@@ -262,7 +266,8 @@ impl Solid {
         operation != Operation::Union
     }
 
-    /// The crossings of the line with all leaves that matter. Whether the ray may be within what the node holds anywhere.
+    /// The crossings of the line with all leaves that matter. Whether the ray may be within what the node
+    /// holds anywhere.
     fn gather(&self, node: usize, ray: &Ray, time: f64, events: &mut Events) -> bool {
         let Node { kind, end, bounds } = &self.nodes[node];
         if !self.reached(bounds, ray) {

@@ -1,4 +1,5 @@
-//! Numbers of about 32 digits, each the sum of two `f64`, and polynomials of them: what the shapes' oracles compute with.
+//! Numbers of about 32 digits, each the sum of two `f64`, and polynomials of them: what the shapes' oracles
+//! compute with.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -119,7 +120,8 @@ impl Polynomial {
         }
     }
 
-    /// Simple roots in a range, in ascending order, by bisection and Newton's method between those of the derivative.
+    /// Simple roots in a range, in ascending order, by bisection and Newton's method between those of the
+    /// derivative.
     pub fn roots(&self, range: [f64; 2]) -> Vec<Doubled> {
         let degree = self.0.len().saturating_sub(1);
         if degree == 0 {

@@ -120,7 +120,8 @@ fn no_crossing_is_lost_between_patches_ten_million_times() {
     leaks(10_000_000);
 }
 
-/// Lines cross bodies an even number of times, by turns in and out, also through the points and borders of patches.
+/// Lines cross bodies an even number of times, by turns in and out, also through the points and borders of
+/// patches.
 fn leaks(rays: u32) {
     let whole = |x: f64, y: f64| (2.0 * x).round() - (3.0 * y).round();
     let all = [hills([9, 9]), noise([17, 12], 2), data([8, 9], whole)];
@@ -162,7 +163,8 @@ fn leaks(rays: u32) {
     assert!(crossed > rays as usize);
 }
 
-/// Rays that leave the outside go away or on to another part; such as go in come out again. Points lie on the patches.
+/// Rays that leave the outside go away or on to another part; such as go in come out again. Points lie on the
+/// patches.
 #[test]
 fn no_field_is_met_where_it_is_left() {
     let mut random = Random::seed_from_u64(3);
@@ -181,8 +183,8 @@ fn no_field_is_met_where_it_is_left() {
     }
 }
 
-/// The volume of a body by the lengths of chords, whose share of the box is known by its standard error; each hit on the heights
-/// has z = bilerp to 1e-9.
+/// The volume of a body by the lengths of chords, whose share of the box is known by its standard error; each
+/// hit on the heights has z = bilerp to 1e-9.
 #[test]
 fn a_body_has_its_volume_and_its_heights() {
     let data = noise([7, 6], 9);
@@ -228,7 +230,8 @@ fn a_body_has_its_volume_and_its_heights() {
     }
 }
 
-/// In the limit a fine field is the paraboloid that it samples: normals, coordinates, and smooth normals nearer to its own.
+/// In the limit a fine field is the paraboloid that it samples: normals, coordinates, and smooth normals
+/// nearer to its own.
 #[test]
 fn a_fine_field_is_its_function() {
     let data = data([65, 65], |x, y| 0.5 * (x * x + y * y));

@@ -1,5 +1,5 @@
-//! All crossings of lines with shapes against a slow oracle: polynomials along the line in numbers of 32 digits, made from the
-//! parameters that the shapes were made of.
+//! All crossings of lines with shapes against a slow oracle: polynomials along the line in numbers of 32
+//! digits, made from the parameters that the shapes were made of.
 
 use super::direction;
 use super::doubled::{Doubled, Polynomial};
@@ -10,8 +10,8 @@ use rand_pcg::Pcg64Mcg as Random;
 use std::f64::consts::TAU;
 use std::ops::AddAssign;
 
-/// How near a line may be to having other crossings where shape and oracle don't find the same, in terms of 1 + the origin's
-/// distance and as values of the oracle's functions: what is rounded a few times in `f64`.
+/// How near a line may be to having other crossings where shape and oracle don't find the same, in terms of
+/// 1 + the origin's distance and as values of the oracle's functions: what is rounded a few times in `f64`.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// How far from touching most shapes are sure of what they find, in the same terms.
@@ -20,7 +20,8 @@ pub const SURE_FROM: f64 = 1e-10;
 /// A line's x, y and z in a shape's own coordinates, as functions of t − [`near`].
 pub struct Line(pub [Polynomial; 3]);
 
-/// A place on a ray not far from the origin: powers of greater distances would cost even the oracle its digits.
+/// A place on a ray not far from the origin: powers of greater distances would cost even the oracle its
+/// digits.
 pub fn near(ray: &Ray) -> f64 {
     -ray.origin.dot(ray.direction)
 }
@@ -59,7 +60,8 @@ impl Line {
 /// Functions along a line.
 pub type Functions = Box<dyn Fn(&Line) -> Vec<Polynomial>>;
 
-/// A shape as functions along a line that are negative inside: the first is curved, the others planes that cut it off.
+/// A shape as functions along a line that are negative inside: the first is curved, the others planes that
+/// cut it off.
 pub struct Oracle {
     pub functions: Functions,
     pub solid: bool,
@@ -90,8 +92,9 @@ impl Oracle {
         found
     }
 
-    /// How near, along the line, the shape is to having other crossings: the distance from a touching point or a rim, as the
-    /// smallest magnitude of a function at the extremes of its own or at the roots of another.
+    /// How near, along the line, the shape is to having other crossings: the distance from a touching point
+    /// or a rim, as the smallest magnitude of a function at the extremes of its own or at the roots of
+    /// another.
     fn doubt(&self, ray: &Ray, to_world: &Transform) -> f64 {
         let functions = (self.functions)(&Line::new(ray, to_world));
         let mut least = f64::INFINITY;
@@ -116,7 +119,7 @@ impl Oracle {
 pub fn any_ray(shape: &Shape, bounds: Bounds, random: &mut Random) -> Ray {
     let size = bounds.max - bounds.min;
     let unit = size.max_element();
-    // Of what is flat a box with some depth.
+    // A flat shape gets a box with some depth.
     let size = size.max(Vec3::splat(0.1 * unit));
     let corner = bounds.centre() - 0.5 * size;
     let mut in_box =
@@ -152,9 +155,10 @@ pub fn any_ray(shape: &Shape, bounds: Bounds, random: &mut Random) -> Ray {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
     rays: u32,
-    /// Of those, such that touch or pass a rim as nearly as rounding.
+    /// Those among them that touch or pass a rim within rounding.
     doubtful: u32,
-    /// How far beside a line that touches, at most, the shape says that it can't tell, in terms of 1 + the origin's distance.
+    /// How far beside a line that touches, at most, the shape says that it can't tell, in terms of 1 + the
+    /// origin's distance.
     unsure: f64,
 }
 
@@ -190,19 +194,20 @@ pub fn check(
     check_against(name, shape, |ray| oracle.crossings(ray, to_world), doubt, rays, seed)
 }
 
-/// Of the first two crossings of which the shape itself says that they may not be there, the one that is known less.
+/// The less known of the first two crossings that the shape itself calls uncertain.
 fn undecided(found: &Crossings) -> Option<&Crossing> {
     let pair =
         found.windows(2).find(|pair| pair[1].hit.t - pair[0].hit.t <= pair[0].error + pair[1].error)?;
     Some(if pair[0].error < pair[1].error { &pair[1] } else { &pair[0] })
 }
 
-/// Of a line that touches so nearly that shape and oracle don't find the same crossings: how far to both sides of it, by
-/// steps of two, the shape is sure again, in terms of 1 + the origin's distance. `None` unless the shape owns up to it:
-/// - the line has crossings that the shape itself doesn't vouch for, or if it has too few of them, the nearest line beside it that has
-///   more;
-/// - as far to the sides as shape and oracle agree again, on other crossings here than there, the shape still doesn't vouch for them:
-///   the line is nearer to touching than what it says that it can't tell.
+/// How far to both sides of a line, by steps of two, the shape is sure again, in terms of 1 + the origin's
+/// distance. The line touches so nearly that shape and oracle don't find the same crossings. `None` unless
+/// the shape says so:
+/// - the line has crossings that the shape itself doesn't vouch for, or if it has too few of them, the
+///   nearest line beside it that has more;
+/// - as far to the sides as shape and oracle agree again, on other crossings here than there, the shape still
+///   doesn't vouch for them: the line is nearer to touching than what it says that it can't tell.
 fn unsure_within(shape: &Shape, ray: &Ray, oracle: impl Fn(&Ray) -> usize) -> Option<f64> {
     const FARTHEST: f64 = 1e-6;
     let unit = 1.0 + ray.origin.length();
@@ -233,7 +238,8 @@ fn unsure_within(shape: &Shape, ray: &Ray, oracle: impl Fn(&Ray) -> usize) -> Op
     distances().skip_while(|&by| by < settled).find(vouches)
 }
 
-/// The same with any oracle, in ascending order, and its doubt: how near the line is to having other crossings.
+/// The same with any oracle, in ascending order, and its doubt: how near the line is to having other
+/// crossings.
 pub fn check_against(
     name: &str,
     shape: &Shape,
@@ -271,7 +277,8 @@ pub fn check_against(
         if matches!(shape, Shape::Figure(figure) if !figure.is_curved()) {
             continue;
         }
-        // Two crossings close to each other come and go where a line touches; others where it passes a rim or lies in a plane.
+        // Two crossings close to each other come and go where a line touches; others where it passes a rim or
+        // lies in a plane.
         let times: Vec<f64> = if found.len() > exact.len() {
             found.iter().map(|crossing| crossing.hit.t).collect()
         } else {
@@ -281,7 +288,8 @@ pub fn check_against(
         if found.len().abs_diff(exact.len()) != 2 || gap > 1e-3 * bounds.diameter() {
             continue;
         }
-        // Where a surface bends to both sides three crossings come together, at a place that is known to a cube root.
+        // Where a surface bends to both sides three crossings come together, at a place that is known to a
+        // cube root.
         let known = (SURE_FROM * (1.0 + ray.origin.length())).cbrt();
         let same = |crossing: &Crossing, exact: &(f64, bool)| {
             (crossing.hit.t - exact.0).abs() <= crossing.error.min(known)

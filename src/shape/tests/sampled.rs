@@ -6,8 +6,9 @@ use super::{Random, Shape};
 use crate::geometry::Ray;
 use rand::SeedableRng;
 
-/// What a slow oracle knows of a line: its crossings in any order, and how near it is to having others or fewer, as the smallest
-/// magnitude of the surface's function where it is extreme or goes from one polynomial to the next.
+/// What a slow oracle knows of a line: its crossings in any order, and how near it is to having others or
+/// fewer, as the smallest magnitude of the surface's function where it is extreme or goes from one polynomial
+/// to the next.
 pub struct Known {
     pub crossings: Vec<Exact>,
     pub doubt: f64,
@@ -80,7 +81,8 @@ impl Tally {
     }
 }
 
-/// Adds to what is known the roots of a function between two places; `exits` says that another polynomial follows there.
+/// Adds to what is known the roots of a function between two places; `exits` says that another polynomial
+/// follows there.
 pub fn add_roots(known: &mut Known, function: &Polynomial, ends: [Doubled; 2], ray: &Ray) {
     let range = ends.map(|end| end.high);
     for end in ends {

@@ -9,8 +9,8 @@ use rand_pcg::Pcg64Mcg as Random;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 use std::f64::consts::PI;
 
-/// The mean of 1 / density over the unit square is the area, which has been computed in another way. Quadrics, without a point
-/// for each u, have a test of their own.
+/// The mean of 1 / density over the unit square is the area, which has been computed in another way.
+/// Quadrics, without a point for each u, have a test of their own.
 #[test]
 fn area_densities_integrate_to_one() {
     const GRID: usize = 400;
@@ -128,7 +128,8 @@ fn check_solid_angle(name: &str, shape: &Shape, reference: Vec3, seed: u64) -> f
     ChiSquared::new(freedom).unwrap().sf(statistic)
 }
 
-/// The density per steradian integrates to one and is that of the samples, for every shape and from many places.
+/// The density per steradian integrates to one and is that of the samples, for every shape and from many
+/// places.
 #[test]
 fn solid_angle_sampling_follows_its_density() {
     let places = [Vec3::new(3.0, 1.0, 2.0), Vec3::new(-0.6, 1.1, 0.9), Vec3::new(200.0, -300.0, 100.0)];

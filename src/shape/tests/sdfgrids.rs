@@ -10,7 +10,7 @@ use crate::shape::{Sampled, SdfData, SdfGrid, Shape, ShapeError};
 use rand::{RngExt, SeedableRng};
 use std::sync::Arc;
 
-/// Of a function on the unit cube.
+/// The grid of a function on the unit cube.
 fn data(points: [usize; 3], function: impl Fn(Vec3) -> f64) -> Arc<SdfData> {
     let [width, height, depth] = points;
     let values = (0..width * height * depth).map(|i| {
@@ -116,8 +116,8 @@ fn grids_are_crossed_where_the_oracle_says_a_million_times() {
     check_grids(170_000);
 }
 
-/// From outside to outside, a line crosses a closed surface an even number of times, by turns in and out: also where it goes
-/// through corners, edges and sides of cells.
+/// From outside to outside, a line crosses a closed surface an even number of times, by turns in and out:
+/// also where it goes through corners, edges and sides of cells.
 #[test]
 fn no_crossing_is_lost_between_cells() {
     leaks(100_000);
@@ -200,7 +200,8 @@ fn no_grid_is_met_where_it_is_left() {
     }
 }
 
-/// A fine grid of a ball has its area and volume, and normals that point outward; smooth ones are nearer to the ball's.
+/// A fine grid of a ball has its area and volume, and normals that point outward; smooth ones are nearer to
+/// the ball's.
 #[test]
 fn a_ball_of_distances_is_a_ball() {
     let data = ball(48);
@@ -233,7 +234,8 @@ fn a_ball_of_distances_is_a_ball() {
     assert!(smooth < 0.1 * analytic, "{smooth} {analytic}");
 }
 
-/// What Mitsuba 3.9.1 (scalar_rgb) answers to the same rays for the distance from a ball, 8 points along each axis.
+/// What Mitsuba 3.9.1 (scalar_rgb) answers to the same rays for the distance from a ball, 8 points along each
+/// axis.
 #[test]
 fn normals_are_those_of_mitsuba() {
     let data = data([8; 3], |at| (at - Vec3::new(0.45, 0.5, 0.55)).length() - 0.3);

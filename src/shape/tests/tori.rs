@@ -50,7 +50,8 @@ fn tori_are_crossed_where_the_oracle_says_a_million_times() {
     check_tori(170_000);
 }
 
-/// Four crossings in the plane of the ring, two down through the tube, none through the hole; the volume is 2π² major minor².
+/// Four crossings in the plane of the ring, two down through the tube, none through the hole; the volume is
+/// 2π² major minor².
 #[test]
 fn lines_cross_a_ring_up_to_four_times() {
     let (major, minor) = (1.0, 0.25);

@@ -1,4 +1,5 @@
-//! The worked examples of the source texts (Glassner, *An Introduction to Ray Tracing*, ch. 2), their values recomputed.
+//! The worked examples of the source texts (Glassner, *An Introduction to Ray Tracing*, ch. 2), their values
+//! recomputed.
 
 use super::{close, near, unit_sphere};
 use crate::geometry::roots::quadratic;
@@ -117,8 +118,8 @@ fn a_quadrilateral() {
     let (p00, p10) = (corner(-5.0, 1.0, 2.0), corner(-2.0, -3.0, 6.0));
     let (p11, p01) = (corner(2.0, -1.0, 4.0), corner(1.0, 4.0, -1.0));
     let (point, normal) = (corner(-2.0, -1.0, 4.0), corner(0.0, 1.0, 1.0));
-    // The point is on the line across that begins at a + u b on one side and leads along d + u e to the other:
-    // normal · ((point − a − u b) × (d + u e)) = 0.
+    // The point is on the line across that begins at a + u b on one side and leads along d + u e to the
+    // other: normal · ((point − a − u b) × (d + u e)) = 0.
     let place = |a: Vec3, b: Vec3, other: Vec3, other_b: Vec3| {
         let (p, d, e) = (point - a, other - a, other_b - b);
         let n = |x: Vec3, y: Vec3| normal.dot(x.cross(y));

@@ -11,8 +11,9 @@
 //! | absorption | `water`, `soda-lime-bronze`, `isuzu-IEB470`, `blood-oxygenated`..., in 1/m |
 //! | sensitivity | `cie1931-2deg/y`, `cone/L`... |
 //!
-//! Emission and sensitivity are zero outside their tables; material data keep their end value, because zero would be
-//! unphysical. The daylight illuminants, whose tables end at 780 nm, are continued to 830 nm by the CIE's formula.
+//! Emission and sensitivity are zero outside their tables; material data keep their end value, because zero
+//! would be unphysical. The daylight illuminants, whose tables end at 780 nm, are continued to 830 nm by the
+//! CIE's formula.
 
 mod records;
 
@@ -130,7 +131,8 @@ impl RefractiveIndex {
         }
     }
 
-    /// What using this index over `range` assumes beyond its source, as a sentence; `None` where it covers the range.
+    /// What using this index over `range` assumes beyond its source, as a sentence; `None` where it covers
+    /// the range.
     pub fn assumption(&self, range: WavelengthRange) -> Option<String> {
         match self {
             Self::Formula(formula) => {
@@ -142,7 +144,8 @@ impl RefractiveIndex {
     }
 }
 
-/// What using `spectrum` over `range` assumes, if its table is shorter and its end values are held; else `None`.
+/// What using `spectrum` over `range` assumes, if its table is shorter and its end values are held; else
+/// `None`.
 pub fn held_outside(spectrum: &Spectrum, range: WavelengthRange) -> Option<String> {
     let known = spectrum.domain().filter(|_| spectrum.is_held_within(range))?;
     Some(held(known))

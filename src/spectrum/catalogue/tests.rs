@@ -102,7 +102,8 @@ fn values_are_physical_over_the_visible_range() {
     }
 }
 
-/// n_d and the Abbe number of every formula, as `data/` states them (for SCHOTT glasses the data sheet's values).
+/// n_d and the Abbe number of every formula, as `data/` states them (for SCHOTT glasses the data sheet's
+/// values).
 #[test]
 fn indices_and_abbe_numbers_agree_with_the_tables() {
     let table = TableFile::parse(data::text("dielectrics/dispersion_formulas")).unwrap();

@@ -41,9 +41,9 @@ impl Lab {
     }
 }
 
-/// Colour difference CIEDE2000 with unit parametric factors (ISO/CIE 11664-6:2014), written after G. Sharma, W. Wu and
-/// E. N. Dalal, *The CIEDE2000 color-difference formula: implementation notes* (2005), whose treatment of hues near
-/// the wrap-around it follows.
+/// Colour difference CIEDE2000 with unit parametric factors (ISO/CIE 11664-6:2014), written after G. Sharma,
+/// W. Wu and E. N. Dalal, *The CIEDE2000 color-difference formula: implementation notes* (2005), whose
+/// treatment of hues near the wrap-around it follows.
 pub fn delta_e_2000(first: Lab, second: Lab) -> f64 {
     let seventh = |chroma: f64| {
         let cube = chroma * chroma * chroma;

@@ -1,6 +1,7 @@
 //! Colour: from spectra to tristimulus values, chromaticities, colour differences and display values.
 //!
-//! After CIE 15:2018. Tristimulus values are as their observer gives them; [`Xyz`] carries no scale of its own.
+//! After CIE 15:2018. Tristimulus values are as their observer gives them; [`Xyz`] carries no scale of its
+//! own.
 
 mod delta_e;
 mod observer;

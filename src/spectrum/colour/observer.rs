@@ -7,10 +7,11 @@ use crate::spectrum::{Extrapolation, Sampled, Spectrum};
 use crate::units::WavelengthRange;
 use std::sync::OnceLock;
 
-/// What Mitsuba 3 divides by where it turns spectral radiance into XYZ: the integral of its own (5 nm) table of ȳ, nm.
+/// What Mitsuba 3 divides by where it turns spectral radiance into XYZ: the integral of its own (5 nm) table
+/// of ȳ, nm.
 ///
-/// `hdrfilm` states `XYZ = ∫ L(λ) (x̄, ȳ, z̄) dλ / MITSUBA_Y_INTEGRAL`. With the 1 nm tables used here a flat radiance
-/// of 1 gives Y = 1.001, because `∫ ȳ dλ` is 106.857 nm.
+/// `hdrfilm` states `XYZ = ∫ L(λ) (x̄, ȳ, z̄) dλ / MITSUBA_Y_INTEGRAL`. With the 1 nm tables used here a flat
+/// radiance of 1 gives Y = 1.001, because `∫ ȳ dλ` is 106.857 nm.
 pub const MITSUBA_Y_INTEGRAL: f64 = 106.750_259_399_414_06;
 
 /// A standard observer: three colour-matching functions at 1 nm, linear between, zero outside.
@@ -46,8 +47,8 @@ impl Observer {
         "The cone-fundamental-based observer of CIE 170-2:2015 for 10°, 390–830 nm.";
     }
 
-    /// The CIE 1931 observer as Mitsuba 3 tabulates it: every 5 nm, linear between. For comparisons with it to less than
-    /// 0.1 %; by up to 1.6 % wrong in Z for a narrow line near 545 nm.
+    /// The CIE 1931 observer as Mitsuba 3 tabulates it: every 5 nm, linear between. For comparisons with it
+    /// to less than 0.1 %; by up to 1.6 % wrong in Z for a narrow line near 545 nm.
     pub fn cie1931_5nm() -> &'static Self {
         static OBSERVER: OnceLock<Observer> = OnceLock::new();
         OBSERVER.get_or_init(|| {
@@ -122,8 +123,9 @@ impl Observer {
 
     /// `∫ s(λ) r(λ) (x̄, ȳ, z̄) dλ` over `range`.
     ///
-    /// Exact, up to rounding, for tables: between neighbouring nodes of the three functions their product is a cubic,
-    /// which the two-point Gauss rule integrates exactly. It never looks at a node itself, where a table may jump.
+    /// Exact, up to rounding, for tables: between neighbouring nodes of the three functions their product is
+    /// a cubic, which the two-point Gauss rule integrates exactly. It never looks at a node itself, where a
+    /// table may jump.
     pub fn xyz_of_product(&self, spectrum: &Spectrum, factor: &Spectrum, range: WavelengthRange) -> Xyz {
         let (from, to) = (range.min.max(self.start), range.max.min(self.end));
         let mut nodes: Vec<f64> = (0..self.values.len()).map(|i| self.start + i as f64).collect();

@@ -1,4 +1,5 @@
-//! Display values: linear RGB with the primaries of ITU-R BT.709 (those of sRGB), and the sRGB transfer function.
+//! Display values: linear RGB with the primaries of ITU-R BT.709 (those of sRGB), and the sRGB transfer
+//! function.
 
 use super::Xyz;
 
@@ -10,7 +11,8 @@ const WHITE: (f64, f64) = (0.3127, 0.3290);
 
 type Matrix = [[f64; 3]; 3];
 
-/// From linear BT.709 to XYZ with Y = 1 for white: the columns are the primaries, scaled so that they add up to white.
+/// From linear BT.709 to XYZ with Y = 1 for white: the columns are the primaries, scaled so that they add up
+/// to white.
 const TO_XYZ: Matrix = {
     let mut primaries = [[0.0; 3]; 3];
     let mut i = 0;
@@ -75,8 +77,8 @@ pub(crate) const fn inverse(m: &Matrix) -> Matrix {
 
 /// Linear BT.709 values of a colour; (1, 1, 1) for D65 with Y = 1. Outside [0, 1] for colours out of gamut.
 ///
-/// The matrix follows from primaries and white with full precision; the rounded one of IEC 61966-2-1 and Mitsuba's
-/// (which has an older white) differ from it by less than 5e-4.
+/// The matrix follows from primaries and white with full precision; the rounded one of IEC 61966-2-1 and
+/// Mitsuba's (which has an older white) differ from it by less than 5e-4.
 pub fn xyz_to_rec709(colour: Xyz) -> [f64; 3] {
     product(&XYZ_TO_REC709, colour.into())
 }
@@ -86,7 +88,8 @@ pub fn rec709_to_xyz(rgb: [f64; 3]) -> Xyz {
     product(&TO_XYZ, rgb).into()
 }
 
-/// The sRGB transfer function: linear to encoded, both 0 to 1 (IEC 61966-2-1). Odd, so that values below 0 survive.
+/// The sRGB transfer function: linear to encoded, both 0 to 1 (IEC 61966-2-1). Odd, so that values below 0
+/// survive.
 pub fn srgb_encode(linear: f64) -> f64 {
     let magnitude = linear.abs();
     let encoded = match magnitude <= 0.003_130_8 {
@@ -117,7 +120,8 @@ pub fn srgb_hex(colour: Xyz) -> String {
 mod tests {
     use super::*;
 
-    /// The matrix that W3C's CSS Color Module Level 4 states for the same primaries and white, and white to rounding.
+    /// The matrix that W3C's CSS Color Module Level 4 states for the same primaries and white, and white to
+    /// rounding.
     #[test]
     fn matrix_is_the_standard_one() {
         let standard = [

@@ -41,7 +41,7 @@ struct Series<'a> {
     ink: &'static str,
     marker: Marker,
     dash: Option<&'static str>,
-    /// By samples per pixel.
+    /// Runs in the order of samples per pixel.
     runs: Vec<&'a Run>,
     against_samples: Option<PowerLaw>,
     against_time: Option<PowerLaw>,
@@ -112,7 +112,8 @@ impl Findings<'_> {
         all
     }
 
-    /// The relative RMSE that times are told for: what was asked for, or the smallest that every series reaches.
+    /// The relative RMSE that times are told for: what was asked for, or the smallest that every series
+    /// reaches.
     fn target(&self, series: &[Series]) -> f64 {
         let best = |series: &Series| {
             let errors = series.runs.iter().map(|run| run.error().mean.max(0.0).sqrt());
@@ -142,7 +143,8 @@ impl Findings<'_> {
             .collect()
     }
 
-    /// Writes tables, plots and page into the folder. Renders the pictures at equal time, on the current rayon thread pool.
+    /// Writes tables, plots and page into the folder. Renders the pictures at equal time, on the current
+    /// rayon thread pool.
     pub fn write(&self, folder: &Folder, watch: &dyn Watch) -> io::Result<()> {
         folder.write("runs.csv", tables::csv(self).as_bytes())?;
         let patterns = self.patterns();

@@ -1,4 +1,5 @@
-//! One page that stands on its own: text, tables, inline SVG and fonts, nothing from elsewhere and no scripts.
+//! One page that stands on its own: text, tables, inline SVG and fonts, nothing from elsewhere and no
+//! scripts.
 
 use super::plots::Figure;
 use super::{Findings, Series, percent, short, slope};

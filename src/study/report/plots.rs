@@ -8,7 +8,7 @@ use crate::study::measure::EqualTime;
 
 /// A plot with what it is called and what it says.
 pub(super) struct Figure {
-    /// Of its files.
+    /// Name of its files.
     pub name: &'static str,
     pub drawing: Drawing,
     pub caption: String,

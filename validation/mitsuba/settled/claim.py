@@ -28,7 +28,7 @@ PLANTED = [Planted(THIN, ("abbe: blendbsdf",))]
 @dataclass(frozen=True)
 class Case:
     what: str
-    fact: int  # in FACTS.md; 0 for what stands in abbe's README alone
+    fact: int  # in FACTS.md; 0 for what stands in docs/differences-from-mitsuba.md alone
     formula: str
     expected: float  # mean radiance of the picture, W·m⁻²·sr⁻¹·nm⁻¹
     body: str

@@ -109,10 +109,11 @@ fn fraction(query: &Query<'_>, name: &'static str, default: f64) -> SpectrumSour
     spectra::read_or(query, name, Use::Fraction, default)
 }
 
-/// Given as `eta`, or as `specular`: 12.5 times the reflectance at normal incidence. Where light is transmitted,
-/// Mitsuba 3 keeps a facet to refract it: an `eta` of 1 becomes 1.001, a `specular` of 0 becomes 0.001.
+/// Given as `eta`, or as `specular`: 12.5 times the reflectance at normal incidence. Where light is
+/// transmitted, Mitsuba 3 keeps a facet to refract it: an `eta` of 1 becomes 1.001, a `specular` of 0 becomes
+/// 0.001.
 fn principled_index(query: &Query<'_>, spec_trans: &SpectrumSource) -> f64 {
-    /// Of `specular`, at which all would be reflected.
+    /// Value of `specular` at which the surface reflects everything.
     const LIMIT: f64 = 12.5;
     let glass = spec_trans.constant() != Some(0.0);
     let of_specular = |specular: f64| 2.0 / (1.0 - (specular / LIMIT).sqrt()) - 1.0;

@@ -1,8 +1,8 @@
-//! Scenes as JSON in the shape of Mitsuba 3's dictionaries, as `abbe info --json` writes them, into the same [`Tree`]
-//! as XML.
+//! Scenes as JSON in the shape of Mitsuba 3's dictionaries, as `abbe info --json` writes them, into the same
+//! [`Tree`] as XML.
 //!
-//! An object has a `type`, and everything else by name. Objects directly in the scene are known by their keys.
-//! Beside plugins a type may be `spectrum`, `rgb`, `ref`, `transform` or `animation`.
+//! An object has a `type`, and everything else by name. Objects directly in the scene are known by their
+//! keys. Beside plugins a type may be `spectrum`, `rgb`, `ref`, `transform` or `animation`.
 
 mod text;
 

@@ -14,7 +14,8 @@ use crate::scene::description::{Animation, Light, LightKind, SpectrumKind, Spect
 use crate::scene::source::SceneError;
 use std::sync::Arc;
 
-/// By how much the length of a transformed axis may differ from 1: transforms are often written with few digits.
+/// By how much the length of a transformed axis may differ from 1: transforms are often written with few
+/// digits.
 const LOOSEST_LENGTH: f64 = 1e-3;
 
 /// An emitter that stands by itself. `None` where it is wrong, which is reported.
@@ -137,8 +138,8 @@ pub(super) fn area(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     }
 }
 
-/// Mitsuba 3 chooses lights in proportion to it. The picture does not depend on it; only at 0 a light that nothing but
-/// light samples finds is not found.
+/// Mitsuba 3 chooses lights in proportion to it. The picture does not depend on it; only at 0 a light that
+/// nothing but light samples finds is not found.
 fn sampling_weight(query: &Query<'_>) -> Option<f64> {
     let weight = query.float("sampling_weight")?;
     if weight < 0.0 {

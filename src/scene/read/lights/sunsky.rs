@@ -58,7 +58,8 @@ fn between(query: &Query<'_>, name: &'static str, default: f64, least: f64, most
     value
 }
 
-/// In the world. A given direction is one of the world already, a computed one is turned with the sky (Mitsuba 3).
+/// In the world. A given direction is one of the world already, a computed one is turned with the sky
+/// (Mitsuba 3).
 fn sun(query: &Query<'_>, to_world: &Transform) -> Option<Vec3> {
     let given = query.vector("sun_direction");
     let time = time(query);

@@ -10,7 +10,8 @@ fn the_nearest_name_is_found_or_none() {
     assert_eq!(nearest("x", &[]), None);
 }
 
-/// JSON tells the class of an object by its plugin alone, but for the regular spectrum and the regular sampler.
+/// JSON tells the class of an object by its plugin alone, but for the regular spectrum and the regular
+/// sampler.
 #[test]
 fn no_two_classes_share_a_plugin() {
     assert_eq!(class_of("regular", ["wavelength_min", "values"].into_iter()), Some(Class::Spectrum));
@@ -91,16 +92,17 @@ fn the_reader_accepts_what_is_listed_and_nothing_that_is_said_to_be_missing() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// A table of the README, as the names between its backticks.
-fn readme(row: &str) -> Vec<String> {
-    let page = include_str!("../../../../README.md");
+/// A row of the page on the scene format, as the names between its backticks.
+fn documented(row: &str) -> Vec<String> {
+    let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene-format.md");
+    let page = std::fs::read_to_string(page).unwrap();
     let line = page.lines().find(|line| line.starts_with(&format!("| {row} |"))).unwrap_or_default();
     let code = line.split('`').skip(1).step_by(2).flat_map(str::split_whitespace);
     code.map(str::to_owned).collect()
 }
 
 #[test]
-fn the_readme_lists_what_is_read() {
+fn the_scene_format_lists_what_is_read() {
     for (row, class) in [
         ("shapes", Class::Shape),
         ("materials", Class::Bsdf),
@@ -109,10 +111,10 @@ fn the_readme_lists_what_is_read() {
         ("integrators", Class::Integrator),
         ("media", Class::Medium),
     ] {
-        let names = readme(row);
-        assert!(!names.is_empty(), "the README has no row of {row}");
+        let names = documented(row);
+        assert!(!names.is_empty(), "docs/scene-format.md has no row of {row}");
         for name in names {
-            assert!(plugins(class).contains(&name.as_str()), "the README has {row} {name}");
+            assert!(plugins(class).contains(&name.as_str()), "docs/scene-format.md has {row} {name}");
         }
     }
 }

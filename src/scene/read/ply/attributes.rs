@@ -1,8 +1,8 @@
 //! Which properties of an element make attributes, by Mitsuba 3's rules.
 //!
-//! `r g b` or `red green blue` are `color`. Of the others those count that end in an underscore and a letter: `t_x t_y t_z`
-//! or `t_0 t_1 t_2` (or `t_1 t_2 t_3`) are `t`, `t_r t_g t_b` are `t_color`. An attribute has one number or three. Other
-//! properties are passed over, as there.
+//! `r g b` or `red green blue` are `color`. Of the others those count that end in an underscore and a letter:
+//! `t_x t_y t_z` or `t_0 t_1 t_2` (or `t_1 t_2 t_3`) are `t`, `t_r t_g t_b` are `t_color`. An attribute has
+//! one number or three. Other properties are passed over, as there.
 
 use super::super::meshes::MeshError;
 use super::{Element, Scalar};
@@ -77,8 +77,8 @@ impl Columns {
 }
 
 impl Scalar {
-    /// What Mitsuba 3 makes of a number in an attribute: integers are shares of the largest, stored with the sRGB curve
-    /// (IEC 61966-2-1). But a byte is taken as it is.
+    /// What Mitsuba 3 makes of a number in an attribute: integers are shares of the largest, stored with the
+    /// sRGB curve (IEC 61966-2-1). But a byte is taken as it is.
     fn attribute_value(self, value: f64) -> f64 {
         let largest = match self {
             Self::U8 | Self::F32 | Self::F64 => return value,
@@ -106,7 +106,8 @@ mod tests {
     use super::super::{MeshOptions, read};
     use crate::shape::MeshAttribute;
 
-    /// The attributes of a triangle whose vertices i have 10 i, 10 i + 1, ... in these properties, and whose face 100, 101, ...
+    /// The attributes of a triangle whose vertices i have 10 i, 10 i + 1, ... in these properties, and whose
+    /// face 100, 101, ...
     fn attributes(vertex: &[&str], face: &[&str]) -> Vec<MeshAttribute> {
         let property = |name: &&str| match name.split_once(' ') {
             Some(_) => format!("property {name}\n"),

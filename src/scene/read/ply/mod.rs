@@ -1,7 +1,8 @@
-//! PLY: ascii and binary of both byte orders; positions, normals, texture coordinates, further attributes, polygons.
+//! PLY: ascii and binary of both byte orders; positions, normals, texture coordinates, further attributes,
+//! polygons.
 //!
-//! What an attribute of Mitsuba 3 is becomes one here; whatever else the file holds is passed over. Numbers of elements are checked against the length of the file
-//! before anything is allocated for them.
+//! What an attribute of Mitsuba 3 is becomes one here; whatever else the file holds is passed over. Numbers
+//! of elements are checked against the length of the file before anything is allocated for them.
 
 mod attributes;
 mod header;
@@ -120,7 +121,8 @@ impl Element {
         Some(found)
     }
 
-    /// Mitsuba 3 makes garbage of coordinates that are integers of more than a byte: shares of the largest number.
+    /// Mitsuba 3 makes garbage of coordinates that are integers of more than a byte: shares of the largest
+    /// number.
     fn refuse_whole_numbers(&self, columns: &[usize]) -> Result<(), MeshError> {
         let allowed = |scalar| matches!(scalar, Scalar::F32 | Scalar::F64 | Scalar::U8);
         match columns.iter().map(|&at| &self.properties[at]).find(|property| !allowed(property.scalar)) {

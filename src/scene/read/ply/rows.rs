@@ -86,7 +86,8 @@ mod tests {
     use super::super::{MeshOptions, read};
     use crate::shape::MeshData;
 
-    /// A strip of triangles, with normals and texture coordinates, in a file in which `more` is behind each face.
+    /// A strip of triangles, with normals and texture coordinates, in a file in which `more` is behind each
+    /// face.
     fn strip(big: bool, triangles: u32, more: Option<u8>) -> Vec<u8> {
         let order = if big { "big" } else { "little" };
         let flag = if more.is_some() { "property uchar flag\n" } else { "" };

@@ -42,7 +42,8 @@ const ANALYTIC: [&str; 17] = [
     "bezierpatch",
 ];
 
-/// The scene's sensors in Mitsuba 3's order, which numbers them; `None` for those that are wrong, which is reported.
+/// The scene's sensors in Mitsuba 3's order, which numbers them; `None` for those that are wrong, which is
+/// reported.
 pub(super) fn of_scene(query: &Query<'_>) -> Vec<(Place, Option<Sensor>)> {
     let (mut found, mut on_meshes) = (Vec::new(), Vec::new());
     for child in children(query) {

@@ -120,7 +120,8 @@ fn batches_share_a_width_that_they_divide() {
     assert!(matches!(sensors[1].kind, SensorKind::Orthographic { .. }));
     assert!(sensor("batch", &format!("{two}{}", wide(5))).unwrap_err().contains("cannot be shared by 2"));
     assert!(sensor("batch", "").unwrap_err().contains("has no sensors"));
-    // Under a flat sky a box from 450 to 600 nm measures 153.9 there instead of 150, other responses half of theirs.
+    // Under a flat sky a box from 450 to 600 nm measures 153.9 there instead of 150, other responses half of
+    // theirs.
     let spectral = r#"<film type="specfilm"><spectrum name="a" value="450:1, 600:3"/></film>"#;
     assert!(sensor("batch", &format!("{two}{spectral}")).unwrap_err().contains("cannot have a specfilm"));
     assert!(

@@ -1,8 +1,8 @@
 //! `<include>`: the objects of another file in the place of the element.
 //!
-//! As in Mitsuba 3.9.1: the file is a `<scene>` with a version of its own, or a single object with a version. Files to
-//! include are sought in the folder of the including file first; everything else is sought from the main scene's
-//! folder. `$name` is shared in both directions.
+//! As in Mitsuba 3.9.1: the file is a `<scene>` with a version of its own, or a single object with a version.
+//! Files to include are sought in the folder of the including file first; everything else is sought from the
+//! main scene's folder. `$name` is shared in both directions.
 
 use super::super::super::source::{Place, SceneError};
 use super::super::attributes::{Attribute, start_tag};

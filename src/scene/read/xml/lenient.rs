@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-/// The text with blanks in the place of what XML would refuse: `--` within comments, and a declaration that does not
-/// come first. Everything keeps its place.
+/// The text with blanks in the place of what XML would refuse: `--` within comments, and a declaration that
+/// does not come first. Everything keeps its place.
 pub(super) fn accepted(text: &str) -> Cow<'_, str> {
     let mut blanks = Vec::new();
     let start = text.len() - text.trim_start().len();

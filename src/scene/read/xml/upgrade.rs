@@ -22,8 +22,8 @@ pub(super) fn is_old(version: &Attribute) -> Result<bool, SceneError> {
     }
 }
 
-/// `toWorld` as `to_world`, `intIOR` as `int_ior`: capitals after a small letter become small, with an underscore
-/// before them.
+/// `toWorld` as `to_world`, `intIOR` as `int_ior`: capitals after a small letter become small, with an
+/// underscore before them.
 pub(super) fn snake_case(name: &str) -> String {
     let mut result = String::with_capacity(name.len() + 4);
     let mut in_capitals = false;

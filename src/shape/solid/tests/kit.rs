@@ -59,7 +59,7 @@ fn between_ones(coordinate: &Polynomial) -> [Polynomial; 2] {
     [&Polynomial::constant(-1.0) - coordinate, coordinate - &one]
 }
 
-/// Of height 2 along z, over an L.
+/// A prism of height 2 along z over an L.
 fn angle_iron() -> MeshData {
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0], [-1.0, 1.0]];
     let at = |z: f32| corners.map(|[x, y]: [f32; 2]| [x, y, z]);
@@ -194,7 +194,7 @@ pub fn all() -> Vec<Item> {
 }
 
 impl Operation {
-    /// Of functions that are negative inside: union is their minimum, intersection their maximum.
+    /// Combines functions that are negative inside: union is their minimum, intersection their maximum.
     fn put_together(self, first: f64, others: impl Iterator<Item = f64>) -> f64 {
         match self {
             Self::Union => others.fold(first, f64::min),

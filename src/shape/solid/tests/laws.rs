@@ -78,7 +78,7 @@ fn what_is_uncertain_draws_in_nothing_else() {
     assert_eq!(pair.iter().map(|event| event.crossing.hit.t).collect::<Vec<_>>(), [0.0, 3.0]);
 }
 
-/// Of faces that coincide the first part's is met, whatever rounding makes of it.
+/// A ray meets the first part's face where faces coincide, whatever rounding makes of it.
 #[test]
 fn the_first_of_coincident_faces_is_met() {
     let place = turned(0.8, Vec3::splat(0.7), Vec3::new(0.3, 0.1, -0.2));
@@ -294,7 +294,8 @@ fn only_what_is_left_of_a_surface_shows() {
                     if beyond.abs() < 1e-9 {
                         continue;
                     }
-                    // What is left: outside of the other for a union, inside otherwise, but for what a difference is cut from.
+                    // What is left: outside of the other for a union, inside otherwise, but for what a
+                    // difference is cut from.
                     let left = match (operation, index) {
                         (Operation::Union, _) | (Operation::Difference, 0) => beyond > 0.0,
                         _ => beyond < 0.0,

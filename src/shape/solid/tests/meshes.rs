@@ -18,8 +18,9 @@ fn double_fan(sides: u32) -> MeshData {
     MeshData { positions, indices, ..MeshData::default() }
 }
 
-/// Whether each crossing may be somewhere within its bounds such that the line enters and leaves by turns, beginning with entering:
-/// nowhere has it certainly entered more than once oftener than it may have left, nor certainly left oftener than it may have entered.
+/// Whether each crossing may be somewhere within its bounds such that the line enters and leaves by turns,
+/// beginning with entering: nowhere has it certainly entered more than once oftener than it may have left,
+/// nor certainly left oftener than it may have entered.
 fn in_turn(crossings: &[Crossing]) -> bool {
     let until = |place: f64, enters: bool, side: f64| {
         let passed = |crossing: &&Crossing| {
@@ -35,8 +36,9 @@ fn in_turn(crossings: &[Crossing]) -> bool {
     balanced && crossings.iter().all(|crossing| fits(crossing.hit.t + crossing.error))
 }
 
-/// A line enters the mesh and leaves it by turns, as often the one as the other: out of turn only where it isn't certain which comes
-/// first. Of a face that the line runs in that may be any place of it, beyond others that are certain.
+/// A line enters the mesh and leaves it by turns, as often the one as the other: out of turn only where it
+/// isn't certain which comes first. Of a face that the line runs in that may be any place of it, beyond
+/// others that are certain.
 fn assert_sealed(mesh: &Shape, rays: u32, seed: u64) -> u64 {
     let Shape::Mesh(triangles) = mesh else { panic!("no mesh") };
     let mut random = Random::seed_from_u64(seed);

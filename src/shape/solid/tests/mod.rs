@@ -46,7 +46,8 @@ struct Tally {
     /// Places too near to a surface for the functions to be sure.
     doubtful: u64,
     mismatches: u64,
-    /// Short stretches that are there: beside the line where round and flat faces touch there is a gap as thin as one likes.
+    /// Short stretches that are there: beside the line where round and flat faces touch there is a gap as
+    /// thin as one likes.
     thin: u64,
     /// All others, which can only be walls or skins.
     slivers: u64,
@@ -66,15 +67,16 @@ impl Tally {
     }
 }
 
-/// Shorter stretches are met near edges, by one line in 10⁹ or so at most, and where faces touch along a line: beside a cylinder of
-/// radius 1 in a cube the gap at a distance d from that line is d²/2, so a line in 10⁵ or so crosses less than this.
+/// Shorter stretches are met near edges, by one line in 10⁹ or so at most, and where faces touch along a
+/// line: beside a cylinder of radius 1 in a cube the gap at a distance d from that line is d²/2, so a line in
+/// 10⁵ or so crosses less than this.
 const SLIVER: f64 = 1e-10;
 
 /// How far rounding puts faces beside their places, as a share of the solid's size, with reserve.
 const ROUNDING: f64 = 1e-14;
 
-/// Follows random lines through a solid of about the size `scale` around `centre` and compares the stretches within it with
-/// the functions: in the middle of each, between them, and anywhere.
+/// Follows random lines through a solid of about the size `scale` around `centre` and compares the stretches
+/// within it with the functions: in the middle of each, between them, and anywhere.
 fn judge(model: &Model, place: &Transform, lines: u64, seed: u64) -> Tally {
     let (solid, depth) = (model.solid(), model.depth());
     let scale = place.uniform_scale().unwrap();
@@ -177,7 +179,8 @@ fn pairs_are_what_their_parts_are() {
     judge_pairs(2_000);
 }
 
-/// 363 million lines. All tests of solids that are left out by default take about a quarter of an hour of one core, half of it this.
+/// 363 million lines. All tests of solids that are left out by default take about a quarter of an hour of one
+/// core, half of it this.
 #[test]
 #[ignore = "takes eight minutes of one core"]
 fn pairs_are_what_their_parts_are_on_a_million_lines_each() {
@@ -242,7 +245,8 @@ fn judge_coincident(lines: u64) {
             tally
         })
         .reduce(Tally::default, Tally::and);
-    // Many places are in doubt here: a chord from end to end of two boxes that abut has its middle in the wall between them.
+    // Many places are in doubt here: a chord from end to end of two boxes that abut has its middle in the
+    // wall between them.
     println!("coincident faces: {tally:?}");
     assert!(tally.hits * 4 > tally.lines, "{tally:?}");
 }

@@ -11,8 +11,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
 use std::f64::consts::TAU;
 
-/// Compares `rays` rays; returns how many were left undecided, because a ray hardly beside them has another number of crossings,
-/// and the largest error of t relative to t and the shape's size.
+/// Compares `rays` rays; returns how many were left undecided, because a ray hardly beside them has another
+/// number of crossings, and the largest error of t relative to t and the shape's size.
 fn check(
     name: &str,
     made: Made,

@@ -84,8 +84,8 @@ struct Seen {
     /// Centre relative to the line's start, over the line and along it; times the line's speed.
     away: [Polynomial; 3],
     along: Polynomial,
-    /// r² less the squared distance of the centre from the line, times the line's speed squared; its root is half of what of the
-    /// line is within the ball.
+    /// r² less the squared distance of the centre from the line, times the line's speed squared; its root is
+    /// half of what of the line is within the ball.
     depth: Polynomial,
     /// Half the derivative of that squared distance, and of r².
     across: Polynomial,
@@ -133,7 +133,8 @@ impl Seen {
         edges.windows(2).filter(inside).map(|pair| [pair[0], pair[1]]).collect()
     }
 
-    /// Where across − (growth) ± s'√D changes its sign within a window, by looking at many places and bisecting.
+    /// Where across − (growth) ± s'√D changes its sign within a window, by looking at many places and
+    /// bisecting.
     fn roots(&self, [from, to]: [f64; 2], side: f64, ball: bool, places: usize) -> Vec<Doubled> {
         let slope = self.along.derivative();
         let bend = if ball { &self.across - &self.growth } else { self.across.clone() };
@@ -203,7 +204,8 @@ impl Seen {
 }
 
 impl Made {
-    /// All crossings of a ray with the shape made of a path without a transform, or with one for swept spheres.
+    /// All crossings of a ray with the shape made of a path without a transform, or with one for swept
+    /// spheres.
     pub fn exact(self, ray: &Ray, to_world: &Transform, path: &[ControlPoint], places: usize) -> Vec<Exact> {
         let line = Line::new(ray, to_world);
         let seen =

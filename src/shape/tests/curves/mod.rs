@@ -15,7 +15,8 @@ fn control(points: &[[f64; 4]]) -> Vec<ControlPoint> {
     points.iter().map(|&[x, y, z, radius]| ControlPoint { position: Vec3::new(x, y, z), radius }).collect()
 }
 
-/// Paths with what is hard: sharp bends, a ball within another, ends at rest, a straight piece, thin and thick ones.
+/// Paths with what is hard: sharp bends, a ball within another, ends at rest, a straight piece, thin and
+/// thick ones.
 fn paths() -> Vec<(&'static str, Vec<ControlPoint>)> {
     vec![
         (
@@ -124,8 +125,8 @@ fn kinds() -> Vec<(String, Shape)> {
     all.collect()
 }
 
-/// Points are on their surface within their error, boxes hold them, normals stand across both tangents, and rays that leave
-/// outward don't meet the surface where they started.
+/// Points are on their surface within their error, boxes hold them, normals stand across both tangents, and
+/// rays that leave outward don't meet the surface where they started.
 #[test]
 fn hits_are_on_the_surface_and_within_the_box() {
     let mut random = Random::seed_from_u64(21);
@@ -154,7 +155,7 @@ fn hits_are_on_the_surface_and_within_the_box() {
                 let along = !matches!(&shape, Shape::Curves(_))
                     || tangent == here.tangent
                     || name.contains("BSpline");
-                // Of far rays that all but touch, not so much is known.
+                // Far rays that all but touch are known less well.
                 let far = ray.origin.length() > 100.0;
                 assert!(
                     !along || far || slope <= 1e-6 * (tangent.length() + 1e-3),
@@ -229,8 +230,8 @@ fn what_is_no_curve_is_refused() {
     assert_eq!(SweptSphere::new(&id, linear, &[points], false).err(), Some(ShapeError::Radius(0.0)));
 }
 
-/// Two segments have the ball at their joint in common. The first has it everywhere, as in Mitsuba: else its texture would be that of
-/// one or of the other as rounding has it.
+/// Two segments have the ball at their joint in common. The first has it everywhere, as in Mitsuba: else its
+/// texture would be that of one or of the other as rounding has it.
 #[test]
 fn the_ball_at_a_joint_is_the_end_of_the_segment_before_it() {
     let mut random = Random::seed_from_u64(23);
@@ -251,7 +252,8 @@ fn the_ball_at_a_joint_is_the_end_of_the_segment_before_it() {
     assert!(at_joints > 1000, "{at_joints}");
 }
 
-/// Likewise of swept spheres, of which either segment may be met there: the texture is where that of the first is.
+/// Likewise of swept spheres, of which either segment may be met there: the texture is where that of the
+/// first is.
 #[test]
 fn the_texture_of_a_swept_joint_is_that_of_the_segment_before_it() {
     let path = control(&[[0.0, 0.0, 0.0, 0.5], [2.0, 0.0, 0.0, 0.5], [2.0, 2.0, 0.0, 0.5]]);

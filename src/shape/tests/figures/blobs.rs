@@ -44,8 +44,8 @@ fn density(line: &Line, kind: &FigureKind, t: Doubled) -> Doubled {
     sum
 }
 
-/// The same in `f64`, which away from zero tells the sign as well: of each blob the squared distance from it along a line, in
-/// terms of its radius, as a quadratic of the line's parameter.
+/// The same in `f64`, which away from zero tells the sign as well: of each blob the squared distance from it
+/// along a line, in terms of its radius, as a quadratic of the line's parameter.
 struct InDouble {
     quadratics: Vec<([f64; 3], f64)>,
     kernel: Kernel,

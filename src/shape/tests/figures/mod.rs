@@ -1,4 +1,5 @@
-//! Figures: what they have in common here, each against what it is by definition, in numbers of 32 digits, in a file of its own.
+//! Figures: what they have in common here, each against what it is by definition, in numbers of 32 digits, in
+//! a file of its own.
 
 mod blobs;
 mod prisms;
@@ -121,8 +122,8 @@ fn closed_figures_are_entered_and_left_by_turns() {
     }
 }
 
-/// Every side of the box around a figure touches it: the figure's outermost point is climbed to from samples, by lines along
-/// the axis. The search, not the box, is what a hundred-thousandth is left to.
+/// Every side of the box around a figure touches it: the figure's outermost point is climbed to from samples,
+/// by lines along the axis. The search, not the box, is what a hundred-thousandth is left to.
 #[test]
 fn boxes_touch_figures_on_all_sides() {
     let mut random = Random::seed_from_u64(6);
@@ -205,8 +206,8 @@ fn coordinates_and_tangents() {
     }
 }
 
-/// Rays that leave a surface outwards don't meet it where they started, at all scales and far from the origin; such as go into a
-/// solid leave it again.
+/// Rays that leave a surface outwards don't meet it where they started, at all scales and far from the
+/// origin; such as go into a solid leave it again.
 #[test]
 fn no_figure_is_met_where_it_is_left() {
     let mut random = Random::seed_from_u64(3);

@@ -48,7 +48,8 @@ fn across_outline(line: &Line, contours: &[Vec<[f64; 2]>], rule: FillRule) -> (V
     (found, doubt)
 }
 
-/// Whether a point is over the inside, by a line through it, and how near that passes a corner or the point an edge.
+/// Whether a point is over the inside, by a line through it, and how near that passes a corner or the point
+/// an edge.
 fn over_inside(point: [Doubled; 2], contours: &[Vec<[f64; 2]>], rule: FillRule) -> (bool, f64) {
     let coordinate = |k: usize, slope: f64| Polynomial(vec![point[k], double(slope)]);
     let line = Line([coordinate(0, 0.8), coordinate(1, 0.6), Polynomial::constant(0.0)]);

@@ -56,7 +56,8 @@ fn cubics(kind: &FigureKind) -> Vec<[Polynomial; 2]> {
     found
 }
 
-/// By the polynomial a r² + b z² + c z + d of each piece's parameter (Glassner ch. 3, 3.3, c and d corrected).
+/// By the polynomial a r² + b z² + c z + d of each piece's parameter (Glassner ch. 3, 3.3, c and d
+/// corrected).
 fn revolved(line: &Line, kind: &FigureKind) -> (Vec<Doubled>, f64) {
     let [[x0, x1], [y0, y1], [z0, z1]] = line.0.each_ref().map(|p| [p.0[0], p.0[1]]);
     let (b, rise) = (x1 * x1 + y1 * y1, z1 * z1);
@@ -67,8 +68,8 @@ fn revolved(line: &Line, kind: &FigureKind) -> (Vec<Doubled>, f64) {
     for [r, z] in cubics(kind) {
         let squared = &r * &r;
         if z1.high.abs() < 1e-14 {
-            // In a level plane, to within rounding: circles. Slopes that are less level than that but not for the polynomial are
-            // not among the rays.
+            // In a level plane, to within rounding: circles. Slopes that are less level than that but not for
+            // the polynomial are not among the rays.
             let level = &z - &Polynomial(vec![z0]);
             let trimmed = Polynomial(
                 level
@@ -124,8 +125,8 @@ fn check_revolutions(rays: u32) {
                 let in_world = |(i, t): (usize, Doubled)| Exact { t: t + near(ray).into(), enters: way(i) };
                 found.into_iter().enumerate().map(in_world).collect()
             };
-            // What is told in the shape's own coordinates is shorter in the world's, in which rays are rounded: by the least
-            // stretch at most.
+            // What is told in the shape's own coordinates is shorter in the world's, in which rays are
+            // rounded: by the least stretch at most.
             let inverse = DMat3::from_mat4(to_world.matrix()).inverse();
             let longest = |m: DMat3| {
                 m.to_cols_array_2d().map(|c| c.iter().map(|x| x.abs()).sum()).into_iter().fold(0.0, f64::max)
@@ -135,7 +136,8 @@ fn check_revolutions(rays: u32) {
             tally += check_against(name, &shape, exact, doubt, rays, (10 * i + j) as u64);
         }
     }
-    // They judge by their sharpest bend, whichever way the line goes: where it runs almost along a cone they are sure only later.
+    // They judge by their sharpest bend, whichever way the line goes: where it runs almost along a cone they
+    // are sure only later.
     tally.tell("revolutions", 1e-7);
 }
 
@@ -150,8 +152,8 @@ fn revolutions_are_crossed_where_the_oracle_says_a_million_times() {
     check_revolutions(125_000);
 }
 
-/// A half circle turned around z, in 64 cubics that are within 10⁻¹³ of it, is the sphere, and so is a superquadric with both
-/// exponents 1: same hits, normals, u and area.
+/// A half circle turned around z, in 64 cubics that are within 10⁻¹³ of it, is the sphere, and so is a
+/// superquadric with both exponents 1: same hits, normals, u and area.
 #[test]
 fn a_half_circle_turned_is_a_sphere() {
     const ARCS: usize = 64;

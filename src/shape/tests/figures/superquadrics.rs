@@ -7,7 +7,8 @@ use crate::shape::tests::doubled::{Doubled, Polynomial};
 use crate::shape::tests::oracle::{Exact, Line, SURE_FROM, check_against, near};
 use crate::shape::tests::placement;
 
-/// The function's polynomials where the line is in one octant and their crossings there: for powers that are whole numbers.
+/// The function's polynomials where the line is in one octant and their crossings there: for powers that are
+/// whole numbers.
 fn superellipsoid(line: &Line, [e1, e2]: [f64; 2], semi_axes: Vec3) -> (Vec<(Doubled, bool)>, f64) {
     let (power, outer) = ((2.0 / e2).round() as usize, (e2 / e1).round() as usize);
     let scaled =

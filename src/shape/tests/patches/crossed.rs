@@ -124,7 +124,8 @@ fn check(name: &str, patch: &ControlNet, to_world: &Transform, rays: u32, seed: 
             tally.doubtful += 1;
             continue;
         }
-        // However far away the ray starts: as far beside it as the patch's own coordinates are rounded, tenfold.
+        // However far away the ray starts: as far beside it as the patch's own coordinates are rounded,
+        // tenfold.
         let beside = 1e-13 * unit;
         let (x, y) = ray.direction.any_orthonormal_pair();
         let changes = (0..16).any(|i| {
@@ -168,7 +169,8 @@ fn patches_are_crossed_where_the_oracle_says_a_million_times() {
     check_all(48_000);
 }
 
-/// Beside a border that is a point, parts as small as rounding lie next to one another: what they hold is one crossing, with a bound.
+/// Beside a border that is a point, parts as small as rounding lie next to one another: what they hold is one
+/// crossing, with a bound.
 #[test]
 fn beside_a_pole_a_crossing_is_told_once() {
     let lid = kinds().into_iter().find(|kind| kind.0 == "lid").unwrap().1;
@@ -184,8 +186,8 @@ fn beside_a_pole_a_crossing_is_told_once() {
     assert!(off <= found[0].error && found[0].error < 1e-12 && found[0].enters == known.against, "{found:?}");
 }
 
-/// What is passed within rounding beside a border that is a point is told on a border: these rays just miss the lens near an end,
-/// the second where the lens is seen from its edge and turns back.
+/// What is passed within rounding beside a border that is a point is told on a border: these rays just miss
+/// the lens near an end, the second where the lens is seen from its edge and turns back.
 #[test]
 fn at_a_pole_a_crossing_is_told_on_the_border() {
     let lens = kinds().into_iter().find(|kind| kind.0 == "lens").unwrap().1;

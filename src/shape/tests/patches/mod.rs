@@ -1,4 +1,5 @@
-//! Bézier patches against elimination in numbers of 32 digits, and bodies of patches that share their borders.
+//! Bézier patches against elimination in numbers of 32 digits, and bodies of patches that share their
+//! borders.
 
 mod crossed;
 mod resultant;
@@ -60,8 +61,9 @@ pub fn kinds() -> Vec<(&'static str, ControlNet)> {
 /// Cubics around a quarter of a circle, as good as they can be.
 const ROUND: f64 = 0.552_284_749_830_793_4;
 
-/// A closed body of four quarters around z, each of as many patches as there are pieces of the profile, at both ends of which
-/// it is on the axis: control points r z of cubics, each third one on the curve. With `waves` it is no longer round.
+/// A closed body of four quarters around z, each of as many patches as there are pieces of the profile, at
+/// both ends of which it is on the axis: control points r z of cubics, each third one on the curve. With
+/// `waves` it is no longer round.
 pub fn turned(profile: &[[f64; 2]], waves: f64) -> Vec<ControlNet> {
     let around = |quarter: usize, i: usize| {
         // The same numbers at the end of a quarter and the beginning of the next.
@@ -100,7 +102,8 @@ const POT: [[f64; 2]; 13] = [
     [0.0, 0.9],
 ];
 
-/// Lines at the borders and corners of the patches of closed bodies cross them at least once on each side of a place within.
+/// Lines at the borders and corners of the patches of closed bodies cross them at least once on each side of
+/// a place within.
 fn leaks(rays: u32) -> [u32; 2] {
     let bodies = [turned(&POT, 0.0), turned(&POT, 0.2)];
     let places = [Transform::IDENTITY, placement(Vec3::new(0.9, 0.5, 0.3))];
@@ -210,7 +213,8 @@ fn the_tree_finds_the_nearest() {
     assert!(hits > 1_000);
 }
 
-/// A patch whose control points lie evenly in a plane is the rectangle; raised to the third degree, a bilinear one has its normals.
+/// A patch whose control points lie evenly in a plane is the rectangle; raised to the third degree, a
+/// bilinear one has its normals.
 #[test]
 fn simple_patches_are_what_they_should_be() {
     let corners = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1.0, 1.0, 0.5)];

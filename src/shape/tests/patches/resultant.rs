@@ -1,6 +1,7 @@
-//! All crossings of a line with a bicubic patch by elimination (Kajiya 1982): for two planes through the line the patch's distances
-//! from them are two bicubics, cubics in u whose coefficients are cubics in v. They have a root in common where their resultant
-//! vanishes, a polynomial of degree 18 in v. All in numbers of 32 digits.
+//! All crossings of a line with a bicubic patch by elimination (Kajiya 1982): for two planes through the line
+//! the patch's distances from them are two bicubics, cubics in u whose coefficients are cubics in v. They
+//! have a root in common where their resultant vanishes, a polynomial of degree 18 in v. All in numbers of 32
+//! digits.
 
 use crate::geometry::Vec3;
 use crate::shape::tests::doubled::{Doubled, Polynomial};
@@ -68,7 +69,7 @@ impl Bicubic {
     }
 }
 
-/// Of two cubics a and b by Bézout's matrix.
+/// Resultant of two cubics a and b by Bézout's matrix.
 fn resultant(a: &[Polynomial; 4], b: &[Polynomial; 4]) -> Polynomial {
     let minor = |i: usize, j: usize| &(&a[i] * &b[j]) - &(&a[j] * &b[i]);
     let (m01, m02, m03, m12, m13, m23) =
@@ -81,8 +82,8 @@ fn resultant(a: &[Polynomial; 4], b: &[Polynomial; 4]) -> Polynomial {
     &(&first - &second) + &third
 }
 
-/// The same by eliminating both u and v, and either from both ends: next to a border that is a point, where there are as many roots
-/// as the degree, only that one keeps its digits for which it is at 0.
+/// The same by eliminating both u and v, and either from both ends: next to a border that is a point, where
+/// there are as many roots as the degree, only that one keeps its digits for which it is at 0.
 pub fn all_crossings(points: &Points, line: &Line) -> Vec<Crossing> {
     let mut found: Vec<Crossing> = Vec::new();
     for (exchange, reverse) in [(false, false), (false, true), (true, false), (true, true)] {
@@ -151,7 +152,8 @@ pub fn crossings(points: &Points, line: &Line) -> Vec<Crossing> {
                 continue;
             }
             let ([_, au, av], [_, bu, bv]) = (f.slopes(u, v), g.slopes(u, v));
-            // (f, g, the main axis) are right-handed; of f and g's scale d[main]² the sign is none, d[main]'s remains.
+            // (f, g, the main axis) are right-handed; of f and g's scale d[main]² the sign is none, d[main]'s
+            // remains.
             let determinant = (au * bv - av * bu).high * d[main];
             let t = height.slopes(u, v)[0] / number(d[main]);
             found.push(Crossing { t, u, v, against: determinant < 0.0 });

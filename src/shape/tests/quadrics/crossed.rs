@@ -155,7 +155,8 @@ fn ball(line: &Line) -> Vec<Polynomial> {
     vec![&line.dot(line) - &Polynomial::constant(1.0)]
 }
 
-/// Sphere and ellipsoid, and the unit sphere from 10⁶ with a relative error below 10⁻⁹ and within its own bound.
+/// Sphere and ellipsoid, and the unit sphere from 10⁶ with a relative error below 10⁻⁹ and within its own
+/// bound.
 #[test]
 fn spheres_are_crossed_where_the_oracle_says() {
     for (i, to_world) in [Transform::IDENTITY, placement(Vec3::new(0.9, 0.5, 0.3))].into_iter().enumerate() {

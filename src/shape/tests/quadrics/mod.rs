@@ -45,8 +45,8 @@ fn areas_are_those_of_closed_forms() {
     }
 }
 
-/// The mean of 1 / density over the unit square is the area, by its own standard error; and the density at a point is that with
-/// which it was sampled.
+/// The mean of 1 / density over the unit square is the area, by its own standard error; and the density at a
+/// point is that with which it was sampled.
 #[test]
 fn densities_are_those_of_the_samples() {
     let mut random = Random::seed_from_u64(5);
@@ -154,8 +154,8 @@ fn coordinates_and_tangents() {
     assert_eq!(shape.surface(&crossings[1].hit, &down).point.normal, -Vec3::Z);
 }
 
-/// Rays that leave a surface don't meet it where they started, at all angles down to 10⁻⁴ rad, at all scales and far from the origin;
-/// those that go into a solid leave it again.
+/// Rays that leave a surface don't meet it where they started, at all angles down to 10⁻⁴ rad, at all scales
+/// and far from the origin; those that go into a solid leave it again.
 #[test]
 fn no_surface_is_met_where_it_is_left() {
     let mut random = Random::seed_from_u64(3);
