@@ -18,9 +18,11 @@
 
 use super::Seen;
 use super::caustics::FirstSurface;
+use super::links::{Firsts, Links, Values};
 use super::path::{Beside, LastChoice, Path, light_sample_weight, receiver};
-use crate::bsdf::{Density, Evaluation};
-use crate::geometry::{Ray, Vec3};
+use crate::bsdf::Density;
+use crate::geometry::Ray;
+use crate::lanes::{LANES, SampledLanes, lanes_of};
 use crate::material::Shading;
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Scene};
@@ -36,43 +38,29 @@ pub struct Sight<'a> {
     pub stream: Stream<'a>,
 }
 
-/// Most pixels of a group that are kept without an allocation.
-const MEMBERS: usize = 16;
-
 /// A first surface that shares.
-struct First<const C: usize> {
+pub(super) struct First<const C: usize> {
     /// Whose it is, among the sights.
     sight: usize,
     /// As it comes to the surface.
-    path: Path<C>,
-    hit: Intersection,
-    shading: Shading<C>,
+    pub path: Path<C>,
+    pub hit: Intersection,
+    pub shading: Shading<C>,
 }
 
 /// A next surface, and how it was found.
-struct Next<const C: usize> {
+pub(super) struct Next<const C: usize> {
     /// By which of the first surfaces.
-    owner: usize,
-    ray: Ray,
+    pub owner: usize,
+    pub ray: Ray,
     /// The owner's path as it comes to this surface.
     path: Path<C>,
-    hit: Intersection,
+    pub hit: Intersection,
     shading: Shading<C>,
 }
 
-/// A first surface that sees a next one.
-struct Link<const C: usize> {
-    first: usize,
-    /// From the next surface to the first.
-    toward_first: Vec3,
-    /// What of the radiance of the next surface the sensor gets per unit of its area: throughput · f · G · transmittance.
-    reach: Sampled<C>,
-    /// Density with which the first surface samples the next one, per unit of its area, for each wavelength as the hero.
-    density: Sampled<C>,
-}
-
 /// Adds to each pixel of a group the spectral radiance along its camera ray, as [`super::radiance`] gives it for one alone. `seen` is
-/// by the members' numbers; `light_samples` says how many each first surface takes.
+/// by the members' numbers; `light_samples` says how many each first surface takes. There are at most [`LANES`] sights.
 pub fn radiance_of_group<const C: usize>(
     scene: &Scene,
     sights: &[Sight],
@@ -81,16 +69,22 @@ pub fn radiance_of_group<const C: usize>(
     light_samples: u32,
     seen: &mut [Seen<C>],
 ) {
+    debug_assert!(sights.len() <= LANES);
     let group = Group { scene, sights, time, wavelengths, light_samples };
-    let mut firsts: SmallVec<[First<C>; MEMBERS]> = SmallVec::new();
+    let mut firsts: SmallVec<[First<C>; LANES]> = SmallVec::new();
     for sight in 0..sights.len() {
         firsts.extend(group.first(sight, seen));
     }
-    let nexts: SmallVec<[Next<C>; MEMBERS]> =
-        (0..firsts.len()).filter_map(|owner| group.next(&firsts, owner, seen)).collect();
-    for next in nexts {
-        let links = group.links(&firsts, &next);
-        group.serve(&firsts, next, &links, seen);
+    let lanes = Firsts::new(scene, time, wavelengths, &firsts);
+    let mut shared = SampledLanes::ZERO;
+    for owner in 0..firsts.len() {
+        if let Some(mut next) = group.next(&firsts, owner, seen) {
+            let links = lanes.links(&next);
+            group.serve(&firsts, &mut next, &links, &mut shared, seen);
+        }
+    }
+    for (lane, first) in firsts.iter().enumerate() {
+        seen[sights[first.sight].member].radiance += shared.get(lane);
     }
 }
 
@@ -169,104 +163,63 @@ impl<const C: usize> Group<'_, C> {
         }
         let hit = path.meet(self.scene, &ray, self.wavelengths, radiance)?;
         let shading = path.shade(self.scene, &ray, &hit, self.wavelengths, stream)?;
-        if path.is_last(self.scene) || !shares(&shading) || shading.seen_from(-ray.direction).is_none() {
+        if path.is_last(self.scene) || !shares(&shading) || shading.turns_with_eye() {
             self.go_on_alone(&mut path, &ray, &hit, &shading, stream, radiance);
             return None;
         }
         Some(Next { owner, ray, path, hit, shading })
     }
 
-    /// The first surfaces that see a next one.
-    fn links(&self, firsts: &[First<C>], next: &Next<C>) -> SmallVec<[Link<C>; MEMBERS]> {
-        let target = &next.hit.point;
-        let side = next.ray.direction.dot(target.normal);
-        let link = |(index, first): (usize, &First<C>)| {
-            let from = &first.hit.point;
-            let between = target.position - from.position;
-            let direction = between.normalize();
-            let cos = direction.dot(target.normal);
-            let geometry = cos.abs() / between.length_squared();
-            // The other side of a surface is another one.
-            if cos * side <= 0.0 || !geometry.is_finite() {
-                return None;
-            }
-            let value = first.shading.evaluate(direction);
-            let density = value.density * geometry;
-            if density.is_zero() && value.f_cos.is_zero() {
-                return None;
-            }
-            let owns = index == next.owner;
-            let media = &first.path.media.here;
-            let between = match from.segment_to(target) {
-                Some(ray) if owns && !self.scene.needs().meetings() => {
-                    self.scene.transmittance(media, ray.t_max, self.wavelengths).unwrap_or(Sampled::ONE)
-                }
-                Some(ray) => {
-                    self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths)
-                }
-                None => Sampled::ZERO,
-            };
-            // What sampled the surface sees it.
-            if between.is_zero() && !owns {
-                return None;
-            }
-            let reach = first.path.throughput * value.f_cos * between * geometry;
-            Some(Link { first: index, toward_first: -direction, reach, density })
-        };
-        firsts.iter().enumerate().filter_map(link).collect()
-    }
-
     /// Gives each first surface what a next one that it sees sends toward it.
-    fn serve(&self, firsts: &[First<C>], next: Next<C>, links: &[Link<C>], seen: &mut [Seen<C>]) {
+    fn serve(
+        &self,
+        firsts: &[First<C>],
+        next: &mut Next<C>,
+        links: &Links<C>,
+        shared: &mut SampledLanes<C>,
+        seen: &mut [Seen<C>],
+    ) {
         let Next { owner, ray, path, hit, shading } = next;
-        let prior = links.iter().fold(Sampled::ZERO, |sum, link| sum + link.density);
+        let prior = links.density.sum();
         if prior.hero() <= 0.0 {
             return;
         }
-        let stream = &self.sights[firsts[owner].sight].stream;
-        let member = |link: &Link<C>| self.sights[firsts[link.first].sight].member;
-        if let Some(sample) = path.light_sample(self.scene, &hit, &shading, self.wavelengths, stream) {
-            let values = self.values(&shading, links, sample.shadow_ray.direction);
-            if values.iter().any(|value| !value.f_cos.is_zero()) {
+        let Sight { member, ref stream, .. } = self.sights[firsts[*owner].sight];
+        if let Some(sample) = path.light_sample(self.scene, hit, shading, self.wavelengths, stream) {
+            let values = Values::new(shading, links, sample.shadow_ray.direction);
+            if !links.reach.dot(&values.f_cos).is_zero() {
                 let weight = light_sample_weight(self.scene, sample.density, prior.sum(), || {
-                    joint_density(links, &values).sum()
+                    links.density.dot(&values.density).sum()
                 });
                 let visibility = if weight == 0.0 {
                     Sampled::ZERO
                 } else {
-                    path.visibility(self.scene, &ray, &hit, &sample.shadow_ray, self.wavelengths)
+                    path.visibility(self.scene, ray, hit, &sample.shadow_ray, self.wavelengths)
                 };
                 let arriving = sample.radiance * visibility * weight;
-                for (link, value) in links.iter().zip(&values) {
-                    seen[member(link)].radiance += link.reach * value.f_cos * arriving;
-                }
+                links.reach.add_to(&values.f_cos, &arriving, shared);
             }
         }
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(path.vertex));
         let Some(scatter) = shading.sample(lobe, [u, v]) else { return };
-        let mut path = path;
         if scatter.density == Density::Discrete {
             // What has no density is the owner's alone.
-            let ray = path.leave(self.scene, &hit, &shading, &scatter);
+            let ray = path.leave(self.scene, hit, shading, &scatter);
             let kept = path.survival(self.scene);
             if survival < kept {
                 path.throughput /= kept;
-                let sight = firsts[owner].sight;
-                seen[self.sights[sight].member].radiance +=
-                    path.follow(self.scene, ray, self.wavelengths, stream);
+                seen[member].radiance += path.follow(self.scene, ray, self.wavelengths, stream);
             }
             return;
         }
-        let values = self.values(&shading, links, scatter.toward_light);
-        let joint = joint_density(links, &values);
+        let values = Values::new(shading, links, scatter.toward_light);
+        // The density of the next surface together with the direction in which the path goes on from it, over all first surfaces.
+        let joint = links.density.dot(&values.density);
         if joint.hero() <= 0.0 {
             return;
         }
-        let ray = path.leave(self.scene, &hit, &shading, &scatter);
-        let suffix = links
-            .iter()
-            .zip(&values)
-            .fold(Sampled::ZERO, |sum, (link, value)| sum + link.reach * value.f_cos);
+        let ray = path.leave(self.scene, hit, shading, &scatter);
+        let suffix = links.reach.dot(&values.f_cos);
         if suffix.is_zero() {
             return;
         }
@@ -275,7 +228,7 @@ impl<const C: usize> Group<'_, C> {
         path.throughput = Sampled::ONE;
         path.ratio = joint / joint.hero();
         path.last = LastChoice::Scattered {
-            from: receiver(&hit, &shading),
+            from: receiver(hit, shading),
             prior_over_density: prior.sum() / joint.hero(),
             by_scattering: path.ratio.sum(),
         };
@@ -288,49 +241,30 @@ impl<const C: usize> Group<'_, C> {
         }
         path.throughput /= kept;
         let arriving = path.follow(self.scene, ray, self.wavelengths, stream);
-        let contested = std::mem::take(&mut path.contested);
-        for (link, value) in links.iter().zip(&values) {
-            let carried = link.reach * value.f_cos / joint.hero();
-            let mut radiance = arriving;
-            for (light, from_light) in &contested {
-                let first = &firsts[link.first];
-                radiance += *light * self.weight_beside_light_paths(first, link, *from_light);
+        links.reach.add_to(&values.f_cos, &(arriving / joint.hero()), shared);
+        for (light, from_light) in std::mem::take(&mut path.contested) {
+            for lane in lanes_of(links.linked) {
+                let carried = links.reach.get(lane) * values.f_cos.get(lane) / joint.hero();
+                let weight = self.weight_beside_light_paths(&firsts[lane], links, lane, from_light);
+                shared.set(lane, &(shared.get(lane) + carried * light * weight));
             }
-            seen[member(link)].radiance += carried * radiance;
         }
-    }
-
-    /// How a surface scatters light from a direction toward each of the first surfaces.
-    fn values(
-        &self,
-        shading: &Shading<C>,
-        links: &[Link<C>],
-        toward_light: Vec3,
-    ) -> SmallVec<[Evaluation<C>; MEMBERS]> {
-        if shading.is_diffuse() {
-            return SmallVec::from_elem(shading.evaluate(toward_light), links.len());
-        }
-        let toward = |link: &Link<C>| {
-            shading
-                .seen_from(link.toward_first)
-                .map_or(Evaluation::ZERO, |shading| shading.evaluate(toward_light))
-        };
-        links.iter().map(toward).collect()
     }
 
     /// The weight, beside light subpaths that reach a first surface, of what it gets of a suffix.
-    fn weight_beside_light_paths(&self, first: &First<C>, link: &Link<C>, from_light: f64) -> f64 {
+    fn weight_beside_light_paths(
+        &self,
+        first: &First<C>,
+        links: &Links<C>,
+        lane: usize,
+        from_light: f64,
+    ) -> f64 {
         let Some(caustics) = self.scene.caustics() else { return 1.0 };
-        let leaves = -link.toward_first;
+        let leaves = -links.toward_first(lane);
         let density = first.shading.evaluate(leaves).density.sum() / C as f64;
         let surface = FirstSurface { point: first.hit.point, leaves, density };
         caustics.weight_beside(self.scene, &surface, from_light, self.time)
     }
-}
-
-/// The density of a next surface together with the direction in which the path goes on from it, over all first surfaces.
-fn joint_density<const C: usize>(links: &[Link<C>], values: &[Evaluation<C>]) -> Sampled<C> {
-    links.iter().zip(values).fold(Sampled::ZERO, |sum, (link, value)| sum + link.density * value.density)
 }
 
 /// Whether a surface may be one of those between which paths are shared: it scatters with a density, back to the side that light comes

@@ -159,15 +159,30 @@ impl<const C: usize> Shading<C> {
         Some(if self.toward_eye.z > 0.0 { eta } else { 1.0 / eta })
     }
 
-    /// The same surface seen from another place on the same side of it. `None` where its frame depends on that.
-    pub fn seen_from(&self, toward_eye: Vec3) -> Option<Self> {
-        let toward_eye = self.frame.to_local(toward_eye);
-        self.guards.is_empty().then(|| Self { toward_eye, guards: SmallVec::new(), ..self.clone() })
+    /// Whether its frame depends on where it is seen from.
+    pub fn turns_with_eye(&self) -> bool {
+        !self.guards.is_empty()
+    }
+
+    /// [`Self::evaluate`] where it is seen from another place on the same side; only for one that does not turn with that.
+    pub fn evaluate_from(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        debug_assert!(!self.turns_with_eye());
+        self.bsdf.evaluate(self.frame.to_local(toward_eye), self.frame.to_local(toward_light))
     }
 
     /// Whether it looks the same from wherever it is seen on the same side.
     pub fn is_diffuse(&self) -> bool {
-        self.guards.is_empty() && matches!(self.bsdf, Bsdf::Lambert(_))
+        !self.turns_with_eye() && matches!(self.bsdf, Bsdf::Lambert(_))
+    }
+
+    /// Normal and reflectance of a diffuse surface that is seen from the side on which it scatters.
+    pub fn diffuse(&self) -> Option<(Vec3, Sampled<C>)> {
+        match &self.bsdf {
+            Bsdf::Lambert(bsdf) if !self.turns_with_eye() && self.toward_eye.z > 0.0 => {
+                Some((self.frame.z, bsdf.reflectance))
+            }
+            _ => None,
+        }
     }
 
     fn share(&self, toward_light: Vec3) -> f64 {
