@@ -15,7 +15,7 @@ pub(super) struct Firsts<'a, const C: usize> {
     scene: &'a Scene,
     time: f64,
     wavelengths: &'a Wavelengths<C>,
-    surfaces: &'a [First<C>],
+    pub surfaces: &'a [First<C>],
     fan: Fan<'a>,
     /// Those whose value and density are throughput · reflectance / π and 1 / π, times the cosine at the normal.
     diffuse: Mask,
@@ -56,7 +56,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 reflected.set(lane, &(first.path.throughput * reflectance));
             }
         }
-        let fan = scene.fan(surfaces.iter().map(|first| &first.hit.point));
+        let fan = scene.fan(surfaces.iter().map(|first| &first.hit));
         Self { scene, time, wavelengths, surfaces, fan, diffuse, normals, reflected }
     }
 
@@ -120,7 +120,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
         if self.scene.needs().meetings() {
             return 0;
         }
-        self.fan.blocked(&next.hit.point, self.time, linked & !(1 << next.owner))
+        self.fan.blocked(next.hit.on_surface(), self.time, linked & !(1 << next.owner))
     }
 
     /// Takes account of what is on the way but for opaque surfaces.

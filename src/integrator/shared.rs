@@ -49,14 +49,12 @@ pub(super) struct First<const C: usize> {
 }
 
 /// A next surface, and how it was found.
-pub(super) struct Next<const C: usize> {
+pub(super) struct Next<'a, const C: usize> {
     /// By which of the first surfaces.
     pub owner: usize,
-    pub ray: Ray,
-    /// The owner's path as it comes to this surface.
-    path: Path<C>,
-    pub hit: Intersection,
-    shading: Shading<C>,
+    pub ray: &'a Ray,
+    pub hit: &'a Intersection,
+    shading: &'a Shading<C>,
 }
 
 /// Adds to each pixel of a group the spectral radiance along its camera ray, as [`super::radiance`] gives it for one alone. `seen` is
@@ -73,15 +71,12 @@ pub fn radiance_of_group<const C: usize>(
     let group = Group { scene, sights, time, wavelengths, light_samples };
     let mut firsts: SmallVec<[First<C>; LANES]> = SmallVec::new();
     for sight in 0..sights.len() {
-        firsts.extend(group.first(sight, seen));
+        group.first(sight, &mut firsts, seen);
     }
     let lanes = Firsts::new(scene, time, wavelengths, &firsts);
     let mut shared = SampledLanes::ZERO;
     for owner in 0..firsts.len() {
-        if let Some(mut next) = group.next(&firsts, owner, seen) {
-            let links = lanes.links(&next);
-            group.serve(&firsts, &mut next, &links, &mut shared, seen);
-        }
+        group.next(&lanes, owner, &mut shared, seen);
     }
     for (lane, first) in firsts.iter().enumerate() {
         seen[sights[first.sight].member].radiance += shared.get(lane);
@@ -97,40 +92,28 @@ struct Group<'a, const C: usize> {
 }
 
 impl<const C: usize> Group<'_, C> {
-    /// The first surface of a camera ray, with the light that reaches it straight. `None` where it does not share: then the path is
-    /// followed to its end.
-    fn first(&self, sight: usize, seen: &mut [Seen<C>]) -> Option<First<C>> {
-        let Sight { member, ray, ref stream } = self.sights[sight];
-        let mut path = Path::from_camera(self.scene, &ray, self.time);
+    /// The first surface of a camera ray, with the light that reaches it straight. Where it does not share the path is followed to
+    /// its end.
+    fn first(&self, sight: usize, firsts: &mut SmallVec<[First<C>; LANES]>, seen: &mut [Seen<C>]) {
+        let Sight { member, ref ray, ref stream } = self.sights[sight];
         let Seen { radiance, met } = &mut seen[member];
-        let first = self
-            .first_of(&mut path, &ray, stream, radiance)
-            .map(|(hit, shading)| (hit, shading, path.clone()));
-        *met = path.met || first.is_some();
-        let (hit, shading, path) = first?;
-        Some(First { sight, path, hit, shading })
-    }
-
-    fn first_of(
-        &self,
-        path: &mut Path<C>,
-        ray: &Ray,
-        stream: &Stream,
-        radiance: &mut Sampled<C>,
-    ) -> Option<(Intersection, Shading<C>)> {
-        let hit = path.meet(self.scene, ray, self.wavelengths, radiance)?;
-        let shading = path.shade(self.scene, ray, &hit, self.wavelengths, stream)?;
+        let mut path = Path::from_camera(self.scene, ray, self.time);
+        *met = path.met;
+        let Some(hit) = path.meet(self.scene, ray, self.wavelengths, radiance) else { return };
+        let Some(shading) = path.shade(self.scene, ray, &hit, self.wavelengths, stream) else { return };
         if path.is_last(self.scene) || !shares(&shading) {
-            self.go_on_alone(path, ray, &hit, &shading, stream, radiance);
-            return None;
+            self.go_on_alone(&mut path, ray, &hit, &shading, stream, radiance);
+            *met = path.met;
+            return;
         }
+        *met = true;
         let mut direct = path.direct_light(self.scene, ray, &hit, &shading, self.wavelengths, stream);
         for branch in 1..self.light_samples {
             let stream = &stream.branch(branch);
             direct += path.direct_light(self.scene, ray, &hit, &shading, self.wavelengths, stream);
         }
         *radiance += direct / f64::from(self.light_samples);
-        Some((hit, shading))
+        firsts.push(First { sight, path, hit, shading });
     }
 
     /// Follows a path that is not shared from a surface to its end.
@@ -148,43 +131,47 @@ impl<const C: usize> Group<'_, C> {
         }
     }
 
-    /// The next surface that scattering at a first one leads to. `None` where it does not share, and where there is none.
-    fn next(&self, firsts: &[First<C>], owner: usize, seen: &mut [Seen<C>]) -> Option<Next<C>> {
-        let First { sight, hit, shading, path, .. } = &firsts[owner];
+    /// The next surface that scattering at a first one leads to, and what it brings to all of them. Where it does not share the path
+    /// is followed to its end.
+    fn next(&self, firsts: &Firsts<C>, owner: usize, shared: &mut SampledLanes<C>, seen: &mut [Seen<C>]) {
+        let First { sight, hit, shading, path } = &firsts.surfaces[owner];
         let Sight { member, ref stream, .. } = self.sights[*sight];
         let radiance = &mut seen[member].radiance;
         let [u, v, lobe, _] = stream.draw(Dimensions::Scattering(path.vertex));
-        let scatter = shading.sample(lobe, [u, v])?;
+        let Some(scatter) = shading.sample(lobe, [u, v]) else { return };
         let mut path = path.clone();
         let ray = path.leave(self.scene, hit, shading, &scatter);
         if scatter.density == Density::Discrete {
             *radiance += path.follow(self.scene, ray, self.wavelengths, stream);
-            return None;
+            return;
         }
-        let hit = path.meet(self.scene, &ray, self.wavelengths, radiance)?;
-        let shading = path.shade(self.scene, &ray, &hit, self.wavelengths, stream)?;
+        let Some(hit) = path.meet(self.scene, &ray, self.wavelengths, radiance) else { return };
+        let Some(shading) = path.shade(self.scene, &ray, &hit, self.wavelengths, stream) else { return };
         if path.is_last(self.scene) || !shares(&shading) || shading.turns_with_eye() {
             self.go_on_alone(&mut path, &ray, &hit, &shading, stream, radiance);
-            return None;
+            return;
         }
-        Some(Next { owner, ray, path, hit, shading })
+        let next = Next { owner, ray: &ray, hit: &hit, shading: &shading };
+        self.serve(firsts, &next, &mut path, shared, radiance);
     }
 
-    /// Gives each first surface what a next one that it sees sends toward it.
+    /// Gives each first surface what a next one that it sees sends toward it; to the owner alone what has no density. `path` is
+    /// the owner's as it comes to the next surface.
     fn serve(
         &self,
-        firsts: &[First<C>],
-        next: &mut Next<C>,
-        links: &Links<C>,
+        firsts: &Firsts<C>,
+        next: &Next<C>,
+        path: &mut Path<C>,
         shared: &mut SampledLanes<C>,
-        seen: &mut [Seen<C>],
+        own: &mut Sampled<C>,
     ) {
-        let Next { owner, ray, path, hit, shading } = next;
+        let Next { owner, ray, hit, shading } = *next;
+        let links = &firsts.links(next);
         let prior = links.density.sum();
         if prior.hero() <= 0.0 {
             return;
         }
-        let Sight { member, ref stream, .. } = self.sights[firsts[*owner].sight];
+        let stream = &self.sights[firsts.surfaces[owner].sight].stream;
         if let Some(sample) = path.light_sample(self.scene, hit, shading, self.wavelengths, stream) {
             let values = Values::new(shading, links, sample.shadow_ray.direction);
             if !links.reach.dot(&values.f_cos).is_zero() {
@@ -203,12 +190,11 @@ impl<const C: usize> Group<'_, C> {
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(path.vertex));
         let Some(scatter) = shading.sample(lobe, [u, v]) else { return };
         if scatter.density == Density::Discrete {
-            // What has no density is the owner's alone.
             let ray = path.leave(self.scene, hit, shading, &scatter);
             let kept = path.survival(self.scene);
             if survival < kept {
                 path.throughput /= kept;
-                seen[member].radiance += path.follow(self.scene, ray, self.wavelengths, stream);
+                *own += path.follow(self.scene, ray, self.wavelengths, stream);
             }
             return;
         }
@@ -245,7 +231,7 @@ impl<const C: usize> Group<'_, C> {
         for (light, from_light) in std::mem::take(&mut path.contested) {
             for lane in lanes_of(links.linked) {
                 let carried = links.reach.get(lane) * values.f_cos.get(lane) / joint.hero();
-                let weight = self.weight_beside_light_paths(&firsts[lane], links, lane, from_light);
+                let weight = self.weight_beside_light_paths(&firsts.surfaces[lane], links, lane, from_light);
                 shared.set(lane, &(shared.get(lane) + carried * light * weight));
             }
         }

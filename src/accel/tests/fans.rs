@@ -1,7 +1,9 @@
 //! Fans answer what one ray after the other does.
 
 use super::*;
-use crate::lanes::LANES;
+use crate::accel::segments::Points;
+use crate::lanes::{LANES, REGISTERS, WIDTH};
+use crate::shape::{NO_INSTANCE, RaySpace};
 
 /// A room with two blocks and a lamp.
 fn room() -> Vec<Shape> {
@@ -50,8 +52,9 @@ fn placed(shapes: &[Shape], place: &Transform) -> Vec<Shape> {
 }
 
 /// On a surface, at its edges and vertices, or anywhere with any bound on its error.
-fn any_point(shapes: &[Shape], place: &Transform, scale: f64, random: &mut Random) -> SurfacePoint {
-    let Shape::Mesh(mesh) = &shapes[random.random_range(0..shapes.len())] else { unreachable!("a mesh") };
+fn any_point(shapes: &[Shape], place: &Transform, scale: f64, random: &mut Random) -> (SurfacePoint, Hit) {
+    let shape = random.random_range(0..shapes.len() as u32);
+    let Shape::Mesh(mesh) = &shapes[shape as usize] else { unreachable!("a mesh") };
     let triangle = random.random_range(0..mesh.triangle_count() as u32);
     let barycentric = match random.random_range(0..4) {
         0 => [0.0, 1.0],
@@ -62,13 +65,16 @@ fn any_point(shapes: &[Shape], place: &Transform, scale: f64, random: &mut Rando
         }
     };
     let on_it = mesh.surface(triangle, barycentric).point;
+    let hit = Hit { t: 1.0, shape, triangle, instance: NO_INSTANCE, barycentric };
     match random.random_range(0..8) {
         0 => {
             let error = [0.0, 1e-12, 1e-3][random.random_range(0..3)] * scale;
-            SurfacePoint { position: place.point(2.0 * in_cube(random)), normal: direction(random), error }
+            let position = place.point(2.0 * in_cube(random));
+            let nowhere = Hit { shape: u32::MAX, ..hit };
+            (SurfacePoint { position, normal: direction(random), error }, nowhere)
         }
-        1 => SurfacePoint { normal: -on_it.normal, ..on_it },
-        _ => on_it,
+        1 => (SurfacePoint { normal: -on_it.normal, ..on_it }, hit),
+        _ => (on_it, hit),
     }
 }
 
@@ -94,20 +100,20 @@ fn fans_see_what_single_rays_see() {
         let accel = Accel::build(&shapes);
         assert_eq!(accel.few.is_some(), round % 6 != 5, "round {round}");
         for _ in 0..30 {
-            let mut points: Vec<SurfacePoint> =
+            let mut points: Vec<(SurfacePoint, Hit)> =
                 (0..LANES).map(|_| any_point(&shapes, &place, scale, &mut random)).collect();
             if random.random_range(0..20) == 0 {
-                points[3].position.x = f64::NAN;
+                points[3].0.position.x = f64::NAN;
             }
-            let fan = accel.fan(points.iter());
+            let fan = accel.fan(points.iter().map(|(point, hit)| (point, hit)));
             for _ in 0..10 {
-                let target = match random.random_range(0..10) {
+                let (target, hit) = match random.random_range(0..10) {
                     0 => points[random.random_range(0..LANES)],
                     _ => any_point(&shapes, &place, scale, &mut random),
                 };
                 let asked = random.random_range(0..1 << LANES);
-                let answer = fan.blocked(&target, 0.0, asked);
-                for (lane, point) in points.iter().enumerate() {
+                let answer = fan.blocked((&target, &hit), 0.0, asked);
+                for (lane, (point, _)) in points.iter().enumerate() {
                     let segment = point.segment_to(&target);
                     let expected = segment.is_none_or(|segment| accel.occluded(&segment, 0.0));
                     let expected = expected && asked >> lane & 1 == 1;
@@ -127,4 +133,35 @@ fn pairs_of_triangles_are_facets() {
     let few = accel.few.unwrap();
     assert_eq!(few.facets.len(), 18);
     assert!(few.facets.iter().all(|facet| facet.triangles.len() == 2 && !facet.always));
+}
+
+/// The first tests leave what is hit and next to nothing else.
+#[test]
+fn few_facets_are_candidates_in_vain() {
+    let mut random = random(12);
+    let accel = Accel::build(&room());
+    let few = accel.few.as_ref().unwrap();
+    let mut anywhere = || SurfacePoint { position: in_cube(&mut random), normal: Vec3::Z, error: 0.0 };
+    let points: [SurfacePoint; LANES] = std::array::from_fn(|_| anywhere());
+    let mut lanes = [Points::NONE; REGISTERS];
+    points.iter().enumerate().for_each(|(lane, point)| lanes[lane / WIDTH].set(lane, point));
+    let sides = few.sides(&lanes.map(|points| points.position));
+    let (mut candidates, mut hits) = (0, 0);
+    for _ in 0..10_000 {
+        let target = anywhere();
+        let seen = few.seen(target.position);
+        for (index, (facet, sides)) in few.facets.iter().zip(&sides).enumerate() {
+            let [height, v, w] = [0, 1, 2].map(|f| seen[index / WIDTH][WIDTH * f + index % WIDTH]);
+            let mask = sides.apart(height) & sides.crossing(height, [v, w], facet.slack);
+            candidates += (mask & ((1 << LANES) - 1)).count_ones();
+            for point in &points {
+                let ray = RaySpace::new(&point.segment_to(&target).unwrap());
+                let length = point.position.distance(target.position);
+                let hit = |triangle: &[Vec3; 3]| ray.intersect(*triangle, length).is_some();
+                hits += u32::from(facet.triangles.iter().any(hit));
+            }
+        }
+    }
+    assert!(hits > 10_000 && candidates >= hits, "{candidates} candidates, {hits} hits");
+    assert!(f64::from(candidates - hits) < 1e-3 * f64::from(hits), "{candidates} candidates, {hits} hits");
 }
