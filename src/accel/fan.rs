@@ -94,8 +94,9 @@ impl Fan<'_> {
             let end = &ends[index / WIDTH];
             let [height, v, w] = [0, 1, 2].map(|function| end[WIDTH * function + index % WIDTH]);
             let always = if facet.always { Mask::MAX } else { unsure };
-            let mut candidates = open & !sides.on_it & (sides.apart(height) | always);
-            if candidates == 0 || end_on == Some(index) {
+            let left = sides.left_by(height) | if end_on == Some(index) { sides.off_it() } else { 0 };
+            let mut candidates = open & !left & (sides.apart(height) | always);
+            if candidates == 0 {
                 continue;
             }
             candidates &= sides.crossing(height, [v, w], facet.slack) | always;

@@ -6,15 +6,17 @@
 //!
 //! The functions are computed in `f64` and rounded to `f32`, in node space: places and distances are at most 4 there, and rounding
 //! changes a height by less than 2⁻²². What the exact test finds is never left out:
-//! - Where it finds a hit, the ray's point at the computed distance is, whatever the angle, no farther from the plane than some
-//!   hundred roundings of `f64`, as for the offset of rays from meshes. So not both ends of the segment are higher than [`MARGIN`]
-//!   on the same side. Triangles with too small an angle for that are always tested.
+//! - Where it finds a hit, the ray's point at the computed distance is, whatever the angle, no farther from the triangle's plane
+//!   than some hundred roundings of `f64`, as for the offset of rays from meshes, and the triangle no farther from that of the
+//!   facet than an eighth of [`MARGIN`]. So not both ends of the segment are higher than the margin on the same side. Triangles
+//!   with too small an angle for that are always tested.
 //! - The line then passes the triangle as near. Along a line v changes in proportion to h, so v(e) h(o) - v(o) h(e) lies between 0
 //!   and h(o) - h(e) up to that distance times (|v(o)| + |v(e)| + the gradient of v times |h(o) - h(e)|). Rounding to `f32` adds
 //!   less than 2⁻²⁰ (|v(o)| + |v(e)| + 1).
 //!
 //! What a segment begins or ends on it does not meet: that is what the offsets from surfaces are for. So a facet is left out that
-//! an end is on, if it is flat and of one mesh, for whose triangles in one plane the bound on the error holds together.
+//! an end is on, if it is flat and of one mesh, for whose triangles in one plane the bound on the error holds together. Between two
+//! places in its plane, or nearly so, offsets may lie on different sides: then it is tested.
 
 use super::node::NodeSpace;
 use super::packet::Packet;
@@ -151,7 +153,6 @@ impl Few {
     /// Whether the bounds hold for rays from or to a point.
     pub fn is_sure(&self, point: &SurfacePoint) -> bool {
         let (distance, offset) = GREATEST;
-        // Not so of what is not a number.
         self.space.place(point.position).abs().max_element() <= distance
             && point.error * self.space.scale() <= offset
     }
@@ -225,6 +226,18 @@ impl Sides {
             0
         };
         !same
+    }
+
+    /// From which places on the facet a segment to one of this height surely leaves it.
+    #[inline(always)]
+    pub fn left_by(&self, height: f32) -> Mask {
+        if height.abs() > MARGIN { self.on_it } else { 0 }
+    }
+
+    /// The places that surely are not in its plane.
+    #[inline(always)]
+    pub fn off_it(&self) -> Mask {
+        self.front | self.back
     }
 
     /// From which places the line may meet the facet: also from what is no number.
