@@ -5,10 +5,6 @@ use super::few::{Few, Sides};
 use super::segments::Points;
 use crate::geometry::SurfacePoint;
 use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH, lanes_of, part};
-use crate::shape::Hit;
-
-/// A point of a surface, and the hit with it that it is.
-pub type OnSurface<'a> = (&'a SurfacePoint, &'a Hit);
 
 /// Surface points, one for each lane, and what is known of them before it is asked what they see.
 pub struct Fan<'a> {
@@ -27,21 +23,16 @@ struct FewSides<'a> {
 
 impl Accel {
     /// Points that are to be asked, a time for each lane, what they see.
-    pub fn fan<'p>(&self, points: impl Iterator<Item = OnSurface<'p>> + Clone) -> Fan<'_> {
-        let points = points.take(LANES);
+    pub fn fan<'p>(&self, points: impl Iterator<Item = &'p SurfacePoint>) -> Fan<'_> {
         let mut lanes = [Points::NONE; REGISTERS];
-        for (lane, (point, _)) in points.clone().enumerate() {
+        let mut unsure = 0;
+        for (lane, point) in points.take(LANES).enumerate() {
             lanes[lane / WIDTH].set(lane, point);
+            let sure = self.few.as_ref().is_some_and(|few| few.is_sure(point));
+            unsure |= Mask::from(!sure) << lane;
         }
         let few = self.few.as_ref().map(|few| {
-            let mut sides = few.sides(&lanes.map(|points| points.position));
-            let mut unsure = 0;
-            for (lane, (point, hit)) in points.enumerate() {
-                unsure |= Mask::from(!few.is_sure(point)) << lane;
-                if let Some(facet) = few.facet_of(hit) {
-                    sides[facet].on_it |= 1 << lane;
-                }
-            }
+            let sides = few.sides(&lanes.map(|points| points.position));
             FewSides { few, sides, unsure }
         });
         Fan { accel: self, points: lanes, few }
@@ -61,10 +52,10 @@ impl Fan<'_> {
 
     /// Of the lanes asked for, those whose segment to a target, as [`SurfacePoint::segment_to`] has it, is occluded or does not
     /// exist: the answers are those of [`Accel::occluded`].
-    pub fn blocked(&self, target: OnSurface, time: f64, asked: Mask) -> Mask {
+    pub fn blocked(&self, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
         match &self.few {
             Some(few) => self.blocked_by_few(few, target, time, asked),
-            None => self.blocked_one_by_one(target.0, time, asked),
+            None => self.blocked_one_by_one(target, time, asked),
         }
     }
 
@@ -76,7 +67,7 @@ impl Fan<'_> {
         lanes_of(asked).filter(blocked).fold(0, |mask, lane| mask | 1 << lane)
     }
 
-    fn blocked_by_few(&self, known: &FewSides, (target, hit): OnSurface, time: f64, asked: Mask) -> Mask {
+    fn blocked_by_few(&self, known: &FewSides, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
         let FewSides { few, sides, .. } = known;
         let segments = self.points.each_ref().map(|points| points.segments_to(target));
         let (mut exist, mut sound) = (0, 0);
@@ -89,13 +80,11 @@ impl Fan<'_> {
         let mut open = asked & exist & sound;
         let unsure = if few.is_sure(target) { known.unsure } else { Mask::MAX };
         let ends = few.seen(target.position);
-        let end_on = few.facet_of(hit);
         for (index, (facet, sides)) in few.facets.iter().zip(sides).enumerate() {
             let end = &ends[index / WIDTH];
             let [height, v, w] = [0, 1, 2].map(|function| end[WIDTH * function + index % WIDTH]);
             let always = if facet.always { Mask::MAX } else { unsure };
-            let left = sides.left_by(height) | if end_on == Some(index) { sides.off_it() } else { 0 };
-            let mut candidates = open & !left & (sides.apart(height) | always);
+            let mut candidates = open & (sides.apart(height) | always);
             if candidates == 0 {
                 continue;
             }

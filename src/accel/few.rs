@@ -6,23 +6,17 @@
 //!
 //! The functions are computed in `f64` and rounded to `f32`, in node space: places and distances are at most 4 there, and rounding
 //! changes a height by less than 2⁻²². What the exact test finds is never left out:
-//! - Where it finds a hit, the ray's point at the computed distance is, whatever the angle, no farther from the triangle's plane
-//!   than some hundred roundings of `f64`, as for the offset of rays from meshes, and the triangle no farther from that of the
-//!   facet than an eighth of [`MARGIN`]. So not both ends of the segment are higher than the margin on the same side. Triangles
-//!   with too small an angle for that are always tested.
+//! - Where it finds a hit, the ray's point at the computed distance is, whatever the angle, no farther from the plane than some
+//!   hundred roundings of `f64`, as for the offset of rays from meshes. So not both ends of the segment are higher than [`MARGIN`]
+//!   on the same side. Triangles with too small an angle for that are always tested.
 //! - The line then passes the triangle as near. Along a line v changes in proportion to h, so v(e) h(o) - v(o) h(e) lies between 0
 //!   and h(o) - h(e) up to that distance times (|v(o)| + |v(e)| + the gradient of v times |h(o) - h(e)|). Rounding to `f32` adds
 //!   less than 2⁻²⁰ (|v(o)| + |v(e)| + 1).
-//!
-//! What a segment begins or ends on it does not meet: that is what the offsets from surfaces are for. So a facet is left out that
-//! an end is on, if it is flat and of one mesh, for whose triangles in one plane the bound on the error holds together. Between two
-//! places in its plane, or nearly so, offsets may lie on different sides: then it is tested.
 
 use super::node::NodeSpace;
 use super::packet::Packet;
 use crate::geometry::{SurfacePoint, Vec3};
 use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH};
-use crate::shape::Hit;
 use smallvec::{SmallVec, smallvec};
 use wide::{f32x8, f64x4};
 
@@ -35,25 +29,17 @@ pub(super) const MARGIN: f32 = 1.0 / (1 << 18) as f32;
 /// The least sine of an angle, and the least altitude in node space, of a triangle whose plane is known well enough.
 const LEAST: (f64, f64) = (1e-4, 1e-7);
 
-/// The greatest distance of a vertex from the plane of a flat facet, in node space: what rounding does here.
-const FLAT: f64 = 4.0 * f64::EPSILON;
-
 /// The greatest distance from the scene's centre, and the greatest offset of a ray's origin, for which the bounds hold.
 const GREATEST: (f64, f64) = (1.001, 1e-7);
-
-/// A triangle by its shape and its number there, and its vertices.
-type Named = ([u32; 2], [Vec3; 3]);
 
 /// Triangles that lie in one parallelogram.
 #[derive(Clone, Debug)]
 struct Facet {
-    triangles: SmallVec<[Named; 2]>,
+    triangles: SmallVec<[[Vec3; 3]; 2]>,
     /// Height, v and w of a place in node space: gradient and value at its origin. `None` where they are not known well enough.
     functions: Option<[(Vec3, f64); 3]>,
     /// The share of it that no triangle covers.
     waste: f64,
-    /// Whether it is of one shape and no vertex is farther from the plane than what rounding does.
-    flat: bool,
 }
 
 /// What is asked of a facet for each query.
@@ -70,8 +56,6 @@ pub(super) struct Tested {
 pub(super) struct Few {
     space: NodeSpace,
     pub facets: Vec<Tested>,
-    /// Of each triangle that lies in a facet that is flat: shape and triangle, and the facet.
-    flat: Vec<([u32; 2], usize)>,
     /// The functions of four facets: x, y and z of the gradient, and the value at the origin.
     functions: Vec<[[f64x4; 4]; 3]>,
 }
@@ -86,8 +70,6 @@ pub(super) struct Sides {
     back: Mask,
     height: [f32x8; 2],
     across: [[f32x8; 2]; 2],
-    /// Those that lie on it.
-    pub on_it: Mask,
 }
 
 impl Few {
@@ -96,8 +78,9 @@ impl Few {
         if packets.len() > MOST {
             return None;
         }
-        let mut triangles: Vec<Named> = packets.iter().flat_map(Packet::triangles).collect();
-        triangles.retain(|(_, [a, b, c])| a != b || a != c);
+        let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length_squared();
+        let mut triangles: Vec<[Vec3; 3]> = packets.iter().flat_map(Packet::triangles).collect();
+        triangles.retain(|&triangle| triangle[0] != triangle[1] || area(triangle) > 0.0);
         if triangles.is_empty() || triangles.len() > MOST {
             return None;
         }
@@ -116,7 +99,6 @@ impl Few {
                     triangles: smallvec![first],
                     functions: None,
                     waste: 1.0,
-                    flat: false,
                 }),
             });
         }
@@ -131,23 +113,11 @@ impl Few {
             })
         });
         let functions = functions.collect();
-        let flat = facets.iter().enumerate().filter(|(_, facet)| facet.flat);
-        let mut flat: Vec<([u32; 2], usize)> = flat
-            .flat_map(|(index, facet)| facet.triangles.iter().map(move |&(name, _)| (name, index)))
-            .collect();
-        flat.sort_unstable();
-        let facets = facets.into_iter().map(Facet::tested).collect();
-        Some(Self { space: *space, facets, flat, functions })
+        Some(Self { space: *space, facets: facets.into_iter().map(Facet::tested).collect(), functions })
     }
 
     pub fn memory(&self) -> usize {
-        size_of_val(&self.facets[..]) + size_of_val(&self.flat[..]) + size_of_val(&self.functions[..])
-    }
-
-    /// The flat facet that a hit is on.
-    pub fn facet_of(&self, hit: &Hit) -> Option<usize> {
-        let place = self.flat.binary_search_by_key(&[hit.shape, hit.triangle], |&(name, _)| name).ok()?;
-        Some(self.flat[place].1)
+        size_of_val(&self.facets[..]) + size_of_val(&self.functions[..])
     }
 
     /// Whether the bounds hold for rays from or to a point.
@@ -196,7 +166,6 @@ impl Few {
                 back: mask([height[0].simd_lt(-margin), height[1].simd_lt(-margin)]),
                 height,
                 across: [v, w],
-                on_it: 0,
             }
         };
         (0..self.facets.len()).map(of_facet).collect()
@@ -228,18 +197,6 @@ impl Sides {
         !same
     }
 
-    /// From which places on the facet a segment to one of this height surely leaves it.
-    #[inline(always)]
-    pub fn left_by(&self, height: f32) -> Mask {
-        if height.abs() > MARGIN { self.on_it } else { 0 }
-    }
-
-    /// The places that surely are not in its plane.
-    #[inline(always)]
-    pub fn off_it(&self) -> Mask {
-        self.front | self.back
-    }
-
     /// From which places the line may meet the facet: also from what is no number.
     #[inline(always)]
     pub fn crossing(&self, height: f32, across: [f32; 2], slack: [f32; 2]) -> Mask {
@@ -262,9 +219,9 @@ impl Sides {
 
 impl Facet {
     /// `None` where the triangles do not lie in one plane, or it is not known well enough.
-    fn new(space: &NodeSpace, triangles: SmallVec<[Named; 2]>) -> Option<Self> {
+    fn new(space: &NodeSpace, triangles: SmallVec<[[Vec3; 3]; 2]>) -> Option<Self> {
         let placed: SmallVec<[[Vec3; 3]; 2]> =
-            triangles.iter().map(|(_, vertices)| vertices.map(|vertex| space.place(vertex))).collect();
+            triangles.iter().map(|triangle| triangle.map(|vertex| space.place(vertex))).collect();
         let of_corner = |corner: usize| {
             let [a, b, c] = [0, 1, 2].map(|turn| placed[0][(corner + turn) % 3]);
             Self::functions(&placed, [a, b - a, c - a])
@@ -274,11 +231,7 @@ impl Facet {
             1.0 - 0.5 * placed.iter().map(doubled).sum::<f64>() * v.cross(*w).length()
         };
         let functions = (0..3).filter_map(of_corner).min_by(|a, b| waste(a).total_cmp(&waste(b)))?;
-        let [(normal, at), ..] = functions;
-        let height = |vertex: &Vec3| (vertex.dot(normal) + at).abs();
-        let flat = triangles.iter().all(|([shape, _], _)| *shape == triangles[0].0[0])
-            && placed.iter().flatten().all(|vertex| height(vertex) <= FLAT);
-        Some(Self { triangles, waste: waste(&functions), flat, functions: Some(functions) })
+        Some(Self { triangles, waste: waste(&functions), functions: Some(functions) })
     }
 
     /// With v and w along two edges.
@@ -292,7 +245,8 @@ impl Facet {
         }
         let normal = cross.normalize();
         let vertices = || placed.iter().flatten().map(|vertex| *vertex - corner);
-        if vertices().any(|vertex| vertex.dot(normal).abs() > f64::from(MARGIN / 8.0)) {
+        // Far less than the margin.
+        if vertices().any(|vertex| vertex.dot(normal).abs() > 1e-9) {
             return None;
         }
         let along = |edge: Vec3, other: Vec3| {
@@ -312,7 +266,7 @@ impl Facet {
         Tested {
             slack: self.functions.map_or([0.0; 2], |[_, (v, _), (w, _)]| [slack(v), slack(w)]),
             always: self.functions.is_none(),
-            triangles: self.triangles.into_iter().map(|(_, vertices)| vertices).collect(),
+            triangles: self.triangles,
         }
     }
 }

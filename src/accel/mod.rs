@@ -23,7 +23,7 @@ mod tests;
 use crate::geometry::{Bounds, Ray, Vec3};
 use crate::shape::solid::Solid;
 use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Pieces, RaySpace, Shape, SurfaceHit};
-pub use fan::{Fan, OnSurface};
+pub use fan::Fan;
 use few::Few;
 pub use instance::Instance;
 use memory::prefetch;

@@ -55,13 +55,11 @@ impl Packet {
         self.triangle[lane] = triangle;
     }
 
-    /// Its triangles, those of unused lanes among them: shape and triangle, and the vertices.
-    pub fn triangles(&self) -> impl Iterator<Item = ([u32; 2], [Vec3; 3])> {
+    /// The vertices of its triangles, those of unused lanes among them.
+    pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> {
         (0..WIDTH).map(|lane| {
-            let vertices = self
-                .vertices
-                .map(|vertex| Vec3::from_array(vertex.map(|coordinates| f64::from(coordinates[lane]))));
-            ([self.shape[lane], self.triangle[lane]], vertices)
+            self.vertices
+                .map(|vertex| Vec3::from_array(vertex.map(|coordinates| f64::from(coordinates[lane]))))
         })
     }
 

@@ -56,7 +56,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 reflected.set(lane, &(first.path.throughput * reflectance));
             }
         }
-        let fan = scene.fan(surfaces.iter().map(|first| &first.hit));
+        let fan = scene.fan(surfaces.iter().map(|first| &first.hit.point));
         Self { scene, time, wavelengths, surfaces, fan, diffuse, normals, reflected }
     }
 
@@ -120,7 +120,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
         if self.scene.needs().meetings() {
             return 0;
         }
-        self.fan.blocked(next.hit.on_surface(), self.time, linked & !(1 << next.owner))
+        self.fan.blocked(&next.hit.point, self.time, linked & !(1 << next.owner))
     }
 
     /// Takes account of what is on the way but for opaque surfaces.

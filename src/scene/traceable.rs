@@ -2,7 +2,7 @@
 
 use super::description::Note;
 use super::meeting::{Contacts, Meeting};
-use crate::accel::{Accel, Fan, OnSurface};
+use crate::accel::{Accel, Fan};
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{Extent, FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
@@ -240,10 +240,6 @@ impl Intersection {
         let Hit { triangle, barycentric, .. } = self.hit;
         Some(Met { light: self.light?, point: self.point, triangle, barycentric })
     }
-
-    pub fn on_surface(&self) -> OnSurface<'_> {
-        (&self.point, &self.hit)
-    }
 }
 
 impl Scene {
@@ -418,9 +414,9 @@ impl Scene {
         self.accel.occluded(ray, time)
     }
 
-    /// Points, at most sixteen, that are to be asked what they see of others.
-    pub fn fan<'p>(&self, points: impl Iterator<Item = &'p Intersection> + Clone) -> Fan<'_> {
-        self.accel.fan(points.map(Intersection::on_surface))
+    /// Surface points, at most sixteen, that are to be asked what they see of others.
+    pub fn fan<'p>(&self, points: impl Iterator<Item = &'p SurfacePoint>) -> Fan<'_> {
+        self.accel.fan(points)
     }
 
     /// Keeps account of the body that a ray enters or leaves by passing through a surface.

@@ -3,7 +3,7 @@
 use super::*;
 use crate::accel::segments::Points;
 use crate::lanes::{LANES, REGISTERS, WIDTH};
-use crate::shape::{NO_INSTANCE, RaySpace};
+use crate::shape::RaySpace;
 
 /// A room with two blocks and a lamp.
 fn room() -> Vec<Shape> {
@@ -52,9 +52,8 @@ fn placed(shapes: &[Shape], place: &Transform) -> Vec<Shape> {
 }
 
 /// On a surface, at its edges and vertices, or anywhere with any bound on its error.
-fn any_point(shapes: &[Shape], place: &Transform, scale: f64, random: &mut Random) -> (SurfacePoint, Hit) {
-    let shape = random.random_range(0..shapes.len() as u32);
-    let Shape::Mesh(mesh) = &shapes[shape as usize] else { unreachable!("a mesh") };
+fn any_point(shapes: &[Shape], place: &Transform, scale: f64, random: &mut Random) -> SurfacePoint {
+    let Shape::Mesh(mesh) = &shapes[random.random_range(0..shapes.len())] else { unreachable!("a mesh") };
     let triangle = random.random_range(0..mesh.triangle_count() as u32);
     let barycentric = match random.random_range(0..4) {
         0 => [0.0, 1.0],
@@ -65,16 +64,13 @@ fn any_point(shapes: &[Shape], place: &Transform, scale: f64, random: &mut Rando
         }
     };
     let on_it = mesh.surface(triangle, barycentric).point;
-    let hit = Hit { t: 1.0, shape, triangle, instance: NO_INSTANCE, barycentric };
     match random.random_range(0..8) {
         0 => {
             let error = [0.0, 1e-12, 1e-3][random.random_range(0..3)] * scale;
-            let position = place.point(2.0 * in_cube(random));
-            let nowhere = Hit { shape: u32::MAX, ..hit };
-            (SurfacePoint { position, normal: direction(random), error }, nowhere)
+            SurfacePoint { position: place.point(2.0 * in_cube(random)), normal: direction(random), error }
         }
-        1 => (SurfacePoint { normal: -on_it.normal, ..on_it }, hit),
-        _ => (on_it, hit),
+        1 => SurfacePoint { normal: -on_it.normal, ..on_it },
+        _ => on_it,
     }
 }
 
@@ -100,20 +96,20 @@ fn fans_see_what_single_rays_see() {
         let accel = Accel::build(&shapes);
         assert_eq!(accel.few.is_some(), round % 6 != 5, "round {round}");
         for _ in 0..30 {
-            let mut points: Vec<(SurfacePoint, Hit)> =
+            let mut points: Vec<SurfacePoint> =
                 (0..LANES).map(|_| any_point(&shapes, &place, scale, &mut random)).collect();
             if random.random_range(0..20) == 0 {
-                points[3].0.position.x = f64::NAN;
+                points[3].position.x = f64::NAN;
             }
-            let fan = accel.fan(points.iter().map(|(point, hit)| (point, hit)));
+            let fan = accel.fan(points.iter());
             for _ in 0..10 {
-                let (target, hit) = match random.random_range(0..10) {
+                let target = match random.random_range(0..10) {
                     0 => points[random.random_range(0..LANES)],
                     _ => any_point(&shapes, &place, scale, &mut random),
                 };
                 let asked = random.random_range(0..1 << LANES);
-                let answer = fan.blocked((&target, &hit), 0.0, asked);
-                for (lane, (point, _)) in points.iter().enumerate() {
+                let answer = fan.blocked(&target, 0.0, asked);
+                for (lane, point) in points.iter().enumerate() {
                     let segment = point.segment_to(&target);
                     let expected = segment.is_none_or(|segment| accel.occluded(&segment, 0.0));
                     let expected = expected && asked >> lane & 1 == 1;
