@@ -14,6 +14,8 @@ pub mod units;
 pub mod sampling;
 pub mod spectrum;
 
+pub mod lanes;
+
 pub mod bsdf;
 pub mod shape;
 

@@ -1,6 +1,7 @@
 //! From surfaces to the tree: a binary one over their boxes, turned into nodes of eight.
 
 use super::collapse::{LeafCost, open};
+use super::few::Few;
 use super::grow::{Tree, grow};
 use super::memory::in_large_pages;
 use super::node::{Child, Node, NodeSpace};
@@ -32,6 +33,7 @@ pub(super) fn build(
         space,
         nodes: Vec::new(),
         packets: Vec::new(),
+        few: None,
         others: Vec::new(),
         instances: Vec::new(),
         bounds,
@@ -45,6 +47,9 @@ pub(super) fn build(
     }
     drop(surfaces);
     accel.instances = instances;
+    if accel.others.is_empty() {
+        accel.few = Few::new(&accel.packets, &accel.space);
+    }
     accel
 }
 

@@ -6,12 +6,15 @@
 
 mod build;
 mod collapse;
+mod fan;
+mod few;
 mod grow;
 mod instance;
 mod line;
 mod memory;
 mod node;
 mod packet;
+mod segments;
 mod stack;
 mod surfaces;
 #[cfg(test)]
@@ -20,6 +23,8 @@ mod tests;
 use crate::geometry::{Bounds, Ray, Vec3};
 use crate::shape::solid::Solid;
 use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Pieces, RaySpace, Shape, SurfaceHit};
+pub use fan::Fan;
+use few::Few;
 pub use instance::Instance;
 use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
@@ -35,6 +40,8 @@ pub struct Accel {
     /// The first one is the root; none for an empty scene.
     nodes: Vec<Node>,
     packets: Vec<Packet>,
+    /// The triangles once more, where they are few and all that there is.
+    few: Option<Few>,
     /// With their indices in the lists that were built from; in the order of the leaves.
     others: Vec<(u32, Other)>,
     instances: Vec<Instance>,
@@ -130,7 +137,8 @@ impl Accel {
     /// Bytes held, without groups and what analytic shapes hold indirectly.
     pub fn memory(&self) -> usize {
         let tree = size_of_val(&self.nodes[..]) + size_of_val(&self.packets[..]);
-        tree + size_of_val(&self.others[..]) + size_of_val(&self.instances[..])
+        let few = self.few.as_ref().map_or(0, Few::memory);
+        tree + few + size_of_val(&self.others[..]) + size_of_val(&self.instances[..])
     }
 
     /// Lends a stack that is large enough: of fixed size, except for trees deeper than any reasonable one.

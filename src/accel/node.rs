@@ -1,9 +1,10 @@
 //! Nodes of eight boxes, and the one-sided error of testing a ray against them in `f32`.
 
 use crate::geometry::{Bounds, Ray, Vec3};
+use crate::lanes::Vec3Lanes;
 use std::hint::{black_box, select_unpredictable};
 use std::ops::Range;
-use wide::f32x8;
+use wide::{f32x8, f64x4};
 
 /// Half a unit in the last place of 1 in `f32`.
 const U32: f64 = 1.0 / (1u32 << 24) as f64;
@@ -36,7 +37,19 @@ impl NodeSpace {
     }
 
     pub fn of(&self, world: Bounds) -> Bounds {
-        Bounds { min: (world.min - self.centre) * self.scale, max: (world.max - self.centre) * self.scale }
+        Bounds { min: self.place(world.min), max: self.place(world.max) }
+    }
+
+    pub fn place(&self, world: Vec3) -> Vec3 {
+        (world - self.centre) * self.scale
+    }
+
+    pub fn place_lanes(&self, world: Vec3Lanes) -> Vec3Lanes {
+        (world - Vec3Lanes::splat(self.centre)) * f64x4::splat(self.scale)
+    }
+
+    pub fn scale(&self) -> f64 {
+        self.scale
     }
 }
 

@@ -1,5 +1,6 @@
 //! Four triangles, tested at once; see [`crate::shape::RaySpace`] for the test.
 
+use crate::geometry::Vec3;
 use crate::shape::{Hit, NO_INSTANCE, RaySpace};
 use std::hint::black_box;
 use wide::f64x4;
@@ -52,6 +53,14 @@ impl Packet {
         }
         self.shape[lane] = shape;
         self.triangle[lane] = triangle;
+    }
+
+    /// The vertices of its triangles, those of unused lanes among them.
+    pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> {
+        (0..WIDTH).map(|lane| {
+            self.vertices
+                .map(|vertex| Vec3::from_array(vertex.map(|coordinates| f64::from(coordinates[lane]))))
+        })
     }
 
     /// Reports every triangle hit with 0 ≤ t ≤ `t_last`.

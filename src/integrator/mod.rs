@@ -1,6 +1,7 @@
 //! Light transport: the radiance that arrives along a camera ray.
 
 mod caustics;
+mod links;
 mod path;
 mod shared;
 mod walk;

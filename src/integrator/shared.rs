@@ -21,9 +21,11 @@
 
 use super::Seen;
 use super::caustics::FirstSurface;
+use super::links::{Firsts, Links, Values};
 use super::path::{Beside, LastChoice, Path, light_sample_weight, receiver};
-use crate::bsdf::{Density, Evaluation};
+use crate::bsdf::Density;
 use crate::geometry::{Ray, Vec3};
+use crate::lanes::{LANES, SampledLanes, lanes_of};
 use crate::light::{Met, Receiver};
 use crate::material::Shading;
 use crate::sampling::{Dimensions, Stream};
@@ -40,53 +42,26 @@ pub struct Sight<'a> {
     pub stream: Stream<'a>,
 }
 
-/// Most pixels of a group that are kept without an allocation.
-const MEMBERS: usize = 16;
-
 /// A first surface that shares.
-struct First<const C: usize> {
+pub(super) struct First<const C: usize> {
     /// Whose it is, among the sights.
     sight: usize,
     /// As it comes to the surface.
-    path: Path<C>,
-    hit: Intersection,
-    shading: Shading<C>,
+    pub path: Path<C>,
+    pub hit: Intersection,
+    pub shading: Shading<C>,
 }
 
 /// A next surface, and how it was found.
-struct Next<const C: usize> {
+pub(super) struct Next<'a> {
     /// By which of the first surfaces.
-    owner: usize,
-    ray: Ray,
-    /// The owner's path as it comes to this surface.
-    path: Path<C>,
-    hit: Intersection,
-    /// `None` where it shares nothing but what it emits.
-    shading: Option<Shading<C>>,
-}
-
-impl<const C: usize> Next<C> {
-    /// Where it is on a light that shines toward the first surfaces.
-    fn emits(&self) -> Option<Met> {
-        self.hit.on_light().filter(|_| self.ray.direction.dot(self.hit.point.normal) < 0.0)
-    }
-}
-
-/// A first surface that sees a next one.
-struct Link<const C: usize> {
-    first: usize,
-    /// From the next surface to the first.
-    toward_first: Vec3,
-    /// What of the radiance of the next surface the sensor gets per unit of its area: throughput · f · G · transmittance.
-    reach: Sampled<C>,
-    /// Density with which the first surface samples the next one, per unit of its area, for each wavelength as the hero.
-    density: Sampled<C>,
-    /// The same per steradian, over all wavelengths.
-    by_scattering: f64,
+    pub owner: usize,
+    pub ray: &'a Ray,
+    pub hit: &'a Intersection,
 }
 
 /// Adds to each pixel of a group the spectral radiance along its camera ray, as [`super::radiance`] gives it for one alone. `seen` is
-/// by the members' numbers; `light_samples` says how many each first surface takes.
+/// by the members' numbers; `light_samples` says how many each first surface takes. There are at most [`LANES`] sights.
 pub fn radiance_of_group<const C: usize>(
     scene: &Scene,
     sights: &[Sight],
@@ -95,17 +70,19 @@ pub fn radiance_of_group<const C: usize>(
     light_samples: u32,
     seen: &mut [Seen<C>],
 ) {
+    debug_assert!(sights.len() <= LANES);
     let group = Group { scene, sights, time, wavelengths, light_samples };
-    let mut firsts: SmallVec<[First<C>; MEMBERS]> = SmallVec::new();
+    let mut firsts: SmallVec<[First<C>; LANES]> = SmallVec::new();
     for sight in 0..sights.len() {
-        firsts.extend(group.first(sight, seen));
+        group.first(sight, &mut firsts, seen);
     }
-    let nexts: SmallVec<[Next<C>; MEMBERS]> =
-        (0..firsts.len()).filter_map(|owner| group.next(&firsts, owner, seen)).collect();
-    for next in nexts {
-        let links = group.links(&firsts, &next);
-        group.share_emission(&firsts, &next, &links, seen);
-        group.share_scattered(&firsts, next, &links, seen);
+    let lanes = Firsts::new(scene, time, wavelengths, &firsts);
+    let mut shared = SampledLanes::ZERO;
+    for owner in 0..firsts.len() {
+        group.next(&lanes, owner, &mut shared, seen);
+    }
+    for (lane, first) in firsts.iter().enumerate() {
+        seen[sights[first.sight].member].radiance += shared.get(lane);
     }
 }
 
@@ -118,40 +95,28 @@ struct Group<'a, const C: usize> {
 }
 
 impl<const C: usize> Group<'_, C> {
-    /// The first surface of a camera ray, with the light that reaches it straight. `None` where it does not share: then the path is
-    /// followed to its end.
-    fn first(&self, sight: usize, seen: &mut [Seen<C>]) -> Option<First<C>> {
-        let Sight { member, ray, ref stream } = self.sights[sight];
-        let mut path = Path::from_camera(self.scene, &ray, self.time);
+    /// The first surface of a camera ray, with the light that reaches it straight. Where it does not share the path is followed to
+    /// its end.
+    fn first(&self, sight: usize, firsts: &mut SmallVec<[First<C>; LANES]>, seen: &mut [Seen<C>]) {
+        let Sight { member, ref ray, ref stream } = self.sights[sight];
         let Seen { radiance, met } = &mut seen[member];
-        let first = self
-            .first_of(&mut path, &ray, stream, radiance)
-            .map(|(hit, shading)| (hit, shading, path.clone()));
-        *met = path.met || first.is_some();
-        let (hit, shading, path) = first?;
-        Some(First { sight, path, hit, shading })
-    }
-
-    fn first_of(
-        &self,
-        path: &mut Path<C>,
-        ray: &Ray,
-        stream: &Stream,
-        radiance: &mut Sampled<C>,
-    ) -> Option<(Intersection, Shading<C>)> {
-        let hit = path.meet(self.scene, ray, self.wavelengths, radiance)?;
-        let shading = path.shade(self.scene, ray, &hit, self.wavelengths, stream)?;
+        let mut path = Path::from_camera(self.scene, ray, self.time);
+        *met = path.met;
+        let Some(hit) = path.meet(self.scene, ray, self.wavelengths, radiance) else { return };
+        let Some(shading) = path.shade(self.scene, ray, &hit, self.wavelengths, stream) else { return };
         if path.is_last(self.scene) || !shares(&shading) {
-            self.go_on_alone(path, ray, &hit, &shading, stream, radiance);
-            return None;
+            self.go_on_alone(&mut path, ray, &hit, &shading, stream, radiance);
+            *met = path.met;
+            return;
         }
+        *met = true;
         let mut direct = path.direct_light(self.scene, ray, &hit, &shading, self.wavelengths, stream);
         for branch in 1..self.light_samples {
             let stream = &stream.branch(branch);
             direct += path.direct_light(self.scene, ray, &hit, &shading, self.wavelengths, stream);
         }
         *radiance += direct / f64::from(self.light_samples);
-        Some((hit, shading))
+        firsts.push(First { sight, path, hit, shading });
     }
 
     /// Follows a path that is not shared from a surface to its end.
@@ -169,205 +134,159 @@ impl<const C: usize> Group<'_, C> {
         }
     }
 
-    /// The next surface that scattering at a first one leads to. `None` where it does not share, and where there is none.
-    fn next(&self, firsts: &[First<C>], owner: usize, seen: &mut [Seen<C>]) -> Option<Next<C>> {
-        let First { sight, hit, shading, path, .. } = &firsts[owner];
+    /// The next surface that scattering at a first one leads to, and what it brings to all of them. Where it does not share the path
+    /// is followed to its end.
+    fn next(&self, firsts: &Firsts<C>, owner: usize, shared: &mut SampledLanes<C>, seen: &mut [Seen<C>]) {
+        let First { sight, hit, shading, path } = &firsts.surfaces[owner];
         let Sight { member, ref stream, .. } = self.sights[*sight];
+        let radiance = &mut seen[member].radiance;
         let [u, v, lobe, _] = stream.draw(Dimensions::Scattering(path.vertex));
-        let scatter = shading.sample(lobe, [u, v])?;
+        let Some(scatter) = shading.sample(lobe, [u, v]) else { return };
         let mut path = path.clone();
         let ray = path.leave(self.scene, hit, shading, &scatter);
         if scatter.density == Density::Discrete {
-            seen[member].radiance += path.follow(self.scene, ray, self.wavelengths, stream);
-            return None;
+            *radiance += path.follow(self.scene, ray, self.wavelengths, stream);
+            return;
         }
         let Some(hit) = path.advance(self.scene, &ray, self.wavelengths) else {
-            self.share_environment(firsts, owner, ray.direction, seen);
-            return None;
+            self.share_environment(firsts, owner, ray.direction, shared);
+            return;
         };
-        let mut shading = path.shade(self.scene, &ray, &hit, self.wavelengths, stream);
-        let alone = |shading: &Shading<C>| {
-            path.is_last(self.scene) || !shares(shading) || shading.seen_from(-ray.direction).is_none()
-        };
-        if let Some(alone) = shading.take_if(|shading| alone(shading)) {
-            let radiance = &mut seen[member].radiance;
-            self.go_on_alone(&mut path.clone(), &ray, &hit, &alone, stream, radiance);
+        let next = Next { owner, ray: &ray, hit: &hit };
+        let mut links = None;
+        if let Some(met) = hit.on_light().filter(|_| ray.direction.dot(hit.point.normal) < 0.0) {
+            let links = links.insert(firsts.links(&next));
+            self.share_emission(firsts, &met, &hit, links, shared);
         }
-        let next = Next { owner, ray, path, hit, shading };
-        (next.shading.is_some() || next.emits().is_some()).then_some(next)
-    }
-
-    /// The first surfaces that see a next one.
-    fn links(&self, firsts: &[First<C>], next: &Next<C>) -> SmallVec<[Link<C>; MEMBERS]> {
-        let target = &next.hit.point;
-        let side = next.ray.direction.dot(target.normal);
-        let link = |(index, first): (usize, &First<C>)| {
-            let from = &first.hit.point;
-            let between = target.position - from.position;
-            let direction = between.normalize();
-            let cos = direction.dot(target.normal);
-            let geometry = cos.abs() / between.length_squared();
-            // The other side of a surface is another one.
-            if cos * side <= 0.0 || !geometry.is_finite() {
-                return None;
-            }
-            let owns = index == next.owner;
-            self.link(first, index, direction, geometry, owns, || from.segment_to(target))
-        };
-        firsts.iter().enumerate().filter_map(link).collect()
-    }
-
-    /// The first surfaces that see the environment in a direction.
-    fn links_beyond(
-        &self,
-        firsts: &[First<C>],
-        owner: usize,
-        direction: Vec3,
-    ) -> SmallVec<[Link<C>; MEMBERS]> {
-        let link = |(index, first): (usize, &First<C>)| {
-            self.link(first, index, direction, 1.0, index == owner, || Some(first.hit.point.ray(direction)))
-        };
-        firsts.iter().enumerate().filter_map(link).collect()
-    }
-
-    /// A first surface and a place in a direction. `geometry`: the solid angle of a unit of measure of that place. `None` where nothing gets
-    /// from the place to the surface, but for the one that sampled it: that sees it.
-    #[inline(always)]
-    fn link(
-        &self,
-        first: &First<C>,
-        index: usize,
-        direction: Vec3,
-        geometry: f64,
-        owns: bool,
-        ray: impl FnOnce() -> Option<Ray>,
-    ) -> Option<Link<C>> {
-        let value = first.shading.evaluate(direction);
-        if value.density.is_zero() && value.f_cos.is_zero() {
-            return None;
+        let Some(shading) = path.shade(self.scene, &ray, &hit, self.wavelengths, stream) else { return };
+        if path.is_last(self.scene) || !shares(&shading) || shading.turns_with_eye() {
+            self.go_on_alone(&mut path, &ray, &hit, &shading, stream, radiance);
+            return;
         }
-        let media = &first.path.media.here;
-        let between = match ray() {
-            Some(ray) if owns && !self.scene.needs().meetings() => {
-                self.scene.transmittance(media, ray.t_max, self.wavelengths).unwrap_or(Sampled::ONE)
-            }
-            Some(ray) => self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths),
-            None => Sampled::ZERO,
-        };
-        if between.is_zero() && !owns {
-            return None;
-        }
-        let reach = first.path.throughput * value.f_cos * between * geometry;
-        let by_scattering = value.density.sum();
-        Some(Link {
-            first: index,
-            toward_first: -direction,
-            reach,
-            density: value.density * geometry,
-            by_scattering,
-        })
+        let links = links.unwrap_or_else(|| firsts.links(&next));
+        self.serve(firsts, &next, &shading, &links, &mut path, shared, radiance);
     }
 
     /// Gives each first surface what comes from beyond the scene in a direction in which one of them scatters.
-    fn share_environment(&self, firsts: &[First<C>], owner: usize, direction: Vec3, seen: &mut [Seen<C>]) {
+    fn share_environment(
+        &self,
+        firsts: &Firsts<C>,
+        owner: usize,
+        direction: Vec3,
+        shared: &mut SampledLanes<C>,
+    ) {
         let Some(environment) = self.scene.lights.environment() else { return };
         let radiance = environment.radiance(direction, &self.wavelengths.nm);
-        if radiance.is_zero() {
-            return;
+        if !radiance.is_zero() {
+            let links = firsts.links_beyond(owner, direction);
+            self.share_light(firsts, &links, &radiance, shared, |from| {
+                self.scene.lights.environment_density(from, direction, self.time, self.wavelengths)
+            });
         }
-        let links = self.links_beyond(firsts, owner, direction);
-        self.share_light(firsts, &links, &radiance, seen, |from| {
-            self.scene.lights.environment_density(from, direction, self.time, self.wavelengths)
-        });
     }
 
-    /// Gives each first surface that sees a next one what that emits.
-    fn share_emission(&self, firsts: &[First<C>], next: &Next<C>, links: &[Link<C>], seen: &mut [Seen<C>]) {
-        let Some(met) = next.emits() else { return };
-        let place = self.scene.texture_point(&next.hit);
+    /// Gives each first surface what a light emits toward it that one of them has met.
+    fn share_emission(
+        &self,
+        firsts: &Firsts<C>,
+        met: &Met,
+        hit: &Intersection,
+        links: &Links<C>,
+        shared: &mut SampledLanes<C>,
+    ) {
+        let place = self.scene.texture_point(hit);
         let radiance = self.scene.lights.radiance(met.light, &place, &self.wavelengths.nm);
-        self.share_light(firsts, links, &radiance, seen, |from| {
-            self.scene.lights.density(&met, from, self.time, self.wavelengths)
+        self.share_light(firsts, links, &radiance, shared, |from| {
+            self.scene.lights.density(met, from, self.time, self.wavelengths)
         });
     }
 
-    /// Gives each first surface its part of some light that scattering found, weighed against light samples, which find it with a density
-    /// per steradian.
+    /// Gives each first surface its part of some light that scattering found. It is weighed against light samples, which find it with
+    /// a density per steradian.
     fn share_light(
         &self,
-        firsts: &[First<C>],
-        links: &[Link<C>],
+        firsts: &Firsts<C>,
+        links: &Links<C>,
         radiance: &Sampled<C>,
-        seen: &mut [Seen<C>],
+        shared: &mut SampledLanes<C>,
         by_light: impl Fn(&Receiver) -> f64,
     ) {
-        let density = links.iter().fold(Sampled::ZERO, |sum, link| sum + link.density).sum();
+        let density = links.density.sum().sum();
         if density <= 0.0 {
             return;
         }
-        for link in links {
-            let First { sight, hit, shading, .. } = &firsts[link.first];
-            let choice = LastChoice::Scattered {
-                from: receiver(hit, shading),
-                prior_over_density: C as f64,
-                by_scattering: link.by_scattering,
+        let mut weights = SampledLanes::ZERO;
+        for lane in lanes_of(links.linked) {
+            let First { hit, shading, .. } = &firsts.surfaces[lane];
+            let from = receiver(hit, shading);
+            let by_light = by_light(&from);
+            let weight = if by_light > 0.0 {
+                let choice = LastChoice::Scattered {
+                    from,
+                    prior_over_density: C as f64,
+                    by_scattering: shading.evaluate(-links.toward_first(lane)).density.sum(),
+                };
+                choice.weight_beside_lights(self.scene, |_| by_light)
+            } else {
+                1.0
             };
-            let weight = choice.weight_beside_lights(self.scene, &by_light);
-            seen[self.sights[*sight].member].radiance += link.reach * *radiance * (weight / density);
+            weights.set(lane, &Sampled::splat(weight));
         }
+        links.reach.add_to(&weights, &(*radiance / density), shared);
     }
 
-    /// Gives each first surface what a next one that it sees sends toward it.
-    fn share_scattered(&self, firsts: &[First<C>], next: Next<C>, links: &[Link<C>], seen: &mut [Seen<C>]) {
-        let Next { owner, ray, path, hit, shading: Some(shading) } = next else { return };
-        let prior = links.iter().fold(Sampled::ZERO, |sum, link| sum + link.density);
+    /// Gives each first surface what a next one that it sees sends toward it; to the owner alone what has no density. `path` is
+    /// the owner's as it comes to the next surface.
+    fn serve(
+        &self,
+        firsts: &Firsts<C>,
+        next: &Next,
+        shading: &Shading<C>,
+        links: &Links<C>,
+        path: &mut Path<C>,
+        shared: &mut SampledLanes<C>,
+        own: &mut Sampled<C>,
+    ) {
+        let Next { owner, ray, hit } = *next;
+        let prior = links.density.sum();
         if prior.hero() <= 0.0 {
             return;
         }
-        let stream = &self.sights[firsts[owner].sight].stream;
-        let member = |link: &Link<C>| self.sights[firsts[link.first].sight].member;
-        if let Some(sample) = path.light_sample(self.scene, &hit, &shading, self.wavelengths, stream) {
-            let values = self.values(&shading, links, sample.shadow_ray.direction);
-            if values.iter().any(|value| !value.f_cos.is_zero()) {
+        let stream = &self.sights[firsts.surfaces[owner].sight].stream;
+        if let Some(sample) = path.light_sample(self.scene, hit, shading, self.wavelengths, stream) {
+            let values = Values::new(shading, links, sample.shadow_ray.direction);
+            if !links.reach.dot(&values.f_cos).is_zero() {
                 let weight = light_sample_weight(self.scene, sample.density, prior.sum(), || {
-                    joint_density(links, &values).sum()
+                    links.density.dot(&values.density).sum()
                 });
                 let visibility = if weight == 0.0 {
                     Sampled::ZERO
                 } else {
-                    path.visibility(self.scene, &ray, &hit, &sample.shadow_ray, self.wavelengths)
+                    path.visibility(self.scene, ray, hit, &sample.shadow_ray, self.wavelengths)
                 };
                 let arriving = sample.radiance * visibility * weight;
-                for (link, value) in links.iter().zip(&values) {
-                    seen[member(link)].radiance += link.reach * value.f_cos * arriving;
-                }
+                links.reach.add_to(&values.f_cos, &arriving, shared);
             }
         }
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(path.vertex));
         let Some(scatter) = shading.sample(lobe, [u, v]) else { return };
-        let mut path = path;
         if scatter.density == Density::Discrete {
-            // What has no density is the owner's alone.
-            let ray = path.leave(self.scene, &hit, &shading, &scatter);
+            let ray = path.leave(self.scene, hit, shading, &scatter);
             let kept = path.survival(self.scene);
             if survival < kept {
                 path.throughput /= kept;
-                let sight = firsts[owner].sight;
-                seen[self.sights[sight].member].radiance +=
-                    path.follow(self.scene, ray, self.wavelengths, stream);
+                *own += path.follow(self.scene, ray, self.wavelengths, stream);
             }
             return;
         }
-        let values = self.values(&shading, links, scatter.toward_light);
-        let joint = joint_density(links, &values);
+        let values = Values::new(shading, links, scatter.toward_light);
+        // The density of the next surface together with the direction in which the path goes on from it, over all first surfaces.
+        let joint = links.density.dot(&values.density);
         if joint.hero() <= 0.0 {
             return;
         }
-        let ray = path.leave(self.scene, &hit, &shading, &scatter);
-        let suffix = links
-            .iter()
-            .zip(&values)
-            .fold(Sampled::ZERO, |sum, (link, value)| sum + link.reach * value.f_cos);
+        let ray = path.leave(self.scene, hit, shading, &scatter);
+        let suffix = links.reach.dot(&values.f_cos);
         if suffix.is_zero() {
             return;
         }
@@ -376,7 +295,7 @@ impl<const C: usize> Group<'_, C> {
         path.throughput = Sampled::ONE;
         path.ratio = joint / joint.hero();
         path.last = LastChoice::Scattered {
-            from: receiver(&hit, &shading),
+            from: receiver(hit, shading),
             prior_over_density: prior.sum() / joint.hero(),
             by_scattering: path.ratio.sum(),
         };
@@ -389,49 +308,30 @@ impl<const C: usize> Group<'_, C> {
         }
         path.throughput /= kept;
         let arriving = path.follow(self.scene, ray, self.wavelengths, stream);
-        let contested = std::mem::take(&mut path.contested);
-        for (link, value) in links.iter().zip(&values) {
-            let carried = link.reach * value.f_cos / joint.hero();
-            let mut radiance = arriving;
-            for (light, from_light) in &contested {
-                let first = &firsts[link.first];
-                radiance += *light * self.weight_beside_light_paths(first, link, *from_light);
+        links.reach.add_to(&values.f_cos, &(arriving / joint.hero()), shared);
+        for (light, from_light) in std::mem::take(&mut path.contested) {
+            for lane in lanes_of(links.linked) {
+                let carried = links.reach.get(lane) * values.f_cos.get(lane) / joint.hero();
+                let weight = self.weight_beside_light_paths(&firsts.surfaces[lane], links, lane, from_light);
+                shared.set(lane, &(shared.get(lane) + carried * light * weight));
             }
-            seen[member(link)].radiance += carried * radiance;
         }
-    }
-
-    /// How a surface scatters light from a direction toward each of the first surfaces.
-    fn values(
-        &self,
-        shading: &Shading<C>,
-        links: &[Link<C>],
-        toward_light: Vec3,
-    ) -> SmallVec<[Evaluation<C>; MEMBERS]> {
-        if shading.is_diffuse() {
-            return SmallVec::from_elem(shading.evaluate(toward_light), links.len());
-        }
-        let toward = |link: &Link<C>| {
-            shading
-                .seen_from(link.toward_first)
-                .map_or(Evaluation::ZERO, |shading| shading.evaluate(toward_light))
-        };
-        links.iter().map(toward).collect()
     }
 
     /// The weight, beside light subpaths that reach a first surface, of what it gets of a suffix.
-    fn weight_beside_light_paths(&self, first: &First<C>, link: &Link<C>, from_light: f64) -> f64 {
+    fn weight_beside_light_paths(
+        &self,
+        first: &First<C>,
+        links: &Links<C>,
+        lane: usize,
+        from_light: f64,
+    ) -> f64 {
         let Some(caustics) = self.scene.caustics() else { return 1.0 };
-        let leaves = -link.toward_first;
+        let leaves = -links.toward_first(lane);
         let density = first.shading.evaluate(leaves).density.sum() / C as f64;
         let surface = FirstSurface { point: first.hit.point, leaves, density };
         caustics.weight_beside(self.scene, &surface, from_light, self.time)
     }
-}
-
-/// The density of a next surface together with the direction in which the path goes on from it, over all first surfaces.
-fn joint_density<const C: usize>(links: &[Link<C>], values: &[Evaluation<C>]) -> Sampled<C> {
-    links.iter().zip(values).fold(Sampled::ZERO, |sum, (link, value)| sum + link.density * value.density)
 }
 
 /// Whether a surface may be one of those between which paths are shared: it scatters with a density, back to the side that light comes

@@ -11,7 +11,7 @@ use smallvec::SmallVec;
 /// A point of a surface, as far as materials ask.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadingPoint<'a> {
-    /// Frame around the shading normal of the surface's front.
+    /// Around the shading normal of the surface's front.
     pub frame: Frame,
     pub geometric_normal: Vec3,
     /// ∂p/∂u and ∂p/∂v.
@@ -19,22 +19,21 @@ pub struct ShadingPoint<'a> {
     pub texture: TexturePoint<'a>,
 }
 
-/// How a surface scatters at one point seen from one direction, at the wavelengths of one path. Directions
-/// are in world space, point away from the surface and have unit length.
+/// How a surface scatters at one point seen from one direction, at the wavelengths of one path. Directions are in world
+/// space, point away from the surface and have unit length.
 #[derive(Clone, Debug)]
 pub struct Shading<const C: usize> {
     pub bsdf: Bsdf<C>,
-    /// The frame that the BSDF is in. Left-handed on the back of a two-sided surface, whose z axis alone is
-    /// turned.
+    /// The frame that the BSDF is in. Left-handed on the back of a two-sided surface, whose z axis alone is turned.
     pub frame: Frame,
-    /// Direction toward the eye, in that frame.
+    /// In that frame.
     toward_eye: Vec3,
     guards: SmallVec<[Guard; 1]>,
 }
 
 impl Materials {
-    /// Goes through what nests to the BSDF at a point. `choice` in [0, 1) chooses between alternatives;
-    /// `around` is the index of what surrounds the surface.
+    /// Goes through what nests to the BSDF at a point. `choice` in [0, 1) chooses between alternatives; `around` is the
+    /// index of what surrounds the surface.
     pub fn shade<const C: usize>(
         &self,
         mut id: MaterialId,
@@ -138,8 +137,7 @@ impl<const C: usize> Shading<C> {
         (share > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * share, ..scatter })
     }
 
-    /// The side from which light is scattered to the eye, as a direction of unit length; zero where it is
-    /// from both.
+    /// The side from which light is scattered to the eye, as a direction of unit length; zero where it is from both.
     pub fn receiving_side(&self) -> Vec3 {
         if self.bsdf.transmits() {
             Vec3::ZERO
@@ -161,16 +159,30 @@ impl<const C: usize> Shading<C> {
         Some(if self.toward_eye.z > 0.0 { eta } else { 1.0 / eta })
     }
 
-    /// The same surface seen from another place on the same side of it. `None` where its frame depends on
-    /// that.
-    pub fn seen_from(&self, toward_eye: Vec3) -> Option<Self> {
-        let toward_eye = self.frame.to_local(toward_eye);
-        self.guards.is_empty().then(|| Self { toward_eye, guards: SmallVec::new(), ..self.clone() })
+    /// Whether its frame depends on where it is seen from.
+    pub fn turns_with_eye(&self) -> bool {
+        !self.guards.is_empty()
+    }
+
+    /// [`Self::evaluate`] where it is seen from another place on the same side; only for one that does not turn with that.
+    pub fn evaluate_from(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
+        debug_assert!(!self.turns_with_eye());
+        self.bsdf.evaluate(self.frame.to_local(toward_eye), self.frame.to_local(toward_light))
     }
 
     /// Whether it looks the same from wherever it is seen on the same side.
     pub fn is_diffuse(&self) -> bool {
-        self.guards.is_empty() && matches!(self.bsdf, Bsdf::Lambert(_))
+        !self.turns_with_eye() && matches!(self.bsdf, Bsdf::Lambert(_))
+    }
+
+    /// Normal and reflectance of a diffuse surface that is seen from the side on which it scatters.
+    pub fn diffuse(&self) -> Option<(Vec3, Sampled<C>)> {
+        match &self.bsdf {
+            Bsdf::Lambert(bsdf) if !self.turns_with_eye() && self.toward_eye.z > 0.0 => {
+                Some((self.frame.z, bsdf.reflectance))
+            }
+            _ => None,
+        }
     }
 
     fn share(&self, toward_light: Vec3) -> f64 {

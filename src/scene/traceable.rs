@@ -2,7 +2,7 @@
 
 use super::description::Note;
 use super::meeting::{Contacts, Meeting};
-use crate::accel::Accel;
+use crate::accel::{Accel, Fan};
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{Extent, FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
@@ -414,6 +414,11 @@ impl Scene {
     /// Whether anything at all is in the way of a ray.
     pub fn is_occluded(&self, ray: &Ray, time: f64) -> bool {
         self.accel.occluded(ray, time)
+    }
+
+    /// Surface points, at most sixteen, that are to be asked what they see of others.
+    pub fn fan<'p>(&self, points: impl Iterator<Item = &'p SurfacePoint>) -> Fan<'_> {
+        self.accel.fan(points)
     }
 
     /// Keeps account of the body that a ray enters or leaves by passing through a surface.

@@ -1,3 +1,4 @@
+mod fans;
 mod instances;
 
 use super::Accel;

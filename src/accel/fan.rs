@@ -1,0 +1,108 @@
+//! Segments from several surface points to one other, all at once.
+
+use super::Accel;
+use super::few::{Few, Sides};
+use super::segments::Points;
+use crate::geometry::SurfacePoint;
+use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH, lanes_of, part};
+
+/// Surface points, one for each lane, and what is known of them before it is asked what they see.
+pub struct Fan<'a> {
+    accel: &'a Accel,
+    points: [Points; REGISTERS],
+    few: Option<FewSides<'a>>,
+}
+
+/// Where the points lie for the triangles of a small scene.
+struct FewSides<'a> {
+    few: &'a Few,
+    sides: Vec<Sides>,
+    /// Those that nothing is known of.
+    unsure: Mask,
+}
+
+impl Accel {
+    /// Points that are to be asked, a time for each lane, what they see.
+    pub fn fan<'p>(&self, points: impl Iterator<Item = &'p SurfacePoint>) -> Fan<'_> {
+        let mut lanes = [Points::NONE; REGISTERS];
+        let mut unsure = 0;
+        for (lane, point) in points.take(LANES).enumerate() {
+            lanes[lane / WIDTH].set(lane, point);
+            let sure = self.few.as_ref().is_some_and(|few| few.is_sure(point));
+            unsure |= Mask::from(!sure) << lane;
+        }
+        let few = self.few.as_ref().map(|few| {
+            let sides = few.sides(&lanes.map(|points| points.position));
+            FewSides { few, sides, unsure }
+        });
+        Fan { accel: self, points: lanes, few }
+    }
+}
+
+impl Fan<'_> {
+    /// The points of a register.
+    #[inline(always)]
+    pub fn positions(&self, register: usize) -> Vec3Lanes {
+        self.points[register].position
+    }
+
+    pub fn point(&self, lane: usize) -> SurfacePoint {
+        self.points[lane / WIDTH].get(lane)
+    }
+
+    /// Of the lanes asked for, those whose segment to a target, as [`SurfacePoint::segment_to`] has it, is occluded or does not
+    /// exist: the answers are those of [`Accel::occluded`].
+    pub fn blocked(&self, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+        match &self.few {
+            Some(few) => self.blocked_by_few(few, target, time, asked),
+            None => self.blocked_one_by_one(target, time, asked),
+        }
+    }
+
+    fn blocked_one_by_one(&self, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+        let blocked = |lane: &usize| {
+            let segment = self.point(*lane).segment_to(target);
+            segment.is_none_or(|segment| self.accel.occluded(&segment, time))
+        };
+        lanes_of(asked).filter(blocked).fold(0, |mask, lane| mask | 1 << lane)
+    }
+
+    fn blocked_by_few(&self, known: &FewSides, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+        let FewSides { few, sides, .. } = known;
+        let segments = self.points.each_ref().map(|points| points.segments_to(target));
+        let (mut exist, mut sound) = (0, 0);
+        for (register, segments) in segments.iter().enumerate() {
+            exist |= segments.exist << (WIDTH * register);
+            sound |= segments.sound << (WIDTH * register);
+        }
+        let mut blocked = asked & !exist;
+        blocked |= self.blocked_one_by_one(target, time, asked & exist & !sound);
+        let mut open = asked & exist & sound;
+        let unsure = if few.is_sure(target) { known.unsure } else { Mask::MAX };
+        let ends = few.seen(target.position);
+        for (index, (facet, sides)) in few.facets.iter().zip(sides).enumerate() {
+            let end = &ends[index / WIDTH];
+            let [height, v, w] = [0, 1, 2].map(|function| end[WIDTH * function + index % WIDTH]);
+            let always = if facet.always { Mask::MAX } else { unsure };
+            let mut candidates = open & (sides.apart(height) | always);
+            if candidates == 0 {
+                continue;
+            }
+            candidates &= sides.crossing(height, [v, w], facet.slack) | always;
+            for (register, segments) in segments.iter().enumerate() {
+                if part(candidates, register) == 0 {
+                    continue;
+                }
+                for triangle in &facet.triangles {
+                    let met = segments.meet(triangle) & part(candidates, register);
+                    blocked |= met << (WIDTH * register);
+                }
+            }
+            open &= !blocked;
+            if open == 0 {
+                break;
+            }
+        }
+        blocked
+    }
+}

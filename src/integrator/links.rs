@@ -1,0 +1,225 @@
+//! Which first surfaces of a group see a next one, and what each of them gets of it. Each first surface has a lane.
+
+use super::shared::{First, Next};
+use crate::accel::Fan;
+use crate::geometry::{Ray, SurfacePoint, Vec3};
+use crate::lanes::{self, LANES, Mask, REGISTERS, Row, SampledLanes, Vec3Lanes, WIDTH, lanes_of, only, part};
+use crate::material::Shading;
+use crate::scene::Scene;
+use crate::spectrum::{Sampled, Wavelengths};
+use std::f64::consts::FRAC_1_PI;
+use wide::f64x4;
+
+/// The first surfaces of a group.
+pub(super) struct Firsts<'a, const C: usize> {
+    scene: &'a Scene,
+    time: f64,
+    wavelengths: &'a Wavelengths<C>,
+    pub surfaces: &'a [First<C>],
+    fan: Fan<'a>,
+    /// Those whose value and density are throughput · reflectance / π and 1 / π, times the cosine at the normal.
+    diffuse: Mask,
+    normals: [Vec3Lanes; REGISTERS],
+    reflected: SampledLanes<C>,
+}
+
+/// From the first surfaces to a next one that they see.
+pub(super) struct Links<const C: usize> {
+    /// The first surfaces that see the next one and may get anything of it, or sample it.
+    pub linked: Mask,
+    toward_first: [Vec3Lanes; REGISTERS],
+    /// What of the radiance of the next surface the sensor gets per unit of its area: throughput · f · G · transmittance.
+    pub reach: SampledLanes<C>,
+    /// Density with which the first surface samples the next one, per unit of its area, for each wavelength as the hero.
+    pub density: SampledLanes<C>,
+}
+
+/// What is known of a place that first surfaces may see before it is known which ones do.
+struct Found {
+    /// The first surface that sampled it.
+    owner: usize,
+    toward_first: [Vec3Lanes; REGISTERS],
+    /// The solid angle of a unit of measure of the place.
+    geometry: Row,
+    /// The density of diffuse surfaces.
+    share: Row,
+    /// The first surfaces on the right side of it.
+    facing: Mask,
+    /// Those for which it is on the right side, if they are diffuse.
+    linked: Mask,
+}
+
+/// How a next surface scatters light from a direction toward each of the first surfaces.
+pub(super) struct Values<const C: usize> {
+    pub f_cos: SampledLanes<C>,
+    pub density: SampledLanes<C>,
+}
+
+impl<'a, const C: usize> Firsts<'a, C> {
+    pub fn new(
+        scene: &'a Scene,
+        time: f64,
+        wavelengths: &'a Wavelengths<C>,
+        surfaces: &'a [First<C>],
+    ) -> Self {
+        let (mut diffuse, mut normals) = (0, [Vec3Lanes::ZERO; REGISTERS]);
+        let mut reflected = SampledLanes::ZERO;
+        for (lane, first) in surfaces.iter().enumerate().take(LANES) {
+            if let Some((normal, reflectance)) = first.shading.diffuse() {
+                diffuse |= 1 << lane;
+                normals[lane / WIDTH].set(lane, normal);
+                reflected.set(lane, &(first.path.throughput * reflectance));
+            }
+        }
+        let fan = scene.fan(surfaces.iter().map(|first| &first.hit.point));
+        Self { scene, time, wavelengths, surfaces, fan, diffuse, normals, reflected }
+    }
+
+    /// The first surfaces that see a next one.
+    pub fn links(&self, next: &Next) -> Links<C> {
+        let target = &next.hit.point;
+        let (position, normal) = (Vec3Lanes::splat(target.position), Vec3Lanes::splat(target.normal));
+        let side = f64x4::splat(next.ray.direction.dot(target.normal));
+        let mut toward_first = [Vec3Lanes::ZERO; REGISTERS];
+        // Geometry factors |cos| / d² at the next surface, and for diffuse surfaces times cos / π.
+        let (mut geometry, mut share): (Row, Row) = (lanes::ZERO, lanes::ZERO);
+        let (mut facing, mut linked) = (0, 0);
+        for register in 0..REGISTERS {
+            let between = position - self.fan.positions(register);
+            let squared = between.length_squared();
+            let direction = between * (f64x4::ONE / squared.sqrt());
+            let cos = direction.dot(normal);
+            geometry[register] = cos.abs() / squared;
+            // The other side of a surface is another one.
+            let faces =
+                (cos * side).simd_gt(f64x4::ZERO) & geometry[register].simd_lt(f64x4::splat(f64::INFINITY));
+            let near = direction.dot(self.normals[register]);
+            share[register] = near * f64x4::splat(FRAC_1_PI) * geometry[register];
+            facing |= faces.to_bitmask() << (WIDTH * register);
+            linked |= (faces & near.simd_gt(f64x4::ZERO)).to_bitmask() << (WIDTH * register);
+            toward_first[register] = -direction;
+        }
+        let found = Found { owner: next.owner, toward_first, geometry, share, facing, linked };
+        let hidden = |linked| self.fan.blocked(target, self.time, linked);
+        self.linked(found, hidden, |point| point.segment_to(target))
+    }
+
+    /// The first surfaces that see the environment in a direction that one of them, the owner, has sampled. Densities and geometry are
+    /// per steradian.
+    pub fn links_beyond(&self, owner: usize, direction: Vec3) -> Links<C> {
+        let toward = Vec3Lanes::splat(direction);
+        let (mut share, mut linked) = (lanes::ZERO, 0);
+        for register in 0..REGISTERS {
+            let cos = toward.dot(self.normals[register]);
+            share[register] = cos * f64x4::splat(FRAC_1_PI);
+            linked |= cos.simd_gt(f64x4::ZERO).to_bitmask() << (WIDTH * register);
+        }
+        let found = Found {
+            owner,
+            toward_first: [-toward; REGISTERS],
+            geometry: [f64x4::ONE; REGISTERS],
+            share,
+            facing: Mask::MAX,
+            linked,
+        };
+        let sees = |lane: &usize| {
+            let (ray, media) = (self.fan.point(*lane).ray(direction), &self.surfaces[*lane].path.media.here);
+            !self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths).is_zero()
+        };
+        let hidden = |linked| linked & !lanes_of(linked).filter(sees).fold(0, |mask, lane| mask | 1 << lane);
+        self.linked(found, hidden, |point| Some(point.ray(direction)))
+    }
+
+    /// Makes links of what was found where nothing is in the way. `hidden` says of some surfaces which ones an opaque surface surely hides;
+    /// `way` leads from one to what they see.
+    fn linked(
+        &self,
+        found: Found,
+        hidden: impl FnOnce(Mask) -> Mask,
+        way: impl Fn(&SurfacePoint) -> Option<Ray>,
+    ) -> Links<C> {
+        let Found { owner, toward_first, geometry, share, facing, linked } = found;
+        let linked = linked & self.diffuse;
+        let mut links =
+            Links { linked, toward_first, reach: SampledLanes::ZERO, density: SampledLanes::ZERO };
+        let all = (1 << self.surfaces.len()) - 1;
+        for lane in lanes_of(facing & all & !self.diffuse) {
+            let first = &self.surfaces[lane];
+            let value = first.shading.evaluate(-links.toward_first(lane));
+            if !(value.density.is_zero() && value.f_cos.is_zero()) {
+                links.linked |= 1 << lane;
+                let geometry = lanes::get(&geometry, lane);
+                links.reach.set(lane, &(first.path.throughput * value.f_cos * geometry));
+                links.density.set(lane, &(value.density * geometry));
+            }
+        }
+        if !self.scene.needs().meetings() {
+            // What sampled a place sees it.
+            links.linked &= !hidden(links.linked & !(1 << owner));
+        }
+        for register in 0..REGISTERS {
+            let diffuse = part(self.diffuse, register);
+            let share = only(part(links.linked, register) & diffuse, share[register]);
+            let rough = part(links.linked, register) & !diffuse;
+            for wavelength in 0..C {
+                let reach = &mut links.reach.0[wavelength][register];
+                *reach = only(rough, *reach) + self.reflected.0[wavelength][register] * share;
+                let density = &mut links.density.0[wavelength][register];
+                *density = only(rough, *density) + share;
+            }
+        }
+        self.attenuate(owner, way, &mut links);
+        links
+    }
+
+    /// Takes account of what is on the way but for opaque surfaces.
+    fn attenuate(&self, owner: usize, way: impl Fn(&SurfacePoint) -> Option<Ray>, links: &mut Links<C>) {
+        let needs = self.scene.needs();
+        let every = needs.meetings() || needs.absorption;
+        for lane in lanes_of(if every { links.linked } else { links.linked & 1 << owner }) {
+            let media = &self.surfaces[lane].path.media.here;
+            let between = match way(&self.fan.point(lane)) {
+                Some(ray) if !needs.meetings() => {
+                    self.scene.transmittance(media, ray.t_max, self.wavelengths).unwrap_or(Sampled::ONE)
+                }
+                Some(ray) => {
+                    self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths)
+                }
+                None => Sampled::ZERO,
+            };
+            if between != Sampled::ONE {
+                links.reach.set(lane, &(links.reach.get(lane) * between));
+            }
+            if between.is_zero() && lane != owner {
+                links.linked &= !(1 << lane);
+                links.density.set(lane, &Sampled::ZERO);
+            }
+        }
+    }
+}
+
+impl<const C: usize> Links<C> {
+    /// From the next surface to a first one.
+    pub fn toward_first(&self, lane: usize) -> Vec3 {
+        self.toward_first[lane / WIDTH].get(lane)
+    }
+}
+
+impl<const C: usize> Values<C> {
+    pub fn new(shading: &Shading<C>, links: &Links<C>, toward_light: Vec3) -> Self {
+        if shading.is_diffuse() {
+            let value = shading.evaluate(toward_light);
+            return Self {
+                f_cos: SampledLanes::splat(&value.f_cos),
+                density: SampledLanes::splat(&value.density),
+            };
+        }
+        let mut values = Self { f_cos: SampledLanes::ZERO, density: SampledLanes::ZERO };
+        for lane in lanes_of(links.linked) {
+            let value = shading.evaluate_from(links.toward_first(lane), toward_light);
+            values.f_cos.set(lane, &value.f_cos);
+            values.density.set(lane, &value.density);
+        }
+        values
+    }
+}
