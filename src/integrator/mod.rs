@@ -3,6 +3,7 @@
 mod caustics;
 mod path;
 mod shared;
+mod volume;
 mod walk;
 
 use crate::geometry::Ray;

@@ -199,7 +199,7 @@ impl<const C: usize> Group<'_, C> {
             let media = &first.path.media.here;
             let between = match from.segment_to(target) {
                 Some(ray) if owns && !self.scene.needs().meetings() => {
-                    self.scene.transmittance(media, ray.t_max, self.wavelengths).unwrap_or(Sampled::ONE)
+                    self.scene.transmittance(media, &ray, self.wavelengths).unwrap_or(Sampled::ONE)
                 }
                 Some(ray) => {
                     self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths)
@@ -277,7 +277,7 @@ impl<const C: usize> Group<'_, C> {
         path.last = LastChoice::Scattered {
             from: receiver(&hit, &shading),
             prior_over_density: prior.sum() / joint.hero(),
-            by_scattering: path.ratio.sum(),
+            by_scattering: path.ratio,
         };
         if let Beside::First(_) = path.beside_light_paths {
             path.beside_light_paths = Beside::Shared;

@@ -10,6 +10,7 @@ mod groups;
 mod layered;
 mod lights;
 mod materials;
+mod media;
 mod numbers;
 mod sensors;
 mod shapes;
@@ -169,6 +170,7 @@ impl Compiler<'_> {
             .any(|around| around.overlaps(camera.origins(during)));
         let scene_radius = 0.5 * accel.bounds().diameter();
         let absorption = media.iter().any(Option::is_some);
+        let scattering = media.iter().flatten().any(|medium| medium.scattering.is_some());
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
         let shutter = description.sensor.shutter;
         let lights_move = !moving_lights.is_empty() || camera.is_moving();
@@ -199,6 +201,7 @@ impl Compiler<'_> {
         let mut needs = Needs {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
+            scattering,
             medium_stack: absorption || contact || adjoin || sensor_within,
             precedence: overlap,
             contact,
@@ -229,7 +232,8 @@ impl Compiler<'_> {
         }
         let caustics = match integrator {
             // Of what light paths bring a pixel has no samples of its own.
-            Integrator::Path if !film.moments => setting.caustics(&mut surfaces),
+            // Nor do they know of what scatters them between surfaces.
+            Integrator::Path if !film.moments && !scattering => setting.caustics(&mut surfaces),
             Integrator::Path | Integrator::Walk | Integrator::Depth => None,
         };
         needs.light_paths = caustics.is_some();

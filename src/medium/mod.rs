@@ -1,0 +1,9 @@
+//! Media: what fills space, and which of them a ray is in.
+
+mod grid;
+mod stack;
+mod substance;
+
+pub use grid::GridExtinction;
+pub use stack::{Body, Entered, Filling, Media, MediumStack, Refraction, refracting};
+pub use substance::{Extinction, Medium, Scattering, Stretch};
