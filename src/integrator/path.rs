@@ -41,7 +41,7 @@ const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
 const LATE: u32 = 64;
 
 /// The same where media scatter: light leaves a thick one of albedo 1 after as many segments as the square of its optical thickness.
-const LATE_IN_MEDIA: u32 = 1024;
+const LATE_IN_MEDIA: u32 = 4096;
 
 /// What has become of a path so far.
 #[derive(Clone)]

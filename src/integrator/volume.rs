@@ -135,6 +135,6 @@ impl<const C: usize> Path<C> {
         let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
             (self.ratio * value.density * flown).sum()
         });
-        self.throughput * value.f_cos * sample.radiance * share * weight
+        self.throughput * value.f_cos * sample.radiance * weight * share
     }
 }

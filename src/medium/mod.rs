@@ -3,6 +3,8 @@
 mod grid;
 mod stack;
 mod substance;
+#[cfg(test)]
+mod tests;
 
 pub use grid::GridExtinction;
 pub use stack::{Body, Entered, Filling, Media, MediumStack, Refraction, refracting};

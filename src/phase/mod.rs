@@ -50,8 +50,7 @@ impl Phase {
             Self::Blend { weight, nested } => {
                 let [first, second] = &**nested;
                 let share = share(weight, position);
-                first.evaluate(cos, position, nm) * (1.0 - share)
-                    + second.evaluate(cos, position, nm) * share
+                first.evaluate(cos, position, nm) * (1.0 - share) + second.evaluate(cos, position, nm) * share
             }
         }
     }

@@ -45,8 +45,7 @@ impl Scene {
         media: &mut Media,
         wavelengths: &Wavelengths<C>,
     ) -> (Event<'_>, Flight<C>) {
-        let mut flown =
-            Flown { target, wavelengths, flight: Flight::BEGINNING, collision: None };
+        let mut flown = Flown { target, wavelengths, flight: Flight::BEGINNING, collision: None };
         let searched = self.reach(ray, from_camera, target, media, wavelengths);
         let hit = self.intersect(&searched, time, from_camera, media, |media, stretch| {
             flown.cross(self.medium(media), media, stretch);

@@ -168,9 +168,15 @@ impl Compiler<'_> {
         let during = description.sensor.shutter.during();
         let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &surfaces, &bodies)
             .any(|around| around.overlaps(camera.origins(during)));
-        let scene_radius = 0.5 * accel.bounds().diameter();
         let absorption = media.iter().any(Option::is_some);
         let scattering = media.iter().flatten().any(|medium| medium.scattering.is_some());
+        let scene_radius = 0.5
+            * match scattering {
+                false => accel.bounds(),
+                // Fog is seen where there is no surface, too.
+                true => accel.bounds().union(camera.origins(during)).union(lights::places(&lights)),
+            }
+            .diameter();
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
         let shutter = description.sensor.shutter;
         let lights_move = !moving_lights.is_empty() || camera.is_moving();

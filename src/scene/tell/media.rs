@@ -7,8 +7,7 @@ pub(super) fn tell(medium: &Medium) -> Told {
     let unscaled = SpectrumSource { scale: 1.0, ..medium.extinction.clone() };
     let plugin = if medium.varies { "heterogeneous" } else { "homogeneous" };
     let told = Told::new(Class::Medium, plugin, &medium.place).id(&medium.id);
-    let told = quantity(told, "sigma_t", &unscaled)
-        .float("scale", medium.extinction.scale);
+    let told = quantity(told, "sigma_t", &unscaled).float("scale", medium.extinction.scale);
     quantity(told, "albedo", &medium.albedo).child(phase(&medium.phase))
 }
 

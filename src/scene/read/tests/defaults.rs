@@ -5,8 +5,9 @@ use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
 use crate::scene::description::{
-    Alpha, Bsdf, BsdfKind, PhaseKind, ConductorIndex, Distribution, FieldOfView, FilmContent, IndexKind, IntegratorKind,
-    LightKind, MetalAssumption, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind, SpectrumSource,
+    Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, FieldOfView, FilmContent, IndexKind, IntegratorKind,
+    LightKind, MetalAssumption, PhaseKind, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind,
+    SpectrumSource,
 };
 
 fn bsdf(content: &str) -> Bsdf {
