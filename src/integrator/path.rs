@@ -37,12 +37,6 @@ const BRANCHES: u32 = 4;
 /// is most of the noise. Less than what glass reflects that is seen from the front, 4 %.
 const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
 
-/// Segments after which a path without loss may end too.
-const LATE: u32 = 64;
-
-/// The same where media scatter: light leaves a thick one of albedo 1 after as many segments as the square of its optical thickness.
-const LATE_IN_MEDIA: u32 = 4096;
-
 /// What has become of a path so far.
 #[derive(Clone)]
 pub(super) struct Path<const C: usize> {
@@ -541,8 +535,11 @@ impl<const C: usize> Path<C> {
         } else if self.depth < scene.limits.rr_depth {
             1.0
         } else {
-            let late = if scene.needs().scattering { LATE_IN_MEDIA } else { LATE };
-            self.strength().min(survival_after(late, self.depth))
+            let late = match scene.needs().scattering {
+                true => late_survival_in_media(self.depth),
+                false => late_survival(self.depth),
+            };
+            self.strength().min(late)
         }
     }
 }
@@ -583,15 +580,20 @@ pub(super) fn receiver<const C: usize>(hit: &Intersection, shading: &Shading<C>)
 /// finite. Were it to fall as a power, the weights of those that are left would grow as one, and light that leaves a body only after
 /// many reflections would be estimated with infinite variance.
 pub(super) fn late_survival(depth: u32) -> f64 {
-    survival_after(LATE, depth)
-}
-
-fn survival_after(late: u32, depth: u32) -> f64 {
-    if depth <= late {
+    /// Segments after which a path without loss may end too.
+    const LATE: u32 = 64;
+    if depth <= LATE {
         return 1.0;
     }
     let kept = 1.0 - 1.0 / f64::from(depth);
     kept * kept
+}
+
+/// The same where media scatter. Of the light that comes back from a thick medium of albedo 1 the part that takes more than n segments
+/// falls with √n alone: did their number fall with the square of n, nearly all of that light would be in few samples.
+fn late_survival_in_media(depth: u32) -> f64 {
+    const LATE: u32 = 4096;
+    if depth <= LATE { 1.0 } else { (1.0 - 1.0 / f64::from(depth)).powf(1.25) }
 }
 
 /// Weight of a technique of density `own` beside one of density `other`, with exponent 2 (Veach, *Robust Monte Carlo

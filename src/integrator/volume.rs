@@ -96,19 +96,16 @@ impl<const C: usize> Path<C> {
             let [u, v, ..] = stream.draw(Dimensions::Light(self.vertex));
             if let Some(sample) = scene.lights.sample(&from, self.time, wavelengths, [u, v]) {
                 let cos = ray.direction.dot(sample.shadow_ray.direction);
-                let value = scattering.phase.evaluate(cos, position, &wavelengths.nm);
+                let value = Sampled::splat(scattering.phase.evaluate(cos, position));
                 let value = Evaluation { f_cos: value, density: value };
                 *arriving += self.light_through_media(scene, &sample, &value, &self.media.here, wavelengths);
             }
         }
         let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(self.vertex));
-        let sample = scattering.phase.sample(ray.direction, position, &wavelengths.nm, [u, v, choice]);
-        let hero = sample.value.hero();
-        let prior = self.ratio.sum();
-        self.throughput *= sample.value / hero;
-        self.ratio *= sample.value / hero;
-        let by_scattering = self.ratio;
-        self.last = LastChoice::Scattered { from, prior_over_density: prior / hero, by_scattering };
+        // All wavelengths go the same way with the same density, which is what they are scattered with.
+        let sample = scattering.phase.sample(ray.direction, position, [u, v, choice]);
+        let prior_over_density = self.ratio.sum() / sample.value;
+        self.last = LastChoice::Scattered { from, prior_over_density, by_scattering: self.ratio };
         self.depth += 1;
         self.vertex += 1;
         let kept = self.survival(scene);

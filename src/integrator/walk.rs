@@ -53,7 +53,7 @@ pub fn radiance<const C: usize>(
             }
             throughput /= chance;
             media.here = around;
-            let sample = scattering.phase.sample(ray.direction, position, &hero.nm, [u, v, choice]);
+            let sample = scattering.phase.sample(ray.direction, position, [u, v, choice]);
             ray = Ray::new(position, sample.direction);
             continue;
         }

@@ -1,7 +1,8 @@
 //! Phase functions: in what directions a medium scatters.
 //!
 //! Each is a density over directions, per steradian, of the angle θ between the way that light comes and the way that it goes on: cos θ = 1
-//! straight ahead. It is the same in both directions of the path, and each is sampled as it is, so value and density are one.
+//! straight ahead. It is the same at all wavelengths and in both directions of the path, and each is sampled as it is, so value and density
+//! are one.
 
 mod table;
 #[cfg(test)]
@@ -11,7 +12,6 @@ pub use table::PhaseTable;
 
 use crate::geometry::{Frame, Vec3};
 use crate::sampling::{decide, warp};
-use crate::spectrum::Sampled;
 use crate::texture::{Texture, TexturePoint};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
@@ -33,42 +33,36 @@ pub enum Phase {
 
 /// A direction that was sampled.
 #[derive(Clone, Copy, Debug)]
-pub struct PhaseSample<const C: usize> {
+pub struct PhaseSample {
     pub direction: Vec3,
-    /// Value and density, sr⁻¹, for each wavelength of the path as the hero.
-    pub value: Sampled<C>,
+    /// Value and density, sr⁻¹.
+    pub value: f64,
 }
 
 impl Phase {
-    /// The value for a cosine of the angle at a place, sr⁻¹, at wavelengths in nm.
-    pub fn evaluate<const C: usize>(&self, cos: f64, position: Vec3, nm: &[f64; C]) -> Sampled<C> {
+    /// The value for a cosine of the angle at a place, sr⁻¹.
+    pub fn evaluate(&self, cos: f64, position: Vec3) -> f64 {
         match self {
-            Self::Isotropic => Sampled::splat(0.25 * FRAC_1_PI),
-            Self::HenyeyGreenstein(g) => Sampled::splat(henyey_greenstein(*g, cos)),
-            Self::Rayleigh => Sampled::splat(3.0 / 16.0 * FRAC_1_PI * (1.0 + cos * cos)),
-            Self::Table(table) => Sampled::splat(table.density(cos) / TAU),
+            Self::Isotropic => 0.25 * FRAC_1_PI,
+            Self::HenyeyGreenstein(g) => henyey_greenstein(*g, cos),
+            Self::Rayleigh => 3.0 / 16.0 * FRAC_1_PI * (1.0 + cos * cos),
+            Self::Table(table) => table.density(cos) / TAU,
             Self::Blend { weight, nested } => {
                 let [first, second] = &**nested;
                 let share = share(weight, position);
-                first.evaluate(cos, position, nm) * (1.0 - share) + second.evaluate(cos, position, nm) * share
+                first.evaluate(cos, position) * (1.0 - share) + second.evaluate(cos, position) * share
             }
         }
     }
 
-    /// A direction for a ray that comes in another, sampled for the hero by three uniform numbers.
-    pub fn sample<const C: usize>(
-        &self,
-        comes: Vec3,
-        position: Vec3,
-        nm: &[f64; C],
-        [u, v, choice]: [f64; 3],
-    ) -> PhaseSample<C> {
-        let cos = self.cosine(position, nm[0], u, choice).clamp(-1.0, 1.0);
+    /// A direction for a ray that comes in another, by three uniform numbers.
+    pub fn sample(&self, comes: Vec3, position: Vec3, [u, v, choice]: [f64; 3]) -> PhaseSample {
+        let cos = self.cosine(position, u, choice).clamp(-1.0, 1.0);
         let direction = Frame::around(comes).to_world(warp::around_z(cos, v));
-        PhaseSample { direction, value: self.evaluate(cos, position, nm) }
+        PhaseSample { direction, value: self.evaluate(cos, position) }
     }
 
-    fn cosine(&self, position: Vec3, nm: f64, u: f64, mut choice: f64) -> f64 {
+    fn cosine(&self, position: Vec3, u: f64, mut choice: f64) -> f64 {
         match self {
             Self::Isotropic => 2.0 * u - 1.0,
             Self::HenyeyGreenstein(g) => {
@@ -86,7 +80,7 @@ impl Phase {
             Self::Blend { weight, nested } => {
                 let [first, second] = &**nested;
                 let chosen = if decide(&mut choice, share(weight, position)) { second } else { first };
-                chosen.cosine(position, nm, u, choice)
+                chosen.cosine(position, u, choice)
             }
         }
     }

@@ -29,7 +29,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Medium> {
         let problem = format!("The medium is scaled by {scale}");
         query.error(SceneError::at(&query.place("scale"), problem, "expected a factor of at least 0"));
     }
-    let albedo = spectra::read_or(&query, "albedo", Use::Reflectance, DEFAULT_ALBEDO);
+    let albedo = spectra::read_or(&query, "albedo", Use::Albedo, DEFAULT_ALBEDO);
     refuse_variation(&query, "sigma_t", &extinction, heterogeneous);
     refuse_variation(&query, "albedo", &albedo, heterogeneous);
     let phase = phases::of_medium(&query);
