@@ -23,6 +23,7 @@ pub mod accel;
 pub mod light;
 pub mod material;
 pub mod medium;
+pub mod phase;
 
 pub mod camera;
 pub mod film;

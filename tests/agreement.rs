@@ -23,7 +23,7 @@ struct Case {
     walk_block: u32,
 }
 
-const CASES: [Case; 15] = [
+const CASES: [Case; 17] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384, walk_block: 1 },
     Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some pixels: there it knows no error.
@@ -41,6 +41,8 @@ const CASES: [Case; 15] = [
     Case { name: "caustics", samples: 2048, walk_samples: 65_536, walk_block: 1 },
     Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2 },
     Case { name: "chamber", samples: 4096, walk_samples: 65_536, walk_block: 1 },
+    Case { name: "fog", samples: 1024, walk_samples: 16_384, walk_block: 1 },
+    Case { name: "smoke", samples: 1024, walk_samples: 8192, walk_block: 1 },
 ];
 
 fn load(case: &Case, integrator: &str) -> Scene {
@@ -82,7 +84,7 @@ fn compare(a: &Film, b: &Film, block: u32) -> (f64, Welch) {
 
 /// Of each part of a verdict: 1 % over all comparisons of this file.
 fn level() -> f64 {
-    sidak(0.01, 2 * (CASES.len() * 6 + 3))
+    sidak(0.01, 2 * (CASES.len() * 6 + 5))
 }
 
 /// Both parts of the verdict.
@@ -188,6 +190,29 @@ fn chamber() {
     agrees("chamber");
     let case = CASES.iter().find(|case| case.name == "chamber").unwrap();
     assert!(load(case, "path").needs().light_paths);
+}
+
+/// Media that scatter: the walk tracks them with null collisions, and knows nothing of densities of distances.
+#[test]
+fn fog() {
+    media_agree("fog");
+}
+
+/// Grids: what is integrated piece by piece is what null collisions find.
+#[test]
+fn smoke() {
+    media_agree("smoke");
+}
+
+/// Also where light samples pass the boundaries of media.
+fn media_agree(name: &str) {
+    agrees(name);
+    let case = CASES.iter().find(|case| case.name == name).unwrap();
+    assert!(load(case, "path").needs().scattering);
+    let [path, volpath] = ["path", "volpath"].map(|integrator| {
+        expose(&load(case, integrator), &settings(case.samples, WavelengthCount::Four, 21))
+    });
+    assert_same(&format!("{name}, path and volpath"), &path, &volpath, 1);
 }
 
 /// All that light samples lose in its shadow comes back on light paths.

@@ -27,12 +27,13 @@ const CAUSTIC: &str = "validation/speed/scenes/caustic.xml";
 const ABSORBER: &str = "validation/speed/scenes/absorber.xml";
 
 /// Each need that the loop asks for, together with the account of media that it relies on.
-fn forced() -> [(&'static str, Needs); 8] {
+fn forced() -> [(&'static str, Needs); 9] {
     let none = Needs::default();
     let stack = Needs { medium_stack: true, ..none };
     [
         ("medium stack", stack),
         ("absorption", Needs { absorption: true, ..stack }),
+        ("scattering media", Needs { scattering: true, absorption: true, ..stack }),
         ("precedence", Needs { precedence: true, ..stack }),
         ("surfaces in contact", Needs { contact: true, ..stack }),
         ("sensor within a body", Needs { sensor_within: true, ..stack }),

@@ -13,6 +13,7 @@ const FORCED: [(&str, Needs); 9] = {
     let none = Needs {
         dispersion: false,
         absorption: false,
+        scattering: false,
         medium_stack: false,
         precedence: false,
         contact: false,

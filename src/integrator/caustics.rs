@@ -211,7 +211,7 @@ fn splat_from<'a, const C: usize>(
     let leaving = seen.toward_lens.dot(hit.point.normal).abs();
     let geometry = leaving / (arriving * seen.distance * seen.distance) * seen.pixels_per_steradian;
     let mut radiance = *power * value.f_cos * (weight * geometry / ratio.sum());
-    if let Some(transmittance) = scene.transmittance(&media.here, last.t_max, wavelengths) {
+    if let Some(transmittance) = scene.transmittance(&media.here, &last, wavelengths) {
         radiance *= transmittance;
     }
     Some(Splat { film: seen.film, radiance, wavelengths: *wavelengths, response: seen.response })
@@ -263,8 +263,8 @@ impl<const C: usize> Beam<C> {
     /// To the next surface, attenuated by the media on the way.
     fn advance(&mut self, scene: &Scene) -> Option<Intersection> {
         let Self { ray, time, wavelengths, power, media, .. } = self;
-        scene.intersect(ray, *time, false, media, |media, distance| {
-            if let Some(transmittance) = scene.transmittance(media, distance, wavelengths) {
+        scene.intersect(ray, *time, false, media, |media, stretch| {
+            if let Some(transmittance) = scene.transmittance(media, stretch, wavelengths) {
                 *power *= transmittance;
             }
         })

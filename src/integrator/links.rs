@@ -180,7 +180,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
             let media = &self.surfaces[lane].path.media.here;
             let between = match way(&self.fan.point(lane)) {
                 Some(ray) if !needs.meetings() => {
-                    self.scene.transmittance(media, ray.t_max, self.wavelengths).unwrap_or(Sampled::ONE)
+                    self.scene.transmittance(media, &ray, self.wavelengths).unwrap_or(Sampled::ONE)
                 }
                 Some(ray) => {
                     self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths)

@@ -4,6 +4,7 @@ mod caustics;
 mod links;
 mod path;
 mod shared;
+mod volume;
 mod walk;
 
 use crate::geometry::Ray;

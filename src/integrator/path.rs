@@ -11,7 +11,7 @@
 //! ⟨L(λᵢ)⟩ = Le · fᵢ(X) / Σⱼ pⱼ(X) of its own technique · w,   w = P² / (Pᵤ² + Pₗ²),   P = Σⱼ pⱼ(X),
 //!
 //! the balance heuristic over wavelengths and the power heuristic over the two techniques. A path keeps fᵢ and pⱼ relative
-//! to the hero's density, so with one wavelength nothing of this remains.
+//! to the hero's density, so with one wavelength nothing of this remains. [`super::volume`] adds media that scatter.
 
 use super::caustics::{self, FirstSurface};
 use super::{Seen, Techniques};
@@ -24,6 +24,7 @@ use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 use smallvec::{SmallVec, smallvec};
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// Into so many a path divides at the first matt surface that it comes to by way of smooth ones, in a scene with light paths. What smooth
@@ -40,17 +41,17 @@ const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
 #[derive(Clone)]
 pub(super) struct Path<const C: usize> {
     /// When all of it happens.
-    time: f64,
+    pub(super) time: f64,
     /// Segments behind the surface that is next. One that the path passes as if there were none may leave it as it is.
-    depth: u32,
-    /// Surfaces met.
+    pub(super) depth: u32,
+    /// Surfaces met, and places in media that scattered it.
     pub(super) vertex: u32,
     /// fᵢ(X) / p₀(X): what each wavelength carries over the hero's density.
     pub(super) throughput: Sampled<C>,
     /// pⱼ(X) / p₀(X). The hero's is 1; a companion's is 0 once it has gone another way.
     pub(super) ratio: Sampled<C>,
     /// How the last ray was chosen: the weight of light found by it asks for that.
-    pub(super) last: LastChoice,
+    pub(super) last: LastChoice<C>,
     pub(super) media: Media,
     /// Product of the factors by which refraction compressed radiance: no loss, so no reason to end a path.
     compression: f64,
@@ -63,7 +64,7 @@ pub(super) struct Path<const C: usize> {
     /// Its part of the sample: the branches that led to it have shares, and this is their product.
     share: f64,
     /// Whether nothing has been met that alpha counts: such rays do not see what is hidden from the camera.
-    straight: bool,
+    pub(super) straight: bool,
     /// Whether anything has that alpha counts.
     pub(super) met: bool,
     /// What the path could bring before its throughput was taken to be 1, which that of a suffix is where several pixels share it.
@@ -83,23 +84,23 @@ pub(super) enum Beside {
 
 /// How a ray came to be.
 #[derive(Clone)]
-pub(super) enum LastChoice {
+pub(super) enum LastChoice<const C: usize> {
     /// By the camera.
     Camera,
     /// By a discrete lobe: no light sample could have found it.
     Discrete,
-    /// With a density, from a surface where lights were sampled too.
+    /// With a density, from a place where lights were sampled too.
     Scattered {
         from: Receiver,
         /// Σⱼ pⱼ / p₀ before the scattering, over the hero's density of the direction, sr.
         prior_over_density: f64,
-        /// Σⱼ pⱼ / p₀ after it. Surfaces that are passed as if there were none don't count here: the light sample that
-        /// is weighed against doesn't choose at them either.
-        by_scattering: f64,
+        /// pⱼ / p₀ after it, times the probability of having passed the media on the way. Surfaces that are passed as if there were
+        /// none don't count here: the light sample that is weighed against doesn't choose at them either.
+        by_scattering: Sampled<C>,
     },
 }
 
-impl LastChoice {
+impl<const C: usize> LastChoice<C> {
     /// The weight of light that scattering found, if light samples from the last vertex found it with a density, per
     /// steradian.
     pub(super) fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
@@ -108,7 +109,7 @@ impl LastChoice {
             (Self::Discrete, Techniques::Both) => 1.0,
             (Self::Discrete, Techniques::LightSamples) => 0.0,
             (Self::Scattered { from, prior_over_density, by_scattering }, Techniques::Both) => {
-                power_heuristic(*by_scattering, prior_over_density * density(from))
+                power_heuristic(by_scattering.sum(), prior_over_density * density(from))
             }
             // What light samples leave to scattering, such as a constant environment, is found by it all the same.
             (Self::Scattered { from, .. }, Techniques::LightSamples) => {
@@ -164,6 +165,9 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
         stream: &Stream,
     ) -> Sampled<C> {
+        if scene.needs().scattering {
+            return self.follow_through_media(scene, ray, wavelengths, stream);
+        }
         let mut arriving = Sampled::ZERO;
         loop {
             // By reference: to move it costs as much as a shadow ray.
@@ -328,9 +332,12 @@ impl<const C: usize> Path<C> {
                 Density::Discrete => LastChoice::Discrete,
                 Density::PerSolidAngle(density) => {
                     self.divisible = false;
-                    let by_scattering = self.ratio.sum();
                     let prior_over_density = prior / density;
-                    LastChoice::Scattered { from: receiver(hit, shading), prior_over_density, by_scattering }
+                    LastChoice::Scattered {
+                        from: receiver(hit, shading),
+                        prior_over_density,
+                        by_scattering: self.ratio,
+                    }
                 }
             };
             self.depth += 1;
@@ -354,15 +361,15 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
     ) -> Option<Intersection> {
         let Self { throughput, media, time, depth, .. } = self;
-        scene.intersect(ray, *time, *depth == 0, media, |media: &MediumStack, distance| {
-            if let Some(transmittance) = scene.transmittance(media, distance, wavelengths) {
+        scene.intersect(ray, *time, *depth == 0, media, |media: &MediumStack, stretch| {
+            if let Some(transmittance) = scene.transmittance(media, stretch, wavelengths) {
                 *throughput *= transmittance;
             }
         })
     }
 
     /// Light from beyond the scene, weighed against having been sampled.
-    fn escaped(&self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Sampled<C> {
+    pub(super) fn escaped(&self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Sampled<C> {
         let hidden = self.straight && scene.limits.hide_emitters;
         let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return Sampled::ZERO };
         let weight = self.weight_beside_lights(scene, |from| {
@@ -380,7 +387,7 @@ impl<const C: usize> Path<C> {
     }
 
     /// Light that the surface just met emits toward the path, weighed against having been sampled.
-    fn emitted(
+    pub(super) fn emitted(
         &mut self,
         scene: &Scene,
         ray: &Ray,
@@ -439,6 +446,10 @@ impl<const C: usize> Path<C> {
         if value.f_cos.is_zero() {
             return Sampled::ZERO;
         }
+        if scene.needs().scattering {
+            let around = self.media_beyond(scene, ray, hit, &sample.shadow_ray);
+            return self.light_through_media(scene, &sample, &value, &around, wavelengths);
+        }
         let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
             (self.ratio * value.density).sum()
         });
@@ -476,18 +487,26 @@ impl<const C: usize> Path<C> {
         shadow_ray: &Ray,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
+        let around = self.media_beyond(scene, ray, hit, shadow_ray);
+        scene.visibility(shadow_ray, self.time, &around, wavelengths)
+    }
+
+    /// What is around a shadow ray that leaves a surface.
+    fn media_beyond(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        shadow_ray: &Ray,
+    ) -> Cow<'_, MediumStack> {
         let toward_light = shadow_ray.direction;
         let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
-        let passed;
-        let media = if beyond && scene.needs().medium_stack {
-            let mut media = self.media.clone();
-            scene.pass_through(hit, toward_light, &mut media);
-            passed = media.here;
-            &passed
-        } else {
-            &self.media.here
-        };
-        scene.visibility(shadow_ray, self.time, media, wavelengths)
+        if !beyond || !scene.needs().medium_stack {
+            return Cow::Borrowed(&self.media.here);
+        }
+        let mut media = self.media.clone();
+        scene.pass_through(hit, toward_light, &mut media);
+        Cow::Owned(media.here)
     }
 
     /// Keeps account of whether light paths may come the way that a surface, the first or a later one, has just sent this one.
@@ -528,7 +547,11 @@ impl<const C: usize> Path<C> {
         } else if self.depth < scene.limits.rr_depth {
             1.0
         } else {
-            self.strength().min(late_survival(self.depth))
+            let late = match scene.needs().scattering {
+                true => late_survival_in_media(self.depth),
+                false => late_survival(self.depth),
+            };
+            self.strength().min(late)
         }
     }
 }
@@ -576,6 +599,13 @@ pub(super) fn late_survival(depth: u32) -> f64 {
     }
     let kept = 1.0 - 1.0 / f64::from(depth);
     kept * kept
+}
+
+/// The same where media scatter. Of the light that comes back from a thick medium of albedo 1 the part that takes more than n segments
+/// falls with √n alone: did their number fall with the square of n, nearly all of that light would be in few samples.
+fn late_survival_in_media(depth: u32) -> f64 {
+    const LATE: u32 = 4096;
+    if depth <= LATE { 1.0 } else { (1.0 - 1.0 / f64::from(depth)).powf(1.25) }
 }
 
 /// Weight of a technique of density `own` beside one of density `other`, with exponent 2 (Veach, *Robust Monte Carlo

@@ -224,7 +224,7 @@ impl<const C: usize> Group<'_, C> {
                 let choice = LastChoice::Scattered {
                     from,
                     prior_over_density: C as f64,
-                    by_scattering: shading.evaluate(-links.toward_first(lane)).density.sum(),
+                    by_scattering: shading.evaluate(-links.toward_first(lane)).density,
                 };
                 choice.weight_beside_lights(self.scene, |_| by_light)
             } else {
@@ -297,7 +297,7 @@ impl<const C: usize> Group<'_, C> {
         path.last = LastChoice::Scattered {
             from: receiver(hit, shading),
             prior_over_density: prior.sum() / joint.hero(),
-            by_scattering: path.ratio.sum(),
+            by_scattering: path.ratio,
         };
         if let Beside::First(_) = path.beside_light_paths {
             path.beside_light_paths = Beside::Shared;

@@ -1,11 +1,17 @@
 //! The slow, obvious estimate that the clever one must agree with: a random walk of one wavelength that finds lights by
-//! running into them. No light sampling, no weights between techniques, no companions.
+//! running into them. No light sampling, no weights between techniques, no companions. Media that scatter are tracked by a majorant with
+//! null collisions (Woodcock et al., "Techniques used in the GEM code for Monte Carlo neutronics calculations", 1965), so that nothing of how
+//! [`super::volume`] finds its distances is taken on trust.
 
 use super::Seen;
-use crate::geometry::Ray;
-use crate::sampling::{Dimensions, Stream};
+use crate::geometry::{Ray, Vec3};
+use crate::medium::{Extinction, Medium, MediumStack, Scattering};
+use crate::sampling::{Dimensions, Stream, mix};
 use crate::scene::Scene;
 use crate::spectrum::{Sampled, Wavelengths};
+
+/// Most probability with which a walk goes on.
+const LIKELIEST: f64 = 0.95;
 
 /// Spectral radiance that arrives along a camera ray, for the hero alone. Point and directional lights are never found.
 pub fn radiance<const C: usize>(
@@ -21,11 +27,36 @@ pub fn radiance<const C: usize>(
     let mut met = scene.limits.sky_covers(scene);
     for vertex in 0.. {
         let shown = vertex > 0 || !scene.limits.hide_emitters;
-        let hit = scene.intersect(&ray, time, vertex == 0, &mut media, |media, distance| {
-            if let Some(transmittance) = scene.transmittance(media, distance, &hero) {
-                throughput *= transmittance.hero();
+        let mut tracker = Tracker::new(stream, vertex, hero.nm[0]);
+        let hit = scene.intersect(&ray, time, vertex == 0, &mut media, |around, stretch| {
+            if tracker.collision.is_some() {
+                return;
+            }
+            match scene.medium(around) {
+                Some(medium @ Medium { scattering: Some(scattering), .. }) => {
+                    tracker.follow(medium, scattering, around, stretch);
+                }
+                _ => {
+                    if let Some(transmittance) = scene.transmittance(around, stretch, &hero) {
+                        throughput *= transmittance.hero();
+                    }
+                }
             }
         });
+        if let Some((position, scattering, around)) = tracker.collision {
+            met = true;
+            throughput *= scattering.albedo(position, &hero.nm).hero();
+            let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(vertex));
+            let chance = throughput.min(LIKELIEST);
+            if vertex + 1 >= scene.limits.max_depth || survival >= chance {
+                break;
+            }
+            throughput /= chance;
+            media.here = around;
+            let sample = scattering.phase.sample(ray.direction, position, [u, v, choice]);
+            ray = Ray::new(position, sample.direction);
+            continue;
+        }
         let Some(hit) = hit else {
             if let Some(environment) = scene.lights.environment().filter(|_| shown) {
                 arriving += throughput * environment.radiance(ray.direction, &hero.nm).hero();
@@ -55,7 +86,7 @@ pub fn radiance<const C: usize>(
             scene.pass_through(&hit, direction, &mut media);
         }
         throughput *= scatter.weight.hero();
-        let chance = throughput.min(0.95);
+        let chance = throughput.min(LIKELIEST);
         if survival >= chance {
             break;
         }
@@ -63,4 +94,53 @@ pub fn radiance<const C: usize>(
         ray = hit.point.ray(direction);
     }
     Seen { radiance: Sampled::hero_alone(arriving), met }
+}
+
+/// A flight through media that scatter.
+struct Tracker<'a> {
+    /// The state of a generator of its own: nobody knows how many numbers it takes.
+    random: u64,
+    nm: f64,
+    /// Where it has ended, and in what.
+    collision: Option<(Vec3, &'a Scattering, MediumStack)>,
+}
+
+impl<'a> Tracker<'a> {
+    fn new(stream: &Stream, vertex: u32, nm: f64) -> Self {
+        let [a, b, ..] = stream.draw(Dimensions::Flight(vertex));
+        let random = a.to_bits() ^ b.to_bits().rotate_left(32);
+        Self { random, nm, collision: None }
+    }
+
+    /// In (0, 1).
+    fn draw(&mut self) -> f64 {
+        self.random = self.random.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        ((mix(self.random) >> 12) as f64 + 0.5) / (1u64 << 52) as f64
+    }
+
+    fn follow(&mut self, medium: &Medium, scattering: &'a Scattering, around: &MediumStack, stretch: &Ray) {
+        /// Some collisions are null in a homogeneous medium, too.
+        const ABOVE: f64 = 1.25;
+        let (majorant, [mut t, end]) = match &medium.extinction {
+            Extinction::Homogeneous(spectrum) => (ABOVE * spectrum.at(self.nm), [0.0, stretch.t_max]),
+            Extinction::Grid(grid) => match grid.span(stretch) {
+                Some(span) => (grid.max_bound(), span),
+                None => return,
+            },
+        };
+        loop {
+            t -= self.draw().ln() / majorant;
+            if t.is_nan() || t >= end {
+                return;
+            }
+            let extinction = match &medium.extinction {
+                Extinction::Homogeneous(spectrum) => spectrum.at(self.nm),
+                Extinction::Grid(grid) => grid.at(stretch.at(t), &[self.nm]).hero(),
+            };
+            if self.draw() * majorant < extinction {
+                self.collision = Some((stretch.at(t), scattering, around.clone()));
+                return;
+            }
+        }
+    }
 }

@@ -4,6 +4,7 @@ use super::relief::Guard;
 use super::{Around, Material, MaterialId, Materials};
 use crate::bsdf::{Bsdf, Evaluation, Scatter};
 use crate::geometry::{Frame, Vec3};
+use crate::sampling::decide;
 use crate::spectrum::Sampled;
 use crate::texture::TexturePoint;
 use smallvec::SmallVec;
@@ -108,14 +109,6 @@ impl Materials {
             leaf => leaf.bsdf(&at.texture, nm, around).passing(at.frame.to_local(toward_eye)),
         }
     }
-}
-
-/// Whether an event of some probability happens; what is left of the choice is as good as new.
-fn decide(choice: &mut f64, probability: f64) -> bool {
-    let happens = *choice < probability;
-    *choice = if happens { *choice / probability } else { (*choice - probability) / (1.0 - probability) };
-    *choice = choice.clamp(0.0, 1f64.next_down());
-    happens
 }
 
 impl<const C: usize> Shading<C> {

@@ -188,8 +188,9 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, watch: &dyn Watch)
         extras: film.extras.clone(),
     };
     let plan = match (settings.estimator, scene.integrator) {
-        // Second moments are those of samples of a path tracer.
-        (Estimator::Shared, Integrator::Path) if !scene.film.moments => {
+        // Second moments are those of samples of a path tracer. Suffixes are shared between surfaces alone: what a medium scatters on the way
+        // from one to the other would have to be weighed, too.
+        (Estimator::Shared, Integrator::Path) if !scene.film.moments && !scene.needs().scattering => {
             pilot::choose::<C>(&exposure, settings.sampler, watch)
         }
         _ => Plan::PLAIN,

@@ -92,6 +92,8 @@ pub enum Dimensions {
     /// Light at the path's n-th vertex: which light and which point on it (0, 1), which material of the
     /// surface (3).
     Light(u32),
+    /// The flight to the path's n-th vertex through media that scatter: how far (0).
+    Flight(u32),
 }
 
 impl Dimensions {
@@ -102,6 +104,8 @@ impl Dimensions {
             Self::Lens => 2,
             Self::Scattering(vertex) => 3 + 2 * vertex,
             Self::Light(vertex) => 2 + 2 * vertex,
+            // Apart from the others, so that what scenes without such media draw stays the same.
+            Self::Flight(vertex) => 1 << 31 | vertex,
         }
     }
 }
@@ -297,6 +301,14 @@ fn unit(bits: u32) -> f64 {
 /// Clamps to (0, 1) what rounding led out of it.
 fn inside(x: f64) -> f64 {
     x.clamp(f64::EPSILON / 2.0, 1.0 - f64::EPSILON / 2.0)
+}
+
+/// Whether an event of some probability happens; what is left of the choice is as good as new.
+pub fn decide(choice: &mut f64, probability: f64) -> bool {
+    let happens = *choice < probability;
+    *choice = if happens { *choice / probability } else { (*choice - probability) / (1.0 - probability) };
+    *choice = choice.clamp(0.0, 1f64.next_down());
+    happens
 }
 
 /// A 64-bit finaliser with full avalanche (Stafford's variant 13 of the MurmurHash3 mixer, as in SplitMix64:

@@ -47,6 +47,13 @@ pub fn cosine_hemisphere(u: [f64; 2]) -> Vec3 {
     Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
 }
 
+/// The unit vector at an angle of this cosine to +z, `v` of a turn around it.
+pub fn around_z(cos: f64, v: f64) -> Vec3 {
+    let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
+    let (y, x) = sin_cos(TAU * v);
+    Vec3::new(sin * x, sin * y, cos)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

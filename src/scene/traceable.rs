@@ -9,11 +9,11 @@ use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Caustics, Integrator, Limits};
 use crate::light::{Lights, Met};
 use crate::material::{Around, MaterialId, Materials, Shading, ShadingPoint};
-use crate::medium::{Body, Media, MediumStack, Refraction};
+use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
 use crate::sampling::{Dimensions, Stream};
 use crate::shape::{AtRest, Hit, Parametrisation, Shape};
 use crate::spectrum::colour::Observer;
-use crate::spectrum::{Sampled, Spectrum, WavelengthDensity, Wavelengths};
+use crate::spectrum::{Spectrum, WavelengthDensity, Wavelengths};
 use crate::texture::{MeshPoint, TexturePoint};
 
 /// Everything that rendering reads.
@@ -28,7 +28,7 @@ pub struct Scene {
     pub wavelengths: WavelengthDensity,
     pub lights: Lights,
     pub(super) caustics: Option<Caustics>,
-    /// Order of magnitude of the brightest light's contribution to Y: fixes the film's quantum.
+    /// Of the order of the brightest light's contribution to Y: fixes the film's quantum.
     pub reference_radiance: f64,
     pub(super) needs: Needs,
     /// What makes a picture of no use, as far as it is known before the first ray.
@@ -40,21 +40,21 @@ pub struct Scene {
     pub(super) materials: Materials,
     pub(super) bodies: Vec<Body>,
     pub(super) contacts: Contacts,
-    /// Absorption of each medium, per unit of length; `None` where it is zero everywhere.
-    pub(super) media: Vec<Option<Spectrum>>,
-    /// What the file says that absorbs around the camera.
+    /// `None` where a medium does nothing.
+    pub(super) media: Vec<Option<Medium>>,
+    /// What the file says that is around the camera.
     pub(super) camera_medium: Option<u32>,
     pub(super) numbers: ShapeNumbers,
     /// Where the origin of the file's coordinates is.
     pub(super) shift: Vec3,
 }
 
-/// The numbers by which images tell shapes apart.
+/// By which numbers images tell shapes apart.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ShapeNumbers {
-    /// Number of each surface's shape.
+    /// Of each surface.
     pub surfaces: Vec<u32>,
-    /// Number of each instance; 0, or none at all, where the surface has one of its own.
+    /// Of each instance; 0, or none at all, where the surface has one of its own.
     pub instances: Vec<u32>,
 }
 
@@ -77,7 +77,7 @@ pub struct FilmPlan {
 pub struct FilmChannel {
     pub name: String,
     pub response: Spectrum,
-    /// Integral of the response over the range of wavelengths, nm. Above 0.
+    /// Of the response over the range of wavelengths, nm. Above 0.
     pub integral: f64,
 }
 
@@ -99,8 +99,7 @@ pub(super) struct Surface {
     pub material: MaterialId,
     pub light: Option<u32>,
     pub role: Role,
-    /// Whether it is a part of a solid of the scene's own: which instance a moving part is says nothing of
-    /// the body then.
+    /// Whether it is a part of a solid of the scene's own: which instance a moving part is says nothing of the body then.
     pub part: bool,
     /// What the surface encloses, if it is that of a transparent body.
     pub body: Option<u32>,
@@ -117,7 +116,7 @@ pub(super) struct Surface {
 pub(super) enum Role {
     /// The boundary of what refracts, and nothing else.
     Interface,
-    /// Light passes it by null transmission.
+    /// One that light passes as if there were none.
     Veil,
     /// It has a say of its own: it scatters, absorbs or shines.
     Other,
@@ -128,9 +127,11 @@ pub(super) enum Role {
 pub struct Needs {
     /// Some surface parts wavelengths.
     pub dispersion: bool,
-    /// Some body absorbs.
+    /// Some medium absorbs or scatters.
     pub absorption: bool,
-    /// Some body may lie within another, or absorbs: paths keep account of what they are inside of.
+    /// Some medium scatters: rays may end between surfaces.
+    pub scattering: bool,
+    /// Some body may lie within another, or holds a medium: paths keep account of what they are inside of.
     pub medium_stack: bool,
     /// Bodies may overlap: surfaces beneath the one that counts are none.
     pub precedence: bool,
@@ -155,10 +156,11 @@ pub struct Needs {
 }
 
 impl Needs {
-    fn all(&self) -> [(&'static str, bool); 14] {
+    fn all(&self) -> [(&'static str, bool); 15] {
         [
             ("dispersion", self.dispersion),
             ("absorption", self.absorption),
+            ("scattering media", self.scattering),
             ("medium stack", self.medium_stack),
             ("precedence", self.precedence),
             ("surfaces in contact", self.contact),
@@ -180,6 +182,7 @@ impl Needs {
         Self {
             dispersion: self.dispersion || other.dispersion,
             absorption: self.absorption || other.absorption,
+            scattering: self.scattering || other.scattering,
             medium_stack: self.medium_stack || other.medium_stack,
             precedence: self.precedence || other.precedence,
             contact: self.contact || other.contact,
@@ -223,7 +226,7 @@ impl std::fmt::Display for Needs {
 pub struct Intersection {
     pub t: f64,
     pub point: SurfacePoint,
-    /// Shading normal of the front side.
+    /// Of the front.
     pub shading_normal: Vec3,
     /// The light that the surface is, if it is one.
     pub light: Option<u32>,
@@ -248,8 +251,8 @@ impl Scene {
         self.needs
     }
 
-    /// The same scene, for which the renderer also does what `more` says and the scene has no need of. The
-    /// picture is the same and takes longer: by how much is what leaving it out is worth.
+    /// The same scene, for which the renderer also does what `more` says and the scene has no need of. The picture is the
+    /// same and takes longer: by how much is what leaving it out is worth.
     #[must_use]
     pub fn with_needs(mut self, more: Needs) -> Self {
         self.needs = self.needs.or(more);
@@ -275,8 +278,8 @@ impl Scene {
         Some(CameraSample { sensor, filter_weight, wavelength, time })
     }
 
-    /// The ray from a place on the film, in pixels from the whole film's corner, at a time. `None` where the
-    /// sensor has nothing to measure at.
+    /// The ray from a place on the film, in pixels from the whole film's corner, at a time. `None` where the sensor has nothing to
+    /// measure at.
     pub fn sensor_ray(&self, place: [f64; 2], time: f64, stream: &Stream) -> Option<SensorRay<'_>> {
         let lens = if self.needs.lens {
             let [u, v, ..] = stream.draw(Dimensions::Lens);
@@ -287,8 +290,8 @@ impl Scene {
         self.camera.ray(place, lens, time)
     }
 
-    /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each
-    /// stretch of the way, with what it leads through.
+    /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each stretch of the
+    /// way, a ray that ends where it does, with what it leads through.
     #[inline]
     pub fn intersect(
         &self,
@@ -296,22 +299,21 @@ impl Scene {
         time: f64,
         from_camera: bool,
         media: &mut Media,
-        mut cross: impl FnMut(&MediumStack, f64),
+        mut cross: impl FnMut(&MediumStack, &Ray),
     ) -> Option<Intersection> {
         let hides = from_camera && self.limits.hide_emitters;
         if !hides && !self.needs.meetings() {
-            // What is large is made last, in the place where it stays: to move it costs as much as a shadow
-            // ray.
+            // What is large is made last, in the place where it stays: to move it costs as much as a shadow ray.
             let hit = self.accel.closest(ray, time);
-            cross(&media.here, hit.as_ref().map_or(f64::INFINITY, |hit| hit.t));
+            cross(&media.here, &Ray { t_max: hit.as_ref().map_or(f64::INFINITY, |hit| hit.t), ..*ray });
             return hit.map(|hit| self.intersection(&hit, ray, time));
         }
         let mut ray = *ray;
-        // Lengths of the way, and of the part of it that leads through what the ray is in now.
-        let (mut passed, mut within) = (0.0, 0.0);
+        // Length of the way, and that of the part of it that leads through what the ray is in now, with where that begins.
+        let (mut passed, mut within, mut start) = (0.0, 0.0, ray);
         loop {
             let Some(mut hit) = self.meet(&ray, time) else {
-                cross(&media.here, f64::INFINITY);
+                cross(&media.here, &start);
                 return None;
             };
             if !(hides && hit.light.is_some()) {
@@ -321,14 +323,17 @@ impl Scene {
                 };
                 match meeting {
                     Meeting::Surface if !(hides && hit.light.is_some()) => {
-                        cross(&media.here, within + hit.t);
+                        cross(&media.here, &Ray { t_max: within + hit.t, ..start });
                         return Some(Intersection { t: hit.t + passed, ..hit });
                     }
                     Meeting::Surface | Meeting::Nothing => {}
                     Meeting::Straight => {
-                        cross(&media.here, within + hit.t);
-                        within = -hit.t;
+                        cross(&media.here, &Ray { t_max: within + hit.t, ..start });
                         media.cross();
+                        passed += hit.t;
+                        ray = hit.point.rest_of(&ray);
+                        (within, start) = (0.0, ray);
+                        continue;
                     }
                 }
             }
@@ -338,7 +343,7 @@ impl Scene {
         }
     }
 
-    fn meet(&self, ray: &Ray, time: f64) -> Option<Intersection> {
+    pub(super) fn meet(&self, ray: &Ray, time: f64) -> Option<Intersection> {
         self.accel.closest(ray, time).map(|hit| self.intersection(&hit, ray, time))
     }
 
@@ -359,8 +364,8 @@ impl Scene {
         }
     }
 
-    /// How the surface scatters at a path's wavelengths. `choice` in [0, 1) chooses between the materials of
-    /// a surface that has several.
+    /// How the surface scatters at a path's wavelengths. `choice` in [0, 1) chooses between the materials of a surface
+    /// that has several.
     pub fn shade<const C: usize>(
         &self,
         hit: &Intersection,
@@ -455,109 +460,12 @@ impl Scene {
         Media::of(here)
     }
 
-    /// The share that a stretch of what surrounds the ray lets through; `None` where nothing absorbs.
-    pub fn transmittance<const C: usize>(
-        &self,
-        media: &MediumStack,
-        distance: f64,
-        wavelengths: &Wavelengths<C>,
-    ) -> Option<Sampled<C>> {
-        if !self.needs.absorption {
-            return None;
-        }
-        let absorption = self.media[media.medium(&self.bodies)? as usize].as_ref()?;
-        // What absorbs nothing lets everything through, over any distance.
-        let share = |alpha: f64| if alpha > 0.0 { (-alpha * distance).exp() } else { 1.0 };
-        Some(absorption.sample(&wavelengths.nm).map(share))
-    }
-
-    /// The share of light that gets along a ray that begins in `media`: through absorbing media, and through
-    /// surfaces that let light pass straight where the scene has shadow rays go on through them. Zero where
-    /// anything is in the way.
-    pub fn visibility<const C: usize>(
-        &self,
-        ray: &Ray,
-        time: f64,
-        media: &MediumStack,
-        wavelengths: &Wavelengths<C>,
-    ) -> Sampled<C> {
-        self.transmission(ray, time, media, wavelengths, self.needs.clear_shadows)
-    }
-
-    /// The same where every surface is in the way.
-    pub fn transmittance_between_surfaces<const C: usize>(
-        &self,
-        ray: &Ray,
-        time: f64,
-        media: &MediumStack,
-        wavelengths: &Wavelengths<C>,
-    ) -> Sampled<C> {
-        self.transmission(ray, time, media, wavelengths, false)
-    }
-
-    #[inline(always)]
-    fn transmission<const C: usize>(
-        &self,
-        ray: &Ray,
-        time: f64,
-        media: &MediumStack,
-        wavelengths: &Wavelengths<C>,
-        clear_shadows: bool,
-    ) -> Sampled<C> {
-        let within = |share: Sampled<C>, media: &MediumStack, distance: f64| {
-            self.transmittance(media, distance, wavelengths).map_or(share, |part| share * part)
-        };
-        if !clear_shadows && !self.needs.meetings() {
-            return if self.accel.occluded(ray, time) {
-                Sampled::ZERO
-            } else {
-                within(Sampled::ONE, media, ray.t_max)
-            };
-        }
-        let (mut ray, mut media, mut share) = (*ray, Media::of(media.clone()), Sampled::ONE);
-        while let Some(mut hit) = self.meet(&ray, time) {
-            let meeting = match self.needs.meetings() {
-                true => self.meeting(&ray, time, &mut hit, &mut media),
-                false => Meeting::Surface,
-            };
-            match meeting {
-                Meeting::Surface => {
-                    // What ends the way is in contact with the light that it leads to.
-                    if hit.light.is_some() && hit.t >= ray.t_max {
-                        break;
-                    }
-                    let surface = self.surface(&hit);
-                    if !(clear_shadows && surface.may_pass) {
-                        return Sampled::ZERO;
-                    }
-                    let around = self.around(&hit, &media);
-                    let at = self.shading_point(&hit);
-                    let toward_eye = -ray.direction;
-                    share *=
-                        self.materials.passing(surface.material, &at, toward_eye, &wavelengths.nm, around);
-                    if share.is_zero() {
-                        return share;
-                    }
-                    share = within(share, &media.here, hit.t);
-                    self.pass_through(&hit, ray.direction, &mut media);
-                }
-                Meeting::Straight => {
-                    share = within(share, &media.here, hit.t);
-                    media.cross();
-                }
-                Meeting::Nothing => share = within(share, &media.here, hit.t),
-            }
-            ray = hit.point.rest_of(&ray);
-        }
-        within(share, &media.here, ray.t_max)
-    }
-
-    fn surface(&self, hit: &Intersection) -> &Surface {
+    pub(super) fn surface(&self, hit: &Intersection) -> &Surface {
         &self.surfaces[hit.hit.shape as usize]
     }
 
     /// What the surface at a hit has on its other side, for bodies that leave it open.
-    fn around(&self, hit: &Intersection, media: &Media) -> Around<'_> {
+    pub(super) fn around(&self, hit: &Intersection, media: &Media) -> Around<'_> {
         let Some(body) = self.body_of(&hit.hit).filter(|_| self.needs.medium_stack) else {
             return Around::UNKNOWN;
         };
@@ -570,7 +478,7 @@ impl Scene {
         Around { index, joined: hit.joined || counts && index.is_some() }
     }
 
-    fn shading_point(&self, hit: &Intersection) -> ShadingPoint<'_> {
+    pub(super) fn shading_point(&self, hit: &Intersection) -> ShadingPoint<'_> {
         let normal = hit.shading_normal;
         let (parametrisation, at_rest) = self.parametrisation(hit);
         let Parametrisation { uv, tangent, bitangent } = parametrisation;

@@ -59,6 +59,13 @@ pub struct TexturePoint<'a> {
     pub mesh: Option<MeshPoint<'a>>,
 }
 
+impl TexturePoint<'_> {
+    /// A place that is on no surface.
+    pub fn in_space(position: Vec3) -> Self {
+        Self { uv: [0.0; 2], position, at_rest: AtRest { position, ..AtRest::NONE }, mesh: None }
+    }
+}
+
 /// A place on a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshPoint<'a> {

@@ -48,9 +48,27 @@ impl Volume {
         Self { size: grid.size, cells, to_local, filter, wrap, mean, greatest }
     }
 
-    /// The cells around a place and their shares.
-    fn around(&self, at: &TexturePoint) -> [(usize, f64); 8] {
-        let place = self.to_local.point(at.position);
+    /// Cells along x, y and z.
+    pub fn size(&self) -> [usize; 3] {
+        self.size
+    }
+
+    /// From the coordinates of the scene to those in which the grid is the unit cube.
+    pub fn to_local(&self) -> &Transform {
+        &self.to_local
+    }
+
+    pub fn filter(&self) -> Filter {
+        self.filter
+    }
+
+    /// Whether its values are spectra that were made of colours.
+    pub fn is_coloured(&self) -> bool {
+        matches!(self.cells, Cells::Spectra(_))
+    }
+
+    /// The cells around a place, in coordinates in which the grid is the unit cube, and their shares.
+    fn around(&self, place: Vec3) -> [(usize, f64); 8] {
         let along = |coordinate: f64, size: usize| match self.filter {
             Filter::Nearest => ([self.wrap.nearest(coordinate, size); 2], 0.0),
             Filter::Linear => self.wrap.between(coordinate, size),
@@ -72,9 +90,14 @@ impl Volume {
     /// Colours are interpolated as spectra between 0 and 1, and their factors apart from these, as in
     /// Mitsuba 3.
     pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
-        let Cells::Spectra(cells) = &self.cells else { return Sampled::splat(self.value(at)) };
+        self.sample_at(self.to_local.point(at.position), nm)
+    }
+
+    /// The same at a place in coordinates in which the grid is the unit cube.
+    pub fn sample_at<const C: usize>(&self, place: Vec3, nm: &[f64; C]) -> Sampled<C> {
+        let Cells::Spectra(cells) = &self.cells else { return Sampled::splat(self.value_at(place)) };
         let (mut shape, mut factor) = (Sampled::ZERO, 0.0);
-        for (cell, share) in self.around(at) {
+        for (cell, share) in self.around(place) {
             let [a, b, c, scale] = cells[cell].map(f64::from);
             let sigmoid = Sigmoid { coefficients: [a, b, c] };
             shape += Sampled::from_fn(|lane| share * sigmoid.at(nm[lane]));
@@ -85,18 +108,26 @@ impl Volume {
 
     /// One number for all wavelengths: of what has three channels, the luminance.
     pub fn value(&self, at: &TexturePoint) -> f64 {
+        self.value_at(self.to_local.point(at.position))
+    }
+
+    fn value_at(&self, place: Vec3) -> f64 {
         match &self.cells {
             Cells::Grey(values) => {
-                self.around(at).iter().map(|&(i, share)| share * f64::from(values[i])).sum()
+                self.around(place).iter().map(|&(i, share)| share * f64::from(values[i])).sum()
             }
-            Cells::Raw(_) => luminance(self.rgb(at)),
+            Cells::Raw(_) => luminance(self.rgb_at(place)),
             Cells::Spectra(_) => luminance(self.mean),
         }
     }
 
     pub fn rgb(&self, at: &TexturePoint) -> [f64; 3] {
-        let Cells::Raw(values) = &self.cells else { return [self.value(at); 3] };
-        let around = self.around(at);
+        self.rgb_at(self.to_local.point(at.position))
+    }
+
+    fn rgb_at(&self, place: Vec3) -> [f64; 3] {
+        let Cells::Raw(values) = &self.cells else { return [self.value_at(place); 3] };
+        let around = self.around(place);
         [0, 1, 2]
             .map(|channel| around.iter().map(|&(i, share)| share * f64::from(values[3 * i + channel])).sum())
     }

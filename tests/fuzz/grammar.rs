@@ -111,6 +111,7 @@ fn may_hold(element: &str) -> &'static [(&'static str, &'static str)] {
         "texture" => &[("texture", "checkerboard")],
         "emitter" => &[("texture", "checkerboard")],
         "medium" => &[("phase", "isotropic")],
+        "phase" => &[("phase", "isotropic")],
         "integrator" => &[("integrator", "path")],
         _ => &[],
     }
@@ -383,14 +384,17 @@ impl Writer<'_> {
             text += &self.property(plugin, property, of_type, depth);
         }
         for held in &plugin.holds {
-            let is_needed = matches!((element, *held), ("bsdf", "bsdf") | ("sensor", "film" | "sensor"));
+            let is_needed = matches!(
+                (element, *held),
+                ("bsdf", "bsdf") | ("phase", "phase") | ("sensor", "film" | "sensor")
+            );
             let chance = if is_needed { 2 } else { 6 };
             if *held == "film" && self.random.below(2) == 0 {
                 text += SMALLEST_FILM;
                 continue;
             }
             // A blend has two.
-            let count = if name == "blendbsdf" { 2 } else { 1 };
+            let count = if ["blendbsdf", "blendphase"].contains(&name) { 2 } else { 1 };
             for _ in 0..count {
                 if depth >= 4 || self.left == 0 || self.random.below(chance) > 0 {
                     continue;

@@ -2,7 +2,7 @@
 
 use super::Compiler;
 use super::spectra;
-use crate::geometry::{Motion, Placed, Transform, Vec3};
+use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
 use crate::light::sky::{self, Sky, SkySettings};
 use crate::light::{AreaGeometry, Environment, EnvironmentMap, Light, Lights, Projector, Spot, Texel};
 use crate::raster::Image;
@@ -260,6 +260,16 @@ fn power(light: &Light, scene_radius: f64) -> f64 {
         Light::Projector(projector) => projector.solid_angle(),
         Light::Directional { .. } => PI * scene_radius * scene_radius,
     }
+}
+
+/// A box around the lights without a surface that have a place.
+pub(super) fn places(lights: &[Light]) -> Bounds {
+    Bounds::of(lights.iter().filter_map(|light| match light {
+        Light::Point { position, .. } => Some(*position),
+        Light::Spot(spot) => Some(spot.position),
+        Light::Projector(projector) => Some(projector.position),
+        Light::Area { .. } | Light::Directional { .. } => None,
+    }))
 }
 
 /// The same for light from all around.

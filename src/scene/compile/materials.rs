@@ -1,13 +1,13 @@
 use super::layered;
-use super::spectra::{self, index, spectrum};
+use super::spectra::{self, index};
 use crate::bsdf::microfacet;
 use crate::geometry::Transform;
 use crate::material::{
     AIR_INDEX, DielectricMaterial, Facets, Material, MaterialId, Materials, Metal, Relief, ReliefMap,
 };
-use crate::medium::{Body, Filling, Refraction};
+use crate::medium::{Body, Filling, Medium, Refraction};
 use crate::scene::description::{
-    Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, Medium, MetalAssumption, ReliefShading, Roughness,
+    self, Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, MetalAssumption, ReliefShading, Roughness,
     Shape, SpectrumKind, SpectrumSource,
 };
 use crate::scene::source::SceneError;
@@ -21,16 +21,16 @@ use std::sync::Arc;
 
 /// The materials of a scene, each compiled once however many shapes have it, and what they enclose.
 pub(super) struct MaterialCompiler {
-    range: WavelengthRange,
-    /// Transform from the coordinates of the file to those of the scene.
-    shift: Transform,
+    pub(super) range: WavelengthRange,
+    /// From the coordinates of the file to those of the scene.
+    pub(super) shift: Transform,
     pub materials: Materials,
     pub bodies: Vec<Body>,
-    pub media: Vec<Option<Spectrum>>,
+    pub media: Vec<Option<Medium>>,
     /// By the address of the description, which outlives this.
     known: BTreeMap<*const Bsdf, MaterialId>,
     /// By place: a medium that several shapes refer to is one.
-    known_media: BTreeMap<(usize, usize), u32>,
+    pub(super) known_media: BTreeMap<(usize, usize), u32>,
 }
 
 impl MaterialCompiler {
@@ -150,11 +150,18 @@ impl MaterialCompiler {
     /// Whether two bodies are made of the same.
     pub fn same_inside(&self, a: u32, b: u32) -> bool {
         let (a, b) = (&self.bodies[a as usize], &self.bodies[b as usize]);
-        let absorption = |filling: Filling| match filling {
-            Filling::Medium(medium) => (Filling::Vacuum, self.media[medium as usize].as_ref()),
+        // Two media that only absorb, and alike, are the same; any other is the same as itself alone.
+        let known = |filling: Filling| match filling {
+            Filling::Medium(medium) => match &self.media[medium as usize] {
+                None => (Filling::Vacuum, None),
+                Some(medium) => match medium.absorption() {
+                    Some(absorption) => (Filling::Vacuum, Some(absorption)),
+                    None => (filling, None),
+                },
+            },
             other => (other, None),
         };
-        let same = |a: Filling, b: Filling| absorption(a) == absorption(b);
+        let same = |a: Filling, b: Filling| known(a) == known(b);
         a.index == b.index
             && a.priority == b.priority
             && same(a.interior, b.interior)
@@ -167,21 +174,8 @@ impl MaterialCompiler {
         known.map_or(self.bodies.len() as u32 + 1, |body| body.index_class)
     }
 
-    fn filling(&mut self, medium: &Option<Medium>) -> Result<Option<Filling>, SceneError> {
+    fn filling(&mut self, medium: &Option<description::Medium>) -> Result<Option<Filling>, SceneError> {
         medium.as_ref().map(|medium| self.medium(medium).map(Filling::Medium)).transpose()
-    }
-
-    /// The number of a medium.
-    pub fn medium(&mut self, medium: &Medium) -> Result<u32, SceneError> {
-        let key = (medium.place.file, medium.place.span.start);
-        if let Some(&known) = self.known_media.get(&key) {
-            return Ok(known);
-        }
-        let absorption = spectrum(&medium.absorption)?;
-        self.media.push(Some(absorption).filter(|spectrum| !spectrum.is_zero(self.range)));
-        let id = self.media.len() as u32 - 1;
-        self.known_media.insert(key, id);
-        Ok(id)
     }
 
     pub(super) fn material(&mut self, bsdf: &Arc<Bsdf>) -> Result<MaterialId, SceneError> {

@@ -1,8 +1,8 @@
-//! From what a file says to what can be traced. Whatever can be wrong with a scene that reading it did not
-//! show is found here, before the first ray.
+//! From what a file says to what can be traced. Whatever can be wrong with a scene that reading it did not show is
+//! found here, before the first ray.
 //!
-//! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single
-//! precision: how far a scene lies from the origin of its file makes no difference.
+//! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single precision: how
+//! far a scene lies from the origin of its file makes no difference.
 
 mod caustics;
 mod contact;
@@ -10,6 +10,7 @@ mod groups;
 mod layered;
 mod lights;
 mod materials;
+mod media;
 mod numbers;
 mod sensors;
 mod shapes;
@@ -53,10 +54,10 @@ pub struct CompileOptions {
 /// A part of the picture. It comes out the same, bit by bit, as in the whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// The part of the film's window that is shown.
+    /// Within the window that the film exposes.
     pub shown: Region,
-    /// Pixels around it, as far as the window goes, that are measured too. What is measured holds whole
-    /// squares of pixels of an edge of `square`, each with that margin.
+    /// Pixels around it, as far as the window goes, that are measured too. What is measured holds whole squares of pixels of an
+    /// edge of `square`, each with that margin.
     pub margin: u32,
     pub square: u32,
 }
@@ -70,8 +71,8 @@ impl Default for CompileOptions {
 /// Makes a description traceable.
 ///
 /// # Errors
-/// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no
-/// physics over the range of wavelengths, a walk in a scene whose lights it can't find.
+/// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no physics over
+/// the range of wavelengths, a walk in a scene whose lights it can't find.
 pub fn compile(description: &Description, options: &CompileOptions) -> Result<Scene, SceneErrors> {
     let colours = HashMap::new();
     Compiler { description, options, shift: Transform::IDENTITY, colours, errors: Vec::new() }.run()
@@ -80,7 +81,7 @@ pub fn compile(description: &Description, options: &CompileOptions) -> Result<Sc
 struct Compiler<'a> {
     description: &'a Description,
     options: &'a CompileOptions,
-    /// Transform from the coordinates of the file to those of the scene.
+    /// From the coordinates of the file to those of the scene.
     shift: Transform,
     /// What has been made of colours, by their numbers, scale and role: many lights may have the same.
     colours: HashMap<([u64; 4], u8), Texture>,
@@ -167,8 +168,15 @@ impl Compiler<'_> {
         let during = description.sensor.shutter.during();
         let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &surfaces, &bodies)
             .any(|around| around.overlaps(camera.origins(during)));
-        let scene_radius = 0.5 * accel.bounds().diameter();
         let absorption = media.iter().any(Option::is_some);
+        let scattering = media.iter().flatten().any(|medium| medium.scattering.is_some());
+        let scene_radius = 0.5
+            * match scattering {
+                false => accel.bounds(),
+                // Fog is seen where there is no surface, too.
+                true => accel.bounds().union(camera.origins(during)).union(lights::places(&lights)),
+            }
+            .diameter();
         let volumetric = description.integrator.kind == IntegratorKind::VolPath;
         let shutter = description.sensor.shutter;
         let lights_move = !moving_lights.is_empty() || camera.is_moving();
@@ -199,6 +207,7 @@ impl Compiler<'_> {
         let mut needs = Needs {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
+            scattering,
             medium_stack: absorption || contact || adjoin || sensor_within,
             precedence: overlap,
             contact,
@@ -228,8 +237,9 @@ impl Compiler<'_> {
             surfaces[shape].smooth = false;
         }
         let caustics = match integrator {
-            // Light subpaths are no samples of a pixel, so they have no second moments there.
-            Integrator::Path if !film.moments => setting.caustics(&mut surfaces),
+            // Of what light paths bring a pixel has no samples of its own.
+            // Nor do they know of what scatters them between surfaces.
+            Integrator::Path if !film.moments && !scattering => setting.caustics(&mut surfaces),
             Integrator::Path | Integrator::Walk | Integrator::Depth => None,
         };
         needs.light_paths = caustics.is_some();

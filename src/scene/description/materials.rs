@@ -1,4 +1,4 @@
-//! What scatters and absorbs: BSDFs and media as a scene file says them.
+//! BSDFs as a scene file says them.
 
 use super::spectra::{IndexSource, SpectrumSource};
 use crate::scene::source::Place;
@@ -226,12 +226,4 @@ pub struct PrincipledBase {
 pub enum Distribution {
     Beckmann,
     Ggx,
-}
-
-/// `homogeneous` without scattering: what it absorbs per unit of length.
-#[derive(Clone, Debug)]
-pub struct Medium {
-    pub place: Place,
-    pub id: Option<String>,
-    pub absorption: SpectrumSource,
 }

@@ -4,6 +4,7 @@
 mod integrators;
 mod lights;
 mod materials;
+mod media;
 mod sensors;
 mod shapes;
 mod spectra;
@@ -11,9 +12,10 @@ mod spectra;
 pub use integrators::{Aov, AovKind, Integrator, IntegratorKind, Moments};
 pub use lights::{Light, LightKind};
 pub use materials::{
-    Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, Distribution, Medium, MetalAssumption,
-    PrincipledBase, ReliefShading, Roughness,
+    Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, Distribution, MetalAssumption, PrincipledBase,
+    ReliefShading, Roughness,
 };
+pub use media::{Medium, Phase, PhaseKind};
 pub use sensors::{
     AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmChannel, FilmContent, FovAxis, Lens,
     PixelFormat, Sampler, Sensor, SensorKind,

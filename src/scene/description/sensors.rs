@@ -1,6 +1,6 @@
 //! Sensors, films and samplers as a scene file says them.
 
-use super::materials::Medium;
+use super::media::Medium;
 use super::shapes::{Animation, Shape};
 use super::spectra::SpectrumSource;
 use crate::camera::{FisheyeProjection, Shutter, Stop};

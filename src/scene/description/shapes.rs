@@ -1,6 +1,7 @@
 //! Shapes, solids, groups and motion as a scene file says them.
 
-use super::materials::{Bsdf, Medium};
+use super::materials::Bsdf;
+use super::media::Medium;
 use super::spectra::SpectrumSource;
 use crate::geometry::{Transform, Vec3};
 use crate::scene::source::Place;

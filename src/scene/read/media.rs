@@ -1,60 +1,63 @@
-//! Media: absorption without scattering.
+//! Media: what absorbs and scatters in space.
 
-use super::super::description::Medium;
-use super::super::description::{SpectrumKind, SpectrumSource};
+use super::super::description::{Medium, SpectrumKind, SpectrumSource};
 use super::super::source::SceneError;
-use super::Reader;
 use super::query::Query;
 use super::spectra::{self, Use};
-use super::tree::{Class, ObjectId};
+use super::textures::varies;
+use super::tree::ObjectId;
+use super::{Reader, phases};
+
+/// Mitsuba 3's.
+const DEFAULT_ALBEDO: f64 = 0.75;
 
 /// `None` where the medium is wrong, which is reported.
 pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Medium> {
     let query = Query::new(reader, id);
     let object = query.object;
-    if object.plugin != "homogeneous" {
-        reader.unknown_plugin(object);
-        return None;
-    }
+    let heterogeneous = match object.plugin.as_str() {
+        "homogeneous" => false,
+        "heterogeneous" => true,
+        _ => {
+            reader.unknown_plugin(object);
+            return None;
+        }
+    };
     let extinction = spectra::read_or(&query, "sigma_t", Use::Absorption, 1.0);
     let scale = query.float("scale").unwrap_or(1.0);
     if scale < 0.0 {
         let problem = format!("The medium is scaled by {scale}");
         query.error(SceneError::at(&query.place("scale"), problem, "expected a factor of at least 0"));
     }
-    albedo(&query);
-    if query.object(Class::Phase).is_some() {
-        reader.remark(
-            &object.place,
-            "the phase function changes nothing: the medium does not scatter".to_owned(),
-        );
-    }
+    let albedo = spectra::read_or(&query, "albedo", Use::Albedo, DEFAULT_ALBEDO);
+    refuse_variation(&query, "sigma_t", &extinction, heterogeneous);
+    refuse_variation(&query, "albedo", &albedo, heterogeneous);
+    let phase = phases::of_medium(&query);
     for name in ["sample_emitters", "has_spectral_extinction"] {
         if query.has(name) {
             query.boolean(name, true);
-            reader.remark(&query.place(name), format!("{name} changes nothing: attenuation is exact here"));
+            reader.remark(
+                &query.place(name),
+                format!("{name} changes nothing: lights are sampled, and all wavelengths are weighed"),
+            );
         }
     }
     query.finish();
-    let absorption = SpectrumSource { scale: extinction.scale * scale, ..extinction };
-    Some(Medium { place: object.place.clone(), id: object.id.clone(), absorption })
+    let extinction = SpectrumSource { scale: extinction.scale * scale, ..extinction };
+    let (place, id) = (object.place.clone(), object.id.clone());
+    Some(Medium { place, id, varies: heterogeneous, extinction, albedo, phase })
 }
 
-fn albedo(query: &Query<'_>) {
-    let scatters = match spectra::read(query, "albedo", Use::Reflectance) {
-        Some(albedo) => !(matches!(albedo.kind, SpectrumKind::Constant(0.0)) || albedo.scale == 0.0),
-        // Mitsuba 3's default is 0.75. A value that was refused is not complained about twice.
-        None => !query.has("albedo"),
-    };
-    if scatters {
-        let problem = if query.has("albedo") {
-            "A scattering medium is not supported yet"
-        } else {
-            "A medium scatters unless it says otherwise: albedo is 0.75 by default"
-        };
-        query.error(
-            SceneError::at(&query.place("albedo"), problem, "expected a medium that only absorbs")
-                .with_remedy("write <float name=\"albedo\" value=\"0\"/> and give the absorption as sigma_t"),
-        );
+/// Refuses what varies where the medium is the same everywhere, and what varies over surfaces alone.
+fn refuse_variation(query: &Query<'_>, name: &'static str, source: &SpectrumSource, heterogeneous: bool) {
+    let is_grid = matches!(source.kind, SpectrumKind::Volume(_));
+    if !varies(source) || heterogeneous && is_grid {
+        return;
     }
+    let problem = format!("\"{name}\" of {} varies from place to place", query.title());
+    let error = SceneError::at(&query.place(name), problem, "expected a number or a spectrum");
+    query.error(match (heterogeneous, is_grid) {
+        (false, true) => error.with_remedy("use a `heterogeneous` medium"),
+        _ => error.with_remedy("in a `heterogeneous` medium it may be a <volume type=\"gridvolume\">"),
+    });
 }

@@ -27,6 +27,7 @@ mod obj;
 mod parsed;
 mod patches;
 mod patterns;
+mod phases;
 mod ply;
 mod quadrics;
 mod query;
@@ -324,7 +325,10 @@ impl Reader {
         for (_, id) in query.objects(Class::Medium) {
             media::read(self, id);
         }
-        for class in [Class::Film, Class::Sampler, Class::Filter, Class::Phase] {
+        for (_, id) in query.objects(Class::Phase) {
+            phases::read(self, id);
+        }
+        for class in [Class::Film, Class::Sampler, Class::Filter] {
             query.objects(class);
         }
         for (_, id) in query.objects(Class::Volume) {
@@ -359,7 +363,7 @@ impl Reader {
         for medium in shapes.flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
             self.assumption(
                 &medium.place,
-                "the medium absorbs, although Mitsuba 3's path and direct would ignore it".to_owned(),
+                "the medium counts, although Mitsuba 3's path and direct would ignore it".to_owned(),
             );
         }
     }

@@ -145,7 +145,7 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "spot",
             "sunsky",
         ],
-        Class::Medium => &["homogeneous"],
+        Class::Medium => &["homogeneous", "heterogeneous"],
         Class::Spectrum => &[
             "uniform",
             "regular",
@@ -168,7 +168,7 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "sellmeier",
             "cauchy",
         ],
-        Class::Phase => &["isotropic", "hg"],
+        Class::Phase => &["isotropic", "hg", "rayleigh", "tabphase", "blendphase"],
         Class::Volume => &["constvolume", "gridvolume"],
         Class::Scene => &[],
     }
@@ -225,7 +225,7 @@ fn instead(class: Class, plugin: &str) -> Option<&'static str> {
         (Class::Bsdf, "polarizer" | "retarder" | "circular" | "measured_polarized") => {
             "light is not polarised here"
         }
-        (Class::Medium | Class::Phase, _) => "only media that absorb and do not scatter are rendered",
+        (Class::Phase, _) => "use \"hg\", or \"tabphase\" with values of its own",
         _ => return None,
     })
 }
@@ -255,11 +255,11 @@ pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
             &["circular", "hair", "measured", "measured_polarized", "polarizer", "pplastic", "retarder"]
         }
         Class::Emitter => &["timed_sunsky"],
-        Class::Medium => &["heterogeneous"],
-        Class::Phase => &["blendphase", "rayleigh", "sggx", "tabphase"],
+        Class::Phase => &["sggx"],
         Class::Scene
         | Class::Sensor
         | Class::Film
+        | Class::Medium
         | Class::Spectrum
         | Class::Volume
         | Class::Sampler

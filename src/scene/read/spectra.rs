@@ -14,6 +14,8 @@ use crate::units::WavelengthRange;
 pub(super) enum Use {
     /// From 0 to 1.
     Reflectance,
+    /// The share of a medium's extinction that is scattered, from 0 to 1.
+    Albedo,
     /// At least 0 and below 1, where an index follows from it.
     NormalReflectance,
     /// At least 0; a bare number is that many times D65.
@@ -45,6 +47,7 @@ impl Use {
     pub fn title(self, name: &str) -> String {
         let word = match self {
             Self::Reflectance => "reflectance",
+            Self::Albedo => "albedo",
             Self::NormalReflectance => "normal-incidence reflectance",
             Self::Emission => "emission",
             Self::Absorption => "absorption",
@@ -61,7 +64,7 @@ impl Use {
     /// The kind of measured spectrum that fits.
     fn kind(self) -> Option<Kind> {
         match self {
-            Self::Reflectance | Self::NormalReflectance => Some(Kind::Reflectance),
+            Self::Reflectance | Self::NormalReflectance | Self::Albedo => Some(Kind::Reflectance),
             Self::Emission => Some(Kind::Illuminant),
             Self::Absorption => Some(Kind::Absorption),
             Self::Index => Some(Kind::Dielectric),
@@ -79,7 +82,7 @@ impl Use {
 
     pub fn expected(self) -> &'static str {
         match self {
-            Self::Reflectance | Self::Fraction => "expected values from 0 to 1",
+            Self::Reflectance | Self::Albedo | Self::Fraction => "expected values from 0 to 1",
             Self::NormalReflectance => "expected values of at least 0 and below 1",
             Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount | Self::Response => {
                 "expected values of at least 0"
@@ -91,7 +94,7 @@ impl Use {
 
     pub fn allows(self, value: f64) -> bool {
         match self {
-            Self::Reflectance | Self::Fraction => (0.0..=1.0).contains(&value),
+            Self::Reflectance | Self::Albedo | Self::Fraction => (0.0..=1.0).contains(&value),
             Self::NormalReflectance => (0.0..1.0).contains(&value),
             Self::Emission | Self::Absorption | Self::ConductorIndex | Self::Amount | Self::Response => {
                 value >= 0.0
@@ -105,6 +108,7 @@ impl Use {
     pub fn is_spectral(self) -> bool {
         match self {
             Self::Reflectance
+            | Self::Albedo
             | Self::NormalReflectance
             | Self::Emission
             | Self::Absorption
@@ -132,6 +136,7 @@ impl Use {
             }
             Self::Reflectance if value > 1.0 => "a surface cannot reflect more than it receives",
             Self::NormalReflectance if value >= 1.0 => "no finite index reflects everything",
+            Self::Albedo => "a medium cannot scatter more than it takes out of the light",
             Self::Emission => "light cannot be taken away",
             Self::Absorption => "a medium that amplifies cannot be rendered",
             Self::Index => "the index of vacuum is 1",

@@ -236,7 +236,8 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
         Some(false)
     };
     let title = purpose.title(name);
-    if varies(source) && matches!(purpose, Use::Absorption | Use::Index | Use::Response) {
+    let in_space = purpose == Use::Absorption && matches!(source.kind, SpectrumKind::Volume(_));
+    if varies(source) && !in_space && matches!(purpose, Use::Absorption | Use::Index | Use::Response) {
         return refuse(format!("{title} cannot vary over a surface"), "expected a spectrum", "");
     }
     if !purpose.is_spectral()

@@ -6,6 +6,7 @@
 
 mod bsdfs;
 mod lights;
+mod media;
 mod sensors;
 mod shapes;
 mod spectra;

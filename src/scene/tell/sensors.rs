@@ -3,7 +3,7 @@ use super::super::description::{
     Sampler, Sensor, SensorKind, Shape,
 };
 use super::super::read::Class;
-use super::{Teller, Told, shapes};
+use super::{Teller, Told, media, shapes};
 use crate::camera::{FisheyeProjection, Shutter, ShutterKind};
 use crate::film::FilterKind;
 
@@ -61,7 +61,7 @@ pub(super) fn tell(teller: &mut Teller, sensor: &Sensor) -> Told {
         None => told,
     };
     let told = match &sensor.medium {
-        Some(medium) => told.child(shapes::medium(medium)),
+        Some(medium) => told.child(media::tell(medium)),
         None => told,
     };
     shutter(told, &sensor.shutter).child(film(&sensor.film)).child(sampler(&sensor.sampler))

@@ -1,9 +1,9 @@
 use super::super::description::{
-    HeightSource, Instance, Medium, Part, Shape, ShapeGroup, ShapeKind, Solid, SpectrumSource,
+    HeightSource, Instance, Part, Shape, ShapeGroup, ShapeKind, Solid, SpectrumSource,
 };
 use super::super::info::{hash_of_curves, hash_of_mesh, hash_of_patches, hash_of_values};
 use super::super::read::{Class, solids};
-use super::{Teller, Told, Value, bsdfs};
+use super::{Teller, Told, Value, bsdfs, media};
 use crate::shape::{
     Blob, CurveKind, FigureKind, FillRule, HeightData, Interpolation, Kernel, QuadricKind, Sheets, Terrain,
 };
@@ -110,11 +110,11 @@ pub(super) fn tell(teller: &mut Teller, shape: &Shape) -> Told {
         None => told,
     };
     let told = match &shape.interior {
-        Some(interior) => told.named("interior", medium(interior)),
+        Some(interior) => told.named("interior", media::tell(interior)),
         None => told,
     };
     let told = match &shape.exterior {
-        Some(exterior) => told.named("exterior", medium(exterior)),
+        Some(exterior) => told.named("exterior", media::tell(exterior)),
         None => told,
     };
     match &shape.priority {
@@ -269,14 +269,4 @@ fn group(teller: &mut Teller, group: &Arc<ShapeGroup>) -> Rc<Told> {
 
 fn area(radiance: &SpectrumSource) -> Told {
     Told::new(Class::Emitter, "area", &radiance.place).spectrum("radiance", radiance)
-}
-
-pub(super) fn medium(medium: &Medium) -> Told {
-    // The factor is told by itself: multiplied into the values it could round to others.
-    let unscaled = SpectrumSource { scale: 1.0, ..medium.absorption.clone() };
-    Told::new(Class::Medium, "homogeneous", &medium.place)
-        .id(&medium.id)
-        .spectrum("sigma_t", &unscaled)
-        .float("scale", medium.absorption.scale)
-        .float("albedo", 0.0)
 }

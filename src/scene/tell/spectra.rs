@@ -109,7 +109,7 @@ fn procedural(place: &Place, source: &ProceduralSource) -> Told {
         .boolean("interpolate", source.mixed)
 }
 
-fn volume(place: &Place, source: &VolumeSource) -> Told {
+pub(super) fn volume(place: &Place, source: &VolumeSource) -> Told {
     let Grid { size, channels, values, .. } = &*source.grid;
     let [x, y, z] = *size;
     Told::new(Class::Volume, "gridvolume", place)

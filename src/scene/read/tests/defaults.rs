@@ -6,7 +6,8 @@ use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
 use crate::scene::description::{
     Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, FieldOfView, FilmContent, IndexKind, IntegratorKind,
-    LightKind, MetalAssumption, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind, SpectrumSource,
+    LightKind, MetalAssumption, PhaseKind, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind,
+    SpectrumSource,
 };
 
 fn bsdf(content: &str) -> Bsdf {
@@ -237,18 +238,22 @@ fn layered_surfaces() {
 }
 
 #[test]
-fn media_absorb() {
+fn media() {
     let medium = |content: &str| {
         shape(&format!(
             r#"<shape type="sphere"><bsdf type="dielectric"/><medium type="homogeneous" name="interior">
-               <float name="albedo" value="0"/>{content}</medium></shape>"#
+               {content}</medium></shape>"#
         ))
         .interior
         .unwrap()
     };
-    assert!(is_constant(&medium("").absorption, 1.0));
+    let usual = medium("");
+    assert!(is_constant(&usual.extinction, 1.0) && is_constant(&usual.albedo, 0.75) && !usual.varies);
+    assert!(matches!(usual.phase.kind, PhaseKind::Isotropic));
+    let phase = |content: &str| medium(content).phase.kind;
+    assert!(matches!(phase(r#"<phase type="hg"/>"#), PhaseKind::HenyeyGreenstein { g: 0.8 }));
     let scaled = medium(r#"<spectrum name="sigma_t" value="2"/><float name="scale" value="3"/>"#);
-    assert!(is_constant(&scaled.absorption, 6.0));
+    assert!(is_constant(&scaled.extinction, 6.0));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What a ray travels through: the bodies that it has entered and not left, and the absorbing medium of the innermost.
+//! The bodies that a ray has entered and not left, and the medium of the innermost.
 
 use crate::spectrum::Spectrum;
 use smallvec::SmallVec;
@@ -43,9 +43,9 @@ pub struct Entered {
 pub enum Filling {
     /// Nothing: whatever is on the other side goes on here.
     Unsaid,
-    /// Nothing that absorbs.
+    /// Nothing that absorbs or scatters.
     Vacuum,
-    /// The absorption of this index.
+    /// The medium of this index.
     Medium(u32),
 }
 
@@ -59,7 +59,7 @@ pub enum Filling {
 pub struct MediumStack {
     /// Hardly a scene has more within one another than there is room for in place.
     bodies: SmallVec<[Entered; 4]>,
-    /// What absorbs outside all bodies.
+    /// The medium outside all bodies.
     beyond: Option<u32>,
 }
 

@@ -1,0 +1,137 @@
+//! Paths through media that scatter.
+//!
+//! The free flight is one more choice that the hero makes: a path keeps for each wavelength j with what density pⱼ(X) it would have
+//! flown as far, beside what [`super::path`] keeps of directions. So a contribution has the weight Σᵢ fᵢ(X) / Σⱼ pⱼ(X), which is
+//! bounded where media are chromatic, too (Wilkie et al., "Hero Wavelength Spectral Sampling", EGSR 2014; Miller, Georgiev, Jarosz,
+//! "A null-scattering path integral formulation of light transport", ACM TOG 38(4), 2019).
+//!
+//! A light sample passes media with their transmittance, and surfaces that let light pass straight. The same light is found by scattering
+//! only if the path flies through all of that: the probability counts in the weight of the two.
+
+use super::path::{LastChoice, Path, light_sample_weight};
+use crate::bsdf::Evaluation;
+use crate::geometry::{Ray, SurfacePoint, Vec3};
+use crate::light::{LightSample, Receiver};
+use crate::medium::MediumStack;
+use crate::sampling::{Dimensions, Stream};
+use crate::scene::{Collision, Event, Passage, Scene};
+use crate::spectrum::{Sampled, Wavelengths};
+
+impl<const C: usize> Path<C> {
+    /// [`Self::follow`] where media scatter.
+    #[inline(never)]
+    pub(super) fn follow_through_media(
+        &mut self,
+        scene: &Scene,
+        mut ray: Ray,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Sampled<C> {
+        let mut arriving = Sampled::ZERO;
+        loop {
+            let next = match self.fly(scene, &ray, wavelengths, stream) {
+                Event::Nothing => {
+                    arriving += self.escaped(scene, &ray, wavelengths);
+                    None
+                }
+                Event::Medium(collision) => {
+                    self.collide(scene, &ray, &collision, wavelengths, stream, &mut arriving)
+                }
+                Event::Surface(hit) => {
+                    arriving += self.emitted(scene, &ray, &hit, wavelengths);
+                    let shading = self.shade(scene, &ray, &hit, wavelengths, stream);
+                    shading.and_then(|shading| {
+                        self.go_on(scene, &ray, &hit, &shading, wavelengths, stream, &mut arriving)
+                    })
+                }
+            };
+            match next {
+                Some(next) => ray = next,
+                None => return arriving,
+            }
+        }
+    }
+
+    /// To the next surface or to where a medium ends the flight.
+    fn fly<'a>(
+        &mut self,
+        scene: &'a Scene,
+        ray: &Ray,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Event<'a> {
+        let [u, ..] = stream.draw(Dimensions::Flight(self.vertex));
+        let target = -u.ln();
+        let from_camera = self.depth == 0;
+        let (event, flight) = scene.fly(ray, self.time, from_camera, target, &mut self.media, wavelengths);
+        self.throughput *= flight.carried;
+        self.ratio *= flight.ratio;
+        if let LastChoice::Scattered { by_scattering, .. } = &mut self.last {
+            *by_scattering *= flight.flown;
+        }
+        event
+    }
+
+    /// Light that a medium scatters straight from a light, and on by scattering. `None` where the path ends.
+    fn collide(
+        &mut self,
+        scene: &Scene,
+        ray: &Ray,
+        collision: &Collision,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+        arriving: &mut Sampled<C>,
+    ) -> Option<Ray> {
+        self.met = true;
+        self.straight = false;
+        let Collision { position, scattering } = *collision;
+        self.throughput *= scattering.albedo(position, &wavelengths.nm);
+        if self.is_last(scene) || self.throughput.is_zero() {
+            return None;
+        }
+        // No surface that a ray would have to leave.
+        let point = SurfacePoint { position, normal: -ray.direction, error: 0.0 };
+        let from = Receiver { point, facing: Vec3::ZERO };
+        if !scene.lights.is_empty() {
+            let [u, v, ..] = stream.draw(Dimensions::Light(self.vertex));
+            if let Some(sample) = scene.lights.sample(&from, self.time, wavelengths, [u, v]) {
+                let cos = ray.direction.dot(sample.shadow_ray.direction);
+                let value = Sampled::splat(scattering.phase.evaluate(cos, position));
+                let value = Evaluation { f_cos: value, density: value };
+                *arriving += self.light_through_media(scene, &sample, &value, &self.media.here, wavelengths);
+            }
+        }
+        let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(self.vertex));
+        // All wavelengths go the same way with the same density, which is what they are scattered with.
+        let sample = scattering.phase.sample(ray.direction, position, [u, v, choice]);
+        let prior_over_density = self.ratio.sum() / sample.value;
+        self.last = LastChoice::Scattered { from, prior_over_density, by_scattering: self.ratio };
+        self.depth += 1;
+        self.vertex += 1;
+        let kept = self.survival(scene);
+        if survival >= kept {
+            return None;
+        }
+        self.throughput /= kept;
+        Some(Ray::new(position, sample.direction))
+    }
+
+    /// What a light sample brings to a place that scatters it, through what is between.
+    pub(super) fn light_through_media(
+        &self,
+        scene: &Scene,
+        sample: &LightSample<C>,
+        value: &Evaluation<C>,
+        media: &MediumStack,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let Passage { share, flown } = scene.passage(&sample.shadow_ray, self.time, media, wavelengths);
+        if share.is_zero() {
+            return Sampled::ZERO;
+        }
+        let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
+            (self.ratio * value.density * flown).sum()
+        });
+        self.throughput * value.f_cos * sample.radiance * weight * share
+    }
+}

@@ -1,0 +1,101 @@
+//! What a medium does to light on its way: how it weakens it and how it scatters it.
+//!
+//! A ray is scattered where the hero's optical depth reaches a value τ that is distributed as e^−τ. A wavelength of extinction σⱼ and
+//! optical depth τⱼ up to a place would have been scattered there with density σⱼ e^−τⱼ, and would have passed it by with probability
+//! e^−τⱼ. Both are known for all wavelengths of the path, so each companion says what it would have done (Wilkie et al.,
+//! "Hero Wavelength Spectral Sampling", EGSR 2014, section 4.2).
+
+use super::GridExtinction;
+use crate::geometry::{Ray, Vec3};
+use crate::phase::Phase;
+use crate::spectrum::{Sampled, Spectrum};
+use crate::texture::{Texture, TexturePoint};
+use crate::units::WavelengthRange;
+
+/// What fills a body, or surrounds the camera.
+#[derive(Clone, Debug)]
+pub struct Medium {
+    pub extinction: Extinction,
+    /// `None` where the medium only absorbs.
+    pub scattering: Option<Scattering>,
+}
+
+/// What a medium takes from a ray of light per unit of length: absorbed and scattered.
+#[derive(Clone, Debug)]
+pub enum Extinction {
+    Homogeneous(Spectrum),
+    Grid(Box<GridExtinction>),
+}
+
+/// How a medium scatters.
+#[derive(Clone, Debug)]
+pub struct Scattering {
+    /// The share of the extinction that is scattered, from 0 to 1.
+    pub albedo: Texture,
+    pub phase: Phase,
+}
+
+/// What a ray does in a stretch of a medium.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stretch<const C: usize> {
+    /// It passes all of it, through these optical depths.
+    Passed { depths: Sampled<C> },
+    /// It is scattered or absorbed at a distance from where it begins, behind these optical depths and where the extinction is this.
+    Ended { distance: f64, depths: Sampled<C>, extinction: Sampled<C> },
+}
+
+impl Medium {
+    /// Whether it does nothing at all to light of a range of wavelengths.
+    pub fn is_clear(&self, range: WavelengthRange) -> bool {
+        match &self.extinction {
+            Extinction::Homogeneous(spectrum) => spectrum.is_zero(range),
+            Extinction::Grid(grid) => grid.is_zero(),
+        }
+    }
+
+    /// The spectrum of a homogeneous medium that scatters nothing.
+    pub fn absorption(&self) -> Option<&Spectrum> {
+        match &self.extinction {
+            Extinction::Homogeneous(spectrum) if self.scattering.is_none() => Some(spectrum),
+            _ => None,
+        }
+    }
+
+    /// The optical depths from the beginning of a ray to its end, which may be infinitely far.
+    pub fn optical_depths<const C: usize>(&self, ray: &Ray, nm: &[f64; C]) -> Sampled<C> {
+        match &self.extinction {
+            Extinction::Homogeneous(spectrum) => depths(spectrum.sample(nm), ray.t_max),
+            Extinction::Grid(grid) => grid.optical_depths(ray, nm),
+        }
+    }
+
+    /// What a ray does that ends where the hero's optical depth is `target`.
+    pub fn fly<const C: usize>(&self, ray: &Ray, target: f64, nm: &[f64; C]) -> Stretch<C> {
+        match &self.extinction {
+            Extinction::Homogeneous(spectrum) => {
+                let extinction = spectrum.sample(nm);
+                let distance = target / extinction.hero();
+                if distance < ray.t_max {
+                    Stretch::Ended { distance, depths: depths(extinction, distance), extinction }
+                } else {
+                    Stretch::Passed { depths: depths(extinction, ray.t_max) }
+                }
+            }
+            Extinction::Grid(grid) => grid.fly(ray, target, nm),
+        }
+    }
+}
+
+/// What absorbs nothing has no depth, over any distance.
+fn depths<const C: usize>(extinction: Sampled<C>, distance: f64) -> Sampled<C> {
+    extinction.map(|sigma| if sigma > 0.0 { sigma * distance } else { 0.0 })
+}
+
+impl Scattering {
+    pub fn albedo<const C: usize>(&self, position: Vec3, nm: &[f64; C]) -> Sampled<C> {
+        match self.albedo.uniform() {
+            Some(spectrum) => spectrum.sample(nm),
+            None => self.albedo.sample(&TexturePoint::in_space(position), nm),
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Rays through media that scatter: where they end, and what each wavelength would have done.
+
+use super::passage::transmittance;
+use super::traceable::{Intersection, Scene};
+use crate::geometry::{Ray, Vec3};
+use crate::medium::{Extinction, Media, Medium, MediumStack, Scattering, Stretch};
+use crate::spectrum::{Sampled, Wavelengths};
+
+/// What a ray comes to first.
+pub enum Event<'a> {
+    Surface(Intersection),
+    /// A place in a medium that scatters.
+    Medium(Collision<'a>),
+    /// It leaves the scene.
+    Nothing,
+}
+
+/// A place between surfaces where a ray is scattered or absorbed.
+#[derive(Clone, Copy)]
+pub struct Collision<'a> {
+    pub position: Vec3,
+    pub scattering: &'a Scattering,
+}
+
+/// What a flight is worth, for each wavelength.
+#[derive(Clone, Copy, Debug)]
+pub struct Flight<const C: usize> {
+    /// What is carried, over the hero's density: of what ends in a medium as if all of it were scattered.
+    pub carried: Sampled<C>,
+    /// The density over the hero's.
+    pub ratio: Sampled<C>,
+    /// The probability of having come as far.
+    pub flown: Sampled<C>,
+}
+
+impl Scene {
+    /// What a ray comes to first if it ends where the hero's optical depth in media that scatter is `target`; `media` are then those around
+    /// it there.
+    pub fn fly<const C: usize>(
+        &self,
+        ray: &Ray,
+        time: f64,
+        from_camera: bool,
+        target: f64,
+        media: &mut Media,
+        wavelengths: &Wavelengths<C>,
+    ) -> (Event<'_>, Flight<C>) {
+        let mut flown = Flown { target, wavelengths, flight: Flight::BEGINNING, collision: None };
+        let searched = self.reach(ray, from_camera, target, media, wavelengths);
+        let hit = self.intersect(&searched, time, from_camera, media, |media, stretch| {
+            flown.cross(self.medium(media), media, stretch);
+        });
+        let Flown { flight, collision, .. } = flown;
+        let event = match (collision, hit) {
+            (Some((position, scattering, around)), hit) => {
+                let position = hit.map_or(position, |hit| before(&hit, position, ray.direction));
+                media.here = around;
+                Event::Medium(Collision { position, scattering })
+            }
+            (None, Some(hit)) => Event::Surface(hit),
+            (None, None) => Event::Nothing,
+        };
+        (event, flight)
+    }
+
+    /// The part of a ray on which surfaces have to be looked for.
+    fn reach<const C: usize>(
+        &self,
+        ray: &Ray,
+        from_camera: bool,
+        target: f64,
+        media: &Media,
+        wavelengths: &Wavelengths<C>,
+    ) -> Ray {
+        /// A surface that is so much farther away than the end is looked for all the same: the place is kept off it.
+        const MARGIN: f64 = 1e-9;
+        if self.needs.meetings() || from_camera && self.limits.hide_emitters {
+            return *ray;
+        }
+        match self.medium(&media.here) {
+            Some(Medium { extinction: Extinction::Homogeneous(spectrum), scattering: Some(_) }) => {
+                let distance = target / spectrum.at(wavelengths.nm[0]);
+                let t_max = (distance * (1.0 + MARGIN)).min(ray.t_max);
+                if t_max.is_nan() { *ray } else { Ray { t_max, ..*ray } }
+            }
+            _ => *ray,
+        }
+    }
+}
+
+/// A place in front of a surface that lies farther along the ray, off it by the bound on its error.
+fn before(hit: &Intersection, position: Vec3, direction: Vec3) -> Vec3 {
+    let normal = hit.point.normal;
+    let normal = if direction.dot(normal) > 0.0 { -normal } else { normal };
+    let height = (position - hit.point.position).dot(normal);
+    position + normal * (hit.point.error - height).max(0.0)
+}
+
+impl<const C: usize> Flight<C> {
+    const BEGINNING: Self = Self { carried: Sampled::ONE, ratio: Sampled::ONE, flown: Sampled::ONE };
+}
+
+/// A flight under way.
+struct Flown<'a, 'b, const C: usize> {
+    /// What is left of the hero's optical depth.
+    target: f64,
+    wavelengths: &'b Wavelengths<C>,
+    flight: Flight<C>,
+    /// Where it has ended, and in what.
+    collision: Option<(Vec3, &'a Scattering, MediumStack)>,
+}
+
+impl<'a, const C: usize> Flown<'a, '_, C> {
+    fn cross(&mut self, medium: Option<&'a Medium>, media: &MediumStack, stretch: &Ray) {
+        let Some(medium) = medium.filter(|_| self.collision.is_none()) else { return };
+        let Some(scattering) = &medium.scattering else {
+            self.flight.carried *= transmittance(medium, stretch, self.wavelengths);
+            return;
+        };
+        let over_hero = |depths: Sampled<C>| depths.map(|depth| (depths.hero() - depth).exp());
+        let survived = |depths: Sampled<C>| depths.map(|depth| (-depth).exp());
+        let Flight { carried, ratio, flown } = &mut self.flight;
+        match medium.fly(stretch, self.target, &self.wavelengths.nm) {
+            Stretch::Passed { depths } => {
+                self.target -= depths.hero();
+                *carried *= over_hero(depths);
+                *ratio *= over_hero(depths);
+                *flown *= survived(depths);
+            }
+            Stretch::Ended { distance, depths, extinction } => {
+                let density = over_hero(depths) * extinction / extinction.hero();
+                *carried *= density;
+                *ratio *= density;
+                *flown *= survived(depths);
+                self.collision = Some((stretch.at(distance), scattering, media.clone()));
+            }
+        }
+    }
+}
