@@ -41,7 +41,7 @@ pub struct Sight<'a> {
 /// A first surface that shares.
 pub(super) struct First<const C: usize> {
     /// Whose it is, among the sights.
-    sight: usize,
+    pub sight: usize,
     /// As it comes to the surface.
     pub path: Path<C>,
     pub hit: Intersection,
@@ -54,7 +54,7 @@ pub(super) struct Next<'a, const C: usize> {
     pub owner: usize,
     pub ray: &'a Ray,
     pub hit: &'a Intersection,
-    shading: &'a Shading<C>,
+    pub shading: &'a Shading<C>,
 }
 
 /// Adds to each pixel of a group the spectral radiance along its camera ray, as [`super::radiance`] gives it for one alone. `seen` is
