@@ -223,3 +223,105 @@ impl<const C: usize> Values<C> {
         values
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::path::Path;
+    use super::*;
+    use crate::bsdf::Density;
+    use crate::sampling::{Dimensions, Sampler, SamplerKind};
+    use crate::scene::{CompileOptions, ReadOptions, compile, read};
+
+    /// What of a next surface's radiance a first one gets, and the density with which it samples it.
+    fn link(
+        scene: &Scene,
+        first: &First<4>,
+        next: &Next,
+        owns: bool,
+        wavelengths: &Wavelengths<4>,
+    ) -> Option<(Sampled<4>, Sampled<4>)> {
+        let (from, target) = (&first.hit.point, &next.hit.point);
+        let between = target.position - from.position;
+        let direction = between.normalize();
+        let cos = direction.dot(target.normal);
+        let geometry = cos.abs() / between.length_squared();
+        if cos * next.ray.direction.dot(target.normal) <= 0.0 || !geometry.is_finite() {
+            return None;
+        }
+        let value = first.shading.evaluate(direction);
+        if value.density.is_zero() && value.f_cos.is_zero() {
+            return None;
+        }
+        let media = &first.path.media.here;
+        let ray = from.segment_to(target)?;
+        let between = if owns && !scene.needs().meetings() {
+            scene.transmittance(media, &ray, wavelengths).unwrap_or(Sampled::ONE)
+        } else {
+            scene.transmittance_between_surfaces(&ray, 0.0, media, wavelengths)
+        };
+        let reach = first.path.throughput * value.f_cos * between * geometry;
+        (owns || !between.is_zero()).then(|| (reach, value.density * geometry))
+    }
+
+    fn same(a: Sampled<4>, b: Sampled<4>) -> bool {
+        a.0.iter().zip(b.0).all(|(a, b)| (a - b).abs() <= 1e-12 * b.abs())
+    }
+
+    /// Links of small and of larger scenes, with rough surfaces and surfaces in contact.
+    #[test]
+    fn links_are_those_of_each_pair() {
+        for name in ["diffuse", "metals", "contact", "quadrics"] {
+            let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+            let file = root.join(format!("tests/scenes/agreement/{name}.xml"));
+            let description =
+                read(&file, &ReadOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+            let scene =
+                compile(&description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+            let sampler = Sampler::new(SamplerKind::Independent, 5, 1);
+            let wavelengths = scene.wavelengths.sample::<4>(0.3);
+            let size = scene.film.extent.whole;
+            let (mut seen, mut hidden) = (0, 0);
+            for group in 0..100 {
+                let mut firsts = Vec::new();
+                for lane in 0..LANES as u32 {
+                    let stream = sampler.stream([lane, group], 0, 0);
+                    let [x, y, ..] = stream.draw(Dimensions::Camera);
+                    let place = [x * f64::from(size[0]), y * f64::from(size[1])];
+                    let Some(sensor) = scene.sensor_ray(place, 0.0, &stream) else { continue };
+                    let mut path = Path::from_camera(&scene, &sensor.ray, 0.0);
+                    let mut light = Sampled::ZERO;
+                    let Some(hit) = path.meet(&scene, &sensor.ray, &wavelengths, &mut light) else {
+                        continue;
+                    };
+                    let shading = path.shade(&scene, &sensor.ray, &hit, &wavelengths, &stream);
+                    firsts.extend(shading.map(|shading| First { sight: lane as usize, path, hit, shading }));
+                }
+                let lanes = Firsts::new(&scene, 0.0, &wavelengths, &firsts);
+                for (owner, first) in firsts.iter().enumerate() {
+                    let stream = sampler.stream([first.sight as u32, group], 0, 0);
+                    let [u, v, lobe, _] = stream.draw(Dimensions::Scattering(0));
+                    let Some(scatter) = first.shading.sample(lobe, [u, v]) else { continue };
+                    let mut path = first.path.clone();
+                    let ray = path.leave(&scene, &first.hit, &first.shading, &scatter);
+                    let mut light = Sampled::ZERO;
+                    let Some(hit) = path.meet(&scene, &ray, &wavelengths, &mut light) else { continue };
+                    if scatter.density == Density::Discrete || scatter.transmitted {
+                        continue;
+                    }
+                    let next = Next { owner, ray: &ray, hit: &hit };
+                    let links = lanes.links(&next);
+                    for (lane, first) in firsts.iter().enumerate() {
+                        let expected = link(&scene, first, &next, lane == owner, &wavelengths);
+                        let linked = links.linked >> lane & 1 == 1;
+                        assert_eq!(linked, expected.is_some(), "{name}: lane {lane} of group {group}");
+                        let (reach, density) = expected.unwrap_or((Sampled::ZERO, Sampled::ZERO));
+                        assert!(same(links.reach.get(lane), reach), "{name}: {reach:?}");
+                        assert!(same(links.density.get(lane), density), "{name}: {density:?}");
+                        *(if linked { &mut seen } else { &mut hidden }) += 1;
+                    }
+                }
+            }
+            assert!(seen > 300 && hidden > 100, "{name}: {seen} linked, {hidden} not");
+        }
+    }
+}

@@ -45,7 +45,7 @@ pub struct Sight<'a> {
 /// A first surface that shares.
 pub(super) struct First<const C: usize> {
     /// Whose it is, among the sights.
-    sight: usize,
+    pub sight: usize,
     /// As it comes to the surface.
     pub path: Path<C>,
     pub hit: Intersection,
