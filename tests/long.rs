@@ -343,3 +343,66 @@ fn a_render_ends_when_its_error_is_small() {
     assert!(told.contains("not reached within --time"), "{told}");
     until(0, "time.exr", &["--time=0.5s"]);
 }
+
+/// Takes packets apart as tev's protocol has them: length, kind, and what each kind says.
+#[test]
+fn a_viewer_is_shown_the_picture() {
+    let folder = Folder::new("tev");
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let address = listener.local_addr().expect("it has one").to_string();
+    let viewer = std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().expect("the render connects");
+        let mut bytes = Vec::new();
+        std::io::Read::read_to_end(&mut stream, &mut bytes).expect("all is sent");
+        bytes
+    });
+    folder.render(0, &["--spp=16", "-o", "x.exr", "--quiet", "--tev", &address]);
+    let bytes = viewer.join().expect("it ends");
+    let mut rest = bytes.as_slice();
+    let (mut shown, mut created) = (std::collections::BTreeMap::new(), 0);
+    while !rest.is_empty() {
+        let length = u32::from_le_bytes(rest[..4].try_into().expect("four bytes")) as usize;
+        let (kind, mut content) = (rest[4], &rest[6..length]);
+        let text = |content: &mut &[u8]| {
+            let end = content.iter().position(|&byte| byte == 0).expect("it ends");
+            let text = String::from_utf8_lossy(&content[..end]).into_owned();
+            *content = &content[end + 1..];
+            text
+        };
+        let number = |content: &mut &[u8]| {
+            let number = i32::from_le_bytes(content[..4].try_into().expect("four bytes"));
+            *content = &content[4..];
+            number
+        };
+        assert_eq!(text(&mut content), "x.exr");
+        match kind {
+            4 => {
+                assert_eq!([(); 3].map(|()| number(&mut content)), [40, 30, 3]);
+                assert_eq!([(); 3].map(|()| text(&mut content)), ["R", "G", "B"]);
+                assert!(content.is_empty());
+                created += 1;
+            }
+            6 => {
+                assert_eq!(number(&mut content), 1);
+                let channel = text(&mut content);
+                assert_eq!([(); 4].map(|()| number(&mut content)), [0, 0, 40, 30]);
+                assert_eq!(content[..16], [[0u8; 8], 1u64.to_le_bytes()].concat());
+                let values = content[16..].chunks_exact(4);
+                let values: Vec<f32> =
+                    values.map(|value| f32::from_le_bytes(value.try_into().expect("four bytes"))).collect();
+                assert_eq!(values.len(), 40 * 30);
+                shown.insert(channel, values);
+            }
+            _ => panic!("packets of kind {kind}"),
+        }
+        rest = &rest[length..];
+    }
+    let file = abbe::output::exr::read(&folder.0.join("x.exr")).expect("a readable file");
+    assert_eq!((created, shown.len()), (1, 3));
+    for (channel, values) in &shown {
+        assert!(Some(values.as_slice()) == file.channel(channel), "{channel}");
+    }
+    // Nobody is there.
+    let told = folder.render(2, &["--spp=16", "-o", "x.exr", "--tev", &address]);
+    assert!(told.contains("--tev"), "{told}");
+}

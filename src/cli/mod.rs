@@ -12,6 +12,7 @@ mod shell;
 mod spectrum;
 mod stop;
 mod study;
+mod tev;
 
 use clap::{Parser, Subcommand};
 use std::io::{ErrorKind, Write};

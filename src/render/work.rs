@@ -73,7 +73,7 @@ impl Work {
     pub fn finished(&self) -> Option<Range<u64>> {
         let reached = u64::from(self.index) * u64::from(self.schedule.replicates);
         let end = reached.clamp(self.samples.start, self.samples.end);
-        (!self.done.contains(&true)).then(|| self.samples.start..end)
+        (!self.done.contains(&true)).then_some(self.samples.start..end)
     }
 
     pub fn is_finished(&self) -> bool {

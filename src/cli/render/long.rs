@@ -1,6 +1,7 @@
 //! Renders that take long: what is kept of them on the way, where they go on, and when they are good enough.
 
 use super::super::progress::Progress;
+use super::super::tev::Tev;
 use super::super::{Failure, tell};
 use super::{cannot_write, has_extension, told};
 use abbe::film::Film;
@@ -52,6 +53,10 @@ pub struct LongOptions {
     /// taken [default then: 1048576]
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     time: Option<Duration>,
+
+    /// Show the picture in the making in tev, an image viewer that listens at this address, such as 127.0.0.1:14158
+    #[arg(long, value_name = "HOST:PORT")]
+    tev: Option<String>,
 }
 
 /// Where the files go.
@@ -75,6 +80,18 @@ impl LongOptions {
     /// Whether a render may end before it has the samples that are asked for.
     pub fn ends_early(&self) -> bool {
         self.until.is_some() || self.time.is_some()
+    }
+
+    /// The viewer that is asked for.
+    pub fn viewer(&self, name: &str) -> Result<Option<Tev>, Failure> {
+        let connect = |address: &String| {
+            Tev::new(address, name).map_err(|error| {
+                Failure::Input(format!(
+                    "error: --tev {address}: {error}\nhelp: start tev there; by default it listens at 127.0.0.1:14158"
+                ))
+            })
+        };
+        self.tev.as_ref().map(connect).transpose()
     }
 
     /// Where the files go, by the name of one.
@@ -186,6 +203,8 @@ pub struct Watching<'a> {
     /// Whether every pixel has a sample.
     is_begun: AtomicBool,
     decision: Mutex<Decision>,
+    /// `None` where there is no viewer, and where it has gone.
+    viewer: Mutex<Option<Tev>>,
     stop: Arc<AtomicBool>,
 }
 
@@ -202,6 +221,7 @@ impl<'a> Watching<'a> {
         options: &'a LongOptions,
         work: &Work,
         quiet: bool,
+        viewer: Option<Tev>,
         stop: Arc<AtomicBool>,
     ) -> Self {
         let film = work.film();
@@ -217,6 +237,7 @@ impl<'a> Watching<'a> {
             replicates: u64::from(film.replicates),
             is_begun: AtomicBool::new(*film.samples_per_pixel().start() > 0),
             decision: Mutex::default(),
+            viewer: Mutex::new(viewer),
             stop,
         };
         // What goes on may have been good enough.
@@ -229,6 +250,7 @@ impl<'a> Watching<'a> {
     /// Ends what is told: what became of the render, and how long it took, s.
     pub fn finish(self, work: &Work) -> (Outcome, f64) {
         let (outcome, seconds) = (self.outcome(work), self.started.elapsed().as_secs_f64());
+        self.show(work.film());
         self.progress.finish();
         (outcome, seconds)
     }
@@ -240,6 +262,24 @@ impl<'a> Watching<'a> {
         if Target::decides_at(samples / self.replicates) && target.is_met(target.estimate(film)) {
             self.decided(|decision| decision.is_met = true);
         }
+    }
+
+    /// Shows the film to whoever watches. A viewer that does not take it is left alone from then on.
+    fn show(&self, film: &Film) {
+        let mut viewer = self.viewer.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(Err(error)) = viewer.as_mut().map(|viewer| viewer.show(film)) {
+            tell(&format!("warning: tev shows no more of it: {error}"));
+            *viewer = None;
+        }
+    }
+
+    fn is_to_be_shown(&self) -> bool {
+        let viewer = self.viewer.lock().unwrap_or_else(PoisonError::into_inner);
+        viewer.as_ref().is_some_and(Tev::is_due)
+    }
+
+    fn is_to_be_kept(&self) -> bool {
+        self.kept.path.is_some() && millis(self.started.elapsed()) >= self.next.load(Ordering::Relaxed)
     }
 
     fn decided(&self, change: impl FnOnce(&mut Decision)) {
@@ -276,11 +316,14 @@ impl Watch for Watching<'_> {
     }
 
     fn wants_to_keep(&self) -> bool {
-        self.kept.path.is_some() && millis(self.started.elapsed()) >= self.next.load(Ordering::Relaxed)
+        self.is_to_be_kept() || self.is_to_be_shown()
     }
 
     fn keep(&self, work: &Work) {
-        let Some(path) = &self.kept.path else { return };
+        if self.is_to_be_shown() {
+            self.show(work.film());
+        }
+        let Some(path) = self.kept.path.as_ref().filter(|_| self.is_to_be_kept()) else { return };
         let began = Instant::now();
         if let Err(error) = self.kept.try_to_write(path, work, &[]) {
             // The render is worth more than the checkpoint, and there may be room for the next one.

@@ -161,8 +161,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let samples = args.long.samples(settings.schedule())?;
     let work = kept.begin(Work::new(&scene, &settings, samples), &args.long, args.quiet)?;
     places.refuse_unwritable()?;
+    let viewer = args.long.viewer(&output.to_string_lossy())?;
     let stop = stop_on_signal()?;
-    let long = Watching::new(&kept, &args.long, &work, args.quiet, stop);
+    let long = Watching::new(&kept, &args.long, &work, args.quiet, viewer, stop);
     let work = pool.install(|| go_on(&scene, &settings, work, &long));
     let (outcome, seconds) = long.finish(&work);
     let done = work.film().samples_per_pixel();

@@ -141,15 +141,15 @@ pub fn plan(files: &[(&Header, u32)]) -> Result<Plan, Refusal> {
     redundant.sort_unstable();
     let extent = extent_of(files.iter().map(|(header, _)| &header.film));
     let goal = Part { region: extent.shown, samples: 0..header(0).samples_per_pixel };
-    let mut holds: Vec<Part> = used.iter().flat_map(|&file| header(file).holds.clone()).collect();
-    holds.sort_by_key(|part| (part.samples.start, part.region));
-    let missing = remainder(vec![goal.clone()], &holds);
+    let holds: Vec<Part> = used.iter().flat_map(|&file| header(file).holds.clone()).collect();
+    let missing = joined(remainder(vec![goal], &holds));
     let holds = joined(holds);
     Ok(Plan { used, redundant, unfinished, extent, holds, missing })
 }
 
 /// Runs of samples of the same pixels that follow one another as one.
-fn joined(parts: Vec<Part>) -> Vec<Part> {
+fn joined(mut parts: Vec<Part>) -> Vec<Part> {
+    parts.sort_by_key(|part| (part.samples.start, part.region));
     let mut joined: Vec<Part> = Vec::new();
     for part in parts {
         match joined.iter_mut().find(|p| p.region == part.region && p.samples.end == part.samples.start) {

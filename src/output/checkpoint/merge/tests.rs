@@ -70,6 +70,12 @@ fn rectangles_make_the_whole_picture() {
     assert!(plan.is_even(16));
     let short = [file(&[part(quarters[0], 0..8)]), file(&[part(quarters[1], 0..16)])];
     assert!(!planned(&short).expect("they fit").is_even(16));
+    // Whatever the others are cut into.
+    let cut =
+        [&[part([0, 0, 5, 4], 0..9), part([5, 0, 5, 4], 0..16)][..], &[part([0, 4, 10, 4], 0..7)]].concat();
+    let cut: Vec<Header> = cut.iter().map(|part| file(std::slice::from_ref(part))).collect();
+    let missing = planned(&cut).expect("they fit").missing;
+    assert_eq!(missing, [part([0, 4, 10, 4], 7..16), part([0, 0, 5, 4], 9..16)]);
     // One rectangle alone is a picture of its own.
     let plan = planned(&[file(&[part(quarters[1], 0..8)]), file(&[part(quarters[1], 8..16)])]);
     let plan = plan.expect("they fit");
