@@ -22,7 +22,7 @@ pub const FRAUNHOFER_D: f64 = 587.5618;
 pub const FRAUNHOFER_C: f64 = 656.2725;
 
 /// An interval of vacuum wavelengths, nm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct WavelengthRange {
     pub min: f64,
     pub max: f64,

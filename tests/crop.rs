@@ -118,6 +118,8 @@ fn a_part_holds_the_bits_of_the_whole() {
         ("caustic", film("gaussian", ""), GLASS, &["--spp=32", "--spectral=4"]),
         ("alpha", film("mitchell", alpha), MATT, &["--spp=12", "--sampler=jittered"]),
         ("border", film("lanczos", window), GLASS, &["--spp=8", "--sampler=independent", "--seed=3"]),
+        // Enough samples for a pilot, which must find the same in each part.
+        ("pilot", film("box", ""), MATT, &["--spp=512"]),
         ("poisson", film("tent", ""), GLASS, &["--spp=8", "--sampler=poisson", "--wavelengths=1"]),
     ] {
         is_each_part_of_the_whole(name, &scene(&film, bsdf), arguments);

@@ -2,6 +2,8 @@
 
 mod compare;
 mod info;
+mod merge;
+mod png_options;
 mod progress;
 mod pulse;
 mod render;
@@ -10,6 +12,7 @@ mod shell;
 mod spectrum;
 mod stop;
 mod study;
+mod tev;
 
 use clap::{Parser, Subcommand};
 use std::io::{ErrorKind, Write};
@@ -22,7 +25,7 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(version, propagate_version = true)]
 #[command(
-    after_help = "Exit codes: 0 done, 2 wrong input, 3 stopped by Ctrl-C, SIGTERM or SIGHUP before its end, 130 the same twice, 1 anything else (for compare: a --fail-if is met)."
+    after_help = "Exit codes: 0 done, 2 wrong input, 3 not all that was asked for (a render was stopped by Ctrl-C, SIGTERM or SIGHUP, or has not reached its --until; parts of a merge are missing), 130 the same twice, 1 anything else (for compare: a --fail-if is met)."
 )]
 struct Cli {
     #[command(subcommand)]
@@ -32,6 +35,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Render(render::Args),
+    Merge(merge::Args),
     Compare(compare::Args),
     Info(info::Args),
     Spectrum(spectrum::Args),
@@ -71,6 +75,7 @@ fn say(text: &str) -> Result<(), Failure> {
 pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Spectrum(args) => spectrum::run(&args),

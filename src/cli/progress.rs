@@ -2,7 +2,7 @@
 
 use super::pulse::Pulse;
 use abbe::film::Film;
-use abbe::render::{Schedule, Watch};
+use abbe::render::Watch;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::IsTerminal;
@@ -14,13 +14,14 @@ pub struct Progress {
     bar: ProgressBar,
     /// Lines instead of a bar.
     lines: Option<(Pulse, Arc<Counted>)>,
-    started: Instant,
     stop: Arc<AtomicBool>,
 }
 
 /// How far a render is.
 struct Counted {
     total: u64,
+    /// Done before it began.
+    before: u64,
     done: AtomicU64,
     started: Instant,
     /// As the last pass told it.
@@ -30,9 +31,9 @@ struct Counted {
 impl Counted {
     fn line(&self) -> String {
         let done = self.done.load(Ordering::Relaxed);
-        let rate = done as f64 / self.started.elapsed().as_secs_f64().max(1e-9);
+        let rate = (done - self.before) as f64 / self.started.elapsed().as_secs_f64().max(1e-9);
         let left = match done {
-            0 => "time left not known".to_owned(),
+            _ if rate == 0.0 => "time left not known".to_owned(),
             _ => format!("{:.0} s left", self.total.saturating_sub(done) as f64 / rate),
         };
         format!(
@@ -48,10 +49,11 @@ impl Counted {
 const NO_ERROR_YET: &str = "error not known yet";
 
 impl Progress {
-    pub fn new(pixels: u64, schedule: Schedule, quiet: bool, stop: Arc<AtomicBool>) -> Self {
-        let total = pixels * schedule.samples();
+    /// Of a render of so many samples, of which so many are done before it begins.
+    pub fn new(total: u64, before: u64, quiet: bool, stop: Arc<AtomicBool>) -> Self {
         let terminal = std::io::stderr().is_terminal();
-        let bar = ProgressBar::new(total);
+        let bar = ProgressBar::new(total).with_position(before);
+        bar.reset_eta();
         bar.set_draw_target(if quiet || !terminal {
             ProgressDrawTarget::hidden()
         } else {
@@ -67,28 +69,23 @@ impl Progress {
             bar.set_style(style.with_key("rate", rate));
         }
         bar.enable_steady_tick(Duration::from_millis(250));
-        let started = Instant::now();
         let lines = (!quiet && !terminal).then(|| {
             let counted = Arc::new(Counted {
                 total,
-                done: AtomicU64::new(0),
-                started,
+                before,
+                done: AtomicU64::new(before),
+                started: Instant::now(),
                 error: Mutex::new(NO_ERROR_YET.to_owned()),
             });
             let told = counted.clone();
             (Pulse::new(move || told.line()), counted)
         });
-        Self { bar, lines, started, stop }
+        Self { bar, lines, stop }
     }
 
     /// Ends what is told of the render.
-    pub fn finish(&mut self) {
+    pub fn finish(self) {
         self.bar.finish_and_clear();
-        self.lines = None;
-    }
-
-    pub fn elapsed(&self) -> Duration {
-        self.started.elapsed()
     }
 }
 

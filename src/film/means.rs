@@ -173,8 +173,15 @@ impl Film {
             return None;
         }
         let (ratio, light) = (sum / weight, light / r);
+        // Of a few samples alone not every replicate has one.
+        let with_samples = parts.clone().filter(|[_, weight, _]| *weight != 0.0).count() as f64;
+        let factor = match self.replicates >= 2 && with_samples < r {
+            true => (with_samples / (with_samples - 1.0) * (r - 1.0) / r).sqrt(),
+            false => 1.0,
+        };
         for (replicate, [own, own_weight, own_light]) in parts.enumerate() {
-            deviates(replicate, (own - ratio * own_weight) * (r / weight) + own_light - light);
+            let deviation = (own - ratio * own_weight) * (r / weight) + own_light - light;
+            deviates(replicate, if factor.is_finite() { factor * deviation } else { f64::INFINITY });
         }
         Some(ratio + light)
     }

@@ -1,7 +1,9 @@
 //! Rectangles of pixels of a film, and which of them a picture is made of.
 
+use serde::{Deserialize, Serialize};
+
 /// A rectangle of pixels, in coordinates of the whole film: from its top left corner, x to the right and y down.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Region {
     pub offset: [u32; 2],
     pub size: [u32; 2],
@@ -44,6 +46,13 @@ impl Region {
         Self { offset, size: [0, 1].map(|axis| (end[axis] - u64::from(offset[axis])) as u32) }
     }
 
+    /// What it has in common with another; without pixels where that is nothing.
+    pub fn common(self, other: Self) -> Self {
+        let offset = [0, 1].map(|axis| self.offset[axis].max(other.offset[axis]));
+        let end = [0, 1].map(|axis| self.end()[axis].min(other.end()[axis]));
+        Self { offset, size: [0, 1].map(|axis| end[axis].saturating_sub(u64::from(offset[axis])) as u32) }
+    }
+
     /// A pixel of the whole film, counted from the corner of the rectangle. `None` outside of it.
     pub fn within(self, pixel: [u32; 2]) -> Option<[u32; 2]> {
         let inside =
@@ -70,7 +79,7 @@ impl Region {
 }
 
 /// A film, and which parts of it there are. Each holds the next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Extent {
     /// Width and height of the whole film.
     pub whole: [u32; 2],

@@ -1,14 +1,18 @@
 //! What is kept of a render: the EXR with everything, and a PNG to look at.
 
+pub mod checkpoint;
 pub mod error_bars;
 pub mod exr;
 pub mod png;
+pub mod target;
 
 use crate::film::Film;
 use crate::render::Auxiliary;
 use crate::spectrum::colour;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
-use std::io::Write;
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Pixels around a part of a picture that its error bars look at.
@@ -31,7 +35,7 @@ pub struct Picture<'a> {
 }
 
 /// What the main channels of a file are.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Content {
     /// With alpha if the film has it. Colours are those of what the pixel sees, whatever share of it that is: they
     /// need not be multiplied by alpha.
@@ -41,7 +45,7 @@ pub enum Content {
 }
 
 /// What the colour channels of a file are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Colour {
     /// Linear, with the primaries and the white point of Rec. ITU-R BT.709.
     Rec709,
@@ -125,13 +129,35 @@ pub fn refuse_unwritable(path: &Path) -> std::io::Result<()> {
 
 /// Writes a file beside its place and moves it there when it is whole.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    write_through(path, |file| file.write_all(bytes))
+}
+
+/// The same of a file that is made bit by bit. Whatever happens, at its place is either all that was there before or all that is
+/// written now.
+fn write_through(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> std::io::Result<()> {
     let unfinished = unfinished(path)?;
-    let written = std::fs::File::create(&unfinished)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| std::fs::rename(&unfinished, path));
+    let written = (|| {
+        let mut file = BufWriter::new(File::create(&unfinished)?);
+        write(&mut file)?;
+        file.into_inner()?.sync_all()?;
+        std::fs::rename(&unfinished, path)?;
+        // That it has moved is a change of the folder. Where a file system knows of no such thing, it is not in our hands.
+        if let Ok(folder) = File::open(folder_of(path)) {
+            let _ = folder.sync_all();
+        }
+        Ok(())
+    })();
     if written.is_err() {
         // The first error is the one to report; that nothing could be tidied up either says no more.
         let _ = std::fs::remove_file(&unfinished);
     }
     written
+}
+
+/// The folder that a file is in.
+pub fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

@@ -2,6 +2,7 @@
 //! image crate.
 
 use super::Picture;
+use crate::sampling::mix;
 use crate::spectrum::colour;
 use std::io::Cursor;
 use std::path::Path;
@@ -12,17 +13,42 @@ const MEAN: f64 = 0.25;
 /// Share of the pixels, the brightest, that do not raise the mean further: lamps and glints.
 const LAMPS: f64 = 0.01;
 
+/// How bright a PNG is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exposure {
+    /// By the picture's own brightness, with a shoulder for what is brighter.
+    Auto,
+    /// Two to the power of this times what the picture holds, 1 becoming white: the same for all pictures.
+    Stops(f64),
+}
+
 /// Writes the whole file or none of it.
-pub fn write(path: &Path, picture: &Picture) -> std::io::Result<()> {
+///
+/// Values between two codes become either, by a noise that belongs to the pixel: the mean is right, and slow gradients
+/// show no bands.
+pub fn write(path: &Path, picture: &Picture, exposure: Exposure) -> std::io::Result<()> {
     let film = picture.film;
-    let tone = Tone::of(picture);
+    let tone = match exposure {
+        Exposure::Auto => Tone::of(picture),
+        Exposure::Stops(stops) => Tone { exposure: stops.exp2(), white: 1.0 },
+    };
+    let corner = film.extent.measured.offset;
     let colour = |(x, y)| {
         let xyz = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
             .map(|weights| film.combined(x, y, weights).mean);
-        displayed(tone.of_colour(xyz)).map(|value| (255.0 * value + 0.5) as u8)
+        let noise = mix(u64::from(corner[0] + x) << 32 | u64::from(corner[1] + y));
+        dithered(displayed(tone.of_colour(xyz)), noise)
     };
     let colours: Vec<[u8; 3]> = film.shown().map(colour).collect();
     write_colours(path, film.extent.shown.size[0] as usize, &colours)
+}
+
+/// Codes of 8 bits, rounded up or down as random bits say: up as often as the value is close to the code above.
+fn dithered(values: [f64; 3], noise: u64) -> [u8; 3] {
+    [0, 1, 2].map(|i| {
+        let threshold = f64::from((noise >> (20 * i)) as u32 & 0xf_ffff) / f64::from(1 << 20);
+        (255.0 * values[i] + threshold) as u8
+    })
 }
 
 /// Writes sRGB code values, row by row from the top: the whole file or none of it.
@@ -81,4 +107,23 @@ fn displayed(xyz: [f64; 3]) -> [f64; 3] {
         }
     });
     rgb.map(|value| colour::srgb_encode((grey + share * (value - grey)).clamp(0.0, 1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mean over many pixels is the value, black and white stay as they are, and no code is off by more than one.
+    #[test]
+    fn dithering_is_right_on_average() {
+        let values = [0.0, 0.3217, 1.0];
+        let n = 40_000;
+        let codes: Vec<[u8; 3]> = (0..n).map(|i| dithered(values, mix(i))).collect();
+        assert!(
+            codes.iter().all(|&[black, grey, white]| black == 0 && (82..=83).contains(&grey) && white == 255)
+        );
+        let mean = codes.iter().map(|code| f64::from(code[1])).sum::<f64>() / n as f64;
+        // A variance of at most a quarter each.
+        assert!((mean - 255.0 * 0.3217).abs() < 4.5 * 0.5 / (n as f64).sqrt(), "{mean}");
+    }
 }

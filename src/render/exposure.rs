@@ -13,6 +13,8 @@ use std::ops::Range;
 
 pub(super) struct Exposure<'a> {
     pub scene: &'a Scene,
+    /// The parts of the film: what is measured need not be what the scene says.
+    pub extent: Extent,
     pub schedule: Schedule,
     pub sampler: Sampler,
     pub seed: u64,
@@ -39,8 +41,7 @@ pub(super) type Contributions = SmallVec<[(usize, f64); 8]>;
 impl Exposure<'_> {
     /// An empty tile of all pixels that samples of a block may reach.
     pub fn tile(&self, block: &Block) -> Tile {
-        let film = &self.scene.film;
-        let (reach, measured) = (i64::from(self.filter.reach()), film.extent.measured);
+        let (reach, measured) = (i64::from(self.filter.reach()), self.extent.measured);
         let [columns, rows] = [0, 1].map(|axis| {
             let first = block.corner[axis] - i64::from(measured.offset[axis]);
             let clamped = |place: i64| place.clamp(0, i64::from(measured.size[axis])) as u32;
@@ -54,24 +55,28 @@ impl Exposure<'_> {
         )
     }
 
-    /// Some samples of each replicate of a net, of all pixels of a block. How many there were.
-    pub fn block<const C: usize>(&self, block: &Block, indices: &Range<u32>, tile: &mut Tile) -> u64 {
+    /// The samples of these indices, told by replicate, of all pixels of a block. How many there were.
+    pub fn block<const C: usize>(
+        &self,
+        block: &Block,
+        indices: &dyn Fn(u32) -> Range<u32>,
+        tile: &mut Tile,
+    ) -> u64 {
         let first = block.net * self.schedule.per_net;
         let mut samples = 0;
         for group in self.groups.of(block) {
-            let group: SmallVec<[Pixel; 16]> = group
-                .filter(|pixel| self.is_within(Region::whole(self.scene.film.extent.whole), pixel))
-                .collect();
+            let group: SmallVec<[Pixel; 16]> =
+                group.filter(|pixel| self.is_within(Region::whole(self.extent.whole), pixel)).collect();
             if !group.iter().any(|pixel| self.counts(pixel)) {
                 continue;
             }
             for run in 0..self.schedule.per_net {
-                for index in indices.clone() {
+                for index in indices(first + run) {
                     let of_net = run * self.schedule.samples_per_replicate + index;
                     self.group::<C>(&group, block.net, of_net, first + run, tile);
                 }
             }
-            let each = self.schedule.per_net * indices.len() as u32;
+            let each = (first..first + self.schedule.per_net).map(|run| indices(run).len() as u32).sum();
             for pixel in &group {
                 if let Some(place) = self.place_of(pixel.place, tile) {
                     tile.count(place, each);
@@ -94,7 +99,7 @@ impl Exposure<'_> {
 
     /// Whether a pixel's samples are part of what is measured. The others are there for their group alone.
     fn counts(&self, pixel: &Pixel) -> bool {
-        let Extent { window, measured, .. } = self.scene.film.extent;
+        let Extent { window, measured, .. } = self.extent;
         let reach = i64::from(self.filter.reach());
         let reaches = |axis: usize| {
             let first = i64::from(measured.offset[axis]) - reach;
@@ -105,7 +110,7 @@ impl Exposure<'_> {
 
     /// Where in a tile a pixel of the whole film is.
     fn place_of(&self, place: [i64; 2], tile: &Tile) -> Option<usize> {
-        let corner = self.scene.film.extent.measured.offset;
+        let corner = self.extent.measured.offset;
         let [x, y] = [0, 1].map(|axis| u32::try_from(place[axis] - i64::from(corner[axis])).ok());
         tile.place(x?, y?)
     }

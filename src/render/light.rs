@@ -1,12 +1,12 @@
 //! The light paths of a render: what they bring to the film beside the pixels' own samples.
 
-use super::{Exposure, Watch, admit, lock};
+use super::work::Pass;
+use super::{Exposure, Watch, admit};
 use crate::film::{BadValues, Film, FilterSampler};
 use crate::integrator::{self, Caustics, Splat};
 use crate::sampling::{Sampler, SamplerKind, mix};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 
 /// Light paths that are made in one go.
@@ -14,6 +14,9 @@ const CHUNK: u64 = 4096;
 
 /// Stands for a pixel in the sample values of light paths. No film is that large.
 const NO_PIXEL: u32 = u32::MAX;
+
+/// Takes what a piece of a pass, by its number, brings to the film.
+type Add<'a> = dyn Fn(usize, &dyn Fn(&mut Film)) + Sync + 'a;
 
 pub(super) struct LightPass<'a> {
     caustics: &'a Caustics,
@@ -37,28 +40,33 @@ impl<'a> LightPass<'a> {
         Self { caustics, exposure, sampler, filter: exposure.scene.filter_sampler() }
     }
 
-    /// The light paths that belong to some samples of each pixel, of every replicate.
-    pub fn expose<const C: usize>(&self, samples: &Range<u32>, film: &Mutex<Film>, watch: &dyn Watch) {
-        let [first, end] = [samples.start, samples.end].map(|samples| self.caustics.paths(samples));
-        let replicates = 0..self.exposure.schedule.replicates;
-        let chunks: Vec<(u32, u64)> = replicates
-            .flat_map(|replicate| (first..end).step_by(CHUNK as usize).map(move |start| (replicate, start)))
-            .collect();
+    /// The light paths that belong to the samples of a pass. They come to the film in pieces, of which `add` is told the number:
+    /// how many there are in all.
+    pub fn expose<const C: usize>(&self, pass: &Pass, add: &Add, watch: &dyn Watch) -> usize {
+        let of_replicate = |replicate: u32| {
+            let indices = pass.indices(replicate);
+            let [first, end] = [indices.start, indices.end].map(|samples| self.caustics.paths(samples));
+            let chunk = move |start: u64| (replicate, start..(start + CHUNK).min(end));
+            (first..end).step_by(CHUNK as usize).map(chunk)
+        };
+        let chunks: Vec<(u32, Range<u64>)> =
+            (0..self.exposure.schedule.replicates).flat_map(of_replicate).collect();
         // One by one, as tiles are.
-        chunks.par_iter().with_max_len(1).for_each(|&(replicate, start)| {
-            if watch.stop().load(Ordering::Relaxed) {
+        chunks.par_iter().enumerate().with_max_len(1).for_each(|(piece, (replicate, range))| {
+            if pass.is_done(piece) || watch.stop().load(Ordering::Relaxed) {
                 return;
             }
-            let range = start..(start + CHUNK).min(end);
             let mut bad = BadValues::default();
-            let exposed = self.chunk::<C>(replicate, range.clone(), &mut bad);
-            let mut film = lock(film);
-            for (pixel, sums) in &exposed {
-                film.add_light(*pixel, replicate, sums);
-            }
-            film.count_light(replicate, range.end - range.start);
-            film.bad.add(bad);
+            let exposed = self.chunk::<C>(*replicate, range.clone(), &mut bad);
+            add(piece, &|film| {
+                for (pixel, sums) in &exposed {
+                    film.add_light(*pixel, *replicate, sums);
+                }
+                film.count_light(*replicate, range.end - range.start);
+                film.bad.add(bad);
+            });
         });
+        chunks.len()
     }
 
     fn chunk<const C: usize>(
@@ -88,7 +96,7 @@ impl<'a> LightPass<'a> {
                 let [columns, rows] = filter.reached(place);
                 for [x, y] in rows.flat_map(|y| columns.clone().map(move |x| [x, y])) {
                     let share = filter.at([x, y], place);
-                    if let Some(measured) = scene.film.extent.measured.within([x, y])
+                    if let Some(measured) = self.exposure.extent.measured.within([x, y])
                         && share != 0.0
                     {
                         sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));

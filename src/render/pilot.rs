@@ -6,7 +6,7 @@
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block, Groups, Members};
 use super::{Plan, Schedule, Watch};
-use crate::film::FilterKind;
+use crate::film::{Extent, FilterKind};
 use crate::sampling::{Sampler, SamplerKind, mix};
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
@@ -35,29 +35,32 @@ const SEED: u64 = 0x0070_696c_6f74;
 /// The plan of least variance times cost, or the usual one where the picture is too small for a pilot.
 /// Nobody waits for a pilot that is stopped.
 pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind, watch: &dyn Watch) -> Plan {
-    let measured = picture.scene.film.extent.measured;
+    // Of the whole picture, whatever part of it is rendered: all parts have the same plan.
+    let window = picture.extent.window;
+    let extent = Extent { measured: window, shown: window, ..picture.extent };
     let schedule = Schedule::independent(SCHEDULE.0, SCHEDULE.1);
     let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * CANDIDATES.len() as u64;
-    let budget = SHARE * (measured.pixel_count() * picture.schedule.samples()) as f64;
+    let budget = SHARE * (window.pixel_count() * picture.schedule.samples()) as f64;
     let count = ((budget / per_block as f64) as u64).min(BLOCKS.1);
     if count < BLOCKS.0 || !sampler.is_random() {
         return Plan::USUAL;
     }
     let seed = mix(picture.seed ^ SEED);
-    let [across, down] = measured.size.map(|size| u64::from(size.div_ceil(BLOCK)));
+    let [across, down] = window.size.map(|size| u64::from(size.div_ceil(BLOCK)));
     let corners: Vec<[i64; 2]> = (0..count)
         .map(|i| {
             // Spread evenly over the rows and, by the golden ratio, over the columns.
             let row = i * down / count;
             let column = (i as f64 * 0.618_033_988_749_895).fract() * across as f64;
             [0, 1].map(|axis| {
-                i64::from(measured.offset[axis]) + i64::from(BLOCK) * [column as i64, row as i64][axis]
+                i64::from(window.offset[axis]) + i64::from(BLOCK) * [column as i64, row as i64][axis]
             })
         })
         .collect();
     let found = CANDIDATES.map(|(plan, _)| {
         let groups = Groups::new(plan.members, schedule.nets(), seed);
         let exposure = Exposure {
+            extent,
             schedule,
             sampler: Sampler::new(sampler, seed, schedule.samples_per_net()).for_groups(groups.members()),
             seed,
@@ -96,7 +99,7 @@ impl Exposure<'_> {
             .map(|net| {
                 let block = Block { net, corner };
                 let mut tile = self.tile(&block);
-                self.block::<C>(&block, &(0..self.schedule.samples_per_replicate), &mut tile);
+                self.block::<C>(&block, &|_| 0..self.schedule.samples_per_replicate, &mut tile);
                 tile
             })
             .collect();

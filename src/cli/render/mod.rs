@@ -1,18 +1,24 @@
-use super::progress::{Progress, percent};
+mod long;
+mod told;
+
+use super::png_options::PngOptions;
 use super::scene_options::{PictureOptions, SceneOptions};
 use super::stop::stop_on_signal;
 use super::{Failure, tell};
-use abbe::film::{Film, Region, SpectralBins};
+use abbe::film::{Film, SpectralBins};
 use abbe::integrator::Estimator;
-use abbe::output::{self, Colour, Content, Picture};
-use abbe::render::{Schedule, Settings, WavelengthCount, auxiliary, render};
+use abbe::output::{self, Colour, Content, Picture, checkpoint};
+use abbe::render::{Schedule, Settings, WavelengthCount, Work, auxiliary, go_on};
 use abbe::sampling::SamplerKind;
-use abbe::scene::description::{self, Aov, Description, FilmContent, Moments, Note, PixelFormat};
+use abbe::scene::description::{self, Aov, Description, FilmContent, Moments, PixelFormat};
 use abbe::scene::{CompileOptions, Scene, compile};
 use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
-use std::ops::RangeInclusive;
+pub(super) use long::cannot_read;
+use long::{Kept, LongOptions, Watching};
 use std::path::{Path, PathBuf};
+use told::distinct;
+pub(super) use told::{counted, told as told_samples};
 
 /// Render a scene to an EXR with error bars, and a PNG to look at
 ///
@@ -25,8 +31,9 @@ pub struct Args {
     #[command(flatten)]
     scene: SceneOptions,
 
-    /// Where to write the picture; a PNG of the same name lands beside it
-    #[arg(short, long, value_name = "OUT.exr")]
+    /// Where to write the picture; a PNG of the same name lands beside it. OUT.checkpoint: no picture, but what abbe merge
+    /// makes one from
+    #[arg(short, long, value_name = "OUT.exr|checkpoint")]
     output: Option<PathBuf>,
 
     /// Samples per pixel, dealt into replicates whose spread gives the error [default: what the scene says]
@@ -81,6 +88,12 @@ pub struct Args {
     #[arg(long, value_name = "TYPES", value_delimiter = ',', value_parser = Aov::of_word)]
     aov: Vec<Aov>,
 
+    #[command(flatten)]
+    long: LongOptions,
+
+    #[command(flatten)]
+    png: PngOptions,
+
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -98,7 +111,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         part: args.picture.part(output::MARGIN, output::SQUARE),
     };
     let scene = compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
-    let path = args.output_path()?;
+    let output = args.output_path()?;
     let sampler = &description.sensor.sampler;
     let settings = Settings {
         schedule: match args.replicates {
@@ -132,49 +145,65 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let moments = description.integrator.moments.as_ref().map(Moments::stems);
     refuse_repeated_names(&content, moments.as_ref(), &aovs)?;
     let pool = thread_pool(args.threads)?;
-    let png = path.with_extension("png");
-    for path in [&path, &png] {
-        output::refuse_unwritable(path).map_err(|error| cannot_write(path, &error))?;
-    }
-    let stop = stop_on_signal()?;
-    let pixels = scene.film.extent.measured.pixel_count();
-    let mut progress = Progress::new(pixels, settings.schedule, args.quiet, stop);
-    let film = pool.install(|| render(&scene, &settings, &progress));
-    let seconds = progress.elapsed().as_secs_f64();
-    progress.finish();
-    let done = film.samples_per_pixel();
-    if *done.start() == 0 {
-        return Err(Failure::Stopped(
-            "stopped: not every pixel had a sample yet, so nothing is written".to_owned(),
-        ));
-    }
-    let picture = Picture {
-        film: &film,
-        content,
-        moments,
-        auxiliary: pool.install(|| auxiliary(&scene, &aovs, range, settings.schedule(), settings.seed)),
-        attributes: attributes(args, range, &description, &scene, &settings, &film),
+    let places = args.long.places(&output, args.png.is_wanted());
+    let names: Vec<String> = aovs.iter().flat_map(Aov::channels).collect();
+    let kept = Kept {
+        path: places.checkpoint.clone(),
+        identity: told::identity(args, range, &description, &settings, &names),
+        picture: checkpoint::Description {
+            content,
+            moments,
+            attributes: told::attributes(args, range, &description, &scene, &settings),
+        },
+        samples_per_pixel: settings.schedule().samples(),
+        threads: pool.current_num_threads(),
     };
-    output::exr::write(&path, &picture).map_err(|error| cannot_write(&path, &error))?;
-    output::png::write(&png, &picture).map_err(|error| cannot_write(&png, &error))?;
+    let samples = args.long.samples(settings.schedule())?;
+    let work = kept.begin(Work::new(&scene, &settings, samples), &args.long, args.quiet)?;
+    places.refuse_unwritable()?;
+    let viewer = args.long.viewer(&output.to_string_lossy())?;
+    let stop = stop_on_signal()?;
+    let long = Watching::new(&kept, &args.long, &work, args.quiet, viewer, stop);
+    let work = pool.install(|| go_on(&scene, &settings, work, &long));
+    let (outcome, seconds) = long.finish(&work);
+    let done = work.film().samples_per_pixel();
+    let is_shown = places.picture.is_some() && *done.start() > 0;
+    // The part with the first sample of a pixel brings the images of it.
+    let brings_images = work.is_finished() && work.samples().start == 0 && places.checkpoint.is_some();
+    let images = match is_shown || brings_images {
+        true => pool.install(|| auxiliary(&scene, &aovs, range, settings.schedule(), settings.seed)),
+        false => Vec::new(),
+    };
+    let kept_all = kept.write(&work, if brings_images { &images } else { &[] });
+    if let (true, Some(path)) = (is_shown, &places.picture) {
+        let film = work.film();
+        let checkpoint::Description { content, moments, attributes } = kept.picture.clone();
+        let attributes = [attributes, told::counted(film), outcome.attributes()].concat();
+        let picture = Picture { film, content, moments, auxiliary: images, attributes };
+        output::exr::write(path, &picture).map_err(|error| cannot_write(path, &error))?;
+        if let Some(png) = &places.png {
+            output::png::write(png, &picture, args.png.exposure)
+                .map_err(|error| cannot_write(png, &error))?;
+        }
+        if !args.quiet {
+            told::report(path, places.png.as_deref(), film, seconds);
+        }
+    }
+    kept_all?;
     if !args.quiet {
-        report(&path, &png, &film, &settings, seconds);
+        outcome.tell(places.checkpoint.as_deref());
     }
-    if *done.start() < settings.schedule.samples() {
-        return Err(Failure::Stopped(format!(
-            "stopped: {} of {} samples per pixel were done, and are written",
-            told(&done),
-            settings.schedule.samples()
-        )));
-    }
-    Ok(())
+    outcome.end(&work, is_shown, places.checkpoint.as_deref())
 }
 
 impl Args {
     /// What the command line says goes over what the file says.
     fn apply_to(&self, description: &mut Description) {
         let sensor = &mut description.sensor;
-        sensor.sampler.sample_count = self.spp.unwrap_or(sensor.sampler.sample_count);
+        sensor.sampler.sample_count = self.spp.unwrap_or(match self.long.ends_early() {
+            true => long::MOST_SAMPLES,
+            false => sensor.sampler.sample_count,
+        });
         sensor.sampler.seed = self.seed.unwrap_or(sensor.sampler.seed);
         sensor.sampler.kind = self.sampler.unwrap_or(sensor.sampler.kind);
         self.picture.apply_to(description);
@@ -183,25 +212,29 @@ impl Args {
     /// Where the EXR goes. Refused before the render rather than after it.
     fn output_path(&self) -> Result<PathBuf, Failure> {
         let path = match &self.output {
-            Some(path) if path.extension().is_some_and(|extension| extension == "exr") => path.clone(),
+            Some(path) if ["exr", checkpoint::EXTENSION].iter().any(|end| has_extension(path, end)) => {
+                path.clone()
+            }
             Some(path) => {
                 return Err(Failure::Input(format!(
-                    "error: {}: the output is an EXR file: name it *.exr",
-                    path.display()
+                    "error: {}: the output is an EXR file: name it *.exr, or *.{} to have the sums alone",
+                    path.display(),
+                    checkpoint::EXTENSION
                 )));
             }
             None => PathBuf::from(format!("{}.exr", scene_name(&self.scene.scene))),
         };
-        let folder = match path.parent() {
-            Some(folder) if folder != Path::new("") => folder,
-            _ => Path::new("."),
-        };
+        let folder = output::folder_of(&path);
         if folder.is_dir() {
             Ok(path)
         } else {
             Err(Failure::Input(format!("error: {}: there is no folder {}", path.display(), folder.display())))
         }
     }
+}
+
+pub(super) fn has_extension(path: &Path, wanted: &str) -> bool {
+    path.extension().is_some_and(|extension| extension == wanted)
 }
 
 /// The name of a scene: its folder's if the file is called `scene`, else the file's own.
@@ -271,94 +304,10 @@ pub(super) fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
     Failure::Other(format!("error: cannot write {}: {error}", path.display()))
 }
 
-/// How the picture was made. Nothing that differs between equal renders: no time, no threads.
-fn attributes(
-    args: &Args,
-    range: WavelengthRange,
-    description: &Description,
-    scene: &Scene,
-    settings: &Settings,
-    film: &Film,
-) -> Vec<(String, String)> {
-    let lines = |notes: &[Note]| distinct(notes).join("\n");
-    let text = [
-        ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("sceneHash", format!("{:016x}", description.hash())),
-        ("seed", settings.seed.to_string()),
-        ("sampler", settings.sampler.name().to_owned()),
-        ("samplesPerPixel", told(&film.samples_per_pixel())),
-        ("samples", film.total_samples().to_string()),
-        ("replicates", settings.schedule.replicates.to_string()),
-        ("estimator", settings.estimator.name().to_owned()),
-        ("wavelengthsPerPath", settings.wavelengths.get().to_string()),
-        ("wavelengthRange", format!("{} nm to {} nm", range.min, range.max)),
-        ("observer", args.observer.name().to_owned()),
-        ("whitePoint", "D65, x = 0.3127, y = 0.3290 (linear Rec. 709)".to_owned()),
-        ("badValues", film.bad.total().to_string()),
-        ("assumptions", lines(&description.assumptions)),
-        ("extensions", lines(&description.extensions)),
-        ("needs", scene.needs().to_string()),
-    ];
-    text.into_iter()
-        .filter(|(_, value)| !value.is_empty())
-        .map(|(name, value)| (format!("abbe.{name}"), value))
-        .collect()
-}
-
-/// What notes say, each once and with the number of places that it is said of.
-fn distinct(notes: &[Note]) -> Vec<String> {
-    let mut texts: Vec<(&str, usize)> = Vec::new();
-    for note in notes {
-        match texts.iter_mut().find(|(text, _)| *text == note.text) {
-            Some((_, times)) => *times += 1,
-            None => texts.push((&note.text, 1)),
-        }
-    }
-    let told =
-        |(text, times)| if times == 1 { String::from(text) } else { format!("{text} ({times} places)") };
-    texts.into_iter().map(told).collect()
-}
-
 /// What the scene's author should know before waiting for it.
 pub(super) fn warn(scene: &Scene) {
     for warning in distinct(&scene.warnings) {
         tell(&format!("warning: {warning}"));
-    }
-}
-
-/// Numbers of samples, of which a stopped render has several.
-fn told(samples: &RangeInclusive<u64>) -> String {
-    let (fewest, most) = (samples.start(), samples.end());
-    if fewest == most { fewest.to_string() } else { format!("{fewest} to {most}") }
-}
-
-fn report(path: &Path, png: &Path, film: &Film, settings: &Settings, seconds: f64) {
-    let done = film.total_samples();
-    let Region { size: [width, height], .. } = film.extent.shown;
-    let pixels = film.extent.shown.pixel_count();
-    let error =
-        film.relative_error().map_or("error not known".to_owned(), |e| format!("error {}", percent(e)));
-    tell(&format!(
-        "{} and {}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {:.1} s, {:.2} million samples/s",
-        path.display(),
-        png.display(),
-        width,
-        height,
-        done as f64 / pixels as f64,
-        settings.schedule.replicates,
-        seconds,
-        done as f64 / seconds.max(1e-9) / 1e6,
-    ));
-    let bad = film.bad;
-    if bad.total() > 0 {
-        tell(&format!(
-            "warning: left out {} values: {} not a number, {} infinite, {} negative, {} too large",
-            bad.total(),
-            bad.not_a_number,
-            bad.infinite,
-            bad.negative,
-            bad.overflow
-        ));
     }
 }
 

@@ -1,0 +1,156 @@
+use super::*;
+use crate::units::WavelengthRange;
+
+fn film(reference: f64, replicates: usize, bins: Option<SpectralBins>) -> Film {
+    let extras = Extras { bins, ..Extras::default() };
+    Film::new(2, 1, replicates as u32, extras, FixedPoint::for_reference(reference))
+}
+
+/// A film whose first pixel has had one sample in each replicate.
+fn exposed(reference: f64, values: &[[f64; 3]]) -> Film {
+    let mut film = film(reference, values.len(), None);
+    let mut tile = film.extras.tile([0, 0], [1, 1], 0..values.len() as u32);
+    for (replicate, xyz) in (0..).zip(values) {
+        tile.begin(u64::from(replicate));
+        for (channel, &value) in xyz.iter().enumerate() {
+            tile.add(0, replicate, channel, value, film.scale());
+        }
+        tile.weigh(0, replicate, 1.0);
+        tile.count(0, 1);
+    }
+    film.add(&tile);
+    film
+}
+
+#[test]
+fn mean_and_standard_error_are_those_of_the_replicates() {
+    let film = exposed(1.0, &[[1.0, 2.0, 0.5], [3.0, 2.5, 0.25], [2.0, 1.0, 0.75], [2.0, 4.5, 0.0]]);
+    let x = film.combined(0, 0, [1.0, 0.0, 0.0]);
+    assert_eq!(x.mean, 2.0);
+    assert!((x.error - (2.0f64 / 3.0 / 4.0).sqrt()).abs() < 1e-15);
+    // X − Y has the values −1, 0.5, 1, −2.5: mean −0.5, sum of squared deviations 7.5.
+    let difference = film.combined(0, 0, [1.0, -1.0, 0.0]);
+    assert_eq!(difference.mean, -0.5);
+    assert!((difference.error - (7.5f64 / 3.0 / 4.0).sqrt()).abs() < 1e-14);
+    assert_eq!(film.samples(0, 0), 4);
+    let of_each = (0..4).map(|replicate| film.of_replicate(0, 0, replicate, [1.0, -1.0, 0.0]));
+    assert_eq!(of_each.collect::<Vec<_>>(), [-1.0, 0.5, 1.0, -2.5]);
+    assert_eq!(film.of_replicate(1, 0, 2, [1.0, 0.0, 0.0]), 0.0);
+    assert_eq!(film.combined(1, 0, [1.0, 0.0, 0.0]).mean, 0.0);
+}
+
+/// Each replicate's light is divided by the number of its own paths.
+#[test]
+fn light_paths_count_for_all_pixels() {
+    let extras = Extras { light_paths: true, ..Extras::default() };
+    let mut film = Film::new(2, 1, 2, extras, FixedPoint::for_reference(1.0));
+    let mut tile = film.extras.tile([0, 0], [2, 1], 0..2);
+    for (place, replicate) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        tile.add(place, replicate, 1, 1.0, film.scale());
+        tile.weigh(place, replicate, 1.0);
+    }
+    film.add(&tile);
+    let mut light = film.extras.tile([0, 0], [1, 1], 0..1);
+    for (replicate, value, paths) in [(0, 6.0, 3), (1, 16.0, 4)] {
+        light.add(0, 0, 1, value, film.light_scale());
+        film.add_light([1, 0], replicate, &light.take());
+        film.count_light(replicate, paths);
+    }
+    let y = [0.0, 1.0, 0.0];
+    assert_eq!(film.combined(0, 0, y), Measured { mean: 1.0, error: 0.0 });
+    assert_eq!([0, 1].map(|replicate| film.of_replicate(1, 0, replicate, y)), [3.0, 5.0]);
+    assert_eq!(film.combined(1, 0, y), Measured { mean: 4.0, error: 1.0 });
+}
+
+#[test]
+fn nets_are_the_sums_of_their_runs() {
+    let mut film = exposed(1.0, &[[1.0; 3], [3.0; 3], [2.0; 3], [4.0; 3]]);
+    assert!(film.nets().is_none());
+    film.per_net = 2;
+    let nets = film.nets().unwrap();
+    let y = [0.0, 1.0, 0.0];
+    assert_eq!([0, 1].map(|net| nets.of_replicate(0, 0, net, y)), [2.0, 3.0]);
+    assert_eq!(nets.combined(0, 0, y), Measured { mean: 2.5, error: 0.5 });
+    assert_eq!(film.combined(0, 0, y).mean, 2.5);
+    film.per_net = 4;
+    assert!(film.nets().is_none());
+}
+
+#[test]
+fn the_order_of_samples_leaves_no_trace() {
+    let values: Vec<f64> = (0..64).map(|i| 1e-9 + 1e3 * (1.0 + (f64::from(i) * 0.7).sin())).collect();
+    let exposed_in = |order: &mut dyn Iterator<Item = &f64>| {
+        let mut film = film(100.0, 2, None);
+        for (i, &value) in order.enumerate() {
+            let mut tile = film.extras.tile([0, 0], [1, 1], 0..2);
+            tile.add(0, 0, 1, value, film.scale());
+            tile.weigh(0, 0, 1.0);
+            tile.count(0, u32::from(i % 2 == 0));
+            film.add(&tile);
+        }
+        film.combined(0, 0, [0.3, 0.4, 0.1])
+    };
+    assert_eq!(exposed_in(&mut values.iter()), exposed_in(&mut values.iter().rev()));
+}
+
+#[test]
+fn rounding_stays_below_the_noise_in_the_darkest_corner_of_a_sunlit_scene() {
+    // The sun's disk is about 10⁹ times brighter than a wall in deep shade (2·10⁷ against 0.02 W·m⁻²·sr⁻¹).
+    let values: Vec<f64> = (0..16).map(|i| 0.02 * (1.0 + (f64::from(i) * 2.3).sin())).collect();
+    let film = exposed(2e7, &values.iter().map(|&v| [v, v, v]).collect::<Vec<_>>());
+    let found = film.combined(0, 0, [0.0, 1.0, 0.0]);
+    let mean = values.iter().sum::<f64>() / 16.0;
+    let noise = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 15.0 / 16.0).sqrt();
+    assert!((found.mean - mean).abs() < 3e-3 * noise, "{found:?}");
+    assert!((found.error / noise - 1.0).abs() < 3e-3, "{found:?} {noise}");
+}
+
+/// A lamp of 10⁻⁶ units that lights a floor as brightly as the sun does is 10¹² times brighter than it.
+#[test]
+fn what_is_smaller_than_the_quantum_is_right_on_average() {
+    for value in [1e-12, 0.3e-12, 1.7e-12, 7.3e-9] {
+        let mut film = film(1.0, 1, None);
+        let count = 1 << 20;
+        let mut tile = film.extras.tile([0, 0], [1, 1], 0..1);
+        for key in 0..count {
+            tile.begin(key);
+            tile.add(0, 0, 1, value, film.scale());
+            tile.weigh(0, 0, 1.0);
+        }
+        film.add(&tile);
+        let found = film.combined(0, 0, [0.0, 1.0, 0.0]).mean;
+        // Rounding one up or down has a variance of a quarter of a quantum's square at most.
+        let error = 0.5 * film.scale().quantum / (count as f64).sqrt();
+        assert!((found - value).abs() < 4.5 * error, "{found:e}, {value:e} ± {error:e}");
+    }
+}
+
+#[test]
+fn bad_values_are_counted_not_hidden() {
+    let mut bad = BadValues::default();
+    let values = [1.0, f64::NAN, f64::INFINITY, -1e-300, 0.0];
+    let admitted = values.into_iter().filter(|&v| bad.admits(v)).count();
+    assert_eq!(admitted, 2);
+    assert_eq!(bad, BadValues { not_a_number: 1, infinite: 1, negative: 1, overflow: 0 });
+    let film = exposed(1.0, &[[1e30, 0.0, 0.0], [1.0, 0.0, 0.0]]);
+    assert_eq!(film.bad.overflow, 1);
+    assert_eq!(film.combined(0, 0, [1.0, 0.0, 0.0]).mean, 0.5);
+}
+
+#[test]
+fn a_narrow_line_falls_into_its_own_bin() {
+    let bins = SpectralBins { range: WavelengthRange::VISIBLE, count: 47 };
+    assert_eq!(bins.of(360.0), Some(0));
+    assert_eq!(bins.of(830.0), Some(46));
+    assert_eq!(bins.of(589.3), Some(22));
+    assert!((bins.centre(22) - 585.0).abs() < 1e-9);
+    assert_eq!(bins.of(359.9), None);
+    let mut film = film(1.0, 1, Some(bins));
+    let mut tile = film.extras.tile([1, 0], [1, 1], 0..1);
+    tile.add(0, 0, film.extras.bin_channel(22), 7.0, film.scale());
+    tile.weigh(0, 0, 1.0);
+    film.add(&tile);
+    assert_eq!(film.bin(1, 0, 22).mean, 7.0);
+    assert_eq!(film.bin(1, 0, 21).mean, 0.0);
+    assert_eq!(film.bin(0, 0, 22).mean, 0.0);
+}

@@ -1,0 +1,197 @@
+//! How large the error of a picture is as a whole, how surely that is known, and whether it is as small as was asked.
+
+use super::error_bars;
+use crate::film::{Film, NOISE_TILE, Quantity, Region};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::str::FromStr;
+
+/// The confidence of [`Estimate::at_most`].
+pub const CONFIDENCE: f64 = 0.95;
+
+/// The quantile of the normal distribution at that confidence.
+const QUANTILE: f64 = 1.645;
+
+/// Samples of each replicate below which nothing is decided: what few samples have missed does not show in their spread.
+pub const FEWEST: u64 = 4;
+
+/// An error of a picture as a whole, of its luminance or of all responses of the sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Figure {
+    /// The mean over the pixels of error²/(value² + 0.01·mean²), as `abbe compare` has it.
+    RelMse,
+    /// The mean standard error over the mean value.
+    Error,
+}
+
+/// An error that a picture is to be below.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    pub figure: Figure,
+    pub bound: f64,
+}
+
+/// An error as it is estimated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    pub value: f64,
+    /// It is no larger than this with the [`CONFIDENCE`], as far as what the samples have met tells.
+    pub at_most: f64,
+}
+
+impl Target {
+    /// The error of what is shown. `None` where there is none to know: without replicates, or of a black picture.
+    pub fn estimate(&self, film: &Film) -> Option<Estimate> {
+        if film.replicates < 2 {
+            return None;
+        }
+        let channels: Vec<Quantity> = match film.extras.responses.len() {
+            0 => vec![Quantity::Combined([0.0, 1.0, 0.0])],
+            responses => (0..responses).map(Quantity::Response).collect(),
+        };
+        let nets = film.nets();
+        let (mut sum, mut uncertainty, mut scale) = (0.0, 0.0, 0.0);
+        for &quantity in &channels {
+            let (channel, variance, mean) = self.of_channel(film, nets.as_ref(), quantity);
+            sum += channel;
+            uncertainty += variance;
+            scale += mean;
+        }
+        let pixels = film.extent.shown.pixel_count() as f64;
+        // Errors of the mean are over the mean, of all channels together; those of relMSE are over it already.
+        let divisor = match self.figure {
+            Figure::RelMse => pixels * channels.len() as f64,
+            Figure::Error => scale,
+        };
+        let (value, spread) = (sum / divisor, uncertainty.sqrt() / divisor);
+        let estimate = Estimate { value, at_most: value + QUANTILE * spread };
+        (divisor > 0.0 && estimate.at_most.is_finite()).then_some(estimate)
+    }
+
+    /// The sum of the errors over the pixels, its variance, and the sum of the values.
+    fn of_channel(&self, film: &Film, nets: Option<&Film>, quantity: Quantity) -> (f64, f64, f64) {
+        let (window, measured) = (film.extent.window, film.extent.measured);
+        let variances = |film: &Film| -> Vec<f64> {
+            let all = Region::whole(measured.size).pixels();
+            all.map(|[x, y]| film.measured(x, y, quantity).error.powi(2)).collect()
+        };
+        let of_nets = nets.map(variances);
+        let variances = error_bars::calibrated(window.size, measured, &variances(film), of_nets.as_deref());
+        let total: f64 = film.shown().map(|(x, y)| film.measured(x, y, quantity).mean).sum();
+        let mean = total / film.extent.shown.pixel_count() as f64;
+        let mut tiles: BTreeMap<[u32; 2], f64> = BTreeMap::new();
+        for (x, y) in film.shown() {
+            let variance = variances[y as usize * film.width as usize + x as usize];
+            let error = match self.figure {
+                Figure::RelMse => {
+                    let value = film.measured(x, y, quantity).mean;
+                    variance / (value * value + 0.01 * mean * mean)
+                }
+                Figure::Error => variance.sqrt(),
+            };
+            *tiles.entry([x / NOISE_TILE, y / NOISE_TILE]).or_insert(0.0) += error;
+        }
+        // A variance from n degrees of freedom has a relative variance of 2/n, a standard error a quarter of that. What pixels share of
+        // their noise they share of its estimate, too: a tile is taken as one.
+        let degrees = f64::from(film.replicates - 1);
+        let relative = match self.figure {
+            Figure::RelMse => 2.0 / degrees,
+            Figure::Error => 0.5 / degrees,
+        };
+        let squares: f64 = tiles.values().map(|error| error * error).sum();
+        (tiles.values().sum(), relative * squares, total)
+    }
+
+    /// Whether it is time to decide whether the picture is good enough: when each replicate has a power of two of samples, of which
+    /// there are few. Who looks after every sample stops when chance makes the error look small.
+    pub fn decides_at(samples_per_replicate: u64) -> bool {
+        samples_per_replicate >= FEWEST && samples_per_replicate.is_power_of_two()
+    }
+
+    /// Whether the error is below the bound with the [`CONFIDENCE`].
+    pub fn is_met(&self, estimate: Option<Estimate>) -> bool {
+        estimate.is_some_and(|estimate| estimate.at_most < self.bound)
+    }
+
+    /// An error in the unit of the target, with its name.
+    pub fn told(&self, value: f64) -> String {
+        match self.figure {
+            Figure::RelMse => format!("relmse {value:.2e}"),
+            Figure::Error => format!("error {:.3} %", 100.0 * value),
+        }
+    }
+}
+
+impl FromStr for Target {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong =
+            || "expected relmse<BOUND or error<BOUND, for example 'relmse<1e-3' or 'error<1%'".to_owned();
+        let (name, bound) = text.split_once('<').ok_or_else(wrong)?;
+        let figure = match name.trim() {
+            "relmse" => Figure::RelMse,
+            "error" => Figure::Error,
+            _ => return Err(wrong()),
+        };
+        let bound = bound.trim();
+        let (number, unit) = bound.strip_suffix('%').map_or((bound, 1.0), |number| (number, 0.01));
+        let bound = unit * number.trim().parse::<f64>().map_err(|_| wrong())?;
+        if bound > 0.0 && bound.is_finite() { Ok(Self { figure, bound }) } else { Err(wrong()) }
+    }
+}
+
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self.figure {
+            Figure::RelMse => write!(f, "relmse<{:e}", self.bound),
+            Figure::Error => write!(f, "error<{}%", 100.0 * self.bound),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{Extras, FixedPoint};
+
+    #[test]
+    fn targets_are_read_as_they_are_written() {
+        let read = |text: &str| text.parse::<Target>();
+        assert_eq!(read("relmse<1e-3"), Ok(Target { figure: Figure::RelMse, bound: 1e-3 }));
+        assert_eq!(read("error < 2 %"), Ok(Target { figure: Figure::Error, bound: 0.02 }));
+        for wrong in ["relmse>1e-3", "relmse<", "relmse<0", "noise<1", "error<nan", "error<-1%"] {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+        for text in ["relmse<1e-3", "error<1%"] {
+            assert_eq!(read(text).map(|target| target.to_string()), Ok(text.to_owned()));
+        }
+    }
+
+    /// Pixels of the value 3, of which four replicates have 2, 2, 4 and 4: a variance of the mean of 1/3.
+    #[test]
+    fn errors_are_those_of_their_definition() {
+        let mut film = Film::new(16, 8, 4, Extras::default(), FixedPoint::for_reference(1.0));
+        let mut tile = film.extras.tile([0, 0], [16, 8], 0..4);
+        for place in 0..tile.pixel_count() {
+            for (replicate, value) in (0..).zip([2.0, 4.0, 2.0, 4.0]) {
+                tile.add(place, replicate, 1, value, film.scale());
+                tile.weigh(place, replicate, 1.0);
+            }
+        }
+        film.add(&tile);
+        let of = |figure| Target { figure, bound: 0.05 }.estimate(&film).expect("it is known");
+        let relmse = of(Figure::RelMse);
+        let expected = 1.0 / 3.0 / (9.0 + 0.09);
+        assert!((relmse.value / expected - 1.0).abs() < 1e-9, "{relmse:?}");
+        // Two tiles, three degrees of freedom.
+        let spread = QUANTILE * (2.0f64 / 3.0 / 2.0).sqrt();
+        assert!((relmse.at_most / (expected * (1.0 + spread)) - 1.0).abs() < 1e-9, "{relmse:?}");
+        assert!((of(Figure::Error).value - (1.0f64 / 3.0).sqrt() / 3.0).abs() < 1e-9);
+        let target = Target { figure: Figure::RelMse, bound: 0.05 };
+        assert!(relmse.value < 0.05 && relmse.at_most > 0.05 && !target.is_met(Some(relmse)));
+        assert!(!target.is_met(None));
+        let black = Film::new(16, 8, 4, Extras::default(), FixedPoint::for_reference(1.0));
+        assert_eq!(target.estimate(&black), None);
+    }
+}

@@ -1,0 +1,50 @@
+//! Who is told how far a render is, and may end it.
+
+use super::Work;
+use crate::film::Film;
+use std::sync::atomic::AtomicBool;
+
+/// Whoever watches a render: told of progress, and able to end it.
+pub trait Watch: Sync {
+    /// Called after each piece of work with the number of its samples.
+    fn advanced(&self, samples: u64);
+
+    /// Called when every pixel has the same number of samples again.
+    fn pass_done(&self, film: &Film);
+
+    /// Asked after each piece of work: whether [`Self::keep`] is to be called.
+    fn wants_to_keep(&self) -> bool {
+        false
+    }
+
+    /// Called with all that is done so far. Nothing is added to it meanwhile.
+    fn keep(&self, _: &Work) {}
+
+    /// Once true, the tiles under way are finished and no others begun.
+    fn stop(&self) -> &AtomicBool;
+}
+
+/// Watches nothing and never stops.
+pub struct Unwatched(AtomicBool);
+
+impl Unwatched {
+    pub const fn new() -> Self {
+        Self(AtomicBool::new(false))
+    }
+}
+
+impl Default for Unwatched {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Watch for Unwatched {
+    fn advanced(&self, _: u64) {}
+
+    fn pass_done(&self, _: &Film) {}
+
+    fn stop(&self) -> &AtomicBool {
+        &self.0
+    }
+}

@@ -1,0 +1,235 @@
+//! What of a picture is done, and what is still to do.
+
+use super::{Schedule, Settings};
+use crate::film::{Film, FixedPoint};
+use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Most samples of each replicate that a tile takes at once: bounds how long an interruption has to wait.
+const LONGEST_PASS: u32 = 256;
+
+/// A picture in the making: the sums of its film, and which samples are in them.
+///
+/// The samples of a pixel are numbered over the whole picture: with R replicates, sample n is the one of index n / R of replicate
+/// n mod R. So any run of them has its share in each replicate, and runs that follow one another make up the picture.
+#[derive(Clone, Debug)]
+pub struct Work {
+    film: Film,
+    schedule: Schedule,
+    samples: Range<u64>,
+    /// Where the pass under way begins: all samples of lower indices are in the film.
+    index: u32,
+    /// Which pieces of that pass are in the film, by their number.
+    done: Vec<bool>,
+}
+
+/// How far a work is, apart from its film.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Position {
+    /// All samples of lower indices are done.
+    pub index: u32,
+    /// The pieces of the pass under way that are done as well, as runs of their numbers.
+    pub pieces: Vec<Range<u32>>,
+}
+
+impl Work {
+    /// Nothing done yet of some samples of each pixel, or of all that the settings ask for.
+    pub fn new(scene: &Scene, settings: &Settings, samples: Option<Range<u64>>) -> Self {
+        let schedule = settings.schedule();
+        let scale = FixedPoint::for_reference(scene.reference_radiance);
+        let mut film = Film::part(scene.film.extent, schedule.replicates, settings.extras(scene), scale);
+        film.per_net = schedule.per_net;
+        let samples = samples.unwrap_or(0..schedule.samples());
+        let index = (samples.start / u64::from(schedule.replicates)) as u32;
+        Self { film, schedule, samples, index, done: Vec::new() }
+    }
+
+    /// The same with a film that was exposed up to a position.
+    #[must_use]
+    pub fn at(self, film: Film, position: &Position) -> Self {
+        let mut done = Vec::new();
+        for run in &position.pieces {
+            done.resize(done.len().max(run.end as usize), false);
+            done[run.start as usize..run.end as usize].fill(true);
+        }
+        Self { film, index: position.index, done, ..self }
+    }
+
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    pub fn into_film(self) -> Film {
+        self.film
+    }
+
+    /// The samples of each pixel that are asked for.
+    pub fn samples(&self) -> Range<u64> {
+        self.samples.clone()
+    }
+
+    /// The samples of each pixel that are in the film. `None` while pixels differ.
+    pub fn finished(&self) -> Option<Range<u64>> {
+        let reached = u64::from(self.index) * u64::from(self.schedule.replicates);
+        let end = reached.clamp(self.samples.start, self.samples.end);
+        (!self.done.contains(&true)).then_some(self.samples.start..end)
+    }
+
+    pub fn is_finished(&self) -> bool {
+        self.finished() == Some(self.samples())
+    }
+
+    pub fn position(&self) -> Position {
+        let mut pieces: Vec<Range<u32>> = Vec::new();
+        for (piece, _) in (0..).zip(&self.done).filter(|&(_, &done)| done) {
+            match pieces.last_mut() {
+                Some(run) if run.end == piece => run.end += 1,
+                _ => pieces.push(piece..piece + 1),
+            }
+        }
+        Position { index: self.index, pieces }
+    }
+
+    /// The next pass over the picture: which indices, and which of its pieces are done already.
+    ///
+    /// Passes double what is there, as far as [`LONGEST_PASS`] allows: what a Sobol sequence has after any of them is well spread,
+    /// and there is a picture with error bars after the first.
+    pub(super) fn pass(&self) -> Option<Pass> {
+        let replicates = u64::from(self.schedule.replicates);
+        let first = (self.samples.start / replicates) as u32;
+        let end = self.samples.end.div_ceil(replicates) as u32;
+        let step = (self.index - first).clamp(1, LONGEST_PASS).min(end.saturating_sub(self.index));
+        let indices = self.index..self.index + step;
+        (step > 0).then(|| Pass {
+            indices,
+            samples: self.samples.clone(),
+            replicates: self.schedule.replicates,
+            done: self.done.clone(),
+        })
+    }
+
+    /// Whatever a piece of the pass under way brought.
+    pub(super) fn add(&mut self, piece: usize, add: impl FnOnce(&mut Film)) {
+        add(&mut self.film);
+        self.done.resize(self.done.len().max(piece + 1), false);
+        self.done[piece] = true;
+    }
+
+    pub(super) fn pieces_done(&self) -> usize {
+        self.done.iter().filter(|&&done| done).count()
+    }
+
+    /// All pieces of the pass under way are done.
+    pub(super) fn end_pass(&mut self) {
+        if let Some(pass) = self.pass() {
+            self.index = pass.indices.end;
+            self.done.clear();
+        }
+    }
+}
+
+/// The samples of a pass over the picture.
+#[derive(Clone, Debug)]
+pub(super) struct Pass {
+    indices: Range<u32>,
+    samples: Range<u64>,
+    replicates: u32,
+    done: Vec<bool>,
+}
+
+impl Pass {
+    /// The indices of a replicate.
+    pub fn indices(&self, replicate: u32) -> Range<u32> {
+        let bound = |sample: u64| {
+            let index = sample.saturating_sub(u64::from(replicate)).div_ceil(u64::from(self.replicates));
+            (index as u32).clamp(self.indices.start, self.indices.end)
+        };
+        bound(self.samples.start)..bound(self.samples.end)
+    }
+
+    pub fn is_done(&self, piece: usize) -> bool {
+        self.done.get(piece).copied().unwrap_or(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Extras;
+
+    fn work(schedule: Schedule, samples: Range<u64>) -> Work {
+        let film = Film::new(1, 1, schedule.replicates, Extras::default(), FixedPoint::SHARE);
+        let index = (samples.start / u64::from(schedule.replicates)) as u32;
+        Work { film, schedule, samples, index, done: Vec::new() }
+    }
+
+    /// The samples of each pass, replicate by replicate.
+    fn passes(mut work: Work) -> Vec<Vec<Range<u32>>> {
+        let replicates = work.schedule.replicates;
+        std::iter::from_fn(|| {
+            let pass = work.pass()?;
+            work.end_pass();
+            Some((0..replicates).map(|replicate| pass.indices(replicate)).collect())
+        })
+        .collect()
+    }
+
+    #[test]
+    fn passes_double_and_cover_every_index_once() {
+        let ends = |samples: u32| {
+            let all = passes(work(Schedule::independent(1, samples), 0..u64::from(samples)));
+            all.iter().map(|pass| pass[0].end).collect::<Vec<_>>()
+        };
+        assert_eq!(ends(1), [1]);
+        assert_eq!(ends(10), [1, 2, 4, 8, 10]);
+        assert_eq!(ends(800), [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 768, 800]);
+        assert!(ends(0).is_empty());
+    }
+
+    /// Whatever the cuts, each sample of each replicate is in one of the runs.
+    #[test]
+    fn runs_of_samples_make_up_the_picture() {
+        let schedule = Schedule::independent(6, 7);
+        for cuts in [vec![0, 42], vec![0, 1, 2, 3, 42], vec![0, 5, 6, 13, 29, 41, 42], vec![0, 18, 42]] {
+            let mut seen = vec![0; 42];
+            for run in cuts.windows(2) {
+                let taken = passes(work(schedule, run[0]..run[1]));
+                let mut count = 0;
+                for (replicate, indices) in taken.iter().flat_map(|pass| (0..).zip(pass)) {
+                    for index in indices.clone() {
+                        seen[index as usize * 6 + replicate] += 1;
+                        count += 1;
+                    }
+                }
+                assert_eq!(count, run[1] - run[0], "{run:?}");
+            }
+            assert!(seen.iter().all(|&times| times == 1), "{cuts:?}: {seen:?}");
+        }
+    }
+
+    #[test]
+    fn a_position_tells_what_is_done() {
+        let mut half = work(Schedule::independent(4, 8), 4..32);
+        assert_eq!(half.finished(), Some(4..4));
+        half.end_pass();
+        assert_eq!(half.finished(), Some(4..8));
+        for piece in [5, 1, 2] {
+            half.add(piece, |_| {});
+        }
+        let position = half.position();
+        assert_eq!(position, Position { index: 2, pieces: vec![1..3, 5..6] });
+        assert_eq!((half.finished(), half.is_finished()), (None, false));
+        let mut again = work(half.schedule, 4..32).at(half.film.clone(), &position);
+        assert_eq!(again.position(), position);
+        let pass = again.pass().expect("there is more to do");
+        assert_eq!(
+            (pass.indices(0), pass.is_done(2), pass.is_done(3), pass.is_done(9)),
+            (2..3, true, false, false)
+        );
+        while again.pass().is_some() {
+            again.end_pass();
+        }
+        assert!(again.is_finished());
+    }
+}
