@@ -91,7 +91,7 @@ class Claim:
         """The measured values have the expected ones as their expectation, by a two-sided t-test of all of them together (Šidák).
 
         `error` is the standard error of each with `freedom` degrees; `expected_error` that of the expectation, if it was measured too (normal).
-        Values without variance must be equal to within single precision.
+        A film holds single precision, so that what it rounds off is taken from each difference; what has no variance must be equal but for that.
         """
         measured, expected, error, freedom, more = (
             np.ravel(a).astype(float) for a in np.broadcast_arrays(measured, expected, error, freedom, expected_error)
@@ -102,13 +102,12 @@ class Claim:
         with np.errstate(divide="ignore", invalid="ignore"):
             freedom = np.where(more > 0, freedom * (total / error) ** 4, freedom)
         rounding = ROUNDING * np.maximum(np.abs(measured), np.abs(expected))
-        varies = total > rounding
-        same = np.abs(difference) <= rounding
+        beyond = np.sign(difference) * np.maximum(np.abs(difference) - rounding, 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            t = np.where(varies, difference / total, np.where(same, 0.0, np.inf * np.sign(difference)))
+            t = np.where(beyond == 0.0, 0.0, beyond / total)
         level = sidak(len(t), ALARM)
         allowed = stats.t.isf(level / 2, freedom)
-        seen = detectable(allowed, freedom) * np.where(varies, total, rounding)
+        seen = detectable(allowed, freedom) * total + rounding
         with np.errstate(divide="ignore", invalid="ignore"):
             strengths = np.abs(t) / allowed
             relative = seen / np.abs(expected)
