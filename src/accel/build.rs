@@ -133,7 +133,8 @@ impl Collapser<'_> {
         std::iter::once(top).chain(parts).collect()
     }
 
-    /// Adds nodes from one node of the binary tree downwards, in depth-first order, but for those that are left out.
+    /// Adds nodes from one node of the binary tree downwards, in depth-first order, but for those that are
+    /// left out.
     fn fill(&self, part: &mut Part, from: Waiting, leave_out: &mut impl FnMut(Waiting) -> bool) {
         let mut todo = vec![from];
         while let Some(waiting) = todo.pop() {

@@ -1,9 +1,10 @@
 //! Which nodes of a binary tree become nodes of eight: those that make the fewest visits to be expected.
 //!
-//! A ray that meets a box meets a smaller one within it with about the probability of the ratio of their surfaces. So the cost of
-//! a tree is the sum over its nodes of surface times cost of a visit, and what is best for a subtree can be told from what is best
-//! for its halves, for each number of slots that it may fill (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on
-//! GPUs Through Compressed Wide BVHs", HPG 2017, section 3.1).
+//! A ray that meets a box meets a smaller one within it with about the probability of the ratio of their
+//! surfaces. So the cost of a tree is the sum over its nodes of surface times cost of a visit, and what is
+//! best for a subtree can be told from what is best for its halves, for each number of slots that it may fill
+//! (Ylitie, Karras and Laine, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", HPG
+//! 2017, section 3.1).
 
 use super::node::WIDTH;
 use obvhs::bvh2::node::Bvh2Node;
@@ -13,15 +14,15 @@ use smallvec::SmallVec;
 pub(super) struct LeafCost {
     /// How many slots it fills.
     pub slots: usize,
-    /// Of a visit, where that of a node is 1.
+    /// Cost of a visit, where that of a node is 1.
     pub visit: f32,
 }
 
 /// What the best division of a subtree costs with `i + 1` slots or less.
 pub(super) type Costs = [f32; WIDTH - 1];
 
-/// The best division of a subtree: how many of `i + 1` slots the first half gets; 0 where fewer slots are as good. The last one
-/// is for a node's own slots.
+/// The best division of a subtree: how many of `i + 1` slots the first half gets; 0 where fewer slots are as
+/// good. The last one is for a node's own slots.
 pub(super) type Shares = [u8; WIDTH];
 
 /// The best division of a leaf.
@@ -34,7 +35,8 @@ pub(super) fn leaf(area: f32, LeafCost { slots, visit }: LeafCost) -> (Shares, C
 /// The best division of a node by those of its children.
 pub(super) fn divide(left: &Costs, right: &Costs, area: f32) -> (Shares, Costs) {
     let shared = |slots: usize| {
-        // Written out: this is the inner loop of all, and an iterator's minimum takes two to four times as long.
+        // Written out: this is the inner loop of all, and an iterator's minimum takes two to four times as
+        // long.
         let (mut best_share, mut best_cost) = (0, f32::INFINITY);
         for share in 1..slots {
             let cost = left[share - 1] + right[slots - share - 1];
@@ -59,7 +61,8 @@ pub(super) fn divide(left: &Costs, right: &Costs, area: f32) -> (Shares, Costs) 
     (shares, costs)
 }
 
-/// The indices of all nodes of a binary tree: parents before children, what is below the first child before what is below the second.
+/// The indices of all nodes of a binary tree: parents before children, what is below the first child before
+/// what is below the second.
 pub(super) fn preorder(tree: &[Bvh2Node]) -> Vec<u32> {
     let mut order = Vec::with_capacity(tree.len());
     let mut waiting = vec![0];

@@ -50,8 +50,8 @@ impl Fan<'_> {
         self.points[lane / WIDTH].get(lane)
     }
 
-    /// Of the lanes asked for, those whose segment to a target, as [`SurfacePoint::segment_to`] has it, is occluded or does not
-    /// exist: the answers are those of [`Accel::occluded`].
+    /// The lanes among those asked for whose segment to a target is occluded or does not exist. Segments are
+    /// those of [`SurfacePoint::segment_to`], and the answers those of [`Accel::occluded`].
     pub fn blocked(&self, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
         match &self.few {
             Some(few) => self.blocked_by_few(few, target, time, asked),

@@ -1,17 +1,18 @@
 //! The triangles of a small scene, and from which places segments to another one may meet them.
 //!
-//! Triangles that together make up a parallelogram are one facet. A facet has three linear functions of a place x: its height
-//! over the plane and two coordinates v and w in it, each from 0 to 1 in the facet. A segment from o to e meets the plane where
-//! v = (v(e) h(o) - v(o) h(e)) / (h(o) - h(e)).
+//! Triangles that together make up a parallelogram are one facet. A facet has three linear functions of a
+//! place x: its height over the plane and two coordinates v and w in it, each from 0 to 1 in the facet. A
+//! segment from o to e meets the plane where v = (v(e) h(o) - v(o) h(e)) / (h(o) - h(e)).
 //!
-//! The functions are computed in `f64` and rounded to `f32`, in node space: places and distances are at most 4 there, and rounding
-//! changes a height by less than 2⁻²². What the exact test finds is never left out:
-//! - Where it finds a hit, the ray's point at the computed distance is, whatever the angle, no farther from the plane than some
-//!   hundred roundings of `f64`, as for the offset of rays from meshes. So not both ends of the segment are higher than [`MARGIN`]
-//!   on the same side. Triangles with too small an angle for that are always tested.
-//! - The line then passes the triangle as near. Along a line v changes in proportion to h, so v(e) h(o) - v(o) h(e) lies between 0
-//!   and h(o) - h(e) up to that distance times (|v(o)| + |v(e)| + the gradient of v times |h(o) - h(e)|). Rounding to `f32` adds
-//!   less than 2⁻²⁰ (|v(o)| + |v(e)| + 1).
+//! The functions are computed in `f64` and rounded to `f32`, in node space: places and distances are at most
+//! 4 there, and rounding changes a height by less than 2⁻²². What the exact test finds is never left out:
+//! - Where it finds a hit, the ray's point at the computed distance is, whatever the angle, no farther from
+//!   the plane than some hundred roundings of `f64`, as for the offset of rays from meshes. So not both ends
+//!   of the segment are higher than [`MARGIN`] on the same side. Triangles with too small an angle for that
+//!   are always tested.
+//! - The line then passes the triangle as near. Along a line v changes in proportion to h, so v(e) h(o) -
+//!   v(o) h(e) lies between 0 and h(o) - h(e) up to that distance times (|v(o)| + |v(e)| + the gradient of v
+//!   times |h(o) - h(e)|). Rounding to `f32` adds less than 2⁻²⁰ (|v(o)| + |v(e)| + 1).
 
 use super::node::NodeSpace;
 use super::packet::Packet;
@@ -26,17 +27,20 @@ const MOST: usize = 64;
 /// By how much the tests err toward a hit, in node space.
 pub(super) const MARGIN: f32 = 1.0 / (1 << 18) as f32;
 
-/// The least sine of an angle, and the least altitude in node space, of a triangle whose plane is known well enough.
+/// The least sine of an angle, and the least altitude in node space, of a triangle whose plane is known well
+/// enough.
 const LEAST: (f64, f64) = (1e-4, 1e-7);
 
-/// The greatest distance from the scene's centre, and the greatest offset of a ray's origin, for which the bounds hold.
+/// The greatest distance from the scene's centre, and the greatest offset of a ray's origin, for which the
+/// bounds hold.
 const GREATEST: (f64, f64) = (1.001, 1e-7);
 
 /// Triangles that lie in one parallelogram.
 #[derive(Clone, Debug)]
 struct Facet {
     triangles: SmallVec<[[Vec3; 3]; 2]>,
-    /// Height, v and w of a place in node space: gradient and value at its origin. `None` where they are not known well enough.
+    /// Height, v and w of a place in node space: gradient and value at its origin. `None` where they are not
+    /// known well enough.
     functions: Option<[(Vec3, f64); 3]>,
     /// The share of it that no triangle covers.
     waste: f64,
@@ -261,7 +265,8 @@ impl Facet {
     }
 
     fn tested(self) -> Tested {
-        // The distance of a place from where the ray is, in units of the margin, and the heights that it is multiplied by.
+        // The distance of a place from where the ray is, in units of the margin, and the heights that it is
+        // multiplied by.
         let slack = |gradient: Vec3| (2.0 + gradient.length()) as f32;
         Tested {
             slack: self.functions.map_or([0.0; 2], |[_, (v, _), (w, _)]| [slack(v), slack(w)]),

@@ -1,8 +1,8 @@
 //! A binary tree over boxes, by the crate obvhs (parallel locally-ordered clustering with reinsertion).
 //!
-//! Many boxes are clustered twice: at first those that lie near each other by themselves, up to small clusters, then these. So there is
-//! work for several threads, clustering needs its memory for a part of the boxes at a time and finds that part near at hand; and
-//! only the small clusters know where the parts ended.
+//! Many boxes are clustered twice: at first those that lie near each other by themselves, up to small
+//! clusters, then these. So there is work for several threads, clustering needs its memory for a part of the
+//! boxes at a time and finds that part near at hand; and only the small clusters know where the parts ended.
 
 use super::collapse::{Costs, LeafCost, Shares, divide, leaf, preorder};
 use super::node::WIDTH;
@@ -21,14 +21,15 @@ const MOST_OF_PART: usize = 1 << 14;
 /// Most boxes of a cluster where there are more than these.
 const MOST_OF_CLUSTER: u32 = 64;
 
-/// The share of the nodes that are put where they do better, where a tree is made in one go: more would take as long as all else.
+/// The share of the nodes that are put where they do better, where a tree is made in one go: more would take
+/// as long as all else.
 const REINSERTED: f32 = 0.1;
 
 /// Likewise of those above the clusters, which are few.
 const REINSERTED_ABOVE: f32 = 1.0;
 
-/// Full packets of triangles make the best leaves. All rounds of clustering are equally thorough: with hasty first ones rays of some
-/// meshes make 5 % more visits.
+/// Full packets of triangles make the best leaves. All rounds of clustering are equally thorough: with hasty
+/// first ones rays of some meshes make 5 % more visits.
 const PARAMETERS: BvhBuildParams = BvhBuildParams {
     max_prims_per_leaf: 4,
     search_depth_threshold: 0,
@@ -99,7 +100,8 @@ fn centre(item: &Item) -> Vec3A {
     Vec3A::from(item.min) + Vec3A::from(item.max)
 }
 
-/// Sorts boxes into two groups, which are of different halves of the space or of nearly equal size. Returns the size of the first.
+/// Sorts boxes into two groups, which are of different halves of the space or of nearly equal size. Returns
+/// the size of the first.
 fn halve(items: &mut [Item]) -> usize {
     let around = |items: &[Item]| {
         items.iter().fold(Aabb::INVALID, |all, item| all.union(&Aabb::from_point(centre(item))))
@@ -133,7 +135,7 @@ fn cluster(items: &[Item], most: u32, reinserted: f32, cost: &impl Fn(&[u32]) ->
     let tree = build_bvh2(items, parameters, &mut Duration::default());
     let order: Vec<u32> = tree.primitive_indices.iter().map(|&item| items[item as usize].primitive).collect();
     let mut shares = vec![[0; WIDTH]; tree.nodes.len()];
-    // Of the nodes whose parents are still to come: which one, how many boxes it holds, unless too many, and its costs.
+    // Nodes whose parents are still to come: the index, the number of boxes, unless too many, and the costs.
     let mut done: Vec<(usize, Option<(u32, Costs)>)> = Vec::new();
     let mut roots = Vec::new();
     for index in preorder(&tree.nodes).into_iter().rev().map(|index| index as usize) {

@@ -1,5 +1,6 @@
-//! A group of shapes somewhere else, as often as one likes: the group has a tree of its own, in its own coordinates,
-//! and a ray is taken there. What moves is such a group, and the ray is taken to where it is at the ray's time.
+//! A group of shapes somewhere else, as often as one likes: the group has a tree of its own, in its own
+//! coordinates, and a ray is taken there. What moves is such a group, and the ray is taken to where it is at
+//! the ray's time.
 
 use super::Accel;
 use crate::geometry::{Bounds, Placed, Pose, Ray, Transform, Vec3};
@@ -43,7 +44,8 @@ impl Instance {
         Self { rest: Pose::new(rest), ..self }
     }
 
-    /// Of a shape that is a part of a solid, which alone finds it. `bounds` are the shape's, in its own coordinates.
+    /// An instance for a shape that is a part of a solid, which alone finds it. `bounds` are the shape's, in
+    /// its own coordinates.
     pub fn of_part(bounds: Bounds, placed: Placed) -> Self {
         Self { reach: bounds.diameter(), ..Self::new(Arc::new(Accel::build(&[])), placed) }
     }
@@ -53,9 +55,9 @@ impl Instance {
         self.placed.bounds(self.group.bounds(), during)
     }
 
-    /// The boxes by which it is found while the shutter is open: as many slices of that time as make the expected cost of
-    /// a ray least. That cost is, for each slice, the area of its box times the cost of finding out whether the ray's
-    /// time is in it and, if so, of testing the group.
+    /// The boxes by which it is found while the shutter is open: as many slices of that time as make the
+    /// expected cost of a ray least. That cost is, for each slice, the area of its box times the cost of
+    /// finding out whether the ray's time is in it and, if so, of testing the group.
     pub(super) fn slices(&self, shutter: [f64; 2]) -> Vec<Slice> {
         let always = [f64::NEG_INFINITY, f64::INFINITY];
         let mut best = vec![Slice { during: always, bounds: self.bounds(shutter) }];

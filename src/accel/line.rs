@@ -9,8 +9,9 @@ use smallvec::SmallVec;
 use std::ops::ControlFlow;
 
 impl Accel {
-    /// Reports every crossing with `from` ≤ t ≤ `to` and t ≥ 0, in no order, where the shape knows it with the bound on the error of
-    /// t. A crossing may be reported twice, and one of a mesh at an edge is one of both triangles.
+    /// Reports every crossing with `from` ≤ t ≤ `to` and t ≥ 0, in no order, where the shape knows it with
+    /// the bound on the error of t. A crossing may be reported twice, and one of a mesh at an edge is one of
+    /// both triangles.
     pub fn crossings(
         &self,
         ray: &Ray,
@@ -76,7 +77,7 @@ impl Accel {
             }
             Other::Instance { .. } => {}
             Other::Solid(solid) => {
-                // Of what a ray does not come near a solid need not tell.
+                // A solid need not tell of places that the ray does not come near.
                 let line = Ray { t_max: ray.t_max.max(to), ..*ray };
                 solid.walk(&line, time, |boundary| {
                     let crossing = boundary.crossing;

@@ -13,8 +13,9 @@ pub(super) fn prefetch<const BYTES: usize>(address: *const u8) {
     let _ = address;
 }
 
-/// A list with room for so many items, in large pages where the system has them: a ray that goes through a large tree needs another
-/// page for nearly every node, and to find out where each of them is takes about as long as to fetch the node.
+/// A list with room for so many items, in large pages where the system has them: a ray that goes through a
+/// large tree needs another page for nearly every node, and to find out where each of them is takes about as
+/// long as to fetch the node.
 pub(super) fn in_large_pages<T>(capacity: usize) -> Vec<T> {
     let list = Vec::with_capacity(capacity);
     #[cfg(target_os = "linux")]
@@ -24,7 +25,8 @@ pub(super) fn in_large_pages<T>(capacity: usize) -> Vec<T> {
         let start = (list.as_ptr() as usize).next_multiple_of(PAGE);
         let end = (list.as_ptr() as usize + capacity * size_of::<T>()) / PAGE * PAGE;
         if start + 2 * LARGE_PAGE < end {
-            // SAFETY: whole pages that belong to the list; the advice does not change what is in them. Failure means small pages.
+            // SAFETY: whole pages that belong to the list; the advice does not change what is in them.
+            // Failure means small pages.
             unsafe { libc::madvise(start as *mut libc::c_void, end - start, libc::MADV_HUGEPAGE) };
         }
     }

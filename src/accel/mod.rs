@@ -1,8 +1,9 @@
 //! Which surface a ray meets first, and whether it meets any.
 //!
-//! A tree of boxes, eight to a node, over packets of four triangles, over analytic shapes, over solids and over instances of
-//! other trees. The boxes are `f32` and only ever err towards visiting too much; what they let through is tested in `f64`. So
-//! the answer is the very one of a loop over all surfaces, whatever the tree looks like.
+//! A tree of boxes, eight to a node, over packets of four triangles, over analytic shapes, over solids and
+//! over instances of other trees. The boxes are `f32` and only ever err towards visiting too much; what they
+//! let through is tested in `f64`. So the answer is the very one of a loop over all surfaces, whatever the
+//! tree looks like.
 
 mod build;
 mod collapse;
@@ -70,18 +71,20 @@ enum Other {
 }
 
 impl Accel {
-    /// Hits carry a shape's index in `shapes`. Takes about half a second for a million triangles on two cores.
+    /// Hits carry a shape's index in `shapes`. Takes about half a second for a million triangles on two
+    /// cores.
     pub fn build(shapes: &[Shape]) -> Self {
         build::build(shapes, 0, &[], Vec::new(), [0.0; 2])
     }
 
-    /// A group's tree: its hits carry indices that begin with `first`. Shapes that are parts of solids are met with these alone.
+    /// A group's tree: its hits carry indices that begin with `first`. Shapes that are parts of solids are
+    /// met with these alone.
     pub fn of_group(shapes: &[Shape], first: u32, solids: &[Arc<Solid>]) -> Self {
         build::build(shapes, first, solids, Vec::new(), [0.0; 2])
     }
 
-    /// Of shapes, solids and instances of groups, for rays of times while a shutter is open. Shapes and instances that are parts
-    /// of solids are met with these alone.
+    /// A tree of shapes, solids and instances of groups, for rays of times while a shutter is open. Shapes
+    /// and instances that are parts of solids are met with these alone.
     pub fn with_instances(
         shapes: &[Shape],
         solids: &[Arc<Solid>],
@@ -106,7 +109,8 @@ impl Accel {
         }
     }
 
-    /// The coordinates of the point `position` that [`Accel::surface`] gave for a hit, and where that is at rest.
+    /// The coordinates of the point `position` that [`Accel::surface`] gave for a hit, and where that is at
+    /// rest.
     pub fn parametrisation(
         &self,
         shapes: &[Shape],
@@ -124,7 +128,8 @@ impl Accel {
         }
     }
 
-    /// The nearest hit with 0 ≤ t < `ray.t_max` at a time while the shutter is open; of equally near ones that of the first shape, triangle and instance.
+    /// The nearest hit with 0 ≤ t < `ray.t_max` at a time while the shutter is open; of equally near ones
+    /// that of the first shape, triangle and instance.
     pub fn closest(&self, ray: &Ray, time: f64) -> Option<Hit> {
         self.with_stack(|stack| self.closest_with(ray, time, stack))
     }

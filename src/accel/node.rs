@@ -61,11 +61,13 @@ impl NodeSpace {
 /// - rounding d and i scales t by at most 1 ± 2u, on every axis by another factor.
 ///
 /// Entries are computed from an origin moved forward by 8u and exits from one moved back by as much and
-/// scaled by 1 + 32u: whenever the true ray meets a box, the computed entry does not exceed the computed exit.
+/// scaled by 1 + 32u: whenever the true ray meets a box, the computed entry does not exceed the computed
+/// exit.
 pub(super) struct NodeRay {
     /// Which of a slab's two planes is entered first, for each axis.
     sign: [usize; 3],
-    /// 1/d and -o/d, with o moved forward. One number each: to load it into all lanes takes no longer than to load eight.
+    /// 1/d and -o/d, with o moved forward. One number each: to load it into all lanes takes no longer than to
+    /// load eight.
     enter: [(f32, f32); 3],
     /// Likewise with o moved back, and scaled.
     leave: [(f32, f32); 3],
@@ -177,7 +179,7 @@ impl Child {
         self.0 & Self::LEAF != 0
     }
 
-    /// Of the node, or of the first item of the leaf.
+    /// Index of the node, or of the first item of the leaf.
     pub fn index(self) -> usize {
         let of_node = self.0 & !Self::LEAF;
         select_unpredictable(self.is_leaf(), self.0 & Self::INDEX, of_node) as usize
@@ -265,8 +267,9 @@ impl Node {
     /// A bit for every box that the ray may meet, and where it enters them.
     #[inline(always)]
     pub fn entered(&self, ray: &NodeRay) -> (u32, [f32; 8]) {
-        // Else the compiler spreads the ray's numbers over eight lanes before the loop over nodes, and has no registers for
-        // that: a ray that visits two nodes then takes longer for the preparation than for the visits.
+        // Else the compiler spreads the ray's numbers over eight lanes before the loop over nodes, and has no
+        // registers for that: a ray that visits two nodes then takes longer for the preparation than for the
+        // visits.
         let ray = black_box(ray);
         let plane = |axis: usize, side: usize, (inverse, start): (f32, f32)| {
             self.planes[axis][side & 1].mul_add(f32x8::splat(inverse), f32x8::splat(start))

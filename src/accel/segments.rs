@@ -20,9 +20,9 @@ pub(super) struct Segments {
     length: f64x4,
     /// Lanes whose direction is largest along the last axis, and along the middle one.
     largest: [f64x4; 2],
-    /// Of those that have a length.
+    /// Lanes whose segment has a length.
     pub exist: Mask,
-    /// Of those whose direction is near unit length, which that of the shortest may not be.
+    /// Lanes whose direction is near unit length, which that of the shortest may not be.
     pub sound: Mask,
 }
 

@@ -48,7 +48,8 @@ impl<'a> Stack<'a> {
         self.len += 1;
     }
 
-    /// Pushes below those items from `bottom` on that are entered sooner. These have to be sorted, the soonest on top.
+    /// Pushes below those items from `bottom` on that are entered sooner. These have to be sorted, the
+    /// soonest on top.
     #[inline(always)]
     pub fn insert(&mut self, bottom: usize, item: Waiting) {
         let mut place = self.len;

@@ -1,4 +1,5 @@
-//! What a tree is built over: every triangle, piece, shape, instance and solid that a ray can meet by itself, by a number.
+//! What a tree is built over: every triangle, piece, shape, instance and solid that a ray can meet by itself,
+//! by a number.
 
 use super::Instance;
 use super::Other;
@@ -164,7 +165,7 @@ impl<'a> Surfaces<'a> {
         }
     }
 
-    /// Of which kind a primitive is, and which of its run.
+    /// The kind of a primitive, and its number in its run.
     fn kind(&self, primitive: u32) -> (&Kind<'a>, u32) {
         let run = &self.runs[self.runs.partition_point(|run| run.first <= primitive) - 1];
         (&run.kind, primitive - run.first)

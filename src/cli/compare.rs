@@ -30,8 +30,8 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 
-    /// End with exit code 1 if a figure is beyond a bound, such as 'relmse>1e-3', 'p<0.01' or 'R.bias>0.01'. Names are
-    /// those of the JSON. May be repeated
+    /// End with exit code 1 if a figure is beyond a bound, such as 'relmse>1e-3', 'p<0.01' or 'R.bias>0.01'.
+    /// Names are those of the JSON. May be repeated
     #[arg(long, value_name = "CONDITION")]
     fail_if: Vec<Condition>,
 
@@ -51,7 +51,8 @@ pub struct Args {
     #[arg(long, value_name = "OUT.exr|png")]
     flip: Option<PathBuf>,
 
-    /// Luminance that is white for ΔE2000 and FLIP, in the unit of the files [default: the reference's mean over 0.18]
+    /// Luminance that is white for ΔE2000 and FLIP, in the unit of the files [default: the reference's mean
+    /// over 0.18]
     #[arg(long, value_name = "Y", value_parser = parse_positive)]
     white: Option<f64>,
 

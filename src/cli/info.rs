@@ -3,8 +3,8 @@ use super::scene_options::SceneOptions;
 use abbe::scene::{CompileOptions, compile, json, outline};
 use std::path::{Path, PathBuf};
 
-/// Say what a scene is: everything that its file means with the defaults filled in, the extensions and assumptions
-/// that it makes, and what the renderer will skip because the scene has no need of it
+/// Say what a scene is: everything that its file means with the defaults filled in, the extensions and
+/// assumptions that it makes, and what the renderer will skip because the scene has no need of it
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]

@@ -11,9 +11,10 @@ use std::path::{Path, PathBuf};
 
 /// Put a picture together from parts of it
 ///
-/// Parts are the checkpoints of abbe render, with --samples or --crop or both. Their samples are those of the whole picture, so
-/// what is put together has the bits of a render in one go, in whatever order the parts are given. What is given twice counts once;
-/// overlaps and parts of another scene, seed, build or other settings are refused. What is missing is told as options of abbe render.
+/// Parts are the checkpoints of abbe render, with --samples or --crop or both. Their samples are those of the
+/// whole picture, so what is put together has the bits of a render in one go, in whatever order the parts are
+/// given. What is given twice counts once; overlaps and parts of another scene, seed, build or other settings
+/// are refused. What is missing is told as options of abbe render.
 #[derive(clap::Args)]
 #[command(
     after_help = "Exit codes: 0 done, 2 wrong input, 3 something is missing (what there is, is written), 1 anything else."

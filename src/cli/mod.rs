@@ -54,7 +54,8 @@ pub enum Failure {
     Other(String),
 }
 
-/// Writes a line to standard error. Where nobody reads it any more, such as after the terminal was closed, the work goes on.
+/// Writes a line to standard error. Where nobody reads it any more, such as after the terminal was closed,
+/// the work goes on.
 fn tell(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

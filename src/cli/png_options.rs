@@ -3,8 +3,8 @@ use abbe::output::png::Exposure;
 /// The PNG beside the picture.
 #[derive(clap::Args)]
 pub struct PngOptions {
-    /// Exposure of the PNG: auto (neither black nor burnt, by the picture's own brightness), or stops, of which each doubles what the
-    /// EXR holds. With 0 what is 1 in the EXR is white, in every picture alike
+    /// Exposure of the PNG: auto (neither black nor burnt, by the picture's own brightness), or stops, of
+    /// which each doubles what the EXR holds. With 0 what is 1 in the EXR is white, in every picture alike
     #[arg(long, value_name = "EV|auto", default_value = "auto", allow_negative_numbers = true, value_parser = parse_exposure)]
     pub exposure: Exposure,
 

@@ -49,7 +49,7 @@ impl Counted {
 const NO_ERROR_YET: &str = "error not known yet";
 
 impl Progress {
-    /// Of a render of so many samples, of which so many are done before it begins.
+    /// Progress of a render of `total` samples; `before` of them are done already.
     pub fn new(total: u64, before: u64, quiet: bool, stop: Arc<AtomicBool>) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let bar = ProgressBar::new(total).with_position(before);

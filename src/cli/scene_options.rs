@@ -18,8 +18,8 @@ pub struct SceneOptions {
     #[arg(short = 's', long, value_name = "N", default_value = "0")]
     pub sensor: usize,
 
-    /// Read the n and k of metals from NAME.eta.spd and NAME.k.spd in a folder, such as mitsuba/data/ior of an
-    /// installed Mitsuba; names that it lacks are abbe's own
+    /// Read the n and k of metals from NAME.eta.spd and NAME.k.spd in a folder, such as mitsuba/data/ior of
+    /// an installed Mitsuba; names that it lacks are abbe's own
     #[arg(long, value_name = "DIR")]
     pub ior_tables: Option<PathBuf>,
 }
@@ -44,13 +44,13 @@ pub struct PictureOptions {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Only these pixels: as many across and down from column X and row Y on, counted from the corner of the whole film. Each
-    /// is what it is in the whole picture, bit by bit
+    /// Only these pixels: as many across and down from column X and row Y on, counted from the corner of the
+    /// whole film. Each is what it is in the whole picture, bit by bit
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
     pub crop: Option<Region>,
 
-    /// Longest path, in segments from the camera to the light: 1 shows lights alone, 2 direct light [default: what the scene
-    /// says]
+    /// Longest path, in segments from the camera to the light: 1 shows lights alone, 2 direct light [default:
+    /// what the scene says]
     #[arg(long, value_name = "N")]
     pub max_depth: Option<u32>,
 }

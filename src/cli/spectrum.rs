@@ -7,8 +7,8 @@ use abbe::spectrum::table_file::TableFile;
 use abbe::spectrum::{Extrapolation, Spectrum, text};
 use std::path::{Path, PathBuf};
 
-/// Say what a spectrum is: its source, its values, its colour under illuminants, and for materials index, Abbe number
-/// and reflectance
+/// Say what a spectrum is: its source, its values, its colour under illuminants, and for materials index,
+/// Abbe number and reflectance
 #[derive(clap::Args)]
 pub struct Args {
     /// Name of a built-in spectrum (D65, gold, BK7, colorchecker/red...), an .spd file, or a .csv table

@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-/// A second signal that comes sooner belongs to the first: who closes a terminal sends SIGHUP, and so may the shell in it.
+/// A second signal that comes sooner belongs to the first: who closes a terminal sends SIGHUP, and so may the
+/// shell in it.
 const ONE_EVENT: Duration = Duration::from_millis(500);
 
 /// A flag that the first signal raises; a second ends the program.
@@ -30,8 +31,8 @@ pub fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
 #[cfg(unix)]
 fn hangups_are_ignored() -> bool {
     let mut action = std::mem::MaybeUninit::<libc::sigaction>::zeroed();
-    // SAFETY: without a new action nothing is changed; the old one is written where there is room for it, which is
-    // initialised whatever happens.
+    // SAFETY: without a new action nothing is changed; the old one is written where there is room for it,
+    // which is initialised whatever happens.
     unsafe {
         libc::sigaction(libc::SIGHUP, std::ptr::null(), action.as_mut_ptr()) == 0
             && action.assume_init().sa_sigaction == libc::SIG_IGN

@@ -19,9 +19,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Study noise: how the error of a picture falls with samples and CPU time, for each sampler
 ///
-/// Each run is rendered in replicates, short renders independent of one another, so that the error of the error is
-/// known. The folder gets runs.csv, study.json, plots (SVG and PNG) and index.html, a page with all of it. Ctrl-C, SIGTERM
-/// or SIGHUP end the study after the run under way, with exit code 3; the same command continues it.
+/// Each run is rendered in replicates, short renders independent of one another, so that the error of the
+/// error is known. The folder gets runs.csv, study.json, plots (SVG and PNG) and index.html, a page with all
+/// of it. Ctrl-C, SIGTERM or SIGHUP end the study after the run under way, with exit code 3; the same command
+/// continues it.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -54,7 +55,8 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value = "0")]
     seed: u64,
 
-    /// EXR file to measure errors against, with Y (and error.Y) or R, G, B [default: the study renders its own]
+    /// EXR file to measure errors against, with Y (and error.Y) or R, G, B [default: the study renders its
+    /// own]
     #[arg(long, value_name = "FILE.exr", conflicts_with = "reference_spp")]
     reference: Option<PathBuf>,
 

@@ -1,4 +1,5 @@
-//! The picture in the making, in tev (<https://github.com/Tom94/tev>): packets of its network protocol, as its README has them.
+//! The picture in the making, in tev (<https://github.com/Tom94/tev>): packets of its network protocol, as
+//! its README has them.
 
 use abbe::film::Film;
 use abbe::output::Colour;

@@ -1,6 +1,6 @@
-//! Reconstruction filters. The samples of a picture are splatted onto all pixels that their filter reaches. Images of what the
-//! camera sees first draw each sample from its own pixel's filter (Ernst, Stamminger, Greiner, "Filter Importance
-//! Sampling", 2006).
+//! Reconstruction filters. The samples of a picture are splatted onto all pixels that their filter reaches.
+//! Images of what the camera sees first draw each sample from its own pixel's filter (Ernst, Stamminger,
+//! Greiner, "Filter Importance Sampling", 2006).
 
 use super::Region;
 use crate::sampling::PiecewiseConstant;
@@ -118,9 +118,11 @@ fn sinc(x: f64) -> f64 {
 /// Bins of the sampling table per pixel.
 const BINS: f64 = 64.0;
 
-/// Where a pixel's samples fall, for every pixel of a window of a film. Pixels and places are those of the whole film.
+/// Where a pixel's samples fall, for every pixel of a window of a film. Pixels and places are those of the
+/// whole film.
 ///
-/// Where no samples are taken outside the window, a filter is cut off at its border and normalised again, as in Mitsuba 3.
+/// Where no samples are taken outside the window, a filter is cut off at its border and normalised again, as
+/// in Mitsuba 3.
 #[derive(Clone, Debug)]
 pub struct FilterSampler {
     kind: FilterKind,
@@ -154,8 +156,8 @@ impl FilterSampler {
         Self { kind, columns, rows }
     }
 
-    /// The film position of a sample of the pixel at (`x`, `y`), in pixels from the whole film's corner, and its weight:
-    /// 1 on average, negative where the filter is.
+    /// The film position of a sample of the pixel at (`x`, `y`), in pixels from the whole film's corner, and
+    /// its weight: 1 on average, negative where the filter is.
     pub fn sample(&self, pixel: [u32; 2], u: [f64; 2]) -> ([f64; 2], f64) {
         let centre = pixel.map(|p| f64::from(p) + 0.5);
         if self.kind == FilterKind::Box {
@@ -230,7 +232,8 @@ impl Cut {
     fn new(kind: FilterKind, low: f64, high: f64) -> Self {
         let bins = ((high - low) * BINS).ceil().max(1.0) as usize;
         let edges: Vec<f64> = (0..=bins).map(|i| low + (high - low) * i as f64 / bins as f64).collect();
-        // Simpson's rule in each bin: the filters are smooth at this scale, with kinks at whole pixels, which are edges.
+        // Simpson's rule in each bin: the filters are smooth at this scale, with kinks at whole pixels, which
+        // are edges.
         let integrate = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
             let bin = |e: &[f64]| (f(e[0]) + 4.0 * f(0.5 * (e[0] + e[1])) + f(e[1])) * (e[1] - e[0]) / 6.0;
             edges.windows(2).map(bin).collect()
@@ -258,7 +261,8 @@ mod tests {
         FilterKind::Lanczos { lobes: 3 },
     ];
 
-    /// ∫ f·g / ∫ f with g = exp(x) over the part of a filter that lies between two distances from its centre, by brute force.
+    /// ∫ f·g / ∫ f with g = exp(x) over the part of a filter that lies between two distances from its centre,
+    /// by brute force.
     fn expected(kind: FilterKind, low: f64, high: f64) -> f64 {
         let (mut product, mut sum, n) = (0.0, 0.0, 1_000_000);
         for i in 0..n {

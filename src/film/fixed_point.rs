@@ -14,7 +14,8 @@ pub struct FixedPoint {
 /// Contributions from here on do not fit beside others, in quanta.
 pub(super) const TOO_LARGE: f64 = 4_611_686_018_427_387_904.0;
 
-/// Below so many quanta contributions are rounded at random. Above, rounding to the nearest errs by less than 3·10⁻⁸ of one.
+/// Below so many quanta contributions are rounded at random. Above, rounding to the nearest errs by less than
+/// 3·10⁻⁸ of one.
 pub(super) const SMALL: f64 = 16_777_216.0;
 
 impl FixedPoint {

@@ -2,7 +2,8 @@
 
 use super::{Film, FixedPoint};
 
-/// What light paths brought. Any of them may have come to any pixel, so it is their number that their sums are divided by.
+/// What light paths brought. Any of them may have come to any pixel, so it is their number that their sums
+/// are divided by.
 #[derive(Clone, Debug)]
 pub(super) struct LightPaths {
     /// Like the film's own; empty where there are none.
@@ -14,7 +15,8 @@ pub(super) struct LightPaths {
 }
 
 impl LightPaths {
-    /// What they brought to a replicate of a pixel, per path: a linear function of the channels, in the unit of contributions.
+    /// What they brought to a replicate of a pixel, per path: a linear function of the channels, in the unit
+    /// of contributions.
     pub fn mean(
         &self,
         index: usize,

@@ -173,7 +173,7 @@ impl Film {
             return None;
         }
         let (ratio, light) = (sum / weight, light / r);
-        // Of a few samples alone not every replicate has one.
+        // With few samples not every replicate has one.
         let with_samples = parts.clone().filter(|[_, weight, _]| *weight != 0.0).count() as f64;
         let factor = match self.replicates >= 2 && with_samples < r {
             true => (with_samples / (with_samples - 1.0) * (r - 1.0) / r).sqrt(),
@@ -220,7 +220,7 @@ mod tests {
         let alike = film([4, 2], 4, |x, _, replicate| [VALUES[replicate as usize] + f64::from(x), 1.0]);
         let found = alike.mean_over(alike.shown(), Y);
         assert!((found.mean - 4.5).abs() < 1e-12 && (found.error - error).abs() < 1e-12, "{found:?}");
-        // Of two pixels that err against one another nothing is left.
+        // Errors of two pixels that err against one another cancel.
         let against = film([2, 1], 4, |x, _, replicate| {
             let value = VALUES[replicate as usize];
             [if x == 0 { value } else { 8.0 - value }, 1.0]
@@ -233,7 +233,7 @@ mod tests {
         assert_eq!(alike.mean_over([], Y).error, f64::INFINITY);
     }
 
-    /// Of weights w and values v, each replicate is above the mean m by w (v − m) over the mean weight.
+    /// With weights w and values v, each replicate is above the mean m by w (v − m) over the mean weight.
     #[test]
     fn weights_of_replicates_differ() {
         let weights = [1.0, 2.0, 0.5, 0.5];

@@ -1,10 +1,11 @@
 //! The film: sums of integers per pixel, from which come means, standard errors and counts.
 //!
-//! Each sample's contribution is rounded once to fixed point and added as an integer. Integer addition is associative
-//! and commutative, so any order of samples, any number of threads and any split over machines give the
-//! same bits. The quantum is 2⁻⁴⁰ of a reference that the scene fixes before the first sample: the sun's disk does not meet
-//! the end of the scale, and what does is counted. What is so much darker than the reference that rounding would show is
-//! rounded up or down at random, by its fraction: the mean is right however small it is.
+//! Each sample's contribution is rounded once to fixed point and added as an integer. Integer addition is
+//! associative and commutative, so any order of samples, any number of threads and any split over machines
+//! give the same bits. The quantum is 2⁻⁴⁰ of a reference that the scene fixes before the first sample: the
+//! sun's disk does not meet the end of the scale, and what does is counted. What is so much darker than the
+//! reference that rounding would show is rounded up or down at random, by its fraction: the mean is right
+//! however small it is.
 //!
 //! Error bars come from the spread of *replicates*: independently scrambled sequences of samples of the same
 //! length. The spread of single samples would overstate the error of stratified ones.
@@ -75,7 +76,8 @@ pub struct Extras {
     pub alpha: bool,
     /// The second moments of X, Y and Z over the samples.
     pub moments: bool,
-    /// For each further channel of the sensor the integral of its response, nm: what is added to the channel is over it.
+    /// For each further channel of the sensor the integral of its response, nm: what is added to the channel
+    /// is over it.
     pub responses: Vec<f64>,
     pub bins: Option<SpectralBins>,
     /// Whether light paths bring something, too.
@@ -122,8 +124,8 @@ impl Extras {
     }
 }
 
-/// Sums over some samples of the pixels of a rectangle, for a run of replicates: work that a thread does by itself before the
-/// film gets it.
+/// Sums over some samples of the pixels of a rectangle, for a run of replicates: work that a thread does by
+/// itself before the film gets it.
 #[derive(Clone, Debug)]
 pub struct Tile {
     /// The upper left pixel, on the film.
@@ -141,8 +143,8 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// Begins what a sample brings to a pixel. What `key` is made from says which sample and which pixel: contributions round
-    /// alike in whatever order they come.
+    /// Begins what a sample brings to a pixel. What `key` is made from says which sample and which pixel:
+    /// contributions round alike in whatever order they come.
     pub fn begin(&mut self, key: u64) {
         self.rounding = (mix(key) >> 11) as f64 * (0.5 * f64::EPSILON);
     }
@@ -153,8 +155,8 @@ impl Tile {
         (column < self.size[0] && row < self.size[1]).then(|| (row * self.size[0] + column) as usize)
     }
 
-    /// Adds a sample's finite contribution to a channel of a replicate, at a place. One too large for the fixed point is counted
-    /// and left out.
+    /// Adds a sample's finite contribution to a channel of a replicate, at a place. One too large for the
+    /// fixed point is counted and left out.
     #[inline]
     pub fn add(&mut self, place: usize, replicate: u32, channel: usize, value: f64, scale: FixedPoint) {
         let exact = value * scale.per_quantum;
@@ -181,7 +183,8 @@ impl Tile {
         self.samples.len()
     }
 
-    /// The mean of Y at a place in a replicate, or of all responses where the sensor has its own. Zero without samples.
+    /// The mean of Y at a place in a replicate, or of all responses where the sensor has its own. Zero
+    /// without samples.
     pub fn brightness(&self, place: usize, replicate: u32, scale: FixedPoint, extras: &Extras) -> f64 {
         let of_replicate = place * self.replicates.len() + (replicate - self.replicates.start) as usize;
         let sums = &self.sums[of_replicate * self.channels..][..self.channels];
@@ -206,12 +209,12 @@ impl Tile {
     }
 }
 
-/// A rectangular film that measures X, Y, Z and what else it is asked for. Its pixels are those of the part that is measured,
-/// counted from that part's corner.
+/// A rectangular film that measures X, Y, Z and what else it is asked for. Its pixels are those of the part
+/// that is measured, counted from that part's corner.
 ///
-/// A pixel is the mean of all samples that its filter reaches, each weighed by it: the sum of the weighed contributions over the
-/// sum of the weights, as in Mitsuba 3. What is even comes out even after a single sample. The ratio's bias is of the
-/// order of its variance, which is far below its error.
+/// A pixel is the mean of all samples that its filter reaches, each weighed by it: the sum of the weighed
+/// contributions over the sum of the weights, as in Mitsuba 3. What is even comes out even after a single
+/// sample. The ratio's bias is of the order of its variance, which is far below its error.
 #[derive(Clone, Debug)]
 pub struct Film {
     pub width: u32,
@@ -305,12 +308,12 @@ impl Film {
         self.scale
     }
 
-    /// Of squares.
+    /// Scale of the sums of squares.
     pub fn square_scale(&self) -> FixedPoint {
         self.scale.squared()
     }
 
-    /// Of what light paths bring.
+    /// Scale of the sums of light subpaths.
     pub fn light_scale(&self) -> FixedPoint {
         self.light.scale
     }
@@ -336,10 +339,11 @@ impl Film {
         }
     }
 
-    /// The same film with a replicate for each net. `None` where each is one already, and where there is but one.
+    /// The same film with a replicate for each net. `None` where each is one already, and where there is but
+    /// one.
     ///
-    /// Replicates that are runs of one net complete each other: they tell an error that is too large. That of independent
-    /// nets is right on average, but they are few.
+    /// Replicates that are runs of one net complete each other: they tell an error that is too large. That of
+    /// independent nets is right on average, but they are few.
     pub fn nets(&self) -> Option<Self> {
         let nets = self.replicates / self.per_net;
         if self.per_net == 1 || nets < 2 {
@@ -373,7 +377,8 @@ impl Film {
         u64::from(self.samples[self.index(x, y)])
     }
 
-    /// The fewest and the most samples that a pixel has, of all that are measured. They differ in a render that was stopped.
+    /// The fewest and the most samples that a pixel has, of all that are measured. They differ in a render
+    /// that was stopped.
     pub fn samples_per_pixel(&self) -> RangeInclusive<u64> {
         let (fewest, most) = (self.samples.iter().min(), self.samples.iter().max());
         let of_all = |samples: Option<&u32>| u64::from(samples.copied().unwrap_or(0));
@@ -409,8 +414,8 @@ impl Film {
         weighed(&self.sums[first..first + 3]) * self.scale.quantum / weight + light
     }
 
-    /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that measures it. Exactly 1
-    /// where every sample meets something.
+    /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that
+    /// measures it. Exactly 1 where every sample meets something.
     pub fn alpha(&self, x: u32, y: u32) -> Measured {
         self.measured(x, y, Quantity::Alpha)
     }
@@ -420,7 +425,8 @@ impl Film {
         self.measured(x, y, Quantity::SecondMoment(of))
     }
 
-    /// The integral of the pixel's mean spectral radiance over a response of the sensor, with its standard error.
+    /// The integral of the pixel's mean spectral radiance over a response of the sensor, with its standard
+    /// error.
     pub fn response(&self, x: u32, y: u32, response: usize) -> Measured {
         self.measured(x, y, Quantity::Response(response))
     }
@@ -430,8 +436,8 @@ impl Film {
         self.measured(x, y, Quantity::Bin(bin))
     }
 
-    /// Over all pixels that are shown, the mean standard error of Y over the mean of Y; of all responses instead of Y where the sensor has
-    /// its own. `None` where it is not known.
+    /// Over all pixels that are shown, the mean standard error of Y over the mean of Y; of all responses
+    /// instead of Y where the sensor has its own. `None` where it is not known.
     pub fn relative_error(&self) -> Option<f64> {
         let (mut mean, mut error) = (0.0, 0.0);
         let mut add = |measured: Measured| {

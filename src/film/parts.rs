@@ -1,4 +1,5 @@
-//! The sums of a film as they are: what is kept of an unfinished picture, and what parts of a picture are put together from.
+//! The sums of a film as they are: what is kept of an unfinished picture, and what parts of a picture are put
+//! together from.
 
 use super::{Film, Region};
 
@@ -31,8 +32,8 @@ impl Film {
         }
     }
 
-    /// Adds a row of a film that measures the same, as far as its pixels are in `region` and in this film. `corner` is where the
-    /// row begins on the whole film. A sum that does not fit is left out and counted.
+    /// Adds a row of a film that measures the same, as far as its pixels are in `region` and in this film.
+    /// `corner` is where the row begins on the whole film. A sum that does not fit is left out and counted.
     pub fn add_row(&mut self, corner: [u32; 2], row: &Row, region: Region) {
         let each = self.sums_per_pixel();
         let own = Region { offset: corner, size: [row.samples.len() as u32, 1] };

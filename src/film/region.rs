@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A rectangle of pixels, in coordinates of the whole film: from its top left corner, x to the right and y down.
+/// A rectangle of pixels, in coordinates of the whole film: from its top left corner, x to the right and y
+/// down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Region {
     pub offset: [u32; 2],
@@ -36,8 +37,8 @@ impl Region {
         Self { offset, size: [0, 1].map(|axis| (end[axis] - u64::from(offset[axis])) as u32) }
     }
 
-    /// With all of the squares of an edge of so many pixels, on the grid of the whole film, that it has a part in, as far as `bounds`
-    /// goes, which holds it.
+    /// With all of the squares of an edge of so many pixels, on the grid of the whole film, that it has a
+    /// part in, as far as `bounds` goes, which holds it.
     pub fn aligned(self, edge: u32, bounds: Self) -> Self {
         let edge = edge.max(1);
         let offset = [0, 1].map(|axis| (self.offset[axis] / edge * edge).max(bounds.offset[axis]));
@@ -83,7 +84,8 @@ impl Region {
 pub struct Extent {
     /// Width and height of the whole film.
     pub whole: [u32; 2],
-    /// What the sensor exposes: all of it or its crop window. What the window leaves out is no part of the picture.
+    /// What the sensor exposes: all of it or its crop window. What the window leaves out is no part of the
+    /// picture.
     pub window: Region,
     /// What is measured: what is shown, and pixels around it that something shown depends on.
     pub measured: Region,

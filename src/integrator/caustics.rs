@@ -1,35 +1,38 @@
 //! Light paths: caustics from the side of the light.
 //!
-//! Light that a smooth body focuses on a surface is found by a path from the camera only if it runs into the light by chance. From
-//! the light it is found at once: of a path
+//! Light that a smooth body focuses on a surface is found by a path from the camera only if it runs into the
+//! light by chance. From the light it is found at once: of a path
 //!
 //! camera → matt surface → … → matt surface → smooth surface → … → smooth surface → light,
 //!
-//! whose smooth surfaces scatter in single directions alone, all but the first segment is made beginning at the light, toward the
-//! bodies. Each matt surface x that it comes to is seen by the camera with the weight
+//! whose smooth surfaces scatter in single directions alone, all but the first segment is made beginning at
+//! the light, toward the bodies. Each matt surface x that it comes to is seen by the camera with the weight
 //!
 //! Φ · f(ω, ω′) · cos θ′ / d² · dx/dω′,
 //!
-//! Φ the power of the path over the density of making it, ω′ the direction to the camera at the distance d, and dx/dω′ the film's
-//! area for a solid angle there (Arvo, "Backward Ray Tracing", SIGGRAPH 1986 course notes; Veach 1997, section 8.3).
+//! Φ the power of the path over the density of making it, ω′ the direction to the camera at the distance d,
+//! and dx/dω′ the film's area for a solid angle there (Arvo, "Backward Ray Tracing", SIGGRAPH 1986 course
+//! notes; Veach 1997, section 8.3).
 //!
-//! [`super::path`] may find the same path by chance. Each technique is weighed by the power heuristic (Veach 1997, section 9.2.2), with the
-//! ratio of their densities
+//! [`super::path`] may find the same path by chance. Each technique is weighed by the power heuristic (Veach
+//! 1997, section 9.2.2), with the ratio of their densities
 //!
 //! r = N · p(xₙ) p(ω) / cos θₙ · cos θ₀ / (p(ω₀) ν(x₀)),
 //!
-//! N light paths for one sample of each pixel, xₙ and ω where the light path begins and in what direction, ω₀ the direction in which a path
-//! from the camera leaves its first surface, x₀, and ν(x₀) pixels per area of that. This is exact where all but the first surface
-//! scatter with the same density, per projected solid angle, forth and back, which smooth and matt ones do; where they do
-//! not, weights are worse, but sum to one all the same. So what mirrors nearly and shows the light is left to the camera,
-//! and what scatters widely to the light.
+//! N light paths for one sample of each pixel, xₙ and ω where the light path begins and in what direction, ω₀
+//! the direction in which a path from the camera leaves its first surface, x₀, and ν(x₀) pixels per area of
+//! that. This is exact where all but the first surface scatter with the same density, per projected solid
+//! angle, forth and back, which smooth and matt ones do; where they do not, weights are worse, but sum to one
+//! all the same. So what mirrors nearly and shows the light is left to the camera, and what scatters widely
+//! to the light.
 //!
-//! Caustics that are seen through smooth surfaces or in them are left to the camera: from the light only chance would lead to a point that is in view. There
-//! [`super::path`] goes on several times from the matt surface.
+//! Caustics that are seen through smooth surfaces or in them are left to the camera: from the light only
+//! chance would lead to a point that is in view. There [`super::path`] goes on several times from the matt
+//! surface.
 //!
-//! A surface sends light on as it does in the other direction, but for two factors. Refraction does not compress power, as it
-//! does radiance. And where a surface is shaded with another normal than its own, beams of equal power differ on its two sides
-//! (Veach 1997, section 5.3).
+//! A surface sends light on as it does in the other direction, but for two factors. Refraction does not
+//! compress power, as it does radiance. And where a surface is shaded with another normal than its own, beams
+//! of equal power differ on its two sides (Veach 1997, section 5.3).
 
 use super::path::{late_survival, power_heuristic};
 use crate::bsdf::{Bsdf, Density};
@@ -40,8 +43,8 @@ use crate::sampling::{Dimensions, PiecewiseConstant, Stream};
 use crate::scene::{Intersection, Scene};
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 
-/// For so many samples of the pixels together there is one light path: what these cost is then small beside the rest, and there are
-/// as many as pixels after few samples.
+/// For so many samples of the pixels together there is one light path: what these cost is then small beside
+/// the rest, and there are as many as pixels after few samples.
 const SAMPLES_PER_PATH: u64 = 4;
 
 /// Where light paths begin, and where to.
@@ -75,7 +78,8 @@ pub struct FirstSurface {
 }
 
 impl Caustics {
-    /// With sources in ascending order, and the number of the film's pixels. `None` where there are no light paths.
+    /// With sources in ascending order, and the number of the film's pixels. `None` where there are no light
+    /// paths.
     pub fn new(casters: Casters, sources: Vec<Source>, pixels: u64) -> Option<Self> {
         if casters.is_empty() || sources.is_empty() {
             return None;
@@ -95,8 +99,8 @@ impl Caustics {
         (&self.sources[(place as usize).min(self.sources.len() - 1)], probability)
     }
 
-    /// How many times as dense light paths are as those from the camera, as far as the camera's end decides it. Zero where light
-    /// paths do not come.
+    /// How many times as dense light paths are as those from the camera, as far as the camera's end decides
+    /// it. Zero where light paths do not come.
     pub fn from_camera(&self, scene: &Scene, first: &FirstSurface, time: f64) -> f64 {
         let FirstSurface { point, leaves, density } = first;
         // Through the middle of the lens: any place will do where both techniques take the same.
@@ -107,12 +111,14 @@ impl Caustics {
         if ratio.is_finite() { ratio } else { 0.0 }
     }
 
-    /// The weight of a path from the camera beside light paths, of which the light's part in the ratio is given.
+    /// The weight of a path from the camera beside light paths, of which the light's part in the ratio is
+    /// given.
     pub fn weight_beside(&self, scene: &Scene, first: &FirstSurface, from_light: f64, time: f64) -> f64 {
         power_heuristic(1.0, from_light * self.from_camera(scene, first, time))
     }
 
-    /// The light's part in that ratio: of paths that begin at a point of a light in a direction. Zero where none do.
+    /// The light's part in that ratio: of paths that begin at a point of a light in a direction. Zero where
+    /// none do.
     pub fn from_light(&self, light: u32, point: &SurfacePoint, direction: Vec3) -> f64 {
         let Ok(at) = self.sources.binary_search_by_key(&light, |source| source.light) else { return 0.0 };
         let cos = direction.dot(point.normal);
@@ -138,7 +144,8 @@ pub struct Splat<'a, const C: usize> {
     pub response: Option<&'a Spectrum>,
 }
 
-/// A path from a light by way of smooth surfaces to a matt one, and on: what each matt surface that it comes to sends to the film.
+/// A path from a light by way of smooth surfaces to a matt one, and on: what each matt surface that it comes
+/// to sends to the film.
 pub fn light_path<'a, const C: usize>(
     scene: &'a Scene,
     caustics: &Caustics,
@@ -159,7 +166,8 @@ pub fn light_path<'a, const C: usize>(
         if !scene.is_smooth(&hit) {
             splat_from(scene, caustics, &beam, &hit, [lens_x, lens_y], choice).map(&mut *splat);
         }
-        // With another surface the path has two segments more than there are surfaces until here, and that one.
+        // With another surface the path has two segments more than there are surfaces until here, and that
+        // one.
         let segments = vertex + 3;
         if segments > scene.limits.max_depth {
             return;
@@ -222,7 +230,7 @@ struct Beam<const C: usize> {
     time: f64,
     wavelengths: Wavelengths<C>,
     ray: Ray,
-    /// Of each wavelength, over the hero's density.
+    /// Power of each wavelength, over the hero's density.
     power: Sampled<C>,
     /// Each wavelength's density of the path over the hero's, as in [`super::path`].
     ratio: Sampled<C>,
@@ -312,7 +320,8 @@ impl<const C: usize> Beam<C> {
     }
 }
 
-/// Whether light paths may go on as a path did that was scattered so by a surface: all smooth surfaces and the wide lobes of those that nothing passes.
+/// Whether light paths may go on as a path did that was scattered so by a surface: all smooth surfaces and
+/// the wide lobes of those that nothing passes.
 pub(super) fn may_follow<const C: usize>(
     scene: &Scene,
     hit: &Intersection,
@@ -325,8 +334,8 @@ pub(super) fn may_follow<const C: usize>(
     }
 }
 
-/// By how much a beam that arrives from one direction and leaves in another is wider on the surface than the BSDF takes it to be:
-/// 1 where that is shaded with its own normal. `None` where the beam grazes it.
+/// By how much a beam that arrives from one direction and leaves in another is wider on the surface than the
+/// BSDF takes it to be: 1 where that is shaded with its own normal. `None` where the beam grazes it.
 fn spread(hit: &Intersection, arrives: Vec3, leaves: Vec3) -> Option<f64> {
     let (own, shading) = (hit.point.normal, hit.shading_normal);
     if own == shading {

@@ -1,4 +1,5 @@
-//! Which first surfaces of a group see a next one, and what each of them gets of it. Each first surface has a lane.
+//! Which first surfaces of a group see a next one, and what each of them gets of it. Each first surface has a
+//! lane.
 
 use super::shared::{First, Next};
 use crate::accel::Fan;
@@ -17,7 +18,8 @@ pub(super) struct Firsts<'a, const C: usize> {
     wavelengths: &'a Wavelengths<C>,
     pub surfaces: &'a [First<C>],
     fan: Fan<'a>,
-    /// Those whose value and density are throughput · reflectance / π and 1 / π, times the cosine at the normal.
+    /// Those whose value and density are throughput · reflectance / π and 1 / π, times the cosine at the
+    /// normal.
     diffuse: Mask,
     normals: [Vec3Lanes; REGISTERS],
     reflected: SampledLanes<C>,
@@ -28,9 +30,11 @@ pub(super) struct Links<const C: usize> {
     /// The first surfaces that see the next one and may get anything of it, or sample it.
     pub linked: Mask,
     toward_first: [Vec3Lanes; REGISTERS],
-    /// What of the radiance of the next surface the sensor gets per unit of its area: throughput · f · G · transmittance.
+    /// What of the radiance of the next surface the sensor gets per unit of its area: throughput · f · G ·
+    /// transmittance.
     pub reach: SampledLanes<C>,
-    /// Density with which the first surface samples the next one, per unit of its area, for each wavelength as the hero.
+    /// Density with which the first surface samples the next one, per unit of its area, for each wavelength
+    /// as the hero.
     pub density: SampledLanes<C>,
 }
 
@@ -104,14 +108,14 @@ impl<'a, const C: usize> Firsts<'a, C> {
         self.linked(found, hidden, |point| point.segment_to(target))
     }
 
-    /// The first surfaces that see the environment in a direction that one of them, the owner, has sampled. Densities and geometry are
-    /// per steradian.
+    /// The first surfaces that see the environment in a direction that one of them, the owner, has sampled.
+    /// Densities and geometry are per steradian.
     pub fn links_beyond(&self, owner: usize, direction: Vec3) -> Links<C> {
         let toward = Vec3Lanes::splat(direction);
         let (mut share, mut linked) = (lanes::ZERO, 0);
-        for register in 0..REGISTERS {
+        for (register, share) in share.iter_mut().enumerate() {
             let cos = toward.dot(self.normals[register]);
-            share[register] = cos * f64x4::splat(FRAC_1_PI);
+            *share = cos * f64x4::splat(FRAC_1_PI);
             linked |= cos.simd_gt(f64x4::ZERO).to_bitmask() << (WIDTH * register);
         }
         let found = Found {
@@ -130,8 +134,8 @@ impl<'a, const C: usize> Firsts<'a, C> {
         self.linked(found, hidden, |point| Some(point.ray(direction)))
     }
 
-    /// Makes links of what was found where nothing is in the way. `hidden` says of some surfaces which ones an opaque surface surely hides;
-    /// `way` leads from one to what they see.
+    /// Makes links of what was found where nothing is in the way. `hidden` says of some surfaces which ones
+    /// an opaque surface surely hides; `way` leads from one to what they see.
     fn linked(
         &self,
         found: Found,

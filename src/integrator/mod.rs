@@ -47,8 +47,8 @@ pub struct Limits {
     pub rr_depth: u32,
     /// Whether lights are invisible to camera rays.
     pub hide_emitters: bool,
-    /// Whether passing a surface as if there were none makes a segment of its own; then such a surface is in the way of
-    /// light samples, too.
+    /// Whether passing a surface as if there were none makes a segment of its own; then such a surface is in
+    /// the way of light samples, too.
     pub passing_counts: bool,
     pub techniques: Techniques,
     pub coverage: Coverage,
@@ -109,14 +109,14 @@ impl<const C: usize> Seen<C> {
 pub enum Coverage {
     /// A surface of any kind (`direct`).
     Surface,
-    /// Light from beyond the scene, if there is any and the camera sees it, or a surface that the ray does not pass as if
-    /// there were none.
+    /// Light from beyond the scene, if there is any and the camera sees it, or a surface that the ray does
+    /// not pass as if there were none.
     Obstacle,
 }
 
-/// Spectral radiance that arrives along a camera ray at a time, W·m⁻²·sr⁻¹·nm⁻¹, one estimate for each wavelength of the path. They
-/// share one unit of weight: summed over the lanes, each over its wavelength's density, they estimate an integral
-/// over wavelength.
+/// Spectral radiance that arrives along a camera ray at a time, W·m⁻²·sr⁻¹·nm⁻¹, one estimate for each
+/// wavelength of the path. They share one unit of weight: summed over the lanes, each over its wavelength's
+/// density, they estimate an integral over wavelength.
 pub fn radiance<const C: usize>(
     scene: &Scene,
     ray: Ray,

@@ -4,14 +4,15 @@
 //!
 //! L(λ) = Σₙ ∫ Le(xₙ, λ) · Πᵢ fᵢ(λ) |cos θᵢ| exp(−αᵢ(λ) sᵢ) dω₁…dωₙ₋₁.
 //!
-//! The same path X could have been made by any of the C wavelengths as the hero, with density pⱼ(X), by scattering
-//! alone (technique u) or with its last direction chosen toward a light (technique l). A contribution is weighed
-//! over all of them:
+//! The same path X could have been made by any of the C wavelengths as the hero, with density pⱼ(X), by
+//! scattering alone (technique u) or with its last direction chosen toward a light (technique l). A
+//! contribution is weighed over all of them:
 //!
 //! ⟨L(λᵢ)⟩ = Le · fᵢ(X) / Σⱼ pⱼ(X) of its own technique · w,   w = P² / (Pᵤ² + Pₗ²),   P = Σⱼ pⱼ(X),
 //!
-//! the balance heuristic over wavelengths and the power heuristic over the two techniques. A path keeps fᵢ and pⱼ relative
-//! to the hero's density, so with one wavelength nothing of this remains. [`super::volume`] adds media that scatter.
+//! the balance heuristic over wavelengths and the power heuristic over the two techniques. A path keeps fᵢ
+//! and pⱼ relative to the hero's density, so with one wavelength nothing of this remains. [`super::volume`]
+//! adds media that scatter.
 
 use super::caustics::{self, FirstSurface};
 use super::{Seen, Techniques};
@@ -27,14 +28,15 @@ use smallvec::{SmallVec, smallvec};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Into so many a path divides at the first matt surface that it comes to by way of smooth ones, in a scene with light paths. What smooth
-/// bodies focus there no light path brings to the camera, and chance finds it seldom but bright; what came before is a small part
-/// of the work.
+/// Into so many a path divides at the first matt surface that it comes to by way of smooth ones, in a scene
+/// with light paths. What smooth bodies focus there no light path brings to the camera, and chance finds it
+/// seldom but bright; what came before is a small part of the work.
 const BRANCHES: u32 = 4;
 
-/// Where a path has met smooth surfaces alone, and both ways on from one of them may bring at least this part of the sample's value, it
-/// divides into both, in the same scenes. At the rim of a glass body, and in what it mirrors of a lamp, chance between the two
-/// is most of the noise. Less than what glass reflects that is seen from the front, 4 %.
+/// Where a path has met smooth surfaces alone, and both ways on from one of them may bring at least this part
+/// of the sample's value, it divides into both, in the same scenes. At the rim of a glass body, and in what
+/// it mirrors of a lamp, chance between the two is most of the noise. Less than what glass reflects that is
+/// seen from the front, 4 %.
 const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
 
 /// What has become of a path so far.
@@ -42,7 +44,8 @@ const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
 pub(super) struct Path<const C: usize> {
     /// When all of it happens.
     pub(super) time: f64,
-    /// Segments behind the surface that is next. One that the path passes as if there were none may leave it as it is.
+    /// Segments behind the surface that is next. One that the path passes as if there were none may leave it
+    /// as it is.
     pub(super) depth: u32,
     /// Surfaces met, and places in media that scattered it.
     pub(super) vertex: u32,
@@ -57,7 +60,8 @@ pub(super) struct Path<const C: usize> {
     compression: f64,
     /// What light subpaths that come this way compete with.
     pub(super) beside_light_paths: Beside,
-    /// What the path has found while it is [`Beside::Shared`], with the light's part in the ratio of the densities.
+    /// What the path has found while it is [`Beside::Shared`], with the light's part in the ratio of the
+    /// densities.
     pub(super) contested: SmallVec<[(Sampled<C>, f64); 1]>,
     /// Whether it may divide yet.
     divisible: bool,
@@ -67,7 +71,8 @@ pub(super) struct Path<const C: usize> {
     pub(super) straight: bool,
     /// Whether anything has that alpha counts.
     pub(super) met: bool,
-    /// What the path could bring before its throughput was taken to be 1, which that of a suffix is where several pixels share it.
+    /// What the path could bring before its throughput was taken to be 1, which that of a suffix is where
+    /// several pixels share it.
     pub(super) prior_strength: f64,
 }
 
@@ -78,7 +83,8 @@ pub(super) enum Beside {
     Nothing,
     /// They reach the surface that the camera sees first.
     First(FirstSurface),
-    /// They reach several surfaces that share this path. What it finds is kept apart: each surface weighs it by itself.
+    /// They reach several surfaces that share this path. What it finds is kept apart: each surface weighs it
+    /// by itself.
     Shared,
 }
 
@@ -94,15 +100,16 @@ pub(super) enum LastChoice<const C: usize> {
         from: Receiver,
         /// Σⱼ pⱼ / p₀ before the scattering, over the hero's density of the direction, sr.
         prior_over_density: f64,
-        /// pⱼ / p₀ after it, times the probability of having passed the media on the way. Surfaces that are passed as if there were
-        /// none don't count here: the light sample that is weighed against doesn't choose at them either.
+        /// pⱼ / p₀ after it, times the probability of having passed the media on the way. Surfaces that are
+        /// passed as if there were none don't count here: the light sample that is weighed against doesn't
+        /// choose at them either.
         by_scattering: Sampled<C>,
     },
 }
 
 impl<const C: usize> LastChoice<C> {
-    /// The weight of light that scattering found, if light samples from the last vertex found it with a density, per
-    /// steradian.
+    /// The weight of light that scattering found, if light samples from the last vertex found it with a
+    /// density, per steradian.
     pub(super) fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
         match (self, scene.limits.techniques) {
             (Self::Camera, _) | (_, Techniques::Scattering) => 1.0,
@@ -111,7 +118,8 @@ impl<const C: usize> LastChoice<C> {
             (Self::Scattered { from, prior_over_density, by_scattering }, Techniques::Both) => {
                 power_heuristic(by_scattering.sum(), prior_over_density * density(from))
             }
-            // What light samples leave to scattering, such as a constant environment, is found by it all the same.
+            // What light samples leave to scattering, such as a constant environment, is found by it all the
+            // same.
             (Self::Scattered { from, .. }, Techniques::LightSamples) => {
                 if density(from) > 0.0 {
                     0.0
@@ -180,7 +188,8 @@ impl<const C: usize> Path<C> {
         }
     }
 
-    /// To the next surface, with the light that comes from there or from beyond the scene. `None` where there is no surface.
+    /// To the next surface, with the light that comes from there or from beyond the scene. `None` where there
+    /// is no surface.
     #[inline(always)]
     pub(super) fn meet(
         &mut self,
@@ -207,8 +216,8 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
         stream: &Stream,
     ) -> Option<Shading<C>> {
-        // Past the last segment only alpha asks whether this surface is in the way, and light that may pass it as if there
-        // were none: a light sample passes it too.
+        // Past the last segment only alpha asks whether this surface is in the way, and light that may pass
+        // it as if there were none: a light sample passes it too.
         if self.is_last(scene) && !scene.needs().clear_shadows && (self.met || !scene.film.alpha) {
             return None;
         }
@@ -216,8 +225,8 @@ impl<const C: usize> Path<C> {
         Some(scene.shade(hit, -ray.direction, &self.media, wavelengths, choice))
     }
 
-    /// Light that reaches the surface straight from a light, and on by scattering. `None` where the path ends; branches are
-    /// followed to their ends.
+    /// Light that reaches the surface straight from a light, and on by scattering. `None` where the path
+    /// ends; branches are followed to their ends.
     #[inline(always)]
     #[expect(clippy::too_many_arguments, reason = "the loop of a path, whose parts others call too")]
     pub(super) fn go_on(
@@ -245,12 +254,14 @@ impl<const C: usize> Path<C> {
         self.depth + 1 >= scene.limits.max_depth
     }
 
-    /// Where the path divides, how: the values that choose a lobe are dealt to the branches, to each those from where the branch before ends
-    /// to where it does itself. So nothing is counted twice, and the branches' shares sum to 1.
+    /// Where the path divides, how: the values that choose a lobe are dealt to the branches, to each those
+    /// from where the branch before ends to where it does itself. So nothing is counted twice, and the
+    /// branches' shares sum to 1.
     fn division(&self, shading: &Shading<C>) -> Option<SmallVec<[f64; BRANCHES as usize]>> {
         if let Some(reflection) = shading.chance_of_reflection() {
             let lesser = reflection.min(1.0 - reflection) * self.share * self.strength();
-            // What is left of those that may end without loss weighs more and more: that must not make them divide without end.
+            // What is left of those that may end without loss weighs more and more: that must not make them
+            // divide without end.
             let late = late_survival(self.depth) < 1.0;
             return (!late && lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
         }
@@ -259,7 +270,8 @@ impl<const C: usize> Path<C> {
             .then(|| (1..=BRANCHES).map(|branch| f64::from(branch) / f64::from(BRANCHES)).collect())
     }
 
-    /// What the branches find together, each weighed by its share. Apart, so that the paths of other scenes stay small.
+    /// What the branches find together, each weighed by its share. Apart, so that the paths of other scenes
+    /// stay small.
     #[inline(never)]
     fn follow_branches(
         &mut self,
@@ -460,7 +472,8 @@ impl<const C: usize> Path<C> {
         self.throughput * value.f_cos * sample.radiance * weight * visibility
     }
 
-    /// A light sample for a surface that scatters. `None` past the last segment, and where no light can contribute.
+    /// A light sample for a surface that scatters. `None` past the last segment, and where no light can
+    /// contribute.
     #[inline(always)]
     pub(super) fn light_sample(
         &self,
@@ -509,7 +522,8 @@ impl<const C: usize> Path<C> {
         Cow::Owned(media.here)
     }
 
-    /// Keeps account of whether light paths may come the way that a surface, the first or a later one, has just sent this one.
+    /// Keeps account of whether light paths may come the way that a surface, the first or a later one, has
+    /// just sent this one.
     fn meet_light_paths(
         &mut self,
         scene: &Scene,
@@ -533,14 +547,15 @@ impl<const C: usize> Path<C> {
         }
     }
 
-    /// The most that the path can still bring, but for its share. The measure is the same whichever wavelength is the hero.
+    /// The most that the path can still bring, but for its share. The measure is the same whichever
+    /// wavelength is the hero.
     fn strength(&self) -> f64 {
         let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
         alive * self.throughput.max() / self.ratio.sum() / self.compression * self.prior_strength
     }
 
-    /// Probability with which Russian roulette on what the path can still bring lets it go on. All of the path's densities change by
-    /// that one factor and their ratios stay.
+    /// Probability with which Russian roulette on what the path can still bring lets it go on. All of the
+    /// path's densities change by that one factor and their ratios stay.
     pub(super) fn survival(&self, scene: &Scene) -> f64 {
         if self.throughput.is_zero() {
             0.0
@@ -561,8 +576,8 @@ fn passes<const C: usize>(shading: &Shading<C>, scatter: &Scatter<C>) -> bool {
     scatter.transmitted && shading.bsdf.passes_straight()
 }
 
-/// What a light sample is multiplied by: its weight beside scattering, over the density of both. `prior`: Σⱼ pⱼ / p₀ of the path;
-/// `by_scattering`: the same with the density of scattering toward the light.
+/// What a light sample is multiplied by: its weight beside scattering, over the density of both. `prior`: Σⱼ
+/// pⱼ / p₀ of the path; `by_scattering`: the same with the density of scattering toward the light.
 #[inline(always)]
 pub(super) fn light_sample_weight(
     scene: &Scene,
@@ -586,11 +601,12 @@ pub(super) fn receiver<const C: usize>(hit: &Intersection, shading: &Shading<C>)
     Receiver { point: hit.point, facing: shading.receiving_side() }
 }
 
-/// Most probability with which a path of so many segments goes on: between perfect mirrors nothing is ever lost.
+/// Most probability with which a path of so many segments goes on: between perfect mirrors nothing is ever
+/// lost.
 ///
-/// The share of the paths that are still under way falls with the square of their length, so that their mean length is
-/// finite. Were it to fall as a power, the weights of those that are left would grow as one, and light that leaves a body only after
-/// many reflections would be estimated with infinite variance.
+/// The share of the paths that are still under way falls with the square of their length, so that their mean
+/// length is finite. Were it to fall as a power, the weights of those that are left would grow as one, and
+/// light that leaves a body only after many reflections would be estimated with infinite variance.
 pub(super) fn late_survival(depth: u32) -> f64 {
     /// Segments after which a path without loss may end too.
     const LATE: u32 = 64;
@@ -601,15 +617,16 @@ pub(super) fn late_survival(depth: u32) -> f64 {
     kept * kept
 }
 
-/// The same where media scatter. Of the light that comes back from a thick medium of albedo 1 the part that takes more than n segments
-/// falls with √n alone: did their number fall with the square of n, nearly all of that light would be in few samples.
+/// The same where media scatter. Of the light that comes back from a thick medium of albedo 1 the part that
+/// takes more than n segments falls with √n alone: did their number fall with the square of n, nearly all of
+/// that light would be in few samples.
 fn late_survival_in_media(depth: u32) -> f64 {
     const LATE: u32 = 4096;
     if depth <= LATE { 1.0 } else { (1.0 - 1.0 / f64::from(depth)).powf(1.25) }
 }
 
-/// Weight of a technique of density `own` beside one of density `other`, with exponent 2 (Veach, *Robust Monte Carlo
-/// Methods for Light Transport Simulation*, 1997, sec. 9.2.2).
+/// Weight of a technique of density `own` beside one of density `other`, with exponent 2 (Veach, *Robust
+/// Monte Carlo Methods for Light Transport Simulation*, 1997, sec. 9.2.2).
 pub(super) fn power_heuristic(own: f64, other: f64) -> f64 {
     if own == 0.0 {
         return 0.0;

@@ -1,23 +1,24 @@
 //! Path tracing for a group of pixels that share the suffixes of their paths.
 //!
-//! The camera ray of each pixel i leads to a first surface xᵢ, and scattering there on to a next one, yᵢ. What yᵢ sends on, its
-//! light samples and all beyond, serves every pixel of the group that sees yᵢ. Pixel i gets of what lies behind the points yⱼ of all
-//! pixels
+//! The camera ray of each pixel i leads to a first surface xᵢ, and scattering there on to a next one, yᵢ.
+//! What yᵢ sends on, its light samples and all beyond, serves every pixel of the group that sees yᵢ. Pixel i
+//! gets of what lies behind the points yⱼ of all pixels
 //!
 //! Σⱼ fᵢ(yⱼ) Gᵢⱼ Vᵢⱼ L(yⱼ → xᵢ) / Σₖ pₖ(yⱼ) Vₖⱼ,
 //!
-//! where pₖ is the density per unit of area with which pixel k samples yⱼ: the balance heuristic over the whole group, visibility
-//! included, for a pixel samples only what it sees (Bekaert, Sbert, Halton, "Accelerating path tracing by re-using paths", EGWR 2002).
-//! Where yⱼ scatters in dependence on the direction to xᵢ, its BSDF is evaluated for each pixel, and the density of the direction
-//! in which the suffix goes on joins each pₖ. The group shares the wavelengths of its paths and their time; each pₖ is summed over the
-//! wavelengths, as in [`super::path`].
+//! where pₖ is the density per unit of area with which pixel k samples yⱼ: the balance heuristic over the
+//! whole group, visibility included, for a pixel samples only what it sees (Bekaert, Sbert, Halton,
+//! "Accelerating path tracing by re-using paths", EGWR 2002). Where yⱼ scatters in dependence on the
+//! direction to xᵢ, its BSDF is evaluated for each pixel, and the density of the direction in which the
+//! suffix goes on joins each pₖ. The group shares the wavelengths of its paths and their time; each pₖ is
+//! summed over the wavelengths, as in [`super::path`].
 //!
-//! What yᵢ emits is shared as well, and so is the environment where scattering leads out of the scene: as a place at infinity, with
-//! densities per steradian. Each pixel weighs that against its own light samples.
+//! What yᵢ emits is shared as well, and so is the environment where scattering leads out of the scene: as a
+//! place at infinity, with densities per steradian. Each pixel weighs that against its own light samples.
 //!
-//! The pixel keeps for itself all that is decided by directions without a density. Which paths are shared is told
-//! by what lies before yⱼ and by the kind of surface that yⱼ is, never by what the suffix finds. So the sum over what is shared and
-//! what is not is that of the path tracer.
+//! The pixel keeps for itself all that is decided by directions without a density. Which paths are shared is
+//! told by what lies before yⱼ and by the kind of surface that yⱼ is, never by what the suffix finds. So the
+//! sum over what is shared and what is not is that of the path tracer.
 
 use super::Seen;
 use super::caustics::FirstSurface;
@@ -60,8 +61,9 @@ pub(super) struct Next<'a> {
     pub hit: &'a Intersection,
 }
 
-/// Adds to each pixel of a group the spectral radiance along its camera ray, as [`super::radiance`] gives it for one alone. `seen` is
-/// by the members' numbers; `light_samples` says how many each first surface takes. There are at most [`LANES`] sights.
+/// Adds to each pixel of a group the spectral radiance along its camera ray, as [`super::radiance`] gives it
+/// for one alone. `seen` is by the members' numbers; `light_samples` says how many each first surface takes.
+/// There are at most [`LANES`] sights.
 pub fn radiance_of_group<const C: usize>(
     scene: &Scene,
     sights: &[Sight],
@@ -95,8 +97,8 @@ struct Group<'a, const C: usize> {
 }
 
 impl<const C: usize> Group<'_, C> {
-    /// The first surface of a camera ray, with the light that reaches it straight. Where it does not share the path is followed to
-    /// its end.
+    /// The first surface of a camera ray, with the light that reaches it straight. Where it does not share
+    /// the path is followed to its end.
     fn first(&self, sight: usize, firsts: &mut SmallVec<[First<C>; LANES]>, seen: &mut [Seen<C>]) {
         let Sight { member, ref ray, ref stream } = self.sights[sight];
         let Seen { radiance, met } = &mut seen[member];
@@ -134,8 +136,8 @@ impl<const C: usize> Group<'_, C> {
         }
     }
 
-    /// The next surface that scattering at a first one leads to, and what it brings to all of them. Where it does not share the path
-    /// is followed to its end.
+    /// The next surface that scattering at a first one leads to, and what it brings to all of them. Where it
+    /// does not share the path is followed to its end.
     fn next(&self, firsts: &Firsts<C>, owner: usize, shared: &mut SampledLanes<C>, seen: &mut [Seen<C>]) {
         let First { sight, hit, shading, path } = &firsts.surfaces[owner];
         let Sight { member, ref stream, .. } = self.sights[*sight];
@@ -167,7 +169,8 @@ impl<const C: usize> Group<'_, C> {
         self.serve(firsts, &next, &shading, &links, &mut path, shared, radiance);
     }
 
-    /// Gives each first surface what comes from beyond the scene in a direction in which one of them scatters.
+    /// Gives each first surface what comes from beyond the scene in a direction in which one of them
+    /// scatters.
     fn share_environment(
         &self,
         firsts: &Firsts<C>,
@@ -201,8 +204,8 @@ impl<const C: usize> Group<'_, C> {
         });
     }
 
-    /// Gives each first surface its part of some light that scattering found. It is weighed against light samples, which find it with
-    /// a density per steradian.
+    /// Gives each first surface its part of some light that scattering found. It is weighed against light
+    /// samples, which find it with a density per steradian.
     fn share_light(
         &self,
         firsts: &Firsts<C>,
@@ -235,8 +238,12 @@ impl<const C: usize> Group<'_, C> {
         links.reach.add_to(&weights, &(*radiance / density), shared);
     }
 
-    /// Gives each first surface what a next one that it sees sends toward it; to the owner alone what has no density. `path` is
-    /// the owner's as it comes to the next surface.
+    /// Gives each first surface what a next one that it sees sends toward it; to the owner alone what has no
+    /// density. `path` is the owner's as it comes to the next surface.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a step of the group's work, which borrows what the steps before made"
+    )]
     fn serve(
         &self,
         firsts: &Firsts<C>,
@@ -280,7 +287,8 @@ impl<const C: usize> Group<'_, C> {
             return;
         }
         let values = Values::new(shading, links, scatter.toward_light);
-        // The density of the next surface together with the direction in which the path goes on from it, over all first surfaces.
+        // The density of the next surface together with the direction in which the path goes on from it, over
+        // all first surfaces.
         let joint = links.density.dot(&values.density);
         if joint.hero() <= 0.0 {
             return;
@@ -334,8 +342,8 @@ impl<const C: usize> Group<'_, C> {
     }
 }
 
-/// Whether a surface may be one of those between which paths are shared: it scatters with a density, back to the side that light comes
-/// from.
+/// Whether a surface may be one of those between which paths are shared: it scatters with a density, back to
+/// the side that light comes from.
 fn shares<const C: usize>(shading: &Shading<C>) -> bool {
     !shading.bsdf.is_discrete() && !shading.bsdf.transmits()
 }

@@ -1,12 +1,14 @@
 //! Paths through media that scatter.
 //!
-//! The free flight is one more choice that the hero makes: a path keeps for each wavelength j with what density pⱼ(X) it would have
-//! flown as far, beside what [`super::path`] keeps of directions. So a contribution has the weight Σᵢ fᵢ(X) / Σⱼ pⱼ(X), which is
-//! bounded where media are chromatic, too (Wilkie et al., "Hero Wavelength Spectral Sampling", EGSR 2014; Miller, Georgiev, Jarosz,
-//! "A null-scattering path integral formulation of light transport", ACM TOG 38(4), 2019).
+//! The free flight is one more choice that the hero makes: a path keeps for each wavelength j with what
+//! density pⱼ(X) it would have flown as far, beside what [`super::path`] keeps of directions. So a
+//! contribution has the weight Σᵢ fᵢ(X) / Σⱼ pⱼ(X), which is bounded where media are chromatic, too (Wilkie
+//! et al., "Hero Wavelength Spectral Sampling", EGSR 2014; Miller, Georgiev, Jarosz, "A null-scattering path
+//! integral formulation of light transport", ACM TOG 38(4), 2019).
 //!
-//! A light sample passes media with their transmittance, and surfaces that let light pass straight. The same light is found by scattering
-//! only if the path flies through all of that: the probability counts in the weight of the two.
+//! A light sample passes media with their transmittance, and surfaces that let light pass straight. The same
+//! light is found by scattering only if the path flies through all of that: the probability counts in the
+//! weight of the two.
 
 use super::path::{LastChoice, Path, light_sample_weight};
 use crate::bsdf::Evaluation;

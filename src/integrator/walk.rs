@@ -1,7 +1,8 @@
-//! The slow, obvious estimate that the clever one must agree with: a random walk of one wavelength that finds lights by
-//! running into them. No light sampling, no weights between techniques, no companions. Media that scatter are tracked by a majorant with
-//! null collisions (Woodcock et al., "Techniques used in the GEM code for Monte Carlo neutronics calculations", 1965), so that nothing of how
-//! [`super::volume`] finds its distances is taken on trust.
+//! The slow, obvious estimate that the clever one must agree with: a random walk of one wavelength that finds
+//! lights by running into them. No light sampling, no weights between techniques, no companions. Media that
+//! scatter are tracked by a majorant with null collisions (Woodcock et al., "Techniques used in the GEM code
+//! for Monte Carlo neutronics calculations", 1965), so that nothing of how [`super::volume`] finds its
+//! distances is taken on trust.
 
 use super::Seen;
 use crate::geometry::{Ray, Vec3};
@@ -13,7 +14,8 @@ use crate::spectrum::{Sampled, Wavelengths};
 /// Most probability with which a walk goes on.
 const LIKELIEST: f64 = 0.95;
 
-/// Spectral radiance that arrives along a camera ray, for the hero alone. Point and directional lights are never found.
+/// Spectral radiance that arrives along a camera ray, for the hero alone. Point and directional lights are
+/// never found.
 pub fn radiance<const C: usize>(
     scene: &Scene,
     mut ray: Ray,

@@ -1,7 +1,7 @@
 //! Numbers side by side, of which a processor computes several at once.
 //!
-//! No lane sees another, and each does what the scalar code does, in the same order and without fused multiply-adds: a lane's
-//! bits are those of the scalar code. Sums over lanes have a fixed order.
+//! No lane sees another, and each does what the scalar code does, in the same order and without fused
+//! multiply-adds: a lane's bits are those of the scalar code. Sums over lanes have a fixed order.
 
 mod vector;
 

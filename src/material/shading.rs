@@ -20,12 +20,13 @@ pub struct ShadingPoint<'a> {
     pub texture: TexturePoint<'a>,
 }
 
-/// How a surface scatters at one point seen from one direction, at the wavelengths of one path. Directions are in world
-/// space, point away from the surface and have unit length.
+/// How a surface scatters at one point seen from one direction, at the wavelengths of one path. Directions
+/// are in world space, point away from the surface and have unit length.
 #[derive(Clone, Debug)]
 pub struct Shading<const C: usize> {
     pub bsdf: Bsdf<C>,
-    /// The frame that the BSDF is in. Left-handed on the back of a two-sided surface, whose z axis alone is turned.
+    /// The frame that the BSDF is in. Left-handed on the back of a two-sided surface, whose z axis alone is
+    /// turned.
     pub frame: Frame,
     /// In that frame.
     toward_eye: Vec3,
@@ -33,8 +34,8 @@ pub struct Shading<const C: usize> {
 }
 
 impl Materials {
-    /// Goes through what nests to the BSDF at a point. `choice` in [0, 1) chooses between alternatives; `around` is the
-    /// index of what surrounds the surface.
+    /// Goes through what nests to the BSDF at a point. `choice` in [0, 1) chooses between alternatives;
+    /// `around` is the index of what surrounds the surface.
     pub fn shade<const C: usize>(
         &self,
         mut id: MaterialId,
@@ -130,7 +131,8 @@ impl<const C: usize> Shading<C> {
         (share > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * share, ..scatter })
     }
 
-    /// The side from which light is scattered to the eye, as a direction of unit length; zero where it is from both.
+    /// The side from which light is scattered to the eye, as a direction of unit length; zero where it is
+    /// from both.
     pub fn receiving_side(&self) -> Vec3 {
         if self.bsdf.transmits() {
             Vec3::ZERO
@@ -157,7 +159,8 @@ impl<const C: usize> Shading<C> {
         !self.guards.is_empty()
     }
 
-    /// [`Self::evaluate`] where it is seen from another place on the same side; only for one that does not turn with that.
+    /// [`Self::evaluate`] where it is seen from another place on the same side; only for one that does not
+    /// turn with that.
     pub fn evaluate_from(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
         debug_assert!(!self.turns_with_eye());
         self.bsdf.evaluate(self.frame.to_local(toward_eye), self.frame.to_local(toward_light))

@@ -1,9 +1,10 @@
 //! Extinction on a grid of cells.
 //!
-//! Between the planes through the centres of cells what is interpolated is a polynomial along any ray: of degree 3 for numbers, of degree 6
-//! for colours, whose shape and factor are interpolated apart. A Gauss-Legendre rule of two or four points integrates it exactly, so that
-//! the optical depth of a stretch is exact up to rounding, and so is the place where it reaches a value. No majorant is asked for, and
-//! shadow rays bring no noise.
+//! Between the planes through the centres of cells what is interpolated is a polynomial along any ray: of
+//! degree 3 for numbers, of degree 6 for colours, whose shape and factor are interpolated apart. A
+//! Gauss-Legendre rule of two or four points integrates it exactly, so that the optical depth of a stretch is
+//! exact up to rounding, and so is the place where it reaches a value. No majorant is asked for, and shadow
+//! rays bring no noise.
 
 use super::Stretch;
 use crate::geometry::{Ray, Vec3};
@@ -150,7 +151,8 @@ impl Line {
         self.origin + self.direction * t
     }
 
-    /// The planes across an axis, of which there are `size` + 1, or one more where they go through the centres.
+    /// The planes across an axis, of which there are `size` + 1, or one more where they go through the
+    /// centres.
     fn plane(&self, axis: usize, index: i64) -> f64 {
         let size = self.size[axis] as f64;
         let index = index as f64;

@@ -11,7 +11,8 @@ pub struct Body {
     pub refraction: Refraction,
     pub interior: Filling,
     pub exterior: Filling,
-    /// Where bodies overlap, the one of the highest priority counts alone, and of equal ones the one entered last.
+    /// Where bodies overlap, the one of the highest priority counts alone, and of equal ones the one entered
+    /// last.
     pub priority: i32,
     /// Whether its surface is closed and faces outward, so that lines enter and leave it by turns.
     pub closed: bool,
@@ -24,10 +25,11 @@ pub struct Body {
 pub enum Refraction {
     /// There is no index.
     None,
-    /// From that of whatever is around it, so that it covers all that lies beneath it in the order of precedence.
+    /// From that of whatever is around it, so that it covers all that lies beneath it in the order of
+    /// precedence.
     Surroundings,
-    /// From another one that the file states. The surface is that wherever it lies, as in Mitsuba 3, and neither hides others
-    /// nor takes account of them.
+    /// From another one that the file states. The surface is that wherever it lies, as in Mitsuba 3, and
+    /// neither hides others nor takes account of them.
     Stated,
 }
 
@@ -49,12 +51,14 @@ pub enum Filling {
     Medium(u32),
 }
 
-/// The bodies that a path is inside of, in the order of their priorities, of equal ones in the order in which they were
-/// entered: the last one counts (Schmidt and Budge, "Simple nested dielectrics in ray traced images", JGT 7(2), 2002).
+/// The bodies that a path is inside of, in the order of their priorities, of equal ones in the order in which
+/// they were entered: the last one counts (Schmidt and Budge, "Simple nested dielectrics in ray traced
+/// images", JGT 7(2), 2002).
 ///
-/// Leaving removes the body that is left, wherever it stands, so bodies that overlap instead of nesting are left
-/// correctly too. A surface that is no closed body may be entered here and left elsewhere, by way of one that is made of the same: that
-/// is how the panes of a block and the inner wall of a hollow ball go together.
+/// Leaving removes the body that is left, wherever it stands, so bodies that overlap instead of nesting are
+/// left correctly too. A surface that is no closed body may be entered here and left elsewhere, by way of one
+/// that is made of the same: that is how the panes of a block and the inner wall of a hollow ball go
+/// together.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct MediumStack {
     /// Hardly a scene has more within one another than there is room for in place.
@@ -138,8 +142,8 @@ impl MediumStack {
         self.bodies.insert(self.bodies.len() - above, body);
     }
 
-    /// Leaves a body for what its surface says is outside, or else for what surrounds it. A body that was never entered
-    /// is one that the path began in.
+    /// Leaves a body for what its surface says is outside, or else for what surrounds it. A body that was
+    /// never entered is one that the path began in.
     pub fn leave(&mut self, body: Entered, bodies: &[Body]) {
         let says = |entered: &Entered| bodies[entered.body as usize].interior != Filling::Unsaid;
         if let Some(position) = self.standing_for(body, bodies) {
@@ -162,8 +166,8 @@ impl MediumStack {
         self.bodies.iter().rposition(|&entered| entered == body)
     }
 
-    /// Where a body is that is being left. One that was never entered, or that another surface has led into, is the last
-    /// one made of the same, if one of the two is open.
+    /// Where a body is that is being left. One that was never entered, or that another surface has led into,
+    /// is the last one made of the same, if one of the two is open.
     fn standing_for(&self, body: Entered, bodies: &[Body]) -> Option<usize> {
         let same = |entered: &Entered| {
             let [own, other] = [body, *entered].map(|entered| &bodies[entered.body as usize]);
@@ -175,7 +179,7 @@ impl MediumStack {
     }
 }
 
-/// Of bodies in the order of their precedence the one whose index counts.
+/// The body whose index counts, among bodies in the order of their precedence.
 pub fn refracting(stack: &[Entered], bodies: &[Body]) -> Option<Entered> {
     stack.iter().rev().copied().find(|entered| bodies[entered.body as usize].index.is_some())
 }

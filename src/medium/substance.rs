@@ -1,9 +1,10 @@
 //! What a medium does to light on its way: how it weakens it and how it scatters it.
 //!
-//! A ray is scattered where the hero's optical depth reaches a value τ that is distributed as e^−τ. A wavelength of extinction σⱼ and
-//! optical depth τⱼ up to a place would have been scattered there with density σⱼ e^−τⱼ, and would have passed it by with probability
-//! e^−τⱼ. Both are known for all wavelengths of the path, so each companion says what it would have done (Wilkie et al.,
-//! "Hero Wavelength Spectral Sampling", EGSR 2014, section 4.2).
+//! A ray is scattered where the hero's optical depth reaches a value τ that is distributed as e^−τ. A
+//! wavelength of extinction σⱼ and optical depth τⱼ up to a place would have been scattered there with
+//! density σⱼ e^−τⱼ, and would have passed it by with probability e^−τⱼ. Both are known for all wavelengths
+//! of the path, so each companion says what it would have done (Wilkie et al., "Hero Wavelength Spectral
+//! Sampling", EGSR 2014, section 4.2).
 
 use super::GridExtinction;
 use crate::geometry::{Ray, Vec3};
@@ -40,7 +41,8 @@ pub struct Scattering {
 pub enum Stretch<const C: usize> {
     /// It passes all of it, through these optical depths.
     Passed { depths: Sampled<C> },
-    /// It is scattered or absorbed at a distance from where it begins, behind these optical depths and where the extinction is this.
+    /// It is scattered or absorbed at a distance from where it begins, behind these optical depths and where
+    /// the extinction is this.
     Ended { distance: f64, depths: Sampled<C>, extinction: Sampled<C> },
 }
 

@@ -1,10 +1,11 @@
 //! What the spread of a few replicates leaves open: error bars that hold the truth as often as they say.
 //!
-//! The noise of a pixel is often skewed: most replicates miss what few meet, so a mean that is too low comes with an error
-//! that is too small, and replicates that all miss agree by chance. What a pixel's neighbours met says how much it may have
-//! missed. So each variance is moderated by theirs, the more weight remaining with the pixel's own because neighbours
-//! across an edge know little of it. With more replicates of the same samples it does not get better: the skewness is that of
-//! the mean of all samples. `validation/noise/coverage` measures what this does.
+//! The noise of a pixel is often skewed: most replicates miss what few meet, so a mean that is too low comes
+//! with an error that is too small, and replicates that all miss agree by chance. What a pixel's neighbours
+//! met says how much it may have missed. So each variance is moderated by theirs, the more weight remaining
+//! with the pixel's own because neighbours across an edge know little of it. With more replicates of the same
+//! samples it does not get better: the skewness is that of the mean of all samples.
+//! `validation/noise/coverage` measures what this does.
 
 use crate::film::Region;
 use std::collections::BTreeMap;
@@ -15,14 +16,14 @@ const OWN: f64 = 2.0 / 3.0;
 /// How far away from a pixel its neighbours are, pixels.
 pub const REACH: u32 = 1;
 
-/// Whether the pixels of a picture of this size have neighbours all around: those of a single row, or of a meter with one
-/// pixel, need not look at the same thing.
+/// Whether the pixels of a picture of this size have neighbours all around: those of a single row, or of a
+/// meter with one pixel, need not look at the same thing.
 fn is_moderated(picture: [u32; 2]) -> bool {
     picture.iter().all(|&size| size >= 3)
 }
 
-/// Variances of the means of all pixels of a part of a picture, row by row, moderated by their neighbours'. Neighbours whose
-/// variance is not known are left out; infinite ones stay. Each size is width and height.
+/// Variances of the means of all pixels of a part of a picture, row by row, moderated by their neighbours'.
+/// Neighbours whose variance is not known are left out; infinite ones stay. Each size is width and height.
 pub fn moderated(picture: [u32; 2], part: [u32; 2], variances: &[f64]) -> Vec<f64> {
     let [width, height] = part.map(|size| size as usize);
     if !is_moderated(picture) {
@@ -45,15 +46,16 @@ pub fn moderated(picture: [u32; 2], part: [u32; 2], variances: &[f64]) -> Vec<f6
     (0..variances.len()).map(moderate).collect()
 }
 
-/// Edge of the squares over which the variances that nets tell are pooled, pixels, on the grid of the whole film.
+/// Edge of the squares over which the variances that nets tell are pooled, pixels, on the grid of the whole
+/// film.
 pub const SQUARE: u32 = 32;
 
 /// Pixels whose nets are taken to agree with their runs, beside those of a square: a few pixels tell little.
 const PRIOR: f64 = 16.0;
 
-/// The same of replicates that are runs of nets, and so tell too large a variance: `of_nets` are the variances that the nets tell,
-/// which are right on average. Their ratio over a square of the film says by how much. `part` is where the pixels are on the whole
-/// film.
+/// The same of replicates that are runs of nets, and so tell too large a variance: `of_nets` are the
+/// variances that the nets tell, which are right on average. Their ratio over a square of the film says by
+/// how much. `part` is where the pixels are on the whole film.
 pub fn calibrated(picture: [u32; 2], part: Region, variances: &[f64], of_nets: Option<&[f64]>) -> Vec<f64> {
     let mut moderated = moderated(picture, part.size, variances);
     let Some(of_nets) = of_nets else { return moderated };
@@ -75,7 +77,8 @@ pub fn calibrated(picture: [u32; 2], part: Region, variances: &[f64], of_nets: O
     moderated
 }
 
-/// Degrees of freedom of such a variance from `replicates` each: those of Welch and Satterthwaite where neighbours are alike.
+/// Degrees of freedom of such a variance from `replicates` each: those of Welch and Satterthwaite where
+/// neighbours are alike.
 pub fn degrees(picture: [u32; 2], replicates: u32) -> f64 {
     let own = f64::from(replicates.saturating_sub(1));
     if !is_moderated(picture) {
@@ -107,7 +110,8 @@ mod tests {
         variances[2] = f64::INFINITY;
         let found = moderated([4, 3], [4, 3], &variances);
         assert_eq!(found[5], 16.0);
-        // A corner has three neighbours; one has an infinite one that does not count, and stays infinite itself.
+        // A corner has three neighbours; one has an infinite one that does not count, and stays infinite
+        // itself.
         assert!(
             (found[0] - 24.0 / 3.0 / 3.0).abs() < 1e-12 && (found[1] - 24.0 / 3.0 / 4.0).abs() < 1e-12,
             "{found:?}"

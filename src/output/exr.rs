@@ -1,5 +1,5 @@
-//! The EXR file: the picture, its standard errors, its spectral bins and how it was made. The only file that names
-//! the exr crate.
+//! The EXR file: the picture, its standard errors, its spectral bins and how it was made. The only file that
+//! names the exr crate.
 //!
 //! Channels are 32-bit floats. `R G B` (linear Rec. 709) or `X Y Z` or `Y`, with `A` where the film has
 //! alpha, or the responses of the film under their own names; `error.*` with one standard error of each (see
@@ -113,7 +113,8 @@ fn encoded(image: Image<Layer<AnyChannels<FlatSamples>>>) -> std::result::Result
     Ok(bytes)
 }
 
-/// Writes named channels of `width` × `height` values each, row by row from the top: the whole file or none of it.
+/// Writes named channels of `width` × `height` values each, row by row from the top: the whole file or none
+/// of it.
 pub fn write_channels(
     path: &Path,
     [width, height]: [usize; 2],
@@ -139,7 +140,8 @@ fn spectral_channel(nm: f64) -> String {
     format!("S0.{nm:.6}nm").replacen('.', "\u{1}", 1).replace('.', ",").replace('\u{1}', ".")
 }
 
-/// Strings in EXR files are UTF-8. The crate's own conversion takes Latin-1 only, and writes bytes as they are.
+/// Strings in EXR files are UTF-8. The crate's own conversion takes Latin-1 only, and writes bytes as they
+/// are.
 fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
@@ -187,8 +189,9 @@ fn stated(name: &str, value: f64) -> String {
     format!("{name}={value:.6e}")
 }
 
-/// Puts the header's attributes in the order of their names. The exr crate keeps them in a hash map and writes them in
-/// another order each time; the order has no meaning, but equal pictures must give equal bytes.
+/// Puts the header's attributes in the order of their names. The exr crate keeps them in a hash map and
+/// writes them in another order each time; the order has no meaning, but equal pictures must give equal
+/// bytes.
 fn sort_attributes(bytes: &mut [u8]) {
     let text_end =
         |from: usize, bytes: &[u8]| Some(from + bytes.get(from..)?.iter().position(|&b| b == 0)? + 1);
@@ -264,8 +267,8 @@ impl Channels {
     }
 }
 
-/// Every channel of a file's first part with flat channels, as 32-bit floats, and its text attributes: for tests and
-/// comparisons.
+/// Every channel of a file's first part with flat channels, as 32-bit floats, and its text attributes: for
+/// tests and comparisons.
 pub fn read(path: &Path) -> std::io::Result<Channels> {
     let bytes = std::fs::read(path)?;
     let damaged =
@@ -273,7 +276,8 @@ pub fn read(path: &Path) -> std::io::Result<Channels> {
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(damaged)?;
     for header in &meta.headers {
         let pixels = header.layer_size.area() as u64;
-        // Compressed data are rarely smaller than this share of what they stand for; a damaged header asks for anything.
+        // Compressed data are rarely smaller than this share of what they stand for; a damaged header asks
+        // for anything.
         if pixels.saturating_mul(header.channels.bytes_per_pixel as u64) / MOST_COMPRESSED
             > bytes.len() as u64
         {
@@ -307,8 +311,8 @@ pub fn read(path: &Path) -> std::io::Result<Channels> {
     Ok(Channels { width: size.0, height: size.1, channels: named.collect(), half, attributes })
 }
 
-/// How many times larger than its file a picture may be: what the compressions of the format reach on a picture that is
-/// of one colour.
+/// How many times larger than its file a picture may be: what the compressions of the format reach on a
+/// picture that is of one colour.
 const MOST_COMPRESSED: u64 = 2048;
 
 /// The inverse of [`utf8`].

@@ -37,8 +37,8 @@ pub struct Picture<'a> {
 /// What the main channels of a file are.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Content {
-    /// With alpha if the film has it. Colours are those of what the pixel sees, whatever share of it that is: they
-    /// need not be multiplied by alpha.
+    /// With alpha if the film has it. Colours are those of what the pixel sees, whatever share of it that is:
+    /// they need not be multiplied by alpha.
     Colour(Colour),
     /// The names of the film's responses.
     Responses(Vec<String>),
@@ -114,7 +114,8 @@ fn unfinished(path: &Path) -> std::io::Result<PathBuf> {
     Ok(path.with_file_name(unfinished))
 }
 
-/// Whether [`write_whole`] could write there, as far as can be told before there is anything to write. What is there stays.
+/// Whether [`write_whole`] could write there, as far as can be told before there is anything to write. What
+/// is there stays.
 ///
 /// # Errors
 /// What it would fail with.
@@ -132,8 +133,8 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     write_through(path, |file| file.write_all(bytes))
 }
 
-/// The same of a file that is made bit by bit. Whatever happens, at its place is either all that was there before or all that is
-/// written now.
+/// The same of a file that is made bit by bit. Whatever happens, at its place is either all that was there
+/// before or all that is written now.
 fn write_through(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
@@ -144,7 +145,8 @@ fn write_through(
         write(&mut file)?;
         file.into_inner()?.sync_all()?;
         std::fs::rename(&unfinished, path)?;
-        // That it has moved is a change of the folder. Where a file system knows of no such thing, it is not in our hands.
+        // That it has moved is a change of the folder. Where a file system knows of no such thing, it is not
+        // in our hands.
         if let Ok(folder) = File::open(folder_of(path)) {
             let _ = folder.sync_all();
         }

@@ -1,5 +1,5 @@
-//! The PNG preview: something to look at, exposed so that it is neither black nor burnt. The only file that names the
-//! image crate.
+//! The PNG preview: something to look at, exposed so that it is neither black nor burnt. The only file that
+//! names the image crate.
 
 use super::Picture;
 use crate::sampling::mix;
@@ -24,8 +24,8 @@ pub enum Exposure {
 
 /// Writes the whole file or none of it.
 ///
-/// Values between two codes become either, by a noise that belongs to the pixel: the mean is right, and slow gradients
-/// show no bands.
+/// Values between two codes become either, by a noise that belongs to the pixel: the mean is right, and slow
+/// gradients show no bands.
 pub fn write(path: &Path, picture: &Picture, exposure: Exposure) -> std::io::Result<()> {
     let film = picture.film;
     let tone = match exposure {
@@ -43,7 +43,8 @@ pub fn write(path: &Path, picture: &Picture, exposure: Exposure) -> std::io::Res
     write_colours(path, film.extent.shown.size[0] as usize, &colours)
 }
 
-/// Codes of 8 bits, rounded up or down as random bits say: up as often as the value is close to the code above.
+/// Codes of 8 bits, rounded up or down as random bits say: up as often as the value is close to the code
+/// above.
 fn dithered(values: [f64; 3], noise: u64) -> [u8; 3] {
     [0, 1, 2].map(|i| {
         let threshold = f64::from((noise >> (20 * i)) as u32 & 0xf_ffff) / f64::from(1 << 20);
@@ -92,8 +93,8 @@ impl Tone {
     }
 }
 
-/// sRGB code values of a colour. One outside the gamut keeps its luminance, as far as white goes, and its hue: it is
-/// mixed with grey until no primary is negative or above 1.
+/// sRGB code values of a colour. One outside the gamut keeps its luminance, as far as white goes, and its
+/// hue: it is mixed with grey until no primary is negative or above 1.
 fn displayed(xyz: [f64; 3]) -> [f64; 3] {
     let grey = xyz[1].clamp(0.0, 1.0);
     let rgb = colour::xyz_to_rec709(xyz.into());
@@ -113,7 +114,8 @@ fn displayed(xyz: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    /// The mean over many pixels is the value, black and white stay as they are, and no code is off by more than one.
+    /// The mean over many pixels is the value, black and white stay as they are, and no code is off by more
+    /// than one.
     #[test]
     fn dithering_is_right_on_average() {
         let values = [0.0, 0.3217, 1.0];

@@ -1,4 +1,5 @@
-//! How large the error of a picture is as a whole, how surely that is known, and whether it is as small as was asked.
+//! How large the error of a picture is as a whole, how surely that is known, and whether it is as small as
+//! was asked.
 
 use super::error_bars;
 use crate::film::{Film, NOISE_TILE, Quantity, Region};
@@ -12,7 +13,8 @@ pub const CONFIDENCE: f64 = 0.95;
 /// The quantile of the normal distribution at that confidence.
 const QUANTILE: f64 = 1.645;
 
-/// Samples of each replicate below which nothing is decided: what few samples have missed does not show in their spread.
+/// Samples of each replicate below which nothing is decided: what few samples have missed does not show in
+/// their spread.
 pub const FEWEST: u64 = 4;
 
 /// An error of a picture as a whole, of its luminance or of all responses of the sensor.
@@ -40,7 +42,8 @@ pub struct Estimate {
 }
 
 impl Target {
-    /// The error of what is shown. `None` where there is none to know: without replicates, or of a black picture.
+    /// The error of what is shown. `None` where there is none to know: without replicates, or of a black
+    /// picture.
     pub fn estimate(&self, film: &Film) -> Option<Estimate> {
         if film.replicates < 2 {
             return None;
@@ -58,7 +61,8 @@ impl Target {
             scale += mean;
         }
         let pixels = film.extent.shown.pixel_count() as f64;
-        // Errors of the mean are over the mean, of all channels together; those of relMSE are over it already.
+        // Errors of the mean are over the mean, of all channels together; those of relMSE are over it
+        // already.
         let divisor = match self.figure {
             Figure::RelMse => pixels * channels.len() as f64,
             Figure::Error => scale,
@@ -91,8 +95,8 @@ impl Target {
             };
             *tiles.entry([x / NOISE_TILE, y / NOISE_TILE]).or_insert(0.0) += error;
         }
-        // A variance from n degrees of freedom has a relative variance of 2/n, a standard error a quarter of that. What pixels share of
-        // their noise they share of its estimate, too: a tile is taken as one.
+        // A variance from n degrees of freedom has a relative variance of 2/n, a standard error a quarter of
+        // that. What pixels share of their noise they share of its estimate, too: a tile is taken as one.
         let degrees = f64::from(film.replicates - 1);
         let relative = match self.figure {
             Figure::RelMse => 2.0 / degrees,
@@ -102,8 +106,9 @@ impl Target {
         (tiles.values().sum(), relative * squares, total)
     }
 
-    /// Whether it is time to decide whether the picture is good enough: when each replicate has a power of two of samples, of which
-    /// there are few. Who looks after every sample stops when chance makes the error look small.
+    /// Whether it is time to decide whether the picture is good enough: when each replicate has a power of
+    /// two of samples, of which there are few. Who looks after every sample stops when chance makes the error
+    /// look small.
     pub fn decides_at(samples_per_replicate: u64) -> bool {
         samples_per_replicate >= FEWEST && samples_per_replicate.is_power_of_two()
     }

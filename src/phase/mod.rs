@@ -1,8 +1,8 @@
 //! Phase functions: in what directions a medium scatters.
 //!
-//! Each is a density over directions, per steradian, of the angle θ between the way that light comes and the way that it goes on: cos θ = 1
-//! straight ahead. It is the same at all wavelengths and in both directions of the path, and each is sampled as it is, so value and density
-//! are one.
+//! Each is a density over directions, per steradian, of the angle θ between the way that light comes and the
+//! way that it goes on: cos θ = 1 straight ahead. It is the same at all wavelengths and in both directions of
+//! the path, and each is sampled as it is, so value and density are one.
 
 mod table;
 #[cfg(test)]
@@ -18,10 +18,10 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 #[derive(Clone, Debug)]
 pub enum Phase {
     Isotropic,
-    /// With the mean cosine, between −1 and 1 (Henyey and Greenstein, "Diffuse radiation in the galaxy", Astrophysical
-    /// Journal 93, 1941).
+    /// With the mean cosine, between −1 and 1 (Henyey and Greenstein, "Diffuse radiation in the galaxy",
+    /// Astrophysical Journal 93, 1941).
     HenyeyGreenstein(f64),
-    /// Of spheres much smaller than the wavelength.
+    /// Spheres much smaller than the wavelength.
     Rayleigh,
     Table(Box<PhaseTable>),
     /// The first, and the second by its weight.

@@ -8,7 +8,8 @@ pub struct PhaseTable {
 }
 
 impl PhaseTable {
-    /// From values up to a common factor. `None` unless there are two at least, none negative or not finite, and not all zero.
+    /// From values up to a common factor. `None` unless there are two at least, none negative or not finite,
+    /// and not all zero.
     pub fn new(values: &[f64]) -> Option<Self> {
         let valid = values.iter().all(|&value| value >= 0.0 && value.is_finite());
         if values.len() < 2 || !valid {
@@ -45,7 +46,8 @@ impl PhaseTable {
         let index = above.clamp(1, self.values.len() - 1) - 1;
         let step = 2.0 / (self.values.len() - 1) as f64;
         let [a, b] = [self.values[index], self.values[index + 1]];
-        // a x + (b − a) x² / 2 = area, in steps, by the form of the root that is exact where a and b are equal.
+        // a x + (b − a) x² / 2 = area, in steps, by the form of the root that is exact where a and b are
+        // equal.
         let area = (u - self.cumulative[index]).max(0.0) / step;
         let root = (a * a + 2.0 * (b - a) * area).max(0.0).sqrt();
         let x = if a + root > 0.0 { (2.0 * area / (a + root)).min(1.0) } else { 0.0 };

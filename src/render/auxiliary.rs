@@ -147,7 +147,7 @@ fn mean_and_error(means: &[f64]) -> [f64; 2] {
     [mean, if means.len() < 2 { f64::INFINITY } else { (spread / (count * (count - 1.0))).sqrt() }]
 }
 
-/// Of equally frequent values the least.
+/// The most frequent value; the least among equally frequent ones.
 fn most_frequent(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let runs = values.chunk_by(|a, b| a == b);

@@ -20,8 +20,9 @@ impl Members {
     }
 }
 
-/// The pixels of a group lie two pixels apart, so that the groups of a block interleave: what a group has too much of is spread
-/// between the pixels of others, and does not show as a square. Each net has its blocks elsewhere: no border of groups stays.
+/// The pixels of a group lie two pixels apart, so that the groups of a block interleave: what a group has too
+/// much of is spread between the pixels of others, and does not show as a square. Each net has its blocks
+/// elsewhere: no border of groups stays.
 #[derive(Clone, Debug)]
 pub struct Groups {
     members: Members,
@@ -67,7 +68,8 @@ impl Groups {
         self.members.edge().pow(2)
     }
 
-    /// The blocks of a net in which there are pixels of a rectangle, given by the range of its columns and of its rows.
+    /// The blocks of a net in which there are pixels of a rectangle, given by the range of its columns and of
+    /// its rows.
     pub fn blocks(&self, net: u32, pixels: [Range<i64>; 2]) -> impl Iterator<Item = Block> + use<> {
         let block = i64::from(BLOCK);
         let shift = self.shifts[net as usize].map(i64::from);

@@ -27,7 +27,8 @@ pub(super) struct LightPass<'a> {
 
 impl<'a> LightPass<'a> {
     pub fn new(caustics: &'a Caustics, exposure: &'a Exposure<'a>, kind: SamplerKind) -> Self {
-        // Light paths belong to no pixel: what only the others have to do with pixels, or with few samples, is nothing for them.
+        // Light paths belong to no pixel: what only the others have to do with pixels, or with few samples,
+        // is nothing for them.
         let (kind, seed) = match kind {
             SamplerKind::Independent => (kind, exposure.seed),
             // Nothing of it is to be random.
@@ -40,8 +41,8 @@ impl<'a> LightPass<'a> {
         Self { caustics, exposure, sampler, filter: exposure.scene.filter_sampler() }
     }
 
-    /// The light paths that belong to the samples of a pass. They come to the film in pieces, of which `add` is told the number:
-    /// how many there are in all.
+    /// The light paths that belong to the samples of a pass. They come to the film in pieces, of which `add`
+    /// is told the number: how many there are in all.
     pub fn expose<const C: usize>(&self, pass: &Pass, add: &Add, watch: &dyn Watch) -> usize {
         let of_replicate = |replicate: u32| {
             let indices = pass.indices(replicate);

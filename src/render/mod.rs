@@ -28,14 +28,14 @@ use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Exposes a film to the scene, on the current rayon thread pool. The result depends on scene and settings alone, unless
-/// it is stopped: then each pixel has the samples that were finished.
+/// Exposes a film to the scene, on the current rayon thread pool. The result depends on scene and settings
+/// alone, unless it is stopped: then each pixel has the samples that were finished.
 pub fn render(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
     go_on(scene, settings, Work::new(scene, settings, None), watch).into_film()
 }
 
-/// The same from wherever a work of that scene and these settings is. However often it is stopped and goes on, the film is the
-/// same in the end, bit by bit.
+/// The same from wherever a work of that scene and these settings is. However often it is stopped and goes
+/// on, the film is the same in the end, bit by bit.
 pub fn go_on(scene: &Scene, settings: &Settings, work: Work, watch: &dyn Watch) -> Work {
     match settings.wavelengths {
         WavelengthCount::One => expose::<1>(scene, settings, work, watch),
@@ -66,8 +66,8 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, watch:
         extras: film.extras.clone(),
     };
     let plan = match (settings.estimator, scene.integrator) {
-        // Second moments are those of samples of a path tracer. Suffixes are shared between surfaces alone: what a medium scatters on the way
-        // from one to the other would have to be weighed, too.
+        // Second moments are those of samples of a path tracer. Suffixes are shared between surfaces alone:
+        // what a medium scatters on the way from one to the other would have to be weighed, too.
         (Estimator::Shared, Integrator::Path) if !scene.film.moments && !scene.needs().scattering => {
             pilot::choose::<C>(&exposure, settings.sampler, watch)
         }

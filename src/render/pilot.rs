@@ -1,7 +1,8 @@
-//! Which plan suits a scene: a few blocks of pixels are rendered by each, and what they cost is set against how much they scatter.
+//! Which plan suits a scene: a few blocks of pixels are rendered by each, and what they cost is set against
+//! how much they scatter.
 //!
-//! The pilot's sample values are its own, so the choice is independent of the picture that it is for: whatever it chooses, the
-//! picture's expectation is the same.
+//! The pilot's sample values are its own, so the choice is independent of the picture that it is for:
+//! whatever it chooses, the picture's expectation is the same.
 
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block, Groups, Members};
@@ -11,8 +12,8 @@ use crate::sampling::{Sampler, SamplerKind, mix};
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
-/// The plans that a pilot chooses from, each with what a sample costs, in samples of a path tracer: about the mean of what was
-/// measured on the scenes of `validation/speed`.
+/// The plans that a pilot chooses from, each with what a sample costs, in samples of a path tracer: about the
+/// mean of what was measured on the scenes of `validation/speed`.
 const CANDIDATES: [(Plan, f64); 4] = [
     (Plan { members: Members::One, light_samples: 1 }, 1.0),
     (Plan { members: Members::One, light_samples: 4 }, 1.5),
@@ -35,7 +36,7 @@ const SEED: u64 = 0x0070_696c_6f74;
 /// The plan of least variance times cost, or the usual one where the picture is too small for a pilot.
 /// Nobody waits for a pilot that is stopped.
 pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind, watch: &dyn Watch) -> Plan {
-    // Of the whole picture, whatever part of it is rendered: all parts have the same plan.
+    // Places are those of the whole picture, whatever part of it is rendered: all parts have the same plan.
     let window = picture.extent.window;
     let extent = Extent { measured: window, shown: window, ..picture.extent };
     let schedule = Schedule::independent(SCHEDULE.0, SCHEDULE.1);

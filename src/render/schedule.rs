@@ -4,9 +4,10 @@ use crate::sampling::SamplerKind;
 
 /// How the samples of a pixel are dealt: into replicates, whose spread tells the error, of a few nets.
 ///
-/// A net is one sequence of the sampler, well spread as a whole, and independent of the other nets. The replicates of a net are
-/// equal runs of it. Runs of one net complete each other, so they differ more than independent ones of that length would differ
-/// from their mean: the error that they tell is that of the picture or above it.
+/// A net is one sequence of the sampler, well spread as a whole, and independent of the other nets. The
+/// replicates of a net are equal runs of it. Runs of one net complete each other, so they differ more than
+/// independent ones of that length would differ from their mean: the error that they tell is that of the
+/// picture or above it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schedule {
     /// Replicates in all.
@@ -17,10 +18,12 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Deals `samples` per pixel, or the next larger number that can be dealt, into replicates of equal length.
+    /// Deals `samples` per pixel, or the next larger number that can be dealt, into replicates of equal
+    /// length.
     ///
-    /// More replicates tell the error more surely, longer ones are better stratified: about eight is a compromise. Where
-    /// the number allows, replicates are powers of two long, as the Sobol sampler likes best.
+    /// More replicates tell the error more surely, longer ones are better stratified: about eight is a
+    /// compromise. Where the number allows, replicates are powers of two long, as the Sobol sampler likes
+    /// best.
     pub fn new(samples: u32) -> Self {
         let samples = samples.max(1);
         if samples < 8 {
@@ -42,15 +45,15 @@ impl Schedule {
         Self { replicates, per_net: 1, samples_per_replicate }
     }
 
-    /// Deals `samples` per pixel, or the next larger number that can be dealt, into so many independent replicates. One is best
-    /// stratified and has no error bars.
+    /// Deals `samples` per pixel, or the next larger number that can be dealt, into so many independent
+    /// replicates. One is best stratified and has no error bars.
     pub fn with_replicates(samples: u32, replicates: u32) -> Self {
         let replicates = replicates.max(1);
         Self::independent(replicates, samples.max(1).div_ceil(replicates))
     }
 
-    /// Deals `samples` per pixel as a sampler allows. Where nothing is random they are one sequence, and there are no error bars.
-    /// Runs of a sequence tell its error only where each is well spread by itself.
+    /// Deals `samples` per pixel as a sampler allows. Where nothing is random they are one sequence, and
+    /// there are no error bars. Runs of a sequence tell its error only where each is well spread by itself.
     pub fn of(sampler: SamplerKind, samples: u32) -> Self {
         let dealt = Self::new(samples);
         match sampler {

@@ -11,8 +11,9 @@ const LONGEST_PASS: u32 = 256;
 
 /// A picture in the making: the sums of its film, and which samples are in them.
 ///
-/// The samples of a pixel are numbered over the whole picture: with R replicates, sample n is the one of index n / R of replicate
-/// n mod R. So any run of them has its share in each replicate, and runs that follow one another make up the picture.
+/// The samples of a pixel are numbered over the whole picture: with R replicates, sample n is the one of
+/// index n / R of replicate n mod R. So any run of them has its share in each replicate, and runs that follow
+/// one another make up the picture.
 #[derive(Clone, Debug)]
 pub struct Work {
     film: Film,
@@ -93,8 +94,8 @@ impl Work {
 
     /// The next pass over the picture: which indices, and which of its pieces are done already.
     ///
-    /// Passes double what is there, as far as [`LONGEST_PASS`] allows: what a Sobol sequence has after any of them is well spread,
-    /// and there is a picture with error bars after the first.
+    /// Passes double what is there, as far as [`LONGEST_PASS`] allows: what a Sobol sequence has after any of
+    /// them is well spread, and there is a picture with error bars after the first.
     pub(super) fn pass(&self) -> Option<Pass> {
         let replicates = u64::from(self.schedule.replicates);
         let first = (self.samples.start / replicates) as u32;

@@ -239,9 +239,9 @@ impl Stream<'_> {
         }
     }
 
-    /// A value of one dimension, moved within its stratum, so that what is left of it modulo 1 / `parts` is well spread, too: as finely as in a
-    /// sequence `parts` times as long. For companions at equal steps from a value, which would else fall close to those of other
-    /// values.
+    /// A value of one dimension, moved within its stratum, so that what is left of it modulo 1 / `parts` is
+    /// well spread, too: as finely as in a sequence `parts` times as long. For companions at equal steps from
+    /// a value, which would else fall close to those of other values.
     pub fn spread(&self, value: f64, parts: u32) -> f64 {
         let strata = match self.kind {
             SamplerKind::Independent => 1,
@@ -379,7 +379,8 @@ mod tests {
         }
     }
 
-    /// Values stay in their strata, and they and their companions have a stratum of a fourth of the length each.
+    /// Values stay in their strata, and they and their companions have a stratum of a fourth of the length
+    /// each.
     #[test]
     fn spread_values_have_companions_that_are_spread() {
         const SAMPLES: u32 = 64;

@@ -34,8 +34,8 @@ pub struct Flight<const C: usize> {
 }
 
 impl Scene {
-    /// What a ray comes to first if it ends where the hero's optical depth in media that scatter is `target`; `media` are then those around
-    /// it there.
+    /// What a ray comes to first if it ends where the hero's optical depth in media that scatter is `target`;
+    /// `media` are then those around it there.
     pub fn fly<const C: usize>(
         &self,
         ray: &Ray,
@@ -72,7 +72,8 @@ impl Scene {
         media: &Media,
         wavelengths: &Wavelengths<C>,
     ) -> Ray {
-        /// A surface that is so much farther away than the end is looked for all the same: the place is kept off it.
+        /// A surface that is so much farther away than the end is looked for all the same: the place is kept
+        /// off it.
         const MARGIN: f64 = 1e-9;
         if self.needs.meetings() || from_camera && self.limits.hide_emitters {
             return *ray;

@@ -11,7 +11,8 @@ use crate::spectrum::{Sampled, Wavelengths};
 pub struct Passage<const C: usize> {
     /// The share of the light.
     pub share: Sampled<C>,
-    /// The probability with which a path that goes the same way passes all media that scatter, for each wavelength as its hero.
+    /// The probability with which a path that goes the same way passes all media that scatter, for each
+    /// wavelength as its hero.
     pub flown: Sampled<C>,
 }
 
@@ -21,7 +22,8 @@ impl Scene {
         self.media[media.medium(&self.bodies)? as usize].as_ref()
     }
 
-    /// The share that what surrounds a ray lets through from its beginning to its end; `None` where that is nothing.
+    /// The share that what surrounds a ray lets through from its beginning to its end; `None` where that is
+    /// nothing.
     pub fn transmittance<const C: usize>(
         &self,
         media: &MediumStack,
@@ -35,7 +37,8 @@ impl Scene {
     }
 
     /// The share of light that gets along a ray that begins in `media`: through media, and through surfaces
-    /// that let light pass straight where the scene has shadow rays go on through them. Zero where anything is in the way.
+    /// that let light pass straight where the scene has shadow rays go on through them. Zero where anything
+    /// is in the way.
     pub fn visibility<const C: usize>(
         &self,
         ray: &Ray,

@@ -28,7 +28,7 @@ pub struct Scene {
     pub wavelengths: WavelengthDensity,
     pub lights: Lights,
     pub(super) caustics: Option<Caustics>,
-    /// Of the order of the brightest light's contribution to Y: fixes the film's quantum.
+    /// About the brightest light's contribution to Y: fixes the film's quantum.
     pub reference_radiance: f64,
     pub(super) needs: Needs,
     /// What makes a picture of no use, as far as it is known before the first ray.
@@ -52,9 +52,9 @@ pub struct Scene {
 /// By which numbers images tell shapes apart.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ShapeNumbers {
-    /// Of each surface.
+    /// Number of each surface.
     pub surfaces: Vec<u32>,
-    /// Of each instance; 0, or none at all, where the surface has one of its own.
+    /// Number of each instance; 0, or none at all, where the surface has one of its own.
     pub instances: Vec<u32>,
 }
 
@@ -77,7 +77,7 @@ pub struct FilmPlan {
 pub struct FilmChannel {
     pub name: String,
     pub response: Spectrum,
-    /// Of the response over the range of wavelengths, nm. Above 0.
+    /// Integral of the response over the range of wavelengths, nm. Above 0.
     pub integral: f64,
 }
 
@@ -99,7 +99,8 @@ pub(super) struct Surface {
     pub material: MaterialId,
     pub light: Option<u32>,
     pub role: Role,
-    /// Whether it is a part of a solid of the scene's own: which instance a moving part is says nothing of the body then.
+    /// Whether it is a part of a solid of the scene's own: which instance a moving part is says nothing of
+    /// the body then.
     pub part: bool,
     /// What the surface encloses, if it is that of a transparent body.
     pub body: Option<u32>,
@@ -226,7 +227,7 @@ impl std::fmt::Display for Needs {
 pub struct Intersection {
     pub t: f64,
     pub point: SurfacePoint,
-    /// Of the front.
+    /// Shading normal of the front.
     pub shading_normal: Vec3,
     /// The light that the surface is, if it is one.
     pub light: Option<u32>,
@@ -251,8 +252,8 @@ impl Scene {
         self.needs
     }
 
-    /// The same scene, for which the renderer also does what `more` says and the scene has no need of. The picture is the
-    /// same and takes longer: by how much is what leaving it out is worth.
+    /// The same scene, for which the renderer also does what `more` says and the scene has no need of. The
+    /// picture is the same and takes longer: by how much is what leaving it out is worth.
     #[must_use]
     pub fn with_needs(mut self, more: Needs) -> Self {
         self.needs = self.needs.or(more);
@@ -278,8 +279,8 @@ impl Scene {
         Some(CameraSample { sensor, filter_weight, wavelength, time })
     }
 
-    /// The ray from a place on the film, in pixels from the whole film's corner, at a time. `None` where the sensor has nothing to
-    /// measure at.
+    /// The ray from a place on the film, in pixels from the whole film's corner, at a time. `None` where the
+    /// sensor has nothing to measure at.
     pub fn sensor_ray(&self, place: [f64; 2], time: f64, stream: &Stream) -> Option<SensorRay<'_>> {
         let lens = if self.needs.lens {
             let [u, v, ..] = stream.draw(Dimensions::Lens);
@@ -290,8 +291,8 @@ impl Scene {
         self.camera.ray(place, lens, time)
     }
 
-    /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each stretch of the
-    /// way, a ray that ends where it does, with what it leads through.
+    /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each
+    /// stretch of the way, a ray that ends where it does, with what it leads through.
     #[inline]
     pub fn intersect(
         &self,
@@ -303,13 +304,15 @@ impl Scene {
     ) -> Option<Intersection> {
         let hides = from_camera && self.limits.hide_emitters;
         if !hides && !self.needs.meetings() {
-            // What is large is made last, in the place where it stays: to move it costs as much as a shadow ray.
+            // What is large is made last, in the place where it stays: to move it costs as much as a shadow
+            // ray.
             let hit = self.accel.closest(ray, time);
             cross(&media.here, &Ray { t_max: hit.as_ref().map_or(f64::INFINITY, |hit| hit.t), ..*ray });
             return hit.map(|hit| self.intersection(&hit, ray, time));
         }
         let mut ray = *ray;
-        // Length of the way, and that of the part of it that leads through what the ray is in now, with where that begins.
+        // Length of the way, and that of the part of it that leads through what the ray is in now, with where
+        // that begins.
         let (mut passed, mut within, mut start) = (0.0, 0.0, ray);
         loop {
             let Some(mut hit) = self.meet(&ray, time) else {
@@ -364,8 +367,8 @@ impl Scene {
         }
     }
 
-    /// How the surface scatters at a path's wavelengths. `choice` in [0, 1) chooses between the materials of a surface
-    /// that has several.
+    /// How the surface scatters at a path's wavelengths. `choice` in [0, 1) chooses between the materials of
+    /// a surface that has several.
     pub fn shade<const C: usize>(
         &self,
         hit: &Intersection,

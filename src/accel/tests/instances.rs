@@ -12,7 +12,8 @@ fn instance_of(shapes: &[Shape], place: &Transform) -> Accel {
     Accel::with_instances(&[], &[], vec![Instance::new(group, Placed::still(place).unwrap())], [0.0; 2])
 }
 
-/// Whether two points found for the same ray are one within their error bounds and what a ray's parameter rounds.
+/// Whether two points found for the same ray are one within their error bounds and what a ray's parameter
+/// rounds.
 fn same(a: &SurfacePoint, b: &SurfacePoint, t: f64) -> bool {
     let apart = (a.position - b.position).dot(b.normal).abs();
     let scale = t + a.position.length();
@@ -45,8 +46,8 @@ fn an_instance_where_it_was_made_changes_nothing() {
     assert!(hits > 1000);
 }
 
-/// Affine maps under which vertices on a grid stay single precision, so that a transformed mesh is the very one that an
-/// instance shows.
+/// Affine maps under which vertices on a grid stay single precision, so that a transformed mesh is the very
+/// one that an instance shows.
 fn exact_placement(random: &mut impl rand::Rng) -> Transform {
     loop {
         let column = |random: &mut _| {
@@ -78,7 +79,8 @@ fn instances_show_what_transformed_meshes_show() {
         let instance = instance_of(&group, &place);
         let moved = [Shape::Mesh(Mesh::new(data.transformed(&place)).unwrap())];
         let plain = Accel::build(&moved);
-        // Without vertex normals a mirror turns a transformed mesh inside out, but no instance (as in Mitsuba).
+        // Without vertex normals a mirror turns a transformed mesh inside out, but no instance (as in
+        // Mitsuba).
         let side = if place.mirrors() { -1.0 } else { 1.0 };
         for _ in 0..1000 {
             let ray = any_ray(&mut random);
@@ -105,7 +107,8 @@ fn instances_show_what_transformed_meshes_show() {
 
 #[test]
 fn spheres_stay_outward_in_mirrored_instances() {
-    // Seen in Mitsuba 3.9.1: the sphere under `scale x="1" y="2" z="3"`, from above; mirrored, it still faces out.
+    // Seen in Mitsuba 3.9.1: the sphere under `scale x="1" y="2" z="3"`, from above; mirrored, it still faces
+    // out.
     let sphere = [Shape::Sphere(Sphere::new(&Transform::IDENTITY, Vec3::ZERO, 1.0, false).unwrap())];
     let ray = Ray::new(Vec3::new(0.3, 0.2, 5.0), -Vec3::Z);
     for mirror in [1.0, -1.0] {
@@ -266,9 +269,10 @@ fn moving_instances_are_hit_where_they_are_at_the_rays_time() {
     assert!(met > 500, "{met}");
 }
 
-/// Something of a pixel's size that moves by 100 pixels both across and down: a box around all of its way is met by the rays
-/// of 10,000 pixels (Glassner, *An Introduction to Ray Tracing*, ch. 5, sec. 6.4). Slices of time ask for some 200 tests of
-/// boxes that are thrown away by their time, and for a handful of tests of the thing itself.
+/// Something of a pixel's size that moves by 100 pixels both across and down: a box around all of its way is
+/// met by the rays of 10,000 pixels (Glassner, *An Introduction to Ray Tracing*, ch. 5, sec. 6.4). Slices of
+/// time ask for some 200 tests of boxes that are thrown away by their time, and for a handful of tests of the
+/// thing itself.
 #[test]
 fn a_diagonal_mover_is_not_tested_along_all_of_its_box() {
     let pixel = Mesh::rectangle(&Transform::scale(0.5), false).unwrap();

@@ -15,7 +15,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Samples of each pixel at which a render ends that is to end at an error or a time, and is not told otherwise.
+/// Samples of each pixel at which a render ends that is to end at an error or a time, and is not told
+/// otherwise.
 pub const MOST_SAMPLES: u32 = 1 << 20;
 
 /// Largest share of the time that checkpoints take, as one over it.
@@ -25,8 +26,9 @@ const RARELY: u32 = 20;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Long renders")]
 pub struct LongOptions {
-    /// Keep what is done in OUT.checkpoint, every minute and when the render is stopped. --resume goes on from it, to the same
-    /// bits as without a break; abbe merge puts several of them together. It stays beside the picture
+    /// Keep what is done in OUT.checkpoint, every minute and when the render is stopped. --resume goes on
+    /// from it, to the same bits as without a break; abbe merge puts several of them together. It stays
+    /// beside the picture
     #[arg(long)]
     checkpoint: bool,
 
@@ -38,23 +40,25 @@ pub struct LongOptions {
     #[arg(long, value_name = "TIME", default_value = "1m", value_parser = parse_time)]
     checkpoint_every: Duration,
 
-    /// Render samples A to B − 1 of each pixel alone, counted from 0, of all that --spp says: a part for abbe merge. Implies
-    /// --checkpoint
+    /// Render samples A to B − 1 of each pixel alone, counted from 0, of all that --spp says: a part for abbe
+    /// merge. Implies --checkpoint
     #[arg(long, value_name = "A..B", value_parser = parse_samples, conflicts_with_all = ["until", "time"])]
     samples: Option<Range<u64>>,
 
-    /// End when the error of the luminance (or of all responses of a specfilm) is below a bound with 95 % confidence:
-    /// 'relmse<1e-3' (as abbe compare has it) or 'error<1%' (mean standard error over mean). It is looked at whenever the samples have
-    /// doubled. --spp is then the most samples that are taken [default then: 1048576]
+    /// End when the error of the luminance (or of all responses of a specfilm) is below a bound with 95 %
+    /// confidence: 'relmse<1e-3' (as abbe compare has it) or 'error<1%' (mean standard error over mean). It
+    /// is looked at whenever the samples have doubled. --spp is then the most samples that are taken [default
+    /// then: 1048576]
     #[arg(long, value_name = "TARGET")]
     until: Option<Target>,
 
-    /// End after this time, such as 90s, 10m or 2h, but not before each pixel has a sample. --spp is then the most samples that are
-    /// taken [default then: 1048576]
+    /// End after this time, such as 90s, 10m or 2h, but not before each pixel has a sample. --spp is then the
+    /// most samples that are taken [default then: 1048576]
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     time: Option<Duration>,
 
-    /// Show the picture in the making in tev, an image viewer that listens at this address, such as 127.0.0.1:14158
+    /// Show the picture in the making in tev, an image viewer that listens at this address, such as
+    /// 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT")]
     tev: Option<String>,
 }
@@ -191,7 +195,8 @@ pub fn cannot_read(path: &Path, error: &std::io::Error) -> Failure {
     Failure::Input(format!("error: cannot read {}: {error}", path.display()))
 }
 
-/// Watches a render that takes long: tells how far it is, keeps what is done, and ends it when it is good enough.
+/// Watches a render that takes long: tells how far it is, keeps what is done, and ends it when it is good
+/// enough.
 pub struct Watching<'a> {
     progress: Progress,
     kept: &'a Kept,

@@ -22,17 +22,17 @@ pub(super) use told::{counted, told as told_samples};
 
 /// Render a scene to an EXR with error bars, and a PNG to look at
 ///
-/// Without -o the files land in the current folder under the name of the scene's folder. The picture depends on
-/// the scene, the seed and the number of samples alone: threads change only how long it takes. Ctrl-C, SIGTERM or
-/// SIGHUP end the render and write what is done, with exit code 3; nothing is written before every pixel has a sample.
-/// The second ends the program at once.
+/// Without -o the files land in the current folder under the name of the scene's folder. The picture depends
+/// on the scene, the seed and the number of samples alone: threads change only how long it takes. Ctrl-C,
+/// SIGTERM or SIGHUP end the render and write what is done, with exit code 3; nothing is written before every
+/// pixel has a sample. The second ends the program at once.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
     scene: SceneOptions,
 
-    /// Where to write the picture; a PNG of the same name lands beside it. OUT.checkpoint: no picture, but what abbe merge
-    /// makes one from
+    /// Where to write the picture; a PNG of the same name lands beside it. OUT.checkpoint: no picture, but
+    /// what abbe merge makes one from
     #[arg(short, long, value_name = "OUT.exr|checkpoint")]
     output: Option<PathBuf>,
 
@@ -40,8 +40,9 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     spp: Option<u32>,
 
-    /// Independent replicates that the samples are dealt into. Few make a picture less noisy, for its samples are spread
-    /// better together, and its error bars less sure; 1 has none [default: 4 to 16, by the number of samples]
+    /// Independent replicates that the samples are dealt into. Few make a picture less noisy, for its samples
+    /// are spread better together, and its error bars less sure; 1 has none [default: 4 to 16, by the number
+    /// of samples]
     #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=1024))]
     replicates: Option<u32>,
 
@@ -53,8 +54,8 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
 
-    /// Sampler: regular (no error bars), independent, jittered, poisson, sobol (Owen-scrambled) or bluenoise [default: what
-    /// the scene says, else sobol]
+    /// Sampler: regular (no error bars), independent, jittered, poisson, sobol (Owen-scrambled) or bluenoise
+    /// [default: what the scene says, else sobol]
     #[arg(long, value_name = "S", value_parser = parse_sampler)]
     sampler: Option<SamplerKind>,
 
@@ -62,8 +63,8 @@ pub struct Args {
     #[arg(long, value_name = "C", default_value = "4", value_parser = parse_wavelengths)]
     wavelengths: WavelengthCount,
 
-    /// Estimator: shared (pixels share the suffixes of their paths) or plain (each pixel traces its own). The expectation is
-    /// the same, noise and time are not
+    /// Estimator: shared (pixels share the suffixes of their paths) or plain (each pixel traces its own). The
+    /// expectation is the same, noise and time are not
     #[arg(long, value_name = "E", default_value = "shared", value_parser = parse_estimator)]
     estimator: Estimator,
 
@@ -78,7 +79,8 @@ pub struct Args {
     #[arg(long, value_name = "MIN:MAX", value_parser = parse_range)]
     range: Option<WavelengthRange>,
 
-    /// Colour matching functions: cie1931, cie1931-5nm (as Mitsuba tabulates it), cie1964, cie2015-2 or cie2015-10
+    /// Colour matching functions: cie1931, cie1931-5nm (as Mitsuba tabulates it), cie1964, cie2015-2 or
+    /// cie2015-10
     #[arg(long, value_name = "NAME", default_value = "cie1931", value_parser = parse_observer)]
     observer: &'static Observer,
 

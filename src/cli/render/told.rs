@@ -11,8 +11,8 @@ use abbe::units::WavelengthRange;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-/// How the picture was made. Nothing that differs between equal renders: no time, no threads; and nothing that differs between its
-/// parts: see [`counted`].
+/// How the picture was made. Nothing that differs between equal renders: no time, no threads; and nothing
+/// that differs between its parts: see [`counted`].
 pub(super) fn attributes(
     args: &Args,
     range: WavelengthRange,

@@ -86,7 +86,8 @@ fn curves(subject: &Subject) -> Vec<Curve> {
     }
 }
 
-/// A displayable colour for one wavelength: its own colour clipped to the gamut, darker at the ends of the visible range.
+/// A displayable colour for one wavelength: its own colour clipped to the gamut, darker at the ends of the
+/// visible range.
 fn band_colour(nm: f64) -> String {
     let [x, y, z] = Observer::cie1931().at(nm);
     let linear = xyz_to_rec709([x, y, z].into()).map(|value| value.max(0.0));

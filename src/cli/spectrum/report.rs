@@ -10,8 +10,8 @@ use std::fmt::Write as _;
 
 const RANGE: WavelengthRange = WavelengthRange::VISIBLE;
 
-/// Illuminants under which colours are told: incandescent, two daylights, a broad and a three-band fluorescent lamp,
-/// and equal energy.
+/// Illuminants under which colours are told: incandescent, two daylights, a broad and a three-band
+/// fluorescent lamp, and equal energy.
 const ILLUMINANTS: [&str; 6] = ["A", "D50", "D65", "FL2", "FL11", "E"];
 
 /// Thicknesses through which absorbing media are shown, m.

@@ -27,7 +27,8 @@ fn check_sum(bytes: &[u8]) -> u32 {
     crc.sum()
 }
 
-/// Integers byte by byte, the lowest byte of all of them first, compressed: the higher ones are nearly all the same.
+/// Integers byte by byte, the lowest byte of all of them first, compressed: the higher ones are nearly all
+/// the same.
 pub(super) fn packed(numbers: &[u64]) -> Vec<u8> {
     let mut encoder = DeflateEncoder::new(Vec::new(), flate2::Compression::fast());
     for byte in 0..BYTES {
@@ -56,7 +57,7 @@ pub(super) fn unpacked(bytes: &[u8], count: usize) -> Result<Vec<u64>> {
 
 pub(super) struct Writer<'a> {
     to: &'a mut dyn Write,
-    /// Of the check sums of the blocks of the film.
+    /// Check sum of the check sums of the blocks of the film.
     sums: Crc,
 }
 

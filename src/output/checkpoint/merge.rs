@@ -1,7 +1,7 @@
 //! A picture from its parts: runs of its samples, and rectangles of its pixels.
 //!
-//! Parts are boxes of pixels and samples. What no part holds is missing, what two hold is refused unless one of them holds all
-//! of the other: a sample is a pure function of the scene, so that other adds nothing.
+//! Parts are boxes of pixels and samples. What no part holds is missing, what two hold is refused unless one
+//! of them holds all of the other: a sample is a pure function of the scene, so that other adds nothing.
 
 use super::{Header, Measures, Opened, Part};
 use crate::film::{Extent, Film, Region};
@@ -94,7 +94,8 @@ impl fmt::Display for Part {
     }
 }
 
-/// Plans how checkpoints, each with the digest of its sums, are put together. The order in which they are given changes nothing.
+/// Plans how checkpoints, each with the digest of its sums, are put together. The order in which they are
+/// given changes nothing.
 ///
 /// # Errors
 /// Where they are not of one picture, or overlap.
@@ -170,8 +171,8 @@ fn extent_of<'a>(mut films: impl Iterator<Item = &'a Measures>) -> Extent {
 }
 
 impl Plan {
-    /// Adds up the files that are used, given by their numbers: the film, and the images beside the picture where there are some
-    /// for all of it.
+    /// Adds up the files that are used, given by their numbers: the film, and the images beside the picture
+    /// where there are some for all of it.
     ///
     /// # Errors
     /// Where a file cannot be read: its number comes with why.
@@ -201,7 +202,8 @@ impl Plan {
         Ok((film, images.whole()))
     }
 
-    /// Whether the pixels that have samples have the same ones, so that the light paths of one are those of all.
+    /// Whether the pixels that have samples have the same ones, so that the light paths of one are those of
+    /// all.
     pub fn is_even(&self, samples_per_pixel: u64) -> bool {
         let whole = |part: &Part| part.region == self.extent.shown || part.samples == (0..samples_per_pixel);
         self.missing.iter().all(whole)

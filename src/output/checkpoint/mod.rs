@@ -1,11 +1,12 @@
 //! What of a picture is done, as a file: the integer sums of its film and how far they go.
 //!
-//! A checkpoint is what a render that was interrupted goes on from, and a part that a picture is put together from ([`merge`]).
-//! Sums are integers, so what is read is what was written, and parts add up to the bits of the whole.
+//! A checkpoint is what a render that was interrupted goes on from, and a part that a picture is put together
+//! from ([`merge`]). Sums are integers, so what is read is what was written, and parts add up to the bits of
+//! the whole.
 //!
-//! The file begins with [`MAGIC`], then come blocks of bytes, each with its length and its CRC-32 before it: the header as JSON;
-//! the images beside the picture, one at a time; some rows of the film at a time. An empty block and the check sum of all sums
-//! end it.
+//! The file begins with [`MAGIC`], then come blocks of bytes, each with its length and its CRC-32 before it:
+//! the header as JSON; the images beside the picture, one at a time; some rows of the film at a time. An
+//! empty block and the check sum of all sums end it.
 
 mod blocks;
 pub mod merge;
@@ -40,7 +41,8 @@ pub struct Part {
 /// All that a checkpoint says beside the sums.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// What all parts of a picture have in common, each with its name: parts in which any differs are of different pictures.
+    /// What all parts of a picture have in common, each with its name: parts in which any differs are of
+    /// different pictures.
     pub identity: Vec<(String, String)>,
     pub picture: Description,
     pub film: Measures,
@@ -216,7 +218,7 @@ fn rows_of(measures: &Measures, numbers: &[u64]) -> Vec<Row> {
 pub struct Opened {
     pub header: Header,
     reader: Reader<BufReader<File>>,
-    /// Of all blocks: equal for equal sums of the same part.
+    /// Check sum of all blocks: equal for equal sums of the same part.
     pub digest: u32,
 }
 
@@ -232,7 +234,8 @@ pub fn open(path: &Path) -> Result<Opened> {
 }
 
 impl Opened {
-    /// Adds the sums to a film that measures the same, as far as they are of pixels of a region. The images beside the picture.
+    /// Adds the sums to a film that measures the same, as far as they are of pixels of a region. The images
+    /// beside the picture.
     pub fn add_to(mut self, film: &mut Film, region: Region) -> Result<Vec<Auxiliary>> {
         let measures = &self.header.film;
         let Region { offset: [left, top], .. } = measures.extent.measured;
@@ -266,7 +269,8 @@ impl Opened {
         Ok(images)
     }
 
-    /// The work that goes on from here. `begun` is the same with nothing done, which is where what was put together from parts is.
+    /// The work that goes on from here. `begun` is the same with nothing done, which is where what was put
+    /// together from parts is.
     ///
     /// # Errors
     /// Where it cannot be read or is damaged.

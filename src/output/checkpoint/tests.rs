@@ -1,7 +1,7 @@
 use super::*;
 use crate::output::Colour;
 
-/// Of a whole picture that is made at once.
+/// Header of a whole picture that is made at once.
 pub(super) fn header(size: [u32; 2], samples_per_pixel: u64) -> Header {
     let film = Film::new(size[0], size[1], 2, Extras::default(), FixedPoint::SHARE);
     let part = Part { region: Region::whole(size), samples: 0..samples_per_pixel };

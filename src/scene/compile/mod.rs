@@ -1,8 +1,8 @@
-//! From what a file says to what can be traced. Whatever can be wrong with a scene that reading it did not show is
-//! found here, before the first ray.
+//! From what a file says to what can be traced. Whatever can be wrong with a scene that reading it did not
+//! show is found here, before the first ray.
 //!
-//! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single precision: how
-//! far a scene lies from the origin of its file makes no difference.
+//! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single
+//! precision: how far a scene lies from the origin of its file makes no difference.
 
 mod caustics;
 mod contact;
@@ -56,8 +56,8 @@ pub struct CompileOptions {
 pub struct Part {
     /// Within the window that the film exposes.
     pub shown: Region,
-    /// Pixels around it, as far as the window goes, that are measured too. What is measured holds whole squares of pixels of an
-    /// edge of `square`, each with that margin.
+    /// Pixels around it, as far as the window goes, that are measured too. What is measured holds whole
+    /// squares of pixels of an edge of `square`, each with that margin.
     pub margin: u32,
     pub square: u32,
 }
@@ -71,8 +71,8 @@ impl Default for CompileOptions {
 /// Makes a description traceable.
 ///
 /// # Errors
-/// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no physics over
-/// the range of wavelengths, a walk in a scene whose lights it can't find.
+/// All that is wrong and independent of one another: shapes that cannot be placed, spectra that are no
+/// physics over the range of wavelengths, a walk in a scene whose lights it can't find.
 pub fn compile(description: &Description, options: &CompileOptions) -> Result<Scene, SceneErrors> {
     let colours = HashMap::new();
     Compiler { description, options, shift: Transform::IDENTITY, colours, errors: Vec::new() }.run()
@@ -237,7 +237,7 @@ impl Compiler<'_> {
             surfaces[shape].smooth = false;
         }
         let caustics = match integrator {
-            // Of what light paths bring a pixel has no samples of its own.
+            // A pixel has no samples of its own of the light that subpaths bring.
             // Nor do they know of what scatters them between surfaces.
             Integrator::Path if !film.moments && !scattering => setting.caustics(&mut surfaces),
             Integrator::Path | Integrator::Walk | Integrator::Depth => None,
