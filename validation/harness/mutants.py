@@ -36,11 +36,13 @@ def copy(source, target):
         shutil.copy2(source, target)
 
 
-def folders():
-    """What the programs of the manifest are made from, but for the tests."""
+def sources():
+    """What the programs of the manifest are made from, but for the tests: folders, and the script that cargo runs before it builds."""
     metadata = subprocess.run(["cargo", "metadata", "--no-deps", "--format-version=1"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
     targets = json.loads(metadata)["packages"][0]["targets"]
-    return {Path("data")} | {Path(target["src_path"]).parent.relative_to(ROOT) for target in targets if "test" not in target["kind"]}
+    scripts = {Path(target["src_path"]).relative_to(ROOT) for target in targets if "custom-build" in target["kind"]}
+    programs = [target for target in targets if not {"test", "custom-build"} & set(target["kind"])]
+    return {Path("data")} | {Path(target["src_path"]).parent.relative_to(ROOT) for target in programs}, scripts
 
 
 def plant(folder):
@@ -48,9 +50,10 @@ def plant(folder):
     faults = {name: fault for path in sorted(LISTS.glob("*.toml")) for name, fault in tomllib.loads(path.read_text()).items()}
     fresh = folder.with_name(folder.name + "-fresh")
     shutil.rmtree(fresh, ignore_errors=True)
-    for name in folders():
+    folders, scripts = sources()
+    for name in folders:
         shutil.copytree(ROOT / name, fresh / name)
-    for name in ("Cargo.toml", "Cargo.lock"):
+    for name in ("Cargo.toml", "Cargo.lock", *scripts):
         shutil.copy2(ROOT / name, fresh / name)
     # Another package, so that its programs lie beside the true ones and share what was compiled for them.
     replace_once(fresh / "Cargo.toml", 'name = "abbe"\n', 'name = "abbe-mutants"\n')

@@ -4,7 +4,7 @@
 //! from ([`merge`]). Sums are integers, so what is read is what was written, and parts add up to the bits of
 //! the whole.
 //!
-//! The file begins with [`MAGIC`], then come blocks of bytes, each with its length and its CRC-32 before it:
+//! The file begins with `MAGIC`, then come blocks of bytes, each with its length and its CRC-32 before it:
 //! the header as JSON; the images beside the picture, one at a time; some rows of the film at a time. An
 //! empty block and the check sum of all sums end it.
 
