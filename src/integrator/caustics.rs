@@ -248,7 +248,7 @@ impl<const C: usize> Beam<C> {
         let [x, y, wavelength, time] = stream.draw(Dimensions::Camera);
         let [u, v, cone, light] = stream.draw(Dimensions::Lens);
         let time = scene.shutter.time(time);
-        let wavelengths = scene.wavelengths.sample::<C>(stream.spread(wavelength, C as u32));
+        let wavelengths = scene.wavelengths.sample::<C>(wavelength);
         let (source, probability) = caustics.choose(light);
         let start = scene.lights.emit(source.light, [x, y], time, &wavelengths.nm)?;
         let (direction, density) = caustics.casters.seen_from(&start.point)?.sample(cone, [u, v])?;

@@ -129,7 +129,10 @@ impl Exposure<'_> {
         };
         let leading = stream_of(&leader);
         let [.., wavelength, time] = leading.draw(Dimensions::Camera);
-        let wavelengths = scene.wavelengths.sample::<C>(leading.spread(wavelength, C as u32));
+        // Runs of a net then differ more than the net errs. Where nothing is shared error bars would be too wide.
+        let wavelength =
+            if self.groups.members() > 1 { leading.spread(wavelength, C as u32) } else { wavelength };
+        let wavelengths = scene.wavelengths.sample::<C>(wavelength);
         let time = scene.shutter.time(time);
         let mut samples: SmallVec<[Sample<C>; 16]> = SmallVec::new();
         let mut sights: SmallVec<[Sight; 16]> = SmallVec::new();
