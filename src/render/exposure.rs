@@ -129,7 +129,8 @@ impl Exposure<'_> {
         };
         let leading = stream_of(&leader);
         let [.., wavelength, time] = leading.draw(Dimensions::Camera);
-        // Runs of a net then differ more than the net errs. Where nothing is shared error bars would be too wide.
+        // Spread wavelengths make the runs of a net differ more than the net errs, and its error bars too wide.
+        // Groups that share gain more by them than that.
         let wavelength =
             if self.groups.members() > 1 { leading.spread(wavelength, C as u32) } else { wavelength };
         let wavelengths = scene.wavelengths.sample::<C>(wavelength);
