@@ -1,4 +1,5 @@
-//! Tells the program which sources it is made of: what one build has begun no other goes on with, nor puts together.
+//! Tells the program which sources it is made of. Another build neither goes on with what one has begun, nor
+//! merges its parts.
 
 use std::path::{Path, PathBuf};
 

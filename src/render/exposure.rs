@@ -129,7 +129,7 @@ impl Exposure<'_> {
         };
         let leading = stream_of(&leader);
         let [.., wavelength, time] = leading.draw(Dimensions::Camera);
-        // Spread wavelengths make the runs of a net differ more than the net errs, and its error bars too wide.
+        // Spread wavelengths make the runs of a net differ more than the net errs, which widens error bars.
         // Groups that share gain more by them than that.
         let wavelength =
             if self.groups.members() > 1 { leading.spread(wavelength, C as u32) } else { wavelength };
