@@ -1,10 +1,11 @@
 //! The samples of a picture, from the sample values to the sums of the film.
 
+use super::allocation::{Allocation, Samplers, Share};
 use super::groups::{BLOCK, Block, Groups, Pixel};
 use super::{Plan, Schedule, admit};
 use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile};
 use crate::integrator::{self, Seen, Sight};
-use crate::sampling::{Dimensions, Member, Sampler, mix};
+use crate::sampling::{Dimensions, Member, mix};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use crate::spectrum::{Sampled, Wavelengths};
@@ -16,7 +17,8 @@ pub(super) struct Exposure<'a> {
     /// The parts of the film: what is measured need not be what the scene says.
     pub extent: Extent,
     pub schedule: Schedule,
-    pub sampler: Sampler,
+    pub allocation: &'a Allocation,
+    pub samplers: Samplers,
     pub seed: u64,
     pub groups: &'a Groups,
     pub plan: Plan,
@@ -25,6 +27,16 @@ pub(super) struct Exposure<'a> {
     pub square_scale: FixedPoint,
     pub light_scale: FixedPoint,
     pub extras: Extras,
+}
+
+/// Which samples of the pixels of a group.
+#[derive(Clone, Copy)]
+struct Turn {
+    net: u32,
+    /// In the net.
+    index: u32,
+    replicate: u32,
+    share: Share,
 }
 
 /// Where a sample of a pixel is, and what its radiance is multiplied by.
@@ -55,7 +67,8 @@ impl Exposure<'_> {
         )
     }
 
-    /// The samples of these indices, told by replicate, of all pixels of a block. How many there were.
+    /// The samples of these indices, told by replicate, of all pixels of a block. How many these are in a
+    /// picture whose samples are allocated evenly.
     pub fn block<const C: usize>(
         &self,
         block: &Block,
@@ -63,6 +76,12 @@ impl Exposure<'_> {
         tile: &mut Tile,
     ) -> u64 {
         let first = block.net * self.schedule.per_net;
+        let share = self.allocation.of(block);
+        let of_run = share.indices(0..self.schedule.samples_per_replicate).len() as u32;
+        let taken = |run: u32| share.indices(indices(first + run));
+        let [even, each]: [u32; 2] = (0..self.schedule.per_net)
+            .map(|run| [indices(first + run).len() as u32, taken(run).len() as u32])
+            .fold([0; 2], |[even, each], [e, t]| [even + e, each + t]);
         let mut samples = 0;
         for group in self.groups.of(block) {
             let group: SmallVec<[Pixel; 16]> =
@@ -71,16 +90,16 @@ impl Exposure<'_> {
                 continue;
             }
             for run in 0..self.schedule.per_net {
-                for index in indices(first + run) {
-                    let of_net = run * self.schedule.samples_per_replicate + index;
-                    self.group::<C>(&group, block.net, of_net, first + run, tile);
+                for index in taken(run) {
+                    let index = run * of_run + index;
+                    let turn = Turn { net: block.net, index, replicate: first + run, share };
+                    self.group::<C>(&group, turn, tile);
                 }
             }
-            let each = (first..first + self.schedule.per_net).map(|run| indices(run).len() as u32).sum();
             for pixel in &group {
                 if let Some(place) = self.place_of(pixel.place, tile) {
                     tile.count(place, each);
-                    samples += u64::from(each);
+                    samples += u64::from(even);
                 }
             }
         }
@@ -116,10 +135,11 @@ impl Exposure<'_> {
     }
 
     /// One sample of each pixel of a group.
-    fn group<const C: usize>(&self, group: &[Pixel], net: u32, index: u32, replicate: u32, tile: &mut Tile) {
-        let scene = self.scene;
+    fn group<const C: usize>(&self, group: &[Pixel], turn: Turn, tile: &mut Tile) {
+        let (scene, Turn { net, index, share, .. }) = (self.scene, turn);
+        let sampler = self.samplers.of(share);
         let stream_of = |pixel: &Pixel| {
-            self.sampler.member_stream(pixel.member, pixel.place.map(|place| place as u32), net, index)
+            sampler.member_stream(pixel.member, pixel.place.map(|place| place as u32), net, index)
         };
         // The wavelengths and the time are the group's.
         let origin = group[0].member.origin;
@@ -164,7 +184,7 @@ impl Exposure<'_> {
         for ((pixel, sample), seen) in group.iter().zip(&samples).zip(&mut seen) {
             if self.counts(pixel) {
                 admit(&mut seen.radiance, &mut tile.bad);
-                self.splat(sample, seen, &wavelengths, replicate, tile);
+                self.splat(sample, seen, &wavelengths, turn, tile);
             }
         }
     }
@@ -175,15 +195,16 @@ impl Exposure<'_> {
         sample: &Sample<C>,
         seen: &Seen<C>,
         wavelengths: &Wavelengths<C>,
-        replicate: u32,
+        turn: Turn,
         tile: &mut Tile,
     ) {
+        let (replicate, share) = (turn.replicate, turn.share.weight());
         let contributions = self.contributions(&(seen.radiance * sample.weight), wavelengths);
         let footprint = self.filter.footprint(sample.place);
         for (row, down) in (footprint.first[1]..).zip(&footprint.rows) {
             for (column, across) in (footprint.first[0]..).zip(&footprint.columns) {
                 let Some(place) = self.place_of([column, row], tile) else { continue };
-                let weight = across * down;
+                let weight = across * down * share;
                 tile.begin(sample.key ^ mix((column as u64) << 32 | row as u64));
                 tile.weigh(place, replicate, weight);
                 if self.extras.alpha && seen.met {

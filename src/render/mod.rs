@@ -1,5 +1,6 @@
 //! From a compiled scene to an exposed film: pixels, threads, progress, interruption.
 
+mod allocation;
 mod auxiliary;
 mod exposure;
 mod groups;
@@ -18,9 +19,9 @@ pub use work::{Position, Work};
 
 use crate::film::{BadValues, Film};
 use crate::integrator::{Estimator, Integrator};
-use crate::sampling::Sampler;
 use crate::scene::Scene;
 use crate::spectrum::Sampled;
+use allocation::Allocation;
 use exposure::Exposure;
 use groups::{Groups, Members};
 use light::LightPass;
@@ -50,12 +51,16 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, watch:
     }
     let (film, schedule) = (work.film(), settings.schedule());
     let measured = scene.film.extent.measured;
-    let alone = Groups::new(Members::One, schedule.nets(), settings.seed);
+    let (alone, even) = (
+        Groups::new(Members::One, schedule.nets(), settings.seed),
+        Allocation::even(scene.film.extent.window),
+    );
     let exposure = Exposure {
         scene,
         extent: scene.film.extent,
         schedule,
-        sampler: Sampler::new(settings.sampler, settings.seed, schedule.samples_per_net()),
+        allocation: &even,
+        samplers: even.samplers(settings.sampler, settings.seed, schedule, alone.members()),
         seed: settings.seed,
         groups: &alone,
         plan: Plan::PLAIN,
@@ -65,17 +70,19 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, watch:
         light_scale: film.light_scale(),
         extras: film.extras.clone(),
     };
-    let plan = match (settings.estimator, scene.integrator) {
+    let (plan, allocation) = match (settings.estimator, scene.integrator) {
         // Second moments are those of samples of a path tracer. Suffixes are shared between surfaces alone:
         // what a medium scatters on the way from one to the other would have to be weighed, too.
         (Estimator::Shared, Integrator::Path) if !scene.film.moments && !scene.needs().scattering => {
-            pilot::choose::<C>(&exposure, settings.sampler, watch)
+            let plan = pilot::choose::<C>(&exposure, settings.sampler, watch);
+            (plan, Allocation::measured::<C>(&exposure, settings.sampler, plan, watch))
         }
-        _ => Plan::PLAIN,
+        _ => (Plan::PLAIN, even.clone()),
     };
     let groups = Groups::new(plan.members, schedule.nets(), settings.seed);
     let exposure = Exposure {
-        sampler: exposure.sampler.clone().for_groups(groups.members()),
+        samplers: allocation.samplers(settings.sampler, settings.seed, schedule, groups.members()),
+        allocation: &allocation,
         groups: &groups,
         plan,
         extras: film.extras.clone(),

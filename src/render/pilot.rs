@@ -4,11 +4,12 @@
 //! The pilot's sample values are its own, so the choice is independent of the picture that it is for:
 //! whatever it chooses, the picture's expectation is the same.
 
+use super::allocation::Allocation;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block, Groups, Members};
 use super::{Plan, Schedule, Watch};
 use crate::film::{Extent, FilterKind};
-use crate::sampling::{Sampler, SamplerKind, mix};
+use crate::sampling::{SamplerKind, mix};
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
@@ -21,8 +22,12 @@ const CANDIDATES: [(Plan, f64); 4] = [
     (Plan { members: Members::Sixteen, light_samples: 4 }, 2.6),
 ];
 
-/// Independent estimates of each pixel, and the samples of each.
-const SCHEDULE: (u32, u32) = (4, 2);
+/// Nets of the pilot. The spread of two, over many pixels, tells their error.
+const NETS: u32 = 2;
+
+/// Most samples of a net. How much less a net errs than its samples alone is another thing for each plan: nets
+/// of two samples would take what is shared for worse than it is.
+const LONGEST: u32 = 8;
 
 /// Largest part of the picture's samples that a pilot takes.
 const SHARE: f64 = 0.02;
@@ -39,7 +44,7 @@ pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind, w
     // Places are those of the whole picture, whatever part of it is rendered: all parts have the same plan.
     let window = picture.extent.window;
     let extent = Extent { measured: window, shown: window, ..picture.extent };
-    let schedule = Schedule::independent(SCHEDULE.0, SCHEDULE.1);
+    let schedule = Schedule::independent(NETS, picture.schedule.samples_per_net().min(LONGEST));
     let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * CANDIDATES.len() as u64;
     let budget = SHARE * (window.pixel_count() * picture.schedule.samples()) as f64;
     let count = ((budget / per_block as f64) as u64).min(BLOCKS.1);
@@ -58,12 +63,14 @@ pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind, w
             })
         })
         .collect();
+    let even = Allocation::even(window);
     let found = CANDIDATES.map(|(plan, _)| {
         let groups = Groups::new(plan.members, schedule.nets(), seed);
         let exposure = Exposure {
             extent,
             schedule,
-            sampler: Sampler::new(sampler, seed, schedule.samples_per_net()).for_groups(groups.members()),
+            allocation: &even,
+            samplers: even.samplers(sampler, seed, schedule, groups.members()),
             seed,
             groups: &groups,
             plan,
@@ -94,7 +101,7 @@ pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind, w
 
 impl Exposure<'_> {
     /// For each pixel of a block that is measured, what its nets make of it, and the variance of that.
-    fn scatter_of_block<const C: usize>(&self, corner: [i64; 2]) -> Vec<[f64; 2]> {
+    pub(super) fn scatter_of_block<const C: usize>(&self, corner: [i64; 2]) -> Vec<[f64; 2]> {
         let nets = self.schedule.nets();
         let tiles: Vec<_> = (0..nets)
             .map(|net| {

@@ -1,0 +1,263 @@
+//! How the samples of a picture are allocated: more of them where pixels err more.
+//!
+//! The film's window is divided into cells. A pilot estimates the variance of a sample in each of them, and
+//! each cell gets samples in proportion to its standard deviation, which is the least error for the number of
+//! all samples. The shares are powers of two: each net of a cell is then a whole Sobol net of its own length.
+//! A sample's weight is the inverse of its cell's share, so that the film's filter sees the same picture
+//! however it is divided.
+//!
+//! The pilot's sample values are its own, so the expectation of the picture is the same whatever it finds.
+
+use super::Watch;
+use super::exposure::Exposure;
+use super::groups::{BLOCK, Block, Groups};
+use super::{Plan, Schedule};
+use crate::film::{Extent, FilterKind, Region};
+use crate::sampling::{Sampler, SamplerKind, mix};
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::Ordering;
+
+/// Largest part of the picture's samples that the pilot takes.
+const BUDGET: f64 = 0.02;
+
+/// Nets of the pilot, and the samples of each.
+const PILOT: (u32, u32) = (2, 1);
+
+/// Tells the pilot's sample values from those of the picture and of other pilots.
+const SEED: u64 = 0x616c_6c6f_6361;
+
+/// Shortest and longest edge of a cell, pixels.
+const EDGES: (u32, u32) = (16, 64);
+
+/// Fewest cells for which it is worth while.
+const FEWEST: usize = 8;
+
+/// Longest replicate whose indices can be multiplied.
+const LONGEST: u32 = 1 << 20;
+
+/// The binary logarithm of a cell's number of samples over that of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Share(i32);
+
+impl Share {
+    pub const EVEN: Self = Self(0);
+
+    const LEAST: i32 = -1;
+    const MOST: i32 = 2;
+
+    /// By what a sample's contribution is multiplied.
+    pub fn weight(self) -> f64 {
+        0.5f64.powi(self.0)
+    }
+
+    /// The cell's indices in place of those of a pixel of an even picture. Runs of indices that follow one
+    /// another stay so, and the first index of all is in the first run.
+    pub fn indices(self, even: Range<u32>) -> Range<u32> {
+        let bound = |index: u32| match self.0 {
+            up @ 0.. => index << up,
+            down => index.div_ceil(1 << -down),
+        };
+        bound(even.start)..bound(even.end)
+    }
+
+    fn factor(self) -> f64 {
+        2f64.powi(self.0)
+    }
+}
+
+/// Shares of the cells of a window.
+#[derive(Clone, Debug)]
+pub(super) struct Allocation {
+    window: Region,
+    /// Of a cell, pixels.
+    edge: u32,
+    /// Row by row. One for all where the allocation is even.
+    shares: Vec<Share>,
+}
+
+impl Allocation {
+    pub fn even(window: Region) -> Self {
+        Self { window, edge: u32::MAX, shares: vec![Share::EVEN] }
+    }
+
+    /// The share of a block, by where its middle is.
+    pub fn of(&self, block: &Block) -> Share {
+        let [column, row] = [0, 1].map(|axis| {
+            let middle = block.corner[axis] + i64::from(BLOCK / 2) - i64::from(self.window.offset[axis]);
+            middle.clamp(0, i64::from(self.window.size[axis]) - 1) as usize / self.edge as usize
+        });
+        self.shares[row * self.across() + column]
+    }
+
+    fn across(&self) -> usize {
+        self.window.size[0].div_ceil(self.edge) as usize
+    }
+
+    /// The sample values of each share that there is.
+    pub fn samplers(&self, kind: SamplerKind, seed: u64, schedule: Schedule, members: u32) -> Samplers {
+        let sampler = |share: i32| {
+            let share = Share(share);
+            let is_used = self.shares.contains(&share);
+            let length = schedule.per_net * share.indices(0..schedule.samples_per_replicate).len() as u32;
+            is_used.then(|| Sampler::new(kind, seed, length).for_groups(members))
+        };
+        Samplers((Share::LEAST..=Share::MOST).map(sampler).collect())
+    }
+
+    /// What suits a picture that is rendered by the plan that it has. Even where the sampler has no nets of
+    /// any length, where a pilot would cost too much, and when nobody waits for it.
+    pub fn measured<const C: usize>(
+        picture: &Exposure,
+        kind: SamplerKind,
+        plan: Plan,
+        watch: &dyn Watch,
+    ) -> Self {
+        // Places are those of the whole picture: parts of it have the shares of the whole.
+        let window = picture.extent.window;
+        let even = Self::even(window);
+        let schedule = picture.schedule;
+        let is_netted = matches!(kind, SamplerKind::Sobol | SamplerKind::Independent);
+        if !is_netted || schedule.samples_per_replicate > LONGEST {
+            return even;
+        }
+        let pilot = Schedule::independent(PILOT.0, PILOT.1);
+        let budget = BUDGET * (window.pixel_count() * schedule.samples()) as f64;
+        let of_cell = f64::from(BLOCK * BLOCK) * pilot.samples() as f64;
+        let cells = |edge: u32| window.size.map(|size| size.div_ceil(edge));
+        let count = |edge: u32| cells(edge).into_iter().product::<u32>() as usize;
+        let fits = |&edge: &u32| of_cell * count(edge) as f64 <= budget && count(edge) >= FEWEST;
+        let edges = std::iter::successors(Some(EDGES.0), |edge| Some(2 * edge));
+        let Some(edge) = edges.take_while(|&edge| edge <= EDGES.1).find(fits) else { return even };
+        let seed = mix(picture.seed ^ SEED);
+        let groups = Groups::new(plan.members, pilot.nets(), seed);
+        let samplers = even.samplers(kind, seed, pilot, groups.members());
+        let exposure = Exposure {
+            extent: Extent { measured: window, shown: window, ..picture.extent },
+            schedule: pilot,
+            allocation: &even,
+            samplers,
+            seed,
+            groups: &groups,
+            plan,
+            // Each pixel's own samples, whatever they are splatted onto.
+            filter: FilterKind::Box,
+            extras: picture.extras.clone(),
+            ..*picture
+        };
+        let across = cells(edge)[0];
+        let of_cell = |cell: usize| {
+            if watch.stop().load(Ordering::Relaxed) {
+                return Vec::new();
+            }
+            let cell = [cell as u32 % across, cell as u32 / across];
+            let random = mix(seed ^ u64::from(cell[0]) << 32 ^ u64::from(cell[1]));
+            let corner = [0, 1].map(|axis| {
+                let start = edge * cell[axis];
+                let room = (window.size[axis] - start).min(edge).saturating_sub(BLOCK) + 1;
+                let within = (random >> (32 * axis)) as u32 % room;
+                i64::from(window.offset[axis]) + i64::from(start + within)
+            });
+            exposure.scatter_of_block::<C>(corner)
+        };
+        let found: Vec<_> = (0..count(edge)).into_par_iter().map(of_cell).collect();
+        let factors = shares(&deviations(&found), schedule.samples_per_replicate);
+        Self { window, edge, shares: factors }
+    }
+}
+
+/// The samplers of the shares that a picture has.
+pub(super) struct Samplers(Vec<Option<Sampler>>);
+
+impl Samplers {
+    pub fn of(&self, share: Share) -> &Sampler {
+        self.0[(share.0 - Share::LEAST) as usize].as_ref().expect("each share of a picture has its sampler")
+    }
+}
+
+/// The relative standard deviation of the pixels of each cell, from means of pixels and their variances. As
+/// the relative mean squared error does, it takes 0.01 times the square of the picture's mean as the least
+/// square of a mean. That of a pixel is hardly known, so the cell's own has half of the weight.
+fn deviations(cells: &[Vec<[f64; 2]>]) -> Vec<f64> {
+    let mean = |pixels: &mut dyn Iterator<Item = f64>| {
+        let (count, sum) = pixels.fold((0, 0.0), |(count, sum), value| (count + 1, sum + value));
+        sum / f64::from(count.max(1))
+    };
+    let of_picture = mean(&mut cells.iter().flatten().map(|&[mean, _]| mean));
+    let of_cell = |pixels: &Vec<[f64; 2]>| {
+        let of_cell = mean(&mut pixels.iter().map(|&[mean, _]| mean));
+        let relative = |&[mean, variance]: &[f64; 2]| {
+            let square = 0.5 * (mean * mean + of_cell * of_cell) + 0.01 * of_picture * of_picture;
+            if square > 0.0 { variance / square } else { 0.0 }
+        };
+        mean(&mut pixels.iter().map(relative)).sqrt()
+    };
+    cells.iter().map(of_cell).collect()
+}
+
+/// The shares nearest to the proportion of the deviations for which the mean share is at most 1.
+fn shares(deviations: &[f64], samples_per_replicate: u32) -> Vec<Share> {
+    // Fewer samples than one are none.
+    let least = if samples_per_replicate.is_multiple_of(2) { Share::LEAST } else { 0 };
+    let with = |scale: f64| -> Vec<Share> {
+        let share = |&deviation: &f64| {
+            let wanted = deviation * scale;
+            let up = (least + 1..=Share::MOST).rev();
+            // Halfway on the logarithmic scale.
+            Share(up.clone().find(|&share| wanted >= Share(share).factor() * 0.5f64.sqrt()).unwrap_or(least))
+        };
+        deviations.iter().map(share).collect()
+    };
+    let total = |shares: &[Share]| shares.iter().map(|share| share.factor()).sum::<f64>();
+    let most = deviations.iter().copied().fold(0.0, f64::max);
+    if most.is_nan() || most <= 0.0 {
+        return vec![Share::EVEN; deviations.len()];
+    }
+    // Between all cells at the least share and the cell of most deviation at the greatest.
+    let (mut low, mut high) = (0.0, f64::from(1 << 20) / most);
+    if total(&with(low)) > deviations.len() as f64 {
+        return vec![Share::EVEN; deviations.len()];
+    }
+    for _ in 0..48 {
+        let middle = 0.5 * (low + high);
+        if total(&with(middle)) <= deviations.len() as f64 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    with(low)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_that_vary_more_have_more_samples() {
+        let of = |deviations: &[f64], samples: u32| -> Vec<i32> {
+            shares(deviations, samples).iter().map(|share| share.0).collect()
+        };
+        assert_eq!(of(&[1.0, 1.0, 1.0, 1.0], 8), [0, 0, 0, 0]);
+        assert_eq!(of(&[0.0; 3], 8), [0, 0, 0]);
+        assert_eq!(of(&[1.0, 1.0, 1.0, 4.0], 8), [-1, -1, -1, 1]);
+        assert_eq!(of(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 8), [-1, -1, -1, -1, -1, -1, -1, 2]);
+        // A single sample cannot be halved.
+        assert_eq!(of(&[1.0, 1.0, 1.0, 4.0], 1), [0, 0, 0, 0]);
+        assert_eq!(of(&[f64::NAN, 1.0], 8), [0, 0]);
+    }
+
+    /// However a picture's indices are cut, each index of a cell is in one of the runs, and the first is in
+    /// the first.
+    #[test]
+    fn indices_of_cells_make_up_their_nets() {
+        for share in (Share::LEAST..=Share::MOST).map(Share) {
+            let all: Vec<u32> =
+                [0..1, 1..2, 2..3, 3..7, 7..16].into_iter().flat_map(|run| share.indices(run)).collect();
+            let count = (16.0 * share.factor()) as u32;
+            assert_eq!(all, (0..count).collect::<Vec<_>>());
+            assert!(!share.indices(0..1).is_empty());
+            assert_eq!(share.weight() * share.factor(), 1.0);
+        }
+    }
+}
