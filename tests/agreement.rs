@@ -176,7 +176,7 @@ fn contact() {
 fn caustics() {
     agrees("caustics");
     let case = CASES.iter().find(|case| case.name == "caustics").unwrap();
-    assert!(load(case, "path").needs().light_paths && !load(case, "walk").needs().light_paths);
+    assert!(load(case, "path").features().light_paths && !load(case, "walk").features().light_paths);
 }
 
 #[test]
@@ -189,7 +189,7 @@ fn lamps() {
 fn chamber() {
     agrees("chamber");
     let case = CASES.iter().find(|case| case.name == "chamber").unwrap();
-    assert!(load(case, "path").needs().light_paths);
+    assert!(load(case, "path").features().light_paths);
 }
 
 /// Media that scatter: the walk tracks them with null collisions, and knows nothing of densities of distances.
@@ -208,7 +208,7 @@ fn smoke() {
 fn media_agree(name: &str) {
     agrees(name);
     let case = CASES.iter().find(|case| case.name == name).unwrap();
-    assert!(load(case, "path").needs().scattering);
+    assert!(load(case, "path").features().scattering);
     let [path, volpath] = ["path", "volpath"].map(|integrator| {
         expose(&load(case, integrator), &settings(case.samples, WavelengthCount::Four, 21))
     });
@@ -221,7 +221,7 @@ fn a_ball_of_air_casts_no_shadow() {
     let with = |height: &str| {
         scene("tests/scenes/agreement/air.xml", &[("height", height)], WavelengthRange::VISIBLE)
     };
-    assert!(with("1").needs().light_paths);
+    assert!(with("1").features().light_paths);
     let films = ["1", "-2"].map(|height| expose(&with(height), &settings(1024, WavelengthCount::Four, 3)));
     assert_same("a ball of air and none", &films[0], &films[1], 1);
 }

@@ -31,7 +31,7 @@ fn compiled(description: &Description) -> Scene {
 
 /// The scene as JSON, read again as a file in `folder`.
 fn again(description: &Description, folder: &Path) -> (String, Description) {
-    let text = json(description, &compiled(description).needs(), Some(folder));
+    let text = json(description, &compiled(description).features(), Some(folder));
     let copy = read_str(text.clone(), &folder.join("scene.json"), &ReadOptions::default())
         .unwrap_or_else(|errors| panic!("{errors}"));
     (text, copy)

@@ -160,16 +160,16 @@ impl<const C: usize> Bsdf<C> {
         }
     }
 
-    /// Whether what is transmitted goes straight on, as if there were no surface.
-    pub fn passes_straight(&self) -> bool {
+    /// Whether what is transmitted goes straight on, as if there were no surface (null transmission).
+    pub fn has_null_transmission(&self) -> bool {
         matches!(self, Bsdf::Null | Bsdf::ThinDielectric(_))
     }
 
-    /// The share that goes straight on, as if there were no surface.
-    pub fn passing(&self, toward_eye: Vec3) -> Sampled<C> {
+    /// Null transmittance: the fraction that goes straight on, as if there were no surface.
+    pub fn null_transmittance(&self, toward_eye: Vec3) -> Sampled<C> {
         match self {
             Bsdf::Null => Sampled::ONE,
-            Bsdf::ThinDielectric(bsdf) => bsdf.passing(toward_eye),
+            Bsdf::ThinDielectric(bsdf) => bsdf.null_transmittance(toward_eye),
             _ => Sampled::ZERO,
         }
     }

@@ -158,10 +158,10 @@ pub fn light_path<'a, const C: usize>(
         if vertex == 0 && !scene.is_smooth(&hit) {
             return;
         }
-        let needs = scene.needs();
+        let features = scene.features();
         // Nothing else asks for these values.
         let drawn =
-            if needs.lens || needs.choices { stream.draw(Dimensions::Light(vertex)) } else { [0.5; 4] };
+            if features.lens || features.choices { stream.draw(Dimensions::Light(vertex)) } else { [0.5; 4] };
         let [lens_x, lens_y, _, choice] = drawn;
         if !scene.is_smooth(&hit) {
             splat_from(scene, caustics, &beam, &hit, [lens_x, lens_y], choice).map(&mut *splat);

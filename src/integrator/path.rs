@@ -157,7 +157,7 @@ impl<const C: usize> Path<C> {
             compression: 1.0,
             beside_light_paths: Beside::Nothing,
             contested: SmallVec::new(),
-            divisible: scene.needs().light_paths,
+            divisible: scene.features().light_paths,
             share: 1.0,
             straight: true,
             met: scene.limits.sky_covers(scene),
@@ -173,7 +173,7 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
         stream: &Stream,
     ) -> Sampled<C> {
-        if scene.needs().scattering {
+        if scene.features().scattering {
             return self.follow_through_media(scene, ray, wavelengths, stream);
         }
         let mut arriving = Sampled::ZERO;
@@ -218,10 +218,11 @@ impl<const C: usize> Path<C> {
     ) -> Option<Shading<C>> {
         // Past the last segment only alpha asks whether this surface is in the way, and light that may pass
         // it as if there were none: a light sample passes it too.
-        if self.is_last(scene) && !scene.needs().clear_shadows && (self.met || !scene.film.alpha) {
+        if self.is_last(scene) && !scene.features().transparent_shadows && (self.met || !scene.film.alpha) {
             return None;
         }
-        let choice = if scene.needs().choices { stream.draw(Dimensions::Light(self.vertex))[3] } else { 0.0 };
+        let choice =
+            if scene.features().choices { stream.draw(Dimensions::Light(self.vertex))[3] } else { 0.0 };
         Some(scene.shade(hit, -ray.direction, &self.media, wavelengths, choice))
     }
 
@@ -354,7 +355,7 @@ impl<const C: usize> Path<C> {
             };
             self.depth += 1;
         }
-        if scene.needs().light_paths {
+        if scene.features().light_paths {
             self.meet_light_paths(scene, hit, shading, scatter);
         }
         if scatter.transmitted {
@@ -458,7 +459,7 @@ impl<const C: usize> Path<C> {
         if value.f_cos.is_zero() {
             return Sampled::ZERO;
         }
-        if scene.needs().scattering {
+        if scene.features().scattering {
             let around = self.media_beyond(scene, ray, hit, &sample.shadow_ray);
             return self.light_through_media(scene, &sample, &value, &around, wavelengths);
         }
@@ -514,7 +515,7 @@ impl<const C: usize> Path<C> {
     ) -> Cow<'_, MediumStack> {
         let toward_light = shadow_ray.direction;
         let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
-        if !beyond || !scene.needs().medium_stack {
+        if !beyond || !scene.features().medium_stack {
             return Cow::Borrowed(&self.media.here);
         }
         let mut media = self.media.clone();
@@ -562,7 +563,7 @@ impl<const C: usize> Path<C> {
         } else if self.depth < scene.limits.rr_depth {
             1.0
         } else {
-            let late = match scene.needs().scattering {
+            let late = match scene.features().scattering {
                 true => late_survival_in_media(self.depth),
                 false => late_survival(self.depth),
             };
@@ -573,7 +574,7 @@ impl<const C: usize> Path<C> {
 
 /// Whether light goes on through a surface as if there were none.
 fn passes<const C: usize>(shading: &Shading<C>, scatter: &Scatter<C>) -> bool {
-    scatter.transmitted && shading.bsdf.passes_straight()
+    scatter.transmitted && shading.bsdf.has_null_transmission()
 }
 
 /// What a light sample is multiplied by: its weight beside scattering, over the density of both. `prior`: Σⱼ

@@ -75,12 +75,12 @@ pub fn radiance<const C: usize>(
         if last && (met || !scene.film.alpha) {
             break;
         }
-        let choice = if scene.needs().choices { stream.draw(Dimensions::Light(vertex))[3] } else { 0.0 };
+        let choice = if scene.features().choices { stream.draw(Dimensions::Light(vertex))[3] } else { 0.0 };
         let shading = scene.shade(&hit, -ray.direction, &media, &hero, choice);
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
         let scatter = shading.sample(lobe, [u, v]);
-        let passes =
-            scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
+        let passes = scatter.as_ref().is_some_and(|scatter| scatter.transmitted)
+            && shading.bsdf.has_null_transmission();
         met |= scene.limits.surface_covers(passes);
         let Some(scatter) = scatter.filter(|_| !last) else { break };
         let direction = scatter.toward_light;

@@ -96,11 +96,11 @@ pub struct Around<'a> {
     pub index: Option<&'a Spectrum>,
     /// Whether another body ends or begins there, so that what the surface's own material says of its outside
     /// does not count.
-    pub joined: bool,
+    pub coincident: bool,
 }
 
 impl Around<'_> {
-    pub const UNKNOWN: Self = Self { index: None, joined: false };
+    pub const UNKNOWN: Self = Self { index: None, coincident: false };
 }
 
 /// Index of air at standard conditions as Mitsuba 3 has it: what surrounds a body in nothing else.
@@ -197,8 +197,8 @@ impl Material {
         matches!(self, Self::Mask { .. } | Self::Blend { .. })
     }
 
-    /// Whether light may pass straight through as if there were no surface.
-    pub fn may_pass(&self) -> bool {
+    /// Whether light may pass by null transmission: straight on, as if there were no surface.
+    pub fn has_null_transmission(&self) -> bool {
         matches!(self, Self::Null | Self::Mask { .. } | Self::ThinDielectric(_))
     }
 
@@ -318,7 +318,7 @@ impl Material {
 
 impl DielectricMaterial {
     fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Around<'_>) -> Bsdf<C> {
-        let outside = match self.exterior.as_ref().filter(|_| !around.joined).or(around.index) {
+        let outside = match self.exterior.as_ref().filter(|_| !around.coincident).or(around.index) {
             Some(index) => index.sample(nm),
             None => Sampled::splat(AIR_INDEX),
         };

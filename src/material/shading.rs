@@ -83,8 +83,8 @@ impl Materials {
         }
     }
 
-    /// The share of light that goes straight on as if there were no surface.
-    pub fn passing<const C: usize>(
+    /// Null transmittance: the fraction of light that goes straight on as if there were no surface.
+    pub fn null_transmittance<const C: usize>(
         &self,
         id: MaterialId,
         at: &ShadingPoint,
@@ -92,7 +92,7 @@ impl Materials {
         nm: &[f64; C],
         around: Around<'_>,
     ) -> Sampled<C> {
-        let of = |id: MaterialId| self.passing(id, at, toward_eye, nm, around);
+        let of = |id: MaterialId| self.null_transmittance(id, at, toward_eye, nm, around);
         match self.get(id) {
             Material::TwoSided { front, back } => {
                 of(if at.frame.z.dot(toward_eye) < 0.0 { *back } else { *front })
@@ -107,7 +107,7 @@ impl Materials {
                 of(*first) * (1.0 - weight) + of(*second) * weight
             }
             Material::Relief { nested, .. } => of(*nested),
-            leaf => leaf.bsdf(&at.texture, nm, around).passing(at.frame.to_local(toward_eye)),
+            leaf => leaf.bsdf(&at.texture, nm, around).null_transmittance(at.frame.to_local(toward_eye)),
         }
     }
 }

@@ -188,7 +188,7 @@ pub fn refracting(stack: &[Entered], bodies: &[Body]) -> Option<Entered> {
 #[derive(Clone, Debug, Default)]
 pub struct Media {
     pub here: MediumStack,
-    /// Only where surfaces are met together or hidden: see [`crate::scene::Needs::meetings`].
+    /// Only where surfaces are met together or hidden: see [`crate::scene::Features::interface_events`].
     pub beyond: MediumStack,
 }
 

@@ -122,7 +122,9 @@ impl Images<'_> {
         for aov in self.aovs {
             match aov.kind {
                 // Where wavelengths part at a surface they are asked one by one.
-                AovKind::Albedo if scene.needs().dispersion => values.extend(seen.albedo::<1>(&self.white)),
+                AovKind::Albedo if scene.features().dispersion => {
+                    values.extend(seen.albedo::<1>(&self.white))
+                }
                 AovKind::Albedo => values.extend(seen.albedo::<8>(&self.white)),
                 AovKind::Depth => values.push(hit.t),
                 AovKind::Position => values.extend(scene.in_file(hit.point.position).to_array()),

@@ -68,7 +68,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, watch:
     let plan = match (settings.estimator, scene.integrator) {
         // Second moments are those of samples of a path tracer. Suffixes are shared between surfaces alone:
         // what a medium scatters on the way from one to the other would have to be weighed, too.
-        (Estimator::Shared, Integrator::Path) if !scene.film.moments && !scene.needs().scattering => {
+        (Estimator::Shared, Integrator::Path) if !scene.film.moments && !scene.features().scattering => {
             pilot::choose::<C>(&exposure, settings.sampler, watch)
         }
         _ => Plan::PLAIN,

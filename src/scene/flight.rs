@@ -1,7 +1,7 @@
 //! Rays through media that scatter: where they end, and what each wavelength would have done.
 
 use super::passage::transmittance;
-use super::traceable::{Intersection, Scene};
+use super::scene::{Intersection, Scene};
 use crate::geometry::{Ray, Vec3};
 use crate::medium::{Extinction, Media, Medium, MediumStack, Scattering, Stretch};
 use crate::spectrum::{Sampled, Wavelengths};
@@ -75,7 +75,7 @@ impl Scene {
         /// A surface that is so much farther away than the end is looked for all the same: the place is kept
         /// off it.
         const MARGIN: f64 = 1e-9;
-        if self.needs.meetings() || from_camera && self.limits.hide_emitters {
+        if self.features.interface_events() || from_camera && self.limits.hide_emitters {
             return *ray;
         }
         match self.medium(&media.here) {

@@ -1,7 +1,7 @@
 //! How much light gets from one place to another: through media, and past surfaces that let it pass straight.
 
-use super::meeting::Meeting;
-use super::traceable::Scene;
+use super::coincident::InterfaceEvent;
+use super::scene::Scene;
 use crate::geometry::Ray;
 use crate::medium::{Media, Medium, MediumStack};
 use crate::spectrum::{Sampled, Wavelengths};
@@ -30,7 +30,7 @@ impl Scene {
         stretch: &Ray,
         wavelengths: &Wavelengths<C>,
     ) -> Option<Sampled<C>> {
-        if !self.needs.absorption {
+        if !self.features.absorption {
             return None;
         }
         Some(transmittance(self.medium(media)?, stretch, wavelengths))
@@ -46,7 +46,7 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        self.transmission(ray, time, media, wavelengths, self.needs.clear_shadows).share
+        self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows).share
     }
 
     /// The same, with the part that media which scatter have in it.
@@ -57,7 +57,7 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Passage<C> {
-        self.transmission(ray, time, media, wavelengths, self.needs.clear_shadows)
+        self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows)
     }
 
     /// The share of light where every surface is in the way.
@@ -78,12 +78,12 @@ impl Scene {
         time: f64,
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
-        clear_shadows: bool,
+        transparent_shadows: bool,
     ) -> Passage<C> {
         let none = Passage { share: Sampled::ZERO, flown: Sampled::ZERO };
         let mut passage = Passage { share: Sampled::ONE, flown: Sampled::ONE };
         let within = |passage: &mut Passage<C>, media: &MediumStack, stretch: &Ray| {
-            if !self.needs.absorption {
+            if !self.features.absorption {
                 return;
             }
             let Some(medium) = self.medium(media) else { return };
@@ -93,7 +93,7 @@ impl Scene {
                 passage.flown *= part;
             }
         };
-        if !clear_shadows && !self.needs.meetings() {
+        if !transparent_shadows && !self.features.interface_events() {
             if self.accel.occluded(ray, time) {
                 return none;
             }
@@ -102,37 +102,42 @@ impl Scene {
         }
         let (mut ray, mut media) = (*ray, Media::of(media.clone()));
         while let Some(mut hit) = self.meet(&ray, time) {
-            let meeting = match self.needs.meetings() {
-                true => self.meeting(&ray, time, &mut hit, &mut media),
-                false => Meeting::Surface,
+            let event = match self.features.interface_events() {
+                true => self.interface_event(&ray, time, &mut hit, &mut media),
+                false => InterfaceEvent::Surface,
             };
             let before = Ray { t_max: hit.t, ..ray };
-            match meeting {
-                Meeting::Surface => {
+            match event {
+                InterfaceEvent::Surface => {
                     // What ends the way is in contact with the light that it leads to.
                     if hit.light.is_some() && hit.t >= ray.t_max {
                         break;
                     }
                     let surface = self.surface(&hit);
-                    if !(clear_shadows && surface.may_pass) {
+                    if !(transparent_shadows && surface.null_transmission) {
                         return none;
                     }
                     let around = self.around(&hit, &media);
                     let at = self.shading_point(&hit);
                     let toward_eye = -ray.direction;
-                    passage.share *=
-                        self.materials.passing(surface.material, &at, toward_eye, &wavelengths.nm, around);
+                    passage.share *= self.materials.null_transmittance(
+                        surface.material,
+                        &at,
+                        toward_eye,
+                        &wavelengths.nm,
+                        around,
+                    );
                     if passage.share.is_zero() {
                         return none;
                     }
                     within(&mut passage, &media.here, &before);
                     self.pass_through(&hit, ray.direction, &mut media);
                 }
-                Meeting::Straight => {
+                InterfaceEvent::NullTransmission => {
                     within(&mut passage, &media.here, &before);
                     media.cross();
                 }
-                Meeting::Nothing => within(&mut passage, &media.here, &before),
+                InterfaceEvent::Handled => within(&mut passage, &media.here, &before),
             }
             ray = hit.point.rest_of(&ray);
         }

@@ -34,7 +34,7 @@ pub(super) fn attributes(
         ("whitePoint", "D65, x = 0.3127, y = 0.3290 (linear Rec. 709)".to_owned()),
         ("assumptions", lines(&description.assumptions)),
         ("extensions", lines(&description.extensions)),
-        ("needs", scene.needs().to_string()),
+        ("needs", scene.features().to_string()),
     ];
     named(text)
 }

@@ -7,7 +7,7 @@ use crate::geometry::{Bounds, Transform};
 use crate::integrator::{CausticSource, Caustics, Limits};
 use crate::light::{Caster, Casters, Light, Lights};
 use crate::medium::Body;
-use crate::scene::traceable::Surface;
+use crate::scene::scene::Surface;
 use crate::shape::Shape;
 use crate::units::WavelengthRange;
 

@@ -10,8 +10,8 @@ use crate::scene::description::{
     self, Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, MetalAssumption, ReliefShading, Roughness,
     Shape, SpectrumKind, SpectrumSource,
 };
+use crate::scene::scene::{Role, Surface};
 use crate::scene::source::SceneError;
-use crate::scene::traceable::{Role, Surface};
 use crate::shape;
 use crate::spectrum::{NormalReflectance, Spectrum, catalogue};
 use crate::texture::Texture;
@@ -62,13 +62,13 @@ impl MaterialCompiler {
             role: match self.materials.below_relief(material) {
                 _ if shape.emission.is_some() => Role::Other,
                 Material::Dielectric(_) => Role::Interface,
-                Material::Null => Role::Veil,
+                Material::Null => Role::Null,
                 _ => Role::Other,
             },
             part: false,
             body,
             parametrised: any(&Material::is_parametrised),
-            may_pass: any(&Material::may_pass),
+            null_transmission: any(&Material::has_null_transmission),
             smooth: self.materials.is_smooth(material),
         })
     }

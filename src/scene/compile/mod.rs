@@ -23,8 +23,8 @@ pub(super) use shapes::{bounds as bounds_of_shape, place as place_shape};
 pub(super) use spectra::index as index_of_source;
 
 use super::description::{self, Description, IntegratorKind, Note, ShapeKind};
+use super::scene::{Features, Scene, Surface};
 use super::source::{Place, SceneError, SceneErrors};
-use super::traceable::{Needs, Scene, Surface};
 use crate::film::Region;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::{Coverage, Integrator, Limits};
@@ -204,7 +204,7 @@ impl Compiler<'_> {
             IntegratorKind::Walk => Integrator::Walk,
             IntegratorKind::Depth => Integrator::Depth,
         };
-        let mut needs = Needs {
+        let mut features = Features {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
             scattering,
@@ -217,7 +217,7 @@ impl Compiler<'_> {
             light_samples: !lights.is_empty(),
             rough_surfaces: materials.iter().any(Material::is_rough),
             choices: materials.iter().any(Material::chooses),
-            clear_shadows: volumetric && surfaces.iter().any(|surface| surface.may_pass),
+            transparent_shadows: volumetric && surfaces.iter().any(|surface| surface.null_transmission),
             textures: surfaces.iter().any(|surface| surface.parametrised),
             light_paths: false,
         };
@@ -242,7 +242,7 @@ impl Compiler<'_> {
             Integrator::Path if !film.moments && !scattering => setting.caustics(&mut surfaces),
             Integrator::Path | Integrator::Walk | Integrator::Depth => None,
         };
-        needs.light_paths = caustics.is_some();
+        features.light_paths = caustics.is_some();
         let reference_radiance = match integrator {
             Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
             Integrator::Path | Integrator::Walk => self.reference(&film, &lights, scene_radius),
@@ -267,7 +267,7 @@ impl Compiler<'_> {
             film,
             lights,
             caustics,
-            needs,
+            features,
             accel,
             shapes,
             surfaces,

@@ -11,8 +11,8 @@ use crate::scene::description::{
     self, AngularMap, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, Sensor, SensorKind,
     SpectrumKind,
 };
+use crate::scene::scene::{FilmChannel, FilmPlan};
 use crate::scene::source::SceneError;
-use crate::scene::traceable::{FilmChannel, FilmPlan};
 use crate::shape::Shape;
 use crate::spectrum::{Extrapolation, Spectrum};
 use crate::units::WavelengthRange;

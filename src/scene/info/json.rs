@@ -1,6 +1,6 @@
 use super::super::description::{Description, Note};
+use super::super::scene::Features;
 use super::super::tell::{self, Told, Value};
-use super::super::traceable::Needs;
 use crate::geometry::Transform;
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
@@ -10,7 +10,7 @@ use std::rc::Rc;
 /// parameters by name, ids as keys. It is a scene file too, and means the same to the last bit.
 ///
 /// Data files are named relative to `folder`, or by their whole path where that is `None`.
-pub fn json(description: &Description, needs: &Needs, folder: Option<&Path>) -> String {
+pub fn json(description: &Description, features: &Features, folder: Option<&Path>) -> String {
     let folder = folder.map(absolute);
     let mut ids = BTreeSet::new();
     let scene = tell::scene(description);
@@ -29,7 +29,7 @@ pub fn json(description: &Description, needs: &Needs, folder: Option<&Path>) -> 
         writer.key(title);
         writer.notes(description, notes);
     }
-    for (title, names) in [("used", needs.used()), ("skipped", needs.skipped())] {
+    for (title, names) in [("used", features.used()), ("skipped", features.skipped())] {
         writer.comma();
         writer.key(title);
         let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();

@@ -86,7 +86,7 @@ fn moments_have_the_names_that_mitsuba_gives_them() {
         let text = format!("<scene version=\"3.0.0\"><sensor type=\"perspective\"/>{content}</scene>");
         let first = read_str(text, Path::new("scene.xml"), &ReadOptions::default()).unwrap();
         let compiled = compile(&first, &CompileOptions::default()).unwrap();
-        let copy = json(&first, &compiled.needs(), None);
+        let copy = json(&first, &compiled.features(), None);
         let again = read_str(copy, Path::new("scene.json"), &ReadOptions::default()).unwrap();
         assert_eq!(again.integrator.moments, first.integrator.moments);
         assert_eq!(again.integrator.aovs, first.integrator.aovs);

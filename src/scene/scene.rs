@@ -1,7 +1,7 @@
 //! A compiled scene: immutable, with only what is needed to trace it.
 
+use super::coincident::{Contacts, InterfaceEvent};
 use super::description::Note;
-use super::meeting::{Contacts, Meeting};
 use crate::accel::{Accel, Fan};
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{Extent, FilterKind, FilterSampler};
@@ -30,7 +30,7 @@ pub struct Scene {
     pub(super) caustics: Option<Caustics>,
     /// About the brightest light's contribution to Y: fixes the film's quantum.
     pub reference_radiance: f64,
-    pub(super) needs: Needs,
+    pub(super) features: Features,
     /// What makes a picture of no use, as far as it is known before the first ray.
     pub warnings: Vec<Note>,
     pub(super) accel: Accel,
@@ -106,27 +106,27 @@ pub(super) struct Surface {
     pub body: Option<u32>,
     /// Whether material or light ask for the surface's coordinates.
     pub parametrised: bool,
-    /// Whether light may pass straight through as if there were no surface.
-    pub may_pass: bool,
+    /// Whether light may pass it by null transmission.
+    pub null_transmission: bool,
     /// Whether light paths lead through it; see [`Materials::is_smooth`].
     pub smooth: bool,
 }
 
-/// What a surface is among others that are met at the same place.
+/// What a surface is among coincident ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     /// The boundary of what refracts, and nothing else.
     Interface,
-    /// One that light passes as if there were none.
-    Veil,
-    /// It has a say of its own: it scatters, absorbs or shines.
+    /// Null transmission: light passes as if there were no surface.
+    Null,
+    /// A surface that scatters, absorbs or emits.
     Other,
 }
 
-/// What the scene asks of the renderer. What it does not ask for is not done.
+/// Features of the renderer that the scene asks for. The renderer branches around the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Needs {
-    /// Some surface parts wavelengths.
+pub struct Features {
+    /// Some surface refracts wavelengths into different directions.
     pub dispersion: bool,
     /// Some medium absorbs or scatters.
     pub absorption: bool,
@@ -148,15 +148,15 @@ pub struct Needs {
     pub rough_surfaces: bool,
     /// Some surface chooses between materials at random.
     pub choices: bool,
-    /// Shadow rays go on through some surfaces.
-    pub clear_shadows: bool,
+    /// Shadow rays pass some surfaces by null transmission.
+    pub transparent_shadows: bool,
     /// Some surface asks for its coordinates.
     pub textures: bool,
     /// Caustics are found from the side of the light.
     pub light_paths: bool,
 }
 
-impl Needs {
+impl Features {
     fn all(&self) -> [(&'static str, bool); 15] {
         [
             ("dispersion", self.dispersion),
@@ -171,7 +171,7 @@ impl Needs {
             ("light samples", self.light_samples),
             ("rough surfaces", self.rough_surfaces),
             ("mixed materials", self.choices),
-            ("transparent shadows", self.clear_shadows),
+            ("transparent shadows", self.transparent_shadows),
             ("surface coordinates", self.textures),
             ("light paths", self.light_paths),
         ]
@@ -193,14 +193,14 @@ impl Needs {
             light_samples: self.light_samples || other.light_samples,
             rough_surfaces: self.rough_surfaces || other.rough_surfaces,
             choices: self.choices || other.choices,
-            clear_shadows: self.clear_shadows || other.clear_shadows,
+            transparent_shadows: self.transparent_shadows || other.transparent_shadows,
             textures: self.textures || other.textures,
             light_paths: self.light_paths || other.light_paths,
         }
     }
 
-    /// Whether several surfaces may be met at once, or some are none.
-    pub fn meetings(&self) -> bool {
+    /// Whether a hit has to be resolved: surfaces may coincide, or be hidden by a body that counts more.
+    pub fn interface_events(&self) -> bool {
         self.precedence || self.contact
     }
 
@@ -215,7 +215,7 @@ impl Needs {
     }
 }
 
-impl std::fmt::Display for Needs {
+impl std::fmt::Display for Features {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let list = |names: Vec<&str>| if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
         write!(f, "used: {}; skipped: {}", list(self.used()), list(self.skipped()))
@@ -236,7 +236,7 @@ pub struct Intersection {
     /// Whether the ray comes from the side that the normal points to.
     from_front: bool,
     /// Whether several bodies end or begin here.
-    pub(super) joined: bool,
+    pub(super) coincident: bool,
 }
 
 impl Intersection {
@@ -248,15 +248,15 @@ impl Intersection {
 }
 
 impl Scene {
-    pub fn needs(&self) -> Needs {
-        self.needs
+    pub fn features(&self) -> Features {
+        self.features
     }
 
     /// The same scene, for which the renderer also does what `more` says and the scene has no need of. The
     /// picture is the same and takes longer: by how much is what leaving it out is worth.
     #[must_use]
-    pub fn with_needs(mut self, more: Needs) -> Self {
-        self.needs = self.needs.or(more);
+    pub fn with_features(mut self, more: Features) -> Self {
+        self.features = self.features.or(more);
         self
     }
 
@@ -282,7 +282,7 @@ impl Scene {
     /// The ray from a place on the film, in pixels from the whole film's corner, at a time. `None` where the
     /// sensor has nothing to measure at.
     pub fn sensor_ray(&self, place: [f64; 2], time: f64, stream: &Stream) -> Option<SensorRay<'_>> {
-        let lens = if self.needs.lens {
+        let lens = if self.features.lens {
             let [u, v, ..] = stream.draw(Dimensions::Lens);
             [u, v]
         } else {
@@ -303,7 +303,7 @@ impl Scene {
         mut cross: impl FnMut(&MediumStack, &Ray),
     ) -> Option<Intersection> {
         let hides = from_camera && self.limits.hide_emitters;
-        if !hides && !self.needs.meetings() {
+        if !hides && !self.features.interface_events() {
             // What is large is made last, in the place where it stays: to move it costs as much as a shadow
             // ray.
             let hit = self.accel.closest(ray, time);
@@ -320,17 +320,17 @@ impl Scene {
                 return None;
             };
             if !(hides && hit.light.is_some()) {
-                let meeting = match self.needs.meetings() {
-                    true => self.meeting(&ray, time, &mut hit, media),
-                    false => Meeting::Surface,
+                let event = match self.features.interface_events() {
+                    true => self.interface_event(&ray, time, &mut hit, media),
+                    false => InterfaceEvent::Surface,
                 };
-                match meeting {
-                    Meeting::Surface if !(hides && hit.light.is_some()) => {
+                match event {
+                    InterfaceEvent::Surface if !(hides && hit.light.is_some()) => {
                         cross(&media.here, &Ray { t_max: within + hit.t, ..start });
                         return Some(Intersection { t: hit.t + passed, ..hit });
                     }
-                    Meeting::Surface | Meeting::Nothing => {}
-                    Meeting::Straight => {
+                    InterfaceEvent::Surface | InterfaceEvent::Handled => {}
+                    InterfaceEvent::NullTransmission => {
                         cross(&media.here, &Ray { t_max: within + hit.t, ..start });
                         media.cross();
                         passed += hit.t;
@@ -363,7 +363,7 @@ impl Scene {
             hit: *hit,
             time,
             from_front: ray.direction.dot(met.point.normal) < 0.0,
-            joined: false,
+            coincident: false,
         }
     }
 
@@ -431,11 +431,11 @@ impl Scene {
 
     /// Keeps account of the body that a ray enters or leaves by passing through a surface.
     pub fn pass_through(&self, hit: &Intersection, direction: Vec3, media: &mut Media) {
-        if !self.needs.medium_stack {
+        if !self.features.medium_stack {
             return;
         }
         let enters = direction.dot(hit.point.normal) < 0.0;
-        if self.needs.meetings() {
+        if self.features.interface_events() {
             if enters == hit.from_front {
                 media.cross();
             }
@@ -452,7 +452,7 @@ impl Scene {
     /// What a sensor's ray begins in.
     pub fn media_at_sensor(&self, ray: &Ray, time: f64) -> Media {
         let mut here = MediumStack::outside(self.camera_medium);
-        if self.needs.sensor_within {
+        if self.features.sensor_within {
             let mut within = MediumStack::default();
             self.bodies_around(ray, time, &mut within);
             // What the file says of the medium there is believed.
@@ -469,16 +469,16 @@ impl Scene {
 
     /// What the surface at a hit has on its other side, for bodies that leave it open.
     pub(super) fn around(&self, hit: &Intersection, media: &Media) -> Around<'_> {
-        let Some(body) = self.body_of(&hit.hit).filter(|_| self.needs.medium_stack) else {
+        let Some(body) = self.body_of(&hit.hit).filter(|_| self.features.medium_stack) else {
             return Around::UNKNOWN;
         };
-        let index = match self.needs.meetings() {
+        let index = match self.features.interface_events() {
             true => media.index_outside(hit.from_front, &self.bodies),
             false => media.here.index_around(body, !hit.from_front, &self.bodies),
         };
         // What a body of a priority says of its outside holds where nothing else is.
         let counts = self.bodies[body.body as usize].refraction == Refraction::Surroundings;
-        Around { index, joined: hit.joined || counts && index.is_some() }
+        Around { index, coincident: hit.coincident || counts && index.is_some() }
     }
 
     pub(super) fn shading_point(&self, hit: &Intersection) -> ShadingPoint<'_> {

@@ -1,22 +1,22 @@
-//! Surfaces that are met together, and surfaces that are none.
+//! Coincident surfaces, which a ray crosses in one interface event, and hidden surfaces, which it passes.
 //!
-//! **Precedence.** Where transparent bodies overlap, the one of highest priority counts alone, and of equal
-//! ones that entered last (see [`MediumStack`]). A surface that is entered or left beneath a body that counts
-//! more changes nothing: the ray goes straight on. Bodies whose file states both of their indices are what
-//! they are by themselves and take no part in this (see [`Refraction`]).
+//! **Precedence.** Where transparent bodies overlap, only the one of highest priority counts, and among equal
+//! ones the one that the ray entered last (see [`MediumStack`]). A ray that enters or leaves a body beneath
+//! one that counts more passes that surface by null transmission. Bodies whose file states both of their
+//! indices stand by themselves and take no part in this (see [`Refraction`]).
 //!
-//! **Contact.** Where bodies share a face, no order of their surfaces can be told from the distances along a
-//! ray: these are known up to bounds on their errors only. All crossings that may lie in the same place by
-//! these bounds are taken as one event: the ray leaves all bodies that it leaves there and enters all that it
-//! enters, and the interface is that between the body that counts before and the one that counts after. What
-//! scatters, such as the table under a glass, is in optical contact: it is met from within the body. No
-//! length is compared with anything but bounds on errors.
+//! **Contact.** Where bodies share a face, the distances along a ray do not tell the order of their surfaces:
+//! they are known only up to error bounds. All crossings that may coincide by these bounds form one interface
+//! event: the ray leaves all bodies that it leaves there and enters all that it enters, and the interface is
+//! that between the body that counts before and the one that counts after. A surface that scatters, such as
+//! the table under a glass, is in optical contact: the ray meets it from within the body. Lengths are
+//! compared with error bounds alone.
 //!
-//! After such an event the ray starts within its error of the place, so that it may meet again, or never
-//! meet, what it has dealt with already. Which of the two it is follows from what it is inside of: right
-//! where it starts, a closed body cannot be entered from within nor be left from without.
+//! After such an event the ray starts within its error of the place, so it may meet again, or never meet, a
+//! surface that has been handled. The bodies that it is inside of decide which: right where it starts, it
+//! cannot enter a closed body from within nor leave one from without.
 
-use super::traceable::{Intersection, Role, Scene};
+use super::scene::{Intersection, Role, Scene};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 use crate::medium::{Entered, Media, MediumStack, Refraction, refracting};
 use crate::shape::{Hit, NO_INSTANCE};
@@ -50,59 +50,74 @@ pub(super) struct Partner {
     pub reach: f64,
 }
 
-/// One of several surfaces that are met together.
-struct Met {
+/// One of several surfaces that coincide.
+struct CoincidentSurface {
     hit: Hit,
     enters: bool,
     /// Whether it may lie where the ray begins.
     at_start: bool,
-    /// Whether passing it changes what the ray is inside of. Also of what is no body's.
+    /// Whether crossing it changes what the ray is inside of. True for a surface that bounds no body.
     effective: bool,
 }
 
-/// What a ray does where it meets surfaces.
-pub(super) enum Meeting {
-    /// It meets the one that the intersection now is.
+/// What happens to a ray at coincident surfaces.
+pub(super) enum InterfaceEvent {
+    /// It interacts with the surface that the intersection now is.
     Surface,
-    /// It goes straight on, past surfaces that change nothing but the media.
-    Straight,
-    /// It has been here already.
-    Nothing,
+    /// It passes straight on through surfaces that change nothing but the media.
+    NullTransmission,
+    /// It has crossed these surfaces already.
+    Handled,
 }
 
 impl Scene {
-    /// What a hit means where surfaces can be hidden or in contact, and what is beyond it.
-    pub(super) fn meeting(&self, ray: &Ray, time: f64, hit: &mut Intersection, media: &mut Media) -> Meeting {
-        let mut together = self.together(ray, time, hit);
+    /// The event at a hit where surfaces can be hidden or in contact. Sets the media beyond it.
+    pub(super) fn interface_event(
+        &self,
+        ray: &Ray,
+        time: f64,
+        hit: &mut Intersection,
+        media: &mut Media,
+    ) -> InterfaceEvent {
+        let mut coincident = self.coincident_surfaces(ray, time, hit);
         media.beyond.clone_from(&media.here);
-        let toggled = self.toggle(&mut together, media);
-        hit.joined = toggled > 1;
-        if let [own] = &together[..] {
-            let passes = || self.needs.precedence && (self.hidden(own, media) || self.is_seam(own, media));
+        let crossed = self.cross_bodies(&mut coincident, media);
+        hit.coincident = crossed > 1;
+        if let [own] = &coincident[..] {
+            let passes = || self.features.precedence && (self.hidden(own, media) || self.is_seam(own, media));
             return match own.effective {
-                true if passes() => Meeting::Straight,
-                true => Meeting::Surface,
-                false => Meeting::Nothing,
+                true if passes() => InterfaceEvent::NullTransmission,
+                true => InterfaceEvent::Surface,
+                false => InterfaceEvent::Handled,
             };
         }
-        let chosen = match self.scatterer(&together, media).or_else(|| self.interface(&together, media)) {
+        let chosen = match self.scatterer(&coincident, media).or_else(|| self.interface(&coincident, media)) {
             Some(chosen) => chosen,
-            None if together.iter().any(|met| met.effective) => return Meeting::Straight,
-            None => return Meeting::Nothing,
+            None if coincident.iter().any(|met| met.effective) => return InterfaceEvent::NullTransmission,
+            None => return InterfaceEvent::Handled,
         };
         if chosen != hit.hit {
-            let joined = hit.joined;
+            let coincident = hit.coincident;
             *hit = self.intersection(&chosen, ray, time);
-            hit.joined = joined;
+            hit.coincident = coincident;
         }
-        Meeting::Surface
+        InterfaceEvent::Surface
     }
 
-    /// What may lie in the same place as a hit, itself included.
-    fn together(&self, ray: &Ray, time: f64, hit: &Intersection) -> SmallVec<[Met; 4]> {
+    /// The surfaces that may coincide with a hit, itself included.
+    fn coincident_surfaces(
+        &self,
+        ray: &Ray,
+        time: f64,
+        hit: &Intersection,
+    ) -> SmallVec<[CoincidentSurface; 4]> {
         let enters = |point: &SurfacePoint| ray.direction.dot(point.normal) < 0.0;
-        let mut found: SmallVec<[Met; 4]> =
-            smallvec![Met { hit: hit.hit, enters: enters(&hit.point), at_start: false, effective: true }];
+        let mut found: SmallVec<[CoincidentSurface; 4]> = smallvec![CoincidentSurface {
+            hit: hit.hit,
+            enters: enters(&hit.point),
+            at_start: false,
+            effective: true
+        }];
         let Some(contact) = self.contacts.of.get(hit.hit.shape as usize) else { return found };
         let partners = &self.contacts.partners[contact.first as usize..][..contact.count as usize];
         let margin = Vec3::splat(hit.point.error + contact.rounding);
@@ -134,7 +149,7 @@ impl Scene {
             let t_error = error(other.shape, other.t, &point).max(t_error.unwrap_or(0.0));
             if (other.t - hit.hit.t).abs() <= own + t_error {
                 let at_start = at_start(other.shape, other.t, &point);
-                found.push(Met { hit: other, enters, at_start, effective: true });
+                found.push(CoincidentSurface { hit: other, enters, at_start, effective: true });
             }
         });
         // The later body in the file counts where a ray enters bodies of equal priority at once.
@@ -142,34 +157,34 @@ impl Scene {
         found
     }
 
-    /// Leaves and enters, from here to beyond, all bodies whose surfaces are met together, and returns how
-    /// many. Surfaces that can't be where they are met are marked as without effect.
-    fn toggle(&self, together: &mut [Met], media: &mut Media) -> u32 {
+    /// Leaves and enters, from here to beyond, all bodies whose surfaces coincide, and returns how many. Marks
+    /// surfaces that cannot be where the hits report them as without effect.
+    fn cross_bodies(&self, coincident: &mut [CoincidentSurface], media: &mut Media) -> u32 {
         let Media { here, beyond } = media;
         let bodies: SmallVec<[Option<Entered>; 4]> =
-            together.iter().map(|met| self.body_of(&met.hit)).collect();
-        let mut toggled = 0;
+            coincident.iter().map(|met| self.body_of(&met.hit)).collect();
+        let mut crossed = 0;
         for leaving in [true, false] {
-            for i in 0..together.len() {
+            for i in 0..coincident.len() {
                 let Some(body) = bodies[i] else { continue };
                 let ways = |enters: bool| {
-                    together
+                    coincident
                         .iter()
                         .zip(&bodies)
                         .any(|(met, other)| *other == Some(body) && met.enters == enters)
                 };
-                let inside = match together[i].enters {
+                let inside = match coincident[i].enters {
                     true => here.contains(body),
                     false => here.left_with(body, &self.bodies).is_some(),
                 };
                 let closed = self.bodies[body.body as usize].closed;
-                let again = closed && together[i].at_start && inside == together[i].enters;
+                let again = closed && coincident[i].at_start && inside == coincident[i].enters;
                 // Between entering and leaving at once the ray only touches.
                 let touches = ways(true) && ways(false);
                 if touches || again {
-                    together[i].effective = false;
-                } else if leaving != together[i].enters && !bodies[..i].contains(&Some(body)) {
-                    toggled += 1;
+                    coincident[i].effective = false;
+                } else if leaving != coincident[i].enters && !bodies[..i].contains(&Some(body)) {
+                    crossed += 1;
                     match leaving {
                         true => beyond.leave(body, &self.bodies),
                         false => beyond.enter(body, &self.bodies),
@@ -177,30 +192,30 @@ impl Scene {
                 }
             }
         }
-        toggled
+        crossed
     }
 
     /// The first surface that is more than a boundary of bodies; lights come before others.
-    fn scatterer(&self, together: &[Met], media: &Media) -> Option<Hit> {
-        let scatters = |met: &&Met| {
+    fn scatterer(&self, coincident: &[CoincidentSurface], media: &Media) -> Option<Hit> {
+        let scatters = |met: &&CoincidentSurface| {
             met.effective
                 && self.role(met) == Role::Other
-                && !(self.needs.precedence && self.hidden(met, media))
+                && !(self.features.precedence && self.hidden(met, media))
         };
-        let order = |a: &&Met, b: &&Met| {
-            let place = |met: &Met| (!self.shines(met), met.hit.shape);
+        let order = |a: &&CoincidentSurface, b: &&CoincidentSurface| {
+            let place = |met: &CoincidentSurface| (!self.shines(met), met.hit.shape);
             place(a).0.cmp(&place(b).0).then(a.hit.t.total_cmp(&b.hit.t)).then(place(a).1.cmp(&place(b).1))
         };
-        together.iter().filter(scatters).min_by(order).map(|met| met.hit)
+        coincident.iter().filter(scatters).min_by(order).map(|met| met.hit)
     }
 
-    fn shines(&self, met: &Met) -> bool {
+    fn shines(&self, met: &CoincidentSurface) -> bool {
         met.enters && self.surfaces[met.hit.shape as usize].light.is_some()
     }
 
     /// The surface at which the index changes, or else one of no index that can be seen.
-    fn interface(&self, together: &[Met], media: &Media) -> Option<Hit> {
-        let effective = || together.iter().filter(|met| met.effective);
+    fn interface(&self, coincident: &[CoincidentSurface], media: &Media) -> Option<Hit> {
+        let effective = || coincident.iter().filter(|met| met.effective);
         let (above, sides) = media.here.parted(&media.beyond);
         let [before, after] = sides.map(|side| refracting(side, &self.bodies));
         let class =
@@ -214,17 +229,17 @@ impl Scene {
                 };
                 self.role(met) == Role::Interface && (own == before || own == after)
             });
-            let rank = |met: &&Met| {
+            let rank = |met: &&CoincidentSurface| {
                 let priority = self.body_of(&met.hit).map(|body| self.bodies[body.body as usize].priority);
                 (priority, Reverse(met.hit.shape))
             };
             return counts.max_by_key(rank).map(|met| met.hit);
         }
-        effective().find(|met| self.role(met) == Role::Veil && !self.hidden(met, media)).map(|met| met.hit)
+        effective().find(|met| self.role(met) == Role::Null && !self.hidden(met, media)).map(|met| met.hit)
     }
 
     /// Whether a body's surface is passed beneath a body that counts more. A light is never hidden.
-    fn hidden(&self, met: &Met, media: &Media) -> bool {
+    fn hidden(&self, met: &CoincidentSurface, media: &Media) -> bool {
         if self.surfaces[met.hit.shape as usize].light.is_some() {
             return false;
         }
@@ -242,7 +257,7 @@ impl Scene {
     }
 
     /// Whether the interface of a closed body parts it from another one of the same index.
-    fn is_seam(&self, met: &Met, media: &Media) -> bool {
+    fn is_seam(&self, met: &CoincidentSurface, media: &Media) -> bool {
         let Some(body) = self.body_of(&met.hit).filter(|_| self.role(met) == Role::Interface) else {
             return false;
         };
@@ -256,7 +271,7 @@ impl Scene {
         }
     }
 
-    fn role(&self, met: &Met) -> Role {
+    fn role(&self, met: &CoincidentSurface) -> Role {
         self.surfaces[met.hit.shape as usize].role
     }
 
