@@ -245,7 +245,7 @@ fn overlapping_balls_under_a_lamp_are_what_a_random_walk_finds() {
     let ((path, path_error), (walk, walk_error)) = (measure("path", 2048), measure("walk", 16384));
     println!("path {path} ± {path_error}, walk {walk} ± {walk_error}");
     assert!((path - walk).abs() < 4.0 * path_error.hypot(walk_error), "{path} {walk}");
-    assert!(!lit("path").features().light_paths);
+    assert!(!lit("path").features().light_tracing);
 }
 
 /// Closed glass whose normals point inward is told of, with what mends it; what is open or a cavity is not.

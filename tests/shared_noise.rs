@@ -1,4 +1,4 @@
-//! Pixels that have noise in common, through the film's filter or through light paths that a group of them
+//! Pixels that have noise in common, through the film's filter or through light subpaths that a group of them
 //! shares, raise no false alarm: the file says what they share.
 
 use abbe::compare::{Options, compare};

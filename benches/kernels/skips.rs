@@ -25,7 +25,7 @@ const FORCED: [(&str, Features); 9] = {
         choices: false,
         transparent_shadows: false,
         textures: false,
-        light_paths: false,
+        light_tracing: false,
     };
     [
         ("nothing more", none),

@@ -98,9 +98,9 @@ impl<const C: usize> Bsdf<C> {
 
     /// The value of `lobe` below which [`Self::sample`] reflects at a smooth interface, and above which it
     /// transmits. `None` for all that has more than these two directions.
-    pub fn chance_of_reflection(&self, toward_eye: Vec3) -> Option<f64> {
+    pub fn reflection_probability(&self, toward_eye: Vec3) -> Option<f64> {
         match self {
-            Bsdf::Dielectric(bsdf) => Some(bsdf.chance_of_reflection(toward_eye)),
+            Bsdf::Dielectric(bsdf) => Some(bsdf.reflection_probability(toward_eye)),
             _ => None,
         }
     }

@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if plan.missing.is_empty() { Ok(()) } else { Err(args.missing(&plan, header, is_written)) }
 }
 
-/// Whether there is a picture to write: light paths are counted for all pixels together.
+/// Whether there is a picture to write: light subpaths are counted for all pixels together.
 fn is_written(plan: &Plan, header: &Header) -> bool {
     !plan.used.is_empty() && (!header.film.extras.light_paths || plan.is_even(header.samples_per_pixel))
 }

@@ -1,7 +1,7 @@
 //! What is known of the noise of a side: of its pixels, and of means over some of them.
 //!
 //! A picture states the errors of its pixels, or several pictures show by their spread how uncertain they
-//! are. Filters that splat each sample onto several pixels, and pixels that share light paths, give
+//! are. Filters that splat each sample onto several pixels, and pixels that share light subpaths, give
 //! neighbours noise in common: a file may state how much it makes of means over tiles and over the picture,
 //! and the spread of several pictures needs no such statement.
 

@@ -80,7 +80,7 @@ pub struct Extras {
     /// is over it.
     pub responses: Vec<f64>,
     pub bins: Option<SpectralBins>,
-    /// Whether light paths bring something, too.
+    /// Whether light subpaths bring something, too.
     pub light_paths: bool,
 }
 

@@ -4,7 +4,7 @@
 //! for Monte Carlo neutronics calculations", 1965), so that nothing of how [`super::volume`] finds its
 //! distances is taken on trust.
 
-use super::Seen;
+use super::RadianceSample;
 use crate::geometry::{Ray, Vec3};
 use crate::medium::{Extinction, Medium, MediumStack, Scattering};
 use crate::sampling::{Dimensions, Stream, mix};
@@ -22,11 +22,11 @@ pub fn radiance<const C: usize>(
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
-) -> Seen<C> {
+) -> RadianceSample<C> {
     let hero = Wavelengths::<1> { nm: [wavelengths.nm[0]], density: Sampled([wavelengths.density[0]]) };
     let mut media = scene.media_at_sensor(&ray, time);
     let (mut arriving, mut throughput) = (0.0, 1.0);
-    let mut met = scene.limits.sky_covers(scene);
+    let mut alpha_hit = scene.limits.sky_covers(scene);
     for vertex in 0.. {
         let shown = vertex > 0 || !scene.limits.hide_emitters;
         let mut tracker = Tracker::new(stream, vertex, hero.nm[0]);
@@ -46,7 +46,7 @@ pub fn radiance<const C: usize>(
             }
         });
         if let Some((position, scattering, around)) = tracker.collision {
-            met = true;
+            alpha_hit = true;
             throughput *= scattering.albedo(position, &hero.nm).hero();
             let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(vertex));
             let chance = throughput.min(LIKELIEST);
@@ -72,7 +72,7 @@ pub fn radiance<const C: usize>(
                 throughput * scene.lights.radiance(light, &scene.texture_point(&hit), &hero.nm).hero();
         }
         let last = vertex + 1 >= scene.limits.max_depth;
-        if last && (met || !scene.film.alpha) {
+        if last && (alpha_hit || !scene.film.alpha) {
             break;
         }
         let choice = if scene.features().choices { stream.draw(Dimensions::Light(vertex))[3] } else { 0.0 };
@@ -81,7 +81,7 @@ pub fn radiance<const C: usize>(
         let scatter = shading.sample(lobe, [u, v]);
         let passes = scatter.as_ref().is_some_and(|scatter| scatter.transmitted)
             && shading.bsdf.has_null_transmission();
-        met |= scene.limits.surface_covers(passes);
+        alpha_hit |= scene.limits.surface_covers(passes);
         let Some(scatter) = scatter.filter(|_| !last) else { break };
         let direction = scatter.toward_light;
         if scatter.transmitted {
@@ -95,7 +95,7 @@ pub fn radiance<const C: usize>(
         throughput /= chance;
         ray = hit.point.ray(direction);
     }
-    Seen { radiance: Sampled::hero_alone(arriving), met }
+    RadianceSample { radiance: Sampled::hero_alone(arriving), alpha_hit }
 }
 
 /// A flight through media that scatter.

@@ -143,9 +143,9 @@ impl<const C: usize> Shading<C> {
         }
     }
 
-    /// See [`Bsdf::chance_of_reflection`].
-    pub fn chance_of_reflection(&self) -> Option<f64> {
-        self.bsdf.chance_of_reflection(self.toward_eye)
+    /// See [`Bsdf::reflection_probability`].
+    pub fn reflection_probability(&self) -> Option<f64> {
+        self.bsdf.reflection_probability(self.toward_eye)
     }
 
     /// For light that goes to the other side, the hero's index there over that on the viewer's side.

@@ -1,4 +1,4 @@
-//! The light paths of a render: what they bring to the film beside the pixels' own samples.
+//! The light subpaths of a render: what they bring to the film beside the pixels' own samples.
 
 use super::work::Pass;
 use super::{Exposure, Watch, admit};
@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 
-/// Light paths that are made in one go.
+/// Light subpaths that are made in one go.
 const CHUNK: u64 = 4096;
 
-/// Stands for a pixel in the sample values of light paths. No film is that large.
+/// Stands for a pixel in the sample values of light subpaths. No film is that large.
 const NO_PIXEL: u32 = u32::MAX;
 
 /// Takes what a piece of a pass, by its number, brings to the film.
@@ -27,8 +27,8 @@ pub(super) struct LightPass<'a> {
 
 impl<'a> LightPass<'a> {
     pub fn new(caustics: &'a Caustics, exposure: &'a Exposure<'a>, kind: SamplerKind) -> Self {
-        // Light paths belong to no pixel: what only the others have to do with pixels, or with few samples,
-        // is nothing for them.
+        // Light subpaths belong to no pixel: what only the others have to do with pixels, or with few
+        // samples, is nothing for them.
         let (kind, seed) = match kind {
             SamplerKind::Independent => (kind, exposure.seed),
             // Nothing of it is to be random.
@@ -41,8 +41,8 @@ impl<'a> LightPass<'a> {
         Self { caustics, exposure, sampler, filter: exposure.scene.filter_sampler() }
     }
 
-    /// The light paths that belong to the samples of a pass. They come to the film in pieces, of which `add`
-    /// is told the number: how many there are in all.
+    /// The light subpaths that belong to the samples of a pass. They come to the film in pieces, of which
+    /// `add` is told the number: how many there are in all.
     pub fn expose<const C: usize>(&self, pass: &Pass, add: &Add, watch: &dyn Watch) -> usize {
         let of_replicate = |replicate: u32| {
             let indices = pass.indices(replicate);
@@ -88,7 +88,7 @@ impl<'a> LightPass<'a> {
             let (sequence, within) = ((index >> 32) as u32, index as u32);
             let stream = self.sampler.stream([NO_PIXEL, sequence], net, within);
             let mut of_path = mix(seed ^ mix(index ^ u64::from(net) << 48));
-            integrator::light_path::<C>(scene, self.caustics, &stream, &mut |splat| {
+            integrator::light_subpath::<C>(scene, self.caustics, &stream, &mut |splat| {
                 let Splat { film: place, mut radiance, wavelengths, response } = splat;
                 if let Some(response) = response {
                     radiance *= response.sample(&wavelengths.nm);

@@ -96,7 +96,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, watch:
     };
     let next_pass = || lock(&work).pass();
     while let Some(pass) = next_pass() {
-        // The pieces of a pass: light paths, and then blocks of pixels.
+        // The pieces of a pass: light subpaths, and then blocks of pixels.
         let light_pieces = light.as_ref().map_or(0, |light| light.expose::<C>(&pass, &add, watch));
         // Block by block: what a thread has taken no other can take over, and blocks differ.
         blocks.par_iter().enumerate().with_max_len(1).for_each(|(number, block)| {

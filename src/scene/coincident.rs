@@ -93,7 +93,9 @@ impl Scene {
         }
         let chosen = match self.scatterer(&coincident, media).or_else(|| self.interface(&coincident, media)) {
             Some(chosen) => chosen,
-            None if coincident.iter().any(|met| met.effective) => return InterfaceEvent::NullTransmission,
+            None if coincident.iter().any(|surface| surface.effective) => {
+                return InterfaceEvent::NullTransmission;
+            }
             None => return InterfaceEvent::Handled,
         };
         if chosen != hit.hit {
@@ -153,16 +155,16 @@ impl Scene {
             }
         });
         // The later body in the file counts where a ray enters bodies of equal priority at once.
-        found.sort_by_key(|met| (met.hit.shape, met.hit.instance));
+        found.sort_by_key(|surface| (surface.hit.shape, surface.hit.instance));
         found
     }
 
-    /// Leaves and enters, from here to beyond, all bodies whose surfaces coincide, and returns how many. Marks
-    /// surfaces that cannot be where the hits report them as without effect.
+    /// Leaves and enters, from here to beyond, all bodies whose surfaces coincide, and returns how many.
+    /// Marks surfaces that cannot be where the hits report them as without effect.
     fn cross_bodies(&self, coincident: &mut [CoincidentSurface], media: &mut Media) -> u32 {
         let Media { here, beyond } = media;
         let bodies: SmallVec<[Option<Entered>; 4]> =
-            coincident.iter().map(|met| self.body_of(&met.hit)).collect();
+            coincident.iter().map(|surface| self.body_of(&surface.hit)).collect();
         let mut crossed = 0;
         for leaving in [true, false] {
             for i in 0..coincident.len() {
@@ -171,7 +173,7 @@ impl Scene {
                     coincident
                         .iter()
                         .zip(&bodies)
-                        .any(|(met, other)| *other == Some(body) && met.enters == enters)
+                        .any(|(surface, other)| *other == Some(body) && surface.enters == enters)
                 };
                 let inside = match coincident[i].enters {
                     true => here.contains(body),
@@ -197,54 +199,57 @@ impl Scene {
 
     /// The first surface that is more than a boundary of bodies; lights come before others.
     fn scatterer(&self, coincident: &[CoincidentSurface], media: &Media) -> Option<Hit> {
-        let scatters = |met: &&CoincidentSurface| {
-            met.effective
-                && self.role(met) == Role::Other
-                && !(self.features.precedence && self.hidden(met, media))
+        let scatters = |surface: &&CoincidentSurface| {
+            surface.effective
+                && self.role(surface) == Role::Other
+                && !(self.features.precedence && self.hidden(surface, media))
         };
         let order = |a: &&CoincidentSurface, b: &&CoincidentSurface| {
-            let place = |met: &CoincidentSurface| (!self.shines(met), met.hit.shape);
+            let place = |surface: &CoincidentSurface| (!self.shines(surface), surface.hit.shape);
             place(a).0.cmp(&place(b).0).then(a.hit.t.total_cmp(&b.hit.t)).then(place(a).1.cmp(&place(b).1))
         };
-        coincident.iter().filter(scatters).min_by(order).map(|met| met.hit)
+        coincident.iter().filter(scatters).min_by(order).map(|surface| surface.hit)
     }
 
-    fn shines(&self, met: &CoincidentSurface) -> bool {
-        met.enters && self.surfaces[met.hit.shape as usize].light.is_some()
+    fn shines(&self, surface: &CoincidentSurface) -> bool {
+        surface.enters && self.surfaces[surface.hit.shape as usize].light.is_some()
     }
 
     /// The surface at which the index changes, or else one of no index that can be seen.
     fn interface(&self, coincident: &[CoincidentSurface], media: &Media) -> Option<Hit> {
-        let effective = || coincident.iter().filter(|met| met.effective);
+        let effective = || coincident.iter().filter(|surface| surface.effective);
         let (above, sides) = media.here.parted(&media.beyond);
         let [before, after] = sides.map(|side| refracting(side, &self.bodies));
         let class =
             |body: Option<Entered>| body.map_or(0, |body| self.bodies[body.body as usize].index_class);
         if !self.covers(above) && before != after && class(before) != class(after) {
-            let counts = effective().filter(|met| {
-                let body = self.body_of(&met.hit);
-                let own = match met.enters {
+            let counts = effective().filter(|surface| {
+                let body = self.body_of(&surface.hit);
+                let own = match surface.enters {
                     true => body,
                     false => body.and_then(|body| media.here.left_with(body, &self.bodies).or(Some(body))),
                 };
-                self.role(met) == Role::Interface && (own == before || own == after)
+                self.role(surface) == Role::Interface && (own == before || own == after)
             });
-            let rank = |met: &&CoincidentSurface| {
-                let priority = self.body_of(&met.hit).map(|body| self.bodies[body.body as usize].priority);
-                (priority, Reverse(met.hit.shape))
+            let rank = |surface: &&CoincidentSurface| {
+                let priority =
+                    self.body_of(&surface.hit).map(|body| self.bodies[body.body as usize].priority);
+                (priority, Reverse(surface.hit.shape))
             };
-            return counts.max_by_key(rank).map(|met| met.hit);
+            return counts.max_by_key(rank).map(|surface| surface.hit);
         }
-        effective().find(|met| self.role(met) == Role::Null && !self.hidden(met, media)).map(|met| met.hit)
+        effective()
+            .find(|surface| self.role(surface) == Role::Null && !self.hidden(surface, media))
+            .map(|surface| surface.hit)
     }
 
     /// Whether a body's surface is passed beneath a body that counts more. A light is never hidden.
-    fn hidden(&self, met: &CoincidentSurface, media: &Media) -> bool {
-        if self.surfaces[met.hit.shape as usize].light.is_some() {
+    fn hidden(&self, surface: &CoincidentSurface, media: &Media) -> bool {
+        if self.surfaces[surface.hit.shape as usize].light.is_some() {
             return false;
         }
-        let Some(body) = self.body_of(&met.hit) else { return false };
-        let above = if met.enters { &media.beyond } else { &media.here }.above(body, &self.bodies);
+        let Some(body) = self.body_of(&surface.hit) else { return false };
+        let above = if surface.enters { &media.beyond } else { &media.here }.above(body, &self.bodies);
         match self.bodies[body.body as usize].refraction {
             Refraction::None => !above.is_empty(),
             Refraction::Surroundings | Refraction::Stated => self.covers(above),
@@ -257,22 +262,22 @@ impl Scene {
     }
 
     /// Whether the interface of a closed body parts it from another one of the same index.
-    fn is_seam(&self, met: &CoincidentSurface, media: &Media) -> bool {
-        let Some(body) = self.body_of(&met.hit).filter(|_| self.role(met) == Role::Interface) else {
+    fn is_seam(&self, surface: &CoincidentSurface, media: &Media) -> bool {
+        let Some(body) = self.body_of(&surface.hit).filter(|_| self.role(surface) == Role::Interface) else {
             return false;
         };
         let own = &self.bodies[body.body as usize];
         if !own.closed || own.refraction != Refraction::Surroundings {
             return false;
         }
-        match media.index_outside(met.enters, &self.bodies) {
+        match media.index_outside(surface.enters, &self.bodies) {
             None => own.index_class == 0,
             Some(index) => own.index.as_ref() == Some(index),
         }
     }
 
-    fn role(&self, met: &CoincidentSurface) -> Role {
-        self.surfaces[met.hit.shape as usize].role
+    fn role(&self, surface: &CoincidentSurface) -> Role {
+        self.surfaces[surface.hit.shape as usize].role
     }
 
     pub(super) fn body_of(&self, hit: &Hit) -> Option<Entered> {

@@ -7,7 +7,7 @@ use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{Extent, FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Caustics, Integrator, Limits};
-use crate::light::{Lights, Met};
+use crate::light::{LightHit, Lights};
 use crate::material::{Around, MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
 use crate::sampling::{Dimensions, Stream};
@@ -108,7 +108,7 @@ pub(super) struct Surface {
     pub parametrised: bool,
     /// Whether light may pass it by null transmission.
     pub null_transmission: bool,
-    /// Whether light paths lead through it; see [`Materials::is_smooth`].
+    /// Whether light subpaths lead through it; see [`Materials::is_smooth`].
     pub smooth: bool,
 }
 
@@ -152,8 +152,8 @@ pub struct Features {
     pub transparent_shadows: bool,
     /// Some surface asks for its coordinates.
     pub textures: bool,
-    /// Caustics are found from the side of the light.
-    pub light_paths: bool,
+    /// Light tracing finds caustics.
+    pub light_tracing: bool,
 }
 
 impl Features {
@@ -173,7 +173,7 @@ impl Features {
             ("mixed materials", self.choices),
             ("transparent shadows", self.transparent_shadows),
             ("surface coordinates", self.textures),
-            ("light paths", self.light_paths),
+            ("light tracing", self.light_tracing),
         ]
     }
 
@@ -195,7 +195,7 @@ impl Features {
             choices: self.choices || other.choices,
             transparent_shadows: self.transparent_shadows || other.transparent_shadows,
             textures: self.textures || other.textures,
-            light_paths: self.light_paths || other.light_paths,
+            light_tracing: self.light_tracing || other.light_tracing,
         }
     }
 
@@ -240,10 +240,10 @@ pub struct Intersection {
 }
 
 impl Intersection {
-    /// The point of a light that has been met, if it is one.
-    pub fn on_light(&self) -> Option<Met> {
+    /// The hit as one of a light, if the surface is one.
+    pub fn on_light(&self) -> Option<LightHit> {
         let Hit { triangle, barycentric, .. } = self.hit;
-        Some(Met { light: self.light?, point: self.point, triangle, barycentric })
+        Some(LightHit { light: self.light?, point: self.point, triangle, barycentric })
     }
 }
 
@@ -354,15 +354,15 @@ impl Scene {
     #[inline]
     pub(super) fn intersection(&self, hit: &Hit, ray: &Ray, time: f64) -> Intersection {
         let surface = &self.surfaces[hit.shape as usize];
-        let met = self.accel.surface(&self.shapes, hit, ray, time);
+        let found = self.accel.surface(&self.shapes, hit, ray, time);
         Intersection {
             t: hit.t,
-            point: met.point,
-            shading_normal: met.shading_normal,
+            point: found.point,
+            shading_normal: found.shading_normal,
             light: surface.light,
             hit: *hit,
             time,
-            from_front: ray.direction.dot(met.point.normal) < 0.0,
+            from_front: ray.direction.dot(found.point.normal) < 0.0,
             coincident: false,
         }
     }
@@ -409,12 +409,12 @@ impl Scene {
         self.surface(hit).material + 1
     }
 
-    /// What light paths begin with, where there are any.
+    /// What light subpaths begin with, where there are any.
     pub fn caustics(&self) -> Option<&Caustics> {
         self.caustics.as_ref()
     }
 
-    /// Whether light paths lead through a surface.
+    /// Whether light subpaths lead through a surface.
     pub fn is_smooth(&self, hit: &Intersection) -> bool {
         self.surface(hit).smooth
     }

@@ -183,7 +183,7 @@ impl Plan {
     ) -> Result<(Film, Vec<Auxiliary>), (usize, std::io::Error)> {
         let mut film = measures.film(self.extent);
         let mut images = Images { extent: self.extent, all: Vec::new(), covered: Vec::new() };
-        // Light paths are those of the whole picture: what is counted for one pixel is counted for all.
+        // Light subpaths are those of the whole picture: what is counted for one pixel is counted for all.
         let pixel = self.holds.first().map(|part| Region { size: [1, 1], ..part.region });
         for &file in &self.used {
             let opened = open(file).map_err(|error| (file, error))?;
@@ -202,8 +202,8 @@ impl Plan {
         Ok((film, images.whole()))
     }
 
-    /// Whether the pixels that have samples have the same ones, so that the light paths of one are those of
-    /// all.
+    /// Whether the pixels that have samples have the same ones, so that the light subpaths of one are those
+    /// of all.
     pub fn is_even(&self, samples_per_pixel: u64) -> bool {
         let whole = |part: &Part| part.region == self.extent.shown || part.samples == (0..samples_per_pixel);
         self.missing.iter().all(whole)

@@ -53,7 +53,7 @@ pub struct Header {
     /// What a render was asked for and how far it is. `None` of what was put together from parts.
     pub render: Option<(Part, Position)>,
     pub bad: BadValues,
-    /// By replicate: how many light paths there were.
+    /// By replicate: how many light subpaths there were.
     pub light_paths: Vec<u64>,
     /// The names of the images beside the picture, each with whether it has errors.
     pub images: Vec<(String, bool)>,
@@ -99,7 +99,7 @@ impl Measures {
         self.width() * self.replicates as usize * self.extras.channels()
     }
 
-    /// Those of samples and light paths included.
+    /// Those of samples and light subpaths included.
     fn numbers_per_row(&self) -> usize {
         self.sums_per_row() * if self.extras.light_paths { 2 } else { 1 } + self.width()
     }

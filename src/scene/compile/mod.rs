@@ -192,7 +192,7 @@ impl Compiler<'_> {
             max_depth: description.integrator.max_depth.unwrap_or(u32::MAX),
             rr_depth: description.integrator.rr_depth,
             hide_emitters: description.integrator.hide_emitters,
-            passing_counts: !volumetric,
+            null_is_a_segment: !volumetric,
             techniques: description.integrator.techniques,
             coverage: match description.integrator.kind {
                 IntegratorKind::Direct => Coverage::Surface,
@@ -219,7 +219,7 @@ impl Compiler<'_> {
             choices: materials.iter().any(Material::chooses),
             transparent_shadows: volumetric && surfaces.iter().any(|surface| surface.null_transmission),
             textures: surfaces.iter().any(|surface| surface.parametrised),
-            light_paths: false,
+            light_tracing: false,
         };
         let setting = caustics::Setting {
             groups: &groups,
@@ -242,7 +242,7 @@ impl Compiler<'_> {
             Integrator::Path if !film.moments && !scattering => setting.caustics(&mut surfaces),
             Integrator::Path | Integrator::Walk | Integrator::Depth => None,
         };
-        features.light_paths = caustics.is_some();
+        features.light_tracing = caustics.is_some();
         let reference_radiance = match integrator {
             Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
             Integrator::Path | Integrator::Walk => self.reference(&film, &lights, scene_radius),

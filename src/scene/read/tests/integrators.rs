@@ -121,7 +121,7 @@ fn integrators_with_the_same_picture_stand_for_one_another() {
         errors(r#"<integrator type="depth"><integer name="max_depth" value="1"/></integrator>"#)
             .contains("max_depth")
     );
-    // What a light path never finds is said.
+    // What a light subpath never finds is said.
     let glass = r#"<integrator type="ptracer"/><shape type="sphere"><bsdf type="mask"><bsdf type="dielectric"/></bsdf></shape>"#;
     assert!(notes(glass).contains("would leave it dark"), "{}", notes(glass));
     assert!(!notes(r#"<integrator type="ptracer"/><shape type="sphere"/>"#).contains("dark"));
