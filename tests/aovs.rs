@@ -65,7 +65,7 @@ fn the_albedo_of_white_is_white_and_has_no_noise_of_wavelengths() {
     }
 }
 
-/// A coat on a matt base reflects by the one or the other: the error says how sure the mean is.
+/// A coat on a diffuse base reflects by the one or the other: the error says how sure the mean is.
 #[test]
 fn the_albedo_of_a_coated_surface_has_error_bars_that_hold_it() {
     let bsdf = r#"<bsdf type="roughplastic"><spectrum name="diffuse_reflectance" value="0.5"/></bsdf>"#;

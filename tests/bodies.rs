@@ -306,7 +306,7 @@ fn closed_glass_that_faces_inward_is_told_of() {
             assert!(found.len() == 1 && found[0].contains("leave flip_normals out"), "{format}: {found:?}");
             assert_eq!(told("outward", mirror).len(), 1, "{format}");
         }
-        assert_eq!(told(&mesh("inward", format, "")).len(), 0, "nothing gets into what is matt");
+        assert_eq!(told(&mesh("inward", format, "")).len(), 0, "nothing gets into what is diffuse");
         assert_eq!(told(&mesh("inward", format, r#"<bsdf type="thindielectric"/>"#)).len(), 0);
     }
     let flipped = glass(1.5) + flip;

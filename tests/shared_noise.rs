@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::slice::from_ref;
 
-/// A matt corner under a lamp that lights most of it by way of a wall.
+/// A diffuse corner under a lamp that lights most of it by way of a wall.
 const SCENE: &str = r#"<scene version="3.0.0">
     <integrator type="path"><integer name="max_depth" value="5"/></integrator>
     <sensor type="perspective">

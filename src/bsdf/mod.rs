@@ -27,7 +27,7 @@ pub use conductor::{Conductor, RoughConductor};
 pub use dielectric::Dielectric;
 pub use lambert::{DiffuseTransmitter, Lambert};
 pub use microfacet::Microfacets;
-pub use plastic::{MattBase, Plastic};
+pub use plastic::{DiffuseBase, Plastic};
 pub use principled::{Albedo, Extent, Principled, PrincipledBase, PrincipledThin};
 pub use rough_dielectric::RoughDielectric;
 pub use rough_plastic::{RoughCoat, RoughPlastic};

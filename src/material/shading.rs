@@ -1,6 +1,6 @@
 //! How a surface scatters at one point, in world space.
 
-use super::relief::Guard;
+use super::normal_map::ShadowTerminator;
 use super::{Around, Material, MaterialId, Materials};
 use crate::bsdf::{Bsdf, Evaluation, Scatter};
 use crate::geometry::{Frame, Vec3};
@@ -30,7 +30,7 @@ pub struct Shading<const C: usize> {
     pub frame: Frame,
     /// In that frame.
     toward_eye: Vec3,
-    guards: SmallVec<[Guard; 1]>,
+    terminators: SmallVec<[ShadowTerminator; 1]>,
 }
 
 impl Materials {
@@ -46,7 +46,7 @@ impl Materials {
         mut choice: f64,
     ) -> Shading<C> {
         let mut frame = at.frame;
-        let mut guards = SmallVec::new();
+        let mut terminators = SmallVec::new();
         let leaf = loop {
             match self.get(id) {
                 Material::TwoSided { front, back } => {
@@ -66,10 +66,10 @@ impl Materials {
                 Material::Blend { weight, nested } => {
                     id = nested[usize::from(decide(&mut choice, weight.value(&at.texture)))];
                 }
-                Material::Relief { relief, nested } => {
-                    let (turned, guard) = relief.turn(&frame, at, toward_eye);
+                Material::NormalMapping { mapping, nested } => {
+                    let (turned, terminator) = mapping.turn(&frame, at, toward_eye);
                     frame = turned;
-                    guards.push(guard);
+                    terminators.push(terminator);
                     id = *nested;
                 }
                 leaf => break leaf,
@@ -79,7 +79,7 @@ impl Materials {
             bsdf: leaf.bsdf(&at.texture, nm, around),
             frame,
             toward_eye: frame.to_local(toward_eye),
-            guards,
+            terminators,
         }
     }
 
@@ -106,7 +106,7 @@ impl Materials {
                 let weight = weight.value(&at.texture).clamp(0.0, 1.0);
                 of(*first) * (1.0 - weight) + of(*second) * weight
             }
-            Material::Relief { nested, .. } => of(*nested),
+            Material::NormalMapping { nested, .. } => of(*nested),
             leaf => leaf.bsdf(&at.texture, nm, around).null_transmittance(at.frame.to_local(toward_eye)),
         }
     }
@@ -115,20 +115,20 @@ impl Materials {
 impl<const C: usize> Shading<C> {
     /// The value for light from a direction, and the density of sampling it.
     pub fn evaluate(&self, toward_light: Vec3) -> Evaluation<C> {
-        let share = self.share(toward_light);
-        if share == 0.0 {
+        let factor = self.factor(toward_light);
+        if factor == 0.0 {
             return Evaluation::ZERO;
         }
         let evaluation = self.bsdf.evaluate(self.toward_eye, self.frame.to_local(toward_light));
-        Evaluation { f_cos: evaluation.f_cos * share, ..evaluation }
+        Evaluation { f_cos: evaluation.f_cos * factor, ..evaluation }
     }
 
     /// A direction toward the light, in world space; see [`Bsdf::sample`].
     pub fn sample(&self, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
         let scatter = self.bsdf.sample(self.toward_eye, lobe, u)?;
         let toward_light = self.frame.to_world(scatter.toward_light).normalize();
-        let share = self.share(toward_light);
-        (share > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * share, ..scatter })
+        let factor = self.factor(toward_light);
+        (factor > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * factor, ..scatter })
     }
 
     /// The side from which light is scattered to the eye, as a direction of unit length; zero where it is
@@ -156,7 +156,7 @@ impl<const C: usize> Shading<C> {
 
     /// Whether its frame depends on where it is seen from.
     pub fn turns_with_eye(&self) -> bool {
-        !self.guards.is_empty()
+        !self.terminators.is_empty()
     }
 
     /// [`Self::evaluate`] where it is seen from another place on the same side; only for one that does not
@@ -181,7 +181,7 @@ impl<const C: usize> Shading<C> {
         }
     }
 
-    fn share(&self, toward_light: Vec3) -> f64 {
-        self.guards.iter().map(|guard| guard.share(toward_light)).product()
+    fn factor(&self, toward_light: Vec3) -> f64 {
+        self.terminators.iter().map(|terminator| terminator.factor(toward_light)).product()
     }
 }

@@ -7,11 +7,12 @@
 mod caustics;
 mod contact;
 mod groups;
-mod layered;
 mod lights;
 mod materials;
 mod media;
 mod numbers;
+mod plastic;
+mod principled;
 mod sensors;
 mod shapes;
 mod solids;

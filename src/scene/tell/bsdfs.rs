@@ -1,10 +1,11 @@
 use super::super::description::{
-    Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, Distribution, IndexKind, IndexSource,
-    MetalAssumption, PrincipledBase, ReliefShading, Roughness,
+    Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, IndexKind, IndexSource, MetalAssumption,
+    NormalMapShading, PrincipledBase, Roughness,
 };
 use super::super::read::Class;
 use super::spectra;
 use super::{Teller, Told, Value};
+use crate::bsdf::microfacet::Distribution;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -96,13 +97,13 @@ fn kind(teller: &mut Teller, bsdf: &Bsdf) -> Told {
             .child(tell(teller, first))
             .child(tell(teller, second))
             .remark("the weight is that of the second"),
-        BsdfKind::BumpMap { height, scale, shading, nested } => relief(told("bumpmap"), *shading)
+        BsdfKind::BumpMap { height, scale, shading, nested } => normal_map_shading(told("bumpmap"), *shading)
             .spectrum("texture", height)
             .float("scale", *scale)
             .child(tell(teller, nested)),
-        BsdfKind::NormalMap { normals, shading, nested } => {
-            relief(told("normalmap"), *shading).spectrum("normalmap", normals).child(tell(teller, nested))
-        }
+        BsdfKind::NormalMap { normals, shading, nested } => normal_map_shading(told("normalmap"), *shading)
+            .spectrum("normalmap", normals)
+            .child(tell(teller, nested)),
         BsdfKind::TwoSided { front, back, allow_transmission } => {
             let told = told("twosided")
                 .boolean("allow_transmission", *allow_transmission)
@@ -117,7 +118,7 @@ fn kind(teller: &mut Teller, bsdf: &Bsdf) -> Told {
     }
 }
 
-fn relief(told: Told, shading: ReliefShading) -> Told {
+fn normal_map_shading(told: Told, shading: NormalMapShading) -> Told {
     told.boolean("flip_invalid_normals", shading.flip_invalid_normals)
         .boolean("use_shadowing_function", shading.use_shadowing_function)
 }

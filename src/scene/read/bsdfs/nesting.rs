@@ -1,7 +1,7 @@
 //! BSDFs that hold others.
 
 use super::read;
-use crate::scene::description::{Bsdf, BsdfKind, ReliefShading, SpectrumSource};
+use crate::scene::description::{Bsdf, BsdfKind, NormalMapShading, SpectrumSource};
 use crate::scene::read::query::{Query, capital};
 use crate::scene::read::spectra::{self, Use, required};
 use crate::scene::read::tree::{Class, Value};
@@ -36,8 +36,8 @@ pub(super) fn normal_map(query: &Query<'_>) -> Option<BsdfKind> {
     Some(BsdfKind::NormalMap { normals: normals?, shading, nested })
 }
 
-fn shading(query: &Query<'_>) -> ReliefShading {
-    ReliefShading {
+fn shading(query: &Query<'_>) -> NormalMapShading {
+    NormalMapShading {
         flip_invalid_normals: query.boolean("flip_invalid_normals", true),
         use_shadowing_function: query.boolean("use_shadowing_function", true),
     }

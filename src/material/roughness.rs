@@ -1,24 +1,24 @@
-//! Roughness that may vary over a surface.
+//! The microfacet distribution and roughness of a surface, which may vary over it.
 
 use crate::bsdf::{Microfacets, microfacet};
 use crate::texture::{Texture, TexturePoint};
 
-/// The roughness of a surface made of small facets.
+/// The microfacet distribution of a rough surface and the textures of its roughness.
 #[derive(Clone, Debug)]
-pub struct Facets {
-    pub shape: microfacet::Shape,
+pub struct RoughnessTextures {
+    pub distribution: microfacet::Distribution,
     /// Along the tangent and the bitangent.
     pub alpha: [Texture; 2],
     /// Whether the two are one texture.
     pub isotropic: bool,
 }
 
-impl Facets {
+impl RoughnessTextures {
     pub(super) fn microfacets(&self, at: &TexturePoint) -> Microfacets {
         let [u, v] = &self.alpha;
         let along = u.value(at);
         let across = if self.isotropic { along } else { v.value(at) };
-        Microfacets::new(self.shape, along, across)
+        Microfacets::new(self.distribution, along, across)
     }
 
     /// Whether it matters which way the surface's coordinates run.

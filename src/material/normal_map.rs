@@ -4,20 +4,20 @@ use super::ShadingPoint;
 use crate::geometry::{Frame, Vec3};
 use crate::texture::Texture;
 
-/// A surface's relief, seen only in how it shades.
+/// A bump or normal map, which changes the shading normal and not the shape.
 #[derive(Clone, Debug)]
-pub struct Relief {
-    pub map: ReliefMap,
+pub struct NormalMapping {
+    pub map: NormalMap,
     /// Whether a normal that faces away from the viewer is turned half around the surface's own.
     pub flip_invalid_normals: bool,
-    /// Whether what the relief would shadow is darkened, which softens the edge where the light sinks below
-    /// the surface.
+    /// Whether the shadow-terminator factor applies, which softens the edge where the light sinks below the
+    /// surface.
     pub shadowing: bool,
 }
 
-/// What the relief is given by.
+/// The map of heights or normals.
 #[derive(Clone, Debug)]
-pub enum ReliefMap {
+pub enum NormalMap {
     /// Height over the surface in scene units, times a factor.
     Height { height: Texture, scale: f64 },
     /// Normals in the frame of the surface, each component x stored as (x + 1)/2.
@@ -26,19 +26,23 @@ pub enum ReliefMap {
     Normal([f64; 3]),
 }
 
-/// How a relief differs from the surface that carries it, for one pair of viewer and point.
+/// The shadow-terminator factor of a bump or normal map, for one pair of viewer and point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Guard {
-    /// The surface's own normal and the one of the relief.
+pub(super) struct ShadowTerminator {
+    /// The normal of the surface and that of the map.
     smooth: Vec3,
     rough: Vec3,
     shadowing: bool,
 }
 
-impl Relief {
-    /// The frame of the relief where the surface has `frame`, and what it takes from light from some
-    /// directions.
-    pub(super) fn turn(&self, frame: &Frame, at: &ShadingPoint, toward_eye: Vec3) -> (Frame, Guard) {
+impl NormalMapping {
+    /// The shading frame that the map makes of the surface's `frame`, with its shadow-terminator factor.
+    pub(super) fn turn(
+        &self,
+        frame: &Frame,
+        at: &ShadingPoint,
+        toward_eye: Vec3,
+    ) -> (Frame, ShadowTerminator) {
         let mut local = self.normal(frame, at);
         let eye = frame.to_local(toward_eye);
         if self.flip_invalid_normals && local.dot(eye) * eye.z < 0.0 {
@@ -46,16 +50,16 @@ impl Relief {
         }
         let turned = Frame::with_tangent(local, Vec3::X);
         let [x, y, z] = [turned.x, turned.y, turned.z].map(|axis| frame.to_world(axis));
-        let guard = Guard { smooth: frame.z, rough: z, shadowing: self.shadowing };
-        (Frame { x, y, z }, guard)
+        let terminator = ShadowTerminator { smooth: frame.z, rough: z, shadowing: self.shadowing };
+        (Frame { x, y, z }, terminator)
     }
 
     /// Normal in the frame of the surface.
     fn normal(&self, frame: &Frame, at: &ShadingPoint) -> Vec3 {
         match &self.map {
-            ReliefMap::Normals(map) => stored(map.rgb(&at.texture)),
-            ReliefMap::Normal(components) => stored(*components),
-            ReliefMap::Height { height, scale } => {
+            NormalMap::Normals(map) => stored(map.rgb(&at.texture)),
+            NormalMap::Normal(components) => stored(*components),
+            NormalMap::Height { height, scale } => {
                 // The tangents of the displaced surface (Blinn, "Simulation of Wrinkled Surfaces", 1978),
                 // seen in the surface's plane: their parts along the normal are the height's slopes alone.
                 let [du, dv] = height.gradient(&at.texture).map(|slope| slope * scale);
@@ -64,7 +68,7 @@ impl Relief {
                 let bitangent = at.tangents[1] + normal * (dv - normal.dot(at.tangents[1]));
                 let Some(bumped) = tangent.cross(bitangent).try_normalize() else { return Vec3::Z };
                 let bumped = if bumped.dot(at.geometric_normal) < 0.0 { -bumped } else { bumped };
-                // On the back of a two-sided surface the relief is seen from within.
+                // On the back of a two-sided surface the map is seen from within.
                 let own = Vec3::new(frame.x.dot(bumped), frame.y.dot(bumped), normal.dot(bumped));
                 own.try_normalize().unwrap_or(Vec3::Z)
             }
@@ -78,11 +82,11 @@ fn stored(components: [f64; 3]) -> Vec3 {
     Vec3::new(x, y, z).try_normalize().unwrap_or(Vec3::Z)
 }
 
-impl Guard {
-    /// The share of light from a direction that the relief lets arrive: none from where only one of relief
-    /// and surface can be lit (Estevez, Lecocq and Stein, "A Microfacet-Based Shadowing Function to Solve the
-    /// Bump Terminator Problem", Ray Tracing Gems, 2019).
-    pub fn share(&self, toward_light: Vec3) -> f64 {
+impl ShadowTerminator {
+    /// The factor for light from a direction: 0 where only one of the two normals faces the light (Estevez,
+    /// Lecocq and Stein, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem", Ray
+    /// Tracing Gems, 2019).
+    pub fn factor(&self, toward_light: Vec3) -> f64 {
         let cos = self.smooth.dot(toward_light);
         if cos * self.rough.dot(toward_light) <= 0.0 {
             return 0.0;

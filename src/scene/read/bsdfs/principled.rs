@@ -1,39 +1,11 @@
-//! Panes, plastic and "principled" surfaces.
+//! "Principled" surfaces, with and without a body.
 
-use crate::scene::description::{
-    BsdfKind, CoatRoughness, IndexKind, IndexSource, PrincipledBase, SpectrumSource,
-};
-use crate::scene::read::indices;
+use crate::scene::description::{BsdfKind, PrincipledBase, SpectrumSource};
 use crate::scene::read::query::Query;
 use crate::scene::read::spectra::{self, Use};
 use crate::scene::source::SceneError;
 
-/// The index of Mitsuba 3's default for the `int_ior` of plastic, `polypropylene`.
-const POLYPROPYLENE: f64 = 1.49;
-
-pub(super) fn thin_dielectric(query: &Query<'_>) -> BsdfKind {
-    BsdfKind::ThinDielectric {
-        interior: indices::interior(query),
-        exterior: indices::read(query, "ext_ior"),
-        specular_reflectance: spectra::read_or(query, "specular_reflectance", Use::Reflectance, 1.0),
-        specular_transmittance: spectra::read_or(query, "specular_transmittance", Use::Reflectance, 1.0),
-    }
-}
-
-pub(super) fn plastic(query: &Query<'_>, coat: Option<CoatRoughness>) -> BsdfKind {
-    let polypropylene =
-        || IndexSource { place: query.object.place.clone(), kind: IndexKind::Constant(POLYPROPYLENE) };
-    BsdfKind::Plastic {
-        interior: indices::read(query, "int_ior").unwrap_or_else(polypropylene),
-        exterior: indices::read(query, "ext_ior"),
-        diffuse_reflectance: spectra::read_or(query, "diffuse_reflectance", Use::Reflectance, 0.5),
-        specular_reflectance: spectra::read_or(query, "specular_reflectance", Use::Reflectance, 1.0),
-        nonlinear: query.boolean("nonlinear", false),
-        coat,
-    }
-}
-
-pub(super) fn principled(query: &Query<'_>) -> BsdfKind {
+pub(super) fn read(query: &Query<'_>) -> BsdfKind {
     let base = base(query);
     ignore_rates(
         query,
@@ -50,7 +22,7 @@ pub(super) fn principled(query: &Query<'_>) -> BsdfKind {
     }
 }
 
-pub(super) fn principled_thin(query: &Query<'_>) -> BsdfKind {
+pub(super) fn read_thin(query: &Query<'_>) -> BsdfKind {
     ignore_rates(
         query,
         &[
@@ -65,7 +37,7 @@ pub(super) fn principled_thin(query: &Query<'_>) -> BsdfKind {
         let problem = format!("\"diff_trans\" is {value}");
         query.error(
             SceneError::at(&query.place("diff_trans"), problem, "expected a number from 0 to 2")
-                .with_remedy("1 sends half of the matt light through, 2 all of it"),
+                .with_remedy("1 sends half of the diffuse light through, 2 all of it"),
         );
     }
     let eta = spectra::read_or(query, "eta", Use::Amount, 1.5);

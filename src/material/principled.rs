@@ -1,60 +1,9 @@
-//! Panes, plastic and "principled" surfaces.
+//! "Principled" surfaces: textures that become the parameters of Burley's model.
 
-use crate::bsdf::{
-    Albedo, Bsdf, MattBase, Plastic, Principled, PrincipledBase, PrincipledThin, RoughCoat, RoughPlastic,
-    ThinDielectric,
-};
+use crate::bsdf::{Albedo, Bsdf, Principled, PrincipledBase, PrincipledThin};
 use crate::spectrum::colour::Observer;
 use crate::spectrum::{Sampled, Spectrum};
 use crate::texture::{Texture, TexturePoint};
-
-/// A sheet of glass.
-#[derive(Clone, Debug)]
-pub struct ThinDielectricMaterial {
-    pub interior: Spectrum,
-    pub exterior: Spectrum,
-    pub specular_reflectance: Texture,
-    pub specular_transmittance: Texture,
-}
-
-impl ThinDielectricMaterial {
-    pub(super) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
-        Bsdf::ThinDielectric(ThinDielectric {
-            eta: self.interior.sample(nm) / self.exterior.sample(nm),
-            specular_reflectance: self.specular_reflectance.sample(at, nm),
-            specular_transmittance: self.specular_transmittance.sample(at, nm),
-        })
-    }
-}
-
-/// A matt base under a coat.
-#[derive(Clone, Debug)]
-pub struct PlasticMaterial {
-    pub interior: Spectrum,
-    pub exterior: Spectrum,
-    pub diffuse_reflectance: Texture,
-    pub specular_reflectance: Texture,
-    /// Whether light that is reflected inside is coloured each time.
-    pub nonlinear: bool,
-    /// A rough coat; its indices are those above.
-    pub coat: Option<&'static RoughCoat>,
-}
-
-impl PlasticMaterial {
-    pub(super) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
-        let base =
-            MattBase { reflectance: self.diffuse_reflectance.sample(at, nm), nonlinear: self.nonlinear };
-        let specular_reflectance = self.specular_reflectance.sample(at, nm);
-        match self.coat {
-            Some(coat) => Bsdf::RoughPlastic(RoughPlastic { coat, base, specular_reflectance }),
-            None => Bsdf::Plastic(Plastic {
-                eta: self.interior.sample(nm) / self.exterior.sample(nm),
-                base,
-                specular_reflectance,
-            }),
-        }
-    }
-}
 
 /// What the surfaces of [`PrincipledBase`] are steered by.
 #[derive(Clone, Debug)]
@@ -71,19 +20,19 @@ pub struct PrincipledTextures {
 
 impl PrincipledTextures {
     fn base<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> PrincipledBase<C> {
-        let share = |texture: &Texture| texture.value(at).clamp(0.0, 1.0);
+        let fraction = |texture: &Texture| texture.value(at).clamp(0.0, 1.0);
         let color = self.base_color.sample(at, nm);
-        let (spec_tint, sheen_tint) = (share(&self.spec_tint), share(&self.sheen_tint));
+        let (spec_tint, sheen_tint) = (fraction(&self.spec_tint), fraction(&self.sheen_tint));
         PrincipledBase {
             color,
             tint: if spec_tint > 0.0 || sheen_tint > 0.0 { self.tint(at, nm, color) } else { Sampled::ONE },
-            roughness: share(&self.roughness),
-            anisotropic: share(&self.anisotropic),
-            spec_trans: share(&self.spec_trans),
+            roughness: fraction(&self.roughness),
+            anisotropic: fraction(&self.anisotropic),
+            spec_trans: fraction(&self.spec_trans),
             spec_tint,
             sheen: self.sheen.value(at).max(0.0),
             sheen_tint,
-            flatness: share(&self.flatness),
+            flatness: fraction(&self.flatness),
         }
     }
 
@@ -135,7 +84,7 @@ fn companions(nm: f64) -> [f64; 4] {
     })
 }
 
-/// Metal, matt base and glass under sheen and clear coat.
+/// Metal, diffuse base and glass under sheen and clear coat.
 #[derive(Clone, Debug)]
 pub struct PrincipledMaterial {
     pub textures: PrincipledTextures,
