@@ -1,7 +1,7 @@
 //! `abbe info --json` writes scene files: they mean the same as what they were made from, to the last bit.
 
 use abbe::integrator::Estimator;
-use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
+use abbe::render::{NoProgress, Schedule, Settings, WavelengthCount, render};
 use abbe::scene::{CompileOptions, Description, ReadOptions, Scene, compile, json, read, read_str};
 use std::path::{Path, PathBuf};
 
@@ -49,7 +49,7 @@ fn sums(mut description: Description) -> Vec<u8> {
         estimator: Estimator::Shared,
         bins: None,
     };
-    let film = render(&compiled(&description), &settings, &Unwatched::new());
+    let film = render(&compiled(&description), &settings, &NoProgress::new());
     format!("{film:?}").into_bytes()
 }
 

@@ -38,6 +38,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match &args.output {
         Some(path) => std::fs::write(path, text)
             .map_err(|error| Failure::Other(format!("error: cannot write {}: {error}", path.display()))),
-        None => super::say(&text),
+        None => super::print(&text),
     }
 }

@@ -1,6 +1,6 @@
 use super::png_options::PngOptions;
-use super::render::{cannot_read, cannot_write, counted, has_extension, told_samples};
-use super::{Failure, say, tell};
+use super::render::{cannot_read, cannot_write, counted, has_extension, sample_count};
+use super::{Failure, print, print_message};
 use abbe::film::Film;
 use abbe::output::checkpoint::merge::{Plan, Refusal, plan};
 use abbe::output::checkpoint::{self, Description, Header, Part};
@@ -89,19 +89,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             write(&args.output, header, &plan, &film, &images).map_err(failed(&args.output))?;
         }
         if !args.quiet && !args.json {
-            tell(&format!(
+            print_message(&format!(
                 "{}: {} samples per pixel of {} parts",
                 args.output.display(),
-                told_samples(&film.samples_per_pixel()),
+                sample_count(&film.samples_per_pixel()),
                 plan.used.len()
             ));
         }
     }
     if args.json {
-        say(&args.told_as_json(&plan, header, is_written))?;
+        print(&args.told_as_json(&plan, header, is_written))?;
     } else if !args.quiet {
         for &file in &plan.redundant {
-            tell(&format!("{}: all of it is in others", args.parts[file].display()));
+            print_message(&format!("{}: all of it is in others", args.parts[file].display()));
         }
     }
     if plan.missing.is_empty() { Ok(()) } else { Err(args.missing(&plan, header, is_written)) }

@@ -2,7 +2,7 @@
 
 use super::pulse::Pulse;
 use abbe::film::Film;
-use abbe::render::Watch;
+use abbe::render::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::IsTerminal;
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-pub struct Progress {
+pub struct RenderProgress {
     bar: ProgressBar,
     /// Lines instead of a bar.
     lines: Option<(Pulse, Arc<Counted>)>,
@@ -48,7 +48,7 @@ impl Counted {
 
 const NO_ERROR_YET: &str = "error not known yet";
 
-impl Progress {
+impl RenderProgress {
     /// Progress of a render of `total` samples; `before` of them are done already.
     pub fn new(total: u64, before: u64, quiet: bool, stop: Arc<AtomicBool>) -> Self {
         let terminal = std::io::stderr().is_terminal();
@@ -89,7 +89,7 @@ impl Progress {
     }
 }
 
-impl Watch for Progress {
+impl Progress for RenderProgress {
     fn advanced(&self, samples: u64) {
         if let Some((_, counted)) = &self.lines {
             counted.done.fetch_add(samples, Ordering::Relaxed);
@@ -192,7 +192,7 @@ fn time_left(bar: &ProgressBar, started: Instant) -> String {
     }
 }
 
-impl Watch for StudyProgress {
+impl Progress for StudyProgress {
     fn advanced(&self, samples: u64) {
         self.bar.inc(samples);
         if self.stop.load(Ordering::Relaxed) && !self.told.swap(true, Ordering::Relaxed) {

@@ -270,8 +270,8 @@ impl<const C: usize> LightSubpath<C> {
     /// To the next surface, attenuated by the media on the way.
     fn advance(&mut self, scene: &Scene) -> Option<Intersection> {
         let Self { ray, time, wavelengths, power, media, .. } = self;
-        scene.intersect(ray, *time, false, media, |media, stretch| {
-            if let Some(transmittance) = scene.transmittance(media, stretch, wavelengths) {
+        scene.intersect(ray, *time, false, media, |media, segment| {
+            if let Some(transmittance) = scene.transmittance(media, segment, wavelengths) {
                 *power *= transmittance;
             }
         })

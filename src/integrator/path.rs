@@ -377,8 +377,8 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
     ) -> Option<Intersection> {
         let Self { throughput, media, time, depth, .. } = self;
-        scene.intersect(ray, *time, *depth == 0, media, |media: &MediumStack, stretch| {
-            if let Some(transmittance) = scene.transmittance(media, stretch, wavelengths) {
+        scene.intersect(ray, *time, *depth == 0, media, |media: &MediumStack, segment| {
+            if let Some(transmittance) = scene.transmittance(media, segment, wavelengths) {
                 *throughput *= transmittance;
             }
         })

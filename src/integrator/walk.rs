@@ -30,16 +30,16 @@ pub fn radiance<const C: usize>(
     for vertex in 0.. {
         let shown = vertex > 0 || !scene.limits.hide_emitters;
         let mut tracker = Tracker::new(stream, vertex, hero.nm[0]);
-        let hit = scene.intersect(&ray, time, vertex == 0, &mut media, |around, stretch| {
+        let hit = scene.intersect(&ray, time, vertex == 0, &mut media, |around, segment| {
             if tracker.collision.is_some() {
                 return;
             }
             match scene.medium(around) {
                 Some(medium @ Medium { scattering: Some(scattering), .. }) => {
-                    tracker.follow(medium, scattering, around, stretch);
+                    tracker.follow(medium, scattering, around, segment);
                 }
                 _ => {
-                    if let Some(transmittance) = scene.transmittance(around, stretch, &hero) {
+                    if let Some(transmittance) = scene.transmittance(around, segment, &hero) {
                         throughput *= transmittance.hero();
                     }
                 }
@@ -120,12 +120,12 @@ impl<'a> Tracker<'a> {
         ((mix(self.random) >> 12) as f64 + 0.5) / (1u64 << 52) as f64
     }
 
-    fn follow(&mut self, medium: &Medium, scattering: &'a Scattering, around: &MediumStack, stretch: &Ray) {
+    fn follow(&mut self, medium: &Medium, scattering: &'a Scattering, around: &MediumStack, segment: &Ray) {
         /// Some collisions are null in a homogeneous medium, too.
         const ABOVE: f64 = 1.25;
         let (majorant, [mut t, end]) = match &medium.extinction {
-            Extinction::Homogeneous(spectrum) => (ABOVE * spectrum.at(self.nm), [0.0, stretch.t_max]),
-            Extinction::Grid(grid) => match grid.span(stretch) {
+            Extinction::Homogeneous(spectrum) => (ABOVE * spectrum.at(self.nm), [0.0, segment.t_max]),
+            Extinction::Grid(grid) => match grid.span(segment) {
                 Some(span) => (grid.max_bound(), span),
                 None => return,
             },
@@ -137,10 +137,10 @@ impl<'a> Tracker<'a> {
             }
             let extinction = match &medium.extinction {
                 Extinction::Homogeneous(spectrum) => spectrum.at(self.nm),
-                Extinction::Grid(grid) => grid.at(stretch.at(t), &[self.nm]).hero(),
+                Extinction::Grid(grid) => grid.at(segment.at(t), &[self.nm]).hero(),
             };
             if self.draw() * majorant < extinction {
-                self.collision = Some((stretch.at(t), scattering, around.clone()));
+                self.collision = Some((segment.at(t), scattering, around.clone()));
                 return;
             }
         }

@@ -100,7 +100,7 @@ pub struct ThinDielectricMaterial {
 
 /// What is on the other side of a body's surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Around<'a> {
+pub struct Exterior<'a> {
     /// The index there; `None` in air.
     pub index: Option<&'a Spectrum>,
     /// Whether another body ends or begins there, so that what the surface's own material says of its outside
@@ -108,7 +108,7 @@ pub struct Around<'a> {
     pub coincident: bool,
 }
 
-impl Around<'_> {
+impl Exterior<'_> {
     pub const UNKNOWN: Self = Self { index: None, coincident: false };
 }
 
@@ -287,10 +287,10 @@ impl Material {
         }
     }
 
-    /// The numbers at a point and the wavelengths of a path. `around` is the index of what surrounds the
+    /// The numbers at a point and the wavelengths of a path. `exterior` is the index of what surrounds the
     /// surface, for bodies that leave it open. A material that nests is [`Bsdf::Black`]: it is gone through
     /// before.
-    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Around<'_>) -> Bsdf<C> {
+    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], exterior: Exterior<'_>) -> Bsdf<C> {
         match self {
             Self::Black
             | Self::TwoSided { .. }
@@ -318,7 +318,7 @@ impl Material {
                     }
                 }
             }
-            Self::Dielectric(dielectric) => dielectric.bsdf(at, nm, around),
+            Self::Dielectric(dielectric) => dielectric.bsdf(at, nm, exterior),
             Self::ThinDielectric(pane) => pane.bsdf(at, nm),
             Self::Plastic(plastic) => plastic.bsdf(at, nm),
             Self::Principled(principled) => principled.bsdf(at, nm),
@@ -328,8 +328,8 @@ impl Material {
 }
 
 impl DielectricMaterial {
-    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Around<'_>) -> Bsdf<C> {
-        let outside = match self.exterior.as_ref().filter(|_| !around.coincident).or(around.index) {
+    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], exterior: Exterior<'_>) -> Bsdf<C> {
+        let outside = match self.exterior.as_ref().filter(|_| !exterior.coincident).or(exterior.index) {
             Some(index) => index.sample(nm),
             None => Sampled::splat(AIR_INDEX),
         };

@@ -1,7 +1,7 @@
 //! How a surface scatters at one point, in world space.
 
 use super::normal_map::ShadowTerminator;
-use super::{Around, Material, MaterialId, Materials};
+use super::{Exterior, Material, MaterialId, Materials};
 use crate::bsdf::{Bsdf, Evaluation, Scatter};
 use crate::geometry::{Frame, Vec3};
 use crate::sampling::decide;
@@ -35,14 +35,14 @@ pub struct Shading<const C: usize> {
 
 impl Materials {
     /// Goes through what nests to the BSDF at a point. `choice` in [0, 1) chooses between alternatives;
-    /// `around` is the index of what surrounds the surface.
+    /// `exterior` is the index of what surrounds the surface.
     pub fn shade<const C: usize>(
         &self,
         mut id: MaterialId,
         at: &ShadingPoint,
         toward_eye: Vec3,
         nm: &[f64; C],
-        around: Around<'_>,
+        exterior: Exterior<'_>,
         mut choice: f64,
     ) -> Shading<C> {
         let mut frame = at.frame;
@@ -76,7 +76,7 @@ impl Materials {
             }
         };
         Shading {
-            bsdf: leaf.bsdf(&at.texture, nm, around),
+            bsdf: leaf.bsdf(&at.texture, nm, exterior),
             frame,
             toward_eye: frame.to_local(toward_eye),
             terminators,
@@ -90,9 +90,9 @@ impl Materials {
         at: &ShadingPoint,
         toward_eye: Vec3,
         nm: &[f64; C],
-        around: Around<'_>,
+        exterior: Exterior<'_>,
     ) -> Sampled<C> {
-        let of = |id: MaterialId| self.null_transmittance(id, at, toward_eye, nm, around);
+        let of = |id: MaterialId| self.null_transmittance(id, at, toward_eye, nm, exterior);
         match self.get(id) {
             Material::TwoSided { front, back } => {
                 of(if at.frame.z.dot(toward_eye) < 0.0 { *back } else { *front })
@@ -107,7 +107,7 @@ impl Materials {
                 of(*first) * (1.0 - weight) + of(*second) * weight
             }
             Material::NormalMapping { nested, .. } => of(*nested),
-            leaf => leaf.bsdf(&at.texture, nm, around).null_transmittance(at.frame.to_local(toward_eye)),
+            leaf => leaf.bsdf(&at.texture, nm, exterior).null_transmittance(at.frame.to_local(toward_eye)),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The light subpaths of a render: what they bring to the film beside the pixels' own samples.
 
 use super::work::Pass;
-use super::{Exposure, Watch, admit};
+use super::{Exposure, Progress, admit};
 use crate::film::{BadValues, Film, FilterSampler};
 use crate::integrator::{self, Caustics, Splat};
 use crate::sampling::{Sampler, SamplerKind, mix};
@@ -43,7 +43,7 @@ impl<'a> LightPass<'a> {
 
     /// The light subpaths that belong to the samples of a pass. They come to the film in pieces, of which
     /// `add` is told the number: how many there are in all.
-    pub fn expose<const C: usize>(&self, pass: &Pass, add: &Add, watch: &dyn Watch) -> usize {
+    pub fn expose<const C: usize>(&self, pass: &Pass, add: &Add, progress: &dyn Progress) -> usize {
         let of_replicate = |replicate: u32| {
             let indices = pass.indices(replicate);
             let [first, end] = [indices.start, indices.end].map(|samples| self.caustics.paths(samples));
@@ -54,7 +54,7 @@ impl<'a> LightPass<'a> {
             (0..self.exposure.schedule.replicates).flat_map(of_replicate).collect();
         // One by one, as tiles are.
         chunks.par_iter().enumerate().with_max_len(1).for_each(|(piece, (replicate, range))| {
-            if pass.is_done(piece) || watch.stop().load(Ordering::Relaxed) {
+            if pass.is_done(piece) || progress.stop().load(Ordering::Relaxed) {
                 return;
             }
             let mut bad = BadValues::default();

@@ -139,8 +139,8 @@ impl Scene {
         let own = error(hit.hit.shape, hit.hit.t, &hit.point);
         let slope = slope(&hit.point);
         let far = own + (reach + 16.0 * f64::EPSILON * hit.hit.t) / slope;
-        let stretch = [hit.hit.t - far, hit.hit.t + far];
-        self.accel.crossings(ray, time, stretch, &mut |other, t_error| {
+        let range = [hit.hit.t - far, hit.hit.t + far];
+        self.accel.crossings(ray, time, range, &mut |other, t_error| {
             let same =
                 |a: &Hit, b: &Hit| (a.shape, a.instance, a.triangle) == (b.shape, b.instance, b.triangle);
             let point = self.accel.surface(&self.shapes, &other, ray, time).point;

@@ -10,7 +10,7 @@ mod read;
 #[expect(clippy::module_inception, reason = "it holds the type that the room is named after")]
 mod scene;
 pub mod source;
-mod tell;
+mod write;
 
 pub use compile::{CompileOptions, Part, compile};
 pub use description::Description;

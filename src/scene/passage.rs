@@ -27,13 +27,13 @@ impl Scene {
     pub fn transmittance<const C: usize>(
         &self,
         media: &MediumStack,
-        stretch: &Ray,
+        segment: &Ray,
         wavelengths: &Wavelengths<C>,
     ) -> Option<Sampled<C>> {
         if !self.features.absorption {
             return None;
         }
-        Some(transmittance(self.medium(media)?, stretch, wavelengths))
+        Some(transmittance(self.medium(media)?, segment, wavelengths))
     }
 
     /// The share of light that gets along a ray that begins in `media`: through media, and through surfaces
@@ -82,12 +82,12 @@ impl Scene {
     ) -> Passage<C> {
         let none = Passage { share: Sampled::ZERO, flown: Sampled::ZERO };
         let mut passage = Passage { share: Sampled::ONE, flown: Sampled::ONE };
-        let within = |passage: &mut Passage<C>, media: &MediumStack, stretch: &Ray| {
+        let within = |passage: &mut Passage<C>, media: &MediumStack, segment: &Ray| {
             if !self.features.absorption {
                 return;
             }
             let Some(medium) = self.medium(media) else { return };
-            let part = transmittance(medium, stretch, wavelengths);
+            let part = transmittance(medium, segment, wavelengths);
             passage.share *= part;
             if medium.scattering.is_some() {
                 passage.flown *= part;
@@ -117,7 +117,7 @@ impl Scene {
                     if !(transparent_shadows && surface.null_transmission) {
                         return none;
                     }
-                    let around = self.around(&hit, &media);
+                    let exterior = self.exterior(&hit, &media);
                     let at = self.shading_point(&hit);
                     let toward_eye = -ray.direction;
                     passage.share *= self.materials.null_transmittance(
@@ -125,7 +125,7 @@ impl Scene {
                         &at,
                         toward_eye,
                         &wavelengths.nm,
-                        around,
+                        exterior,
                     );
                     if passage.share.is_zero() {
                         return none;
@@ -149,8 +149,8 @@ impl Scene {
 /// The share that a medium lets through along a ray (Beer and Lambert).
 pub(super) fn transmittance<const C: usize>(
     medium: &Medium,
-    stretch: &Ray,
+    segment: &Ray,
     wavelengths: &Wavelengths<C>,
 ) -> Sampled<C> {
-    medium.optical_depths(stretch, &wavelengths.nm).map(|depth| (-depth).exp())
+    medium.optical_depths(segment, &wavelengths.nm).map(|depth| (-depth).exp())
 }

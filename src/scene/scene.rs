@@ -8,7 +8,7 @@ use crate::film::{Extent, FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
 use crate::integrator::{Caustics, Integrator, Limits};
 use crate::light::{LightHit, Lights};
-use crate::material::{Around, MaterialId, Materials, Shading, ShadingPoint};
+use crate::material::{Exterior, MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
 use crate::sampling::{Dimensions, Stream};
 use crate::shape::{AtRest, Hit, Parametrisation, Shape};
@@ -292,7 +292,7 @@ impl Scene {
     }
 
     /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each
-    /// stretch of the way, a ray that ends where it does, with what it leads through.
+    /// segment of the way, a ray that ends where it does, with what it leads through.
     #[inline]
     pub fn intersect(
         &self,
@@ -378,9 +378,9 @@ impl Scene {
         choice: f64,
     ) -> Shading<C> {
         let surface = self.surface(hit);
-        let around = self.around(hit, media);
+        let exterior = self.exterior(hit, media);
         let at = self.shading_point(hit);
-        self.materials.shade(surface.material, &at, toward_eye, &wavelengths.nm, around, choice)
+        self.materials.shade(surface.material, &at, toward_eye, &wavelengths.nm, exterior, choice)
     }
 
     /// A place in the coordinates of the file.
@@ -468,9 +468,9 @@ impl Scene {
     }
 
     /// What the surface at a hit has on its other side, for bodies that leave it open.
-    pub(super) fn around(&self, hit: &Intersection, media: &Media) -> Around<'_> {
+    pub(super) fn exterior(&self, hit: &Intersection, media: &Media) -> Exterior<'_> {
         let Some(body) = self.body_of(&hit.hit).filter(|_| self.features.medium_stack) else {
-            return Around::UNKNOWN;
+            return Exterior::UNKNOWN;
         };
         let index = match self.features.interface_events() {
             true => media.index_outside(hit.from_front, &self.bodies),
@@ -478,7 +478,7 @@ impl Scene {
         };
         // What a body of a priority says of its outside holds where nothing else is.
         let counts = self.bodies[body.body as usize].refraction == Refraction::Surroundings;
-        Around { index, coincident: hit.coincident || counts && index.is_some() }
+        Exterior { index, coincident: hit.coincident || counts && index.is_some() }
     }
 
     pub(super) fn shading_point(&self, hit: &Intersection) -> ShadingPoint<'_> {

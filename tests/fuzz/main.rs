@@ -9,7 +9,7 @@ mod grammar;
 mod packed;
 
 use abbe::integrator::Estimator;
-use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
+use abbe::render::{NoProgress, Schedule, Settings, WavelengthCount, render};
 use abbe::scene::{CompileOptions, ReadOptions, compile, json, read, read_str};
 use cpu_time::ProcessTime;
 use grammar::Grammar;
@@ -320,7 +320,7 @@ fn attempt(kind: Kind, bytes: &[u8], folder: &Path, scratch: &Path, draw: bool) 
             estimator: Estimator::Shared,
             bins: None,
         };
-        render(&scene, &settings, &Unwatched::new());
+        render(&scene, &settings, &NoProgress::new());
         let film = &mut description.sensor.film;
         (film.width, film.height, film.crop) = stated;
         let text = json(&description, &scene.features(), Some(scratch));

@@ -105,12 +105,12 @@ impl MaterialCompiler {
         let index = self.materials.interior_index(material).cloned();
         let (interior, exterior) = (self.filling(&shape.interior)?, self.filling(&shape.exterior)?);
         let (interior, exterior) = match (interior, exterior) {
-            (None, None) => (Filling::Unsaid, Filling::Unsaid),
+            (None, None) => (Filling::Unspecified, Filling::Unspecified),
             // A surface that parts media has one on either side, even if it is nothing.
             (None, Some(outside)) => (Filling::Vacuum, outside),
-            (Some(inside), outside) => (inside, outside.unwrap_or(Filling::Unsaid)),
+            (Some(inside), outside) => (inside, outside.unwrap_or(Filling::Unspecified)),
         };
-        if index.is_none() && interior == Filling::Unsaid {
+        if index.is_none() && interior == Filling::Unspecified {
             return refuse_priority(
                 "There is nothing inside this shape that could take precedence: neither an index nor a medium",
                 "a priority of a shape with a `dielectric` or an interior medium",

@@ -4,7 +4,7 @@
 //! 3, 3.3, translational sweeps).
 
 use super::facets::Facet;
-use super::outline::{EdgeCrossing, FillRule, Outline, Stretch};
+use super::outline::{BoundarySegment, EdgeCrossing, FillRule, Outline};
 use super::polygon::{across_box, reach};
 use super::{Local, power_above};
 use crate::geometry::Vec3;
@@ -49,7 +49,7 @@ impl Extrusion {
     pub fn facets(&self) -> impl Iterator<Item = (Facet, u32)> {
         let heights = self.heights;
         let walls = self.outline.boundary().into_iter();
-        let walls = walls.map(move |Stretch { edge, from, to, outside_left }| {
+        let walls = walls.map(move |BoundarySegment { edge, from, to, outside_left }| {
             (Facet::Wall { from, to, heights }, wall(edge, outside_left))
         });
         let caps = if self.capped { self.outline.trapezoids() } else { Vec::new() };

@@ -50,7 +50,7 @@ pub(super) struct EdgeCrossing {
 
 /// A part of an edge that is boundary.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stretch {
+pub(super) struct BoundarySegment {
     pub edge: u32,
     pub from: DVec2,
     pub to: DVec2,
@@ -231,10 +231,10 @@ impl Outline {
     }
 
     /// The boundary without what is inside or outside on both sides.
-    pub fn boundary(&self) -> Vec<Stretch> {
+    pub fn boundary(&self) -> Vec<BoundarySegment> {
         let cuts = self.cuts();
         let simple = cuts.iter().all(|cuts| cuts.is_empty());
-        let mut stretches = Vec::new();
+        let mut segments = Vec::new();
         // Where nothing crosses, all of a contour has its outside on the same side.
         let mut of_contour = None;
         for (i, (edge, mut cuts)) in self.edges.iter().zip(cuts).enumerate() {
@@ -252,7 +252,7 @@ impl Outline {
                     }
                 };
                 of_contour = found;
-                stretches.extend(found.map(|outside_left| Stretch {
+                segments.extend(found.map(|outside_left| BoundarySegment {
                     edge: i as u32,
                     from,
                     to,
@@ -260,7 +260,7 @@ impl Outline {
                 }));
             }
         }
-        stretches
+        segments
     }
 
     /// The inside, cut at the height of every corner and of every crossing of edges.
@@ -345,7 +345,7 @@ mod tests {
         let middle = 2.5 * small * small * (2.0 * turn).sin();
         assert!((winding.area() - whole).abs() < 1e-14, "{} {whole}", winding.area());
         assert!((odd.area() - (whole - middle)).abs() < 1e-14);
-        // Inner stretches bound the middle only where it is outside.
+        // Inner segments bound the middle only where it is outside.
         assert_eq!((odd.boundary().len(), winding.boundary().len()), (15, 10));
         assert_eq!(odd.crossed(DVec2::ZERO, DVec2::X).len(), 4);
         assert_eq!(winding.crossed(DVec2::ZERO, DVec2::X).len(), 2);

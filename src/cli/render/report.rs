@@ -1,7 +1,7 @@
-//! What is told of a render: in its file and on the terminal.
+//! Reports of a render: attributes of its file and lines on the terminal.
 
+use super::super::print_message;
 use super::super::progress::percent;
-use super::super::tell;
 use super::Args;
 use abbe::film::{Film, Region};
 use abbe::render::Settings;
@@ -42,7 +42,7 @@ pub(super) fn attributes(
 /// What the film itself says of how it was made.
 pub(in crate::cli) fn counted(film: &Film) -> Vec<(String, String)> {
     named([
-        ("samplesPerPixel", told(&film.samples_per_pixel())),
+        ("samplesPerPixel", sample_count(&film.samples_per_pixel())),
         ("samples", film.total_samples().to_string()),
         ("badValues", film.bad.total().to_string()),
     ])
@@ -93,24 +93,24 @@ pub(super) fn distinct(notes: &[Note]) -> Vec<String> {
             None => texts.push((&note.text, 1)),
         }
     }
-    let told =
+    let text =
         |(text, times)| if times == 1 { String::from(text) } else { format!("{text} ({times} places)") };
-    texts.into_iter().map(told).collect()
+    texts.into_iter().map(text).collect()
 }
 
-/// Numbers of samples, of which a stopped render has several.
-pub(in crate::cli) fn told(samples: &RangeInclusive<u64>) -> String {
+/// A number of samples as text, or a range, which a stopped render has.
+pub(in crate::cli) fn sample_count(samples: &RangeInclusive<u64>) -> String {
     let (fewest, most) = (samples.start(), samples.end());
     if fewest == most { fewest.to_string() } else { format!("{fewest} to {most}") }
 }
 
-pub(super) fn report(path: &Path, png: Option<&Path>, film: &Film, seconds: f64) {
+pub(super) fn print(path: &Path, png: Option<&Path>, film: &Film, seconds: f64) {
     let done = film.total_samples();
     let Region { size: [width, height], .. } = film.extent.shown;
     let pixels = film.extent.shown.pixel_count();
     let error =
         film.relative_error().map_or("error not known".to_owned(), |e| format!("error {}", percent(e)));
-    tell(&format!(
+    print_message(&format!(
         "{}{}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {:.1} s, {:.2} million samples/s",
         path.display(),
         png.map_or_else(String::new, |png| format!(" and {}", png.display())),
@@ -123,7 +123,7 @@ pub(super) fn report(path: &Path, png: Option<&Path>, film: &Film, seconds: f64)
     ));
     let bad = film.bad;
     if bad.total() > 0 {
-        tell(&format!(
+        print_message(&format!(
             "warning: left out {} values: {} not a number, {} infinite, {} negative, {} too large",
             bad.total(),
             bad.not_a_number,

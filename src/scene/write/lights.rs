@@ -1,40 +1,40 @@
 use super::super::description::{Light, LightKind};
 use super::super::read::Class;
-use super::{Told, sensors, spectra};
+use super::{Node, sensors, spectra};
 use crate::geometry::Transform;
 
-pub(super) fn tell(light: &Light) -> Told {
-    let told = |plugin| Told::new(Class::Emitter, plugin, &light.place);
+pub(super) fn write(light: &Light) -> Node {
+    let node = |plugin| Node::new(Class::Emitter, plugin, &light.place);
     match &light.kind {
         LightKind::Point { position, intensity } => match &light.motion {
-            None => told("point").vector("position", *position),
-            Some(_) => told("point").placement(&Transform::IDENTITY, &light.motion),
+            None => node("point").vector("position", *position),
+            Some(_) => node("point").placement(&Transform::IDENTITY, &light.motion),
         }
         .spectrum("intensity", intensity),
         LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture } => {
-            let told = told("spot")
+            let node = node("spot")
                 .placement(to_world, &light.motion)
                 .spectrum("intensity", intensity)
                 .float("cutoff_angle", *cutoff_angle)
                 .float("beam_width", *beam_width);
             match texture {
-                Some(texture) => told.spectrum("texture", texture),
-                None => told,
+                Some(texture) => node.spectrum("texture", texture),
+                None => node,
             }
         }
         LightKind::Projector { to_world, irradiance, scale, field_of_view } => {
-            let told = told("projector")
+            let node = node("projector")
                 .placement(to_world, &light.motion)
                 .spectrum("irradiance", irradiance)
                 .float("scale", *scale);
-            sensors::field_of_view(told, *field_of_view)
+            sensors::field_of_view(node, *field_of_view)
         }
         LightKind::Directional { travels, irradiance } => match &light.motion {
-            None => told("directional").vector("direction", *travels),
-            Some(_) => told("directional").placement(&Transform::IDENTITY, &light.motion),
+            None => node("directional").vector("direction", *travels),
+            Some(_) => node("directional").placement(&Transform::IDENTITY, &light.motion),
         }
         .spectrum("irradiance", irradiance),
-        LightKind::EnvironmentMap { to_world, file, image, scale } => told("envmap")
+        LightKind::EnvironmentMap { to_world, file, image, scale } => node("envmap")
             .transform("to_world", to_world)
             .with("filename", spectra::picture(file, image))
             .float("scale", *scale),
@@ -47,7 +47,7 @@ pub(super) fn tell(light: &Light) -> Told {
             sun_scale,
             sun_aperture,
             complex_sun,
-        } => told("sunsky")
+        } => node("sunsky")
             .transform("to_world", to_world)
             .float("turbidity", *turbidity)
             .spectrum("albedo", albedo)
@@ -56,6 +56,6 @@ pub(super) fn tell(light: &Light) -> Told {
             .float("sun_scale", *sun_scale)
             .float("sun_aperture", *sun_aperture)
             .boolean("complex_sun", *complex_sun),
-        LightKind::Constant { radiance } => told("constant").spectrum("radiance", radiance),
+        LightKind::Constant { radiance } => node("constant").spectrum("radiance", radiance),
     }
 }

@@ -1,13 +1,13 @@
 //! Stretches of a cubic path along which the radius is cubic, too: the tube around one, and what a ball
 //! sweeps along it.
 //!
-//! Seen along a line, the path's point u is at s(u) along it and at q(u) across it. The ball of radius r(u)
-//! around it is crossed at s ± √D with D = r² − |q|², so only where D isn't negative can there be anything;
-//! those are the *windows*. Within one
+//! SegmentAlongLine along a line, the path's point u is at s(u) along it and at q(u) across it. The ball of
+//! radius r(u) around it is crossed at s ± √D with D = r² − |q|², so only where D isn't negative can there be
+//! anything; those are the *windows*. Within one
 //! - the tube, a circle of that radius across the path, is met at s − √D where (t − s) s' = q·q', that is P +
 //!   s'√D = 0 with P = q·q', and at s + √D where P − s'√D = 0;
 //! - what the ball sweeps begins at the least s − √D and ends at the greatest s + √D. Both are at an end of
-//!   the stretch or where the derivative vanishes, which is the same equation with P = q·q' − r r' (Glassner,
+//!   the segment or where the derivative vanishes, which is the same equation with P = q·q' − r r' (Glassner,
 //!   *An Introduction to Ray Tracing*, ch. 3, 3.3, where the two conditions f = |x − c|² − r² = 0 and ∂f/∂u =
 //!   0 are joined into one of the tenth degree; the radius is to be squared there).
 //!
@@ -26,7 +26,7 @@ use crate::sampling::quadrature::gauss_legendre;
 use smallvec::SmallVec;
 use std::f64::consts::TAU;
 
-/// Parts of a stretch are not halved more often: what is left is a touch.
+/// Parts of a segment are not halved more often: what is left is a touch.
 const DEEPEST: u32 = 46;
 
 /// Which equation's roots are asked for: P + side·s'√D = 0.
@@ -53,13 +53,13 @@ enum Sweep {
 
 /// Centre and radius as cubics of u from 0 to 1, in Bézier form.
 #[derive(Clone, Copy, Debug)]
-pub struct Stretch {
+pub struct SplineSegment {
     pub points: [Vec3; 4],
     pub radii: [f64; 4],
 }
 
-impl Stretch {
-    /// The stretch of a uniform cubic B-spline that four neighbouring control points make.
+impl SplineSegment {
+    /// The segment of a uniform cubic B-spline that four neighbouring control points make.
     pub fn of_spline(points: [Vec3; 4], radii: [f64; 4]) -> Self {
         fn bezier<T: bernstein::Value>([a, b, c, d]: [T; 4]) -> [T; 4] {
             let end = |a: T, b: T, c: T| b + ((a - b) + (c - b)) * (1.0 / 6.0);
@@ -180,7 +180,7 @@ impl Stretch {
     /// Where a line enters the tube, in no order: only where it faces the line.
     pub fn tube_entries(&self, line: &Near) -> SmallVec<[Spot; 4]> {
         let mut spots = SmallVec::new();
-        let Some(seen) = Seen::new(self, line) else { return spots };
+        let Some(seen) = SegmentAlongLine::new(self, line) else { return spots };
         for window in seen.windows() {
             for branch in [Branch::First, Branch::Second] {
                 for u in seen.roots(window, branch, Sweep::Circle) {
@@ -204,10 +204,10 @@ impl Stretch {
         spots
     }
 
-    /// Where a line is within what the ball sweeps, in no order; stretches of it may overlap.
+    /// Where a line is within what the ball sweeps, in no order; the intervals may overlap.
     pub fn ball_spans(&self, line: &Near) -> SmallVec<[Span; 2]> {
         let mut spans = SmallVec::new();
-        let Some(seen) = Seen::new(self, line) else { return spans };
+        let Some(seen) = SegmentAlongLine::new(self, line) else { return spans };
         for window in seen.windows() {
             let mut span: Option<Span> = None;
             let mut consider = |u: f64| {
@@ -226,8 +226,8 @@ impl Stretch {
     }
 }
 
-/// A stretch as seen along a line.
-struct Seen {
+/// A segment as seen along a line.
+struct SegmentAlongLine {
     along: [f64; 4],
     across: [[f64; 4]; 2],
     radii: [f64; 4],
@@ -235,8 +235,8 @@ struct Seen {
     ends: [f64; 2],
 }
 
-/// The functions over a part of a stretch, by the coefficients that bound them.
-struct Part {
+/// The functions over a part of a segment, by the coefficients that bound them.
+struct PartBounds {
     /// D
     squared: Coefficients,
     /// s'
@@ -247,11 +247,11 @@ struct Part {
     rounding: f64,
 }
 
-impl Seen {
+impl SegmentAlongLine {
     /// `None` where the line passes all balls.
-    fn new(stretch: &Stretch, line: &Near) -> Option<Self> {
+    fn new(segment: &SplineSegment, line: &Near) -> Option<Self> {
         let Frame { x, y, z } = Frame::around(line.direction);
-        let away = stretch.points.map(|point| point - line.start);
+        let away = segment.points.map(|point| point - line.start);
         let on = |axis: Vec3| away.map(|point| point.dot(axis));
         // At rest where two control points are one, or three. How far the path gets in that little is below
         // rounding.
@@ -260,13 +260,13 @@ impl Seen {
             () if b != c => 1e-8,
             () => 1e-5,
         };
-        let [a, b, c, d] = stretch.points;
+        let [a, b, c, d] = segment.points;
         let (start, end) = (rest([a, b, c]), 1.0 - rest([d, c, b]));
-        let seen = Self { along: on(z), across: [on(x), on(y)], radii: stretch.radii, ends: [start, end] };
+        let seen = Self { along: on(z), across: [on(x), on(y)], radii: segment.radii, ends: [start, end] };
         (Range::of(&seen.part([0.0, 1.0], Sweep::Ball).squared).1 > 0.0).then_some(seen)
     }
 
-    fn part(&self, place: [f64; 2], sweep: Sweep) -> Part {
+    fn part(&self, place: [f64; 2], sweep: Sweep) -> PartBounds {
         let whole = place == [0.0, 1.0];
         let cut = |c: &[f64; 4]| if whole { *c } else { restricted(c, place) };
         let [x, y] = [squared(&cut(&self.across[0])), squared(&cut(&self.across[1]))];
@@ -279,7 +279,12 @@ impl Seen {
             Sweep::Ball => derivative(&squared).iter().map(|c| -0.5 * c).collect(),
         };
         let size = across.iter().chain(&r).fold(0.0f64, |size, c| size.max(c.abs()));
-        Part { squared, slope: derivative(&cut(&self.along)), bend, rounding: 64.0 * f64::EPSILON * size }
+        PartBounds {
+            squared,
+            slope: derivative(&cut(&self.along)),
+            bend,
+            rounding: 64.0 * f64::EPSILON * size,
+        }
     }
 
     /// Where the line passes the circle u, in one of the two places that its ball has: s ∓ √D, or what is the
@@ -332,7 +337,7 @@ impl Seen {
         Sample { value: value + side * speed * half, slope, error: 0.0 }
     }
 
-    /// The stretches of u over which the line passes through the balls.
+    /// The intervals of u over which the line passes through the balls.
     fn windows(&self) -> SmallVec<[[f64; 2]; 3]> {
         let mut edges: SmallVec<[f64; 8]> = SmallVec::new();
         edges.push(self.ends[0]);
@@ -361,7 +366,7 @@ impl Seen {
         depth: u32,
         found: &mut SmallVec<[f64; 4]>,
     ) {
-        let Part { squared, slope, bend, rounding } = self.part([from, to], sweep);
+        let PartBounds { squared, slope, bend, rounding } = self.part([from, to], sweep);
         let half = Range::of(&squared).sqrt();
         let (speed, side) = (Range::of(&slope), branch.side());
         let Range(least, most) = Range::of(&bend) + speed * half * side;

@@ -1,11 +1,11 @@
-//! Who is told how far a render is, and may end it.
+//! Progress of a render: reports, and the wish to stop.
 
 use super::Work;
 use crate::film::Film;
 use std::sync::atomic::AtomicBool;
 
-/// Whoever watches a render: told of progress, and able to end it.
-pub trait Watch: Sync {
+/// Receives the progress of a render, and may stop it.
+pub trait Progress: Sync {
     /// Called after each piece of work with the number of its samples.
     fn advanced(&self, samples: u64);
 
@@ -24,22 +24,22 @@ pub trait Watch: Sync {
     fn stop(&self) -> &AtomicBool;
 }
 
-/// Watches nothing and never stops.
-pub struct Unwatched(AtomicBool);
+/// Ignores all reports and never stops.
+pub struct NoProgress(AtomicBool);
 
-impl Unwatched {
+impl NoProgress {
     pub const fn new() -> Self {
         Self(AtomicBool::new(false))
     }
 }
 
-impl Default for Unwatched {
+impl Default for NoProgress {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Watch for Unwatched {
+impl Progress for NoProgress {
     fn advanced(&self, _: u64) {}
 
     fn pass_done(&self, _: &Film) {}

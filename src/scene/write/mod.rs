@@ -1,7 +1,7 @@
-//! A description told in Mitsuba 3's own words: the plugin and parameter names that a scene file would have,
-//! with the defaults filled in. The outline, the JSON and the hash are all made from this one tree.
+//! Writes a description as a tree of nodes in the words of Mitsuba 3: the plugin and parameter names that a
+//! scene file would have, with the defaults filled in. The outline, the JSON and the hash use this one tree.
 //!
-//! A new kind of object needs one arm in the file of its class. What it tells has to read back as the same
+//! A new kind of object needs one arm in the file of its class. What it writes has to read back as the same
 //! kind: the JSON is a scene file too.
 
 mod bsdfs;
@@ -26,7 +26,7 @@ use std::sync::Arc;
 
 /// An object as a scene file could have it.
 #[derive(Debug)]
-pub(super) struct Told {
+pub(super) struct Node {
     pub class: Class,
     pub plugin: &'static str,
     pub id: Option<String>,
@@ -67,7 +67,7 @@ pub(super) enum Value {
         values: Vec<f64>,
         file: Option<PathBuf>,
     },
-    /// A file of data that is too large to be told.
+    /// A file of data that is too large to be written out.
     File {
         path: PathBuf,
         /// Hash of what was read from it.
@@ -75,10 +75,10 @@ pub(super) enum Value {
         /// What is in it, in a few words.
         summary: String,
     },
-    Object(Rc<Told>),
+    Object(Rc<Node>),
 }
 
-impl Told {
+impl Node {
     pub fn new(class: Class, plugin: &'static str, place: &Place) -> Self {
         Self { class, plugin, id: None, place: place.clone(), properties: Vec::new(), remarks: Vec::new() }
     }
@@ -135,7 +135,7 @@ impl Told {
     }
 
     pub fn spectrum(self, name: impl Into<Cow<'static, str>>, source: &SpectrumSource) -> Self {
-        self.property(Some(name.into()), spectra::tell(source), Some(source.place.clone()))
+        self.property(Some(name.into()), spectra::write(source), Some(source.place.clone()))
     }
 
     /// An object that a name tells apart from others of its class.
@@ -154,68 +154,68 @@ impl Told {
     }
 }
 
-/// Tells each object that several others share once.
+/// Writes each object that several others share once.
 #[derive(Default)]
-pub(super) struct Teller {
-    bsdfs: BTreeMap<*const Bsdf, Rc<Told>>,
-    /// Ids of shapes. One that is a part of several solids is told in full each time: around it there may be
-    /// other things.
+pub(super) struct Writer {
+    bsdfs: BTreeMap<*const Bsdf, Rc<Node>>,
+    /// Ids of shapes. A shape that is a part of several solids is written in full each time, for its
+    /// surroundings may differ.
     shapes: BTreeSet<String>,
-    groups: BTreeMap<*const ShapeGroup, Rc<Told>>,
+    groups: BTreeMap<*const ShapeGroup, Rc<Node>>,
 }
 
 /// The whole scene.
-pub(super) fn scene(description: &Description) -> Told {
-    let mut teller = Teller::default();
+pub(super) fn scene(description: &Description) -> Node {
+    let mut writer = Writer::default();
     let place = Place { file: description.sensor.place.file, span: 0..0 };
-    let mut scene = Told::new(Class::Scene, "scene", &place).child(integrator(&description.integrator));
+    let mut scene = Node::new(Class::Scene, "scene", &place).child(integrator(&description.integrator));
     // An irradiance meter stands in its shape.
     let meter = sensors::surface(&description.sensor);
-    let sensor = sensors::tell(&mut teller, &description.sensor);
+    let sensor = sensors::write(&mut writer, &description.sensor);
     let mut sensor = Some(sensor);
     if meter.is_none() {
-        scene = sensor.take().into_iter().fold(scene, Told::child);
+        scene = sensor.take().into_iter().fold(scene, Node::child);
     }
     for light in &description.lights {
-        scene = scene.child(lights::tell(light));
+        scene = scene.child(lights::write(light));
     }
     for shape in &description.shapes {
-        let told = shapes::tell(&mut teller, shape);
+        let node = shapes::write(&mut writer, shape);
         let own = sensor.take_if(|_| meter.is_some_and(|surface| surface.place == shape.place));
-        scene = scene.child(own.into_iter().fold(told, Told::child));
+        scene = scene.child(own.into_iter().fold(node, Node::child));
     }
     for solid in &description.solids {
-        scene = scene.child(shapes::solid(&mut teller, solid));
+        scene = scene.child(shapes::solid(&mut writer, solid));
     }
     for instance in &description.instances {
-        scene = scene.child(shapes::instance(&mut teller, instance));
+        scene = scene.child(shapes::instance(&mut writer, instance));
     }
     scene
 }
 
 /// With what goes around it: a `moment` within an `aov`.
-fn integrator(integrator: &Integrator) -> Told {
-    let named = |told: Told, name: &str, inner: Told| {
-        told.property(Some(Cow::Owned(name.to_owned())), Value::Object(Rc::new(inner)), None)
+fn integrator(integrator: &Integrator) -> Node {
+    let named = |node: Node, name: &str, inner: Node| {
+        node.property(Some(Cow::Owned(name.to_owned())), Value::Object(Rc::new(inner)), None)
     };
-    let around = |plugin| Told::new(Class::Integrator, plugin, &integrator.place);
-    let mut told = transport(integrator);
+    let around = |plugin| Node::new(Class::Integrator, plugin, &integrator.place);
+    let mut node = transport(integrator);
     let mut name = "image";
     let mut within_aov = !integrator.aovs.is_empty();
     if let Some(Moments { within, of }) = &integrator.moments {
-        told = named(around("moment"), of, told);
+        node = named(around("moment"), of, node);
         name = within.as_deref().unwrap_or(name);
         within_aov |= within.is_some();
     }
     if within_aov {
         let pairs = integrator.aovs.iter().map(|aov| format!("{}:{}", aov.name, aov.kind.name()));
         let list = pairs.collect::<Vec<_>>().join(", ");
-        told = named(around("aov").text("aovs", list), name, told);
+        node = named(around("aov").text("aovs", list), name, node);
     }
-    told
+    node
 }
 
-fn transport(integrator: &Integrator) -> Told {
+fn transport(integrator: &Integrator) -> Node {
     let plugin = match integrator.kind {
         IntegratorKind::Path => "path",
         IntegratorKind::Direct => "direct",
@@ -223,20 +223,20 @@ fn transport(integrator: &Integrator) -> Told {
         IntegratorKind::Walk => "walk",
         IntegratorKind::Depth => "depth",
     };
-    let told = Told::new(Class::Integrator, plugin, &integrator.place);
+    let node = Node::new(Class::Integrator, plugin, &integrator.place);
     if integrator.kind == IntegratorKind::Depth {
-        return told;
+        return node;
     }
     if integrator.kind == IntegratorKind::Direct {
         let samples = |left_out| i64::from(integrator.techniques != left_out);
-        return told
+        return node
             .integer("emitter_samples", samples(Techniques::Scattering))
             .integer("bsdf_samples", samples(Techniques::LightSamples))
             .boolean("hide_emitters", integrator.hide_emitters);
     }
-    let told = told
+    let node = node
         .integer("max_depth", integrator.max_depth.map_or(-1, i64::from))
         .integer("rr_depth", integrator.rr_depth)
         .boolean("hide_emitters", integrator.hide_emitters);
-    if integrator.max_depth.is_none() { told.remark("paths are of any length") } else { told }
+    if integrator.max_depth.is_none() { node.remark("paths are of any length") } else { node }
 }
