@@ -174,11 +174,11 @@ impl Collapser<'_> {
 
     /// At most eight, of a node of the binary tree.
     fn slots(&self, root: usize) -> SmallVec<[Slot; 8]> {
-        let Tree { nodes, shares, order, .. } = self.tree;
+        let Tree { nodes, splits, order, .. } = self.tree;
         let parts = if nodes[root].prim_count > 0 {
             SmallVec::from_slice(&[root])
         } else {
-            open(nodes, shares, root)
+            open(nodes, splits, root)
         };
         let mut slots = SmallVec::new();
         for part in parts {

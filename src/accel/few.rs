@@ -42,7 +42,7 @@ struct Facet {
     /// Height, v and w of a place in node space: gradient and value at its origin. `None` where they are not
     /// known well enough.
     functions: Option<[(Vec3, f64); 3]>,
-    /// The share of it that no triangle covers.
+    /// The fraction of it that no triangle covers.
     waste: f64,
 }
 

@@ -307,12 +307,14 @@ fn plane_normal(shape: &Shape) -> Option<Vec3> {
         | Shape::Cylinder(_)
         | Shape::Quadric(_)
         | Shape::Torus(_)
-        | Shape::Sampled(_)
+        | Shape::Grid(_)
         | Shape::Curves(_)
         | Shape::Patches(_)
         | Shape::SweptSphere(_) => None,
-        Shape::Figure(figure) if !figure.is_flat() => None,
-        Shape::Disk(_) | Shape::Figure(_) => shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal),
+        Shape::ProfileOrImplicit(figure) if !figure.is_flat() => None,
+        Shape::Disk(_) | Shape::ProfileOrImplicit(_) => {
+            shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal)
+        }
         Shape::Mesh(mesh) => {
             let normal = shape.sample([0.5; 2])?.surface.point.normal;
             let [origin, ..] = mesh.triangle(0);

@@ -23,7 +23,7 @@ impl Shape {
         match self {
             Self::Sphere(_) | Self::Cylinder(_) => self.sample([place[1], place[0]]),
             Self::Disk(disk) => Some(disk.polar(place)),
-            Self::Mesh(mesh) if mesh.is_rectangle() => mesh.unfold(place),
+            Self::Mesh(mesh) if mesh.is_rectangle() => mesh.point_at_uv(place),
             Self::Mesh(mesh) => mesh.sample_triangle(triangle, place),
             _ => None,
         }

@@ -5,7 +5,8 @@ use super::super::info::{hash_of_curves, hash_of_mesh, hash_of_patches, hash_of_
 use super::super::read::{Class, solids};
 use super::{Node, Value, Writer, bsdfs, media};
 use crate::shape::{
-    Blob, CurveKind, FigureKind, FillRule, HeightData, Interpolation, Kernel, QuadricKind, Sheets, Terrain,
+    Blob, CurveKind, FillRule, HeightData, Interpolation, Kernel, ProfileOrImplicitKind, QuadricKind, Sheets,
+    Terrain,
 };
 use std::rc::Rc;
 use std::sync::Arc;
@@ -27,7 +28,7 @@ pub(super) fn write(writer: &mut Writer, shape: &Shape) -> Node {
         ShapeKind::Torus { major_radius, minor_radius } => {
             node("torus").float("major_radius", *major_radius).float("minor_radius", *minor_radius)
         }
-        ShapeKind::Figure(kind) => figure(node, kind),
+        ShapeKind::ProfileOrImplicit(kind) => profile_or_implicit(node, kind),
         ShapeKind::Distances { file, data, smooth } => {
             let (points, values) = data.grid();
             let [x, y, z] = points;
@@ -181,7 +182,7 @@ fn quadric(node: impl Fn(&'static str) -> Node, kind: &QuadricKind) -> Node {
     }
 }
 
-fn figure(node: impl Fn(&'static str) -> Node, kind: &FigureKind) -> Node {
+fn profile_or_implicit(node: impl Fn(&'static str) -> Node, kind: &ProfileOrImplicitKind) -> Node {
     let outline = |node: Node, outline: &[Vec<[f64; 2]>], rule: &FillRule| {
         let contours: Vec<String> = outline.iter().map(|contour| points(contour)).collect();
         node.text("outline", contours.join("; ")).text(
@@ -193,14 +194,14 @@ fn figure(node: impl Fn(&'static str) -> Node, kind: &FigureKind) -> Node {
         )
     };
     match kind {
-        FigureKind::Polygon { contours, rule } => outline(node("polygon"), contours, rule),
-        FigureKind::Extrusion { contours, rule, heights: [low, high], capped } => {
+        ProfileOrImplicitKind::Polygon { contours, rule } => outline(node("polygon"), contours, rule),
+        ProfileOrImplicitKind::Extrusion { contours, rule, heights: [low, high], capped } => {
             outline(node("extrusion"), contours, rule)
                 .float("zmin", *low)
                 .float("zmax", *high)
                 .boolean("capped", *capped)
         }
-        FigureKind::Revolution { profile, interpolation, closed, capped } => {
+        ProfileOrImplicitKind::Revolution { profile, interpolation, closed, capped } => {
             let interpolation = match interpolation {
                 Interpolation::Linear => "linear",
                 Interpolation::Bezier => "bezier",
@@ -212,7 +213,7 @@ fn figure(node: impl Fn(&'static str) -> Node, kind: &FigureKind) -> Node {
                 .boolean("closed", *closed)
                 .boolean("capped", *capped)
         }
-        FigureKind::Blobs { blobs, kernel, threshold } => {
+        ProfileOrImplicitKind::Blobs { blobs, kernel, threshold } => {
             let all = |number: fn(&Blob) -> f64| blobs.iter().map(number).collect::<Vec<f64>>();
             let centres: Vec<[f64; 3]> = blobs.iter().map(|blob| blob.centre.to_array()).collect();
             let kernel = match kernel {
@@ -227,7 +228,7 @@ fn figure(node: impl Fn(&'static str) -> Node, kind: &FigureKind) -> Node {
                 .text("kernel", kernel)
                 .float("threshold", *threshold)
         }
-        FigureKind::Superquadric { exponents: [e1, e2], semi_axes } => {
+        ProfileOrImplicitKind::Superquadric { exponents: [e1, e2], semi_axes } => {
             node("superquadric").float("e1", *e1).float("e2", *e2).vector("semi_axes", *semi_axes)
         }
     }

@@ -7,9 +7,9 @@ use super::round_cone::RoundCone;
 use super::spline::SplineSegment;
 use super::{ControlPoint, CurveKind, Near, Span, check, cone, spline_segment};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
-use crate::shape::chords::{self, Crossed, OnLine};
 use crate::shape::crossing::Crossings;
 use crate::shape::placement::Placement;
+use crate::shape::random_lines::{self, Crossed, OnLine};
 use crate::shape::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use smallvec::SmallVec;
 use std::f64::consts::TAU;
@@ -211,12 +211,12 @@ impl SweptSphere {
 
     /// Area, to a relative error of about 10⁻³.
     pub fn area(&self) -> f64 {
-        chords::integral(self, |normal| self.placement.area_stretch(normal))
+        random_lines::integral(self, |normal| self.placement.area_stretch(normal))
     }
 
-    /// See `chords`: for some `u` there is no point.
+    /// See `random_lines`: for some `u` there is no point.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
-        let (local, part) = chords::sample(self, u)?;
+        let (local, part) = random_lines::sample(self, u)?;
         let density = self.local_area_density(local, self.normal(local, part));
         Some(AreaSample { triangle: part, ..AreaSample::analytic(self.surface_at(local, part), density) })
     }
@@ -227,7 +227,7 @@ impl SweptSphere {
     }
 
     fn local_area_density(&self, local: Vec3, normal: Vec3) -> f64 {
-        chords::density(self, local, normal) / self.placement.area_stretch(normal)
+        random_lines::density(self, local, normal) / self.placement.area_stretch(normal)
     }
 }
 

@@ -7,10 +7,10 @@
 mod sampling;
 mod terrain;
 
+use super::areas::AreaDistribution;
 use super::crossing::{Crossing, Crossings};
 use super::grid::{Change, GridSegment, Line, Pyramid, Signs, index, place};
 use super::placement::Placement;
-use super::shares::Shares;
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::roots::difference_of_products;
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
@@ -42,7 +42,7 @@ pub struct HeightField {
     solid: bool,
     smooth: bool,
     inward: bool,
-    shares: Shares,
+    areas: AreaDistribution,
 }
 
 /// The part of the body's surface that is no height, after the cells: the sides at x = −1, x = 1, y = −1, y =
@@ -136,9 +136,9 @@ impl HeightField {
             solid: base.is_some(),
             smooth,
             inward: flip_normals,
-            shares: Shares::default(),
+            areas: AreaDistribution::default(),
         };
-        field.shares = sampling::shares(&field);
+        field.areas = sampling::areas(&field);
         Ok(field)
     }
 

@@ -27,7 +27,7 @@ fn area_densities_integrate_to_one() {
             mean += 1.0 / (sample.density * (GRID * GRID) as f64);
         }
         // The midpoint rule is good to about 1 / GRID², and to 1 / GRID of the jumps between patches.
-        let tolerance = if matches!(shape, Shape::Sampled(_)) { 1e-3 } else { 1e-4 };
+        let tolerance = if matches!(shape, Shape::Grid(_)) { 1e-3 } else { 1e-4 };
         assert!(close(mean / shape.area(), 1.0, tolerance), "{name}: {mean} {}", shape.area());
     }
 }
@@ -188,8 +188,8 @@ fn samples_are_not_hidden_by_their_own_surface() {
                     | Shape::Torus(_)
                     | Shape::Patches(_)
                     | Shape::SweptSphere(_)
-                    | Shape::Figure(_)
-                    | Shape::Sampled(_)
+                    | Shape::ProfileOrImplicit(_)
+                    | Shape::Grid(_)
             );
         for _ in 0..5_000 {
             let reference = direction(&mut random) * 10f64.powf(random.random_range(0.5..6.0));

@@ -1,7 +1,7 @@
 //! One page that stands on its own: text, tables, inline SVG and fonts, nothing from elsewhere and no
 //! scripts.
 
-use super::plots::Figure;
+use super::plots::ReportFigure;
 use super::{Findings, Series, percent, short, slope};
 use crate::plot::{FONTS, escaped};
 use crate::sampling::SamplerKind;
@@ -16,7 +16,7 @@ pub(super) struct Section<'a> {
     pub case: usize,
     pub series: Vec<Series<'a>>,
     pub target: f64,
-    pub figures: Vec<Figure>,
+    pub figures: Vec<ReportFigure>,
 }
 
 const STYLE: &str = "\

@@ -12,7 +12,7 @@ use super::{Local, power_above};
 use crate::geometry::roots::{Enclosure, Sample, isolate, sign_changes};
 use crate::geometry::{Vec3, angle};
 use crate::shape::ShapeError;
-use crate::shape::chords::OnLine;
+use crate::shape::random_lines::OnLine;
 use glam::DVec2;
 use smallvec::SmallVec;
 use std::f64::consts::TAU;

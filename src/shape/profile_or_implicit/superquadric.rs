@@ -9,7 +9,7 @@
 use super::Local;
 use crate::geometry::Vec3;
 use crate::shape::ShapeError;
-use crate::shape::chords::OnLine;
+use crate::shape::random_lines::OnLine;
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};
 

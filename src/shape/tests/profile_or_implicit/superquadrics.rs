@@ -1,8 +1,8 @@
 //! Superquadrics whose powers are whole numbers.
 
-use super::{figure, superquadric};
+use super::{new_shape, superquadric};
 use crate::geometry::{Ray, Transform, Vec3};
-use crate::shape::FigureKind;
+use crate::shape::ProfileOrImplicitKind;
 use crate::shape::tests::doubled::{Doubled, Polynomial};
 use crate::shape::tests::oracle::{Exact, Line, SURE_FROM, check_against, near};
 use crate::shape::tests::placement;
@@ -45,13 +45,13 @@ fn check_superquadrics(rays: u32) {
             [Transform::IDENTITY, placement(Vec3::new(0.9, 0.5, 0.3))].into_iter().enumerate()
         {
             let kind = superquadric(exponents[0], exponents[1]);
-            let FigureKind::Superquadric { semi_axes, .. } = kind else { unreachable!() };
+            let ProfileOrImplicitKind::Superquadric { semi_axes, .. } = kind else { unreachable!() };
             let exact = |ray: &Ray| {
                 let (found, _) = superellipsoid(&Line::new(ray, &to_world), exponents, semi_axes);
                 found.into_iter().map(|(t, enters)| Exact { t: t + near(ray).into(), enters }).collect()
             };
             let doubt = |ray: &Ray| superellipsoid(&Line::new(ray, &to_world), exponents, semi_axes).1;
-            let shape = figure(&to_world, &kind);
+            let shape = new_shape(&to_world, &kind);
             let name = format!("superquadric {exponents:?}");
             check_against(&name, &shape, exact, doubt, rays, (10 * i + j) as u64).tell(&name, SURE_FROM);
         }

@@ -1,12 +1,12 @@
 //! Choosing one of many pieces in proportion to their areas.
 
-/// Running sums of areas, or of bounds on them.
+/// Distribution of pieces by area: running sums of areas, or of bounds on them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Shares {
+pub(super) struct AreaDistribution {
     sums: Vec<f64>,
 }
 
-impl Shares {
+impl AreaDistribution {
     pub fn new(areas: impl IntoIterator<Item = f64>) -> Self {
         let mut total = 0.0;
         let sums = areas.into_iter().map(|area| {
@@ -20,7 +20,7 @@ impl Shares {
         self.below(self.sums.len())
     }
 
-    /// Sum of the shares of all pieces before one.
+    /// Sum of the areas of all pieces before one.
     pub fn below(&self, piece: usize) -> f64 {
         if piece == 0 { 0.0 } else { self.sums[piece - 1] }
     }
@@ -45,11 +45,11 @@ mod tests {
 
     #[test]
     fn pieces_are_chosen_by_their_areas() {
-        let shares = Shares::new([1.0, 0.0, 2.0, 1.0]);
-        assert_eq!((shares.total(), shares.below(2), shares.of(2)), (4.0, 1.0, 2.0));
-        let chosen = [0.0, 0.125, 0.25, 0.5, 0.75, 0.875].map(|u| shares.choose(u));
+        let areas = AreaDistribution::new([1.0, 0.0, 2.0, 1.0]);
+        assert_eq!((areas.total(), areas.below(2), areas.of(2)), (4.0, 1.0, 2.0));
+        let chosen = [0.0, 0.125, 0.25, 0.5, 0.75, 0.875].map(|u| areas.choose(u));
         assert_eq!(chosen, [(0, 0.0), (0, 0.5), (2, 0.0), (2, 0.5), (3, 0.0), (3, 0.5)]);
-        assert_eq!(shares.choose(1.0), (3, 1.0 - f64::EPSILON));
-        assert_eq!(Shares::default().total(), 0.0);
+        assert_eq!(areas.choose(1.0), (3, 1.0 - f64::EPSILON));
+        assert_eq!(AreaDistribution::default().total(), 0.0);
     }
 }

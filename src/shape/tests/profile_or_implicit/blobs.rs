@@ -1,17 +1,17 @@
 //! Blobs.
 
-use super::{blobs, double, figure};
+use super::{blobs, double, new_shape};
 use crate::geometry::{Transform, Vec3};
 use crate::shape::tests::doubled::{Doubled, Polynomial};
 use crate::shape::tests::oracle::{Line, any_ray, near};
 use crate::shape::tests::placement;
-use crate::shape::{FigureKind, Kernel};
+use crate::shape::{Kernel, ProfileOrImplicitKind};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg as Random;
 
 /// The density less the threshold of all blobs in 32 digits, without the exponential's.
-fn density(line: &Line, kind: &FigureKind, t: Doubled) -> Doubled {
-    let FigureKind::Blobs { blobs, kernel, threshold } = kind else { unreachable!() };
+fn density(line: &Line, kind: &ProfileOrImplicitKind, t: Doubled) -> Doubled {
+    let ProfileOrImplicitKind::Blobs { blobs, kernel, threshold } = kind else { unreachable!() };
     let mut sum = -double(*threshold);
     for blob in blobs {
         let away = [0, 1, 2].map(|k| line.0[k].at(t) - blob.centre[k].into());
@@ -53,8 +53,8 @@ struct InDouble {
 }
 
 impl InDouble {
-    fn new(line: &Line, kind: &FigureKind) -> Self {
-        let FigureKind::Blobs { blobs, kernel, threshold } = kind else { unreachable!() };
+    fn new(line: &Line, kind: &ProfileOrImplicitKind) -> Self {
+        let ProfileOrImplicitKind::Blobs { blobs, kernel, threshold } = kind else { unreachable!() };
         let quadratics = blobs.iter().map(|blob| {
             let squares = [0, 1, 2].map(|k| {
                 let away = &line.0[k] - &Polynomial::constant(blob.centre[k]);
@@ -92,7 +92,7 @@ fn check_blobs(rays: u32) {
             [Transform::IDENTITY, placement(Vec3::new(0.9, 0.5, 0.3))].into_iter().enumerate()
         {
             let kind = blobs(kernel);
-            let shape = figure(&to_world, &kind);
+            let shape = new_shape(&to_world, &kind);
             let bounds = shape.bounds();
             let mut random = Random::seed_from_u64((10 * i + j) as u64);
             for _ in 0..rays {

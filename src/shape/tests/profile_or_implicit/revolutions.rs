@@ -1,18 +1,20 @@
 //! Surfaces of revolution.
 
-use super::{double, figure, kinds, turned};
+use super::{double, kinds, new_shape, turned};
 use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::tests::doubled::{Doubled, Polynomial};
 use crate::shape::tests::oracle::{Exact, Line, Tally, any_ray, check_against, near};
 use crate::shape::tests::{close, placement};
-use crate::shape::{FigureKind, Interpolation, Shape, Sphere};
+use crate::shape::{Interpolation, ProfileOrImplicitKind, Shape, Sphere};
 use glam::DMat3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg as Random;
 
 /// r and z of a profile as cubics of a parameter from 0 to 1, with its caps.
-fn cubics(kind: &FigureKind) -> Vec<[Polynomial; 2]> {
-    let FigureKind::Revolution { profile, interpolation, closed, capped } = kind else { unreachable!() };
+fn cubics(kind: &ProfileOrImplicitKind) -> Vec<[Polynomial; 2]> {
+    let ProfileOrImplicitKind::Revolution { profile, interpolation, closed, capped } = kind else {
+        unreachable!()
+    };
     let count = profile.len();
     let point = |i: usize| profile[i % count].map(double);
     let bezier = |p: [[Doubled; 2]; 4]| -> [Polynomial; 2] {
@@ -58,7 +60,7 @@ fn cubics(kind: &FigureKind) -> Vec<[Polynomial; 2]> {
 
 /// By the polynomial a r² + b z² + c z + d of each piece's parameter (Glassner ch. 3, 3.3, c and d
 /// corrected).
-fn revolved(line: &Line, kind: &FigureKind) -> (Vec<Doubled>, f64) {
+fn revolved(line: &Line, kind: &ProfileOrImplicitKind) -> (Vec<Doubled>, f64) {
     let [[x0, x1], [y0, y1], [z0, z1]] = line.0.each_ref().map(|p| [p.0[0], p.0[1]]);
     let (b, rise) = (x1 * x1 + y1 * y1, z1 * z1);
     let cross = |a: Doubled, d: Doubled| (a * z1 - z0 * d) * (a * z1 - z0 * d);
@@ -111,12 +113,12 @@ fn revolved(line: &Line, kind: &FigureKind) -> (Vec<Doubled>, f64) {
 
 fn check_revolutions(rays: u32) {
     let mut tally = Tally::default();
-    let turned = |kind: &FigureKind| matches!(kind, FigureKind::Revolution { .. });
+    let turned = |kind: &ProfileOrImplicitKind| matches!(kind, ProfileOrImplicitKind::Revolution { .. });
     for (i, (name, kind)) in kinds().into_iter().filter(|kind| turned(&kind.1)).enumerate() {
         for (j, to_world) in
             [Transform::IDENTITY, placement(Vec3::new(0.9, 0.5, 0.3))].into_iter().enumerate()
         {
-            let shape = figure(&to_world, &kind);
+            let shape = new_shape(&to_world, &kind);
             // Which way it goes through is told by another test.
             let exact = |ray: &Ray| {
                 let found = revolved(&Line::new(ray, &to_world), &kind).0;
@@ -167,9 +169,9 @@ fn a_half_circle_turned_is_a_sphere() {
         profile.extend([[s0 + handle * c0, -c0 + handle * s0], [s1 - handle * c1, -c1 - handle * s1], end]);
     }
     let place = placement(Vec3::new(0.9, 0.5, 0.3));
-    let turned = figure(&place, &turned(&profile, Interpolation::Bezier, false, true));
-    let even = FigureKind::Superquadric { exponents: [1.0; 2], semi_axes: Vec3::ONE };
-    let even = figure(&place, &even);
+    let turned = new_shape(&place, &turned(&profile, Interpolation::Bezier, false, true));
+    let even = ProfileOrImplicitKind::Superquadric { exponents: [1.0; 2], semi_axes: Vec3::ONE };
+    let even = new_shape(&place, &even);
     let sphere = Shape::Sphere(Sphere::new(&place, Vec3::ZERO, 1.0, false).unwrap());
     let mut random = Random::seed_from_u64(5);
     let mut hits = 0;

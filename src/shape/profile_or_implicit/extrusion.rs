@@ -9,7 +9,7 @@ use super::polygon::{across_box, reach};
 use super::{Local, power_above};
 use crate::geometry::Vec3;
 use crate::shape::ShapeError;
-use crate::shape::chords::OnLine;
+use crate::shape::random_lines::OnLine;
 use smallvec::SmallVec;
 
 /// Parts: the lower and the upper cap, then two for each edge, the second of them with the outside to the

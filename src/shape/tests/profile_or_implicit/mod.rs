@@ -1,5 +1,5 @@
-//! Figures: what they have in common here, each against what it is by definition, in numbers of 32 digits, in
-//! a file of its own.
+//! Profiles and implicit surfaces: what they have in common here, each against what it is by definition, in
+//! numbers of 32 digits, in a file of its own.
 
 mod blobs;
 mod prisms;
@@ -11,7 +11,9 @@ use super::leaving::{Leaving, PLACES, leave, placed};
 use super::oracle::any_ray;
 use super::{close, direction};
 use crate::geometry::{Ray, Transform, Vec3};
-use crate::shape::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel, Shape, ShapeError};
+use crate::shape::{
+    Blob, FillRule, Interpolation, Kernel, ProfileOrImplicit, ProfileOrImplicitKind, Shape, ShapeError,
+};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
 
@@ -28,12 +30,12 @@ fn pentagram() -> Vec<Vec<[f64; 2]>> {
     vec![(0..5).map(corner).map(|(y, x)| [x, y]).collect()]
 }
 
-fn superquadric(e1: f64, e2: f64) -> FigureKind {
-    FigureKind::Superquadric { exponents: [e1, e2], semi_axes: Vec3::new(0.75, 0.5, 1.0) }
+fn superquadric(e1: f64, e2: f64) -> ProfileOrImplicitKind {
+    ProfileOrImplicitKind::Superquadric { exponents: [e1, e2], semi_axes: Vec3::new(0.75, 0.5, 1.0) }
 }
 
 /// Three that flow together, one of which takes away, and one by itself.
-fn blobs(kernel: Kernel) -> FigureKind {
+fn blobs(kernel: Kernel) -> ProfileOrImplicitKind {
     let blob = |x, y, z, radius, strength| Blob { centre: Vec3::new(x, y, z), radius, strength };
     let blobs = vec![
         blob(-0.25, 0.0, 0.125, 0.75, 1.0),
@@ -41,11 +43,16 @@ fn blobs(kernel: Kernel) -> FigureKind {
         blob(0.125, 0.25, 0.375, 0.5, -0.75),
         blob(-0.5, -0.625, -0.375, 0.5, 1.0),
     ];
-    FigureKind::Blobs { blobs, kernel, threshold: 0.375 }
+    ProfileOrImplicitKind::Blobs { blobs, kernel, threshold: 0.375 }
 }
 
-fn turned(profile: &[[f64; 2]], interpolation: Interpolation, closed: bool, capped: bool) -> FigureKind {
-    FigureKind::Revolution { profile: profile.to_vec(), interpolation, closed, capped }
+fn turned(
+    profile: &[[f64; 2]],
+    interpolation: Interpolation,
+    closed: bool,
+    capped: bool,
+) -> ProfileOrImplicitKind {
+    ProfileOrImplicitKind::Revolution { profile: profile.to_vec(), interpolation, closed, capped }
 }
 
 /// From the axis out and up, with a neck; open at the top.
@@ -57,26 +64,46 @@ const WASHER: &[[f64; 2]] = &[[0.5, -0.25], [0.875, -0.125], [0.625, 0.0], [0.75
 const RING: &[[f64; 2]] = &[[0.5, -0.5], [1.0, -0.25], [0.625, 0.125], [0.875, 0.5], [0.25, 0.375]];
 
 /// One of everything.
-pub fn kinds() -> Vec<(&'static str, FigureKind)> {
+pub fn kinds() -> Vec<(&'static str, ProfileOrImplicitKind)> {
     let heights = [-0.25, 0.5];
     vec![
-        ("polygon", FigureKind::Polygon { contours: letter(), rule: FillRule::EvenOdd }),
-        ("star", FigureKind::Polygon { contours: pentagram(), rule: FillRule::Winding }),
+        ("polygon", ProfileOrImplicitKind::Polygon { contours: letter(), rule: FillRule::EvenOdd }),
+        ("star", ProfileOrImplicitKind::Polygon { contours: pentagram(), rule: FillRule::Winding }),
         (
             "prism",
-            FigureKind::Extrusion { contours: letter(), rule: FillRule::EvenOdd, heights, capped: true },
+            ProfileOrImplicitKind::Extrusion {
+                contours: letter(),
+                rule: FillRule::EvenOdd,
+                heights,
+                capped: true,
+            },
         ),
         (
             "open prism",
-            FigureKind::Extrusion { contours: letter(), rule: FillRule::EvenOdd, heights, capped: false },
+            ProfileOrImplicitKind::Extrusion {
+                contours: letter(),
+                rule: FillRule::EvenOdd,
+                heights,
+                capped: false,
+            },
         ),
         (
             "star prism",
-            FigureKind::Extrusion { contours: pentagram(), rule: FillRule::EvenOdd, heights, capped: true },
+            ProfileOrImplicitKind::Extrusion {
+                contours: pentagram(),
+                rule: FillRule::EvenOdd,
+                heights,
+                capped: true,
+            },
         ),
         (
             "star prism by winding",
-            FigureKind::Extrusion { contours: pentagram(), rule: FillRule::Winding, heights, capped: true },
+            ProfileOrImplicitKind::Extrusion {
+                contours: pentagram(),
+                rule: FillRule::Winding,
+                heights,
+                capped: true,
+            },
         ),
         ("vase", turned(VASE, Interpolation::Bezier, false, true)),
         ("open bell", turned(BELL, Interpolation::BSpline, false, false)),
@@ -90,8 +117,8 @@ pub fn kinds() -> Vec<(&'static str, FigureKind)> {
     ]
 }
 
-fn figure(to_world: &Transform, kind: &FigureKind) -> Shape {
-    Shape::Figure(Box::new(Figure::new(to_world, kind, false).unwrap()))
+fn new_shape(to_world: &Transform, kind: &ProfileOrImplicitKind) -> Shape {
+    Shape::ProfileOrImplicit(Box::new(ProfileOrImplicit::new(to_world, kind, false).unwrap()))
 }
 
 fn double(value: f64) -> Doubled {
@@ -103,8 +130,8 @@ fn double(value: f64) -> Doubled {
 fn closed_figures_are_entered_and_left_by_turns() {
     let mut random = Random::seed_from_u64(8);
     for (name, shape) in super::all_shapes() {
-        let Shape::Figure(figure) = &shape else { continue };
-        if !figure.is_closed() {
+        let Shape::ProfileOrImplicit(inner) = &shape else { continue };
+        if !inner.is_closed() {
             continue;
         }
         for _ in 0..1_000 {
@@ -122,13 +149,13 @@ fn closed_figures_are_entered_and_left_by_turns() {
     }
 }
 
-/// Every side of the box around a figure touches it: the figure's outermost point is climbed to from samples,
+/// Every side of the box around a shape touches it: the shape's outermost point is climbed to from samples,
 /// by lines along the axis. The search, not the box, is what a hundred-thousandth is left to.
 #[test]
 fn boxes_touch_figures_on_all_sides() {
     let mut random = Random::seed_from_u64(6);
     for (name, shape) in super::all_shapes() {
-        let Shape::Figure(figure) = &shape else { continue };
+        let Shape::ProfileOrImplicit(inner) = &shape else { continue };
         let bounds = shape.bounds();
         let size = bounds.diameter();
         for axis in 0..6 {
@@ -143,12 +170,12 @@ fn boxes_touch_figures_on_all_sides() {
                 at
             };
             for _ in 0..4_000 {
-                let sample = figure.sample([random.random(), random.random()]);
+                let sample = inner.sample([random.random(), random.random()]);
                 take(sample.map(|sample| sample.surface.point.position), &mut most);
             }
             // Lines along the axis near the best so far, nearer and nearer.
             let mut place = take(None, &mut most);
-            let steps = if figure.is_curved() { 24_000 } else { 6_000 };
+            let steps = if inner.is_curved() { 24_000 } else { 6_000 };
             for step in 0..steps {
                 let spread = size * 10f64.powf(-1.0 - 7.0 * f64::from(step) / f64::from(steps));
                 let offset = direction(&mut random) * spread;
@@ -158,7 +185,7 @@ fn boxes_touch_figures_on_all_sides() {
             }
             assert!(most <= side + 1e-13, "{name}: outside by {:e}", most - side);
             // The corners of flat pieces and the rims of open ones are hard to find.
-            let near = if figure.is_curved() && figure.is_closed() { 1e-5 } else { 1e-4 };
+            let near = if inner.is_curved() && inner.is_closed() { 1e-5 } else { 1e-4 };
             assert!(side - most < near * size, "{name}: axis {axis} loose by {:e}", (side - most) / size);
         }
     }
@@ -169,7 +196,7 @@ fn boxes_touch_figures_on_all_sides() {
 fn coordinates_and_tangents() {
     let mut random = Random::seed_from_u64(2);
     for (name, shape) in super::all_shapes() {
-        if !matches!(shape, Shape::Figure(_)) {
+        if !matches!(shape, Shape::ProfileOrImplicit(_)) {
             continue;
         }
         let mut seen = 0;
@@ -213,8 +240,8 @@ fn no_figure_is_met_where_it_is_left() {
     let mut random = Random::seed_from_u64(3);
     for (name, kind) in kinds() {
         for (scale, distance) in PLACES {
-            let shape = figure(&placed([scale, distance], &mut random), &kind);
-            let Shape::Figure(made) = &shape else { unreachable!() };
+            let shape = new_shape(&placed([scale, distance], &mut random), &kind);
+            let Shape::ProfileOrImplicit(made) = &shape else { unreachable!() };
             let (closed, curved) = (made.is_closed(), made.is_curved());
             for _ in 0..5_000 {
                 let Some(Leaving { point, angle, outward, inward }) = leave(&shape, &mut random) else {
@@ -242,12 +269,13 @@ fn no_figure_is_met_where_it_is_left() {
 
 #[test]
 fn what_is_no_figure_is_refused() {
-    let refused = |kind: &FigureKind| Figure::new(&Transform::IDENTITY, kind, false).err();
+    let refused =
+        |kind: &ProfileOrImplicitKind| ProfileOrImplicit::new(&Transform::IDENTITY, kind, false).err();
     let line = vec![vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]]];
     let rule = FillRule::EvenOdd;
-    assert_eq!(refused(&FigureKind::Polygon { contours: line, rule }), Some(ShapeError::Outline));
+    assert_eq!(refused(&ProfileOrImplicitKind::Polygon { contours: line, rule }), Some(ShapeError::Outline));
     for heights in [[1.0, 1.0], [1.0, 0.0], [0.0, f64::INFINITY], [f64::NAN, 1.0]] {
-        let kind = FigureKind::Extrusion { contours: letter(), rule, heights, capped: true };
+        let kind = ProfileOrImplicitKind::Extrusion { contours: letter(), rule, heights, capped: true };
         assert_eq!(refused(&kind), Some(ShapeError::Ends));
     }
 }

@@ -1,5 +1,5 @@
-//! Figures: surfaces that are given in coordinates of their own by where lines cross them, flat, swept,
-//! turned or implicit.
+//! Profiles and implicit surfaces: surfaces that are given in coordinates of their own by where lines cross
+//! them, flat, swept, turned or implicit.
 //!
 //! What they have in common is here: their place in the world, the rounding that comes with it, and how they
 //! are sampled.
@@ -13,9 +13,9 @@ mod profile;
 mod revolution;
 mod superquadric;
 
-use super::chords::{self, Crossed, OnLine};
 use super::crossing::Crossings;
 use super::placement::Placement;
+use super::random_lines::{self, Crossed, OnLine};
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use blobs::Blobs;
@@ -30,9 +30,9 @@ use revolution::Revolution;
 use smallvec::SmallVec;
 use superquadric::Superquadric;
 
-/// Which figure, in its own coordinates.
+/// Which shape, in its own coordinates.
 #[derive(Clone, Debug, PartialEq)]
-pub enum FigureKind {
+pub enum ProfileOrImplicitKind {
     /// A polygon in the plane z = 0, bounded by closed contours.
     Polygon { contours: Vec<Vec<[f64; 2]>>, rule: FillRule },
     /// A polygon swept along z, from one height to another.
@@ -59,7 +59,7 @@ pub enum FigureKind {
     Blobs { blobs: Vec<Blob>, kernel: Kernel, threshold: f64 },
 }
 
-/// A figure in coordinates in which none of a point's exceeds 1.
+/// A shape in coordinates in which none of a point's exceeds 1.
 #[derive(Clone, Debug)]
 enum Form {
     Polygon(Polygon),
@@ -69,12 +69,12 @@ enum Form {
     Blobs(Blobs),
 }
 
-/// What a figure is to know of itself, in its own coordinates. Its parts are numbered in a way of its own.
+/// What a shape is to know of itself, in its own coordinates. Its parts are numbered in a way of its own.
 trait Local {
     /// Crossings in ascending order of the line through a point, its direction of unit length, where
-    /// coordinates of points near the figure are rounded by up to `rounding`.
+    /// coordinates of points near the shape are rounded by up to `rounding`.
     fn crossed(&self, origin: Vec3, direction: Vec3, rounding: f64) -> SmallVec<[OnLine; 4]>;
-    /// Unit normal, outward from a closed figure.
+    /// Unit normal, outward from a closed shape.
     fn normal(&self, point: Vec3, part: u32) -> Vec3;
     /// The point of a part near to one that is almost on it.
     fn project(&self, point: Vec3, part: u32) -> Vec3;
@@ -82,7 +82,7 @@ trait Local {
     fn parametrisation(&self, point: Vec3, part: u32) -> ([f64; 2], [Vec3; 2]);
     /// The largest direction · x.
     fn reach(&self, direction: Vec3) -> f64;
-    /// Bound on how far from the figure, along the normal, its own arithmetic may place a point.
+    /// Bound on how far from the shape, along the normal, its own arithmetic may place a point.
     fn rounding(&self, point: Vec3) -> f64;
     fn is_closed(&self) -> bool;
 }
@@ -100,35 +100,39 @@ impl Form {
 }
 
 #[derive(Clone, Debug)]
-pub struct Figure {
+pub struct ProfileOrImplicit {
     form: Form,
     placement: Placement,
     inward: bool,
     /// Box in local coordinates.
     around: Bounds,
-    /// The flat pieces of a figure that consists of them.
+    /// The flat pieces of a shape that consists of them.
     facets: Option<Facets>,
 }
 
-impl Figure {
-    /// `to_world` applied to a figure. Normals point to +z of a polygon, out of all others, unless
+impl ProfileOrImplicit {
+    /// `to_world` applied to a shape. Normals point to +z of a polygon, out of all others, unless
     /// `flip_normals`.
-    pub fn new(to_world: &Transform, kind: &FigureKind, flip_normals: bool) -> Result<Self, ShapeError> {
+    pub fn new(
+        to_world: &Transform,
+        kind: &ProfileOrImplicitKind,
+        flip_normals: bool,
+    ) -> Result<Self, ShapeError> {
         let scaled = |scale: f64| Placement::new(&Transform::scale(scale).then(to_world));
         let (form, placement) = match kind {
-            FigureKind::Polygon { contours, rule } => {
+            ProfileOrImplicitKind::Polygon { contours, rule } => {
                 let (polygon, scale) = Polygon::new(contours, *rule)?;
                 (Form::Polygon(polygon), scaled(scale)?)
             }
-            FigureKind::Extrusion { contours, rule, heights, capped } => {
+            ProfileOrImplicitKind::Extrusion { contours, rule, heights, capped } => {
                 let (extrusion, scale) = Extrusion::new(contours, *rule, *heights, *capped)?;
                 (Form::Extrusion(extrusion), scaled(scale)?)
             }
-            FigureKind::Revolution { profile, interpolation, closed, capped } => {
+            ProfileOrImplicitKind::Revolution { profile, interpolation, closed, capped } => {
                 let (revolution, scale) = Revolution::new(profile, *interpolation, *closed, *capped)?;
                 (Form::Revolution(revolution), scaled(scale)?)
             }
-            FigureKind::Superquadric { exponents, semi_axes } => {
+            ProfileOrImplicitKind::Superquadric { exponents, semi_axes } => {
                 let size = |axis: usize| match semi_axes[axis] {
                     size if size > 0.0 && size.is_finite() => Ok(size),
                     size => Err(ShapeError::Radius(size)),
@@ -138,7 +142,7 @@ impl Figure {
                 let form = Form::Superquadric(Superquadric::new(*exponents)?);
                 (form, Placement::new(&stretched.then(to_world))?)
             }
-            FigureKind::Blobs { blobs, kernel, threshold } => {
+            ProfileOrImplicitKind::Blobs { blobs, kernel, threshold } => {
                 let (made, scale, origin) = Blobs::new(blobs, *kernel, *threshold)?;
                 let place = Transform::scale(scale).then(&Transform::translation(origin));
                 (Form::Blobs(made), Placement::new(&place.then(to_world))?)
@@ -215,12 +219,12 @@ impl Figure {
     pub fn area(&self) -> f64 {
         match &self.facets {
             Some(facets) => facets.area(),
-            None => chords::integral(self, |normal| self.placement.area_stretch(normal)),
+            None => random_lines::integral(self, |normal| self.placement.area_stretch(normal)),
         }
     }
 
-    /// Uniform in world area on what consists of flat pieces; else see `chords`: for some `u` there is no
-    /// point.
+    /// Uniform in world area on what consists of flat pieces; else see `random_lines`: for some `u` there is
+    /// no point.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         let (local, part, density) = match &self.facets {
             Some(facets) => {
@@ -228,7 +232,7 @@ impl Figure {
                 (local, part, 1.0 / facets.area())
             }
             None => {
-                let (local, part) = chords::sample(self, u)?;
+                let (local, part) = random_lines::sample(self, u)?;
                 let local = self.form.local().project(local, part);
                 (local, part, self.local_area_density(local, self.form.local().normal(local, part)))
             }
@@ -245,11 +249,11 @@ impl Figure {
     }
 
     fn local_area_density(&self, local: Vec3, normal: Vec3) -> f64 {
-        chords::density(self, local, normal) / self.placement.area_stretch(normal)
+        random_lines::density(self, local, normal) / self.placement.area_stretch(normal)
     }
 }
 
-impl Crossed for Figure {
+impl Crossed for ProfileOrImplicit {
     fn around(&self) -> Bounds {
         self.around
     }
@@ -265,7 +269,7 @@ impl Crossed for Figure {
 }
 
 /// The least power of two that a number does not exceed: coordinates are divided by it without rounding, so
-/// that figures that share corners still share them. 0 and infinite where the number is.
+/// that shapes that share corners still share them. 0 and infinite where the number is.
 fn power_above(number: f64) -> f64 {
     number.log2().ceil().exp2()
 }

@@ -2,8 +2,8 @@
 
 use super::outline::Trapezoid;
 use crate::geometry::Vec3;
+use crate::shape::areas::AreaDistribution;
 use crate::shape::placement::Placement;
-use crate::shape::shares::Shares;
 use glam::DVec2;
 
 /// A flat piece in local coordinates.
@@ -20,7 +20,7 @@ pub(super) struct Facets {
     /// Each facet with the part that it belongs to.
     facets: Vec<(Facet, u32)>,
     /// Areas in the world.
-    shares: Shares,
+    areas: AreaDistribution,
 }
 
 impl Facets {
@@ -33,18 +33,18 @@ impl Facets {
                 world((to - from).extend(0.0)).cross(world(Vec3::Z)).length() * (high - low)
             }
         };
-        let shares = Shares::new(facets.iter().map(area));
-        Self { facets, shares }
+        let areas = AreaDistribution::new(facets.iter().map(area));
+        Self { facets, areas }
     }
 
     /// Area in the world.
     pub fn area(&self) -> f64 {
-        self.shares.total()
+        self.areas.total()
     }
 
     /// The point for `u` in [0, 1)² and its part.
     pub fn sample(&self, u: [f64; 2]) -> (Vec3, u32) {
-        let (index, within) = self.shares.choose(u[0]);
+        let (index, within) = self.areas.choose(u[0]);
         let (facet, part) = self.facets[index];
         let point = match facet {
             Facet::Level { shape, z } => shape.point([within, u[1]]).extend(z),

@@ -8,7 +8,7 @@
 use super::Local;
 use crate::geometry::roots::{Enclosure, Sample, isolate, sign_changes};
 use crate::geometry::{Bounds, Vec3, angle};
-use crate::shape::chords::OnLine;
+use crate::shape::random_lines::OnLine;
 use crate::shape::{ShapeError, support};
 use smallvec::SmallVec;
 use std::f64::consts::{PI, TAU};

@@ -5,7 +5,7 @@ use super::outline::{FillRule, Outline};
 use super::{Local, power_above};
 use crate::geometry::Vec3;
 use crate::shape::ShapeError;
-use crate::shape::chords::OnLine;
+use crate::shape::random_lines::OnLine;
 use smallvec::SmallVec;
 
 /// A polygon in the plane z = 0.

@@ -1,4 +1,4 @@
-//! Surfaces that are given by numbers on a grid.
+//! Surfaces that are given by values on a grid.
 
 use super::crossing::Crossings;
 use super::{AreaSample, HeightField, Hit, Parametrisation, SdfGrid, SurfaceHit};
@@ -6,14 +6,14 @@ use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 
 /// Each with the contract of [`super::Shape`].
 #[derive(Clone, Debug)]
-pub enum Sampled {
+pub enum GridShape {
     /// `sdfgrid`.
     Distances(SdfGrid),
     /// `heightfield`.
     Heights(HeightField),
 }
 
-impl Sampled {
+impl GridShape {
     pub(super) fn intersect(&self, ray: &Ray) -> Option<Hit> {
         match self {
             Self::Distances(grid) => grid.intersect(ray),

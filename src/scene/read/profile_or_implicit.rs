@@ -1,4 +1,4 @@
-//! Figures, which Mitsuba 3 does not have.
+//! Profiles and implicit surfaces, which Mitsuba 3 does not have.
 
 use super::super::description::ShapeKind;
 use super::super::source::SceneError;
@@ -6,7 +6,9 @@ use super::attributes;
 use super::query::Query;
 use super::spectra::{numbers, required};
 use crate::geometry::{Transform, Vec3};
-use crate::shape::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel, ShapeError};
+use crate::shape::{
+    Blob, FillRule, Interpolation, Kernel, ProfileOrImplicit, ProfileOrImplicitKind, ShapeError,
+};
 
 /// `None` where the shape is wrong, which is reported.
 pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
@@ -23,11 +25,11 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
         "polygon" => {
             let contours = contours(query);
             let rule = rule(query);
-            FigureKind::Polygon { contours: contours?, rule }
+            ProfileOrImplicitKind::Polygon { contours: contours?, rule }
         }
         "revolution" => revolution(query)?,
         "blobs" => blobs(query)?,
-        "superquadric" => FigureKind::Superquadric {
+        "superquadric" => ProfileOrImplicitKind::Superquadric {
             exponents: [query.positive("e1", 1.0), query.positive("e2", 1.0)],
             semi_axes: query.vector("semi_axes").unwrap_or(Vec3::ONE),
         },
@@ -36,14 +38,14 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
             let rule = rule(query);
             let heights = heights(query);
             let capped = query.boolean("capped", true);
-            FigureKind::Extrusion { contours: contours?, rule, heights: heights?, capped }
+            ProfileOrImplicitKind::Extrusion { contours: contours?, rule, heights: heights?, capped }
         }
     };
     // Whether there is a surface is not to be seen from single numbers.
-    if let Err(error) = Figure::new(&Transform::IDENTITY, &kind, false) {
+    if let Err(error) = ProfileOrImplicit::new(&Transform::IDENTITY, &kind, false) {
         let problem = format!("The {plugin} cannot be made: {error}");
         let (name, expected, remedy) = match kind {
-            FigureKind::Revolution { interpolation, .. } => (
+            ProfileOrImplicitKind::Revolution { interpolation, .. } => (
                 "profile",
                 match interpolation {
                     Interpolation::Linear => "expected two or more points \"r z\", no r below 0",
@@ -61,12 +63,12 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
                     _ => "r is the distance from the z axis",
                 },
             ),
-            FigureKind::Blobs { .. } => (
+            ProfileOrImplicitKind::Blobs { .. } => (
                 "threshold",
                 "expected a threshold that the densities reach somewhere",
                 "in its centre the density of a ball alone is its strength, 1 unless given",
             ),
-            FigureKind::Superquadric { exponents, .. } => (
+            ProfileOrImplicitKind::Superquadric { exponents, .. } => (
                 match error {
                     ShapeError::Exponent(wrong) if wrong == exponents[0] => "e1",
                     ShapeError::Exponent(_) => "e2",
@@ -75,7 +77,7 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
                 "expected exponents from 0.001 to 2 and semi-axes above 0",
                 "exponents near 0 make a box, 1 an ellipsoid and 2 an octahedron",
             ),
-            FigureKind::Polygon { .. } | FigureKind::Extrusion { .. } => (
+            ProfileOrImplicitKind::Polygon { .. } | ProfileOrImplicitKind::Extrusion { .. } => (
                 "outline",
                 "expected contours with an inside",
                 "what an even number of contours goes around is outside, unless the rule is \"winding\"",
@@ -84,10 +86,10 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
         query.error(SceneError::at(&query.place(name), problem, expected).with_remedy(remedy));
         return None;
     }
-    Some(ShapeKind::Figure(kind))
+    Some(ShapeKind::ProfileOrImplicit(kind))
 }
 
-fn revolution(query: &Query<'_>) -> Option<FigureKind> {
+fn revolution(query: &Query<'_>) -> Option<ProfileOrImplicitKind> {
     let interpolations = [
         ("linear", Interpolation::Linear),
         ("bezier", Interpolation::Bezier),
@@ -99,10 +101,10 @@ fn revolution(query: &Query<'_>) -> Option<FigureKind> {
     let text = query.text("profile");
     let text = required(query, "profile", text)?;
     let profile = points::<2>(query, "profile", text)?;
-    Some(FigureKind::Revolution { profile, interpolation, closed, capped })
+    Some(ProfileOrImplicitKind::Revolution { profile, interpolation, closed, capped })
 }
 
-fn blobs(query: &Query<'_>) -> Option<FigureKind> {
+fn blobs(query: &Query<'_>) -> Option<ProfileOrImplicitKind> {
     let kernels = [("gaussian", Kernel::Gaussian), ("metaball", Kernel::Metaball), ("soft", Kernel::Soft)];
     let kernel = query.choice("kernel", &kernels, false).unwrap_or(Kernel::Soft);
     let threshold = query.positive("threshold", 0.5);
@@ -126,7 +128,7 @@ fn blobs(query: &Query<'_>) -> Option<FigureKind> {
         strength,
     };
     let blobs = centres.into_iter().zip(radii).zip(strengths).map(blob).collect();
-    Some(FigureKind::Blobs { blobs, kernel, threshold })
+    Some(ProfileOrImplicitKind::Blobs { blobs, kernel, threshold })
 }
 
 /// One number for all of them, or one for each. `None` where it is reported that there are others.

@@ -1,11 +1,11 @@
 //! Polygons and extrusions.
 
-use super::{double, figure, kinds, letter};
+use super::{double, kinds, letter, new_shape};
 use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::tests::doubled::{Doubled, Polynomial};
 use crate::shape::tests::oracle::{Exact, Line, SURE_FROM, Tally, check_against, near};
 use crate::shape::tests::{close, direction, placement};
-use crate::shape::{FigureKind, FillRule};
+use crate::shape::{FillRule, ProfileOrImplicitKind};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
 
@@ -59,17 +59,17 @@ fn over_inside(point: [Doubled; 2], contours: &[Vec<[f64; 2]>], rule: FillRule) 
 }
 
 /// By intervals: where the line is over the inside, and where between the planes.
-fn prism(line: &Line, kind: &FigureKind) -> (Vec<(Doubled, bool)>, f64) {
+fn prism(line: &Line, kind: &ProfileOrImplicitKind) -> (Vec<(Doubled, bool)>, f64) {
     let Line([x, y, z]) = line;
     let upright = x.0[1].high == 0.0 && y.0[1].high == 0.0;
     match kind {
-        FigureKind::Polygon { contours, rule } => {
+        ProfileOrImplicitKind::Polygon { contours, rule } => {
             let t = -z.0[0] / z.0[1];
             let (inside, doubt) = over_inside([x.at(t), y.at(t)], contours, *rule);
             let there = inside && z.0[1].high != 0.0;
             (if there { vec![(t, z.0[1].high < 0.0)] } else { Vec::new() }, doubt)
         }
-        FigureKind::Extrusion { contours, rule, heights, capped } => {
+        ProfileOrImplicitKind::Extrusion { contours, rule, heights, capped } => {
             let (walls, mut doubt) = across_outline(line, contours, *rule);
             let mut planes = heights.map(|height| (double(height) - z.0[0]) / z.0[1]);
             if z.0[1].high < 0.0 {
@@ -116,7 +116,9 @@ fn prism(line: &Line, kind: &FigureKind) -> (Vec<(Doubled, bool)>, f64) {
 
 fn check_prisms(rays: u32) {
     let mut tally = Tally::default();
-    let flat = |kind: &FigureKind| matches!(kind, FigureKind::Polygon { .. } | FigureKind::Extrusion { .. });
+    let flat = |kind: &ProfileOrImplicitKind| {
+        matches!(kind, ProfileOrImplicitKind::Polygon { .. } | ProfileOrImplicitKind::Extrusion { .. })
+    };
     for (i, (name, kind)) in kinds().into_iter().filter(|kind| flat(&kind.1)).enumerate() {
         for (j, (scale, distance)) in
             [(0.0, 0.0), (1.0, 0.0), (1e-6, 1e-3), (1e6, 1e8)].into_iter().enumerate()
@@ -126,7 +128,7 @@ fn check_prisms(rays: u32) {
                 _ => placement(Vec3::new(0.9, 0.5, 0.3) * scale)
                     .then(&Transform::translation(Vec3::new(0.6, -0.8, 0.2) * distance)),
             };
-            let shape = figure(&to_world, &kind);
+            let shape = new_shape(&to_world, &kind);
             // The place of the line's parameter 0 moves with the shape.
             let exact = |ray: &Ray| {
                 let (found, _) = prism(&Line::new(ray, &to_world), &kind);
@@ -165,7 +167,7 @@ fn neighbours_leave_no_gap_and_no_overlap() {
         let place = placement(Vec3::new(0.9, 0.5, 0.3) * 10f64.powf(random.random_range(-6.0..6.0)));
         let polygon = |far: [f64; 2]| {
             let contours = vec![vec![a, far, b]];
-            figure(&place, &FigureKind::Polygon { contours, rule: FillRule::EvenOdd })
+            new_shape(&place, &ProfileOrImplicitKind::Polygon { contours, rule: FillRule::EvenOdd })
         };
         // Far corners on both sides of the edge, one of them ten times as far away.
         let across = [a[1] - b[1], b[0] - a[0]];
@@ -203,7 +205,7 @@ fn areas_are_those_of_closed_forms() {
     let (inside, around) =
         (shoelace(&letter()[0]) - shoelace(&letter()[1]), length(&letter()[0]) + length(&letter()[1]));
     let made = |name: &str| kinds().into_iter().find(|kind| kind.0 == name).unwrap().1;
-    let area = |name: &str| figure(&Transform::scale(3.0), &made(name)).area() / 9.0;
+    let area = |name: &str| new_shape(&Transform::scale(3.0), &made(name)).area() / 9.0;
     assert!(close(area("polygon"), inside, 1e-14));
     assert!(close(area("open prism"), around * 0.75, 1e-14));
     assert!(close(area("prism"), 2.0 * inside + around * 0.75, 1e-14));

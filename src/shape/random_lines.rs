@@ -1,10 +1,9 @@
-//! Points on any surface whose crossings with lines are known, with a density that is known exactly.
+//! Random-line sampling: points on any surface whose crossings with lines are known, with an exact density.
 //!
-//! A line along one of the axes is chosen uniformly among those through a box around the surface, an axis in
-//! proportion to the box's face across it, and then one of the k places where the line crosses the surface.
-//! The point x with normal n is chosen with the density Σᵢ |nᵢ| / kᵢ(x) over the sum of the three faces, per
-//! area, kᵢ being the crossings of the line through x along axis i. No u lies above another face than its
-//! own, so a line may miss: then there is no point.
+//! An axis is chosen in proportion to the face of a box around the surface, then uniformly a line along it
+//! through the box, then one of the k crossings of the line with the surface. The point x with normal n has
+//! the density Σᵢ |nᵢ| / kᵢ(x) per area, over the sum of the three faces, where kᵢ is the number of crossings
+//! of the line through x along axis i. A line may miss the surface: then there is no point.
 
 use crate::geometry::{Bounds, Vec3};
 use smallvec::SmallVec;
@@ -79,7 +78,7 @@ pub(super) fn density(surface: &impl Crossed, point: Vec3, normal: Vec3) -> f64 
     (of_axis(0) + of_axis(1) + of_axis(2)) / faces(surface.around()).element_sum()
 }
 
-/// ∫ weight(normal) over the surface, by the midpoint rule over the chords, to about 10⁻⁴ of it: ∫ Σ |nᵢ|
+/// ∫ weight(normal) over the surface, by the midpoint rule over the lines, to about 10⁻⁴ of it: ∫ Σ |nᵢ|
 /// over the lines along axis i is ∫ nᵢ² over the surface, and the squares of the three add up to one.
 pub(super) fn integral(surface: &impl Crossed, weight: impl Fn(Vec3) -> f64) -> f64 {
     const LINES: usize = 200;
