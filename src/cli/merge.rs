@@ -3,7 +3,7 @@ use super::render::{cannot_read, cannot_write, counted, has_extension, sample_co
 use super::{Failure, print, print_message};
 use abbe::film::Film;
 use abbe::output::checkpoint::merge::{Plan, Refusal, plan};
-use abbe::output::checkpoint::{self, Description, Header, Part};
+use abbe::output::checkpoint::{self, Description, Header, RenderPart};
 use abbe::output::{self, Picture};
 use abbe::render::Auxiliary;
 use serde_json::json;
@@ -173,8 +173,8 @@ impl Args {
         let names = |files: &[usize]| -> Vec<String> {
             files.iter().map(|&file| self.parts[file].to_string_lossy().into_owned()).collect()
         };
-        let parts = |parts: &[Part]| -> Vec<serde_json::Value> {
-            let told = |part: &Part| {
+        let parts = |parts: &[RenderPart]| -> Vec<serde_json::Value> {
+            let told = |part: &RenderPart| {
                 let [[x, y], [width, height]] = [part.region.offset, part.region.size];
                 json!({ "samples": [part.samples.start, part.samples.end], "crop": [x, y, width, height] })
             };
@@ -194,7 +194,7 @@ impl Args {
 }
 
 /// A part as options of abbe render. A crop of all pixels is none.
-fn options(part: &Part, plan: &Plan, header: &Header) -> String {
+fn options(part: &RenderPart, plan: &Plan, header: &Header) -> String {
     let told = part.to_string();
     let is_whole = part.region == header.film.extent.window && part.region == plan.extent.shown;
     match told.split_once(" --crop") {

@@ -18,7 +18,7 @@ mod report;
 
 pub use bias::{CELLS, LEVEL, POWER, TILE, Tests};
 pub use condition::{Condition, Unmet};
-pub use figures::{Figures, Seen, relmse_scale};
+pub use figures::{Figures, PerceivedDifference, relmse_scale};
 pub use maps::{Map, MapKind};
 pub use noise::Noise;
 pub use pair::{Channel, Measurement, Mismatch, Pair, listed};
@@ -54,7 +54,7 @@ pub struct Comparison {
     /// Figures of luminance, or their means over the channels of files without colours.
     pub figures: Figures,
     /// Figures of what is seen, for files with colours.
-    pub seen: Option<Seen>,
+    pub seen: Option<PerceivedDifference>,
     pub channels: Vec<ChannelResult>,
     /// The channel that stands for all in pictures: luminance, green, or the first.
     pub middle: usize,
@@ -146,7 +146,7 @@ pub fn compare(a: &[Channels], b: &[Channels], options: &Options) -> Result<Comp
         bad,
         unmeasured,
         figures,
-        seen: Seen::of(&pair, &good, options),
+        seen: PerceivedDifference::of(&pair, &good, options),
         channels,
         middle: pair.middle(),
         replicates,

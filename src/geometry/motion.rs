@@ -211,14 +211,15 @@ impl KeyframeInterval {
 /// Where a body stands over time, and how exactly rays can be taken to it.
 #[derive(Clone, Debug)]
 pub struct Placed {
-    place: Place,
+    place: PoseOverTime,
     /// Times local coordinates it bounds their rounding errors in units of 2⁻⁵³, like the bound of an
     /// analytic shape.
     local_errors: DMat3,
 }
 
+/// A pose that is fixed or moves.
 #[derive(Clone, Debug)]
-enum Place {
+enum PoseOverTime {
     Still(Pose),
     Moving(Box<Motion>),
 }
@@ -228,16 +229,16 @@ impl Placed {
     pub fn still(to_world: &Transform) -> Option<Self> {
         let pose = Pose::new(to_world);
         let regular = pose.inverse.is_finite() && pose.origin.is_finite();
-        if regular { Self::with_spread(Place::Still(pose), pose.spread()) } else { None }
+        if regular { Self::with_spread(PoseOverTime::Still(pose), pose.spread()) } else { None }
     }
 
     /// The same for a body in motion, at any time.
     pub fn moving(motion: Motion) -> Option<Self> {
         let spread = motion.spread();
-        Self::with_spread(Place::Moving(Box::new(motion)), spread)
+        Self::with_spread(PoseOverTime::Moving(Box::new(motion)), spread)
     }
 
-    fn with_spread(place: Place, spread: DMat3) -> Option<Self> {
+    fn with_spread(place: PoseOverTime, spread: DMat3) -> Option<Self> {
         let largest = (spread * Vec3::ONE).max_element();
         (largest < 1e12).then(|| Self { place, local_errors: spread * 16.0 })
     }
@@ -246,8 +247,8 @@ impl Placed {
     pub fn largest_stretch(&self) -> f64 {
         let frobenius = |m: DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
         match &self.place {
-            Place::Still(pose) => frobenius(pose.linear),
-            Place::Moving(motion) => {
+            PoseOverTime::Still(pose) => frobenius(pose.linear),
+            PoseOverTime::Moving(motion) => {
                 let ends = motion.intervals.iter().flat_map(|s| [s.scale, s.scale + s.growth]);
                 ends.map(frobenius).fold(0.0, f64::max)
             }
@@ -255,21 +256,21 @@ impl Placed {
     }
 
     pub fn is_moving(&self) -> bool {
-        matches!(self.place, Place::Moving(_))
+        matches!(self.place, PoseOverTime::Moving(_))
     }
 
     pub fn at(&self, time: f64) -> Pose {
         match &self.place {
-            Place::Still(pose) => *pose,
-            Place::Moving(motion) => motion.at(time),
+            PoseOverTime::Still(pose) => *pose,
+            PoseOverTime::Moving(motion) => motion.at(time),
         }
     }
 
     /// A box around all of a body that fills a box in its own coordinates, from one time to another.
     pub fn bounds(&self, body: Bounds, during: [f64; 2]) -> Bounds {
         match &self.place {
-            Place::Still(pose) => Bounds::of(body.corners().map(|corner| pose.world_point(corner))),
-            Place::Moving(motion) => motion.bounds(body, during),
+            PoseOverTime::Still(pose) => Bounds::of(body.corners().map(|corner| pose.world_point(corner))),
+            PoseOverTime::Moving(motion) => motion.bounds(body, during),
         }
     }
 

@@ -12,7 +12,7 @@ mod scene;
 pub mod source;
 mod write;
 
-pub use compile::{CompileOptions, Part, compile};
+pub use compile::{CompileOptions, Crop, compile};
 pub use description::Description;
 pub use flight::{Collision, Event, Flight};
 pub use info::{json, outline};

@@ -48,13 +48,13 @@ pub struct CompileOptions {
     pub observer: &'static Observer,
     /// Whether spectral bins are measured too: then wavelengths that the observer hardly sees count as well.
     pub spectral: bool,
-    /// The part of the picture that is asked for. `None` is all that the film exposes.
-    pub part: Option<Part>,
+    /// The crop that is rendered. `None` is all that the film exposes.
+    pub part: Option<Crop>,
 }
 
-/// A part of the picture. It comes out the same, bit by bit, as in the whole.
+/// A crop of the picture. Its bits are those of the whole picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct Crop {
     /// Within the window that the film exposes.
     pub shown: Region,
     /// Pixels around it, as far as the window goes, that are measured too. What is measured holds whole

@@ -298,13 +298,13 @@ impl Curves {
     }
 
     /// A place on a segment near `position`: relative to the segment's middle, from the path outward.
-    fn place(&self, segment: u32, u: f64, position: Vec3) -> Place {
+    fn tube_point(&self, segment: u32, u: f64, position: Vec3) -> TubePoint {
         match &self.segments {
             Segments::Linear(links) => {
                 let Anchored { middle, reach, piece } = links[segment as usize].cone;
                 let outward = position - middle - piece.centre(u);
                 let normal = outward.try_normalize().unwrap_or(Vec3::Z);
-                Place {
+                TubePoint {
                     middle,
                     reach,
                     centre: piece.centre(u),
@@ -322,27 +322,27 @@ impl Curves {
                 let outward = across.try_normalize().unwrap_or(Vec3::Z) * piece.radius(u);
                 let normal = piece.tube_normal(u, centre + outward).try_normalize().unwrap_or(Vec3::Z);
                 let (growth, bend) = (piece.growth(u), piece.bend(u));
-                Place { middle, reach, centre, outward, normal, velocity, growth, bend }
+                TubePoint { middle, reach, centre, outward, normal, velocity, growth, bend }
             }
         }
     }
 
     /// The point of the surface at a hit near `position`.
     pub fn surface(&self, hit: &Hit, position: Vec3) -> SurfaceHit {
-        let place = self.place(hit.triangle, hit.barycentric[0], position);
-        let position = place.middle + (place.centre + place.outward);
-        let normal = if self.inward { -place.normal } else { place.normal };
+        let at = self.tube_point(hit.triangle, hit.barycentric[0], position);
+        let position = at.middle + (at.centre + at.outward);
+        let normal = if self.inward { -at.normal } else { at.normal };
         // The point's own rounding and that of a ray that starts there, and what both are off by in the
         // segment's coordinates.
-        let error = f64::EPSILON * (2.0 * position.abs().max_element() + 24.0 * place.reach);
+        let error = f64::EPSILON * (2.0 * position.abs().max_element() + 24.0 * at.reach);
         SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal: normal }
     }
 
     /// u around the curve, from where a frame that keeps to the z axis has its first direction; v along all
     /// segments of all curves.
     pub fn parametrisation(&self, hit: &Hit, position: Vec3) -> Parametrisation {
-        let Place { outward, velocity, growth, bend, .. } =
-            self.place(hit.triangle, hit.barycentric[0], position);
+        let TubePoint { outward, velocity, growth, bend, .. } =
+            self.tube_point(hit.triangle, hit.barycentric[0], position);
         let (count, speed) = (self.segment_count() as f64, velocity.length());
         // A path that stands still leads nowhere; what it is turned around is as good as any.
         let ahead = velocity.try_normalize().unwrap_or(Vec3::Z);
@@ -391,8 +391,8 @@ impl Curves {
     }
 }
 
-/// See [`Curves::place`].
-struct Place {
+/// See [`Curves::tube_point`].
+struct TubePoint {
     middle: Vec3,
     reach: f64,
     centre: Vec3,

@@ -5,7 +5,7 @@
 //! bound, a place in it evenly, and that is kept in proportion to what of the bound is reached there. So the
 //! density is the same everywhere, and for some u there is no point.
 
-use super::net::Net;
+use super::bicubic::Bicubic;
 use super::{Patches, Shared};
 use crate::geometry::Vec3;
 use crate::sampling::quadrature::gauss_legendre;
@@ -30,7 +30,7 @@ fn ranges(cell: usize) -> [[f64; 2]; 2] {
 }
 
 /// A bound on |∂p/∂u × ∂p/∂v| over the unit square.
-fn bound(Net(c): &Net<Vec3>) -> f64 {
+fn bound(Bicubic(c): &Bicubic<Vec3>) -> f64 {
     const SECOND: [f64; 3] = [1.0, 2.0, 1.0];
     const THIRD: [f64; 4] = [1.0, 3.0, 3.0, 1.0];
     const FIFTH: [f64; 6] = [1.0, 5.0, 10.0, 10.0, 5.0, 1.0];

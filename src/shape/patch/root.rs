@@ -1,27 +1,28 @@
-//! Parts of the unit square, and places where F vanishes (see [`super::meeting`]).
+//! Subdomains of the unit square, and the roots of F (see [`super::intersection`]).
 
-use super::meeting::NOISE;
-use super::net::Net;
+use super::bicubic::Bicubic;
+use super::intersection::NOISE;
 use glam::DVec2;
 use smallvec::SmallVec;
 
-/// A part is as small as rounding if F maps it to no more than this in both directions of the plane.
-pub const SPECK: f64 = 4.0 * NOISE;
+/// A subdomain is degenerate if F maps it to no more than this in both directions of the plane.
+pub const DEGENERATE: f64 = 4.0 * NOISE;
 
 /// The corners of the box around the coefficients.
-pub fn hull(net: &Net<DVec2>) -> (DVec2, DVec2) {
-    net.all()
+pub fn hull(bicubic: &Bicubic<DVec2>) -> (DVec2, DVec2) {
+    bicubic
+        .all()
         .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)))
 }
 
-/// A rectangle of the square.
+/// A rectangle of the unit square.
 #[derive(Clone, Copy, Debug)]
-pub struct Part {
+pub struct Subdomain {
     pub from: [f64; 2],
     pub size: [f64; 2],
 }
 
-impl Part {
+impl Subdomain {
     pub fn sides(&self, axis: usize) -> [f64; 2] {
         [self.from[axis], self.from[axis] + self.size[axis]]
     }
@@ -62,8 +63,8 @@ impl Part {
 }
 
 /// Parts that lie together as one: what is as small as rounding can't be told from its neighbours.
-pub fn joined(parts: &[Part]) -> SmallVec<[Part; 2]> {
-    let mut found: SmallVec<[Part; 2]> = SmallVec::new();
+pub fn joined(parts: &[Subdomain]) -> SmallVec<[Subdomain; 2]> {
+    let mut found: SmallVec<[Subdomain; 2]> = SmallVec::new();
     for &part in parts {
         let mut whole = part;
         loop {
@@ -85,24 +86,24 @@ pub fn joined(parts: &[Part]) -> SmallVec<[Part; 2]> {
     found
 }
 
-/// Where F vanishes.
+/// A root of F.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct Root {
     /// Parameters u and v, outside the unit square by no more than `spread`.
     pub at: [f64; 2],
     /// By how much u and v may be off.
     pub spread: [f64; 2],
     /// Determinant of F's derivative.
     pub determinant: f64,
-    /// The part of which F makes something as small as rounding, somewhere in which it may vanish, if it is
-    /// no more than that.
-    pub speck: Option<Part>,
+    /// The degenerate region that holds the root, if it lies in one: F maps all of it to as little as
+    /// rounding.
+    pub degenerate: Option<Subdomain>,
 }
 
-impl Place {
+impl Root {
     /// In the middle of the part, or on the square's border if what is between is as small: the line may as
     /// well pass beside it.
-    pub fn speck(seen: &Net<DVec2>, mut part: Part) -> Self {
+    pub fn degenerate(seen: &Bicubic<DVec2>, mut part: Subdomain) -> Self {
         let mut at = part.middle();
         let [along_u, along_v] = seen.slopes(at);
         // If it can be, along the side that is shorter: of the other parameter the middle says more about the
@@ -111,12 +112,12 @@ impl Place {
         for axis in [shorter, 1 - shorter] {
             let (wider, edge) = part.up_to_edge(axis);
             let (low, high) = hull(&seen.part([0, 1].map(|axis| wider.sides(axis))));
-            if part.sides(axis).contains(&edge) || (high - low).max_element() <= 2.0 * SPECK {
+            if part.sides(axis).contains(&edge) || (high - low).max_element() <= 2.0 * DEGENERATE {
                 part = wider;
                 at[axis] = edge;
                 break;
             }
         }
-        Self { at, spread: part.size, determinant: along_u.perp_dot(along_v), speck: Some(part) }
+        Self { at, spread: part.size, determinant: along_u.perp_dot(along_v), degenerate: Some(part) }
     }
 }

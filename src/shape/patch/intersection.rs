@@ -7,25 +7,25 @@
 //! - nothing, where the hull of its coefficients leaves out 0 by more than rounding explains, seen along an
 //!   axis of the plane or along the part's own;
 //! - what is met along one curve. In axes x and y of the plane such that x increases all over the part along
-//!   one of the parameters, say q, the places with x = 0 are a graph q = Q(p), and along it y has the
+//!   one of the parameters, say q, the points with x = 0 are a graph q = Q(p), and along it y has the
 //!   derivative −D / x_q, with D the determinant of F's derivative. Where interval bounds say that D keeps
-//!   its sign, y is monotonic: one place or none, as the signs at both ends say. Where they say that D x_q's
-//!   own derivative keeps its sign, y has one extreme, which is found first: two places or none, as the sign
+//!   its sign, y is monotonic: one root or none, as the signs at both ends say. Where they say that D x_q's
+//!   own derivative keeps its sign, y has one extreme, which is found first: two roots or none, as the sign
 //!   there says. So it is one and the same sign that decides on both, and a line that hardly touches doesn't
 //!   lose one of two (the same idea in one dimension: [`crate::geometry::roots`]). Near a cusp, where there
 //!   may be three, D itself is followed along the curve, beside which it has both signs.
 //!
-//! Nothing is left out but by a proof, rounding included, and no two places are taken for one unless they
+//! Nothing is left out but by a proof, rounding included, and no two roots are taken for one unless they
 //! turn the same way and are no further apart than rounding. So a line through a point that two patches share
 //! meets at least one of them, whatever the rounding, at the price of meeting both if it is that near. Where
 //! a border has shrunk to a point the parts about it become as small as rounding; what is left of them then
 //! is met, as one where it lies together. Where F is flat over a longer part the line runs in the surface or
 //! touches it, which is a miss.
 
-use super::course::{Turned, range};
+use super::bicubic::Bicubic;
 use super::curve::Curve;
-use super::net::Net;
-use super::place::{Part, Place, SPECK, hull, joined};
+use super::monotonicity::{Turned, range};
+use super::root::{DEGENERATE, Root, Subdomain, hull, joined};
 use crate::geometry::Vec3;
 use glam::DVec2;
 use smallvec::SmallVec;
@@ -41,18 +41,18 @@ const LONG: f64 = 1e3;
 /// Parts are not halved more often; before that they are small as rounding in all directions.
 const DEEPEST: u32 = 160;
 
-/// A patch's control points relative to a place in its middle.
+/// A patch's control points relative to a point in its middle.
 #[derive(Clone, Debug)]
 pub struct Anchored {
     pub middle: Vec3,
-    pub points: Net<Vec3>,
+    pub points: Bicubic<Vec3>,
     /// The greatest distance of a control point from the middle.
     pub reach: f64,
 }
 
 /// Where a line meets a patch.
 #[derive(Clone, Copy, Debug)]
-pub struct Meeting {
+pub struct LineHit {
     /// The line's parameter.
     pub t: f64,
     /// Bound on its error.
@@ -96,7 +96,7 @@ impl Near {
         Some(Self { shift, start, direction, axes: [first, second].map(|axis| axis / patch.reach) })
     }
 
-    fn seen(&self, points: &Net<Vec3>) -> Net<DVec2> {
+    fn seen(&self, points: &Bicubic<Vec3>) -> Bicubic<DVec2> {
         points.map(|point| {
             let away = point - self.start;
             DVec2::new(away.dot(self.axes[0]), away.dot(self.axes[1]))
@@ -111,93 +111,93 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - back)) + (b - back))
 }
 
-/// All places where the line meets the patch, in no order.
-pub fn meetings(origin: Vec3, direction: Vec3, patch: &Anchored) -> SmallVec<[Meeting; 4]> {
+/// All hits of the line with the patch, in no order.
+pub fn line_hits(origin: Vec3, direction: Vec3, patch: &Anchored) -> SmallVec<[LineHit; 4]> {
     let mut found = SmallVec::new();
     let Some(line) = Near::new(origin, direction, patch) else { return found };
     let seen = line.seen(&patch.points);
-    let mut search = Search { seen: &seen, places: SmallVec::new(), specks: SmallVec::new() };
-    search.look(&seen, Part { from: [0.0; 2], size: [1.0; 2] }, 0);
-    let specks = joined(&search.specks).into_iter().map(|part| Place::speck(&seen, part));
-    let mut places = search.places;
-    places.extend(specks);
+    let mut search = Search { seen: &seen, roots: SmallVec::new(), degenerate: SmallVec::new() };
+    search.look(&seen, Subdomain { from: [0.0; 2], size: [1.0; 2] }, 0);
+    let degenerate = joined(&search.degenerate).into_iter().map(|part| Root::degenerate(&seen, part));
+    let mut roots = search.roots;
+    roots.extend(degenerate);
     let along: SmallVec<[f64; 8]> =
-        places.iter().map(|place| (patch.points.value(place.at) - line.start).dot(line.direction)).collect();
-    for (i, place) in places.iter().enumerate() {
+        roots.iter().map(|root| (patch.points.value(root.at) - line.start).dot(line.direction)).collect();
+    for (i, root) in roots.iter().enumerate() {
         // The better known hit suffices where several lie within rounding of a border that is a point.
-        let beside = 64.0 * NOISE * patch.reach + line.stretch(patch, place);
-        let known = |(j, other): (usize, &Place)| {
-            (other.speck.is_none() || j < i) && (along[i] - along[j]).abs() <= beside
+        let beside = 64.0 * NOISE * patch.reach + line.extent(patch, root);
+        let known = |(j, other): (usize, &Root)| {
+            (other.degenerate.is_none() || j < i) && (along[i] - along[j]).abs() <= beside
         };
-        if place.speck.is_some() && places.iter().enumerate().any(known) {
+        if root.degenerate.is_some() && roots.iter().enumerate().any(known) {
             continue;
         }
-        found.push(line.meeting(patch, &seen, place));
+        found.push(line.line_hit(patch, &seen, root));
     }
     found
 }
 
 impl Near {
-    /// How far along the line, as a product with its direction, a speck reaches from where it is told: 0 of
-    /// other places.
-    fn stretch(&self, patch: &Anchored, place: &Place) -> f64 {
-        let Some(speck) = place.speck else { return 0.0 };
-        let told = patch.points.value(place.at);
-        let part = patch.points.part([0, 1].map(|axis| speck.sides(axis)));
-        part.all().fold(0.0, |most: f64, point| most.max((point - told).dot(self.direction).abs()))
+    /// How far along the line, as a product with its direction, a degenerate region reaches from its point. 0
+    /// for other roots.
+    fn extent(&self, patch: &Anchored, root: &Root) -> f64 {
+        let Some(degenerate) = root.degenerate else { return 0.0 };
+        let middle = patch.points.value(root.at);
+        let part = patch.points.part([0, 1].map(|axis| degenerate.sides(axis)));
+        part.all().fold(0.0, |most: f64, point| most.max((point - middle).dot(self.direction).abs()))
     }
 
-    fn meeting(&self, patch: &Anchored, seen: &Net<DVec2>, place: &Place) -> Meeting {
-        let point = patch.points.value(place.at) - self.start;
+    fn line_hit(&self, patch: &Anchored, seen: &Bicubic<DVec2>, root: &Root) -> LineHit {
+        let point = patch.points.value(root.at) - self.start;
         let ahead = point.dot(self.direction) / self.direction.length_squared();
-        let at = place.at.map(|parameter| parameter.clamp(0.0, 1.0));
-        let [along_u, along_v] = patch.points.slopes(place.at);
+        let at = root.at.map(|parameter| parameter.clamp(0.0, 1.0));
+        let [along_u, along_v] = patch.points.slopes(root.at);
         let normal = along_u.cross(along_v);
         let slant = normal.cross(self.direction).length() / normal.dot(self.direction).abs();
         let world = patch.middle.abs().max_element() + patch.reach;
         let noise = NOISE * patch.reach + 4.0 * f64::EPSILON * world;
-        // As long as the slant hardly changes over what the place is off by; else the line all but touches.
-        let jet = seen.jet(place.at);
+        // As long as the slant hardly changes over what the root is off by; else the line all but touches.
+        let jet = seen.jet(root.at);
         let change_u = jet.uu.perp_dot(jet.v) + jet.u.perp_dot(jet.uv);
         let change_v = jet.uv.perp_dot(jet.v) + jet.u.perp_dot(jet.vv);
         let share = noise / (NOISE * patch.reach);
-        let change = share * (change_u.abs() * place.spread[0] + change_v.abs() * place.spread[1]);
-        let settled = change <= 0.25 * place.determinant.abs();
+        let change = share * (change_u.abs() * root.spread[0] + change_v.abs() * root.spread[1]);
+        let settled = change <= 0.25 * root.determinant.abs();
         let t = self.shift + ahead;
         let rounding = 2.0 * f64::EPSILON * (t.abs() + ahead.abs());
-        let off = if place.speck.is_some() {
+        let off = if root.degenerate.is_some() {
             // Wherever it is met, it is met here.
-            self.stretch(patch, place) / self.direction.length_squared() + 2.0 * noise
+            self.extent(patch, root) / self.direction.length_squared() + 2.0 * noise
         } else {
             2.0 * noise * (1.0 + slant)
         };
         let error = if settled && off.is_finite() { off + rounding } else { f64::INFINITY };
-        let against = if place.speck.is_some() {
+        let against = if root.degenerate.is_some() {
             // Where a border is a point the normal is that of the patch beside it.
             super::normal(&patch.points, at).dot(self.direction) < 0.0
         } else {
-            place.determinant < 0.0
+            root.determinant < 0.0
         };
-        Meeting { t, error, at, against }
+        LineHit { t, error, at, against }
     }
 }
 
 struct Search<'a> {
-    seen: &'a Net<DVec2>,
-    places: SmallVec<[Place; 8]>,
+    seen: &'a Bicubic<DVec2>,
+    roots: SmallVec<[Root; 8]>,
     /// Parts as small as rounding.
-    specks: SmallVec<[Part; 4]>,
+    degenerate: SmallVec<[Subdomain; 4]>,
 }
 
 impl Search<'_> {
     /// What is in a part, over which the coefficients are `net`.
-    fn look(&mut self, net: &Net<DVec2>, part: Part, depth: u32) {
-        let (low, high) = hull(net);
+    fn look(&mut self, bicubic: &Bicubic<DVec2>, part: Subdomain, depth: u32) {
+        let (low, high) = hull(bicubic);
         if low.max_element() > NOISE || high.min_element() < -NOISE {
             return;
         }
-        if (high - low).max_element() <= SPECK {
-            self.specks.push(part);
+        if (high - low).max_element() <= DEGENERATE {
+            self.degenerate.push(part);
             return;
         }
         // The parameter along which there is more of it, and its own axis there.
@@ -205,7 +205,7 @@ impl Search<'_> {
         let mut ways = [DVec2::ZERO; 2];
         for i in 0..4 {
             for j in 0..3 {
-                let steps = [net.0[j + 1][i] - net.0[j][i], net.0[i][j + 1] - net.0[i][j]];
+                let steps = [bicubic.0[j + 1][i] - bicubic.0[j][i], bicubic.0[i][j + 1] - bicubic.0[i][j]];
                 for axis in 0..2 {
                     lengths[axis] += steps[axis].length();
                     ways[axis] += steps[axis];
@@ -214,8 +214,8 @@ impl Search<'_> {
         }
         let along = usize::from(lengths[1] > lengths[0]);
         let own = ways[along].try_normalize().unwrap_or(DVec2::X);
-        let turned = Turned::of(net, own, along);
-        let [x, y] = [&turned.x, &turned.y].map(|net| range(net.all()));
+        let turned = Turned::of(bicubic, own, along);
+        let [x, y] = [&turned.x, &turned.y].map(|bicubic| range(bicubic.all()));
         if x.0 > NOISE || x.1 < -NOISE || y.0 > NOISE || y.1 < -NOISE {
             return;
         }
@@ -223,29 +223,29 @@ impl Search<'_> {
         if (flat && x.1 - x.0 > LONG * NOISE) || depth == DEEPEST {
             return;
         }
-        if turned.course().is_some()
+        if turned.monotonicity().is_some()
             && let Some(curve) = Curve::new(self.seen, part, along, ways)
         {
-            curve.places().into_iter().for_each(|place| self.add(place));
+            curve.roots().into_iter().for_each(|root| self.add(root));
             return;
         }
-        for (half, net) in net.halves(along).iter().enumerate() {
+        for (half, bicubic) in bicubic.halves(along).iter().enumerate() {
             let mut part = part;
             part.size[along] *= 0.5;
             part.from[along] += half as f64 * part.size[along];
-            self.look(net, part, depth + 1);
+            self.look(bicubic, part, depth + 1);
         }
     }
 
-    fn add(&mut self, place: Place) {
-        let same = |other: &Place| {
+    fn add(&mut self, root: Root) {
+        let same = |other: &Root| {
             let beside = |axis: usize| {
-                (place.at[axis] - other.at[axis]).abs() <= place.spread[axis] + other.spread[axis]
+                (root.at[axis] - other.at[axis]).abs() <= root.spread[axis] + other.spread[axis]
             };
-            place.determinant * other.determinant > 0.0 && beside(0) && beside(1)
+            root.determinant * other.determinant > 0.0 && beside(0) && beside(1)
         };
-        if !self.places.iter().any(same) {
-            self.places.push(place);
+        if !self.roots.iter().any(same) {
+            self.roots.push(root);
         }
     }
 }

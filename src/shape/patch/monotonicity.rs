@@ -1,13 +1,13 @@
-//! Bounds on the derivatives of F (see [`super::meeting`]) over a part, and what they say of its curve.
+//! Bounds on the derivatives of F (see [`super::intersection`]) over a part, and what they say of its curve.
 
-use super::meeting::NOISE;
-use super::net::Net;
+use super::bicubic::Bicubic;
+use super::intersection::NOISE;
 use crate::geometry::bernstein::Range;
 use glam::DVec2;
 
-/// What y does along the curve.
+/// How y varies along the curve.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Course {
+pub enum Monotonicity {
     Monotonic,
     /// It has one extreme at most.
     Bent,
@@ -18,18 +18,19 @@ pub enum Course {
 /// Coordinates along an axis of the plane and across it, over a part; the first index goes along p, the
 /// second along q.
 pub struct Turned {
-    pub x: Net<f64>,
-    pub y: Net<f64>,
+    pub x: Bicubic<f64>,
+    pub y: Bicubic<f64>,
 }
 
 impl Turned {
-    pub fn of(net: &Net<DVec2>, axis: DVec2, along: usize) -> Self {
-        let turned = Self { x: net.map(|point| axis.dot(point)), y: net.map(|point| axis.perp_dot(point)) };
+    pub fn of(bicubic: &Bicubic<DVec2>, axis: DVec2, along: usize) -> Self {
+        let turned =
+            Self { x: bicubic.map(|point| axis.dot(point)), y: bicubic.map(|point| axis.perp_dot(point)) };
         if along == 1 { turned } else { Self { x: turned.x.transposed(), y: turned.y.transposed() } }
     }
 
     /// With the greatest slope of the curve; `None` where the bounds are too wide to tell.
-    pub fn course(&self) -> Option<(Course, f64)> {
+    pub fn monotonicity(&self) -> Option<(Monotonicity, f64)> {
         let x = Slopes::of(&self.x);
         if x.q.0 <= 0.0 {
             return None;
@@ -39,19 +40,19 @@ impl Turned {
         let less = |a: Range, b: Range| a + b * -1.0;
         let determinant = less(x.p * y.q, y.p * x.q);
         if !determinant.has_zero() {
-            return Some((Course::Monotonic, steepest));
+            return Some((Monotonicity::Monotonic, steepest));
         }
         let (bent_x, bent_y) = (Bends::of(&self.x), Bends::of(&self.y));
         let change_p = less(bent_x.pp * y.q + x.p * bent_y.pq, bent_y.pp * x.q + y.p * bent_x.pq);
         let change_q = less(bent_x.pq * y.q + x.p * bent_y.qq, bent_y.pq * x.q + y.p * bent_x.qq);
         let change = less(change_p * x.q, change_q * x.p);
         if !change.has_zero() {
-            return Some((Course::Bent, steepest));
+            return Some((Monotonicity::Bent, steepest));
         }
-        // Near a cusp, where three places come together, the determinant changes much less along the curve
+        // Near a cusp, where three roots come together, the determinant changes much less along the curve
         // than across it.
         let most = 0.5 * change.0.abs().max(change.1.abs()) / x.q.0;
-        (most < 0.1 * (determinant.1 - determinant.0)).then_some((Course::Steady(most), steepest))
+        (most < 0.1 * (determinant.1 - determinant.0)).then_some((Monotonicity::Steady(most), steepest))
     }
 }
 
@@ -86,7 +87,7 @@ fn bound(factor: f64, coefficients: f64, differences: impl Iterator<Item = f64>)
 }
 
 impl Slopes {
-    fn of(Net(c): &Net<f64>) -> Self {
+    fn of(Bicubic(c): &Bicubic<f64>) -> Self {
         Self {
             p: bound(3.0, 2.0, pairs(3, 4).map(|(i, j)| c[i + 1][j] - c[i][j])),
             q: bound(3.0, 2.0, pairs(4, 3).map(|(i, j)| c[i][j + 1] - c[i][j])),
@@ -95,7 +96,7 @@ impl Slopes {
 }
 
 impl Bends {
-    fn of(Net(c): &Net<f64>) -> Self {
+    fn of(Bicubic(c): &Bicubic<f64>) -> Self {
         let second = |a: f64, b: f64, c: f64| (c - b) - (b - a);
         let mixed = |i: usize, j: usize| (c[i + 1][j + 1] - c[i + 1][j]) - (c[i][j + 1] - c[i][j]);
         Self {

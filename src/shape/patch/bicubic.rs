@@ -5,7 +5,7 @@ use std::array::from_fn;
 
 /// Coefficients over the unit square; the first index goes along u, the second along v.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Net<T>(pub [[T; 4]; 4]);
+pub struct Bicubic<T>(pub [[T; 4]; 4]);
 
 /// First and second derivatives.
 #[derive(Clone, Copy, Debug)]
@@ -17,9 +17,9 @@ pub struct Jet<T> {
     pub vv: T,
 }
 
-impl<T: Value> Net<T> {
-    pub fn map<S>(&self, function: impl Fn(T) -> S) -> Net<S> {
-        Net(self.0.map(|row| row.map(&function)))
+impl<T: Value> Bicubic<T> {
+    pub fn map<S>(&self, function: impl Fn(T) -> S) -> Bicubic<S> {
+        Bicubic(self.0.map(|row| row.map(&function)))
     }
 
     pub fn all(&self) -> impl Iterator<Item = T> + '_ {
@@ -63,8 +63,8 @@ impl<T: Value> Net<T> {
 
     /// Both halves along u (axis 0) or v (axis 1).
     pub fn halves(&self, axis: usize) -> [Self; 2] {
-        let halved = |net: &Self| {
-            let pairs = net.0.map(halves);
+        let halved = |bicubic: &Self| {
+            let pairs = bicubic.0.map(halves);
             [Self(pairs.map(|pair| pair[0])), Self(pairs.map(|pair| pair[1]))]
         };
         if axis == 1 { halved(self) } else { halved(&self.transposed()).map(|half| half.transposed()) }
@@ -84,51 +84,51 @@ fn halves<T: Value>([a, b, c, d]: [T; 4]) -> [[T; 4]; 2] {
 mod tests {
     use super::*;
 
-    fn bumpy() -> Net<f64> {
-        Net(from_fn(|i| from_fn(|j| (1.7 * i as f64 + 0.3).sin() * (2.3 * j as f64 - i as f64).cos())))
+    fn bumpy() -> Bicubic<f64> {
+        Bicubic(from_fn(|i| from_fn(|j| (1.7 * i as f64 + 0.3).sin() * (2.3 * j as f64 - i as f64).cos())))
     }
 
     /// Against the sum of Bernstein polynomials, and derivatives against differences.
     #[test]
     fn values_and_derivatives() {
-        let net = bumpy();
+        let bicubic = bumpy();
         let bernstein =
             |i: usize, u: f64| [1.0, 3.0, 3.0, 1.0][i] * u.powi(i as i32) * (1.0 - u).powi(3 - i as i32);
         for (u, v) in [(0.0, 0.0), (0.25, 0.75), (1.0, 0.5), (0.6, 1.0), (-0.2, 1.3)] {
             let mut sum = 0.0;
-            for (i, row) in net.0.iter().enumerate() {
+            for (i, row) in bicubic.0.iter().enumerate() {
                 for (j, value) in row.iter().enumerate() {
                     sum += bernstein(i, u) * bernstein(j, v) * value;
                 }
             }
             let near =
                 |a: f64, b: f64, tolerance: f64| assert!((a - b).abs() < tolerance, "{u} {v}: {a} {b}");
-            near(net.value([u, v]), sum, 1e-13);
-            let (jet, h) = (net.jet([u, v]), 1e-4);
-            let at = |a: f64, b: f64| net.value([u + a * h, v + b * h]);
-            near(net.value([u, v]), sum, 1e-13);
+            near(bicubic.value([u, v]), sum, 1e-13);
+            let (jet, h) = (bicubic.jet([u, v]), 1e-4);
+            let at = |a: f64, b: f64| bicubic.value([u + a * h, v + b * h]);
+            near(bicubic.value([u, v]), sum, 1e-13);
             near(jet.u, (at(1.0, 0.0) - at(-1.0, 0.0)) / (2.0 * h), 1e-6);
             near(jet.v, (at(0.0, 1.0) - at(0.0, -1.0)) / (2.0 * h), 1e-6);
             near(jet.uu, (at(1.0, 0.0) + at(-1.0, 0.0) - 2.0 * sum) / (h * h), 1e-5);
             near(jet.vv, (at(0.0, 1.0) + at(0.0, -1.0) - 2.0 * sum) / (h * h), 1e-5);
             let mixed = at(1.0, 1.0) + at(-1.0, -1.0) - at(1.0, -1.0) - at(-1.0, 1.0);
             near(jet.uv, mixed / (4.0 * h * h), 1e-5);
-            assert_eq!(net.slopes([u, v]), [jet.u, jet.v]);
+            assert_eq!(bicubic.slopes([u, v]), [jet.u, jet.v]);
         }
     }
 
     #[test]
     fn parts_are_parts() {
-        let net = bumpy();
-        let part = net.part([[0.25, 0.5], [-0.5, 1.5]]);
-        let [_, upper] = net.halves(0);
-        let [left, _] = net.halves(1);
+        let bicubic = bumpy();
+        let part = bicubic.part([[0.25, 0.5], [-0.5, 1.5]]);
+        let [_, upper] = bicubic.halves(0);
+        let [left, _] = bicubic.halves(1);
         for (u, v) in [(0.0, 0.0), (0.25, 0.75), (1.0, 0.5), (0.6, 1.0)] {
             let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-13, "{u} {v}: {a} {b}");
-            near(part.value([u, v]), net.value([0.25 + 0.25 * u, 2.0 * v - 0.5]));
-            near(upper.value([u, v]), net.value([0.5 + 0.5 * u, v]));
-            near(left.value([u, v]), net.value([u, 0.5 * v]));
-            near(net.transposed().value([u, v]), net.value([v, u]));
+            near(part.value([u, v]), bicubic.value([0.25 + 0.25 * u, 2.0 * v - 0.5]));
+            near(upper.value([u, v]), bicubic.value([0.5 + 0.5 * u, v]));
+            near(left.value([u, v]), bicubic.value([u, 0.5 * v]));
+            near(bicubic.transposed().value([u, v]), bicubic.value([v, u]));
         }
     }
 }
