@@ -146,9 +146,9 @@ impl StudyProgress {
         let lines = (!quiet && !terminal).then(|| {
             let bar = bar.clone();
             Pulse::new(move || {
-                let share = bar.position() as f64 / bar.length().unwrap_or(0).max(1) as f64;
+                let fraction = bar.position() as f64 / bar.length().unwrap_or(0).max(1) as f64;
                 let under_way = bar.message();
-                format!("{:3.0} %  {under_way}  {}", 100.0 * share, time_left(&bar, started))
+                format!("{:3.0} %  {under_way}  {}", 100.0 * fraction, time_left(&bar, started))
             })
         });
         Self { bar, lines, started, never: AtomicBool::new(false), stop, told: AtomicBool::new(false) }
@@ -212,8 +212,8 @@ impl Progress for StudyProgress {
 }
 
 /// Three significant digits.
-pub fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
+pub fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
     let digits = (2.0 - percent.abs().max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{percent:.digits$} %")
 }

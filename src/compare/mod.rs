@@ -170,7 +170,7 @@ impl Comparison {
             sidak_corrected(tests.iter().map(|&tests| p(tests)).fold(1.0, f64::min), tests.len())
         };
         let largest =
-            |share: fn(&Tests) -> f64| tests.iter().map(|&tests| share(tests)).fold(f64::NAN, f64::max);
+            |fraction: fn(&Tests) -> f64| tests.iter().map(|&tests| fraction(tests)).fold(f64::NAN, f64::max);
         let parts = [smallest(|t| t.p_mean), smallest(|t| t.p_tiles), smallest(|t| t.p_pixels)];
         let [p_mean, p_tiles, p_pixels] = parts;
         Some(Verdict {
@@ -240,7 +240,7 @@ fn notes(comparison: &Comparison, pair: &Pair, sides: [&[Channels]; 2]) -> Vec<S
             let same = |name: &str| a.attribute(name).is_some_and(|value| b.attribute(name) == Some(value));
             if ["abbe.sceneHash", "abbe.seed", "abbe.sampler"].iter().all(|name| same(name)) {
                 notes.push(format!(
-                    "{first} and {second} are renders of one scene with one seed: they share their noise, so the tests \
+                    "{first} and {second} are renders of one scene with one seed: they fraction their noise, so the tests \
                      say little"
                 ));
             }

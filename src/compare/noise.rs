@@ -294,7 +294,7 @@ mod tests {
             alarms[0] += u32::from(tests.p_mean < 0.05);
             alarms[1] += u32::from(tests.p_tiles < 0.05);
         }
-        // Four standard errors of a share of 200 trials above 5 %: 11 %. Pixels taken as independent would
+        // Four standard errors of a fraction of 200 trials above 5 %: 11 %. Pixels taken as independent would
         // raise one in half of the trials.
         for count in alarms {
             assert!(f64::from(count) / f64::from(trials) < 0.11, "{alarms:?}");

@@ -11,7 +11,7 @@ use super::{Extent, Film, FixedPoint, Measured, Region, WEIGHT};
 pub enum Quantity {
     /// Σ wᵢ·XYZᵢ for three weights.
     Combined([f64; 3]),
-    /// The share of the samples that meet something.
+    /// The fraction of the samples that meet something.
     Alpha,
     /// The integral of the spectral radiance over a response of the sensor.
     Response(usize),

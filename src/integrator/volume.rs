@@ -6,7 +6,7 @@
 //! et al., "Hero Wavelength Spectral Sampling", EGSR 2014; Miller, Georgiev, Jarosz, "A null-scattering path
 //! integral formulation of light transport", ACM TOG 38(4), 2019).
 //!
-//! A light sample passes media with their transmittance, and surfaces that let light pass straight. The same
+//! A light sample passes media with their transmittance, and surfaces with null transmission. The same
 //! light is found by scattering only if the path flies through all of that: the probability counts in the
 //! weight of the two.
 
@@ -127,13 +127,14 @@ impl<const C: usize> Path<C> {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        let Passage { share, flown } = scene.passage(&sample.shadow_ray, self.time, media, wavelengths);
-        if share.is_zero() {
+        let Passage { transmittance, flown } =
+            scene.passage(&sample.shadow_ray, self.time, media, wavelengths);
+        if transmittance.is_zero() {
             return Sampled::ZERO;
         }
         let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
             (self.ratio * value.density * flown).sum()
         });
-        self.throughput * value.f_cos * sample.radiance * weight * share
+        self.throughput * value.f_cos * sample.radiance * weight * transmittance
     }
 }

@@ -49,11 +49,11 @@ pub fn radiance<const C: usize>(
             alpha_hit = true;
             throughput *= scattering.albedo(position, &hero.nm).hero();
             let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(vertex));
-            let chance = throughput.min(LIKELIEST);
-            if vertex + 1 >= scene.limits.max_depth || survival >= chance {
+            let survival_probability = throughput.min(LIKELIEST);
+            if vertex + 1 >= scene.limits.max_depth || survival >= survival_probability {
                 break;
             }
-            throughput /= chance;
+            throughput /= survival_probability;
             media.here = around;
             let sample = scattering.phase.sample(ray.direction, position, [u, v, choice]);
             ray = Ray::new(position, sample.direction);
@@ -88,11 +88,11 @@ pub fn radiance<const C: usize>(
             scene.pass_through(&hit, direction, &mut media);
         }
         throughput *= scatter.weight.hero();
-        let chance = throughput.min(LIKELIEST);
-        if survival >= chance {
+        let survival_probability = throughput.min(LIKELIEST);
+        if survival >= survival_probability {
             break;
         }
-        throughput /= chance;
+        throughput /= survival_probability;
         ray = hit.point.ray(direction);
     }
     RadianceSample { radiance: Sampled::hero_alone(arriving), alpha_hit }

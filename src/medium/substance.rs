@@ -31,7 +31,7 @@ pub enum Extinction {
 /// How a medium scatters.
 #[derive(Clone, Debug)]
 pub struct Scattering {
-    /// The share of the extinction that is scattered, from 0 to 1.
+    /// The fraction of the extinction that is scattered, from 0 to 1.
     pub albedo: Texture,
     pub phase: Phase,
 }

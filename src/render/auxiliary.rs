@@ -181,7 +181,7 @@ impl FirstHit<'_> {
         frame.z * frame.x.cross(frame.y).dot(frame.z).signum()
     }
 
-    /// The colour of the share of light from all around that is sent toward the eye, `C` wavelengths at a
+    /// The colour of the fraction of light from all around that is sent toward the eye, `C` wavelengths at a
     /// time, of which each is the hero in its turn.
     fn albedo<const C: usize>(&self, white: &White) -> [f64; 3] {
         let [u, v, lobe, turn] = self.stream.draw(Dimensions::Scattering(0));
@@ -196,10 +196,10 @@ impl FirstHit<'_> {
             let Some(scatter) = shading.sample(lobe, [u, v]) else { continue };
             // Radiance is compressed on its way into glass; of light nothing is lost.
             let index = shading.index_beyond().filter(|_| scatter.transmitted).unwrap_or(1.0);
-            let share = scatter.weight * (index * index * C as f64 / scatter.ratio.sum());
+            let fraction = scatter.weight * (index * index * C as f64 / scatter.ratio.sum());
             for lane in 0..C {
                 for (sum, weight) in colour.iter_mut().zip(node(lane).weight) {
-                    *sum += weight * share[lane];
+                    *sum += weight * fraction[lane];
                 }
             }
         }

@@ -96,13 +96,13 @@ impl<'a> LightPass<'a> {
                 admit(&mut radiance, bad);
                 let [columns, rows] = filter.reached(place);
                 for [x, y] in rows.flat_map(|y| columns.clone().map(move |x| [x, y])) {
-                    let share = filter.at([x, y], place);
+                    let fraction = filter.at([x, y], place);
                     if let Some(measured) = self.exposure.extent.measured.within([x, y])
-                        && share != 0.0
+                        && fraction != 0.0
                     {
                         sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));
                         for (channel, value) in self.exposure.contributions(&radiance, &wavelengths) {
-                            sums.add(0, 0, channel, value * share, light_scale);
+                            sums.add(0, 0, channel, value * fraction, light_scale);
                         }
                         exposed.push((measured, sums.take()));
                     }

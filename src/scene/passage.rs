@@ -1,4 +1,4 @@
-//! How much light gets from one place to another: through media, and past surfaces that let it pass straight.
+//! Transmittance between two points: through media, and through surfaces with null transmission.
 
 use super::coincident::InterfaceEvent;
 use super::scene::Scene;
@@ -6,11 +6,11 @@ use crate::geometry::Ray;
 use crate::medium::{Media, Medium, MediumStack};
 use crate::spectrum::{Sampled, Wavelengths};
 
-/// What gets along a ray.
+/// Transmission along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Passage<const C: usize> {
-    /// The share of the light.
-    pub share: Sampled<C>,
+    /// The fraction of the light that gets through.
+    pub transmittance: Sampled<C>,
     /// The probability with which a path that goes the same way passes all media that scatter, for each
     /// wavelength as its hero.
     pub flown: Sampled<C>,
@@ -22,8 +22,8 @@ impl Scene {
         self.media[media.medium(&self.bodies)? as usize].as_ref()
     }
 
-    /// The share that what surrounds a ray lets through from its beginning to its end; `None` where that is
-    /// nothing.
+    /// Transmittance of the medium that surrounds a ray, from its beginning to its end. `None` where there is
+    /// no medium.
     pub fn transmittance<const C: usize>(
         &self,
         media: &MediumStack,
@@ -36,9 +36,8 @@ impl Scene {
         Some(transmittance(self.medium(media)?, segment, wavelengths))
     }
 
-    /// The share of light that gets along a ray that begins in `media`: through media, and through surfaces
-    /// that let light pass straight where the scene has shadow rays go on through them. Zero where anything
-    /// is in the way.
+    /// Transmittance along a ray that begins in `media`: that of the media, and of surfaces with null
+    /// transmission where the scene has transparent shadows. Zero where an opaque surface is in the way.
     pub fn visibility<const C: usize>(
         &self,
         ray: &Ray,
@@ -46,10 +45,10 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows).share
+        self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows).transmittance
     }
 
-    /// The same, with the part that media which scatter have in it.
+    /// The same, with the probability of passing the media that scatter.
     pub fn passage<const C: usize>(
         &self,
         ray: &Ray,
@@ -60,7 +59,7 @@ impl Scene {
         self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows)
     }
 
-    /// The share of light where every surface is in the way.
+    /// Transmittance where every surface blocks light.
     pub fn transmittance_between_surfaces<const C: usize>(
         &self,
         ray: &Ray,
@@ -68,7 +67,7 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        self.transmission(ray, time, media, wavelengths, false).share
+        self.transmission(ray, time, media, wavelengths, false).transmittance
     }
 
     #[inline(always)]
@@ -80,15 +79,15 @@ impl Scene {
         wavelengths: &Wavelengths<C>,
         transparent_shadows: bool,
     ) -> Passage<C> {
-        let none = Passage { share: Sampled::ZERO, flown: Sampled::ZERO };
-        let mut passage = Passage { share: Sampled::ONE, flown: Sampled::ONE };
+        let none = Passage { transmittance: Sampled::ZERO, flown: Sampled::ZERO };
+        let mut passage = Passage { transmittance: Sampled::ONE, flown: Sampled::ONE };
         let within = |passage: &mut Passage<C>, media: &MediumStack, segment: &Ray| {
             if !self.features.absorption {
                 return;
             }
             let Some(medium) = self.medium(media) else { return };
             let part = transmittance(medium, segment, wavelengths);
-            passage.share *= part;
+            passage.transmittance *= part;
             if medium.scattering.is_some() {
                 passage.flown *= part;
             }
@@ -120,14 +119,14 @@ impl Scene {
                     let exterior = self.exterior(&hit, &media);
                     let at = self.shading_point(&hit);
                     let toward_eye = -ray.direction;
-                    passage.share *= self.materials.null_transmittance(
+                    passage.transmittance *= self.materials.null_transmittance(
                         surface.material,
                         &at,
                         toward_eye,
                         &wavelengths.nm,
                         exterior,
                     );
-                    if passage.share.is_zero() {
+                    if passage.transmittance.is_zero() {
                         return none;
                     }
                     within(&mut passage, &media.here, &before);
@@ -146,7 +145,7 @@ impl Scene {
     }
 }
 
-/// The share that a medium lets through along a ray (Beer and Lambert).
+/// Transmittance of a medium along a ray (Beer and Lambert).
 pub(super) fn transmittance<const C: usize>(
     medium: &Medium,
     segment: &Ray,

@@ -67,7 +67,7 @@ impl Shape {
     }
 }
 
-/// The share of a sphere's area that lies up to an angle from its pole, over π.
+/// The fraction of a sphere's area that lies up to an angle from its pole, over π.
 fn height_of_angle(down: f64) -> f64 {
     (0.5 * PI * down).sin().powi(2)
 }

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 /// otherwise.
 pub const MOST_SAMPLES: u32 = 1 << 20;
 
-/// Largest share of the time that checkpoints take, as one over it.
+/// Largest fraction of the time that checkpoints take, as one over it.
 const RARELY: u32 = 20;
 
 /// Options of renders that take long.

@@ -54,7 +54,7 @@ fn shapes() -> Vec<(&'static str, Shape)> {
 }
 
 /// The irradiance by light samples, each weighed by the density that the point met is given, and by
-/// directions from anywhere; and the density's integral is the share of samples that succeed.
+/// directions from anywhere; and the density's integral is the fraction of samples that succeed.
 #[test]
 fn light_samples_bring_all_the_light_with_the_density_that_a_ray_finds() {
     let (shapes, textures) = (shapes(), textures());

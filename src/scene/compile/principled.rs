@@ -45,7 +45,7 @@ fn extent(base: &PrincipledBase, thin: bool, eta: f64) -> Extent {
     Extent { thin, eta, roughness, anisotropic, gloss: Some(0.0) }
 }
 
-/// A share that is the same all over a surface.
+/// A parameter that is the same all over a surface.
 fn fraction(source: &SpectrumSource) -> Option<f64> {
     source.constant().map(|fraction| fraction.clamp(0.0, 1.0))
 }

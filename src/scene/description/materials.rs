@@ -77,12 +77,12 @@ pub enum BsdfKind {
     },
     /// Lets everything pass, as if there were no surface.
     Null,
-    /// A surface with holes: light passes through the share 1 − `opacity`.
+    /// A surface with holes: light passes through the fraction 1 − `opacity`.
     Mask {
         opacity: SpectrumSource,
         nested: Arc<Bsdf>,
     },
-    /// The second BSDF by a share of `weight`, the first by the rest.
+    /// The second BSDF by a fraction of `weight`, the first by the rest.
     Blend {
         weight: SpectrumSource,
         nested: [Arc<Bsdf>; 2],

@@ -160,8 +160,8 @@ impl Near {
         let jet = seen.jet(root.at);
         let change_u = jet.uu.perp_dot(jet.v) + jet.u.perp_dot(jet.uv);
         let change_v = jet.uv.perp_dot(jet.v) + jet.u.perp_dot(jet.vv);
-        let share = noise / (NOISE * patch.reach);
-        let change = share * (change_u.abs() * root.spread[0] + change_v.abs() * root.spread[1]);
+        let fraction = noise / (NOISE * patch.reach);
+        let change = fraction * (change_u.abs() * root.spread[0] + change_v.abs() * root.spread[1]);
         let settled = change <= 0.25 * root.determinant.abs();
         let t = self.shift + ahead;
         let rounding = 2.0 * f64::EPSILON * (t.abs() + ahead.abs());

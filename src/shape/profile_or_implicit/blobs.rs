@@ -47,10 +47,10 @@ impl Kernel {
         }
     }
 
-    /// Where the value is at most this share of that in the centre, as a fraction of the radius.
-    fn extent(self, share: f64) -> f64 {
+    /// Where the value is at most this fraction of that in the centre, as a fraction of the radius.
+    fn extent(self, fraction: f64) -> f64 {
         match self {
-            Self::Gaussian => (-share.min(1.0).ln() / 4.0).sqrt(),
+            Self::Gaussian => (-fraction.min(1.0).ln() / 4.0).sqrt(),
             Self::Metaball | Self::Soft => 1.0,
         }
     }
@@ -90,11 +90,11 @@ impl Blobs {
         if !(finite && threshold > 0.0 && threshold.is_finite()) {
             return Err(ShapeError::Threshold);
         }
-        // Where each is below its share of the threshold there is nothing.
-        let share = threshold / blobs.len() as f64;
+        // Where each is below its fraction of the threshold there is nothing.
+        let fraction = threshold / blobs.len() as f64;
         let mut around = Bounds::EMPTY;
         for blob in blobs.iter().filter(|blob| blob.strength > 0.0) {
-            let reach = Vec3::splat(blob.radius * kernel.extent(share / blob.strength));
+            let reach = Vec3::splat(blob.radius * kernel.extent(fraction / blob.strength));
             around = around.including(blob.centre - reach).including(blob.centre + reach);
         }
         if around.is_empty() {

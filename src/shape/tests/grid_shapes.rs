@@ -24,7 +24,7 @@ pub struct Tally {
     /// Crossings without a bound on their error.
     pub unbounded: usize,
     /// The largest error over its bound, and over t.
-    pub share: f64,
+    pub fraction: f64,
     pub relative: f64,
 }
 
@@ -58,7 +58,7 @@ impl Tally {
                 for (crossing, exact) in found.iter().zip(&crossings) {
                     let off = (Doubled::from(crossing.hit.t) - exact.t).high.abs();
                     self.unbounded += usize::from(crossing.error.is_infinite());
-                    self.share = self.share.max(off / crossing.error);
+                    self.fraction = self.fraction.max(off / crossing.error);
                     if crossing.error < 1e-9 * crossing.hit.t.abs() {
                         self.relative = self.relative.max(off / crossing.hit.t.abs());
                     }

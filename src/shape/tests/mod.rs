@@ -135,7 +135,7 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
 }
 
 /// Whether its points are those of chords, or are chosen among others, so that some `u` have none.
-fn by_chords(shape: &Shape) -> bool {
+fn by_random_lines(shape: &Shape) -> bool {
     match shape {
         Shape::Quadric(_) | Shape::Patches(_) | Shape::SweptSphere(_) => true,
         Shape::ProfileOrImplicit(inner) => inner.is_curved(),

@@ -132,9 +132,9 @@ impl Findings<'_> {
         series
             .iter()
             .filter_map(|series| {
-                let share = budget / seconds(series)?;
+                let fraction = budget / seconds(series)?;
                 let id = RunId {
-                    samples_per_pixel: ((f64::from(shown) * share).round() as u32).max(1),
+                    samples_per_pixel: ((f64::from(shown) * fraction).round() as u32).max(1),
                     ..series.at(shown)?.id.clone()
                 };
                 let (case, reference) = (self.cases.get(series.case)?, self.references.get(series.case)?);
@@ -198,8 +198,8 @@ fn superscript(c: char) -> char {
     "-0123456789".find(c).and_then(|at| "⁻⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(at)).unwrap_or(c)
 }
 
-fn percent(share: f64) -> String {
-    if share.is_finite() { format!("{} %", short(100.0 * share)) } else { "–".to_owned() }
+fn percent(fraction: f64) -> String {
+    if fraction.is_finite() { format!("{} %", short(100.0 * fraction)) } else { "–".to_owned() }
 }
 
 /// `−0.50 ± 0.02`.

@@ -10,13 +10,13 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 pub(super) fn mask(query: &Query<'_>) -> Option<BsdfKind> {
-    let opacity = spectra::read_or(query, "opacity", Use::Share, 0.5);
+    let opacity = spectra::read_or(query, "opacity", Use::Weight, 0.5);
     let [nested] = held(query)?;
     Some(BsdfKind::Mask { opacity, nested })
 }
 
 pub(super) fn blend(query: &Query<'_>) -> Option<BsdfKind> {
-    let weight = required(query, "weight", spectra::read(query, "weight", Use::Share));
+    let weight = required(query, "weight", spectra::read(query, "weight", Use::Weight));
     let nested = held(query)?;
     Some(BsdfKind::Blend { weight: weight?, nested })
 }
