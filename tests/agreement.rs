@@ -26,7 +26,8 @@ struct Case {
 const CASES: [Case; 17] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384, walk_block: 1 },
     Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1 },
-    // What is seen through one body and lit through another is found seldom, by the walk never in some pixels: there it knows no error.
+    // What is seen through one body and lit through another is found seldom, by the walk never in some pixels: there it knows no
+    // error.
     Case { name: "dispersion", samples: 16_384, walk_samples: 65_536, walk_block: 4 },
     Case { name: "frosted", samples: 2048, walk_samples: 4096, walk_block: 1 },
     Case { name: "absorption", samples: 1024, walk_samples: 4096, walk_block: 1 },
@@ -50,7 +51,7 @@ fn load(case: &Case, integrator: &str) -> Scene {
     scene(&file, &[("integrator", integrator)], WavelengthRange::VISIBLE)
 }
 
-/// The mean over some pixels, with an error that holds what a filter and light paths make them have in
+/// The mean over some pixels, with an error that holds what a filter and light subpaths make them have in
 /// common.
 fn mean_over(film: &Film, pixels: impl IntoIterator<Item = (u32, u32)>, weights: [f64; 3]) -> Estimate {
     let Measured { mean, error } = film.mean_over(pixels, Quantity::Combined(weights));
@@ -171,12 +172,12 @@ fn contact() {
     assert_same("contact, path and volpath", &path, &volpath, 1);
 }
 
-/// Light paths find what chance finds, and are what finds it.
+/// Light subpaths find what chance finds, and are what finds it.
 #[test]
 fn caustics() {
     agrees("caustics");
     let case = CASES.iter().find(|case| case.name == "caustics").unwrap();
-    assert!(load(case, "path").needs().light_paths && !load(case, "walk").needs().light_paths);
+    assert!(load(case, "path").features().light_tracing && !load(case, "walk").features().light_tracing);
 }
 
 #[test]
@@ -184,12 +185,12 @@ fn lamps() {
     agrees("lamps");
 }
 
-/// Light paths go on where they have been scattered, and share with paths from the camera what both find.
+/// Light subpaths go on where they have been scattered, and share with paths from the camera what both find.
 #[test]
 fn chamber() {
     agrees("chamber");
     let case = CASES.iter().find(|case| case.name == "chamber").unwrap();
-    assert!(load(case, "path").needs().light_paths);
+    assert!(load(case, "path").features().light_tracing);
 }
 
 /// Media that scatter: the walk tracks them with null collisions, and knows nothing of densities of distances.
@@ -208,20 +209,20 @@ fn smoke() {
 fn media_agree(name: &str) {
     agrees(name);
     let case = CASES.iter().find(|case| case.name == name).unwrap();
-    assert!(load(case, "path").needs().scattering);
+    assert!(load(case, "path").features().scattering);
     let [path, volpath] = ["path", "volpath"].map(|integrator| {
         expose(&load(case, integrator), &settings(case.samples, WavelengthCount::Four, 21))
     });
     assert_same(&format!("{name}, path and volpath"), &path, &volpath, 1);
 }
 
-/// All that light samples lose in its shadow comes back on light paths.
+/// All that light samples lose in its shadow comes back on light subpaths.
 #[test]
 fn a_ball_of_air_casts_no_shadow() {
     let with = |height: &str| {
         scene("tests/scenes/agreement/air.xml", &[("height", height)], WavelengthRange::VISIBLE)
     };
-    assert!(with("1").needs().light_paths);
+    assert!(with("1").features().light_tracing);
     let films = ["1", "-2"].map(|height| expose(&with(height), &settings(1024, WavelengthCount::Four, 3)));
     assert_same("a ball of air and none", &films[0], &films[1], 1);
 }

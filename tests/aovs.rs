@@ -1,7 +1,7 @@
 //! Images of what the camera sees first: what each of them shows, in scenes where that is known.
 
 use abbe::film::Film;
-use abbe::render::{Auxiliary, Schedule, Settings, Unwatched, WavelengthCount, auxiliary, render};
+use abbe::render::{Auxiliary, NoProgress, Schedule, Settings, WavelengthCount, auxiliary, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::description::{Aov, AovKind};
 use abbe::scene::{CompileOptions, Description, ReadOptions, Scene, compile, read_str};
@@ -65,7 +65,7 @@ fn the_albedo_of_white_is_white_and_has_no_noise_of_wavelengths() {
     }
 }
 
-/// A coat on a matt base reflects by the one or the other: the error says how sure the mean is.
+/// A coat on a diffuse base reflects by the one or the other: the error says how sure the mean is.
 #[test]
 fn the_albedo_of_a_coated_surface_has_error_bars_that_hold_it() {
     let bsdf = r#"<bsdf type="roughplastic"><spectrum name="diffuse_reflectance" value="0.5"/></bsdf>"#;
@@ -189,7 +189,7 @@ fn film(scene: &Scene, samples: u32, seed: u64) -> Film {
         estimator: abbe::integrator::Estimator::Plain,
         bins: None,
     };
-    let film = render(scene, &settings, &Unwatched::new());
+    let film = render(scene, &settings, &NoProgress::new());
     assert_eq!(film.bad.total(), 0, "{:?}", film.bad);
     film
 }

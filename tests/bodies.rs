@@ -3,7 +3,7 @@
 mod common;
 
 use abbe::render::WavelengthCount;
-use abbe::scene::{CompileOptions, Needs, ReadOptions, Scene, compile, read_str};
+use abbe::scene::{CompileOptions, Features, ReadOptions, Scene, compile, read_str};
 use common::{expose, mean_over_pixels, settings};
 use std::path::Path;
 
@@ -245,7 +245,7 @@ fn overlapping_balls_under_a_lamp_are_what_a_random_walk_finds() {
     let ((path, path_error), (walk, walk_error)) = (measure("path", 2048), measure("walk", 16384));
     println!("path {path} ± {path_error}, walk {walk} ± {walk_error}");
     assert!((path - walk).abs() < 4.0 * path_error.hypot(walk_error), "{path} {walk}");
-    assert!(!lit("path").needs().light_paths);
+    assert!(!lit("path").features().light_tracing);
 }
 
 /// Closed glass whose normals point inward is told of, with what mends it; what is open or a cavity is not.
@@ -306,7 +306,7 @@ fn closed_glass_that_faces_inward_is_told_of() {
             assert!(found.len() == 1 && found[0].contains("leave flip_normals out"), "{format}: {found:?}");
             assert_eq!(told("outward", mirror).len(), 1, "{format}");
         }
-        assert_eq!(told(&mesh("inward", format, "")).len(), 0, "nothing gets into what is matt");
+        assert_eq!(told(&mesh("inward", format, "")).len(), 0, "nothing gets into what is diffuse");
         assert_eq!(told(&mesh("inward", format, r#"<bsdf type="thindielectric"/>"#)).len(), 0);
     }
     let flipped = glass(1.5) + flip;
@@ -321,9 +321,10 @@ fn closed_glass_that_faces_inward_is_told_of() {
 /// What surely lies apart is rendered as if nothing could overlap.
 #[test]
 fn bodies_that_lie_apart_need_no_precedence() {
-    let needs = |content: &str| -> Needs { scene(&format!("{}{SKY}{content}", camera(SIDES[0]))).needs() };
-    let is_plain = |needs: Needs| !needs.precedence && !needs.contact && !needs.medium_stack;
-    assert!(is_plain(needs(&ball(0.0, 1.0, &glass(1.5)))));
-    assert!(is_plain(needs(&(ball(0.0, 1.0, &glass(1.5)) + &ball(2.5, 1.0, &glass(1.5))))));
-    assert!(needs(&pair(&glass(1.5), &glass(1.5))).precedence);
+    let features =
+        |content: &str| -> Features { scene(&format!("{}{SKY}{content}", camera(SIDES[0]))).features() };
+    let is_plain = |features: Features| !features.precedence && !features.contact && !features.medium_stack;
+    assert!(is_plain(features(&ball(0.0, 1.0, &glass(1.5)))));
+    assert!(is_plain(features(&(ball(0.0, 1.0, &glass(1.5)) + &ball(2.5, 1.0, &glass(1.5))))));
+    assert!(features(&pair(&glass(1.5), &glass(1.5))).precedence);
 }

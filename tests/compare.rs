@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::slice::from_ref;
 
-/// A matt floor under a lamp, seen past its edge: penumbra, interreflection and nothing rare.
+/// A diffuse floor under a lamp, seen past its edge: penumbra, interreflection and nothing rare.
 const SCENE: &str = r#"<scene version="3.0.0">
     <default name="power" value="1"/>
     <integrator type="path"><integer name="max_depth" value="4"/></integrator>

@@ -266,7 +266,7 @@ fn a_sensor_in_glass_sees_what_glass_lets_through() {
                 <float name="albedo" value="0"/></medium></shape>
             <emitter type="constant"><spectrum name="radiance" value="1"/></emitter>"#
         ));
-        assert!(scene.needs().sensor_within);
+        assert!(scene.features().sensor_within);
         let reflectance = f64::powi((index - 1.0) / (index + 1.0), 2);
         let through = f64::exp(-absorption);
         let expected =
@@ -313,11 +313,11 @@ fn scenes_that_touch_nothing_need_nothing() {
             r#"<shape type="sphere"><point name="center" x="{x}" y="0" z="0"/><bsdf type="dielectric"/></shape>"#
         )
     };
-    let needs = |content: &str| {
-        let needs = scene(&format!(r#"<sensor type="perspective"><transform name="to_world"><translate z="-9"/></transform></sensor>{content}"#)).needs();
-        [needs.contact, needs.precedence, needs.sensor_within, needs.medium_stack]
+    let features = |content: &str| {
+        let features = scene(&format!(r#"<sensor type="perspective"><transform name="to_world"><translate z="-9"/></transform></sensor>{content}"#)).features();
+        [features.contact, features.precedence, features.sensor_within, features.medium_stack]
     };
-    assert_eq!(needs(&(ball(0.0) + &ball(2.5))), [false; 4]);
-    assert_eq!(needs(&(ball(0.0) + &ball(2.0))), [true, false, false, true]);
-    assert_eq!(needs(&(ball(0.0) + r#"<shape type="rectangle"/>"#)), [true, false, false, true]);
+    assert_eq!(features(&(ball(0.0) + &ball(2.5))), [false; 4]);
+    assert_eq!(features(&(ball(0.0) + &ball(2.0))), [true, false, false, true]);
+    assert_eq!(features(&(ball(0.0) + r#"<shape type="rectangle"/>"#)), [true, false, false, true]);
 }

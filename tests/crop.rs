@@ -89,7 +89,7 @@ fn scene(film: &str, bsdf: &str) -> String {
 }
 
 const GLASS: &str = r#"<bsdf type="dielectric"/>"#;
-const MATT: &str = r#"<bsdf type="diffuse"/>"#;
+const DIFFUSE: &str = r#"<bsdf type="diffuse"/>"#;
 
 fn is_each_part_of_the_whole(name: &str, scene: &str, arguments: &[&str]) {
     let folder = Folder::new(name);
@@ -113,13 +113,13 @@ fn a_part_holds_the_bits_of_the_whole() {
         <integer name="crop_offset_y" value="0"/><integer name="crop_height" value="30"/>
         <boolean name="sample_border" value="true"/>"#;
     for (name, film, bsdf, arguments) in [
-        ("box", film("box", ""), MATT, &["--spp=16", "--aov=albedo,sh_normal,depth"][..]),
-        ("gaussian", film("gaussian", ""), MATT, &["--spp=16", "--sampler=bluenoise"]),
+        ("box", film("box", ""), DIFFUSE, &["--spp=16", "--aov=albedo,sh_normal,depth"][..]),
+        ("gaussian", film("gaussian", ""), DIFFUSE, &["--spp=16", "--sampler=bluenoise"]),
         ("caustic", film("gaussian", ""), GLASS, &["--spp=32", "--spectral=4"]),
-        ("alpha", film("mitchell", alpha), MATT, &["--spp=12", "--sampler=jittered"]),
+        ("alpha", film("mitchell", alpha), DIFFUSE, &["--spp=12", "--sampler=jittered"]),
         ("border", film("lanczos", window), GLASS, &["--spp=8", "--sampler=independent", "--seed=3"]),
         // Enough samples for a pilot, which must find the same in each part.
-        ("pilot", film("box", ""), MATT, &["--spp=512"]),
+        ("pilot", film("box", ""), DIFFUSE, &["--spp=512"]),
         ("poisson", film("tent", ""), GLASS, &["--spp=8", "--sampler=poisson", "--wavelengths=1"]),
     ] {
         is_each_part_of_the_whole(name, &scene(&film, bsdf), arguments);
@@ -198,7 +198,7 @@ fn parts_of_one_film_do_not_share_their_noise() {
     };
     // No smooth surface and the same light everywhere: what differs is noise.
     let even = |film: &str| {
-        scene(film, MATT)
+        scene(film, DIFFUSE)
             .replace("<float name=\"fov\" value=\"40\"/>", "<float name=\"fov\" value=\"0.01\"/>")
     };
     let residuals = |scene: &str| {
@@ -220,7 +220,7 @@ fn parts_of_one_film_do_not_share_their_noise() {
 fn the_longest_path_is_that_of_the_command_line() {
     let folder = Folder::new("depth");
     let path = |integrator: &str| {
-        scene("", MATT)
+        scene("", DIFFUSE)
             .replace("<integrator type=\"path\"/>", &format!("<integrator type={integrator}</integrator>"))
     };
     let deep = path("\"path\">");
@@ -234,7 +234,7 @@ fn the_longest_path_is_that_of_the_command_line() {
 #[test]
 fn the_file_says_which_part_it_is() {
     let folder = Folder::new("windows");
-    folder.render(&scene("", MATT), &["--spp=1", "--crop=17,13,23,17"]);
+    folder.render(&scene("", DIFFUSE), &["--spp=1", "--crop=17,13,23,17"]);
     let bytes = std::fs::read(Path::new(&folder.0).join("x.exr")).expect("the file is there");
     let window = |name: &str| -> [i32; 4] {
         let name = format!("{name}\0box2i\0");

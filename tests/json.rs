@@ -1,7 +1,7 @@
 //! `abbe info --json` writes scene files: they mean the same as what they were made from, to the last bit.
 
 use abbe::integrator::Estimator;
-use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
+use abbe::render::{NoProgress, Schedule, Settings, WavelengthCount, render};
 use abbe::scene::{CompileOptions, Description, ReadOptions, Scene, compile, json, read, read_str};
 use std::path::{Path, PathBuf};
 
@@ -31,7 +31,7 @@ fn compiled(description: &Description) -> Scene {
 
 /// The scene as JSON, read again as a file in `folder`.
 fn again(description: &Description, folder: &Path) -> (String, Description) {
-    let text = json(description, &compiled(description).needs(), Some(folder));
+    let text = json(description, &compiled(description).features(), Some(folder));
     let copy = read_str(text.clone(), &folder.join("scene.json"), &ReadOptions::default())
         .unwrap_or_else(|errors| panic!("{errors}"));
     (text, copy)
@@ -49,7 +49,7 @@ fn sums(mut description: Description) -> Vec<u8> {
         estimator: Estimator::Shared,
         bins: None,
     };
-    let film = render(&compiled(&description), &settings, &Unwatched::new());
+    let film = render(&compiled(&description), &settings, &NoProgress::new());
     format!("{film:?}").into_bytes()
 }
 

@@ -211,7 +211,7 @@ fn rectangles_and_runs_make_up_the_picture() {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     folder.ends(0, &[&["merge", "-o", "all.exr", "--quiet"], names.as_slice()].concat());
     assert!(folder.bytes("all.exr") == folder.bytes("whole.exr"));
-    // A rectangle without some of its samples: light paths are counted for all.
+    // A rectangle without some of its samples: light subpaths are counted for all.
     let told = folder.ends(3, &[&["merge", "-o", "none.exr"], &names[1..]].concat());
     assert!(
         told.contains("--samples 20..32 --crop 17,13,23,17") && told.contains("nothing is written"),

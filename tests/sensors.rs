@@ -82,8 +82,8 @@ fn irradiance_under_a_sky_and_under_a_disk() {
     assert_is(below.bin(0, 0, 0), PI * 4.0 / 13.0, &below);
 }
 
-/// E = π L / 2 (1 − (z² + ρ² − r²) / √((z² + ρ² + r²)² − 4 ρ² r²)) at the distance ρ from the axis of a disk of radius r at the height z (Howell, *A
-/// Catalog of Radiation Heat Transfer Configuration Factors*, B-13), averaged over pixels.
+/// E = π L / 2 (1 − (z² + ρ² − r²) / √((z² + ρ² + r²)² − 4 ρ² r²)) at the distance ρ from the axis of a disk of radius r at the height
+/// z (Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, B-13), averaged over pixels.
 #[test]
 fn a_sensor_plane_measures_the_sky_through_its_stop() {
     for (radius, distance) in [(0.5, 2.0), (3.0, 1.0)] {
@@ -270,6 +270,6 @@ fn depth_zero_is_black() {
         pixel()
     );
     let (scene, _) = scene(&text);
-    let film = render(&scene, &settings(16, WavelengthCount::Four, 1), &abbe::render::Unwatched::new());
+    let film = render(&scene, &settings(16, WavelengthCount::Four, 1), &abbe::render::NoProgress::new());
     assert_eq!(film.combined(0, 0, [0.0, 1.0, 0.0]).mean, 0.0);
 }

@@ -1,4 +1,4 @@
-//! Pixels that have noise in common, through the film's filter or through light paths that a group of them
+//! Pixels that have noise in common, through the film's filter or through light subpaths that a group of them
 //! shares, raise no false alarm: the file says what they share.
 
 use abbe::compare::{Options, compare};
@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::slice::from_ref;
 
-/// A matt corner under a lamp that lights most of it by way of a wall.
+/// A diffuse corner under a lamp that lights most of it by way of a wall.
 const SCENE: &str = r#"<scene version="3.0.0">
     <integrator type="path"><integer name="max_depth" value="5"/></integrator>
     <sensor type="perspective">

@@ -4,7 +4,7 @@ mod common;
 
 use abbe::film::Film;
 use abbe::render::WavelengthCount;
-use abbe::scene::{Needs, Scene};
+use abbe::scene::{Features, Scene};
 use abbe::units::WavelengthRange;
 
 fn scene(file: &str) -> Scene {
@@ -27,19 +27,19 @@ const CAUSTIC: &str = "validation/speed/scenes/caustic.xml";
 const ABSORBER: &str = "validation/speed/scenes/absorber.xml";
 
 /// Each need that the loop asks for, together with the account of media that it relies on.
-fn forced() -> [(&'static str, Needs); 9] {
-    let none = Needs::default();
-    let stack = Needs { medium_stack: true, ..none };
+fn forced() -> [(&'static str, Features); 9] {
+    let none = Features::default();
+    let stack = Features { medium_stack: true, ..none };
     [
         ("medium stack", stack),
-        ("absorption", Needs { absorption: true, ..stack }),
-        ("scattering media", Needs { scattering: true, absorption: true, ..stack }),
-        ("precedence", Needs { precedence: true, ..stack }),
-        ("surfaces in contact", Needs { contact: true, ..stack }),
-        ("sensor within a body", Needs { sensor_within: true, ..stack }),
-        ("lens", Needs { lens: true, ..none }),
-        ("mixed materials", Needs { choices: true, ..none }),
-        ("transparent shadows", Needs { clear_shadows: true, ..none }),
+        ("absorption", Features { absorption: true, ..stack }),
+        ("scattering media", Features { scattering: true, absorption: true, ..stack }),
+        ("precedence", Features { precedence: true, ..stack }),
+        ("surfaces in contact", Features { contact: true, ..stack }),
+        ("sensor within a body", Features { sensor_within: true, ..stack }),
+        ("lens", Features { lens: true, ..none }),
+        ("mixed materials", Features { choices: true, ..none }),
+        ("transparent shadows", Features { transparent_shadows: true, ..none }),
     ]
 }
 
@@ -48,8 +48,8 @@ fn what_is_left_out_changes_no_bit() {
     for file in [CORNELL, CAUSTIC, ABSORBER] {
         let own = scene(file);
         let expected = picture(&own);
-        for (name, needs) in forced() {
-            let forced = scene(file).with_needs(needs);
+        for (name, features) in forced() {
+            let forced = scene(file).with_features(features);
             let found = picture(&forced);
             let differ = expected.iter().zip(&found).filter(|(a, b)| a != b).count();
             assert_eq!(differ, 0, "{file}: {name}: {differ} of {} pixels differ", expected.len());
@@ -60,8 +60,8 @@ fn what_is_left_out_changes_no_bit() {
 /// The comparison sees a difference: without what it needs, a scene is another.
 #[test]
 fn scenes_need_what_they_use() {
-    let needs = scene(ABSORBER).needs();
-    assert!(needs.absorption && needs.medium_stack, "{needs}");
-    assert!(!scene(CAUSTIC).needs().absorption);
+    let features = scene(ABSORBER).features();
+    assert!(features.absorption && features.medium_stack, "{features}");
+    assert!(!scene(CAUSTIC).features().absorption);
     assert_ne!(picture(&scene(ABSORBER)), picture(&scene(CAUSTIC)));
 }

@@ -5,7 +5,7 @@ mod common;
 use abbe::film::Film;
 use abbe::integrator::Estimator;
 use abbe::output::target::{CONFIDENCE, Target};
-use abbe::render::{Schedule, Settings, Unwatched, Watch, WavelengthCount, Work, go_on, render};
+use abbe::render::{NoProgress, Progress, Schedule, Settings, WavelengthCount, Work, go_on, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::Scene;
 use abbe::units::WavelengthRange;
@@ -18,7 +18,7 @@ struct Until {
     stop: AtomicBool,
 }
 
-impl Watch for Until {
+impl Progress for Until {
     fn advanced(&self, _: u64) {}
 
     fn pass_done(&self, film: &Film) {
@@ -69,7 +69,7 @@ fn ended(scene: &Scene, target: Target, seed: u64) -> Film {
 fn errors_are_reached_and_pictures_stay_right() {
     let seeds = if std::env::var("ABBE_STRESS").is_ok_and(|value| value == "full") { 2000 } else { 40 };
     let scene = common::scene("tests/scenes/targets.xml", &[], WavelengthRange::VISIBLE);
-    let truth = luminance(&render(&scene, &settings(TRUTH, 99_999), &Unwatched::new()));
+    let truth = luminance(&render(&scene, &settings(TRUTH, 99_999), &NoProgress::new()));
     let scale = mean(&truth);
     // Chance decides whether these take one number of samples or twice that.
     for text in ["relmse<9e-4", "error<0.85%"] {

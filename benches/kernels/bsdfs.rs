@@ -1,9 +1,9 @@
 //! Each BSDF: sampling and evaluating, at four wavelengths.
 
 use super::{BATCH, Kernel};
-use abbe::bsdf::microfacet::Shape;
+use abbe::bsdf::microfacet::Distribution;
 use abbe::bsdf::{
-    Bsdf, Conductor, Dielectric, DiffuseTransmitter, Lambert, MattBase, Microfacets, Plastic, Principled,
+    Bsdf, Conductor, Dielectric, DiffuseBase, DiffuseTransmitter, Lambert, Microfacets, Plastic, Principled,
     PrincipledBase, PrincipledThin, RoughCoat, RoughConductor, RoughDielectric, RoughPlastic, ThinDielectric,
 };
 use abbe::geometry::Vec3;
@@ -22,9 +22,9 @@ fn table() -> Vec<(&'static str, Bsdf<4>)> {
     let metal = Conductor { eta: ramp(0.2, 0.3), k: ramp(3.0, -0.2), specular_reflectance: one };
     let glass = Dielectric { eta: ramp(1.5, 0.0), specular_reflectance: one, specular_transmittance: one };
     let flint = Dielectric { eta: ramp(1.6, 0.02), ..glass };
-    let matt = MattBase { reflectance: ramp(0.7, -0.1), nonlinear: true };
-    let ggx = Microfacets::new(Shape::Ggx, 0.3, 0.3);
-    let beckmann = Microfacets::new(Shape::Beckmann, 0.3, 0.3);
+    let diffuse = DiffuseBase { reflectance: ramp(0.7, -0.1), nonlinear: true };
+    let ggx = Microfacets::new(Distribution::Ggx, 0.3, 0.3);
+    let beckmann = Microfacets::new(Distribution::Beckmann, 0.3, 0.3);
     let base = PrincipledBase {
         color: ramp(0.7, -0.1),
         tint: ramp(1.0, -0.1),
@@ -39,7 +39,7 @@ fn table() -> Vec<(&'static str, Bsdf<4>)> {
     let coated =
         Principled { base, metallic: 0.3, clearcoat: 0.8, clearcoat_gloss: 0.3, eta: 1.5, albedo: None };
     let pane = ThinDielectric { eta: glass.eta, specular_reflectance: one, specular_transmittance: one };
-    let coat = RoughCoat::shared(Shape::Ggx, 0.3, 1.5);
+    let coat = RoughCoat::shared(Distribution::Ggx, 0.3, 1.5);
     let leaf = DiffuseTransmitter { reflectance: ramp(0.5, -0.1), transmittance: ramp(0.1, 0.05) };
     vec![
         ("lambert", Bsdf::Lambert(Lambert { reflectance: ramp(0.8, -0.1) })),
@@ -55,10 +55,10 @@ fn table() -> Vec<(&'static str, Bsdf<4>)> {
         ("rough glass, GGX", Bsdf::RoughDielectric(RoughDielectric { facet: glass, microfacets: ggx })),
         ("rough flint, GGX", Bsdf::RoughDielectric(RoughDielectric { facet: flint, microfacets: ggx })),
         ("pane", Bsdf::ThinDielectric(pane)),
-        ("plastic", Bsdf::Plastic(Plastic { eta: glass.eta, base: matt, specular_reflectance: one })),
+        ("plastic", Bsdf::Plastic(Plastic { eta: glass.eta, base: diffuse, specular_reflectance: one })),
         (
             "rough plastic, GGX",
-            Bsdf::RoughPlastic(RoughPlastic { coat, base: matt, specular_reflectance: one }),
+            Bsdf::RoughPlastic(RoughPlastic { coat, base: diffuse, specular_reflectance: one }),
         ),
         ("principled", Bsdf::Principled(coated)),
         (

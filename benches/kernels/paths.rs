@@ -2,7 +2,7 @@
 
 use super::Kernel;
 use abbe::integrator::Estimator;
-use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
+use abbe::render::{NoProgress, Schedule, Settings, WavelengthCount, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::{CompileOptions, ReadOptions, Scene, compile, read};
 use std::path::Path;
@@ -29,7 +29,7 @@ pub fn picture(name: String, scene: Scene) -> Kernel {
         estimator: Estimator::Plain,
         bins: None,
     };
-    let work = move || drop(render(&scene, &settings, &Unwatched::new()));
+    let work = move || drop(render(&scene, &settings, &NoProgress::new()));
     Kernel { name, items: SIZE * SIZE * SAMPLES as usize, work: Box::new(work) }
 }
 

@@ -56,7 +56,7 @@ fn irregular() -> Spectrum {
 }
 
 /// Shares of (0, 1), in no order.
-fn share(index: usize) -> f64 {
+fn fraction(index: usize) -> f64 {
     (0.5 + index as f64 * 0.618_033_988_749_894_9).fract()
 }
 
@@ -69,7 +69,7 @@ fn density(emission: &Spectrum) -> WavelengthDensity {
 /// Look-ups at the four wavelengths of a path.
 pub fn spectra() -> Vec<Kernel> {
     let flat = density(&Spectrum::ONE);
-    let at: Vec<Wavelengths<4>> = (0..BATCH).map(|index| flat.sample(share(index))).collect();
+    let at: Vec<Wavelengths<4>> = (0..BATCH).map(|index| flat.sample(fraction(index))).collect();
     let sigmoid = Spectrum::Sigmoid { shape: upsample([0.7, 0.3, 0.1]), factor: 1.0 };
     let blackbody = Spectrum::blackbody(2856.0).expect("a temperature above 0");
     let named = [
@@ -98,7 +98,7 @@ pub fn wavelengths() -> Vec<Kernel> {
     let lines = lines.expect("nodes that ascend");
     let kernel = |(name, emission): (&str, Spectrum)| {
         let density = density(&emission);
-        Kernel::batch(name, move |index| density.sample::<4>(share(index)))
+        Kernel::batch(name, move |index| density.sample::<4>(fraction(index)))
     };
     [("flat", Spectrum::ONE), ("F11", fluorescent()), ("sodium lines", lines)].map(kernel).into()
 }
@@ -112,14 +112,14 @@ pub fn films() -> Vec<Kernel> {
     let sample = Kernel::batch("a sample's X, Y, Z", move |index| {
         let mut sums = sums.borrow_mut();
         sums.begin(index as u64);
-        (0..3).for_each(|channel| sums.add(0, index as u32 % 8, channel, share(index), scale));
+        (0..3).for_each(|channel| sums.add(0, index as u32 % 8, channel, fraction(index), scale));
     });
     let pixels = Kernel::batch("a pixel of 8 replicates", move |_| film.borrow_mut().add(&pixel));
     let mut kernels = vec![sample, pixels];
     for (name, kind) in [("box", FilterKind::Box), ("gaussian", FilterKind::Gaussian { stddev: 0.5 })] {
         let filter = FilterSampler::new(kind, Region::whole([16, 16]), false);
         kernels.push(Kernel::batch(format!("filter: {name}"), move |index| {
-            filter.sample([5, 7], [share(index), share(index + 9)])
+            filter.sample([5, 7], [fraction(index), fraction(index + 9)])
         }));
     }
     kernels
@@ -130,11 +130,11 @@ pub fn lights() -> Vec<Kernel> {
     let kernel = |(name, scene)| {
         let scene = compiled(scene);
         Kernel::batch(name, move |index| {
-            let position = Vec3::new(share(index) - 0.5, share(index + 5) - 0.5, -0.5);
+            let position = Vec3::new(fraction(index) - 0.5, fraction(index + 5) - 0.5, -0.5);
             let point = SurfacePoint { position, normal: Vec3::Z, error: 1e-9 };
             let from = Receiver { point, facing: Vec3::Z };
-            let wavelengths = scene.wavelengths.sample::<4>(share(index + 9));
-            let u = [share(index + 2), share(index + 3)];
+            let wavelengths = scene.wavelengths.sample::<4>(fraction(index + 9));
+            let u = [fraction(index + 2), fraction(index + 3)];
             scene.lights.sample(&from, 0.0, &wavelengths, u)
         })
     };

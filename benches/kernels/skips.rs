@@ -1,16 +1,16 @@
-//! What a scene does not need is left out (`Needs`): here it is done all the same. Against "nothing more" that tells what leaving it
-//! out is worth.
+//! The renderer leaves out the features that a scene does not ask for (`Features`). These kernels switch them on all the same:
+//! the difference to "nothing more" is what leaving each of them out is worth.
 //!
-//! Of the others on the list of needs nothing is asked in the loop: what does not disperse, is not rough or does not move is
-//! another kind of material, spectrum or transform.
+//! The loop does not branch on the other features: what does not disperse, is not rough or does not move is another kind of
+//! material, spectrum or transform.
 
 use super::Kernel;
 use super::paths::{compiled, picture};
-use abbe::scene::Needs;
+use abbe::scene::Features;
 
-/// Needs that a question in the loop stands for, with those that they bring along, and those without any.
-const FORCED: [(&str, Needs); 9] = {
-    let none = Needs {
+/// Features on which the loop branches, with those that they rely on, and those without a branch.
+const FORCED: [(&str, Features); 9] = {
+    let none = Features {
         dispersion: false,
         absorption: false,
         scattering: false,
@@ -23,28 +23,28 @@ const FORCED: [(&str, Needs); 9] = {
         light_samples: false,
         rough_surfaces: false,
         choices: false,
-        clear_shadows: false,
+        transparent_shadows: false,
         textures: false,
-        light_paths: false,
+        light_tracing: false,
     };
     [
         ("nothing more", none),
-        ("medium stack", Needs { medium_stack: true, ..none }),
-        ("absorption", Needs { absorption: true, medium_stack: true, ..none }),
-        ("precedence", Needs { precedence: true, medium_stack: true, ..none }),
-        ("surfaces in contact", Needs { contact: true, medium_stack: true, ..none }),
-        ("sensor within a body", Needs { sensor_within: true, medium_stack: true, ..none }),
-        ("lens", Needs { lens: true, ..none }),
-        ("mixed materials", Needs { choices: true, ..none }),
-        ("transparent shadows", Needs { clear_shadows: true, ..none }),
+        ("medium stack", Features { medium_stack: true, ..none }),
+        ("absorption", Features { absorption: true, medium_stack: true, ..none }),
+        ("precedence", Features { precedence: true, medium_stack: true, ..none }),
+        ("surfaces in contact", Features { contact: true, medium_stack: true, ..none }),
+        ("sensor within a body", Features { sensor_within: true, medium_stack: true, ..none }),
+        ("lens", Features { lens: true, ..none }),
+        ("mixed materials", Features { choices: true, ..none }),
+        ("transparent shadows", Features { transparent_shadows: true, ..none }),
     ]
 };
 
 pub fn kernels() -> Vec<Kernel> {
     let of = |scene: &'static str| {
-        FORCED
-            .into_iter()
-            .map(move |(name, needs)| picture(format!("{scene}, {name}"), compiled(scene).with_needs(needs)))
+        FORCED.into_iter().map(move |(name, features)| {
+            picture(format!("{scene}, {name}"), compiled(scene).with_features(features))
+        })
     };
     ["cornell", "caustic"].into_iter().flat_map(of).collect()
 }

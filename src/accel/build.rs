@@ -60,31 +60,31 @@ fn leaf_cost(surfaces: &Surfaces, primitives: &[u32]) -> LeafCost {
     LeafCost { slots: packets.min(1) + others.min(1), visit: (packets + others) as f32 }
 }
 
-/// Nodes that belong together, and what is in their leaves. Indices count from the first of the same list.
+/// A group of nodes, and what is in their leaves. Indices count from the first of the same list.
 #[derive(Default)]
-struct Part {
+struct NodeGroup {
     nodes: Vec<Node>,
     /// Triangles, packet for packet.
     packets: Vec<[u32; WIDTH]>,
     others: Vec<u32>,
-    /// What is referred to by nodes of the part above: from where, and its index.
-    entries: Vec<(Place, usize)>,
+    /// Nodes that slots of the group above refer to: the slot, and the index of the node.
+    entries: Vec<(NodeSlot, usize)>,
     deepest: usize,
 }
 
 /// A node and one of its slots.
-type Place = (usize, usize);
+type NodeSlot = (usize, usize);
 
 /// A node of the binary tree that is to become a node.
 #[derive(Clone, Copy)]
 struct Waiting {
     root: usize,
     /// What will refer to it.
-    place: Option<Place>,
+    place: Option<NodeSlot>,
     depth: usize,
 }
 
-/// So many subtrees become one part.
+/// So many subtrees become one group.
 const SUBTREES: usize = 64;
 
 /// What one slot of a node becomes.
@@ -109,7 +109,7 @@ struct Collapser<'a> {
 
 impl Collapser<'_> {
     /// The top of the tree, and what comes below.
-    fn collapse(&self) -> Vec<Part> {
+    fn collapse(&self) -> Vec<NodeGroup> {
         let mut below = Vec::new();
         let mut whole = |waiting: Waiting| {
             let Bvh2Node { prim_count, first_index, .. } = self.tree.nodes[waiting.root];
@@ -119,10 +119,10 @@ impl Collapser<'_> {
             }
             in_cluster
         };
-        let mut top = Part::default();
+        let mut top = NodeGroup::default();
         self.fill(&mut top, Waiting { root: 0, place: None, depth: 1 }, &mut whole);
         let subtrees = |waiting: &[Waiting]| {
-            let mut part = Part::default();
+            let mut part = NodeGroup::default();
             for &Waiting { root, place, depth } in waiting {
                 part.entries.extend(place.map(|place| (place, part.nodes.len())));
                 self.fill(&mut part, Waiting { root, place: None, depth }, &mut |_| false);
@@ -135,7 +135,7 @@ impl Collapser<'_> {
 
     /// Adds nodes from one node of the binary tree downwards, in depth-first order, but for those that are
     /// left out.
-    fn fill(&self, part: &mut Part, from: Waiting, leave_out: &mut impl FnMut(Waiting) -> bool) {
+    fn fill(&self, part: &mut NodeGroup, from: Waiting, leave_out: &mut impl FnMut(Waiting) -> bool) {
         let mut todo = vec![from];
         while let Some(waiting) = todo.pop() {
             if leave_out(waiting) {
@@ -174,11 +174,11 @@ impl Collapser<'_> {
 
     /// At most eight, of a node of the binary tree.
     fn slots(&self, root: usize) -> SmallVec<[Slot; 8]> {
-        let Tree { nodes, shares, order, .. } = self.tree;
+        let Tree { nodes, splits, order, .. } = self.tree;
         let parts = if nodes[root].prim_count > 0 {
             SmallVec::from_slice(&[root])
         } else {
-            open(nodes, shares, root)
+            open(nodes, splits, root)
         };
         let mut slots = SmallVec::new();
         for part in parts {
@@ -219,8 +219,8 @@ impl Collapser<'_> {
 }
 
 /// Puts the parts of a tree one behind the other, the top first.
-fn join(parts: Vec<Part>, surfaces: &Surfaces, accel: &mut Accel) {
-    let sum = |count: fn(&Part) -> usize| parts.iter().map(count).sum::<usize>();
+fn join(parts: Vec<NodeGroup>, surfaces: &Surfaces, accel: &mut Accel) {
+    let sum = |count: fn(&NodeGroup) -> usize| parts.iter().map(count).sum::<usize>();
     let mut nodes: Vec<Node> = in_large_pages(sum(|part| part.nodes.len()));
     let mut triangles: Vec<[u32; WIDTH]> = Vec::with_capacity(sum(|part| part.packets.len()));
     let mut others = Vec::with_capacity(sum(|part| part.others.len()));

@@ -42,7 +42,7 @@ struct Facet {
     /// Height, v and w of a place in node space: gradient and value at its origin. `None` where they are not
     /// known well enough.
     functions: Option<[(Vec3, f64); 3]>,
-    /// The share of it that no triangle covers.
+    /// The fraction of it that no triangle covers.
     waste: f64,
 }
 
@@ -64,8 +64,8 @@ pub(super) struct Few {
     functions: Vec<[[f64x4; 4]; 3]>,
 }
 
-/// Where one place lies for each facet.
-pub(super) type Seen = SmallVec<[[f32; WIDTH * 3]; 8]>;
+/// A point in the coordinates of each facet.
+pub(super) type PointAtFacets = SmallVec<[[f32; WIDTH * 3]; 8]>;
 
 /// Where the places of all lanes lie for a facet.
 pub(super) struct Sides {
@@ -131,8 +131,8 @@ impl Few {
             && point.error * self.space.scale() <= offset
     }
 
-    /// Where a place lies for each facet: four heights, four v and four w by turns.
-    pub fn seen(&self, place: Vec3) -> Seen {
+    /// The coordinates of a point at each facet: four heights, four v and four w by turns.
+    pub fn seen(&self, place: Vec3) -> PointAtFacets {
         let place = self.space.place(place);
         let [x, y, z] = place.to_array().map(f64x4::splat);
         let of_four = |functions: &[[f64x4; 4]; 3]| {

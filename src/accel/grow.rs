@@ -4,7 +4,7 @@
 //! clusters, then these. So there is work for several threads, clustering needs its memory for a part of the
 //! boxes at a time and finds that part near at hand; and only the small clusters know where the parts ended.
 
-use super::collapse::{Costs, LeafCost, Shares, divide, leaf, preorder};
+use super::collapse::{Costs, LeafCost, SlotSplit, divide, leaf, preorder};
 use super::node::WIDTH;
 use super::surfaces::Item;
 use glam::Vec3A;
@@ -21,8 +21,8 @@ const MOST_OF_PART: usize = 1 << 14;
 /// Most boxes of a cluster where there are more than these.
 const MOST_OF_CLUSTER: u32 = 64;
 
-/// The share of the nodes that are put where they do better, where a tree is made in one go: more would take
-/// as long as all else.
+/// The fraction of the nodes that are put where they do better, where a tree is made in one go: more would
+/// take as long as all else.
 const REINSERTED: f32 = 0.1;
 
 /// Likewise of those above the clusters, which are few.
@@ -42,7 +42,7 @@ const PARAMETERS: BvhBuildParams = BvhBuildParams {
 pub(super) struct Tree {
     /// The first is the root. Children stand side by side.
     pub nodes: Vec<Bvh2Node>,
-    pub shares: Vec<Shares>,
+    pub splits: Vec<SlotSplit>,
     /// Primitives in the order of the leaves.
     pub order: Vec<u32>,
     /// How many nodes are above the clusters, their roots included. All others are below one of these roots.
@@ -55,14 +55,14 @@ struct Clusters {
     roots: Vec<Root>,
     /// What is below the roots.
     nodes: Vec<Bvh2Node>,
-    shares: Vec<Shares>,
+    splits: Vec<SlotSplit>,
     order: Vec<u32>,
 }
 
 #[derive(Clone, Copy)]
 struct Root {
     node: Bvh2Node,
-    shares: Shares,
+    splits: SlotSplit,
     costs: Costs,
 }
 
@@ -134,7 +134,7 @@ fn cluster(items: &[Item], most: u32, reinserted: f32, cost: &impl Fn(&[u32]) ->
     let parameters = BvhBuildParams { reinsertion_batch_ratio: reinserted, ..PARAMETERS };
     let tree = build_bvh2(items, parameters, &mut Duration::default());
     let order: Vec<u32> = tree.primitive_indices.iter().map(|&item| items[item as usize].primitive).collect();
-    let mut shares = vec![[0; WIDTH]; tree.nodes.len()];
+    let mut splits = vec![[0; WIDTH]; tree.nodes.len()];
     // Nodes whose parents are still to come: the index, the number of boxes, unless too many, and the costs.
     let mut done: Vec<(usize, Option<(u32, Costs)>)> = Vec::new();
     let mut roots = Vec::new();
@@ -164,7 +164,7 @@ fn cluster(items: &[Item], most: u32, reinserted: f32, cost: &impl Fn(&[u32]) ->
         done.push((
             index,
             own.map(|(count, (own, costs))| {
-                shares[index] = own;
+                splits[index] = own;
                 (count, costs)
             }),
         ));
@@ -172,15 +172,21 @@ fn cluster(items: &[Item], most: u32, reinserted: f32, cost: &impl Fn(&[u32]) ->
     roots.extend(done.into_iter().filter_map(|(index, own)| Some((index, own?.1))));
     let mut clusters = Clusters::default();
     for (index, costs) in roots.into_iter().rev() {
-        let node = clusters.lay(tree.nodes[index], &tree.nodes, &shares, &order);
-        clusters.roots.push(Root { node, shares: shares[index], costs });
+        let node = clusters.lay(tree.nodes[index], &tree.nodes, &splits, &order);
+        clusters.roots.push(Root { node, splits: splits[index], costs });
     }
     clusters
 }
 
 impl Clusters {
     /// Takes over what is below a node of a tree; returns the node that this is below of here.
-    fn lay(&mut self, mut root: Bvh2Node, nodes: &[Bvh2Node], shares: &[Shares], order: &[u32]) -> Bvh2Node {
+    fn lay(
+        &mut self,
+        mut root: Bvh2Node,
+        nodes: &[Bvh2Node],
+        splits: &[SlotSplit],
+        order: &[u32],
+    ) -> Bvh2Node {
         let mut waiting = vec![None];
         while let Some(place) = waiting.pop() {
             let next = self.nodes.len();
@@ -195,7 +201,7 @@ impl Clusters {
             } else {
                 node.first_index = next as u32;
                 self.nodes.extend(&nodes[first..first + 2]);
-                self.shares.extend(&shares[first..first + 2]);
+                self.splits.extend(&splits[first..first + 2]);
                 waiting.extend([Some(next + 1), Some(next)]);
             }
         }
@@ -212,10 +218,10 @@ fn join(parts: Vec<Clusters>) -> Tree {
     let mut tree = Tree { top: above.nodes.len(), ..Tree::default() };
     let below: usize = parts.iter().map(|part| part.nodes.len()).sum();
     tree.nodes.reserve_exact(tree.top + below);
-    tree.shares.reserve_exact(tree.top + below);
+    tree.splits.reserve_exact(tree.top + below);
     tree.order.reserve_exact(parts.iter().map(|part| part.order.len()).sum());
     tree.nodes.extend(&above.nodes);
-    tree.shares.resize(tree.top, [0; WIDTH]);
+    tree.splits.resize(tree.top, [0; WIDTH]);
     let mut joined = 0;
     for part in parts {
         let (base, start) = (tree.nodes.len() as u32, tree.order.len() as u32);
@@ -228,13 +234,13 @@ fn join(parts: Vec<Clusters>) -> Tree {
         }
         joined += part.roots.len();
         tree.nodes.extend(part.nodes.into_iter().map(moved));
-        tree.shares.extend(part.shares);
+        tree.splits.extend(part.splits);
         tree.order.extend(part.order);
     }
     let mut done: Vec<Costs> = Vec::new();
     for index in preorder(&above.nodes).into_iter().rev().map(|index| index as usize) {
         let node = &above.nodes[index];
-        let (shares, costs) = match done[..] {
+        let (splits, costs) = match done[..] {
             [.., right, left] if node.prim_count == 0 => {
                 done.truncate(done.len() - 2);
                 divide(&left, &right, node.aabb().half_area())
@@ -242,10 +248,10 @@ fn join(parts: Vec<Clusters>) -> Tree {
             _ => {
                 let root = &roots[above.primitive_indices[node.first_index as usize] as usize];
                 tree.nodes[index] = root.node;
-                (root.shares, root.costs)
+                (root.splits, root.costs)
             }
         };
-        tree.shares[index] = shares;
+        tree.splits[index] = splits;
         done.push(costs);
     }
     tree

@@ -122,11 +122,11 @@ impl Instance {
         &self,
         ray: &Ray,
         time: f64,
-        stretch: [f64; 2],
+        range: [f64; 2],
         report: &mut dyn FnMut(Hit, Option<f64>),
     ) {
         let (local, scale) = self.local(&self.placed.at(time), ray);
-        self.group.crossings(&local, time, stretch.map(|t| t * scale), &mut |hit, error| {
+        self.group.crossings(&local, time, range.map(|t| t * scale), &mut |hit, error| {
             report(Hit { t: hit.t / scale, ..hit }, error.map(|error| error / scale));
         });
     }

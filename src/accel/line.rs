@@ -1,4 +1,4 @@
-//! All crossings along a stretch of a ray, where the nearest alone does not tell enough.
+//! All crossings along a range of a ray, where the nearest alone does not tell enough.
 
 use super::node::{Child, NodeRay};
 use super::packet::PacketRay;
@@ -20,9 +20,9 @@ impl Accel {
         report: &mut dyn FnMut(Hit, Option<f64>),
     ) {
         let from = from.max(0.0);
-        // The tree is asked for the stretch alone; what it lets through is tested with the very ray.
-        let stretch = Ray { origin: ray.at(from), direction: ray.direction, t_max: to - from };
-        let Some(node_ray) = NodeRay::new(&self.space, &stretch) else { return };
+        // The tree is asked for the range alone; what it lets through is tested with the very ray.
+        let range = Ray { origin: ray.at(from), direction: ray.direction, t_max: to - from };
+        let Some(node_ray) = NodeRay::new(&self.space, &range) else { return };
         let packet_ray = PacketRay::new(&RaySpace::new(ray));
         let mut waiting: SmallVec<[Child; 64]> = SmallVec::new();
         let mut next = (self.stack_size > 0).then(|| Child::of_node(0));

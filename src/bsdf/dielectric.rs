@@ -63,7 +63,7 @@ impl<const C: usize> Dielectric<C> {
     }
 
     /// The hero's probability of reflecting, exactly as [`Self::sample`] takes it.
-    pub(super) fn chance_of_reflection(&self, toward_eye: Vec3) -> f64 {
+    pub(super) fn reflection_probability(&self, toward_eye: Vec3) -> f64 {
         let eta = self.eta_toward(toward_eye.z > 0.0).hero();
         self.choice(0, fresnel::dielectric(toward_eye.z.abs().min(1.0), eta).reflectance).reflection
     }

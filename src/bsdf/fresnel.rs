@@ -1,4 +1,4 @@
-//! What share of unpolarised light a smooth interface reflects.
+//! What fraction of unpolarised light a smooth interface reflects.
 //!
 //! Snell's law and the Fresnel equations for plane waves, exact for every angle. Left out:
 //! polarisation (the two components are averaged) and coherence between interfaces.
@@ -44,10 +44,10 @@ pub fn dielectric(cos_incident: f64, eta: f64) -> Interface {
     let g = g2.sqrt();
     let eta2 = eta * eta;
     let step = (eta - 1.0) * (eta + 1.0);
-    let senkrecht = step / ((c + g) * (c + g));
-    let parallel_root = eta2 * c + g;
-    let parallel = step * brewster(c, eta2) / (parallel_root * parallel_root);
-    let reflectance = 0.5 * (senkrecht * senkrecht + parallel * parallel);
+    let r_s = step / ((c + g) * (c + g));
+    let p_root = eta2 * c + g;
+    let r_p = step * brewster(c, eta2) / (p_root * p_root);
+    let reflectance = 0.5 * (r_s * r_s + r_p * r_p);
     // Rounding may pass 1 by an ulp at grazing incidence.
     Interface { reflectance: reflectance.min(1.0), cos_refracted: g / eta }
 }
@@ -78,18 +78,18 @@ pub fn conductor(cos_incident: f64, n: f64, k: f64) -> f64 {
     if step == 0.0 {
         return 0.0;
     }
-    let senkrecht_root = (c + a) * (c + a) + b * b;
-    let senkrecht = step / (senkrecht_root * senkrecht_root);
+    let s_root = (c + a) * (c + a) + b * b;
+    let r_s = step / (s_root * s_root);
     let real_m2 = (n - k) * (n + k);
     let imaginary_m2 = 2.0 * half_imaginary;
     let (x, y) = (real_m2 * c + a, imaginary_m2 * c + b);
-    let parallel_root = x * x + y * y;
+    let p_root = x * x + y * y;
     let (x, y) = (brewster(c, real_m2), imaginary_m2 * c * c);
-    let parallel = step * ((x * x + y * y) / (parallel_root * parallel_root));
-    (0.5 * (senkrecht + parallel)).min(1.0)
+    let r_p = step * ((x * x + y * y) / (p_root * p_root));
+    (0.5 * (r_s + r_p)).min(1.0)
 }
 
-/// The share of diffuse light (radiance the same from all directions) that a smooth interface between two
+/// The fraction of diffuse light (radiance the same from all directions) that a smooth interface between two
 /// dielectrics reflects; `eta` > 0 is the index of the far side over that of the near side.
 ///
 /// Two fits, chosen because Mitsuba 3's `plastic` means them: for `eta` < 1 the one of Egan and Hilgeman,
@@ -187,8 +187,8 @@ mod tests {
     fn brewster() {
         let cos = 1.5f64.atan().cos();
         // tan θ = n makes r_s = (1 − n²)/(1 + n²).
-        let senkrecht: f64 = (1.0 - 2.25) / (1.0 + 2.25);
-        close(dielectric(cos, 1.5).reflectance, 0.5 * senkrecht * senkrecht, 1e-14, "r_s alone");
+        let r_s: f64 = (1.0 - 2.25) / (1.0 + 2.25);
+        close(dielectric(cos, 1.5).reflectance, 0.5 * r_s * r_s, 1e-14, "r_s alone");
     }
 
     /// sin θc = 1/n. Reflectance is 1 from there on, and below 1 just inside.

@@ -1,4 +1,4 @@
-//! A matt surface, and a matt sheet that light also passes.
+//! A diffuse surface, and a diffuse sheet that also transmits light.
 
 use super::{Density, Evaluation, Scatter};
 use crate::geometry::Vec3;
@@ -6,7 +6,7 @@ use crate::sampling::warp;
 use crate::spectrum::Sampled;
 use std::f64::consts::FRAC_1_PI;
 
-/// A matt opaque surface: `f = ρ/π` above, black from below. Mitsuba's `diffuse`.
+/// A diffuse opaque surface: `f = ρ/π` above, black from below. Mitsuba's `diffuse`.
 #[derive(Clone, Copy, Debug)]
 pub struct Lambert<const C: usize> {
     /// ρ, 0–1.
@@ -37,8 +37,8 @@ impl<const C: usize> Lambert<C> {
     }
 }
 
-/// A thin matt sheet, the same from both sides: light leaves evenly, the share `reflectance` back to
-/// its own side and the share `transmittance` through to the other.
+/// A thin diffuse sheet, the same from both sides. It scatters the fraction `reflectance` evenly to the side
+/// of incidence and the fraction `transmittance` evenly to the other side.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffuseTransmitter<const C: usize> {
     pub reflectance: Sampled<C>,
@@ -52,34 +52,34 @@ impl<const C: usize> DiffuseTransmitter<C> {
         if side == 0.0 {
             return Evaluation::ZERO;
         }
-        let share = if side > 0.0 { self.reflectance } else { self.transmittance };
+        let fraction = if side > 0.0 { self.reflectance } else { self.transmittance };
         let cosine = toward_light.z.abs() * FRAC_1_PI;
-        Evaluation { f_cos: share * cosine, density: self.probability(share) * cosine }
+        Evaluation { f_cos: fraction * cosine, density: self.probability(fraction) * cosine }
     }
 
     pub(super) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
         let up = warp::cosine_hemisphere(u);
         let transmitted = lobe >= self.probability(self.reflectance).hero();
-        let share = if transmitted { self.transmittance } else { self.reflectance };
-        let probability = self.probability(share);
+        let fraction = if transmitted { self.transmittance } else { self.reflectance };
+        let probability = self.probability(fraction);
         if toward_eye.z == 0.0 || up.z <= 0.0 || probability.hero() <= 0.0 {
             return None;
         }
         let above = (toward_eye.z > 0.0) != transmitted;
         Some(Scatter {
             toward_light: if above { up } else { super::flipped(up) },
-            weight: share / probability.hero(),
+            weight: fraction / probability.hero(),
             density: Density::PerSolidAngle(probability.hero() * up.z * FRAC_1_PI),
             ratio: probability / probability.hero(),
             transmitted,
         })
     }
 
-    /// Each lane's probability of choosing the lobe with this `share`.
-    fn probability(&self, share: Sampled<C>) -> Sampled<C> {
-        share.zip(
+    /// Each lane's probability of choosing the lobe that carries this `fraction`.
+    fn probability(&self, fraction: Sampled<C>) -> Sampled<C> {
+        fraction.zip(
             self.reflectance + self.transmittance,
-            |share, both| if both > 0.0 { share / both } else { 0.0 },
+            |fraction, both| if both > 0.0 { fraction / both } else { 0.0 },
         )
     }
 }

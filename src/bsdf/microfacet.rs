@@ -17,9 +17,9 @@ use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, TAU};
 /// 1/√π
 const FRAC_1_SQRT_PI: f64 = 0.5 * FRAC_2_SQRT_PI;
 
-/// The shape of the distribution of slopes.
+/// Distribution of the slopes of microfacets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum Distribution {
     /// Gaussian slopes (Beckmann and Spizzichino 1963).
     Beckmann,
     /// Trowbridge and Reitz 1975, called GGX by Walter et al. 2007: long tails.
@@ -29,20 +29,20 @@ pub enum Shape {
 /// A distribution of facet normals with its two roughnesses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Microfacets {
-    shape: Shape,
+    distribution: Distribution,
     alpha_u: f64,
     alpha_v: f64,
 }
 
 impl Microfacets {
-    /// The smallest roughness told apart from a smooth surface; also Mitsuba's.
+    /// Smallest roughness, which also stands for smaller ones; also Mitsuba's.
     pub const MIN_ALPHA: f64 = 1e-4;
 
     /// Roughness `alpha_u` along the frame's x axis and `alpha_v` along its y axis: √2 times the
     /// standard deviation of the slope for Beckmann, the analogous scale for GGX.
     /// Values below [`Self::MIN_ALPHA`] (and NaN) are raised to it.
-    pub fn new(shape: Shape, alpha_u: f64, alpha_v: f64) -> Self {
-        Self { shape, alpha_u: alpha_u.max(Self::MIN_ALPHA), alpha_v: alpha_v.max(Self::MIN_ALPHA) }
+    pub fn new(distribution: Distribution, alpha_u: f64, alpha_v: f64) -> Self {
+        Self { distribution, alpha_u: alpha_u.max(Self::MIN_ALPHA), alpha_v: alpha_v.max(Self::MIN_ALPHA) }
     }
 
     /// Whether the two roughnesses differ.
@@ -59,11 +59,11 @@ impl Microfacets {
         let (u, v) = (m.x / self.alpha_u, m.y / self.alpha_v);
         let slope2 = u * u + v * v;
         let z2 = m.z * m.z;
-        let density = match self.shape {
+        let density = match self.distribution {
             // Beyond this slope the exponential vanishes; so does z⁴, at worst.
-            Shape::Beckmann if slope2 >= 700.0 * z2 => 0.0,
-            Shape::Beckmann => (-slope2 / z2).exp() / (z2 * z2),
-            Shape::Ggx => {
+            Distribution::Beckmann if slope2 >= 700.0 * z2 => 0.0,
+            Distribution::Beckmann => (-slope2 / z2).exp() / (z2 * z2),
+            Distribution::Ggx => {
                 let root = slope2 + z2;
                 1.0 / (root * root)
             }
@@ -71,7 +71,7 @@ impl Microfacets {
         FRAC_1_PI * density / (self.alpha_u * self.alpha_v)
     }
 
-    /// G1(v, m): which share of the facets with normal `m` is seen from `v`, 0–1.
+    /// G1(v, m): which fraction of the facets with normal `m` is seen from `v`, 0–1.
     /// Zero where `v` would see the back of `m`.
     ///
     /// For Beckmann this is the rational approximation of Walter et al. 2007 (within 0.4 % of
@@ -81,15 +81,15 @@ impl Microfacets {
             return 0.0;
         }
         let spread = self.spread(v);
-        match self.shape {
-            Shape::Beckmann => {
+        match self.distribution {
+            Distribution::Beckmann => {
                 if v.z >= 1.6 * spread {
                     return 1.0;
                 }
                 let a = v.z / spread;
                 a * (3.535 + 2.181 * a) / (1.0 + a * (2.276 + 2.577 * a))
             }
-            Shape::Ggx => 2.0 * v.z / (v.z + length(v.z, spread)),
+            Distribution::Ggx => 2.0 * v.z / (v.z + length(v.z, spread)),
         }
     }
 
@@ -109,9 +109,9 @@ impl Microfacets {
     pub fn sample_visible(&self, v: Vec3, u: [f64; 2]) -> Vec3 {
         // Stretching space by the roughness makes the surface isotropic with roughness 1.
         let stretched = Vec3::new(self.alpha_u * v.x, self.alpha_v * v.y, v.z).normalize();
-        let m = match self.shape {
-            Shape::Beckmann => sample_unit_beckmann(stretched, u),
-            Shape::Ggx => sample_unit_ggx(stretched, u),
+        let m = match self.distribution {
+            Distribution::Beckmann => sample_unit_beckmann(stretched, u),
+            Distribution::Ggx => sample_unit_ggx(stretched, u),
         };
         Vec3::new(self.alpha_u * m.x, self.alpha_v * m.y, m.z).normalize()
     }
@@ -120,8 +120,8 @@ impl Microfacets {
     /// This is v.z over Smith's exact G1, but finite at grazing directions.
     fn projected_area(&self, v: Vec3) -> f64 {
         let spread = self.spread(v);
-        match self.shape {
-            Shape::Beckmann => {
+        match self.distribution {
+            Distribution::Beckmann => {
                 let a = v.z / spread;
                 // Beyond a = 6 no facet is hidden: 1 − erf(6) is below the precision of f64.
                 if a > 6.0 || spread == 0.0 {
@@ -129,7 +129,7 @@ impl Microfacets {
                 }
                 0.5 * (v.z * (1.0 + erf(a)) + spread * FRAC_1_SQRT_PI * (-a * a).exp())
             }
-            Shape::Ggx => 0.5 * (v.z + length(v.z, spread)),
+            Distribution::Ggx => 0.5 * (v.z + length(v.z, spread)),
         }
     }
 
@@ -225,7 +225,7 @@ mod tests {
     use crate::stats::{SphereCells, sidak, sphere_chi_square};
     use std::f64::consts::FRAC_PI_2;
 
-    const SHAPES: [Shape; 2] = [Shape::Beckmann, Shape::Ggx];
+    const DISTRIBUTIONS: [Distribution; 2] = [Distribution::Beckmann, Distribution::Ggx];
 
     fn direction(theta: f64, phi: f64) -> Vec3 {
         Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
@@ -254,9 +254,9 @@ mod tests {
     /// masking, in its closed form, is the one that belongs to D.
     #[test]
     fn integrals_are_one() {
-        for shape in SHAPES {
+        for distribution in DISTRIBUTIONS {
             for (alpha_u, alpha_v) in [(1e-4, 1e-4), (0.1, 0.1), (0.5, 0.2), (1.0, 1.0), (0.3, 1.5)] {
-                let microfacets = Microfacets::new(shape, alpha_u, alpha_v);
+                let microfacets = Microfacets::new(distribution, alpha_u, alpha_v);
                 let scale = f64::sqrt(alpha_u * alpha_v);
                 let area = over_normals(scale, |m| microfacets.d(m) * m.z);
                 assert!((area - 1.0).abs() < 1e-5, "{microfacets:?}: area {area}");
@@ -273,15 +273,15 @@ mod tests {
     #[test]
     fn masking_belongs_to_the_projected_area() {
         let mut worst = 0.0f64;
-        for shape in SHAPES {
-            let microfacets = Microfacets::new(shape, 0.5, 0.5);
+        for distribution in DISTRIBUTIONS {
+            let microfacets = Microfacets::new(distribution, 0.5, 0.5);
             for step in 1..1570 {
                 let v = direction(f64::from(step) * 1e-3, 0.3);
                 let smith = v.z / microfacets.projected_area(v);
                 let error = (microfacets.g1(v, Vec3::Z) / smith - 1.0).abs();
                 worst = worst.max(error);
-                let allowed = if shape == Shape::Ggx { 1e-14 } else { 0.004 };
-                assert!(error <= allowed, "{shape:?}, {step} mrad: {error}");
+                let allowed = if distribution == Distribution::Ggx { 1e-14 } else { 0.004 };
+                assert!(error <= allowed, "{distribution:?}, {step} mrad: {error}");
             }
         }
         assert!(worst > 0.001, "Beckmann's is an approximation");
@@ -292,9 +292,9 @@ mod tests {
         let roughness = [(0.1, 0.1), (0.3, 0.3), (0.6, 0.15), (1.0, 1.0), (1.5, 0.5)];
         let angles = [0.0, 0.5, 1.1, 1.45, 1.57];
         let level = sidak(0.01, 2 * roughness.len() * angles.len());
-        for shape in SHAPES {
+        for distribution in DISTRIBUTIONS {
             for (alpha_u, alpha_v) in roughness {
-                let microfacets = Microfacets::new(shape, alpha_u, alpha_v);
+                let microfacets = Microfacets::new(distribution, alpha_u, alpha_v);
                 for theta in angles {
                     let v = direction(theta, 0.9);
                     let fit = sphere_chi_square(
@@ -314,7 +314,7 @@ mod tests {
     #[test]
     fn beckmann_closed_form() {
         for m in [0.2, 0.7] {
-            let microfacets = Microfacets::new(Shape::Beckmann, m, m);
+            let microfacets = Microfacets::new(Distribution::Beckmann, m, m);
             for angle in [0.0, 0.1, 0.5, 1.0f64] {
                 let expected = (-(angle.tan() / m).powi(2)).exp() / (m * m * angle.cos().powi(4)) * FRAC_1_PI;
                 let d = microfacets.d(direction(angle, 2.0));
@@ -343,9 +343,9 @@ mod tests {
 
     #[test]
     fn extremes_stay_finite() {
-        for shape in SHAPES {
+        for distribution in DISTRIBUTIONS {
             for alpha in [0.0, f64::NAN, 1e-4, 1e-3, 1.0, 5.0] {
-                let microfacets = Microfacets::new(shape, alpha, 0.1);
+                let microfacets = Microfacets::new(distribution, alpha, 0.1);
                 for theta in [0.0, 1e-9, 0.7, FRAC_PI_2 - 1e-4, FRAC_PI_2 - 1e-9] {
                     for u in [0.0, 1e-300, 0.25, 0.5, 1.0 - f64::EPSILON / 2.0] {
                         for w in [0.0, 0.5, 1.0 - f64::EPSILON / 2.0] {

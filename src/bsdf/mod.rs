@@ -27,7 +27,7 @@ pub use conductor::{Conductor, RoughConductor};
 pub use dielectric::Dielectric;
 pub use lambert::{DiffuseTransmitter, Lambert};
 pub use microfacet::Microfacets;
-pub use plastic::{MattBase, Plastic};
+pub use plastic::{DiffuseBase, Plastic};
 pub use principled::{Albedo, Extent, Principled, PrincipledBase, PrincipledThin};
 pub use rough_dielectric::RoughDielectric;
 pub use rough_plastic::{RoughCoat, RoughPlastic};
@@ -98,9 +98,9 @@ impl<const C: usize> Bsdf<C> {
 
     /// The value of `lobe` below which [`Self::sample`] reflects at a smooth interface, and above which it
     /// transmits. `None` for all that has more than these two directions.
-    pub fn chance_of_reflection(&self, toward_eye: Vec3) -> Option<f64> {
+    pub fn reflection_probability(&self, toward_eye: Vec3) -> Option<f64> {
         match self {
-            Bsdf::Dielectric(bsdf) => Some(bsdf.chance_of_reflection(toward_eye)),
+            Bsdf::Dielectric(bsdf) => Some(bsdf.reflection_probability(toward_eye)),
             _ => None,
         }
     }
@@ -160,16 +160,16 @@ impl<const C: usize> Bsdf<C> {
         }
     }
 
-    /// Whether what is transmitted goes straight on, as if there were no surface.
-    pub fn passes_straight(&self) -> bool {
+    /// Whether what is transmitted goes straight on, as if there were no surface (null transmission).
+    pub fn has_null_transmission(&self) -> bool {
         matches!(self, Bsdf::Null | Bsdf::ThinDielectric(_))
     }
 
-    /// The share that goes straight on, as if there were no surface.
-    pub fn passing(&self, toward_eye: Vec3) -> Sampled<C> {
+    /// Null transmittance: the fraction that goes straight on, as if there were no surface.
+    pub fn null_transmittance(&self, toward_eye: Vec3) -> Sampled<C> {
         match self {
             Bsdf::Null => Sampled::ONE,
-            Bsdf::ThinDielectric(bsdf) => bsdf.passing(toward_eye),
+            Bsdf::ThinDielectric(bsdf) => bsdf.null_transmittance(toward_eye),
             _ => Sampled::ZERO,
         }
     }

@@ -1,4 +1,4 @@
-//! A smooth coat over a matt base.
+//! A smooth coat over a diffuse base.
 
 use super::{Density, Evaluation, Scatter, flipped, fresnel};
 use crate::geometry::Vec3;
@@ -6,31 +6,31 @@ use crate::sampling::warp;
 use crate::spectrum::Sampled;
 use std::f64::consts::FRAC_1_PI;
 
-/// A matt base under a smooth dielectric coat: light is mirrored by the coat, or enters it, is scattered
-/// by the base, and leaves after any number of reflections on the coat's inner side. Black from below.
-/// Mitsuba's `plastic`.
+/// A diffuse base under a smooth dielectric coat. The coat reflects a part of the light. The rest enters, is
+/// scattered by the base, and leaves after any number of reflections on the coat's inner side. Black from
+/// below. Mitsuba's `plastic`.
 #[derive(Clone, Copy, Debug)]
 pub struct Plastic<const C: usize> {
     /// Index of the coat over that of what is above.
     pub eta: Sampled<C>,
-    pub base: MattBase<C>,
+    pub base: DiffuseBase<C>,
     /// Multiplies what the coat reflects outside; 1 in nature.
     pub specular_reflectance: Sampled<C>,
 }
 
 /// What lies under a coat.
 #[derive(Clone, Copy, Debug)]
-pub struct MattBase<const C: usize> {
+pub struct DiffuseBase<const C: usize> {
     /// ρ, 0–1.
     pub reflectance: Sampled<C>,
-    /// Whether light that is reflected back to the base is reduced by ρ each time, which shifts the
-    /// colour; otherwise it is as if the base were white for all but the first time.
+    /// Whether each reflection on the base multiplies by ρ, which shifts the colour. Otherwise only the first
+    /// does, as if the base were white for the others.
     pub nonlinear: bool,
 }
 
-impl<const C: usize> MattBase<C> {
-    /// `ρ/(1 − ρ R)`, or `ρ/(1 − R)`: all orders of reflection between base and coat, whose inner side
-    /// reflects the share R of diffuse light.
+impl<const C: usize> DiffuseBase<C> {
+    /// `ρ/(1 − ρ R)`, or `ρ/(1 − R)` where not nonlinear: the sum over all orders of reflection between the
+    /// base and the coat, whose inner side reflects the fraction R of diffuse light.
     pub(super) fn with_interreflection(&self, lane: usize, inner_reflectance: f64) -> f64 {
         let reflectance = self.reflectance[lane];
         let returned = if self.nonlinear { reflectance * inner_reflectance } else { inner_reflectance };
@@ -69,7 +69,7 @@ impl<const C: usize> Plastic<C> {
         Scatter::with_density(toward_light, f_cos, density, false)
     }
 
-    /// Value and density of the way through the base, which each lane chooses with a probability.
+    /// Value and density of the diffuse lobe, which each lane chooses with the given probability.
     fn diffuse(&self, toward_eye: Vec3, toward_light: Vec3, probability: Sampled<C>) -> Evaluation<C> {
         let cosine = toward_light.z.max(0.0) * FRAC_1_PI;
         let (leaving, entering) = (self.reflectance(toward_eye), self.reflectance(toward_light));
@@ -82,7 +82,7 @@ impl<const C: usize> Plastic<C> {
         Evaluation { f_cos: Sampled::from_fn(value), density: probability * cosine }
     }
 
-    /// In proportion to what either way carries.
+    /// Probability of the specular lobe, in proportion to what the two lobes carry.
     fn mirror_probability(&self, lane: usize, reflectance: f64) -> f64 {
         let mirrored = self.specular_reflectance[lane] * reflectance;
         let scattered = self.base.reflectance[lane] * (1.0 - reflectance);

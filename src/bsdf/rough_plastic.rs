@@ -1,7 +1,7 @@
-//! A rough coat over a matt base.
+//! A rough coat over a diffuse base.
 
-use super::microfacet::{Microfacets, Shape};
-use super::plastic::MattBase;
+use super::microfacet::{Distribution, Microfacets};
+use super::plastic::DiffuseBase;
 use super::{Evaluation, Scatter, fresnel, reflected};
 use crate::geometry::Vec3;
 use crate::sampling::quadrature::gauss_legendre;
@@ -11,18 +11,18 @@ use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_PI;
 use std::sync::{Mutex, PoisonError};
 
-/// A matt base under a rough dielectric coat. The coat reflects as a rough surface does; what of light
-/// gets through it, in and out again, and what it holds back inside, are averages over its facets
+/// A diffuse base under a rough dielectric coat. The coat reflects as a rough surface does. The fractions of
+/// the light that it transmits from above and reflects on the inside are averages over its facets
 /// ([`RoughCoat`]). Black from below. Mitsuba's `roughplastic`.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughPlastic<const C: usize> {
     pub coat: &'static RoughCoat,
-    pub base: MattBase<C>,
+    pub base: DiffuseBase<C>,
     /// Multiplies what the coat reflects outside; 1 in nature.
     pub specular_reflectance: Sampled<C>,
 }
 
-/// A rough dielectric interface and what it lets through on the whole.
+/// A rough dielectric interface and its transmittance, averaged over the facets.
 ///
 /// The tables are Mitsuba 3's: 64 steps of the cosine from 0 to 1, linear between. The inner reflectance is
 /// the plain mean over the 64 directions and so 1.5 % below the integral.
@@ -33,14 +33,15 @@ pub struct RoughCoat {
     eta: f64,
     /// Transmittance from above, by the cosine of the incident direction.
     transmittance: [f64; STEPS],
-    /// Share of diffuse light from below that is reflected.
+    /// Fraction of diffuse light from below that is reflected.
     inner_reflectance: f64,
 }
 
 /// Directions in the tables.
 const STEPS: usize = 64;
 
-/// Numbers of facets, squared, that are averaged over: Mitsuba's where they leave an error, 4e-4 with GGX.
+/// Square root of the number of facets in an average. Mitsuba's number, where it leaves an error: 4e-4 with
+/// GGX.
 const FACETS: usize = 32;
 
 /// The same where some facets reflect totally.
@@ -49,14 +50,14 @@ const FACETS_INSIDE: usize = 96;
 impl RoughCoat {
     /// The coat of facets of roughness `alpha`; `eta` is the index below over that above, positive and not 1.
     /// Kept for the rest of the program, once for all materials that ask for the same.
-    pub fn shared(shape: Shape, alpha: f64, eta: f64) -> &'static Self {
+    pub fn shared(distribution: Distribution, alpha: f64, eta: f64) -> &'static Self {
         static COATS: Mutex<BTreeMap<(bool, u64, u64), &'static RoughCoat>> = Mutex::new(BTreeMap::new());
-        let key = (shape == Shape::Ggx, alpha.to_bits(), eta.to_bits());
+        let key = (distribution == Distribution::Ggx, alpha.to_bits(), eta.to_bits());
         // A map in which a coat is missing is still a map.
         let mut coats = COATS.lock().unwrap_or_else(PoisonError::into_inner);
-        coats
-            .entry(key)
-            .or_insert_with(|| Box::leak(Box::new(Self::new(Microfacets::new(shape, alpha, alpha), eta))))
+        coats.entry(key).or_insert_with(|| {
+            Box::leak(Box::new(Self::new(Microfacets::new(distribution, alpha, alpha), eta)))
+        })
     }
 
     fn new(microfacets: Microfacets, eta: f64) -> Self {
@@ -67,11 +68,13 @@ impl RoughCoat {
             nodes.map(|(x, weight)| (0.5 + 0.5 * x, 0.5 * weight)).collect::<Vec<_>>()
         };
         let (outer, inner) = (rule(eta), rule(1.0 / eta));
-        let inside = cosines.map(|cosine| cosine * shares(&microfacets, cosine, 1.0 / eta, &inner).reflected);
+        let inside = cosines
+            .map(|cosine| cosine * interface_albedo(&microfacets, cosine, 1.0 / eta, &inner).reflected);
         Self {
             microfacets,
             eta,
-            transmittance: cosines.map(|cosine| shares(&microfacets, cosine, eta, &outer).transmitted),
+            transmittance: cosines
+                .map(|cosine| interface_albedo(&microfacets, cosine, eta, &outer).transmitted),
             inner_reflectance: 2.0 * inside.iter().sum::<f64>() / STEPS as f64,
         }
     }
@@ -84,16 +87,21 @@ impl RoughCoat {
     }
 }
 
-/// What a rough interface does with the light from one direction.
-struct Shares {
+/// Fractions of the light from one direction that a rough interface reflects and transmits.
+struct InterfaceAlbedo {
     reflected: f64,
     transmitted: f64,
 }
 
 /// Averages over the facets that are visible at a cosine, over the two numbers that choose a facet.
-fn shares(microfacets: &Microfacets, cosine: f64, eta: f64, rule: &[(f64, f64)]) -> Shares {
+fn interface_albedo(
+    microfacets: &Microfacets,
+    cosine: f64,
+    eta: f64,
+    rule: &[(f64, f64)],
+) -> InterfaceAlbedo {
     let from = Vec3::new(((1.0 - cosine) * (1.0 + cosine)).sqrt(), 0.0, cosine);
-    let mut shares = Shares { reflected: 0.0, transmitted: 0.0 };
+    let mut albedo = InterfaceAlbedo { reflected: 0.0, transmitted: 0.0 };
     for &(first, first_weight) in rule {
         for &(second, second_weight) in rule {
             let weight = first_weight * second_weight;
@@ -102,16 +110,16 @@ fn shares(microfacets: &Microfacets, cosine: f64, eta: f64, rule: &[(f64, f64)])
             let interface = fresnel::dielectric(cos, eta);
             let mirrored = reflected(from, m);
             if mirrored.z > 0.0 {
-                shares.reflected += weight * interface.reflectance * microfacets.g1(mirrored, m);
+                albedo.reflected += weight * interface.reflectance * microfacets.g1(mirrored, m);
             }
             let refracted = m * (cos / eta - interface.cos_refracted) - from / eta;
             if refracted.z < 0.0 && interface.reflectance < 1.0 {
                 // The facets hide a direction below just as they hide its opposite above.
-                shares.transmitted += weight * (1.0 - interface.reflectance) * microfacets.g1(-refracted, m);
+                albedo.transmitted += weight * (1.0 - interface.reflectance) * microfacets.g1(-refracted, m);
             }
         }
     }
-    shares
+    albedo
 }
 
 impl<const C: usize> RoughPlastic<C> {
@@ -171,16 +179,16 @@ mod tests {
     #[test]
     fn tables_are_mitsubas() {
         let seen = [
-            (Shape::Beckmann, 0.1, 0.58096, 0.95998),
-            (Shape::Beckmann, 0.7, 0.34742, 0.95561),
-            (Shape::Ggx, 0.1, 0.55189, 0.95956),
-            (Shape::Ggx, 0.7, 0.20024, 0.92085),
+            (Distribution::Beckmann, 0.1, 0.58096, 0.95998),
+            (Distribution::Beckmann, 0.7, 0.34742, 0.95561),
+            (Distribution::Ggx, 0.1, 0.55189, 0.95956),
+            (Distribution::Ggx, 0.7, 0.20024, 0.92085),
         ];
-        for (shape, alpha, inner, through) in seen {
-            let coat = RoughCoat::shared(shape, alpha, 1.5);
+        for (distribution, alpha, inner, through) in seen {
+            let coat = RoughCoat::shared(distribution, alpha, 1.5);
             let found = (coat.inner_reflectance, coat.transmittance(1.0));
-            assert!((found.0 - inner).abs() < 2e-4, "{shape:?} {alpha}: {found:?}");
-            assert!((found.1 - through).abs() < 4e-4, "{shape:?} {alpha}: {found:?}");
+            assert!((found.0 - inner).abs() < 2e-4, "{distribution:?} {alpha}: {found:?}");
+            assert!((found.1 - through).abs() < 4e-4, "{distribution:?} {alpha}: {found:?}");
         }
     }
 }

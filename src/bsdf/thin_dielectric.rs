@@ -26,7 +26,7 @@ impl<const C: usize> ThinDielectric<C> {
             return None;
         }
         let reflected = self.reflected(toward_eye);
-        let passed = self.passing(toward_eye);
+        let passed = self.null_transmittance(toward_eye);
         let reflection = reflected.zip(passed, |r, t| if r + t > 0.0 { r / (r + t) } else { 0.0 });
         let transmitted = lobe >= reflection.hero();
         let (carried, probability) = if transmitted {
@@ -43,8 +43,8 @@ impl<const C: usize> ThinDielectric<C> {
         })
     }
 
-    /// The share that goes straight on.
-    pub(super) fn passing(&self, toward_eye: Vec3) -> Sampled<C> {
+    /// The fraction that goes straight on.
+    pub(super) fn null_transmittance(&self, toward_eye: Vec3) -> Sampled<C> {
         self.specular_transmittance * self.reflectance(toward_eye).map(|reflectance| 1.0 - reflectance)
     }
 

@@ -64,13 +64,13 @@ impl FisheyeProjection {
         }
     }
 
-    /// The angle from the axis at a share of the radius that shows `half_angle`.
-    fn angle(self, share: f64, half_angle: f64) -> f64 {
+    /// The angle from the axis at a fraction of the radius that shows `half_angle`.
+    fn angle(self, fraction: f64, half_angle: f64) -> f64 {
         match self {
-            Self::Equidistant => share * half_angle,
-            Self::Equisolid => 2.0 * (share * (0.5 * half_angle).sin()).asin(),
-            Self::Stereographic => 2.0 * (share * (0.5 * half_angle).tan()).atan(),
-            Self::Orthographic => (share * half_angle.sin()).asin(),
+            Self::Equidistant => fraction * half_angle,
+            Self::Equisolid => 2.0 * (fraction * (0.5 * half_angle).sin()).asin(),
+            Self::Stereographic => 2.0 * (fraction * (0.5 * half_angle).tan()).atan(),
+            Self::Orthographic => (fraction * half_angle.sin()).asin(),
         }
     }
 }
@@ -173,10 +173,10 @@ mod tests {
             (FisheyeProjection::Equisolid, 200.0, 30f64.to_radians().sin() / 50f64.to_radians().sin()),
             (FisheyeProjection::Stereographic, 270.0, 30f64.to_radians().tan() / 67.5f64.to_radians().tan()),
         ];
-        for (projection, fov, share) in cases {
+        for (projection, fov, fraction) in cases {
             let map = DirectionMap::Fisheye { projection, half_angle: 0.5 * f64::to_radians(fov) };
             let camera = camera(map, [640.0, 480.0]);
-            let expected = [320.0 - 240.0 * share * turn.cos(), 240.0 - 240.0 * share * turn.sin()];
+            let expected = [320.0 - 240.0 * fraction * turn.cos(), 240.0 - 240.0 * fraction * turn.sin()];
             let found = seen_at(&camera, point, [expected[0] + 3.0, expected[1] - 2.0]);
             let off = (found[0] - expected[0]).hypot(found[1] - expected[1]);
             assert!(off < 1e-6, "{projection:?} {fov}: {found:?} {expected:?}");

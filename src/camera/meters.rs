@@ -53,7 +53,7 @@ impl IrradianceMeter {
     /// π.
     pub fn ray(&self, film: [f64; 2], direction_u: [f64; 2]) -> Option<(Ray, f64)> {
         let place = self.window.fractions(film).map(|x| x.clamp(0.0, 1.0 - f64::EPSILON));
-        let at = self.surface.unfold(place)?;
+        let at = self.surface.point_at_uv(place)?;
         let frame = Frame::around(at.surface.shading_normal);
         let direction = frame.to_world(warp::cosine_hemisphere(direction_u)).normalize();
         Some((at.surface.point.ray(direction), PI * self.per_area / at.density))

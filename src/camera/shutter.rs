@@ -30,7 +30,7 @@ impl Shutter {
 
     /// The time of a ray, for a sample value in [0, 1). Strata of the value are strata of time.
     pub fn time(&self, u: f64) -> f64 {
-        let share = match self.kind {
+        let fraction = match self.kind {
             ShutterKind::Box => u,
             ShutterKind::Triangle if u < 0.5 => (0.5 * u).sqrt(),
             ShutterKind::Triangle => 1.0 - (0.5 * (1.0 - u)).sqrt(),
@@ -41,7 +41,7 @@ impl Shutter {
             }
         };
         // Never beyond the end by rounding.
-        (self.open + share * (self.close - self.open)).min(self.close)
+        (self.open + fraction * (self.close - self.open)).min(self.close)
     }
 }
 
@@ -59,7 +59,7 @@ mod tests {
         assert_eq!(times(ShutterKind::Box, 4), [2.25, 2.75, 3.25, 3.75]);
         assert_eq!(times(ShutterKind::Strobe { flashes: 1 }, 2), [3.0, 3.0]);
         assert_eq!(times(ShutterKind::Strobe { flashes: 3 }, 6), [2.0, 2.0, 3.0, 3.0, 4.0, 4.0]);
-        // Over a triangle from 2 to 4 the share of times up to t is (t − 2)²/2 in its first half.
+        // Over a triangle from 2 to 4 the fraction of times up to t is (t − 2)²/2 in its first half.
         let n = 1000;
         for (i, time) in times(ShutterKind::Triangle, n).into_iter().enumerate() {
             let below =

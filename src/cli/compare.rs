@@ -91,11 +91,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         paths.map(|side| side.iter().map(|path| path.to_string_lossy().into_owned()).collect());
     let files: [&[String]; 2] = files.each_ref().map(Vec::as_slice);
     if args.json {
-        super::say(&comparison.json(files))?;
+        super::print(&comparison.json(files))?;
     } else {
-        super::say(&comparison.table(files))?;
+        super::print(&comparison.table(files))?;
         for (map, path) in &maps {
-            super::say(&format!("{}: {}\n", path.display(), map.legend()))?;
+            super::print(&format!("{}: {}\n", path.display(), map.legend()))?;
         }
     }
     if met.is_empty() { Ok(()) } else { Err(Failure::Other(met.join("\n"))) }

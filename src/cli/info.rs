@@ -31,13 +31,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         _ => Path::new("."),
     });
     let text = if args.json {
-        json(&description, &scene.needs(), folder)
+        json(&description, &scene.features(), folder)
     } else {
-        format!("{}renderer: {}\n", outline(&description), scene.needs())
+        format!("{}renderer: {}\n", outline(&description), scene.features())
     };
     match &args.output {
         Some(path) => std::fs::write(path, text)
             .map_err(|error| Failure::Other(format!("error: cannot write {}: {error}", path.display()))),
-        None => super::say(&text),
+        None => super::print(&text),
     }
 }

@@ -1,9 +1,9 @@
 use super::png_options::PngOptions;
-use super::render::{cannot_read, cannot_write, counted, has_extension, told_samples};
-use super::{Failure, say, tell};
+use super::render::{cannot_read, cannot_write, counted, has_extension, sample_count};
+use super::{Failure, print, print_message};
 use abbe::film::Film;
 use abbe::output::checkpoint::merge::{Plan, Refusal, plan};
-use abbe::output::checkpoint::{self, Description, Header, Part};
+use abbe::output::checkpoint::{self, Description, Header, RenderPart};
 use abbe::output::{self, Picture};
 use abbe::render::Auxiliary;
 use serde_json::json;
@@ -89,25 +89,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             write(&args.output, header, &plan, &film, &images).map_err(failed(&args.output))?;
         }
         if !args.quiet && !args.json {
-            tell(&format!(
+            print_message(&format!(
                 "{}: {} samples per pixel of {} parts",
                 args.output.display(),
-                told_samples(&film.samples_per_pixel()),
+                sample_count(&film.samples_per_pixel()),
                 plan.used.len()
             ));
         }
     }
     if args.json {
-        say(&args.told_as_json(&plan, header, is_written))?;
+        print(&args.told_as_json(&plan, header, is_written))?;
     } else if !args.quiet {
         for &file in &plan.redundant {
-            tell(&format!("{}: all of it is in others", args.parts[file].display()));
+            print_message(&format!("{}: all of it is in others", args.parts[file].display()));
         }
     }
     if plan.missing.is_empty() { Ok(()) } else { Err(args.missing(&plan, header, is_written)) }
 }
 
-/// Whether there is a picture to write: light paths are counted for all pixels together.
+/// Whether there is a picture to write: light subpaths are counted for all pixels together.
 fn is_written(plan: &Plan, header: &Header) -> bool {
     !plan.used.is_empty() && (!header.film.extras.light_paths || plan.is_even(header.samples_per_pixel))
 }
@@ -173,8 +173,8 @@ impl Args {
         let names = |files: &[usize]| -> Vec<String> {
             files.iter().map(|&file| self.parts[file].to_string_lossy().into_owned()).collect()
         };
-        let parts = |parts: &[Part]| -> Vec<serde_json::Value> {
-            let told = |part: &Part| {
+        let parts = |parts: &[RenderPart]| -> Vec<serde_json::Value> {
+            let told = |part: &RenderPart| {
                 let [[x, y], [width, height]] = [part.region.offset, part.region.size];
                 json!({ "samples": [part.samples.start, part.samples.end], "crop": [x, y, width, height] })
             };
@@ -194,7 +194,7 @@ impl Args {
 }
 
 /// A part as options of abbe render. A crop of all pixels is none.
-fn options(part: &Part, plan: &Plan, header: &Header) -> String {
+fn options(part: &RenderPart, plan: &Plan, header: &Header) -> String {
     let told = part.to_string();
     let is_whole = part.region == header.film.extent.window && part.region == plan.extent.shown;
     match told.split_once(" --crop") {

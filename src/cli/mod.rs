@@ -56,12 +56,12 @@ pub enum Failure {
 
 /// Writes a line to standard error. Where nobody reads it any more, such as after the terminal was closed,
 /// the work goes on.
-fn tell(line: &str) {
+fn print_message(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// Writes to standard output. Who reads no further, such as `head`, has had enough: that is no failure.
-fn say(text: &str) -> Result<(), Failure> {
+fn print(text: &str) -> Result<(), Failure> {
     let mut output = std::io::stdout().lock();
     match output.write_all(text.as_bytes()).and_then(|()| output.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
@@ -90,6 +90,6 @@ pub fn main() -> ExitCode {
         Err(Failure::Stopped(message)) => (message, 3),
         Err(Failure::Other(message)) => (message, 1),
     };
-    tell(message.trim_end());
+    print_message(message.trim_end());
     ExitCode::from(code)
 }

@@ -2,7 +2,7 @@
 
 use super::pulse::Pulse;
 use abbe::film::Film;
-use abbe::render::Watch;
+use abbe::render::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::Write;
 use std::io::IsTerminal;
@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-pub struct Progress {
+pub struct RenderProgress {
     bar: ProgressBar,
     /// Lines instead of a bar.
     lines: Option<(Pulse, Arc<Counted>)>,
@@ -48,7 +48,7 @@ impl Counted {
 
 const NO_ERROR_YET: &str = "error not known yet";
 
-impl Progress {
+impl RenderProgress {
     /// Progress of a render of `total` samples; `before` of them are done already.
     pub fn new(total: u64, before: u64, quiet: bool, stop: Arc<AtomicBool>) -> Self {
         let terminal = std::io::stderr().is_terminal();
@@ -89,7 +89,7 @@ impl Progress {
     }
 }
 
-impl Watch for Progress {
+impl Progress for RenderProgress {
     fn advanced(&self, samples: u64) {
         if let Some((_, counted)) = &self.lines {
             counted.done.fetch_add(samples, Ordering::Relaxed);
@@ -146,9 +146,9 @@ impl StudyProgress {
         let lines = (!quiet && !terminal).then(|| {
             let bar = bar.clone();
             Pulse::new(move || {
-                let share = bar.position() as f64 / bar.length().unwrap_or(0).max(1) as f64;
+                let fraction = bar.position() as f64 / bar.length().unwrap_or(0).max(1) as f64;
                 let under_way = bar.message();
-                format!("{:3.0} %  {under_way}  {}", 100.0 * share, time_left(&bar, started))
+                format!("{:3.0} %  {under_way}  {}", 100.0 * fraction, time_left(&bar, started))
             })
         });
         Self { bar, lines, started, never: AtomicBool::new(false), stop, told: AtomicBool::new(false) }
@@ -192,7 +192,7 @@ fn time_left(bar: &ProgressBar, started: Instant) -> String {
     }
 }
 
-impl Watch for StudyProgress {
+impl Progress for StudyProgress {
     fn advanced(&self, samples: u64) {
         self.bar.inc(samples);
         if self.stop.load(Ordering::Relaxed) && !self.told.swap(true, Ordering::Relaxed) {
@@ -212,8 +212,8 @@ impl Watch for StudyProgress {
 }
 
 /// Three significant digits.
-pub fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
+pub fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
     let digits = (2.0 - percent.abs().max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{percent:.digits$} %")
 }

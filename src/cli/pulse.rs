@@ -1,6 +1,6 @@
 //! Lines for whoever reads a log: at least one every ten seconds.
 
-use super::tell;
+use super::print_message;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -20,7 +20,7 @@ pub struct Pulse {
 impl Pulse {
     /// `line` says how far things are.
     pub fn new(line: impl Fn() -> String + Send + 'static) -> Self {
-        Self::with_period(PERIOD, move || tell(&line()))
+        Self::with_period(PERIOD, move || print_message(&line()))
     }
 
     fn with_period(period: Duration, beat: impl Fn() + Send + 'static) -> Self {
@@ -38,7 +38,7 @@ impl Pulse {
     /// Says another line. The silence begins anew.
     pub fn says(&self, line: &str) {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        tell(line);
+        print_message(line);
         *last = Instant::now();
     }
 }

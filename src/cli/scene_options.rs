@@ -1,7 +1,7 @@
 use super::Failure;
 use abbe::film::Region;
 use abbe::scene::description::IntegratorKind;
-use abbe::scene::{self, Description, Part, ReadOptions};
+use abbe::scene::{self, Crop, Description, ReadOptions};
 use std::path::PathBuf;
 
 /// Which scene, and what its file leaves open.
@@ -74,8 +74,8 @@ impl PictureOptions {
     }
 
     /// The part that is asked for, with a margin for what its pixels depend on.
-    pub fn part(&self, margin: u32, square: u32) -> Option<Part> {
-        self.crop.map(|shown| Part { shown, margin, square })
+    pub fn part(&self, margin: u32, square: u32) -> Option<Crop> {
+        self.crop.map(|shown| Crop { shown, margin, square })
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the shell and the manual know of the command line: both follow from its declaration.
 
-use super::{Cli, Failure, say};
+use super::{Cli, Failure, print};
 use clap::CommandFactory;
 use clap_complete::Shell;
 use clap_mangen::Man;
@@ -23,7 +23,7 @@ pub struct CompletionsArgs {
 pub fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "abbe", &mut script);
-    say(&String::from_utf8_lossy(&script))
+    print(&String::from_utf8_lossy(&script))
 }
 
 /// Print the manual page of abbe or of one of its commands
@@ -54,5 +54,5 @@ pub fn man(args: &ManArgs) -> Result<(), Failure> {
     Man::new(command)
         .render(&mut page)
         .map_err(|error| Failure::Other(format!("error: cannot write the manual page: {error}")))?;
-    say(&String::from_utf8_lossy(&page))
+    print(&String::from_utf8_lossy(&page))
 }

@@ -54,11 +54,11 @@ struct Subject {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.list {
-        return super::say(&list(args.kind));
+        return super::print(&list(args.kind));
     }
     let subjects = subjects(args)?;
     for subject in &subjects {
-        super::say(&format!("{}\n", report::report(subject, &args.at)))?;
+        super::print(&format!("{}\n", report::report(subject, &args.at)))?;
     }
     let Some(path) = &args.plot else { return Ok(()) };
     let [subject] = subjects.as_slice() else {

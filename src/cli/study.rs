@@ -2,15 +2,15 @@ use super::progress::StudyProgress;
 use super::render::{cannot_write, refuse_what_no_memory_holds, scene_name, thread_pool, warn};
 use super::scene_options::{PictureOptions, SceneOptions};
 use super::stop::stop_on_signal;
-use super::{Failure, tell};
+use super::{Failure, print_message};
 use abbe::film::Region;
 use abbe::output::exr;
 use abbe::render::WavelengthCount;
 use abbe::sampling::SamplerKind;
 use abbe::scene::{CompileOptions, compile};
-use abbe::study::report::{Findings, Told};
+use abbe::study::report::{Context, Findings};
 use abbe::study::{
-    Case, CaseId, Folder, Reference, ReferenceError, ReferenceRequest, Request, RunId, Stranger, measure,
+    Case, CaseId, Folder, ForeignStudy, Reference, ReferenceError, ReferenceRequest, Request, RunId, measure,
     reference,
 };
 use std::fmt::Write;
@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let pool = thread_pool(args.threads)?;
     let cases = cases(args)?;
     let (request, given) = request(args, &cases, pool.current_num_threads() as u32)?;
-    let folder = Folder::open(&args.output, &request).map_err(|stranger| refused(&args.output, &stranger))?;
+    let folder = Folder::open(&args.output, &request).map_err(|foreign| refused(&args.output, &foreign))?;
     for (index, case) in cases.iter().enumerate() {
         if let ReferenceRequest::Rendered { samples_per_pixel } = request.reference {
             refuse_what_no_memory_holds(
@@ -159,7 +159,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         cases: &cases,
         references: &references,
         runs: runs.into_iter().filter_map(|(_, run)| run).collect(),
-        told: Told {
+        context: Context {
             scene: scene_name(&args.scene.scene),
             command: std::env::args().map(|word| shown(&word)).collect::<Vec<_>>().join(" "),
             machine: machine(),
@@ -169,7 +169,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     pool.install(|| findings.write(&folder, &progress)).map_err(|error| cannot(&error))?;
     progress.finish();
     if !args.quiet {
-        tell(&folder.file("index.html").display().to_string());
+        print_message(&folder.file("index.html").display().to_string());
     }
     Ok(())
 }
@@ -310,13 +310,13 @@ fn read_reference(path: &Path, size: [u32; 2]) -> Result<Reference, Failure> {
     })
 }
 
-fn refused(path: &Path, stranger: &Stranger) -> Failure {
+fn refused(path: &Path, foreign: &ForeignStudy) -> Failure {
     let place = path.display();
-    match stranger {
-        Stranger::NotAStudy => Failure::Input(format!(
+    match foreign {
+        ForeignStudy::NotAStudy => Failure::Input(format!(
             "error: {place} has files in it, and they are not a study's\nhelp: name a new or an empty folder"
         )),
-        Stranger::Another(differences) => {
+        ForeignStudy::Another(differences) => {
             let mut text = format!("error: {place} is the folder of another study");
             for difference in differences {
                 let _ = write!(text, "\n  {difference}");
@@ -324,7 +324,7 @@ fn refused(path: &Path, stranger: &Stranger) -> Failure {
             text.push_str("\nhelp: name another folder, or ask for the same study to continue it");
             Failure::Input(text)
         }
-        Stranger::Io(error) => Failure::Other(format!("error: cannot read {place}: {error}")),
+        ForeignStudy::Io(error) => Failure::Other(format!("error: cannot read {place}: {error}")),
     }
 }
 

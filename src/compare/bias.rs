@@ -80,7 +80,7 @@ pub fn test(pair: &Pair, channel: &Channel, good: &[bool]) -> Tests {
         .collect();
     let level = crate::stats::sidak(LEVEL, tiles.len());
     let mut seen: Vec<f64> =
-        tiles.iter().map(|tile| detectable(tile, level)).filter(|share| share.is_finite()).collect();
+        tiles.iter().map(|tile| detectable(tile, level)).filter(|fraction| fraction.is_finite()).collect();
     seen.sort_by(f64::total_cmp);
     let whole = means(channel, &Cells::new(pair, Cell::Picture), good).into_iter().flatten().next();
     let whole = whole.map_or([Estimate::exact(0.0); 2], |both| both.map(|mean| mean.estimate));

@@ -59,12 +59,12 @@ impl Figures {
     }
 }
 
-/// How pictures differ to an observer.
+/// How different two pictures look to an observer.
 ///
 /// Scene values become colours as on a display that shows the luminance `white` as its white, D65, for both
 /// pictures alike.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub struct PerceivedDifference {
     /// Luminance of white, in the unit of the files.
     pub white: f64,
     /// Mean CIEDE2000. CIELAB is relative to D65 with luminance `white`; nothing is clipped, brighter colours
@@ -86,7 +86,7 @@ const GREY: f64 = 0.18;
 /// Share of the pixels, the brightest, that do not raise the mean further: lamps and glints.
 const LAMPS: f64 = 0.01;
 
-impl Seen {
+impl PerceivedDifference {
     pub(super) fn of(pair: &Pair, good: &[bool], options: &Options) -> Option<Self> {
         // What cannot be compared is black in both.
         let both: Vec<[Xyz; 2]> = (0..good.len())

@@ -26,7 +26,7 @@ const TO_XYZ: [[f64; 3]; 3] = [
     [1_425_312.0 / 73_733_382.0, 8_788_810.0 / 73_733_382.0, 70_074_185.0 / 73_733_382.0],
 ];
 
-/// Exponent of colour differences, and the share of the largest one that is spread over most of the range
+/// Exponent of colour differences, and the fraction of the largest one that is spread over most of the range
 /// (section 3.2.3).
 const COLOUR_EXPONENT: f64 = 0.7;
 const COMPRESSED_FROM: f64 = 0.4;

@@ -18,7 +18,7 @@ mod report;
 
 pub use bias::{CELLS, LEVEL, POWER, TILE, Tests};
 pub use condition::{Condition, Unmet};
-pub use figures::{Figures, Seen, relmse_scale};
+pub use figures::{Figures, PerceivedDifference, relmse_scale};
 pub use maps::{Map, MapKind};
 pub use noise::Noise;
 pub use pair::{Channel, Measurement, Mismatch, Pair, listed};
@@ -54,7 +54,7 @@ pub struct Comparison {
     /// Figures of luminance, or their means over the channels of files without colours.
     pub figures: Figures,
     /// Figures of what is seen, for files with colours.
-    pub seen: Option<Seen>,
+    pub seen: Option<PerceivedDifference>,
     pub channels: Vec<ChannelResult>,
     /// The channel that stands for all in pictures: luminance, green, or the first.
     pub middle: usize,
@@ -146,7 +146,7 @@ pub fn compare(a: &[Channels], b: &[Channels], options: &Options) -> Result<Comp
         bad,
         unmeasured,
         figures,
-        seen: Seen::of(&pair, &good, options),
+        seen: PerceivedDifference::of(&pair, &good, options),
         channels,
         middle: pair.middle(),
         replicates,
@@ -170,7 +170,7 @@ impl Comparison {
             sidak_corrected(tests.iter().map(|&tests| p(tests)).fold(1.0, f64::min), tests.len())
         };
         let largest =
-            |share: fn(&Tests) -> f64| tests.iter().map(|&tests| share(tests)).fold(f64::NAN, f64::max);
+            |fraction: fn(&Tests) -> f64| tests.iter().map(|&tests| fraction(tests)).fold(f64::NAN, f64::max);
         let parts = [smallest(|t| t.p_mean), smallest(|t| t.p_tiles), smallest(|t| t.p_pixels)];
         let [p_mean, p_tiles, p_pixels] = parts;
         Some(Verdict {
@@ -240,7 +240,7 @@ fn notes(comparison: &Comparison, pair: &Pair, sides: [&[Channels]; 2]) -> Vec<S
             let same = |name: &str| a.attribute(name).is_some_and(|value| b.attribute(name) == Some(value));
             if ["abbe.sceneHash", "abbe.seed", "abbe.sampler"].iter().all(|name| same(name)) {
                 notes.push(format!(
-                    "{first} and {second} are renders of one scene with one seed: they share their noise, so the tests \
+                    "{first} and {second} are renders of one scene with one seed: they fraction their noise, so the tests \
                      say little"
                 ));
             }

@@ -1,7 +1,7 @@
 //! What is known of the noise of a side: of its pixels, and of means over some of them.
 //!
 //! A picture states the errors of its pixels, or several pictures show by their spread how uncertain they
-//! are. Filters that splat each sample onto several pixels, and pixels that share light paths, give
+//! are. Filters that splat each sample onto several pixels, and pixels that share light subpaths, give
 //! neighbours noise in common: a file may state how much it makes of means over tiles and over the picture,
 //! and the spread of several pictures needs no such statement.
 
@@ -294,7 +294,7 @@ mod tests {
             alarms[0] += u32::from(tests.p_mean < 0.05);
             alarms[1] += u32::from(tests.p_tiles < 0.05);
         }
-        // Four standard errors of a share of 200 trials above 5 %: 11 %. Pixels taken as independent would
+        // Four standard errors of a fraction of 200 trials above 5 %: 11 %. Pixels taken as independent would
         // raise one in half of the trials.
         for count in alarms {
             assert!(f64::from(count) / f64::from(trials) < 0.11, "{alarms:?}");

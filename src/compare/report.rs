@@ -184,7 +184,7 @@ impl Comparison {
             noiseless += tests.noiseless;
             borrowed += tests.borrowed;
             let _ = write!(out, "\n  {:<width$}", channel.name);
-            let shares = [tests.detectable, tests.detectable_tile].map(percent);
+            let fractions = [tests.detectable, tests.detectable_tile].map(percent);
             for cell in [
                 short(channel.figures.mean_b),
                 percent(channel.figures.bias),
@@ -195,7 +195,7 @@ impl Comparison {
                 short(tests.p_uniform),
             ]
             .into_iter()
-            .chain(shares)
+            .chain(fractions)
             {
                 let _ = write!(out, "  {cell:>10}");
             }
@@ -285,6 +285,6 @@ fn short(value: f64) -> String {
     format!("{value:.digits$}")
 }
 
-fn percent(share: f64) -> String {
-    format!("{} %", short(100.0 * share))
+fn percent(fraction: f64) -> String {
+    format!("{} %", short(100.0 * fraction))
 }

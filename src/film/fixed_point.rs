@@ -19,7 +19,7 @@ pub(super) const TOO_LARGE: f64 = 4_611_686_018_427_387_904.0;
 pub(super) const SMALL: f64 = 16_777_216.0;
 
 impl FixedPoint {
-    /// For shares: numbers of the order of 1.
+    /// For fractions: numbers of the order of 1.
     pub const SHARE: Self = Self { quantum: 1.0 / (1u64 << 40) as f64, per_quantum: (1u64 << 40) as f64 };
 
     /// For contributions of the order of `reference`, the radiance of the brightest light.

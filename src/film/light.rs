@@ -1,8 +1,8 @@
-//! What light paths bring to a film, beside the samples of its pixels.
+//! What light subpaths bring to a film, beside the samples of its pixels.
 
 use super::{Film, FixedPoint};
 
-/// What light paths brought. Any of them may have come to any pixel, so it is their number that their sums
+/// What light subpaths brought. Any of them may have come to any pixel, so it is their number that their sums
 /// are divided by.
 #[derive(Clone, Debug)]
 pub(super) struct LightPaths {
@@ -34,7 +34,7 @@ impl LightPaths {
 }
 
 impl Film {
-    /// Adds what one light path brought to a replicate of a pixel. `sums` are those of one replicate.
+    /// Adds what one light subpath brought to a replicate of a pixel. `sums` are those of one replicate.
     pub fn add_light(&mut self, [x, y]: [u32; 2], replicate: u32, sums: &[i64]) {
         let channels = self.extras.channels();
         let first = (self.index(x, y) * self.replicates as usize + replicate as usize) * channels;
@@ -46,7 +46,7 @@ impl Film {
         }
     }
 
-    /// Says that a replicate has had so many light paths more.
+    /// Says that a replicate has had so many light subpaths more.
     pub fn count_light(&mut self, replicate: u32, paths: u64) {
         self.light.count[replicate as usize] += paths;
     }

@@ -1,6 +1,6 @@
 //! What a film says of one pixel and of means over several, each with its standard error.
 //!
-//! A sample that is splatted onto several pixels, light paths, and groups of pixels that share work give
+//! A sample that is splatted onto several pixels, light subpaths, and groups of pixels that share work give
 //! neighbouring pixels noise in common. The error of a mean over pixels is therefore that of the replicates'
 //! means over them, not what the pixels' own errors would add up to.
 
@@ -11,7 +11,7 @@ use super::{Extent, Film, FixedPoint, Measured, Region, WEIGHT};
 pub enum Quantity {
     /// Σ wᵢ·XYZᵢ for three weights.
     Combined([f64; 3]),
-    /// The share of the samples that meet something.
+    /// The fraction of the samples that meet something.
     Alpha,
     /// The integral of the spectral radiance over a response of the sensor.
     Response(usize),

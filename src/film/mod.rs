@@ -72,7 +72,7 @@ const WEIGHT: usize = 3;
 /// What a film measures beside X, Y and Z.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Extras {
-    /// The share of the samples that meet something.
+    /// The fraction of the samples that meet something.
     pub alpha: bool,
     /// The second moments of X, Y and Z over the samples.
     pub moments: bool,
@@ -80,7 +80,7 @@ pub struct Extras {
     /// is over it.
     pub responses: Vec<f64>,
     pub bins: Option<SpectralBins>,
-    /// Whether light paths bring something, too.
+    /// Whether light subpaths bring something, too.
     pub light_paths: bool,
 }
 
@@ -414,7 +414,7 @@ impl Film {
         weighed(&self.sums[first..first + 3]) * self.scale.quantum / weight + light
     }
 
-    /// The share of the pixel's samples that meet something, weighed by the filter. Only for a film that
+    /// The fraction of the pixel's samples that meet something, weighed by the filter. Only for a film that
     /// measures it. Exactly 1 where every sample meets something.
     pub fn alpha(&self, x: u32, y: u32) -> Measured {
         self.measured(x, y, Quantity::Alpha)

@@ -8,7 +8,7 @@ use super::{Film, Region};
 pub struct Row {
     /// By pixel, replicate and channel.
     pub sums: Vec<i64>,
-    /// What light paths brought, likewise; empty where there are none.
+    /// What light subpaths brought, likewise; empty where there are none.
     pub light: Vec<i64>,
     /// By pixel: samples taken within it.
     pub samples: Vec<u32>,
@@ -69,7 +69,7 @@ impl Film {
         self.samples.iter().map(|&samples| u64::from(samples)).sum()
     }
 
-    /// By replicate: how many light paths there were.
+    /// By replicate: how many light subpaths there were.
     pub fn light_counts(&self) -> &[u64] {
         &self.light.count
     }

@@ -13,14 +13,14 @@ use std::fmt;
 #[derive(Clone, Debug)]
 pub struct Motion {
     /// Intervals between keyframes: at least one, in the order of time.
-    stretches: Vec<Stretch>,
+    intervals: Vec<KeyframeInterval>,
     /// What local coordinates are relative to, in those of the keys.
     pivot: Vec3,
 }
 
-/// The way from one keyframe to the next.
+/// The motion between two neighbouring keyframes.
 #[derive(Clone, Debug)]
-struct Stretch {
+struct KeyframeInterval {
     start: f64,
     /// 1 / duration; 0 for a body that stands still.
     rate: f64,
@@ -89,7 +89,7 @@ impl Motion {
     /// # Errors
     /// See [`MotionError`].
     pub fn new(keys: &[(f64, Transform)]) -> Result<Self, MotionError> {
-        let mut stretches = Vec::new();
+        let mut intervals = Vec::new();
         let (start, first) = keys.first().ok_or(MotionError::NoKeys)?;
         if !start.is_finite() {
             return Err(MotionError::Order(0));
@@ -103,13 +103,13 @@ impl Motion {
             if (next.scale.determinant() < 0.0) != (last.1.scale.determinant() < 0.0) {
                 return Err(MotionError::Mirrors(index));
             }
-            stretches.push(Stretch::between(&last.1, &next, last.0, 1.0 / (time - last.0)));
+            intervals.push(KeyframeInterval::between(&last.1, &next, last.0, 1.0 / (time - last.0)));
             last = (*time, next);
         }
-        if stretches.is_empty() {
-            stretches.push(Stretch::between(&last.1, &last.1, last.0, 0.0));
+        if intervals.is_empty() {
+            intervals.push(KeyframeInterval::between(&last.1, &last.1, last.0, 0.0));
         }
-        Ok(Self { stretches, pivot: Vec3::ZERO })
+        Ok(Self { intervals, pivot: Vec3::ZERO })
     }
 
     /// The same motion of a body whose coordinates are relative to `pivot`, in a world that is moved by
@@ -117,15 +117,15 @@ impl Motion {
     #[must_use]
     pub fn recentred(mut self, pivot: Vec3, shift: Vec3) -> Self {
         self.pivot += pivot;
-        self.stretches.iter_mut().for_each(|stretch| stretch.position += shift);
+        self.intervals.iter_mut().for_each(|interval| interval.position += shift);
         self
     }
 
     /// Where the body stands.
     pub fn at(&self, time: f64) -> Pose {
-        let after = self.stretches.partition_point(|stretch| stretch.start <= time);
-        let stretch = &self.stretches[after.saturating_sub(1)];
-        stretch.at(((time - stretch.start) * stretch.rate).clamp(0.0, 1.0), self.pivot)
+        let after = self.intervals.partition_point(|interval| interval.start <= time);
+        let interval = &self.intervals[after.saturating_sub(1)];
+        interval.at(((time - interval.start) * interval.rate).clamp(0.0, 1.0), self.pivot)
     }
 
     /// A box around all of a body that fills a box in its own coordinates, from one time to another.
@@ -133,13 +133,13 @@ impl Motion {
         if body.is_empty() {
             return body;
         }
-        let last = self.stretches.len() - 1;
-        let parts = self.stretches.iter().enumerate().filter_map(|(index, stretch)| {
-            let share = |time: f64| ((time - stretch.start) * stretch.rate).clamp(0.0, 1.0);
-            let from = if index == 0 { f64::NEG_INFINITY } else { stretch.start };
-            let end = if index == last { f64::INFINITY } else { self.stretches[index + 1].start };
-            let met = during[0] <= end && during[1] >= from;
-            met.then(|| stretch.bounds(body, self.pivot, [share(during[0]), share(during[1])]))
+        let last = self.intervals.len() - 1;
+        let parts = self.intervals.iter().enumerate().filter_map(|(index, interval)| {
+            let fraction = |time: f64| ((time - interval.start) * interval.rate).clamp(0.0, 1.0);
+            let from = if index == 0 { f64::NEG_INFINITY } else { interval.start };
+            let end = if index == last { f64::INFINITY } else { self.intervals[index + 1].start };
+            let overlaps = during[0] <= end && during[1] >= from;
+            overlaps.then(|| interval.bounds(body, self.pivot, [fraction(during[0]), fraction(during[1])]))
         });
         Bounds::of_all(parts)
     }
@@ -151,7 +151,7 @@ impl Motion {
     /// theirs.
     fn spread(&self) -> DMat3 {
         let largest = |m: DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
-        let ends = self.stretches.iter().flat_map(|s| [s.scale, s.scale + s.growth]);
+        let ends = self.intervals.iter().flat_map(|s| [s.scale, s.scale + s.growth]);
         let (stretch, squeeze) = ends.fold((0.0_f64, 0.0_f64), |(a, b), scale| {
             (a.max(largest(scale)), b.max(largest(scale.inverse())))
         });
@@ -160,7 +160,7 @@ impl Motion {
     }
 }
 
-impl Stretch {
+impl KeyframeInterval {
     fn between(from: &Parts, to: &Parts, start: f64, rate: f64) -> Self {
         let turn = from.rotation.inverse() * to.rotation;
         // A quaternion and its negative are the same rotation; one of them is the shorter way.
@@ -179,13 +179,13 @@ impl Stretch {
     }
 
     /// The pose at a fraction of the way.
-    fn at(&self, share: f64, pivot: Vec3) -> Pose {
+    fn at(&self, fraction: f64, pivot: Vec3) -> Pose {
         let turn = match self.angle {
             0.0 => self.rotation,
-            angle => self.rotation * DQuat::from_axis_angle(self.axis, share * angle),
+            angle => self.rotation * DQuat::from_axis_angle(self.axis, fraction * angle),
         };
-        let linear = DMat3::from_quat(turn) * (self.scale + self.growth * share);
-        let origin = self.position + self.way * share + linear * pivot;
+        let linear = DMat3::from_quat(turn) * (self.scale + self.growth * fraction);
+        let origin = self.position + self.way * fraction + linear * pivot;
         Pose { origin, linear, inverse: linear.inverse() }
     }
 
@@ -211,14 +211,15 @@ impl Stretch {
 /// Where a body stands over time, and how exactly rays can be taken to it.
 #[derive(Clone, Debug)]
 pub struct Placed {
-    place: Place,
+    place: PoseOverTime,
     /// Times local coordinates it bounds their rounding errors in units of 2⁻⁵³, like the bound of an
     /// analytic shape.
     local_errors: DMat3,
 }
 
+/// A pose that is fixed or moves.
 #[derive(Clone, Debug)]
-enum Place {
+enum PoseOverTime {
     Still(Pose),
     Moving(Box<Motion>),
 }
@@ -228,16 +229,16 @@ impl Placed {
     pub fn still(to_world: &Transform) -> Option<Self> {
         let pose = Pose::new(to_world);
         let regular = pose.inverse.is_finite() && pose.origin.is_finite();
-        if regular { Self::with_spread(Place::Still(pose), pose.spread()) } else { None }
+        if regular { Self::with_spread(PoseOverTime::Still(pose), pose.spread()) } else { None }
     }
 
     /// The same for a body in motion, at any time.
     pub fn moving(motion: Motion) -> Option<Self> {
         let spread = motion.spread();
-        Self::with_spread(Place::Moving(Box::new(motion)), spread)
+        Self::with_spread(PoseOverTime::Moving(Box::new(motion)), spread)
     }
 
-    fn with_spread(place: Place, spread: DMat3) -> Option<Self> {
+    fn with_spread(place: PoseOverTime, spread: DMat3) -> Option<Self> {
         let largest = (spread * Vec3::ONE).max_element();
         (largest < 1e12).then(|| Self { place, local_errors: spread * 16.0 })
     }
@@ -246,30 +247,30 @@ impl Placed {
     pub fn largest_stretch(&self) -> f64 {
         let frobenius = |m: DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
         match &self.place {
-            Place::Still(pose) => frobenius(pose.linear),
-            Place::Moving(motion) => {
-                let ends = motion.stretches.iter().flat_map(|s| [s.scale, s.scale + s.growth]);
+            PoseOverTime::Still(pose) => frobenius(pose.linear),
+            PoseOverTime::Moving(motion) => {
+                let ends = motion.intervals.iter().flat_map(|s| [s.scale, s.scale + s.growth]);
                 ends.map(frobenius).fold(0.0, f64::max)
             }
         }
     }
 
     pub fn is_moving(&self) -> bool {
-        matches!(self.place, Place::Moving(_))
+        matches!(self.place, PoseOverTime::Moving(_))
     }
 
     pub fn at(&self, time: f64) -> Pose {
         match &self.place {
-            Place::Still(pose) => *pose,
-            Place::Moving(motion) => motion.at(time),
+            PoseOverTime::Still(pose) => *pose,
+            PoseOverTime::Moving(motion) => motion.at(time),
         }
     }
 
     /// A box around all of a body that fills a box in its own coordinates, from one time to another.
     pub fn bounds(&self, body: Bounds, during: [f64; 2]) -> Bounds {
         match &self.place {
-            Place::Still(pose) => Bounds::of(body.corners().map(|corner| pose.world_point(corner))),
-            Place::Moving(motion) => motion.bounds(body, during),
+            PoseOverTime::Still(pose) => Bounds::of(body.corners().map(|corner| pose.world_point(corner))),
+            PoseOverTime::Moving(motion) => motion.bounds(body, during),
         }
     }
 

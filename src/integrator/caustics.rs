@@ -1,12 +1,13 @@
-//! Light paths: caustics from the side of the light.
+//! Light tracing for caustics.
 //!
-//! Light that a smooth body focuses on a surface is found by a path from the camera only if it runs into the
-//! light by chance. From the light it is found at once: of a path
+//! A path from the camera finds the light that a smooth body focuses on a surface only if it runs into the
+//! light by chance. A light subpath finds it at once. In a path
 //!
-//! camera → matt surface → … → matt surface → smooth surface → … → smooth surface → light,
+//! camera → diffuse surface → … → diffuse surface → smooth surface → … → smooth surface → light,
 //!
-//! whose smooth surfaces scatter in single directions alone, all but the first segment is made beginning at
-//! the light, toward the bodies. Each matt surface x that it comes to is seen by the camera with the weight
+//! whose smooth surfaces scatter in single directions, all but the first segment form a light subpath, which
+//! begins at the light and aims at the bodies. It contributes each diffuse surface x that it meets to the
+//! camera with the weight
 //!
 //! Φ · f(ω, ω′) · cos θ′ / d² · dx/dω′,
 //!
@@ -19,20 +20,19 @@
 //!
 //! r = N · p(xₙ) p(ω) / cos θₙ · cos θ₀ / (p(ω₀) ν(x₀)),
 //!
-//! N light paths for one sample of each pixel, xₙ and ω where the light path begins and in what direction, ω₀
-//! the direction in which a path from the camera leaves its first surface, x₀, and ν(x₀) pixels per area of
-//! that. This is exact where all but the first surface scatter with the same density, per projected solid
-//! angle, forth and back, which smooth and matt ones do; where they do not, weights are worse, but sum to one
-//! all the same. So what mirrors nearly and shows the light is left to the camera, and what scatters widely
-//! to the light.
+//! N light subpaths for one sample of each pixel, xₙ and ω where the light subpath begins and in what
+//! direction, ω₀ the direction in which a path from the camera leaves its first surface, x₀, and ν(x₀) pixels
+//! per area of that. This is exact where all but the first surface scatter with the same density, per
+//! projected solid angle, forth and back, as smooth and diffuse ones do; elsewhere the weights are worse, but
+//! still sum to one. So the camera finds near-mirror images of the light, and light tracing finds what is
+//! scattered widely.
 //!
-//! Caustics that are seen through smooth surfaces or in them are left to the camera: from the light only
-//! chance would lead to a point that is in view. There [`super::path`] goes on several times from the matt
-//! surface.
+//! The camera also finds caustics that are seen through smooth surfaces or in them: a light subpath would
+//! meet a point in view only by chance. There [`super::path`] splits at the diffuse surface.
 //!
-//! A surface sends light on as it does in the other direction, but for two factors. Refraction does not
-//! compress power, as it does radiance. And where a surface is shaded with another normal than its own, beams
-//! of equal power differ on its two sides (Veach 1997, section 5.3).
+//! Light subpaths scatter as camera paths do, but for two factors. Refraction scales radiance, but not power.
+//! And where the shading normal is not the geometric one, beams of equal power differ in width on the two
+//! sides (Veach 1997, section 5.3).
 
 use super::path::{late_survival, power_heuristic};
 use crate::bsdf::{Bsdf, Density};
@@ -43,11 +43,11 @@ use crate::sampling::{Dimensions, PiecewiseConstant, Stream};
 use crate::scene::{Intersection, Scene};
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 
-/// For so many samples of the pixels together there is one light path: what these cost is then small beside
-/// the rest, and there are as many as pixels after few samples.
+/// Samples of all pixels for one light subpath: so their cost is small beside the rest, and after few samples
+/// there are as many as pixels.
 const SAMPLES_PER_PATH: u64 = 4;
 
-/// Where light paths begin, and where to.
+/// Where light subpaths begin, and where to.
 #[derive(Clone, Debug)]
 pub struct Caustics {
     casters: Casters,
@@ -57,7 +57,7 @@ pub struct Caustics {
     pixels: u64,
 }
 
-/// A light that sends out light paths.
+/// A light that sends out light subpaths.
 #[derive(Clone, Copy, Debug)]
 pub struct Source {
     /// Among the scene's lights.
@@ -89,7 +89,7 @@ impl Caustics {
         Some(Self { casters, choice: PiecewiseConstant::new(edges, &powers)?, sources, pixels })
     }
 
-    /// How many light paths there are with so many samples of each pixel.
+    /// How many light subpaths there are with so many samples of each pixel.
     pub fn paths(&self, samples: u32) -> u64 {
         (self.pixels * u64::from(samples)).div_ceil(SAMPLES_PER_PATH)
     }
@@ -99,8 +99,8 @@ impl Caustics {
         (&self.sources[(place as usize).min(self.sources.len() - 1)], probability)
     }
 
-    /// How many times as dense light paths are as those from the camera, as far as the camera's end decides
-    /// it. Zero where light paths do not come.
+    /// The camera's factor of the ratio of densities, that of light subpaths over that of camera paths. Zero
+    /// where light subpaths do not come.
     pub fn from_camera(&self, scene: &Scene, first: &FirstSurface, time: f64) -> f64 {
         let FirstSurface { point, leaves, density } = first;
         // Through the middle of the lens: any place will do where both techniques take the same.
@@ -111,14 +111,13 @@ impl Caustics {
         if ratio.is_finite() { ratio } else { 0.0 }
     }
 
-    /// The weight of a path from the camera beside light paths, of which the light's part in the ratio is
-    /// given.
+    /// The weight of a camera path beside light subpaths. `from_light` is the light's factor of the ratio.
     pub fn weight_beside(&self, scene: &Scene, first: &FirstSurface, from_light: f64, time: f64) -> f64 {
         power_heuristic(1.0, from_light * self.from_camera(scene, first, time))
     }
 
-    /// The light's part in that ratio: of paths that begin at a point of a light in a direction. Zero where
-    /// none do.
+    /// The light's factor of that ratio, for subpaths that begin at a point of a light in a direction. Zero
+    /// where none do.
     pub fn from_light(&self, light: u32, point: &SurfacePoint, direction: Vec3) -> f64 {
         let Ok(at) = self.sources.binary_search_by_key(&light, |source| source.light) else { return 0.0 };
         let cos = direction.dot(point.normal);
@@ -132,7 +131,7 @@ impl Caustics {
     }
 }
 
-/// What a light path brings to the film.
+/// What a light subpath brings to the film.
 #[derive(Clone, Copy, Debug)]
 pub struct Splat<'a, const C: usize> {
     /// Where, in pixels from the corner of the whole film.
@@ -144,27 +143,27 @@ pub struct Splat<'a, const C: usize> {
     pub response: Option<&'a Spectrum>,
 }
 
-/// A path from a light by way of smooth surfaces to a matt one, and on: what each matt surface that it comes
-/// to sends to the film.
-pub fn light_path<'a, const C: usize>(
+/// Traces a light subpath over smooth surfaces to a diffuse one, and on. Each diffuse surface that it meets
+/// makes a splat.
+pub fn light_subpath<'a, const C: usize>(
     scene: &'a Scene,
     caustics: &Caustics,
     stream: &Stream,
     splat: &mut impl FnMut(Splat<'a, C>),
 ) {
-    let Some(mut beam) = Beam::begin(scene, caustics, stream) else { return };
+    let Some(mut subpath) = LightSubpath::begin(scene, caustics, stream) else { return };
     for vertex in 0.. {
-        let Some(hit) = beam.advance(scene) else { return };
+        let Some(hit) = subpath.advance(scene) else { return };
         if vertex == 0 && !scene.is_smooth(&hit) {
             return;
         }
-        let needs = scene.needs();
+        let features = scene.features();
         // Nothing else asks for these values.
         let drawn =
-            if needs.lens || needs.choices { stream.draw(Dimensions::Light(vertex)) } else { [0.5; 4] };
+            if features.lens || features.choices { stream.draw(Dimensions::Light(vertex)) } else { [0.5; 4] };
         let [lens_x, lens_y, _, choice] = drawn;
         if !scene.is_smooth(&hit) {
-            splat_from(scene, caustics, &beam, &hit, [lens_x, lens_y], choice).map(&mut *splat);
+            splat_from(scene, caustics, &subpath, &hit, [lens_x, lens_y], choice).map(&mut *splat);
         }
         // With another surface the path has two segments more than there are surfaces until here, and that
         // one.
@@ -173,24 +172,24 @@ pub fn light_path<'a, const C: usize>(
             return;
         }
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
-        if beam.scatter(scene, &hit, choice, lobe, [u, v]).is_none()
-            || !beam.survives(scene, segments, survival)
+        if subpath.scatter(scene, &hit, choice, lobe, [u, v]).is_none()
+            || !subpath.survives(scene, segments, survival)
         {
             return;
         }
     }
 }
 
-/// What the surface that light has come to sends to the film. `None` where it is not seen.
+/// Connects the surface that a light subpath has met to the camera. `None` where the camera does not see it.
 fn splat_from<'a, const C: usize>(
     scene: &'a Scene,
     caustics: &Caustics,
-    beam: &Beam<C>,
+    subpath: &LightSubpath<C>,
     hit: &Intersection,
     lens: [f64; 2],
     choice: f64,
 ) -> Option<Splat<'a, C>> {
-    let Beam { ray, power, ratio, media, wavelengths, time, .. } = beam;
+    let LightSubpath { ray, power, ratio, media, wavelengths, time, .. } = subpath;
     let seen = scene.camera.project(hit.point.position, lens, *time)?;
     let end = SurfacePoint { position: seen.begins, normal: seen.toward_lens, error: 0.0 };
     let last = hit.point.segment_to(&end)?;
@@ -209,7 +208,7 @@ fn splat_from<'a, const C: usize>(
     }
     let first = FirstSurface { point: hit.point, leaves, density: value.density.sum() / C as f64 };
     let by_camera = caustics.from_camera(scene, &first, *time);
-    let by_light = caustics.from_light(beam.source, &beam.start, beam.toward);
+    let by_light = caustics.from_light(subpath.source, &subpath.start, subpath.toward);
     let weight = power_heuristic(by_light * by_camera, 1.0);
     if weight == 0.0 {
         return None;
@@ -225,8 +224,8 @@ fn splat_from<'a, const C: usize>(
     Some(Splat { film: seen.film, radiance, wavelengths: *wavelengths, response: seen.response })
 }
 
-/// Light on its way.
-struct Beam<const C: usize> {
+/// A subpath from a light.
+struct LightSubpath<const C: usize> {
     time: f64,
     wavelengths: Wavelengths<C>,
     ray: Ray,
@@ -243,7 +242,7 @@ struct Beam<const C: usize> {
     toward: Vec3,
 }
 
-impl<const C: usize> Beam<C> {
+impl<const C: usize> LightSubpath<C> {
     fn begin(scene: &Scene, caustics: &Caustics, stream: &Stream) -> Option<Self> {
         let [x, y, wavelength, time] = stream.draw(Dimensions::Camera);
         let [u, v, cone, light] = stream.draw(Dimensions::Lens);
@@ -271,8 +270,8 @@ impl<const C: usize> Beam<C> {
     /// To the next surface, attenuated by the media on the way.
     fn advance(&mut self, scene: &Scene) -> Option<Intersection> {
         let Self { ray, time, wavelengths, power, media, .. } = self;
-        scene.intersect(ray, *time, false, media, |media, stretch| {
-            if let Some(transmittance) = scene.transmittance(media, stretch, wavelengths) {
+        scene.intersect(ray, *time, false, media, |media, segment| {
+            if let Some(transmittance) = scene.transmittance(media, segment, wavelengths) {
                 *power *= transmittance;
             }
         })
@@ -298,8 +297,8 @@ impl<const C: usize> Beam<C> {
         self.ratio *= scatter.ratio;
         if scatter.transmitted {
             // The BSDF's weight is for radiance.
-            let compression = shading.index_beyond().unwrap_or(1.0);
-            self.power *= compression * compression;
+            let far_over_near = shading.index_beyond().unwrap_or(1.0);
+            self.power *= far_over_near * far_over_near;
             scene.pass_through(hit, leaves, &mut self.media);
         }
         self.ray = hit.point.ray(leaves);
@@ -320,8 +319,8 @@ impl<const C: usize> Beam<C> {
     }
 }
 
-/// Whether light paths may go on as a path did that was scattered so by a surface: all smooth surfaces and
-/// the wide lobes of those that nothing passes.
+/// Whether light subpaths follow the scattering that a surface has just made: that of smooth surfaces, and
+/// the wide lobes of opaque ones.
 pub(super) fn may_follow<const C: usize>(
     scene: &Scene,
     hit: &Intersection,
@@ -334,8 +333,9 @@ pub(super) fn may_follow<const C: usize>(
     }
 }
 
-/// By how much a beam that arrives from one direction and leaves in another is wider on the surface than the
-/// BSDF takes it to be: 1 where that is shaded with its own normal. `None` where the beam grazes it.
+/// Factor by which a beam that arrives from one direction and leaves in another is wider on the surface than
+/// the BSDF takes it to be. It is 1 where shading and geometric normal are the same. `None` where the beam
+/// grazes the surface.
 fn spread(hit: &Intersection, arrives: Vec3, leaves: Vec3) -> Option<f64> {
     let (own, shading) = (hit.point.normal, hit.shading_normal);
     if own == shading {

@@ -157,7 +157,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 links.density.set(lane, &(value.density * geometry));
             }
         }
-        if !self.scene.needs().meetings() {
+        if !self.scene.features().interface_events() {
             // What sampled a place sees it.
             links.linked &= !hidden(links.linked & !(1 << owner));
         }
@@ -178,12 +178,12 @@ impl<'a, const C: usize> Firsts<'a, C> {
 
     /// Takes account of what is on the way but for opaque surfaces.
     fn attenuate(&self, owner: usize, way: impl Fn(&SurfacePoint) -> Option<Ray>, links: &mut Links<C>) {
-        let needs = self.scene.needs();
-        let every = needs.meetings() || needs.absorption;
+        let features = self.scene.features();
+        let every = features.interface_events() || features.absorption;
         for lane in lanes_of(if every { links.linked } else { links.linked & 1 << owner }) {
             let media = &self.surfaces[lane].path.media.here;
             let between = match way(&self.fan.point(lane)) {
-                Some(ray) if !needs.meetings() => {
+                Some(ray) if !features.interface_events() => {
                     self.scene.transmittance(media, &ray, self.wavelengths).unwrap_or(Sampled::ONE)
                 }
                 Some(ray) => {
@@ -258,7 +258,7 @@ mod tests {
         }
         let media = &first.path.media.here;
         let ray = from.segment_to(target)?;
-        let between = if owns && !scene.needs().meetings() {
+        let between = if owns && !scene.features().interface_events() {
             scene.transmittance(media, &ray, wavelengths).unwrap_or(Sampled::ONE)
         } else {
             scene.transmittance_between_surfaces(&ray, 0.0, media, wavelengths)

@@ -12,7 +12,7 @@ use crate::sampling::Stream;
 use crate::scene::Scene;
 use crate::spectrum::{Sampled, Wavelengths};
 
-pub use caustics::{Caustics, Source as CausticSource, Splat, light_path};
+pub use caustics::{Caustics, Source as CausticSource, Splat, light_subpath};
 pub use shared::{Sight, radiance_of_group};
 
 /// How the radiance along a camera ray is estimated.
@@ -47,9 +47,8 @@ pub struct Limits {
     pub rr_depth: u32,
     /// Whether lights are invisible to camera rays.
     pub hide_emitters: bool,
-    /// Whether passing a surface as if there were none makes a segment of its own; then such a surface is in
-    /// the way of light samples, too.
-    pub passing_counts: bool,
+    /// Whether null transmission makes a segment of its own; then such a surface also blocks light samples.
+    pub null_is_a_segment: bool,
     pub techniques: Techniques,
     pub coverage: Coverage,
 }
@@ -92,16 +91,16 @@ impl Estimator {
     }
 }
 
-/// What a camera ray has led to.
+/// What a sample's camera ray has led to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen<const C: usize> {
+pub struct RadianceSample<const C: usize> {
     pub radiance: Sampled<C>,
-    /// Whether it met something, as the film's alpha means it.
-    pub met: bool,
+    /// Whether the path has met what the film's alpha counts.
+    pub alpha_hit: bool,
 }
 
-impl<const C: usize> Seen<C> {
-    pub const NOTHING: Self = Self { radiance: Sampled::ZERO, met: false };
+impl<const C: usize> RadianceSample<C> {
+    pub const NOTHING: Self = Self { radiance: Sampled::ZERO, alpha_hit: false };
 }
 
 /// What alpha counts as something (Mitsuba 3.9.1).
@@ -123,9 +122,9 @@ pub fn radiance<const C: usize>(
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
-) -> Seen<C> {
+) -> RadianceSample<C> {
     if scene.limits.max_depth == 0 {
-        return Seen::NOTHING;
+        return RadianceSample::NOTHING;
     }
     match scene.integrator {
         Integrator::Path => path::radiance(scene, ray, time, wavelengths, stream),
@@ -134,10 +133,10 @@ pub fn radiance<const C: usize>(
     }
 }
 
-fn depth<const C: usize>(scene: &Scene, ray: &Ray, time: f64) -> Seen<C> {
+fn depth<const C: usize>(scene: &Scene, ray: &Ray, time: f64) -> RadianceSample<C> {
     let mut media = scene.media_at_sensor(ray, time);
     let hit = scene.intersect(ray, time, true, &mut media, |_, _| {});
     // Any of the wavelengths would have met the same.
     let radiance = hit.map_or(Sampled::ZERO, |hit| Sampled::splat(hit.t / C as f64));
-    Seen { radiance, met: hit.is_some() }
+    RadianceSample { radiance, alpha_hit: hit.is_some() }
 }

@@ -15,7 +15,7 @@
 //! adds media that scatter.
 
 use super::caustics::{self, FirstSurface};
-use super::{Seen, Techniques};
+use super::{RadianceSample, Techniques};
 use crate::bsdf::{Density, Scatter};
 use crate::geometry::Ray;
 use crate::light::{LightSample, Receiver};
@@ -28,15 +28,15 @@ use smallvec::{SmallVec, smallvec};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Into so many a path divides at the first matt surface that it comes to by way of smooth ones, in a scene
-/// with light paths. What smooth bodies focus there no light path brings to the camera, and chance finds it
-/// seldom but bright; what came before is a small part of the work.
+/// Number of branches when a path first meets a diffuse surface after specular ones, in a scene with light
+/// tracing. Light subpaths cannot connect such a surface to the camera, and camera paths find the caustics on
+/// it seldom but bright; the segments before it are a small part of the work.
 const BRANCHES: u32 = 4;
 
-/// Where a path has met smooth surfaces alone, and both ways on from one of them may bring at least this part
-/// of the sample's value, it divides into both, in the same scenes. At the rim of a glass body, and in what
-/// it mirrors of a lamp, chance between the two is most of the noise. Less than what glass reflects that is
-/// seen from the front, 4 %.
+/// A path that has met only smooth surfaces splits into reflection and refraction, in the same scenes, where
+/// each of the two may bring at least this fraction of the sample's value. At the rim of a glass body, and in
+/// its mirror image of a lamp, the random choice between the two makes most of the noise. The threshold is
+/// below the 4 % that glass reflects at normal incidence.
 const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
 
 /// What has become of a path so far.
@@ -44,36 +44,36 @@ const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
 pub(super) struct Path<const C: usize> {
     /// When all of it happens.
     pub(super) time: f64,
-    /// Segments behind the surface that is next. One that the path passes as if there were none may leave it
-    /// as it is.
+    /// Number of segments before the next surface. Null transmission may not count.
     pub(super) depth: u32,
-    /// Surfaces met, and places in media that scattered it.
+    /// Number of surface interactions and of scattering events in media.
     pub(super) vertex: u32,
     /// fᵢ(X) / p₀(X): what each wavelength carries over the hero's density.
     pub(super) throughput: Sampled<C>,
     /// pⱼ(X) / p₀(X). The hero's is 1; a companion's is 0 once it has gone another way.
     pub(super) ratio: Sampled<C>,
-    /// How the last ray was chosen: the weight of light found by it asks for that.
-    pub(super) last: LastChoice<C>,
+    /// How the last ray was sampled, which the weight of the light that it finds depends on.
+    pub(super) last: PreviousSample<C>,
     pub(super) media: Media,
-    /// Product of the factors by which refraction compressed radiance: no loss, so no reason to end a path.
-    compression: f64,
+    /// Product of the factors by which refraction scales radiance. Russian roulette divides by it: that
+    /// scaling is no loss, so no reason to end a path.
+    eta_scale: f64,
     /// What light subpaths that come this way compete with.
-    pub(super) beside_light_paths: Beside,
+    pub(super) beside_light_subpaths: Beside,
     /// What the path has found while it is [`Beside::Shared`], with the light's part in the ratio of the
     /// densities.
     pub(super) contested: SmallVec<[(Sampled<C>, f64); 1]>,
-    /// Whether it may divide yet.
-    divisible: bool,
-    /// Its part of the sample: the branches that led to it have shares, and this is their product.
-    share: f64,
-    /// Whether nothing has been met that alpha counts: such rays do not see what is hidden from the camera.
-    pub(super) straight: bool,
-    /// Whether anything has that alpha counts.
-    pub(super) met: bool,
-    /// What the path could bring before its throughput was taken to be 1, which that of a suffix is where
-    /// several pixels share it.
-    pub(super) prior_strength: f64,
+    /// Whether it may still split.
+    may_split: bool,
+    /// Its weight in the sample: the product of the weights of the branches that led to it.
+    branch_weight: f64,
+    /// Whether the camera sees along the path: it has met nothing that alpha counts. Such a ray does not see
+    /// what is hidden from the camera.
+    pub(super) camera_visible: bool,
+    /// Whether the path has met anything that alpha counts.
+    pub(super) alpha_hit: bool,
+    /// The roulette throughput of a shared suffix at its beginning, where `throughput` is 1. 1 for others.
+    pub(super) prior_throughput: f64,
 }
 
 /// What light subpaths that come the same way are weighed against.
@@ -90,7 +90,7 @@ pub(super) enum Beside {
 
 /// How a ray came to be.
 #[derive(Clone)]
-pub(super) enum LastChoice<const C: usize> {
+pub(super) enum PreviousSample<const C: usize> {
     /// By the camera.
     Camera,
     /// By a discrete lobe: no light sample could have found it.
@@ -107,7 +107,7 @@ pub(super) enum LastChoice<const C: usize> {
     },
 }
 
-impl<const C: usize> LastChoice<C> {
+impl<const C: usize> PreviousSample<C> {
     /// The weight of light that scattering found, if light samples from the last vertex found it with a
     /// density, per steradian.
     pub(super) fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
@@ -138,10 +138,10 @@ pub fn radiance<const C: usize>(
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
-) -> Seen<C> {
+) -> RadianceSample<C> {
     let mut path = Path::<C>::from_camera(scene, &ray, time);
     let radiance = path.follow(scene, ray, wavelengths, stream);
-    Seen { radiance, met: path.met }
+    RadianceSample { radiance, alpha_hit: path.alpha_hit }
 }
 
 impl<const C: usize> Path<C> {
@@ -152,16 +152,16 @@ impl<const C: usize> Path<C> {
             vertex: 0,
             throughput: Sampled::ONE,
             ratio: Sampled::ONE,
-            last: LastChoice::Camera,
+            last: PreviousSample::Camera,
             media: scene.media_at_sensor(ray, time),
-            compression: 1.0,
-            beside_light_paths: Beside::Nothing,
+            eta_scale: 1.0,
+            beside_light_subpaths: Beside::Nothing,
             contested: SmallVec::new(),
-            divisible: scene.needs().light_paths,
-            share: 1.0,
-            straight: true,
-            met: scene.limits.sky_covers(scene),
-            prior_strength: 1.0,
+            may_split: scene.features().light_tracing,
+            branch_weight: 1.0,
+            camera_visible: true,
+            alpha_hit: scene.limits.sky_covers(scene),
+            prior_throughput: 1.0,
         }
     }
 
@@ -173,7 +173,7 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
         stream: &Stream,
     ) -> Sampled<C> {
-        if scene.needs().scattering {
+        if scene.features().scattering {
             return self.follow_through_media(scene, ray, wavelengths, stream);
         }
         let mut arriving = Sampled::ZERO;
@@ -218,10 +218,14 @@ impl<const C: usize> Path<C> {
     ) -> Option<Shading<C>> {
         // Past the last segment only alpha asks whether this surface is in the way, and light that may pass
         // it as if there were none: a light sample passes it too.
-        if self.is_last(scene) && !scene.needs().clear_shadows && (self.met || !scene.film.alpha) {
+        if self.is_last(scene)
+            && !scene.features().transparent_shadows
+            && (self.alpha_hit || !scene.film.alpha)
+        {
             return None;
         }
-        let choice = if scene.needs().choices { stream.draw(Dimensions::Light(self.vertex))[3] } else { 0.0 };
+        let choice =
+            if scene.features().choices { stream.draw(Dimensions::Light(self.vertex))[3] } else { 0.0 };
         Some(scene.shade(hit, -ray.direction, &self.media, wavelengths, choice))
     }
 
@@ -240,8 +244,8 @@ impl<const C: usize> Path<C> {
         arriving: &mut Sampled<C>,
     ) -> Option<Ray> {
         *arriving += self.direct_light(scene, ray, hit, shading, wavelengths, stream);
-        if self.divisible
-            && let Some(ends) = self.division(shading)
+        if self.may_split
+            && let Some(ends) = self.split(shading)
         {
             *arriving += self.follow_branches(scene, hit, shading, wavelengths, stream, &ends);
             return None;
@@ -254,24 +258,24 @@ impl<const C: usize> Path<C> {
         self.depth + 1 >= scene.limits.max_depth
     }
 
-    /// Where the path divides, how: the values that choose a lobe are dealt to the branches, to each those
-    /// from where the branch before ends to where it does itself. So nothing is counted twice, and the
-    /// branches' shares sum to 1.
-    fn division(&self, shading: &Shading<C>) -> Option<SmallVec<[f64; BRANCHES as usize]>> {
-        if let Some(reflection) = shading.chance_of_reflection() {
-            let lesser = reflection.min(1.0 - reflection) * self.share * self.strength();
-            // What is left of those that may end without loss weighs more and more: that must not make them
-            // divide without end.
+    /// The branches into which the path splits here, if it does: the end of each in the values that choose a
+    /// lobe. Each branch gets the values from the end of the one before to its own, so the branches cover
+    /// [0, 1) once and their weights sum to 1.
+    fn split(&self, shading: &Shading<C>) -> Option<SmallVec<[f64; BRANCHES as usize]>> {
+        if let Some(reflection) = shading.reflection_probability() {
+            let lesser = reflection.min(1.0 - reflection) * self.branch_weight * self.roulette_throughput();
+            // Paths that roulette may end without loss grow in weight when they survive: that must not make
+            // them split without end.
             let late = late_survival(self.depth) < 1.0;
             return (!late && lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
         }
-        // The first matt surface, and not the first surface.
+        // The first diffuse surface, unless the camera sees it directly.
         (self.vertex > 0 && !shading.bsdf.is_discrete() && !shading.bsdf.transmits())
             .then(|| (1..=BRANCHES).map(|branch| f64::from(branch) / f64::from(BRANCHES)).collect())
     }
 
-    /// What the branches find together, each weighed by its share. Apart, so that the paths of other scenes
-    /// stay small.
+    /// Sum of what the branches find, each by its weight. A function of its own keeps the code of other
+    /// scenes' paths small.
     #[inline(never)]
     fn follow_branches(
         &mut self,
@@ -282,19 +286,19 @@ impl<const C: usize> Path<C> {
         stream: &Stream,
         ends: &[f64],
     ) -> Sampled<C> {
-        // From what is matt light paths lead on.
-        self.divisible &= shading.bsdf.is_discrete();
-        // No surface that is passed as if there were none divides a path.
-        self.met = true;
+        // Light subpaths go on from a diffuse surface.
+        self.may_split &= shading.bsdf.is_discrete();
+        // A path does not split by null transmission.
+        self.alpha_hit = true;
         let mut arriving = Sampled::ZERO;
         let mut start = 0.0;
         for (branch, &end) in (0..).zip(ends) {
             let (mut path, stream) = (self.clone(), stream.branch(branch));
-            let share = end - start;
-            path.share *= share;
+            let weight = end - start;
+            path.branch_weight *= weight;
             if let Some(ray) = path.scatter(scene, hit, shading, &stream, start..end) {
-                // The share is no reason to end it by roulette: it divided to be followed.
-                arriving += path.follow(scene, ray, wavelengths, &stream) * share;
+                // Roulette ignores the weight: the path has split for the branch to be followed.
+                arriving += path.follow(scene, ray, wavelengths, &stream) * weight;
             }
             start = end;
         }
@@ -314,8 +318,8 @@ impl<const C: usize> Path<C> {
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(self.vertex));
         let scatter = shading.sample(lobes.start + (lobes.end - lobes.start) * lobe, [u, v]);
         let passes = scatter.as_ref().is_some_and(|scatter| passes(shading, scatter));
-        self.met |= scene.limits.surface_covers(passes);
-        let goes_on = !self.is_last(scene) || (passes && !scene.limits.passing_counts);
+        self.alpha_hit |= scene.limits.surface_covers(passes);
+        let goes_on = !self.is_last(scene) || (passes && !scene.limits.null_is_a_segment);
         let ray = self.leave(scene, hit, shading, &scatter.filter(|_| goes_on)?);
         let kept = self.survival(scene);
         if survival >= kept {
@@ -338,14 +342,14 @@ impl<const C: usize> Path<C> {
         let prior = self.ratio.sum();
         self.throughput *= scatter.weight;
         self.ratio *= scatter.ratio;
-        self.straight &= !scene.limits.surface_covers(passes);
-        if !passes || scene.limits.passing_counts {
+        self.camera_visible &= !scene.limits.surface_covers(passes);
+        if !passes || scene.limits.null_is_a_segment {
             self.last = match scatter.density {
-                Density::Discrete => LastChoice::Discrete,
+                Density::Discrete => PreviousSample::Discrete,
                 Density::PerSolidAngle(density) => {
-                    self.divisible = false;
+                    self.may_split = false;
                     let prior_over_density = prior / density;
-                    LastChoice::Scattered {
+                    PreviousSample::Scattered {
                         from: receiver(hit, shading),
                         prior_over_density,
                         by_scattering: self.ratio,
@@ -354,8 +358,8 @@ impl<const C: usize> Path<C> {
             };
             self.depth += 1;
         }
-        if scene.needs().light_paths {
-            self.meet_light_paths(scene, hit, shading, scatter);
+        if scene.features().light_tracing {
+            self.track_light_subpaths(scene, hit, shading, scatter);
         }
         if scatter.transmitted {
             self.refract(shading);
@@ -373,8 +377,8 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
     ) -> Option<Intersection> {
         let Self { throughput, media, time, depth, .. } = self;
-        scene.intersect(ray, *time, *depth == 0, media, |media: &MediumStack, stretch| {
-            if let Some(transmittance) = scene.transmittance(media, stretch, wavelengths) {
+        scene.intersect(ray, *time, *depth == 0, media, |media: &MediumStack, segment| {
+            if let Some(transmittance) = scene.transmittance(media, segment, wavelengths) {
                 *throughput *= transmittance;
             }
         })
@@ -382,7 +386,7 @@ impl<const C: usize> Path<C> {
 
     /// Light from beyond the scene, weighed against having been sampled.
     pub(super) fn escaped(&self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Sampled<C> {
-        let hidden = self.straight && scene.limits.hide_emitters;
+        let hidden = self.camera_visible && scene.limits.hide_emitters;
         let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return Sampled::ZERO };
         let weight = self.weight_beside_lights(scene, |from| {
             scene.lights.environment_density(from, ray.direction, self.time, wavelengths)
@@ -393,7 +397,7 @@ impl<const C: usize> Path<C> {
         self.throughput * environment.radiance(ray.direction, &wavelengths.nm) * (weight / self.ratio.sum())
     }
 
-    /// [`LastChoice::weight_beside_lights`] of the path.
+    /// [`PreviousSample::weight_beside_lights`] of the path.
     fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
         self.last.weight_beside_lights(scene, density)
     }
@@ -406,16 +410,17 @@ impl<const C: usize> Path<C> {
         hit: &Intersection,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        let Some(met) = hit.on_light() else { return Sampled::ZERO };
+        let Some(light_hit) = hit.on_light() else { return Sampled::ZERO };
         if ray.direction.dot(hit.point.normal) >= 0.0 {
             return Sampled::ZERO;
         }
-        let mut weight =
-            self.weight_beside_lights(scene, |from| scene.lights.density(&met, from, self.time, wavelengths));
+        let mut weight = self.weight_beside_lights(scene, |from| {
+            scene.lights.density(&light_hit, from, self.time, wavelengths)
+        });
         let mut shared = None;
-        if let (LastChoice::Discrete, Some(caustics)) = (&self.last, scene.caustics()) {
-            let from_light = || caustics.from_light(met.light, &hit.point, -ray.direction);
-            match &self.beside_light_paths {
+        if let (PreviousSample::Discrete, Some(caustics)) = (&self.last, scene.caustics()) {
+            let from_light = || caustics.from_light(light_hit.light, &hit.point, -ray.direction);
+            match &self.beside_light_subpaths {
                 Beside::Nothing => {}
                 Beside::First(first) => {
                     weight *= caustics.weight_beside(scene, first, from_light(), self.time);
@@ -426,7 +431,7 @@ impl<const C: usize> Path<C> {
         if weight == 0.0 {
             return Sampled::ZERO;
         }
-        let radiance = scene.lights.radiance(met.light, &scene.texture_point(hit), &wavelengths.nm);
+        let radiance = scene.lights.radiance(light_hit.light, &scene.texture_point(hit), &wavelengths.nm);
         let arriving = self.throughput * radiance * (weight / self.ratio.sum());
         match shared {
             Some(from_light) if from_light > 0.0 => {
@@ -458,7 +463,7 @@ impl<const C: usize> Path<C> {
         if value.f_cos.is_zero() {
             return Sampled::ZERO;
         }
-        if scene.needs().scattering {
+        if scene.features().scattering {
             let around = self.media_beyond(scene, ray, hit, &sample.shadow_ray);
             return self.light_through_media(scene, &sample, &value, &around, wavelengths);
         }
@@ -490,7 +495,7 @@ impl<const C: usize> Path<C> {
         scene.lights.sample(&receiver(hit, shading), self.time, wavelengths, [u, v])
     }
 
-    /// The share of a light sample's light that gets to the surface.
+    /// The fraction of a light sample's light that gets to the surface.
     #[inline(always)]
     pub(super) fn visibility(
         &self,
@@ -514,7 +519,7 @@ impl<const C: usize> Path<C> {
     ) -> Cow<'_, MediumStack> {
         let toward_light = shadow_ray.direction;
         let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
-        if !beyond || !scene.needs().medium_stack {
+        if !beyond || !scene.features().medium_stack {
             return Cow::Borrowed(&self.media.here);
         }
         let mut media = self.media.clone();
@@ -522,9 +527,8 @@ impl<const C: usize> Path<C> {
         Cow::Owned(media.here)
     }
 
-    /// Keeps account of whether light paths may come the way that a surface, the first or a later one, has
-    /// just sent this one.
-    fn meet_light_paths(
+    /// Records whether light subpaths may come the way that this path has just been scattered.
+    fn track_light_subpaths(
         &mut self,
         scene: &Scene,
         hit: &Intersection,
@@ -532,48 +536,48 @@ impl<const C: usize> Path<C> {
         scatter: &Scatter<C>,
     ) {
         if !caustics::may_follow(scene, hit, &shading.bsdf, scatter.density) {
-            self.beside_light_paths = Beside::Nothing;
+            self.beside_light_subpaths = Beside::Nothing;
         } else if let (0, Density::PerSolidAngle(hero)) = (self.vertex, scatter.density) {
             let density = hero * scatter.ratio.sum() / C as f64;
             let first = FirstSurface { point: hit.point, leaves: scatter.toward_light, density };
-            self.beside_light_paths = Beside::First(first);
+            self.beside_light_subpaths = Beside::First(first);
         }
     }
 
-    /// Refraction compresses radiance.
+    /// Takes account of the radiance scaling of a refraction.
     fn refract(&mut self, shading: &Shading<C>) {
         if let Some(far_over_near) = shading.index_beyond() {
-            self.compression /= far_over_near * far_over_near;
+            self.eta_scale /= far_over_near * far_over_near;
         }
     }
 
-    /// The most that the path can still bring, but for its share. The measure is the same whichever
-    /// wavelength is the hero.
-    fn strength(&self) -> f64 {
+    /// Throughput for Russian roulette: the most that the path can still bring, but for its branch weight. It
+    /// does not depend on which wavelength is the hero.
+    fn roulette_throughput(&self) -> f64 {
         let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
-        alive * self.throughput.max() / self.ratio.sum() / self.compression * self.prior_strength
+        alive * self.throughput.max() / self.ratio.sum() / self.eta_scale * self.prior_throughput
     }
 
-    /// Probability with which Russian roulette on what the path can still bring lets it go on. All of the
-    /// path's densities change by that one factor and their ratios stay.
+    /// Survival probability of Russian roulette. All of the path's densities change by this one factor, and
+    /// their ratios stay.
     pub(super) fn survival(&self, scene: &Scene) -> f64 {
         if self.throughput.is_zero() {
             0.0
         } else if self.depth < scene.limits.rr_depth {
             1.0
         } else {
-            let late = match scene.needs().scattering {
+            let late = match scene.features().scattering {
                 true => late_survival_in_media(self.depth),
                 false => late_survival(self.depth),
             };
-            self.strength().min(late)
+            self.roulette_throughput().min(late)
         }
     }
 }
 
-/// Whether light goes on through a surface as if there were none.
+/// Whether a path passes the surface by null transmission.
 fn passes<const C: usize>(shading: &Shading<C>, scatter: &Scatter<C>) -> bool {
-    scatter.transmitted && shading.bsdf.passes_straight()
+    scatter.transmitted && shading.bsdf.has_null_transmission()
 }
 
 /// What a light sample is multiplied by: its weight beside scattering, over the density of both. `prior`: Σⱼ
@@ -601,12 +605,11 @@ pub(super) fn receiver<const C: usize>(hit: &Intersection, shading: &Shading<C>)
     Receiver { point: hit.point, facing: shading.receiving_side() }
 }
 
-/// Most probability with which a path of so many segments goes on: between perfect mirrors nothing is ever
-/// lost.
+/// Largest survival probability of a path of so many segments: between perfect mirrors nothing is ever lost.
 ///
-/// The share of the paths that are still under way falls with the square of their length, so that their mean
-/// length is finite. Were it to fall as a power, the weights of those that are left would grow as one, and
-/// light that leaves a body only after many reflections would be estimated with infinite variance.
+/// The fraction of paths that survive falls with the square of their length, so that their mean length is
+/// finite. If it fell exponentially, the weights of the survivors would grow exponentially, and light that
+/// leaves a body only after many reflections would be estimated with infinite variance.
 pub(super) fn late_survival(depth: u32) -> f64 {
     /// Segments after which a path without loss may end too.
     const LATE: u32 = 64;
@@ -617,9 +620,9 @@ pub(super) fn late_survival(depth: u32) -> f64 {
     kept * kept
 }
 
-/// The same where media scatter. Of the light that comes back from a thick medium of albedo 1 the part that
-/// takes more than n segments falls with √n alone: did their number fall with the square of n, nearly all of
-/// that light would be in few samples.
+/// The same where media scatter. A thick medium of albedo 1 sends light back of which a fraction ∝ 1/√n takes
+/// more than n segments. If the number of paths fell with n², nearly all of that light would be in few
+/// samples.
 fn late_survival_in_media(depth: u32) -> f64 {
     const LATE: u32 = 4096;
     if depth <= LATE { 1.0 } else { (1.0 - 1.0 / f64::from(depth)).powf(1.25) }

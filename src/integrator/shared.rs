@@ -20,14 +20,14 @@
 //! told by what lies before yⱼ and by the kind of surface that yⱼ is, never by what the suffix finds. So the
 //! sum over what is shared and what is not is that of the path tracer.
 
-use super::Seen;
+use super::RadianceSample;
 use super::caustics::FirstSurface;
 use super::links::{Firsts, Links, Values};
-use super::path::{Beside, LastChoice, Path, light_sample_weight, receiver};
+use super::path::{Beside, Path, PreviousSample, light_sample_weight, receiver};
 use crate::bsdf::Density;
 use crate::geometry::{Ray, Vec3};
 use crate::lanes::{LANES, SampledLanes, lanes_of};
-use crate::light::{Met, Receiver};
+use crate::light::{LightHit, Receiver};
 use crate::material::Shading;
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Scene};
@@ -70,7 +70,7 @@ pub fn radiance_of_group<const C: usize>(
     time: f64,
     wavelengths: &Wavelengths<C>,
     light_samples: u32,
-    seen: &mut [Seen<C>],
+    seen: &mut [RadianceSample<C>],
 ) {
     debug_assert!(sights.len() <= LANES);
     let group = Group { scene, sights, time, wavelengths, light_samples };
@@ -99,19 +99,19 @@ struct Group<'a, const C: usize> {
 impl<const C: usize> Group<'_, C> {
     /// The first surface of a camera ray, with the light that reaches it straight. Where it does not share
     /// the path is followed to its end.
-    fn first(&self, sight: usize, firsts: &mut SmallVec<[First<C>; LANES]>, seen: &mut [Seen<C>]) {
+    fn first(&self, sight: usize, firsts: &mut SmallVec<[First<C>; LANES]>, seen: &mut [RadianceSample<C>]) {
         let Sight { member, ref ray, ref stream } = self.sights[sight];
-        let Seen { radiance, met } = &mut seen[member];
+        let RadianceSample { radiance, alpha_hit } = &mut seen[member];
         let mut path = Path::from_camera(self.scene, ray, self.time);
-        *met = path.met;
+        *alpha_hit = path.alpha_hit;
         let Some(hit) = path.meet(self.scene, ray, self.wavelengths, radiance) else { return };
         let Some(shading) = path.shade(self.scene, ray, &hit, self.wavelengths, stream) else { return };
         if path.is_last(self.scene) || !shares(&shading) {
             self.go_on_alone(&mut path, ray, &hit, &shading, stream, radiance);
-            *met = path.met;
+            *alpha_hit = path.alpha_hit;
             return;
         }
-        *met = true;
+        *alpha_hit = true;
         let mut direct = path.direct_light(self.scene, ray, &hit, &shading, self.wavelengths, stream);
         for branch in 1..self.light_samples {
             let stream = &stream.branch(branch);
@@ -138,7 +138,13 @@ impl<const C: usize> Group<'_, C> {
 
     /// The next surface that scattering at a first one leads to, and what it brings to all of them. Where it
     /// does not share the path is followed to its end.
-    fn next(&self, firsts: &Firsts<C>, owner: usize, shared: &mut SampledLanes<C>, seen: &mut [Seen<C>]) {
+    fn next(
+        &self,
+        firsts: &Firsts<C>,
+        owner: usize,
+        shared: &mut SampledLanes<C>,
+        seen: &mut [RadianceSample<C>],
+    ) {
         let First { sight, hit, shading, path } = &firsts.surfaces[owner];
         let Sight { member, ref stream, .. } = self.sights[*sight];
         let radiance = &mut seen[member].radiance;
@@ -156,9 +162,9 @@ impl<const C: usize> Group<'_, C> {
         };
         let next = Next { owner, ray: &ray, hit: &hit };
         let mut links = None;
-        if let Some(met) = hit.on_light().filter(|_| ray.direction.dot(hit.point.normal) < 0.0) {
+        if let Some(light_hit) = hit.on_light().filter(|_| ray.direction.dot(hit.point.normal) < 0.0) {
             let links = links.insert(firsts.links(&next));
-            self.share_emission(firsts, &met, &hit, links, shared);
+            self.share_emission(firsts, &light_hit, &hit, links, shared);
         }
         let Some(shading) = path.shade(self.scene, &ray, &hit, self.wavelengths, stream) else { return };
         if path.is_last(self.scene) || !shares(&shading) || shading.turns_with_eye() {
@@ -192,15 +198,15 @@ impl<const C: usize> Group<'_, C> {
     fn share_emission(
         &self,
         firsts: &Firsts<C>,
-        met: &Met,
+        light_hit: &LightHit,
         hit: &Intersection,
         links: &Links<C>,
         shared: &mut SampledLanes<C>,
     ) {
         let place = self.scene.texture_point(hit);
-        let radiance = self.scene.lights.radiance(met.light, &place, &self.wavelengths.nm);
+        let radiance = self.scene.lights.radiance(light_hit.light, &place, &self.wavelengths.nm);
         self.share_light(firsts, links, &radiance, shared, |from| {
-            self.scene.lights.density(met, from, self.time, self.wavelengths)
+            self.scene.lights.density(light_hit, from, self.time, self.wavelengths)
         });
     }
 
@@ -224,7 +230,7 @@ impl<const C: usize> Group<'_, C> {
             let from = receiver(hit, shading);
             let by_light = by_light(&from);
             let weight = if by_light > 0.0 {
-                let choice = LastChoice::Scattered {
+                let choice = PreviousSample::Scattered {
                     from,
                     prior_over_density: C as f64,
                     by_scattering: shading.evaluate(-links.toward_first(lane)).density,
@@ -299,16 +305,16 @@ impl<const C: usize> Group<'_, C> {
             return;
         }
         let alive = joint.0.iter().filter(|&&density| density > 0.0).count() as f64;
-        path.prior_strength = alive * suffix.max() / joint.sum();
+        path.prior_throughput = alive * suffix.max() / joint.sum();
         path.throughput = Sampled::ONE;
         path.ratio = joint / joint.hero();
-        path.last = LastChoice::Scattered {
+        path.last = PreviousSample::Scattered {
             from: receiver(hit, shading),
             prior_over_density: prior.sum() / joint.hero(),
             by_scattering: path.ratio,
         };
-        if let Beside::First(_) = path.beside_light_paths {
-            path.beside_light_paths = Beside::Shared;
+        if let Beside::First(_) = path.beside_light_subpaths {
+            path.beside_light_subpaths = Beside::Shared;
         }
         let kept = path.survival(self.scene);
         if survival >= kept {
@@ -320,14 +326,15 @@ impl<const C: usize> Group<'_, C> {
         for (light, from_light) in std::mem::take(&mut path.contested) {
             for lane in lanes_of(links.linked) {
                 let carried = links.reach.get(lane) * values.f_cos.get(lane) / joint.hero();
-                let weight = self.weight_beside_light_paths(&firsts.surfaces[lane], links, lane, from_light);
+                let weight =
+                    self.weight_beside_light_subpaths(&firsts.surfaces[lane], links, lane, from_light);
                 shared.set(lane, &(shared.get(lane) + carried * light * weight));
             }
         }
     }
 
     /// The weight, beside light subpaths that reach a first surface, of what it gets of a suffix.
-    fn weight_beside_light_paths(
+    fn weight_beside_light_subpaths(
         &self,
         first: &First<C>,
         links: &Links<C>,

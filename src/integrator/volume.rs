@@ -6,11 +6,11 @@
 //! et al., "Hero Wavelength Spectral Sampling", EGSR 2014; Miller, Georgiev, Jarosz, "A null-scattering path
 //! integral formulation of light transport", ACM TOG 38(4), 2019).
 //!
-//! A light sample passes media with their transmittance, and surfaces that let light pass straight. The same
+//! A light sample passes media with their transmittance, and surfaces with null transmission. The same
 //! light is found by scattering only if the path flies through all of that: the probability counts in the
 //! weight of the two.
 
-use super::path::{LastChoice, Path, light_sample_weight};
+use super::path::{Path, PreviousSample, light_sample_weight};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::{LightSample, Receiver};
@@ -68,7 +68,7 @@ impl<const C: usize> Path<C> {
         let (event, flight) = scene.fly(ray, self.time, from_camera, target, &mut self.media, wavelengths);
         self.throughput *= flight.carried;
         self.ratio *= flight.ratio;
-        if let LastChoice::Scattered { by_scattering, .. } = &mut self.last {
+        if let PreviousSample::Scattered { by_scattering, .. } = &mut self.last {
             *by_scattering *= flight.flown;
         }
         event
@@ -84,8 +84,8 @@ impl<const C: usize> Path<C> {
         stream: &Stream,
         arriving: &mut Sampled<C>,
     ) -> Option<Ray> {
-        self.met = true;
-        self.straight = false;
+        self.alpha_hit = true;
+        self.camera_visible = false;
         let Collision { position, scattering } = *collision;
         self.throughput *= scattering.albedo(position, &wavelengths.nm);
         if self.is_last(scene) || self.throughput.is_zero() {
@@ -107,7 +107,7 @@ impl<const C: usize> Path<C> {
         // All wavelengths go the same way with the same density, which is what they are scattered with.
         let sample = scattering.phase.sample(ray.direction, position, [u, v, choice]);
         let prior_over_density = self.ratio.sum() / sample.value;
-        self.last = LastChoice::Scattered { from, prior_over_density, by_scattering: self.ratio };
+        self.last = PreviousSample::Scattered { from, prior_over_density, by_scattering: self.ratio };
         self.depth += 1;
         self.vertex += 1;
         let kept = self.survival(scene);
@@ -127,13 +127,14 @@ impl<const C: usize> Path<C> {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        let Passage { share, flown } = scene.passage(&sample.shadow_ray, self.time, media, wavelengths);
-        if share.is_zero() {
+        let Passage { transmittance, flown } =
+            scene.passage(&sample.shadow_ray, self.time, media, wavelengths);
+        if transmittance.is_zero() {
             return Sampled::ZERO;
         }
         let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
             (self.ratio * value.density * flown).sum()
         });
-        self.throughput * value.f_cos * sample.radiance * weight * share
+        self.throughput * value.f_cos * sample.radiance * weight * transmittance
     }
 }

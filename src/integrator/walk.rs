@@ -4,7 +4,7 @@
 //! for Monte Carlo neutronics calculations", 1965), so that nothing of how [`super::volume`] finds its
 //! distances is taken on trust.
 
-use super::Seen;
+use super::RadianceSample;
 use crate::geometry::{Ray, Vec3};
 use crate::medium::{Extinction, Medium, MediumStack, Scattering};
 use crate::sampling::{Dimensions, Stream, mix};
@@ -22,38 +22,38 @@ pub fn radiance<const C: usize>(
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
-) -> Seen<C> {
+) -> RadianceSample<C> {
     let hero = Wavelengths::<1> { nm: [wavelengths.nm[0]], density: Sampled([wavelengths.density[0]]) };
     let mut media = scene.media_at_sensor(&ray, time);
     let (mut arriving, mut throughput) = (0.0, 1.0);
-    let mut met = scene.limits.sky_covers(scene);
+    let mut alpha_hit = scene.limits.sky_covers(scene);
     for vertex in 0.. {
         let shown = vertex > 0 || !scene.limits.hide_emitters;
         let mut tracker = Tracker::new(stream, vertex, hero.nm[0]);
-        let hit = scene.intersect(&ray, time, vertex == 0, &mut media, |around, stretch| {
+        let hit = scene.intersect(&ray, time, vertex == 0, &mut media, |around, segment| {
             if tracker.collision.is_some() {
                 return;
             }
             match scene.medium(around) {
                 Some(medium @ Medium { scattering: Some(scattering), .. }) => {
-                    tracker.follow(medium, scattering, around, stretch);
+                    tracker.follow(medium, scattering, around, segment);
                 }
                 _ => {
-                    if let Some(transmittance) = scene.transmittance(around, stretch, &hero) {
+                    if let Some(transmittance) = scene.transmittance(around, segment, &hero) {
                         throughput *= transmittance.hero();
                     }
                 }
             }
         });
         if let Some((position, scattering, around)) = tracker.collision {
-            met = true;
+            alpha_hit = true;
             throughput *= scattering.albedo(position, &hero.nm).hero();
             let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(vertex));
-            let chance = throughput.min(LIKELIEST);
-            if vertex + 1 >= scene.limits.max_depth || survival >= chance {
+            let survival_probability = throughput.min(LIKELIEST);
+            if vertex + 1 >= scene.limits.max_depth || survival >= survival_probability {
                 break;
             }
-            throughput /= chance;
+            throughput /= survival_probability;
             media.here = around;
             let sample = scattering.phase.sample(ray.direction, position, [u, v, choice]);
             ray = Ray::new(position, sample.direction);
@@ -72,30 +72,30 @@ pub fn radiance<const C: usize>(
                 throughput * scene.lights.radiance(light, &scene.texture_point(&hit), &hero.nm).hero();
         }
         let last = vertex + 1 >= scene.limits.max_depth;
-        if last && (met || !scene.film.alpha) {
+        if last && (alpha_hit || !scene.film.alpha) {
             break;
         }
-        let choice = if scene.needs().choices { stream.draw(Dimensions::Light(vertex))[3] } else { 0.0 };
+        let choice = if scene.features().choices { stream.draw(Dimensions::Light(vertex))[3] } else { 0.0 };
         let shading = scene.shade(&hit, -ray.direction, &media, &hero, choice);
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
         let scatter = shading.sample(lobe, [u, v]);
-        let passes =
-            scatter.as_ref().is_some_and(|scatter| scatter.transmitted) && shading.bsdf.passes_straight();
-        met |= scene.limits.surface_covers(passes);
+        let passes = scatter.as_ref().is_some_and(|scatter| scatter.transmitted)
+            && shading.bsdf.has_null_transmission();
+        alpha_hit |= scene.limits.surface_covers(passes);
         let Some(scatter) = scatter.filter(|_| !last) else { break };
         let direction = scatter.toward_light;
         if scatter.transmitted {
             scene.pass_through(&hit, direction, &mut media);
         }
         throughput *= scatter.weight.hero();
-        let chance = throughput.min(LIKELIEST);
-        if survival >= chance {
+        let survival_probability = throughput.min(LIKELIEST);
+        if survival >= survival_probability {
             break;
         }
-        throughput /= chance;
+        throughput /= survival_probability;
         ray = hit.point.ray(direction);
     }
-    Seen { radiance: Sampled::hero_alone(arriving), met }
+    RadianceSample { radiance: Sampled::hero_alone(arriving), alpha_hit }
 }
 
 /// A flight through media that scatter.
@@ -120,12 +120,12 @@ impl<'a> Tracker<'a> {
         ((mix(self.random) >> 12) as f64 + 0.5) / (1u64 << 52) as f64
     }
 
-    fn follow(&mut self, medium: &Medium, scattering: &'a Scattering, around: &MediumStack, stretch: &Ray) {
+    fn follow(&mut self, medium: &Medium, scattering: &'a Scattering, around: &MediumStack, segment: &Ray) {
         /// Some collisions are null in a homogeneous medium, too.
         const ABOVE: f64 = 1.25;
         let (majorant, [mut t, end]) = match &medium.extinction {
-            Extinction::Homogeneous(spectrum) => (ABOVE * spectrum.at(self.nm), [0.0, stretch.t_max]),
-            Extinction::Grid(grid) => match grid.span(stretch) {
+            Extinction::Homogeneous(spectrum) => (ABOVE * spectrum.at(self.nm), [0.0, segment.t_max]),
+            Extinction::Grid(grid) => match grid.span(segment) {
                 Some(span) => (grid.max_bound(), span),
                 None => return,
             },
@@ -137,10 +137,10 @@ impl<'a> Tracker<'a> {
             }
             let extinction = match &medium.extinction {
                 Extinction::Homogeneous(spectrum) => spectrum.at(self.nm),
-                Extinction::Grid(grid) => grid.at(stretch.at(t), &[self.nm]).hero(),
+                Extinction::Grid(grid) => grid.at(segment.at(t), &[self.nm]).hero(),
             };
             if self.draw() * majorant < extinction {
-                self.collision = Some((stretch.at(t), scattering, around.clone()));
+                self.collision = Some((segment.at(t), scattering, around.clone()));
                 return;
             }
         }

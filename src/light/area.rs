@@ -1,5 +1,5 @@
 use super::tree::Bound;
-use super::{Guides, Met, Receiver};
+use super::{Guides, LightHit, Receiver};
 use crate::geometry::{Bounds, Placed, Pose, SurfacePoint, Vec3};
 use crate::shape::solid::Solid;
 use crate::shape::{AreaSample, AtRest, Hit, NO_INSTANCE, Shape, ShapeSample, per_steradian};
@@ -239,28 +239,28 @@ impl AreaGeometry {
     }
 
     /// The density of [`Self::sample_toward`] at a point of the surface, for the part that it belongs to.
-    pub fn density_toward(&self, from: &SurfacePoint, met: &Met, time: f64) -> f64 {
-        let point = &met.point;
-        let Some(pose) = self.pose(time) else { return self.density_local(from.position, point, met) };
+    pub fn density_toward(&self, from: &SurfacePoint, light_hit: &LightHit, time: f64) -> f64 {
+        let point = &light_hit.point;
+        let Some(pose) = self.pose(time) else { return self.density_local(from.position, point, light_hit) };
         let direction = (point.position - from.position).normalize_or_zero();
         let local = SurfacePoint {
             position: pose.local_point(point.position),
             normal: pose.local_normal(point.normal).normalize_or_zero(),
             error: 0.0,
         };
-        let density = self.density_local(pose.local_point(from.position), &local, met);
+        let density = self.density_local(pose.local_point(from.position), &local, light_hit);
         if density > 0.0 { density * pose.solid_angle_ratio(direction) } else { 0.0 }
     }
 
-    fn density_local(&self, from: Vec3, point: &SurfacePoint, met: &Met) -> f64 {
+    fn density_local(&self, from: Vec3, point: &SurfacePoint, light_hit: &LightHit) -> f64 {
         match (&self.guides, &self.shape) {
             (Some(guides), shape) => {
-                let place = shape.chart_place(met.triangle, met.barycentric, point.position);
-                let guided = guides.of(self.part_of(met.triangle)).density(place);
-                per_steradian(from, point, guided * shape.chart_density(met.triangle, point))
+                let place = shape.chart_place(light_hit.triangle, light_hit.barycentric, point.position);
+                let guided = guides.of(self.part_of(light_hit.triangle)).density(place);
+                per_steradian(from, point, guided * shape.chart_density(light_hit.triangle, point))
             }
             (None, Shape::Mesh(mesh)) if self.divided => {
-                per_steradian(from, point, 1.0 / mesh.triangle_area(met.triangle))
+                per_steradian(from, point, 1.0 / mesh.triangle_area(light_hit.triangle))
             }
             (None, shape) => shape.density_toward(from, point),
         }
@@ -307,12 +307,14 @@ fn plane_normal(shape: &Shape) -> Option<Vec3> {
         | Shape::Cylinder(_)
         | Shape::Quadric(_)
         | Shape::Torus(_)
-        | Shape::Sampled(_)
+        | Shape::Grid(_)
         | Shape::Curves(_)
         | Shape::Patches(_)
         | Shape::SweptSphere(_) => None,
-        Shape::Figure(figure) if !figure.is_flat() => None,
-        Shape::Disk(_) | Shape::Figure(_) => shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal),
+        Shape::ProfileOrImplicit(figure) if !figure.is_flat() => None,
+        Shape::Disk(_) | Shape::ProfileOrImplicit(_) => {
+            shape.sample([0.5; 2]).map(|sample| sample.surface.point.normal)
+        }
         Shape::Mesh(mesh) => {
             let normal = shape.sample([0.5; 2])?.surface.point.normal;
             let [origin, ..] = mesh.triangle(0);

@@ -207,8 +207,8 @@ mod tests {
                 let (direction, density) = aim.sample(next(), [next(), next()]).unwrap();
                 sum += 1.0 / density;
                 squares += 1.0 / (density * density);
-                let share = 0.5 * (direction - cones[0].axis).length_squared() / cones[0].height;
-                if let Some(count) = rings.get_mut((share * RINGS as f64) as usize) {
+                let fraction = 0.5 * (direction - cones[0].axis).length_squared() / cones[0].height;
+                if let Some(count) = rings.get_mut((fraction * RINGS as f64) as usize) {
                     *count += 1.0;
                 }
             }

@@ -183,31 +183,31 @@ impl Lights {
         wavelengths: &Wavelengths<C>,
         u: &mut f64,
     ) -> Option<Chosen> {
-        let (head, share) = match self.choice.heads.as_slice() {
+        let (head, head_probability) = match self.choice.heads.as_slice() {
             [] => return None,
             [only] => (only, 1.0),
             heads => {
                 let (estimates, all) = self.estimates(from, time, wavelengths);
-                let (index, share) = pick(&estimates[..heads.len()], all, u)?;
-                (&heads[index], share)
+                let (index, head_probability) = pick(&estimates[..heads.len()], all, u)?;
+                (&heads[index], head_probability)
             }
         };
-        let whole = |light| Some(Chosen { light, part: 0, probability: share });
+        let whole = |light| Some(Chosen { light, part: 0, probability: head_probability });
         match head {
             Head::Light(light) => whole(*light as usize),
             Head::Environment => whole(self.lights.len()),
             Head::Divided { light, parts } => {
                 let (part, probability) = parts.choose(&from.view(), u)?;
-                Some(Chosen { light: *light as usize, part, probability: share * probability })
+                Some(Chosen { light: *light as usize, part, probability: head_probability * probability })
             }
             Head::Near(near) => {
                 let (emitter, probability) = near.tree.choose(&from.view(), u)?;
                 let (light, part) = near.emitters[emitter as usize];
-                Some(Chosen { light: light as usize, part, probability: share * probability })
+                Some(Chosen { light: light as usize, part, probability: head_probability * probability })
             }
             Head::Distant(distant) => {
                 let (light, probability) = distant.choose(u);
-                Some(Chosen { light: light as usize, part: 0, probability: share * probability })
+                Some(Chosen { light: light as usize, part: 0, probability: head_probability * probability })
             }
         }
     }
@@ -223,7 +223,7 @@ impl Lights {
     ) -> f64 {
         let heads = &self.choice.heads;
         let index = self.choice.homes.get(light).map_or(heads.len() - 1, |&head| head as usize);
-        let share = if heads.len() == 1 {
+        let head_probability = if heads.len() == 1 {
             1.0
         } else {
             let (estimates, all) = self.estimates(from, time, wavelengths);
@@ -231,9 +231,11 @@ impl Lights {
         };
         match heads.get(index) {
             None => 0.0,
-            Some(Head::Light(_) | Head::Environment) => share,
-            Some(Head::Divided { parts, .. }) => share * parts.probability(&from.view(), part),
-            Some(Head::Near(near)) => share * near.tree.probability(&from.view(), near.first[light] + part),
+            Some(Head::Light(_) | Head::Environment) => head_probability,
+            Some(Head::Divided { parts, .. }) => head_probability * parts.probability(&from.view(), part),
+            Some(Head::Near(near)) => {
+                head_probability * near.tree.probability(&from.view(), near.first[light] + part)
+            }
             // No ray ever meets one.
             Some(Head::Distant(_)) => 0.0,
         }

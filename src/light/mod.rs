@@ -86,9 +86,9 @@ pub struct Receiver {
     pub facing: Vec3,
 }
 
-/// A point of a light that has been met.
+/// A point of a light that a ray has met.
 #[derive(Clone, Copy, Debug)]
-pub struct Met {
+pub struct LightHit {
     /// Index among the scene's lights.
     pub light: u32,
     pub point: SurfacePoint,
@@ -245,15 +245,19 @@ impl Lights {
     /// point on an area light.
     pub fn density<const C: usize>(
         &self,
-        met: &Met,
+        light_hit: &LightHit,
         from: &Receiver,
         time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
-        let Light::Area { geometry, .. } = &self.lights[met.light as usize] else { return 0.0 };
-        let part = geometry.part_of(met.triangle);
-        let probability = self.probability(met.light as usize, part, from, time, wavelengths);
-        if probability > 0.0 { probability * geometry.density_toward(&from.point, met, time) } else { 0.0 }
+        let Light::Area { geometry, .. } = &self.lights[light_hit.light as usize] else { return 0.0 };
+        let part = geometry.part_of(light_hit.triangle);
+        let probability = self.probability(light_hit.light as usize, part, from, time, wavelengths);
+        if probability > 0.0 {
+            probability * geometry.density_toward(&from.point, light_hit, time)
+        } else {
+            0.0
+        }
     }
 
     /// Per steradian, the density with which [`Self::sample`] would have found a direction that leads out of

@@ -43,11 +43,11 @@ impl Spot {
     /// intensity falls linearly with the angle.
     pub fn intensity<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
         let local = self.from_world.vector(direction).normalize();
-        let share = self.falloff(local.z);
-        if share == 0.0 {
+        let fraction = self.falloff(local.z);
+        if fraction == 0.0 {
             return Sampled::ZERO;
         }
-        let intensity = self.intensity.sample(nm) * share;
+        let intensity = self.intensity.sample(nm) * fraction;
         match &self.slide {
             None => intensity,
             Some(slide) => {

@@ -5,23 +5,23 @@
 //! frame: [`Shading`]. Between nested materials one is chosen at random, with the probability that is its
 //! weight.
 
-mod facets;
-mod layered;
 mod metal;
-mod relief;
+mod normal_map;
+mod plastic;
+mod principled;
+mod roughness;
 mod shading;
 
-pub use facets::Facets;
-pub(crate) use layered::LEAST_INDEX;
-pub use layered::{
-    PlasticMaterial, PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial, ThinDielectricMaterial,
-};
 pub use metal::Metal;
-pub use relief::{Relief, ReliefMap};
+pub use normal_map::{NormalMap, NormalMapping};
+pub use plastic::PlasticMaterial;
+pub(crate) use principled::LEAST_INDEX;
+pub use principled::{PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial};
+pub use roughness::RoughnessTextures;
 pub use shading::{Shading, ShadingPoint};
 
 use crate::bsdf::{
-    Bsdf, Conductor, Dielectric, DiffuseTransmitter, Lambert, RoughConductor, RoughDielectric,
+    Bsdf, Conductor, Dielectric, DiffuseTransmitter, Lambert, RoughConductor, RoughDielectric, ThinDielectric,
 };
 use crate::spectrum::{Sampled, Spectrum};
 use crate::texture::{Texture, TexturePoint};
@@ -48,7 +48,7 @@ pub enum Material {
     Conductor {
         index: Metal,
         specular_reflectance: Texture,
-        facets: Option<Facets>,
+        roughness: Option<RoughnessTextures>,
     },
     Dielectric(DielectricMaterial),
     ThinDielectric(ThinDielectricMaterial),
@@ -60,7 +60,7 @@ pub enum Material {
         front: MaterialId,
         back: MaterialId,
     },
-    /// Covers a share of the surface; light passes through the rest.
+    /// Covers a fraction of the surface, the opacity; light passes the rest by null transmission.
     Mask {
         opacity: Texture,
         nested: MaterialId,
@@ -71,8 +71,8 @@ pub enum Material {
         nested: [MaterialId; 2],
     },
     /// A material on a surface whose shading normal varies.
-    Relief {
-        relief: Relief,
+    NormalMapping {
+        mapping: NormalMapping,
         nested: MaterialId,
     },
 }
@@ -86,21 +86,30 @@ pub struct DielectricMaterial {
     pub exterior: Option<Spectrum>,
     pub specular_reflectance: Texture,
     pub specular_transmittance: Texture,
-    pub facets: Option<Facets>,
+    pub roughness: Option<RoughnessTextures>,
+}
+
+/// A sheet of glass.
+#[derive(Clone, Debug)]
+pub struct ThinDielectricMaterial {
+    pub interior: Spectrum,
+    pub exterior: Spectrum,
+    pub specular_reflectance: Texture,
+    pub specular_transmittance: Texture,
 }
 
 /// What is on the other side of a body's surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Around<'a> {
+pub struct Exterior<'a> {
     /// The index there; `None` in air.
     pub index: Option<&'a Spectrum>,
     /// Whether another body ends or begins there, so that what the surface's own material says of its outside
     /// does not count.
-    pub joined: bool,
+    pub coincident: bool,
 }
 
-impl Around<'_> {
-    pub const UNKNOWN: Self = Self { index: None, joined: false };
+impl Exterior<'_> {
+    pub const UNKNOWN: Self = Self { index: None, coincident: false };
 }
 
 /// Index of air at standard conditions as Mitsuba 3 has it: what surrounds a body in nothing else.
@@ -145,8 +154,8 @@ impl Materials {
     pub fn is_smooth(&self, id: MaterialId) -> bool {
         match self.get(id) {
             Material::TwoSided { front, back } => self.is_smooth(*front) && self.is_smooth(*back),
-            Material::Conductor { facets, .. } => facets.is_none(),
-            Material::Dielectric(dielectric) => dielectric.facets.is_none(),
+            Material::Conductor { roughness, .. } => roughness.is_none(),
+            Material::Dielectric(dielectric) => dielectric.roughness.is_none(),
             _ => false,
         }
     }
@@ -157,9 +166,9 @@ impl Materials {
     }
 
     /// The material below what only turns the surface.
-    pub fn below_relief(&self, id: MaterialId) -> &Material {
+    pub fn below_normal_map(&self, id: MaterialId) -> &Material {
         match self.get(id) {
-            Material::Relief { nested, .. } => self.below_relief(*nested),
+            Material::NormalMapping { nested, .. } => self.below_normal_map(*nested),
             material => material,
         }
     }
@@ -178,7 +187,7 @@ impl Material {
         match self {
             Self::TwoSided { front, back } => [Some(*front), Some(*back)],
             Self::Blend { nested: [first, second], .. } => [Some(*first), Some(*second)],
-            Self::Mask { nested, .. } | Self::Relief { nested, .. } => [Some(*nested), None],
+            Self::Mask { nested, .. } | Self::NormalMapping { nested, .. } => [Some(*nested), None],
             Self::Black
             | Self::Null
             | Self::Diffuse { .. }
@@ -197,8 +206,8 @@ impl Material {
         matches!(self, Self::Mask { .. } | Self::Blend { .. })
     }
 
-    /// Whether light may pass straight through as if there were no surface.
-    pub fn may_pass(&self) -> bool {
+    /// Whether light may pass by null transmission: straight on, as if there were no surface.
+    pub fn has_null_transmission(&self) -> bool {
         matches!(self, Self::Null | Self::Mask { .. } | Self::ThinDielectric(_))
     }
 
@@ -221,7 +230,7 @@ impl Material {
         match self {
             Self::Plastic(plastic) => plastic.coat.is_some(),
             Self::Principled(_) | Self::PrincipledThin(_) => true,
-            _ => self.facets().is_some(),
+            _ => self.roughness().is_some(),
         }
     }
 
@@ -230,9 +239,11 @@ impl Material {
         let anisotropic = match self {
             Self::Principled(principled) => principled.textures.is_anisotropic(),
             Self::PrincipledThin(thin) => thin.textures.is_anisotropic(),
-            _ => self.facets().is_some_and(Facets::is_anisotropic),
+            _ => self.roughness().is_some_and(RoughnessTextures::is_anisotropic),
         };
-        anisotropic || matches!(self, Self::Relief { .. }) || self.textures().iter().any(|t| t.varies())
+        anisotropic
+            || matches!(self, Self::NormalMapping { .. })
+            || self.textures().iter().any(|t| t.varies())
     }
 
     /// Whether wavelengths may part at this surface.
@@ -246,46 +257,46 @@ impl Material {
         }
     }
 
-    fn facets(&self) -> Option<&Facets> {
+    fn roughness(&self) -> Option<&RoughnessTextures> {
         match self {
-            Self::Conductor { facets, .. } => facets.as_ref(),
-            Self::Dielectric(dielectric) => dielectric.facets.as_ref(),
+            Self::Conductor { roughness, .. } => roughness.as_ref(),
+            Self::Dielectric(dielectric) => dielectric.roughness.as_ref(),
             _ => None,
         }
     }
 
-    /// All textures but those of a relief.
+    /// All textures but those of a bump or normal map.
     fn textures(&self) -> Vec<&Texture> {
         match self {
             Self::Diffuse { reflectance } => vec![reflectance],
             Self::DiffuseTransmitter { reflectance, transmittance } => vec![reflectance, transmittance],
-            Self::Conductor { index, specular_reflectance, facets } => {
-                let facets = facets.iter().flat_map(Facets::textures);
-                facets.chain(index.textures()).chain([specular_reflectance]).collect()
+            Self::Conductor { index, specular_reflectance, roughness } => {
+                let roughness = roughness.iter().flat_map(RoughnessTextures::textures);
+                roughness.chain(index.textures()).chain([specular_reflectance]).collect()
             }
             Self::Dielectric(dielectric) => {
                 let factors = [&dielectric.specular_reflectance, &dielectric.specular_transmittance];
-                dielectric.facets.iter().flat_map(Facets::textures).chain(factors).collect()
+                dielectric.roughness.iter().flat_map(RoughnessTextures::textures).chain(factors).collect()
             }
             Self::ThinDielectric(pane) => vec![&pane.specular_reflectance, &pane.specular_transmittance],
             Self::Plastic(plastic) => vec![&plastic.diffuse_reflectance, &plastic.specular_reflectance],
             Self::Principled(principled) => principled.all_textures(),
             Self::PrincipledThin(thin) => thin.all_textures(),
             Self::Mask { opacity: texture, .. } | Self::Blend { weight: texture, .. } => vec![texture],
-            Self::Black | Self::Null | Self::TwoSided { .. } | Self::Relief { .. } => Vec::new(),
+            Self::Black | Self::Null | Self::TwoSided { .. } | Self::NormalMapping { .. } => Vec::new(),
         }
     }
 
-    /// The numbers at a point and the wavelengths of a path. `around` is the index of what surrounds the
+    /// The numbers at a point and the wavelengths of a path. `exterior` is the index of what surrounds the
     /// surface, for bodies that leave it open. A material that nests is [`Bsdf::Black`]: it is gone through
     /// before.
-    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Around<'_>) -> Bsdf<C> {
+    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], exterior: Exterior<'_>) -> Bsdf<C> {
         match self {
             Self::Black
             | Self::TwoSided { .. }
             | Self::Mask { .. }
             | Self::Blend { .. }
-            | Self::Relief { .. } => Bsdf::Black,
+            | Self::NormalMapping { .. } => Bsdf::Black,
             Self::Null => Bsdf::Null,
             Self::Diffuse { reflectance } => {
                 Bsdf::Lambert(Lambert { reflectance: reflectance.sample(at, nm) })
@@ -296,18 +307,18 @@ impl Material {
                     transmittance: transmittance.sample(at, nm),
                 })
             }
-            Self::Conductor { index, specular_reflectance, facets } => {
+            Self::Conductor { index, specular_reflectance, roughness } => {
                 let (eta, k) = index.sample(at, nm);
                 let specular_reflectance = specular_reflectance.sample(at, nm);
                 let facet = Conductor { eta, k, specular_reflectance };
-                match facets {
+                match roughness {
                     None => Bsdf::Conductor(facet),
-                    Some(facets) => {
-                        Bsdf::RoughConductor(RoughConductor { facet, microfacets: facets.microfacets(at) })
+                    Some(roughness) => {
+                        Bsdf::RoughConductor(RoughConductor { facet, microfacets: roughness.microfacets(at) })
                     }
                 }
             }
-            Self::Dielectric(dielectric) => dielectric.bsdf(at, nm, around),
+            Self::Dielectric(dielectric) => dielectric.bsdf(at, nm, exterior),
             Self::ThinDielectric(pane) => pane.bsdf(at, nm),
             Self::Plastic(plastic) => plastic.bsdf(at, nm),
             Self::Principled(principled) => principled.bsdf(at, nm),
@@ -317,8 +328,8 @@ impl Material {
 }
 
 impl DielectricMaterial {
-    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], around: Around<'_>) -> Bsdf<C> {
-        let outside = match self.exterior.as_ref().filter(|_| !around.joined).or(around.index) {
+    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], exterior: Exterior<'_>) -> Bsdf<C> {
+        let outside = match self.exterior.as_ref().filter(|_| !exterior.coincident).or(exterior.index) {
             Some(index) => index.sample(nm),
             None => Sampled::splat(AIR_INDEX),
         };
@@ -327,11 +338,21 @@ impl DielectricMaterial {
             specular_reflectance: self.specular_reflectance.sample(at, nm),
             specular_transmittance: self.specular_transmittance.sample(at, nm),
         };
-        match &self.facets {
+        match &self.roughness {
             None => Bsdf::Dielectric(facet),
-            Some(facets) => {
-                Bsdf::RoughDielectric(RoughDielectric { facet, microfacets: facets.microfacets(at) })
+            Some(roughness) => {
+                Bsdf::RoughDielectric(RoughDielectric { facet, microfacets: roughness.microfacets(at) })
             }
         }
+    }
+}
+
+impl ThinDielectricMaterial {
+    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
+        Bsdf::ThinDielectric(ThinDielectric {
+            eta: self.interior.sample(nm) / self.exterior.sample(nm),
+            specular_reflectance: self.specular_reflectance.sample(at, nm),
+            specular_transmittance: self.specular_transmittance.sample(at, nm),
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! How a surface scatters at one point, in world space.
 
-use super::relief::Guard;
-use super::{Around, Material, MaterialId, Materials};
+use super::normal_map::ShadowTerminator;
+use super::{Exterior, Material, MaterialId, Materials};
 use crate::bsdf::{Bsdf, Evaluation, Scatter};
 use crate::geometry::{Frame, Vec3};
 use crate::sampling::decide;
@@ -30,23 +30,23 @@ pub struct Shading<const C: usize> {
     pub frame: Frame,
     /// In that frame.
     toward_eye: Vec3,
-    guards: SmallVec<[Guard; 1]>,
+    terminators: SmallVec<[ShadowTerminator; 1]>,
 }
 
 impl Materials {
     /// Goes through what nests to the BSDF at a point. `choice` in [0, 1) chooses between alternatives;
-    /// `around` is the index of what surrounds the surface.
+    /// `exterior` is the index of what surrounds the surface.
     pub fn shade<const C: usize>(
         &self,
         mut id: MaterialId,
         at: &ShadingPoint,
         toward_eye: Vec3,
         nm: &[f64; C],
-        around: Around<'_>,
+        exterior: Exterior<'_>,
         mut choice: f64,
     ) -> Shading<C> {
         let mut frame = at.frame;
-        let mut guards = SmallVec::new();
+        let mut terminators = SmallVec::new();
         let leaf = loop {
             match self.get(id) {
                 Material::TwoSided { front, back } => {
@@ -66,33 +66,33 @@ impl Materials {
                 Material::Blend { weight, nested } => {
                     id = nested[usize::from(decide(&mut choice, weight.value(&at.texture)))];
                 }
-                Material::Relief { relief, nested } => {
-                    let (turned, guard) = relief.turn(&frame, at, toward_eye);
+                Material::NormalMapping { mapping, nested } => {
+                    let (turned, terminator) = mapping.turn(&frame, at, toward_eye);
                     frame = turned;
-                    guards.push(guard);
+                    terminators.push(terminator);
                     id = *nested;
                 }
                 leaf => break leaf,
             }
         };
         Shading {
-            bsdf: leaf.bsdf(&at.texture, nm, around),
+            bsdf: leaf.bsdf(&at.texture, nm, exterior),
             frame,
             toward_eye: frame.to_local(toward_eye),
-            guards,
+            terminators,
         }
     }
 
-    /// The share of light that goes straight on as if there were no surface.
-    pub fn passing<const C: usize>(
+    /// Null transmittance: the fraction of light that goes straight on as if there were no surface.
+    pub fn null_transmittance<const C: usize>(
         &self,
         id: MaterialId,
         at: &ShadingPoint,
         toward_eye: Vec3,
         nm: &[f64; C],
-        around: Around<'_>,
+        exterior: Exterior<'_>,
     ) -> Sampled<C> {
-        let of = |id: MaterialId| self.passing(id, at, toward_eye, nm, around);
+        let of = |id: MaterialId| self.null_transmittance(id, at, toward_eye, nm, exterior);
         match self.get(id) {
             Material::TwoSided { front, back } => {
                 of(if at.frame.z.dot(toward_eye) < 0.0 { *back } else { *front })
@@ -106,8 +106,8 @@ impl Materials {
                 let weight = weight.value(&at.texture).clamp(0.0, 1.0);
                 of(*first) * (1.0 - weight) + of(*second) * weight
             }
-            Material::Relief { nested, .. } => of(*nested),
-            leaf => leaf.bsdf(&at.texture, nm, around).passing(at.frame.to_local(toward_eye)),
+            Material::NormalMapping { nested, .. } => of(*nested),
+            leaf => leaf.bsdf(&at.texture, nm, exterior).null_transmittance(at.frame.to_local(toward_eye)),
         }
     }
 }
@@ -115,20 +115,20 @@ impl Materials {
 impl<const C: usize> Shading<C> {
     /// The value for light from a direction, and the density of sampling it.
     pub fn evaluate(&self, toward_light: Vec3) -> Evaluation<C> {
-        let share = self.share(toward_light);
-        if share == 0.0 {
+        let factor = self.factor(toward_light);
+        if factor == 0.0 {
             return Evaluation::ZERO;
         }
         let evaluation = self.bsdf.evaluate(self.toward_eye, self.frame.to_local(toward_light));
-        Evaluation { f_cos: evaluation.f_cos * share, ..evaluation }
+        Evaluation { f_cos: evaluation.f_cos * factor, ..evaluation }
     }
 
     /// A direction toward the light, in world space; see [`Bsdf::sample`].
     pub fn sample(&self, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
         let scatter = self.bsdf.sample(self.toward_eye, lobe, u)?;
         let toward_light = self.frame.to_world(scatter.toward_light).normalize();
-        let share = self.share(toward_light);
-        (share > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * share, ..scatter })
+        let factor = self.factor(toward_light);
+        (factor > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * factor, ..scatter })
     }
 
     /// The side from which light is scattered to the eye, as a direction of unit length; zero where it is
@@ -143,9 +143,9 @@ impl<const C: usize> Shading<C> {
         }
     }
 
-    /// See [`Bsdf::chance_of_reflection`].
-    pub fn chance_of_reflection(&self) -> Option<f64> {
-        self.bsdf.chance_of_reflection(self.toward_eye)
+    /// See [`Bsdf::reflection_probability`].
+    pub fn reflection_probability(&self) -> Option<f64> {
+        self.bsdf.reflection_probability(self.toward_eye)
     }
 
     /// For light that goes to the other side, the hero's index there over that on the viewer's side.
@@ -156,7 +156,7 @@ impl<const C: usize> Shading<C> {
 
     /// Whether its frame depends on where it is seen from.
     pub fn turns_with_eye(&self) -> bool {
-        !self.guards.is_empty()
+        !self.terminators.is_empty()
     }
 
     /// [`Self::evaluate`] where it is seen from another place on the same side; only for one that does not
@@ -181,7 +181,7 @@ impl<const C: usize> Shading<C> {
         }
     }
 
-    fn share(&self, toward_light: Vec3) -> f64 {
-        self.guards.iter().map(|guard| guard.share(toward_light)).product()
+    fn factor(&self, toward_light: Vec3) -> f64 {
+        self.terminators.iter().map(|terminator| terminator.factor(toward_light)).product()
     }
 }

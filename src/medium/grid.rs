@@ -6,7 +6,7 @@
 //! exact up to rounding, and so is the place where it reaches a value. No majorant is asked for, and shadow
 //! rays bring no noise.
 
-use super::Stretch;
+use super::FreeFlight;
 use crate::geometry::{Ray, Vec3};
 use crate::spectrum::Sampled;
 use crate::texture::{Filter, Volume};
@@ -64,7 +64,7 @@ impl GridExtinction {
     }
 
     /// See [`super::Medium::fly`].
-    pub fn fly<const C: usize>(&self, ray: &Ray, target: f64, nm: &[f64; C]) -> Stretch<C> {
+    pub fn fly<const C: usize>(&self, ray: &Ray, target: f64, nm: &[f64; C]) -> FreeFlight<C> {
         let mut depths = Sampled::ZERO;
         let mut ended = None;
         let line = self.line(ray);
@@ -77,10 +77,10 @@ impl GridExtinction {
             let distance = self.invert(&line, from, to, target - depths.hero(), nm);
             let depths = depths + self.integral(&line, from, distance, nm);
             let extinction = self.on(&line, distance, nm);
-            ended = Some(Stretch::Ended { distance, depths, extinction });
+            ended = Some(FreeFlight::Ended { distance, depths, extinction });
             ControlFlow::Break(())
         });
-        ended.unwrap_or(Stretch::Passed { depths })
+        ended.unwrap_or(FreeFlight::Passed { depths })
     }
 
     /// Where in a piece the hero's optical depth reaches a value that it exceeds at the end.

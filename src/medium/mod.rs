@@ -8,4 +8,4 @@ mod tests;
 
 pub use grid::GridExtinction;
 pub use stack::{Body, Entered, Filling, Media, MediumStack, Refraction, refracting};
-pub use substance::{Extinction, Medium, Scattering, Stretch};
+pub use substance::{Extinction, FreeFlight, Medium, Scattering};

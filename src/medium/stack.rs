@@ -40,11 +40,11 @@ pub struct Entered {
     pub instance: u32,
 }
 
-/// What a surface says of the space on one side of it.
+/// The medium that a surface's file states for one of its sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filling {
-    /// Nothing: whatever is on the other side goes on here.
-    Unsaid,
+    /// None is stated: the medium of the other side goes on here.
+    Unspecified,
     /// Nothing that absorbs or scatters.
     Vacuum,
     /// The medium of this index.
@@ -69,7 +69,7 @@ pub struct MediumStack {
 
 impl Clone for MediumStack {
     fn clone(&self) -> Self {
-        // As most are that are copied where paths divide.
+        // The stacks of most paths that split are empty.
         if self.bodies.is_empty() {
             return Self::outside(self.beyond);
         }
@@ -124,7 +124,7 @@ impl MediumStack {
     pub fn medium(&self, bodies: &[Body]) -> Option<u32> {
         let said =
             self.bodies.iter().rev().find_map(|entered| match bodies[entered.body as usize].interior {
-                Filling::Unsaid => None,
+                Filling::Unspecified => None,
                 Filling::Vacuum => Some(None),
                 Filling::Medium(medium) => Some(Some(medium)),
             });
@@ -145,7 +145,7 @@ impl MediumStack {
     /// Leaves a body for what its surface says is outside, or else for what surrounds it. A body that was
     /// never entered is one that the path began in.
     pub fn leave(&mut self, body: Entered, bodies: &[Body]) {
-        let says = |entered: &Entered| bodies[entered.body as usize].interior != Filling::Unsaid;
+        let says = |entered: &Entered| bodies[entered.body as usize].interior != Filling::Unspecified;
         if let Some(position) = self.standing_for(body, bodies) {
             self.bodies.remove(position);
             if self.bodies[position..].iter().any(says) {
@@ -188,7 +188,7 @@ pub fn refracting(stack: &[Entered], bodies: &[Body]) -> Option<Entered> {
 #[derive(Clone, Debug, Default)]
 pub struct Media {
     pub here: MediumStack,
-    /// Only where surfaces are met together or hidden: see [`crate::scene::Needs::meetings`].
+    /// Only where surfaces are met together or hidden: see [`crate::scene::Features::interface_events`].
     pub beyond: MediumStack,
 }
 
@@ -219,7 +219,7 @@ mod tests {
             index: Some(Spectrum::Constant(index)),
             refraction: Refraction::Surroundings,
             interior,
-            exterior: Filling::Unsaid,
+            exterior: Filling::Unspecified,
             priority: 0,
             closed: true,
             index_class: 1,
@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn glass_that_says_nothing_is_filled_with_the_fog_around_it() {
-        let bodies = [body(1.5, Filling::Unsaid), body(1.5, Filling::Vacuum)];
+        let bodies = [body(1.5, Filling::Unspecified), body(1.5, Filling::Vacuum)];
         let mut stack = MediumStack::outside(Some(7));
         stack.enter(at(0), &bodies);
         assert_eq!(stack.medium(&bodies), Some(7));

@@ -31,14 +31,14 @@ pub enum Extinction {
 /// How a medium scatters.
 #[derive(Clone, Debug)]
 pub struct Scattering {
-    /// The share of the extinction that is scattered, from 0 to 1.
+    /// The fraction of the extinction that is scattered, from 0 to 1.
     pub albedo: Texture,
     pub phase: Phase,
 }
 
-/// What a ray does in a stretch of a medium.
+/// Where a ray that flies through a medium collides, if it does.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stretch<const C: usize> {
+pub enum FreeFlight<const C: usize> {
     /// It passes all of it, through these optical depths.
     Passed { depths: Sampled<C> },
     /// It is scattered or absorbed at a distance from where it begins, behind these optical depths and where
@@ -72,15 +72,15 @@ impl Medium {
     }
 
     /// What a ray does that ends where the hero's optical depth is `target`.
-    pub fn fly<const C: usize>(&self, ray: &Ray, target: f64, nm: &[f64; C]) -> Stretch<C> {
+    pub fn fly<const C: usize>(&self, ray: &Ray, target: f64, nm: &[f64; C]) -> FreeFlight<C> {
         match &self.extinction {
             Extinction::Homogeneous(spectrum) => {
                 let extinction = spectrum.sample(nm);
                 let distance = target / extinction.hero();
                 if distance < ray.t_max {
-                    Stretch::Ended { distance, depths: depths(extinction, distance), extinction }
+                    FreeFlight::Ended { distance, depths: depths(extinction, distance), extinction }
                 } else {
-                    Stretch::Passed { depths: depths(extinction, ray.t_max) }
+                    FreeFlight::Passed { depths: depths(extinction, ray.t_max) }
                 }
             }
             Extinction::Grid(grid) => grid.fly(ray, target, nm),

@@ -1,6 +1,6 @@
 //! What is integrated exactly against what is summed up finely.
 
-use super::{GridExtinction, Stretch};
+use super::{FreeFlight, GridExtinction};
 use crate::geometry::{Ray, Transform, Vec3};
 use crate::raster::Grid;
 use crate::texture::{Filter, Volume, Wrap};
@@ -78,12 +78,12 @@ fn flights_end_where_the_depth_is_reached() {
     for (name, grid) in grids() {
         for ray in rays() {
             let whole = grid.optical_depths(&ray, &NM);
-            for share in [1e-9, 0.1, 0.5, 0.999, 1.001] {
-                let target = share * whole.hero();
+            for fraction in [1e-9, 0.1, 0.5, 0.999, 1.001] {
+                let target = fraction * whole.hero();
                 match grid.fly(&ray, target, &NM) {
-                    Stretch::Ended { distance, depths, extinction } => {
+                    FreeFlight::Ended { distance, depths, extinction } => {
                         ended += 1;
-                        assert!(share < 1.0, "{name}: ended beyond the end");
+                        assert!(fraction < 1.0, "{name}: ended beyond the end");
                         let up_to = grid.optical_depths(&Ray { t_max: distance, ..ray }, &NM);
                         assert!((depths.hero() - target).abs() < 1e-9, "{name}: {depths:?} for {target}");
                         for lane in 0..3 {
@@ -96,8 +96,11 @@ fn flights_end_where_the_depth_is_reached() {
                         let near = |lane: usize| (there[lane] - extinction[lane]).abs() < 1e-6;
                         assert!(near(0) && near(1) && near(2), "{name}: {there:?} {extinction:?}");
                     }
-                    Stretch::Passed { depths } => {
-                        assert!(share > 1.0 || whole.hero() == 0.0, "{name}: passed at {share} of the depth");
+                    FreeFlight::Passed { depths } => {
+                        assert!(
+                            fraction > 1.0 || whole.hero() == 0.0,
+                            "{name}: passed at {fraction} of the depth"
+                        );
                         assert!((depths.hero() - whole.hero()).abs() < 1e-12, "{name}");
                     }
                 }

@@ -276,7 +276,7 @@ pub fn read(path: &Path) -> std::io::Result<Channels> {
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(damaged)?;
     for header in &meta.headers {
         let pixels = header.layer_size.area() as u64;
-        // Compressed data are rarely smaller than this share of what they stand for; a damaged header asks
+        // Compressed data are rarely smaller than this fraction of what they stand for; a damaged header asks
         // for anything.
         if pixels.saturating_mul(header.channels.bytes_per_pixel as u64) / MOST_COMPRESSED
             > bytes.len() as u64

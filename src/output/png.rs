@@ -7,7 +7,7 @@ use crate::spectrum::colour;
 use std::io::Cursor;
 use std::path::Path;
 
-/// Luminance of the picture's mean after exposure, as a share of white.
+/// Luminance of the picture's mean after exposure, as a fraction of white.
 const MEAN: f64 = 0.25;
 
 /// Share of the pixels, the brightest, that do not raise the mean further: lamps and glints.
@@ -98,16 +98,16 @@ impl Tone {
 fn displayed(xyz: [f64; 3]) -> [f64; 3] {
     let grey = xyz[1].clamp(0.0, 1.0);
     let rgb = colour::xyz_to_rec709(xyz.into());
-    let share = rgb.into_iter().fold(1.0f64, |share, value| {
+    let fraction = rgb.into_iter().fold(1.0f64, |fraction, value| {
         if value < 0.0 {
-            share.min(grey / (grey - value))
+            fraction.min(grey / (grey - value))
         } else if value > 1.0 {
-            share.min((1.0 - grey) / (value - grey))
+            fraction.min((1.0 - grey) / (value - grey))
         } else {
-            share
+            fraction
         }
     });
-    rgb.map(|value| colour::srgb_encode((grey + share * (value - grey)).clamp(0.0, 1.0)))
+    rgb.map(|value| colour::srgb_encode((grey + fraction * (value - grey)).clamp(0.0, 1.0)))
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ pub const FEWEST: u64 = 4;
 
 /// An error of a picture as a whole, of its luminance or of all responses of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Figure {
+pub enum ErrorMeasure {
     /// The mean over the pixels of error²/(value² + 0.01·mean²), as `abbe compare` has it.
     RelMse,
     /// The mean standard error over the mean value.
@@ -29,7 +29,7 @@ pub enum Figure {
 /// An error that a picture is to be below.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
-    pub figure: Figure,
+    pub measure: ErrorMeasure,
     pub bound: f64,
 }
 
@@ -63,9 +63,9 @@ impl Target {
         let pixels = film.extent.shown.pixel_count() as f64;
         // Errors of the mean are over the mean, of all channels together; those of relMSE are over it
         // already.
-        let divisor = match self.figure {
-            Figure::RelMse => pixels * channels.len() as f64,
-            Figure::Error => scale,
+        let divisor = match self.measure {
+            ErrorMeasure::RelMse => pixels * channels.len() as f64,
+            ErrorMeasure::Error => scale,
         };
         let (value, spread) = (sum / divisor, uncertainty.sqrt() / divisor);
         let estimate = Estimate { value, at_most: value + QUANTILE * spread };
@@ -86,21 +86,21 @@ impl Target {
         let mut tiles: BTreeMap<[u32; 2], f64> = BTreeMap::new();
         for (x, y) in film.shown() {
             let variance = variances[y as usize * film.width as usize + x as usize];
-            let error = match self.figure {
-                Figure::RelMse => {
+            let error = match self.measure {
+                ErrorMeasure::RelMse => {
                     let value = film.measured(x, y, quantity).mean;
                     variance / (value * value + 0.01 * mean * mean)
                 }
-                Figure::Error => variance.sqrt(),
+                ErrorMeasure::Error => variance.sqrt(),
             };
             *tiles.entry([x / NOISE_TILE, y / NOISE_TILE]).or_insert(0.0) += error;
         }
         // A variance from n degrees of freedom has a relative variance of 2/n, a standard error a quarter of
         // that. What pixels share of their noise they share of its estimate, too: a tile is taken as one.
         let degrees = f64::from(film.replicates - 1);
-        let relative = match self.figure {
-            Figure::RelMse => 2.0 / degrees,
-            Figure::Error => 0.5 / degrees,
+        let relative = match self.measure {
+            ErrorMeasure::RelMse => 2.0 / degrees,
+            ErrorMeasure::Error => 0.5 / degrees,
         };
         let squares: f64 = tiles.values().map(|error| error * error).sum();
         (tiles.values().sum(), relative * squares, total)
@@ -120,9 +120,9 @@ impl Target {
 
     /// An error in the unit of the target, with its name.
     pub fn told(&self, value: f64) -> String {
-        match self.figure {
-            Figure::RelMse => format!("relmse {value:.2e}"),
-            Figure::Error => format!("error {:.3} %", 100.0 * value),
+        match self.measure {
+            ErrorMeasure::RelMse => format!("relmse {value:.2e}"),
+            ErrorMeasure::Error => format!("error {:.3} %", 100.0 * value),
         }
     }
 }
@@ -134,23 +134,23 @@ impl FromStr for Target {
         let wrong =
             || "expected relmse<BOUND or error<BOUND, for example 'relmse<1e-3' or 'error<1%'".to_owned();
         let (name, bound) = text.split_once('<').ok_or_else(wrong)?;
-        let figure = match name.trim() {
-            "relmse" => Figure::RelMse,
-            "error" => Figure::Error,
+        let measure = match name.trim() {
+            "relmse" => ErrorMeasure::RelMse,
+            "error" => ErrorMeasure::Error,
             _ => return Err(wrong()),
         };
         let bound = bound.trim();
         let (number, unit) = bound.strip_suffix('%').map_or((bound, 1.0), |number| (number, 0.01));
         let bound = unit * number.trim().parse::<f64>().map_err(|_| wrong())?;
-        if bound > 0.0 && bound.is_finite() { Ok(Self { figure, bound }) } else { Err(wrong()) }
+        if bound > 0.0 && bound.is_finite() { Ok(Self { measure, bound }) } else { Err(wrong()) }
     }
 }
 
 impl fmt::Display for Target {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self.figure {
-            Figure::RelMse => write!(f, "relmse<{:e}", self.bound),
-            Figure::Error => write!(f, "error<{}%", 100.0 * self.bound),
+        match self.measure {
+            ErrorMeasure::RelMse => write!(f, "relmse<{:e}", self.bound),
+            ErrorMeasure::Error => write!(f, "error<{}%", 100.0 * self.bound),
         }
     }
 }
@@ -163,8 +163,8 @@ mod tests {
     #[test]
     fn targets_are_read_as_they_are_written() {
         let read = |text: &str| text.parse::<Target>();
-        assert_eq!(read("relmse<1e-3"), Ok(Target { figure: Figure::RelMse, bound: 1e-3 }));
-        assert_eq!(read("error < 2 %"), Ok(Target { figure: Figure::Error, bound: 0.02 }));
+        assert_eq!(read("relmse<1e-3"), Ok(Target { measure: ErrorMeasure::RelMse, bound: 1e-3 }));
+        assert_eq!(read("error < 2 %"), Ok(Target { measure: ErrorMeasure::Error, bound: 0.02 }));
         for wrong in ["relmse>1e-3", "relmse<", "relmse<0", "noise<1", "error<nan", "error<-1%"] {
             assert!(read(wrong).is_err(), "{wrong}");
         }
@@ -185,15 +185,15 @@ mod tests {
             }
         }
         film.add(&tile);
-        let of = |figure| Target { figure, bound: 0.05 }.estimate(&film).expect("it is known");
-        let relmse = of(Figure::RelMse);
+        let of = |measure| Target { measure, bound: 0.05 }.estimate(&film).expect("it is known");
+        let relmse = of(ErrorMeasure::RelMse);
         let expected = 1.0 / 3.0 / (9.0 + 0.09);
         assert!((relmse.value / expected - 1.0).abs() < 1e-9, "{relmse:?}");
         // Two tiles, three degrees of freedom.
         let spread = QUANTILE * (2.0f64 / 3.0 / 2.0).sqrt();
         assert!((relmse.at_most / (expected * (1.0 + spread)) - 1.0).abs() < 1e-9, "{relmse:?}");
-        assert!((of(Figure::Error).value - (1.0f64 / 3.0).sqrt() / 3.0).abs() < 1e-9);
-        let target = Target { figure: Figure::RelMse, bound: 0.05 };
+        assert!((of(ErrorMeasure::Error).value - (1.0f64 / 3.0).sqrt() / 3.0).abs() < 1e-9);
+        let target = Target { measure: ErrorMeasure::RelMse, bound: 0.05 };
         assert!(relmse.value < 0.05 && relmse.at_most > 0.05 && !target.is_met(Some(relmse)));
         assert!(!target.is_met(None));
         let black = Film::new(16, 8, 4, Extras::default(), FixedPoint::for_reference(1.0));

@@ -49,8 +49,8 @@ impl Phase {
             Self::Table(table) => table.density(cos) / TAU,
             Self::Blend { weight, nested } => {
                 let [first, second] = &**nested;
-                let share = share(weight, position);
-                first.evaluate(cos, position) * (1.0 - share) + second.evaluate(cos, position) * share
+                let fraction = fraction(weight, position);
+                first.evaluate(cos, position) * (1.0 - fraction) + second.evaluate(cos, position) * fraction
             }
         }
     }
@@ -79,7 +79,7 @@ impl Phase {
             Self::Table(table) => table.sample(u),
             Self::Blend { weight, nested } => {
                 let [first, second] = &**nested;
-                let chosen = if decide(&mut choice, share(weight, position)) { second } else { first };
+                let chosen = if decide(&mut choice, fraction(weight, position)) { second } else { first };
                 chosen.cosine(position, u, choice)
             }
         }
@@ -92,6 +92,6 @@ fn henyey_greenstein(g: f64, cos: f64) -> f64 {
     0.25 * FRAC_1_PI * (1.0 - g * g) / (squared * squared.sqrt())
 }
 
-fn share(weight: &Texture, position: Vec3) -> f64 {
+fn fraction(weight: &Texture, position: Vec3) -> f64 {
     weight.value(&TexturePoint::in_space(position)).clamp(0.0, 1.0)
 }

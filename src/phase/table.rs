@@ -36,11 +36,11 @@ impl PhaseTable {
     pub fn density(&self, cos: f64) -> f64 {
         let place = (0.5 * (cos + 1.0)).clamp(0.0, 1.0) * (self.values.len() - 1) as f64;
         let index = (place as usize).min(self.values.len() - 2);
-        let share = place - index as f64;
-        self.values[index] * (1.0 - share) + self.values[index + 1] * share
+        let fraction = place - index as f64;
+        self.values[index] * (1.0 - fraction) + self.values[index + 1] * fraction
     }
 
-    /// The cosine up to which a share `u` of the probability lies.
+    /// The cosine up to which a fraction `u` of the probability lies.
     pub fn sample(&self, u: f64) -> f64 {
         let above = self.cumulative.partition_point(|&cumulative| cumulative <= u);
         let index = above.clamp(1, self.values.len() - 1) - 1;

@@ -8,7 +8,7 @@
 //!
 //! The pilot's sample values are its own, so the expectation of the picture is the same whatever it finds.
 
-use super::Watch;
+use super::Progress;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block, Groups};
 use super::{Plan, Schedule};
@@ -111,7 +111,7 @@ impl Allocation {
         picture: &Exposure,
         kind: SamplerKind,
         plan: Plan,
-        watch: &dyn Watch,
+        progress: &dyn Progress,
     ) -> Self {
         // Places are those of the whole picture: parts of it have the shares of the whole.
         let window = picture.extent.window;
@@ -147,7 +147,7 @@ impl Allocation {
         };
         let across = cells(edge)[0];
         let of_cell = |cell: usize| {
-            if watch.stop().load(Ordering::Relaxed) {
+            if progress.stop().load(Ordering::Relaxed) {
                 return Vec::new();
             }
             let cell = [cell as u32 % across, cell as u32 / across];

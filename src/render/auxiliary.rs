@@ -118,17 +118,19 @@ impl Images<'_> {
         let (ray, time) = (sample.sensor.ray, sample.time);
         let mut media = scene.media_at_sensor(&ray, time);
         let Some(hit) = scene.intersect(&ray, time, true, &mut media, |_, _| {}) else { return };
-        let seen = Seen { scene, hit: &hit, toward_eye: -ray.direction, media: &media, stream };
+        let first = FirstHit { scene, hit: &hit, toward_eye: -ray.direction, media: &media, stream };
         for aov in self.aovs {
             match aov.kind {
                 // Where wavelengths part at a surface they are asked one by one.
-                AovKind::Albedo if scene.needs().dispersion => values.extend(seen.albedo::<1>(&self.white)),
-                AovKind::Albedo => values.extend(seen.albedo::<8>(&self.white)),
+                AovKind::Albedo if scene.features().dispersion => {
+                    values.extend(first.albedo::<1>(&self.white))
+                }
+                AovKind::Albedo => values.extend(first.albedo::<8>(&self.white)),
                 AovKind::Depth => values.push(hit.t),
                 AovKind::Position => values.extend(scene.in_file(hit.point.position).to_array()),
                 AovKind::Uv => values.extend(scene.coordinates(&hit).uv),
                 AovKind::GeometricNormal => values.extend(hit.point.normal.to_array()),
-                AovKind::ShadingNormal => values.extend(seen.normal().to_array()),
+                AovKind::ShadingNormal => values.extend(first.normal().to_array()),
                 AovKind::AlongU => values.extend(scene.coordinates(&hit).tangent.to_array()),
                 AovKind::AlongV => values.extend(scene.coordinates(&hit).bitangent.to_array()),
                 AovKind::PrimitiveIndex => values.push(f64::from(scene.primitive_number(&hit))),
@@ -154,8 +156,8 @@ fn most_frequent(mut values: Vec<f64>) -> f64 {
     runs.fold((0, 0.0), |best, run| if run.len() > best.0 { (run.len(), run[0]) } else { best }).1
 }
 
-/// What a camera ray sees first.
-struct Seen<'a> {
+/// First hit of a camera ray.
+struct FirstHit<'a> {
     scene: &'a Scene,
     hit: &'a Intersection,
     toward_eye: Vec3,
@@ -163,7 +165,7 @@ struct Seen<'a> {
     stream: &'a Stream<'a>,
 }
 
-impl Seen<'_> {
+impl FirstHit<'_> {
     /// What chooses between the materials of the surface.
     fn choice(&self) -> f64 {
         let [.., choice] = self.stream.draw(Dimensions::Light(0));
@@ -179,7 +181,7 @@ impl Seen<'_> {
         frame.z * frame.x.cross(frame.y).dot(frame.z).signum()
     }
 
-    /// The colour of the share of light from all around that is sent toward the eye, `C` wavelengths at a
+    /// The colour of the fraction of light from all around that is sent toward the eye, `C` wavelengths at a
     /// time, of which each is the hero in its turn.
     fn albedo<const C: usize>(&self, white: &White) -> [f64; 3] {
         let [u, v, lobe, turn] = self.stream.draw(Dimensions::Scattering(0));
@@ -194,10 +196,10 @@ impl Seen<'_> {
             let Some(scatter) = shading.sample(lobe, [u, v]) else { continue };
             // Radiance is compressed on its way into glass; of light nothing is lost.
             let index = shading.index_beyond().filter(|_| scatter.transmitted).unwrap_or(1.0);
-            let share = scatter.weight * (index * index * C as f64 / scatter.ratio.sum());
+            let fraction = scatter.weight * (index * index * C as f64 / scatter.ratio.sum());
             for lane in 0..C {
                 for (sum, weight) in colour.iter_mut().zip(node(lane).weight) {
-                    *sum += weight * share[lane];
+                    *sum += weight * fraction[lane];
                 }
             }
         }

@@ -4,7 +4,7 @@ use super::allocation::{Allocation, Samplers, Share};
 use super::groups::{BLOCK, Block, Groups, Pixel};
 use super::{Plan, Schedule, admit};
 use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile};
-use crate::integrator::{self, Seen, Sight};
+use crate::integrator::{self, RadianceSample, Sight};
 use crate::sampling::{Dimensions, Member, mix};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
@@ -149,8 +149,8 @@ impl Exposure<'_> {
         };
         let leading = stream_of(&leader);
         let [.., wavelength, time] = leading.draw(Dimensions::Camera);
-        // Spread wavelengths make the runs of a net differ more than the net errs, which widens error bars.
-        // Groups that share gain more by them than that.
+        // Spread wavelengths make the runs of a net differ more than the net errs, and its error bars too
+        // wide. Groups that share gain more by them than that.
         let wavelength =
             if self.groups.members() > 1 { leading.spread(wavelength, C as u32) } else { wavelength };
         let wavelengths = scene.wavelengths.sample::<C>(wavelength);
@@ -172,7 +172,8 @@ impl Exposure<'_> {
             }
             samples.push(Sample { place, weight, key });
         }
-        let mut seen: SmallVec<[Seen<C>; 16]> = SmallVec::from_elem(Seen::NOTHING, group.len());
+        let mut seen: SmallVec<[RadianceSample<C>; 16]> =
+            SmallVec::from_elem(RadianceSample::NOTHING, group.len());
         if self.plan == Plan::PLAIN {
             for Sight { member, ray, stream } in &sights {
                 seen[*member] = integrator::radiance(scene, *ray, time, &wavelengths, stream);
@@ -193,7 +194,7 @@ impl Exposure<'_> {
     fn splat<const C: usize>(
         &self,
         sample: &Sample<C>,
-        seen: &Seen<C>,
+        seen: &RadianceSample<C>,
         wavelengths: &Wavelengths<C>,
         turn: Turn,
         tile: &mut Tile,
@@ -207,7 +208,7 @@ impl Exposure<'_> {
                 let weight = across * down * share;
                 tile.begin(sample.key ^ mix((column as u64) << 32 | row as u64));
                 tile.weigh(place, replicate, weight);
-                if self.extras.alpha && seen.met {
+                if self.extras.alpha && seen.alpha_hit {
                     tile.add(place, replicate, self.extras.alpha_channel(), weight, FixedPoint::SHARE);
                 }
                 for &(channel, value) in &contributions {

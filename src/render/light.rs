@@ -1,7 +1,7 @@
-//! The light paths of a render: what they bring to the film beside the pixels' own samples.
+//! The light subpaths of a render: what they bring to the film beside the pixels' own samples.
 
 use super::work::Pass;
-use super::{Exposure, Watch, admit};
+use super::{Exposure, Progress, admit};
 use crate::film::{BadValues, Film, FilterSampler};
 use crate::integrator::{self, Caustics, Splat};
 use crate::sampling::{Sampler, SamplerKind, mix};
@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 
-/// Light paths that are made in one go.
+/// Light subpaths that are made in one go.
 const CHUNK: u64 = 4096;
 
-/// Stands for a pixel in the sample values of light paths. No film is that large.
+/// Stands for a pixel in the sample values of light subpaths. No film is that large.
 const NO_PIXEL: u32 = u32::MAX;
 
 /// Takes what a piece of a pass, by its number, brings to the film.
@@ -27,8 +27,8 @@ pub(super) struct LightPass<'a> {
 
 impl<'a> LightPass<'a> {
     pub fn new(caustics: &'a Caustics, exposure: &'a Exposure<'a>, kind: SamplerKind) -> Self {
-        // Light paths belong to no pixel: what only the others have to do with pixels, or with few samples,
-        // is nothing for them.
+        // Light subpaths belong to no pixel: what only the others have to do with pixels, or with few
+        // samples, is nothing for them.
         let (kind, seed) = match kind {
             SamplerKind::Independent => (kind, exposure.seed),
             // Nothing of it is to be random.
@@ -41,9 +41,9 @@ impl<'a> LightPass<'a> {
         Self { caustics, exposure, sampler, filter: exposure.scene.filter_sampler() }
     }
 
-    /// The light paths that belong to the samples of a pass. They come to the film in pieces, of which `add`
-    /// is told the number: how many there are in all.
-    pub fn expose<const C: usize>(&self, pass: &Pass, add: &Add, watch: &dyn Watch) -> usize {
+    /// The light subpaths that belong to the samples of a pass. They come to the film in pieces, of which
+    /// `add` is told the number: how many there are in all.
+    pub fn expose<const C: usize>(&self, pass: &Pass, add: &Add, progress: &dyn Progress) -> usize {
         let of_replicate = |replicate: u32| {
             let indices = pass.indices(replicate);
             let [first, end] = [indices.start, indices.end].map(|samples| self.caustics.paths(samples));
@@ -54,7 +54,7 @@ impl<'a> LightPass<'a> {
             (0..self.exposure.schedule.replicates).flat_map(of_replicate).collect();
         // One by one, as tiles are.
         chunks.par_iter().enumerate().with_max_len(1).for_each(|(piece, (replicate, range))| {
-            if pass.is_done(piece) || watch.stop().load(Ordering::Relaxed) {
+            if pass.is_done(piece) || progress.stop().load(Ordering::Relaxed) {
                 return;
             }
             let mut bad = BadValues::default();
@@ -88,7 +88,7 @@ impl<'a> LightPass<'a> {
             let (sequence, within) = ((index >> 32) as u32, index as u32);
             let stream = self.sampler.stream([NO_PIXEL, sequence], net, within);
             let mut of_path = mix(seed ^ mix(index ^ u64::from(net) << 48));
-            integrator::light_path::<C>(scene, self.caustics, &stream, &mut |splat| {
+            integrator::light_subpath::<C>(scene, self.caustics, &stream, &mut |splat| {
                 let Splat { film: place, mut radiance, wavelengths, response } = splat;
                 if let Some(response) = response {
                     radiance *= response.sample(&wavelengths.nm);
@@ -96,13 +96,13 @@ impl<'a> LightPass<'a> {
                 admit(&mut radiance, bad);
                 let [columns, rows] = filter.reached(place);
                 for [x, y] in rows.flat_map(|y| columns.clone().map(move |x| [x, y])) {
-                    let share = filter.at([x, y], place);
+                    let fraction = filter.at([x, y], place);
                     if let Some(measured) = self.exposure.extent.measured.within([x, y])
-                        && share != 0.0
+                        && fraction != 0.0
                     {
                         sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));
                         for (channel, value) in self.exposure.contributions(&radiance, &wavelengths) {
-                            sums.add(0, 0, channel, value * share, light_scale);
+                            sums.add(0, 0, channel, value * fraction, light_scale);
                         }
                         exposed.push((measured, sums.take()));
                     }

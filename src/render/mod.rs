@@ -6,15 +6,15 @@ mod exposure;
 mod groups;
 mod light;
 mod pilot;
+mod progress;
 mod schedule;
 mod settings;
-mod watch;
 mod work;
 
 pub use auxiliary::{Auxiliary, auxiliary};
+pub use progress::{NoProgress, Progress};
 pub use schedule::Schedule;
 pub use settings::{Settings, WavelengthCount};
-pub use watch::{Unwatched, Watch};
 pub use work::{Position, Work};
 
 use crate::film::{BadValues, Film};
@@ -31,21 +31,21 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Exposes a film to the scene, on the current rayon thread pool. The result depends on scene and settings
 /// alone, unless it is stopped: then each pixel has the samples that were finished.
-pub fn render(scene: &Scene, settings: &Settings, watch: &dyn Watch) -> Film {
-    go_on(scene, settings, Work::new(scene, settings, None), watch).into_film()
+pub fn render(scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Film {
+    go_on(scene, settings, Work::new(scene, settings, None), progress).into_film()
 }
 
 /// The same from wherever a work of that scene and these settings is. However often it is stopped and goes
 /// on, the film is the same in the end, bit by bit.
-pub fn go_on(scene: &Scene, settings: &Settings, work: Work, watch: &dyn Watch) -> Work {
+pub fn go_on(scene: &Scene, settings: &Settings, work: Work, progress: &dyn Progress) -> Work {
     match settings.wavelengths {
-        WavelengthCount::One => expose::<1>(scene, settings, work, watch),
-        WavelengthCount::Four => expose::<4>(scene, settings, work, watch),
-        WavelengthCount::Eight => expose::<8>(scene, settings, work, watch),
+        WavelengthCount::One => expose::<1>(scene, settings, work, progress),
+        WavelengthCount::Four => expose::<4>(scene, settings, work, progress),
+        WavelengthCount::Eight => expose::<8>(scene, settings, work, progress),
     }
 }
 
-fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, watch: &dyn Watch) -> Work {
+fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, progress: &dyn Progress) -> Work {
     if work.pass().is_none() {
         return work;
     }
@@ -73,9 +73,9 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, watch:
     let (plan, allocation) = match (settings.estimator, scene.integrator) {
         // Second moments are those of samples of a path tracer. Suffixes are shared between surfaces alone:
         // what a medium scatters on the way from one to the other would have to be weighed, too.
-        (Estimator::Shared, Integrator::Path) if !scene.film.moments && !scene.needs().scattering => {
-            let plan = pilot::choose::<C>(&exposure, settings.sampler, watch);
-            (plan, Allocation::measured::<C>(&exposure, settings.sampler, plan, watch))
+        (Estimator::Shared, Integrator::Path) if !scene.film.moments && !scene.features().scattering => {
+            let plan = pilot::choose::<C>(&exposure, settings.sampler, progress);
+            (plan, Allocation::measured::<C>(&exposure, settings.sampler, plan, progress))
         }
         _ => (Plan::PLAIN, even.clone()),
     };
@@ -97,31 +97,31 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, watch:
     let add = |piece: usize, add: &dyn Fn(&mut Film)| {
         let mut work = lock(&work);
         work.add(piece, add);
-        if watch.wants_to_keep() {
-            watch.keep(&work);
+        if progress.wants_to_keep() {
+            progress.keep(&work);
         }
     };
     let next_pass = || lock(&work).pass();
     while let Some(pass) = next_pass() {
-        // The pieces of a pass: light paths, and then blocks of pixels.
-        let light_pieces = light.as_ref().map_or(0, |light| light.expose::<C>(&pass, &add, watch));
+        // The pieces of a pass: light subpaths, and then blocks of pixels.
+        let light_pieces = light.as_ref().map_or(0, |light| light.expose::<C>(&pass, &add, progress));
         // Block by block: what a thread has taken no other can take over, and blocks differ.
         blocks.par_iter().enumerate().with_max_len(1).for_each(|(number, block)| {
             let piece = light_pieces + number;
-            if pass.is_done(piece) || watch.stop().load(Ordering::Relaxed) {
+            if pass.is_done(piece) || progress.stop().load(Ordering::Relaxed) {
                 return;
             }
             let mut tile = exposure.tile(block);
             let samples = exposure.block::<C>(block, &|replicate| pass.indices(replicate), &mut tile);
             add(piece, &|film| film.add(&tile));
-            watch.advanced(samples);
+            progress.advanced(samples);
         });
         let mut work = lock(&work);
         if work.pieces_done() == light_pieces + blocks.len() {
             work.end_pass();
-            watch.pass_done(work.film());
+            progress.pass_done(work.film());
         }
-        if watch.stop().load(Ordering::Relaxed) {
+        if progress.stop().load(Ordering::Relaxed) {
             break;
         }
     }

@@ -7,7 +7,7 @@
 use super::allocation::Allocation;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block, Groups, Members};
-use super::{Plan, Schedule, Watch};
+use super::{Plan, Progress, Schedule};
 use crate::film::{Extent, FilterKind};
 use crate::sampling::{SamplerKind, mix};
 use rayon::prelude::*;
@@ -40,7 +40,11 @@ const SEED: u64 = 0x0070_696c_6f74;
 
 /// The plan of least variance times cost, or the usual one where the picture is too small for a pilot.
 /// Nobody waits for a pilot that is stopped.
-pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind, watch: &dyn Watch) -> Plan {
+pub(super) fn choose<const C: usize>(
+    picture: &Exposure,
+    sampler: SamplerKind,
+    progress: &dyn Progress,
+) -> Plan {
     // Places are those of the whole picture, whatever part of it is rendered: all parts have the same plan.
     let window = picture.extent.window;
     let extent = Extent { measured: window, shown: window, ..picture.extent };
@@ -80,7 +84,7 @@ pub(super) fn choose<const C: usize>(picture: &Exposure, sampler: SamplerKind, w
             ..*picture
         };
         let of_block = |corner: &[i64; 2]| {
-            if watch.stop().load(Ordering::Relaxed) {
+            if progress.stop().load(Ordering::Relaxed) {
                 return Vec::new();
             }
             exposure.scatter_of_block::<C>(*corner)

@@ -68,7 +68,7 @@ fn shape([[a, b], [c, d]]: [[f64; 2]; 2], [x, y]: [f64; 2]) -> f64 {
     4.0 * (top + (bottom - top) * y) / sum
 }
 
-/// The place in [0, 1] up to which a share `u` of a linear density lies, by its values at both ends.
+/// The place in [0, 1] up to which a fraction `u` of a linear density lies, by its values at both ends.
 fn linear(u: f64, [from, to]: [f64; 2]) -> f64 {
     let all = from + to;
     if all == 0.0 {

@@ -1,4 +1,4 @@
-//! Equal shares of the unit square and of the unit interval: one sample in each, and all in random order.
+//! Equal parts of the unit square and of the unit interval: one sample in each, and all in random order.
 
 use super::permutation::permute;
 use super::{inside, mix, unit};

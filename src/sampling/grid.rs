@@ -4,8 +4,8 @@
 pub struct PiecewiseConstantGrid {
     columns: usize,
     /// Row by row, the probability of each cell within its row.
-    shares: Vec<f32>,
-    /// Row by row, the sum of shares up to and including each column.
+    probabilities: Vec<f32>,
+    /// Row by row, the sum of probabilities up to and including each column.
     cumulative: Vec<f64>,
     rows: super::PiecewiseConstant,
 }
@@ -22,36 +22,36 @@ impl PiecewiseConstantGrid {
         let edges = (0..=sums.len()).map(|edge| edge as f64).collect();
         let rows = super::PiecewiseConstant::new(edges, &sums).filter(|_| valid)?;
         let mut cumulative = Vec::with_capacity(integrals.len());
-        let mut shares = Vec::with_capacity(integrals.len());
+        let mut probabilities = Vec::with_capacity(integrals.len());
         for (row, total) in integrals.chunks(columns).zip(sums) {
             let mut sum = 0.0;
             for value in row {
                 sum += value;
                 cumulative.push(if total > 0.0 { sum / total } else { 0.0 });
-                shares.push(if total > 0.0 { smallest_positive(value / total) } else { 0.0 });
+                probabilities.push(if total > 0.0 { smallest_positive(value / total) } else { 0.0 });
             }
         }
-        Some(Self { columns, shares, cumulative, rows })
+        Some(Self { columns, probabilities, cumulative, rows })
     }
 
-    /// The place up to which a share of the probability lies, as (column, row) with fractions, for `u` in [0,
-    /// 1)², and the probability of the cell that it is in.
+    /// The place up to which a fraction of the probability lies, as (column, row) with fractions, for `u` in
+    /// [0, 1)², and the probability of the cell that it is in.
     pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
         let (y, probability) = self.rows.sample(u[1]);
-        let row = (y as usize).min(self.shares.len() / self.columns - 1);
+        let row = (y as usize).min(self.probabilities.len() / self.columns - 1);
         let cells = row * self.columns..(row + 1) * self.columns;
         let cumulative = &self.cumulative[cells.clone()];
         let column = cumulative.partition_point(|&sum| sum <= u[0]).min(self.columns - 1);
         let low = if column == 0 { 0.0 } else { cumulative[column - 1] };
         let width = cumulative[column] - low;
-        let share = if width > 0.0 { ((u[0] - low) / width).clamp(0.0, 1.0) } else { 0.0 };
-        ([column as f64 + share, y], probability * f64::from(self.shares[cells][column]))
+        let fraction = if width > 0.0 { ((u[0] - low) / width).clamp(0.0, 1.0) } else { 0.0 };
+        ([column as f64 + fraction, y], probability * f64::from(self.probabilities[cells][column]))
     }
 
     /// The probability of a cell.
     pub fn probability(&self, column: usize, row: usize) -> f64 {
-        let share = f64::from(self.shares[row * self.columns + column]);
-        share * self.rows.density(row as f64 + 0.5)
+        let fraction = f64::from(self.probabilities[row * self.columns + column]);
+        fraction * self.rows.density(row as f64 + 0.5)
     }
 }
 

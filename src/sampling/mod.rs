@@ -32,15 +32,15 @@ pub use table::PiecewiseConstant;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SamplerKind {
-    /// The same grid in every pixel: each sample at the centre of its share. Nothing is random, so there are
+    /// The same grid in every pixel: each sample at the centre of its part. Nothing is random, so there are
     /// no replicates and no error bars, and what the grid misses is missed in every pixel. For studies of
     /// aliasing.
     Regular,
     /// Independent random numbers (PCG).
     Independent,
-    /// One random point in each of as many equal shares as a sequence has samples.
+    /// One random point in each of as many equal parts as a sequence has samples.
     Jittered,
-    /// Poisson disk patterns in the first two dimensions of each set, equal shares in the others.
+    /// Poisson disk patterns in the first two dimensions of each set, equal parts in the others.
     Poisson,
     /// Owen-scrambled Sobol points: twelve dimensions together for film, lens and first light, others padded
     /// in sets of four.

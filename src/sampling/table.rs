@@ -53,7 +53,7 @@ impl PiecewiseConstant {
         Some(Self { bins: (0..integrals.len()).map(bin).chain([end]).collect(), guide })
     }
 
-    /// The place up to which a share `u` of the probability lies, for u in [0, 1), and the density there.
+    /// The place up to which a fraction `u` of the probability lies, for u in [0, 1), and the density there.
     #[inline]
     pub fn sample(&self, u: f64) -> (f64, f64) {
         let part = ((u * self.guide.len() as f64) as i32 as usize).min(self.guide.len() - 1);

@@ -1,9 +1,9 @@
 //! Rays through media that scatter: where they end, and what each wavelength would have done.
 
 use super::passage::transmittance;
-use super::traceable::{Intersection, Scene};
+use super::scene::{Intersection, Scene};
 use crate::geometry::{Ray, Vec3};
-use crate::medium::{Extinction, Media, Medium, MediumStack, Scattering, Stretch};
+use crate::medium::{Extinction, FreeFlight, Media, Medium, MediumStack, Scattering};
 use crate::spectrum::{Sampled, Wavelengths};
 
 /// What a ray comes to first.
@@ -47,8 +47,8 @@ impl Scene {
     ) -> (Event<'_>, Flight<C>) {
         let mut flown = Flown { target, wavelengths, flight: Flight::BEGINNING, collision: None };
         let searched = self.reach(ray, from_camera, target, media, wavelengths);
-        let hit = self.intersect(&searched, time, from_camera, media, |media, stretch| {
-            flown.cross(self.medium(media), media, stretch);
+        let hit = self.intersect(&searched, time, from_camera, media, |media, segment| {
+            flown.cross(self.medium(media), media, segment);
         });
         let Flown { flight, collision, .. } = flown;
         let event = match (collision, hit) {
@@ -75,7 +75,7 @@ impl Scene {
         /// A surface that is so much farther away than the end is looked for all the same: the place is kept
         /// off it.
         const MARGIN: f64 = 1e-9;
-        if self.needs.meetings() || from_camera && self.limits.hide_emitters {
+        if self.features.interface_events() || from_camera && self.limits.hide_emitters {
             return *ray;
         }
         match self.medium(&media.here) {
@@ -112,28 +112,28 @@ struct Flown<'a, 'b, const C: usize> {
 }
 
 impl<'a, const C: usize> Flown<'a, '_, C> {
-    fn cross(&mut self, medium: Option<&'a Medium>, media: &MediumStack, stretch: &Ray) {
+    fn cross(&mut self, medium: Option<&'a Medium>, media: &MediumStack, segment: &Ray) {
         let Some(medium) = medium.filter(|_| self.collision.is_none()) else { return };
         let Some(scattering) = &medium.scattering else {
-            self.flight.carried *= transmittance(medium, stretch, self.wavelengths);
+            self.flight.carried *= transmittance(medium, segment, self.wavelengths);
             return;
         };
         let over_hero = |depths: Sampled<C>| depths.map(|depth| (depths.hero() - depth).exp());
         let survived = |depths: Sampled<C>| depths.map(|depth| (-depth).exp());
         let Flight { carried, ratio, flown } = &mut self.flight;
-        match medium.fly(stretch, self.target, &self.wavelengths.nm) {
-            Stretch::Passed { depths } => {
+        match medium.fly(segment, self.target, &self.wavelengths.nm) {
+            FreeFlight::Passed { depths } => {
                 self.target -= depths.hero();
                 *carried *= over_hero(depths);
                 *ratio *= over_hero(depths);
                 *flown *= survived(depths);
             }
-            Stretch::Ended { distance, depths, extinction } => {
+            FreeFlight::Ended { distance, depths, extinction } => {
                 let density = over_hero(depths) * extinction / extinction.hero();
                 *carried *= density;
                 *ratio *= density;
                 *flown *= survived(depths);
-                self.collision = Some((stretch.at(distance), scattering, media.clone()));
+                self.collision = Some((segment.at(distance), scattering, media.clone()));
             }
         }
     }

@@ -1,21 +1,22 @@
 //! Scenes: what a file says ([`Description`]), and what can be traced ([`Scene`]).
 
+mod coincident;
 mod compile;
 pub mod description;
 mod flight;
 mod info;
-mod meeting;
 mod passage;
 mod read;
+#[expect(clippy::module_inception, reason = "it holds the type that the room is named after")]
+mod scene;
 pub mod source;
-mod tell;
-mod traceable;
+mod write;
 
-pub use compile::{CompileOptions, Part, compile};
+pub use compile::{CompileOptions, Crop, compile};
 pub use description::Description;
 pub use flight::{Collision, Event, Flight};
 pub use info::{json, outline};
 pub use passage::Passage;
 pub use read::{ReadOptions, read, read_str};
+pub use scene::{CameraSample, Features, FilmChannel, FilmPlan, Intersection, Scene};
 pub use source::{Place, SceneError, SceneErrors};
-pub use traceable::{CameraSample, FilmChannel, FilmPlan, Intersection, Needs, Scene};

@@ -1,16 +1,16 @@
-//! How much light gets from one place to another: through media, and past surfaces that let it pass straight.
+//! Transmittance between two points: through media, and through surfaces with null transmission.
 
-use super::meeting::Meeting;
-use super::traceable::Scene;
+use super::coincident::InterfaceEvent;
+use super::scene::Scene;
 use crate::geometry::Ray;
 use crate::medium::{Media, Medium, MediumStack};
 use crate::spectrum::{Sampled, Wavelengths};
 
-/// What gets along a ray.
+/// Transmission along a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Passage<const C: usize> {
-    /// The share of the light.
-    pub share: Sampled<C>,
+    /// The fraction of the light that gets through.
+    pub transmittance: Sampled<C>,
     /// The probability with which a path that goes the same way passes all media that scatter, for each
     /// wavelength as its hero.
     pub flown: Sampled<C>,
@@ -22,23 +22,22 @@ impl Scene {
         self.media[media.medium(&self.bodies)? as usize].as_ref()
     }
 
-    /// The share that what surrounds a ray lets through from its beginning to its end; `None` where that is
-    /// nothing.
+    /// Transmittance of the medium that surrounds a ray, from its beginning to its end. `None` where there is
+    /// no medium.
     pub fn transmittance<const C: usize>(
         &self,
         media: &MediumStack,
-        stretch: &Ray,
+        segment: &Ray,
         wavelengths: &Wavelengths<C>,
     ) -> Option<Sampled<C>> {
-        if !self.needs.absorption {
+        if !self.features.absorption {
             return None;
         }
-        Some(transmittance(self.medium(media)?, stretch, wavelengths))
+        Some(transmittance(self.medium(media)?, segment, wavelengths))
     }
 
-    /// The share of light that gets along a ray that begins in `media`: through media, and through surfaces
-    /// that let light pass straight where the scene has shadow rays go on through them. Zero where anything
-    /// is in the way.
+    /// Transmittance along a ray that begins in `media`: that of the media, and of surfaces with null
+    /// transmission where the scene has transparent shadows. Zero where an opaque surface is in the way.
     pub fn visibility<const C: usize>(
         &self,
         ray: &Ray,
@@ -46,10 +45,10 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        self.transmission(ray, time, media, wavelengths, self.needs.clear_shadows).share
+        self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows).transmittance
     }
 
-    /// The same, with the part that media which scatter have in it.
+    /// The same, with the probability of passing the media that scatter.
     pub fn passage<const C: usize>(
         &self,
         ray: &Ray,
@@ -57,10 +56,10 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Passage<C> {
-        self.transmission(ray, time, media, wavelengths, self.needs.clear_shadows)
+        self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows)
     }
 
-    /// The share of light where every surface is in the way.
+    /// Transmittance where every surface blocks light.
     pub fn transmittance_between_surfaces<const C: usize>(
         &self,
         ray: &Ray,
@@ -68,7 +67,7 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        self.transmission(ray, time, media, wavelengths, false).share
+        self.transmission(ray, time, media, wavelengths, false).transmittance
     }
 
     #[inline(always)]
@@ -78,22 +77,22 @@ impl Scene {
         time: f64,
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
-        clear_shadows: bool,
+        transparent_shadows: bool,
     ) -> Passage<C> {
-        let none = Passage { share: Sampled::ZERO, flown: Sampled::ZERO };
-        let mut passage = Passage { share: Sampled::ONE, flown: Sampled::ONE };
-        let within = |passage: &mut Passage<C>, media: &MediumStack, stretch: &Ray| {
-            if !self.needs.absorption {
+        let none = Passage { transmittance: Sampled::ZERO, flown: Sampled::ZERO };
+        let mut passage = Passage { transmittance: Sampled::ONE, flown: Sampled::ONE };
+        let within = |passage: &mut Passage<C>, media: &MediumStack, segment: &Ray| {
+            if !self.features.absorption {
                 return;
             }
             let Some(medium) = self.medium(media) else { return };
-            let part = transmittance(medium, stretch, wavelengths);
-            passage.share *= part;
+            let part = transmittance(medium, segment, wavelengths);
+            passage.transmittance *= part;
             if medium.scattering.is_some() {
                 passage.flown *= part;
             }
         };
-        if !clear_shadows && !self.needs.meetings() {
+        if !transparent_shadows && !self.features.interface_events() {
             if self.accel.occluded(ray, time) {
                 return none;
             }
@@ -102,37 +101,42 @@ impl Scene {
         }
         let (mut ray, mut media) = (*ray, Media::of(media.clone()));
         while let Some(mut hit) = self.meet(&ray, time) {
-            let meeting = match self.needs.meetings() {
-                true => self.meeting(&ray, time, &mut hit, &mut media),
-                false => Meeting::Surface,
+            let event = match self.features.interface_events() {
+                true => self.interface_event(&ray, time, &mut hit, &mut media),
+                false => InterfaceEvent::Surface,
             };
             let before = Ray { t_max: hit.t, ..ray };
-            match meeting {
-                Meeting::Surface => {
+            match event {
+                InterfaceEvent::Surface => {
                     // What ends the way is in contact with the light that it leads to.
                     if hit.light.is_some() && hit.t >= ray.t_max {
                         break;
                     }
                     let surface = self.surface(&hit);
-                    if !(clear_shadows && surface.may_pass) {
+                    if !(transparent_shadows && surface.null_transmission) {
                         return none;
                     }
-                    let around = self.around(&hit, &media);
+                    let exterior = self.exterior(&hit, &media);
                     let at = self.shading_point(&hit);
                     let toward_eye = -ray.direction;
-                    passage.share *=
-                        self.materials.passing(surface.material, &at, toward_eye, &wavelengths.nm, around);
-                    if passage.share.is_zero() {
+                    passage.transmittance *= self.materials.null_transmittance(
+                        surface.material,
+                        &at,
+                        toward_eye,
+                        &wavelengths.nm,
+                        exterior,
+                    );
+                    if passage.transmittance.is_zero() {
                         return none;
                     }
                     within(&mut passage, &media.here, &before);
                     self.pass_through(&hit, ray.direction, &mut media);
                 }
-                Meeting::Straight => {
+                InterfaceEvent::NullTransmission => {
                     within(&mut passage, &media.here, &before);
                     media.cross();
                 }
-                Meeting::Nothing => within(&mut passage, &media.here, &before),
+                InterfaceEvent::Handled => within(&mut passage, &media.here, &before),
             }
             ray = hit.point.rest_of(&ray);
         }
@@ -141,11 +145,11 @@ impl Scene {
     }
 }
 
-/// The share that a medium lets through along a ray (Beer and Lambert).
+/// Transmittance of a medium along a ray (Beer and Lambert).
 pub(super) fn transmittance<const C: usize>(
     medium: &Medium,
-    stretch: &Ray,
+    segment: &Ray,
     wavelengths: &Wavelengths<C>,
 ) -> Sampled<C> {
-    medium.optical_depths(stretch, &wavelengths.nm).map(|depth| (-depth).exp())
+    medium.optical_depths(segment, &wavelengths.nm).map(|depth| (-depth).exp())
 }

@@ -5,7 +5,7 @@ use codespan_reporting::files::{Files, SimpleFiles};
 use std::ops::Range;
 use std::path::Path;
 
-/// A stretch of one source text, in bytes.
+/// A range of one source text, in bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Index into [`Sources`].

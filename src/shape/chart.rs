@@ -23,7 +23,7 @@ impl Shape {
         match self {
             Self::Sphere(_) | Self::Cylinder(_) => self.sample([place[1], place[0]]),
             Self::Disk(disk) => Some(disk.polar(place)),
-            Self::Mesh(mesh) if mesh.is_rectangle() => mesh.unfold(place),
+            Self::Mesh(mesh) if mesh.is_rectangle() => mesh.point_at_uv(place),
             Self::Mesh(mesh) => mesh.sample_triangle(triangle, place),
             _ => None,
         }
@@ -67,7 +67,7 @@ impl Shape {
     }
 }
 
-/// The share of a sphere's area that lies up to an angle from its pole, over π.
+/// The fraction of a sphere's area that lies up to an angle from its pole, over π.
 fn height_of_angle(down: f64) -> f64 {
     (0.5 * PI * down).sin().powi(2)
 }

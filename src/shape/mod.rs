@@ -8,25 +8,25 @@
 //! - uv and ∂p/∂u are those of Mitsuba 3.
 //! - Tangent rays count as misses.
 
+mod areas;
 mod chart;
-mod chords;
 mod closed;
 mod crossing;
 mod curves;
 mod cylinder;
 mod disk;
-mod figure;
 mod grid;
+mod grid_shape;
 mod heightfield;
 mod mesh;
 mod patch;
 mod pieces;
 mod placement;
+mod profile_or_implicit;
 mod quadric;
+mod random_lines;
 mod rectangle;
-mod sampled;
 mod sdfgrid;
-mod shares;
 pub mod solid;
 mod sphere;
 mod support;
@@ -41,14 +41,16 @@ pub use crossing::{Crossing, Crossings};
 pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use figure::{Blob, Figure, FigureKind, FillRule, Interpolation, Kernel};
+pub use grid_shape::GridShape;
 pub use heightfield::{HeightData, HeightField, Terrain};
 pub use mesh::{Deformation, Mesh, MeshAttribute, MeshData, compute_vertex_normals};
 pub use patch::{ControlNet, Patches};
 pub use pieces::Pieces;
+pub use profile_or_implicit::{
+    Blob, FillRule, Interpolation, Kernel, ProfileOrImplicit, ProfileOrImplicitKind,
+};
 pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
-pub use sampled::Sampled;
 pub use sdfgrid::{SdfData, SdfGrid};
 pub use sphere::Sphere;
 use std::fmt;
@@ -66,8 +68,8 @@ pub enum Shape {
     Torus(Box<Torus>),
     Curves(Curves),
     SweptSphere(Box<SweptSphere>),
-    Sampled(Box<Sampled>),
-    Figure(Box<Figure>),
+    Grid(Box<GridShape>),
+    ProfileOrImplicit(Box<ProfileOrImplicit>),
     Patches(Patches),
     Mesh(Mesh),
 }
@@ -289,9 +291,9 @@ impl Shape {
             Self::SweptSphere(swept) => {
                 swept.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
             }
-            Self::Sampled(sampled) => sampled.intersect(ray),
-            Self::Figure(figure) => {
-                figure.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
+            Self::Grid(sampled) => sampled.intersect(ray),
+            Self::ProfileOrImplicit(shape) => {
+                shape.intersect(ray).map(|(t, part)| Hit { triangle: part, ..analytic(t) })
             }
             Self::Patches(patches) => patches.intersect(ray),
             Self::Mesh(mesh) => mesh.intersect(ray),
@@ -309,8 +311,8 @@ impl Shape {
             Self::Torus(torus) => torus.crossings(ray),
             Self::Curves(curves) => curves.crossings(ray),
             Self::SweptSphere(swept) => swept.crossings(ray),
-            Self::Sampled(sampled) => sampled.crossings(ray),
-            Self::Figure(figure) => figure.crossings(ray),
+            Self::Grid(sampled) => sampled.crossings(ray),
+            Self::ProfileOrImplicit(shape) => shape.crossings(ray),
             Self::Patches(patches) => patches.crossings(ray),
             Self::Mesh(mesh) => mesh.crossings(ray),
         }
@@ -326,10 +328,10 @@ impl Shape {
             Self::Disk(_) | Self::Cylinder(_) | Self::Curves(_) | Self::Patches(_) => Err(Opening::Surface),
             Self::Quadric(quadric) if quadric.is_closed() => Ok(()),
             Self::Quadric(_) => Err(Opening::Caps),
-            Self::Sampled(sampled) if sampled.is_closed() => Ok(()),
-            Self::Figure(figure) if figure.is_closed() => Ok(()),
-            Self::Figure(figure) if !figure.is_flat() => Err(Opening::Caps),
-            Self::Sampled(_) | Self::Figure(_) => Err(Opening::Surface),
+            Self::Grid(sampled) if sampled.is_closed() => Ok(()),
+            Self::ProfileOrImplicit(shape) if shape.is_closed() => Ok(()),
+            Self::ProfileOrImplicit(shape) if !shape.is_flat() => Err(Opening::Caps),
+            Self::Grid(_) | Self::ProfileOrImplicit(_) => Err(Opening::Surface),
             Self::Mesh(mesh) => mesh.open_edge().map_or(Ok(()), |edge| Err(Opening::Edge(edge))),
         }
     }
@@ -344,8 +346,8 @@ impl Shape {
             Self::Torus(torus) => torus.surface(ray.at(hit.t)),
             Self::Curves(curves) => curves.surface(hit, ray.at(hit.t)),
             Self::SweptSphere(swept) => swept.surface(ray.at(hit.t), hit.triangle),
-            Self::Sampled(sampled) => sampled.surface(hit, ray.at(hit.t)),
-            Self::Figure(figure) => figure.surface(ray.at(hit.t), hit.triangle),
+            Self::Grid(sampled) => sampled.surface(hit, ray.at(hit.t)),
+            Self::ProfileOrImplicit(shape) => shape.surface(ray.at(hit.t), hit.triangle),
             Self::Patches(patches) => patches.surface(hit),
             Self::Mesh(mesh) => mesh.surface(hit.triangle, hit.barycentric),
         }
@@ -361,8 +363,8 @@ impl Shape {
             Self::Torus(torus) => torus.parametrisation(position),
             Self::Curves(curves) => curves.parametrisation(hit, position),
             Self::SweptSphere(swept) => swept.parametrisation(position, hit.triangle),
-            Self::Sampled(sampled) => sampled.parametrisation(hit, position),
-            Self::Figure(figure) => figure.parametrisation(position, hit.triangle),
+            Self::Grid(sampled) => sampled.parametrisation(hit, position),
+            Self::ProfileOrImplicit(shape) => shape.parametrisation(position, hit.triangle),
             Self::Patches(patches) => patches.parametrisation(hit),
             Self::Mesh(mesh) => mesh.parametrisation(hit.triangle, hit.barycentric),
         }
@@ -378,8 +380,8 @@ impl Shape {
             Self::Torus(torus) => torus.bounds(),
             Self::Curves(curves) => curves.bounds(),
             Self::SweptSphere(swept) => swept.bounds(),
-            Self::Sampled(sampled) => sampled.bounds(),
-            Self::Figure(figure) => figure.bounds(),
+            Self::Grid(sampled) => sampled.bounds(),
+            Self::ProfileOrImplicit(shape) => shape.bounds(),
             Self::Patches(patches) => patches.bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
         }
@@ -395,17 +397,18 @@ impl Shape {
             Self::Torus(torus) => torus.area(),
             Self::Curves(curves) => curves.area(),
             Self::SweptSphere(swept) => swept.area(),
-            Self::Sampled(sampled) => sampled.area(),
-            Self::Figure(figure) => figure.area(),
+            Self::Grid(sampled) => sampled.area(),
+            Self::ProfileOrImplicit(shape) => shape.area(),
             Self::Patches(patches) => patches.area(),
             Self::Mesh(mesh) => mesh.area(),
         }
     }
 
-    /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on
-    /// ellipsoids, elliptic or sheared cylinders and rings, quadrics, curved figures, swept spheres and what
-    /// is sampled. `None` for a mesh without area, for curves, which are no lights, and, for some `u`, on
-    /// quadrics, curved figures, swept spheres, patches and grids of distances.
+    /// A point on the surface from `u` in [0, 1)². Its density is uniform in world area except on ellipsoids,
+    /// elliptic or sheared cylinders and rings, quadrics, curved profiles and implicit surfaces, swept
+    /// spheres and what is sampled. `None` for a mesh without area, for curves, which are no lights, and, for
+    /// some `u`, on quadrics, curved profiles and implicit surfaces, swept spheres, patches and grids of
+    /// distances.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(sphere) => Some(sphere.sample(u)),
@@ -415,8 +418,8 @@ impl Shape {
             Self::Torus(torus) => Some(torus.sample(u)),
             Self::Curves(_) => None,
             Self::SweptSphere(swept) => swept.sample(u),
-            Self::Sampled(sampled) => sampled.sample(u),
-            Self::Figure(figure) => figure.sample(u),
+            Self::Grid(sampled) => sampled.sample(u),
+            Self::ProfileOrImplicit(shape) => shape.sample(u),
             Self::Patches(patches) => patches.sample(u),
             Self::Mesh(mesh) => mesh.sample(u),
         }
@@ -424,7 +427,7 @@ impl Shape {
 
     /// The point where Mitsuba 3 puts the point `u` of the unit square, with the density that spreading the
     /// square evenly gives it. Unlike [`Shape::sample`] it promises which point that is.
-    pub fn unfold(&self, u: [f64; 2]) -> Option<AreaSample> {
+    pub fn point_at_uv(&self, u: [f64; 2]) -> Option<AreaSample> {
         match self {
             Self::Sphere(sphere) => Some(sphere.sample([u[1], u[0]])),
             Self::Disk(disk) => Some(disk.sample(u)),
@@ -433,10 +436,10 @@ impl Shape {
             Self::Torus(torus) => Some(torus.sample(u)),
             Self::Curves(_) => None,
             Self::SweptSphere(swept) => swept.sample(u),
-            Self::Sampled(sampled) => sampled.sample(u),
-            Self::Figure(figure) => figure.sample(u),
+            Self::Grid(sampled) => sampled.sample(u),
+            Self::ProfileOrImplicit(shape) => shape.sample(u),
             Self::Patches(patches) => patches.sample(u),
-            Self::Mesh(mesh) => mesh.unfold(u),
+            Self::Mesh(mesh) => mesh.point_at_uv(u),
         }
     }
 
@@ -450,8 +453,8 @@ impl Shape {
             Self::Torus(torus) => torus.area_density(point),
             Self::Curves(_) => 0.0,
             Self::SweptSphere(swept) => swept.area_density(point),
-            Self::Sampled(sampled) => sampled.area_density(point),
-            Self::Figure(figure) => figure.area_density(point),
+            Self::Grid(sampled) => sampled.area_density(point),
+            Self::ProfileOrImplicit(shape) => shape.area_density(point),
             Self::Patches(patches) => patches.area_density(),
             Self::Mesh(mesh) => mesh.area_density(),
         }
@@ -470,9 +473,9 @@ impl Shape {
             | Self::Torus(_)
             | Self::Curves(_)
             | Self::SweptSphere(_)
-            | Self::Figure(_)
+            | Self::ProfileOrImplicit(_)
             | Self::Patches(_)
-            | Self::Sampled(_) => None,
+            | Self::Grid(_) => None,
         };
         if by_solid_angle.is_some() {
             return by_solid_angle;
@@ -492,9 +495,9 @@ impl Shape {
             | Self::Torus(_)
             | Self::Curves(_)
             | Self::SweptSphere(_)
-            | Self::Figure(_)
+            | Self::ProfileOrImplicit(_)
             | Self::Patches(_)
-            | Self::Sampled(_) => None,
+            | Self::Grid(_) => None,
         };
         by_solid_angle.unwrap_or_else(|| per_steradian(reference, point, self.area_density(point)))
     }

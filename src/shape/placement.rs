@@ -1,7 +1,7 @@
 //! The affine map that places an analytic shape, and the rounding errors that come with it.
 
-use super::chords::OnLine;
 use super::crossing::{Crossing, Crossings};
+use super::random_lines::OnLine;
 use crate::geometry::{Pose, Ray, Transform, Vec3};
 use crate::shape::ShapeError;
 use smallvec::SmallVec;

@@ -5,9 +5,9 @@
 //! the distance from the tube's centre line, which has the quartic's sign and no cancellation, is followed to
 //! where it is the tube's radius. So a thin ring is as exact as a thick one.
 
-use super::chords::OnLine;
 use super::crossing::Crossings;
 use super::placement::Placement;
+use super::random_lines::OnLine;
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::roots::{Sample, polynomial_within, sign_changes};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};

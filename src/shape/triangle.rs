@@ -100,9 +100,9 @@ impl RaySpace {
         let determinant = u + v + w;
         let (low, high) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
         // Seen edge-on, the line is in the triangle's plane: any place of it will do.
-        let share =
+        let fraction =
             |part: f64| if determinant == 0.0 { 1.0 / 3.0 } else { (part / determinant).clamp(0.0, 1.0) };
-        let barycentric = [share(v), share(w)];
+        let barycentric = [fraction(v), fraction(w)];
         let [v, w] = barycentric;
         let t = a[2] + (b[2] - a[2]) * v + (c[2] - a[2]) * w;
         (TriangleHit { t: t.clamp(low, high), barycentric }, high - low)

@@ -49,7 +49,7 @@ impl Sigmoid {
         let half = 0.5 * range.width() / cells;
         let cell = |i: usize| {
             let middle = range.min + half * (2 * i + 1) as f64;
-            GAUSS.iter().map(|(offset, share)| share * self.at(middle + half * offset)).sum::<f64>()
+            GAUSS.iter().map(|(offset, weight)| weight * self.at(middle + half * offset)).sum::<f64>()
         };
         2.0 * half * (0..cells as usize).map(cell).sum::<f64>()
     }
@@ -60,7 +60,7 @@ impl Sigmoid {
     }
 }
 
-/// Three points of Gauss on [−1, 1] and the share of the interval that each stands for.
+/// Three points of Gauss on [−1, 1] and the fraction of the interval that each stands for.
 const GAUSS: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 18.0), (0.0, 8.0 / 18.0), (0.774_596_669_241_483_4, 5.0 / 18.0)];
 
@@ -152,8 +152,8 @@ impl Grid {
         let mut coefficients = [0.0; 3];
         for corner in 0..8 {
             let [di, dj, dk] = [corner & 1, corner >> 1 & 1, corner >> 2];
-            let share = |second: usize, place: f64| if second == 0 { 1.0 - place } else { place };
-            let weight = share(di, x) * share(dj, y) * share(dk, height);
+            let along = |second: usize, place: f64| if second == 0 { 1.0 - place } else { place };
+            let weight = along(di, x) * along(dj, y) * along(dk, height);
             if weight != 0.0 {
                 let node = self.node(largest, [i + di, j + dj, k + dk]);
                 for (sum, coefficient) in coefficients.iter_mut().zip(node) {
@@ -243,7 +243,7 @@ impl Quadrature {
         // Between the nodes of both tables, 5 nm apart.
         let points = (0..cells).flat_map(|cell| {
             let middle = range.min + 5.0 * cell as f64 + 2.5;
-            GAUSS.iter().map(move |(offset, share)| (middle + 2.5 * offset, 5.0 * share))
+            GAUSS.iter().map(move |(offset, weight)| (middle + 2.5 * offset, 5.0 * weight))
         });
         let (mut t, mut weights) = (Vec::new(), [Vec::new(), Vec::new(), Vec::new()]);
         let mut white = 0.0;

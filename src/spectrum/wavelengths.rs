@@ -30,7 +30,7 @@ pub struct Emission<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Response<'a> {
     pub spectrum: &'a Spectrum,
-    /// The channel's share, up to a factor.
+    /// The channel's weight, up to a factor.
     pub weight: f64,
 }
 
@@ -48,10 +48,10 @@ const STEP: f64 = 1.0;
 const DEFENSIVE: f64 = 0.1;
 
 impl WavelengthDensity {
-    /// Each channel of the sensor has its share of the density, which follows its response × the emission of
-    /// the lights: what little blue a candle has matters for the blue it is seen with. Of the emission, each
-    /// light weighs half by its share of the whole and half as much as any other, so that a weak light of
-    /// another colour than the rest is still seen. Zero only where no light emits.
+    /// Each channel of the sensor has its fraction of the density, which follows its response × the emission
+    /// of the lights: what little blue a candle has matters for the blue it is seen with. Of the emission,
+    /// each light weighs half by its fraction of the whole and half as much as any other, so that a weak
+    /// light of another colour than the rest is still seen. Zero only where no light emits.
     ///
     /// Without any emission within the range, or with an infinite one, all wavelengths are alike.
     pub fn new(range: WavelengthRange, sensor: &[Response], lights: &[Emission]) -> Self {
@@ -113,7 +113,7 @@ impl WavelengthDensity {
         Self { table }
     }
 
-    /// The hero at the share `u` of the density and its companions at equal steps from it.
+    /// The hero at the fraction `u` of the density and its companions at equal steps from it.
     pub fn sample<const C: usize>(&self, u: f64) -> Wavelengths<C> {
         let (mut nm, mut density) = ([0.0; C], Sampled::ZERO);
         for lane in 0..C {

@@ -25,11 +25,11 @@ impl Moments {
         let count = self.count + other.count;
         let (own, others) = (self.count as f64, other.count as f64);
         let apart = other.mean - self.mean;
-        let share = others / count as f64;
+        let fraction = others / count as f64;
         Self {
             count,
-            mean: self.mean + apart * share,
-            deviations: self.deviations + other.deviations + apart * apart * own * share,
+            mean: self.mean + apart * fraction,
+            deviations: self.deviations + other.deviations + apart * apart * own * fraction,
         }
     }
 

@@ -142,8 +142,8 @@ mod tests {
         }
         // Enlarging by the scatter covers a little more than 95 %: of the binomial 95 %, three standard
         // errors are 1.5 %.
-        let share = covered as f64 / studies as f64;
-        assert!((0.935..0.99).contains(&share), "{share}");
+        let fraction = covered as f64 / studies as f64;
+        assert!((0.935..0.99).contains(&fraction), "{fraction}");
     }
 
     #[test]

@@ -12,9 +12,9 @@ pub struct Folder {
     path: PathBuf,
 }
 
-/// Why a folder cannot be that of a study.
+/// Why a folder is not that of this study.
 #[derive(Debug)]
-pub enum Stranger {
+pub enum ForeignStudy {
     /// It has files and none is a study's.
     NotAStudy,
     /// Another study's: what differs, as far as it can be told.
@@ -31,23 +31,23 @@ struct Header {
 const STUDY: &str = "study.json";
 
 impl Folder {
-    /// Begins a study, or continues the same one. Changes nothing in a stranger's folder.
-    pub fn open(path: &Path, request: &Request) -> Result<Self, Stranger> {
+    /// Begins a study, or continues the same one. Changes nothing in a foreign folder.
+    pub fn open(path: &Path, request: &Request) -> Result<Self, ForeignStudy> {
         let folder = Self { path: path.to_owned() };
-        let wanted = serde_json::to_value(request).map_err(|error| Stranger::Io(error.into()))?;
+        let wanted = serde_json::to_value(request).map_err(|error| ForeignStudy::Io(error.into()))?;
         match std::fs::read(folder.file(STUDY)) {
             Ok(bytes) => {
-                let header: Header = serde_json::from_slice(&bytes).map_err(|_| Stranger::NotAStudy)?;
+                let header: Header = serde_json::from_slice(&bytes).map_err(|_| ForeignStudy::NotAStudy)?;
                 if header.study != wanted {
-                    return Err(Stranger::Another(differences(&header.study, &wanted)));
+                    return Err(ForeignStudy::Another(differences(&header.study, &wanted)));
                 }
             }
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                if path.is_dir() && std::fs::read_dir(path).map_err(Stranger::Io)?.next().is_some() {
-                    return Err(Stranger::NotAStudy);
+                if path.is_dir() && std::fs::read_dir(path).map_err(ForeignStudy::Io)?.next().is_some() {
+                    return Err(ForeignStudy::NotAStudy);
                 }
             }
-            Err(error) => return Err(Stranger::Io(error)),
+            Err(error) => return Err(ForeignStudy::Io(error)),
         }
         Ok(folder)
     }

@@ -2,7 +2,7 @@ use super::spectra::ImageSpectrum;
 use super::{Case, Purpose, Reference, Request, Run, RunId, seed_of_run};
 use crate::film::{BadValues, Film};
 use crate::integrator::Estimator;
-use crate::render::{Schedule, Settings, Watch, render};
+use crate::render::{Progress, Schedule, Settings, render};
 use cpu_time::ProcessTime;
 
 /// Most memory that the film of a run takes, bytes: more replicates are rendered one batch after the other,
@@ -45,7 +45,13 @@ fn luminance(film: &Film, replicate: u32) -> Vec<f64> {
 }
 
 /// Renders a run and compares it with the reference of its case, on the current rayon thread pool.
-pub fn measure(request: &Request, case: &Case, id: RunId, reference: &Reference, watch: &dyn Watch) -> Run {
+pub fn measure(
+    request: &Request,
+    case: &Case,
+    id: RunId,
+    reference: &Reference,
+    progress: &dyn Progress,
+) -> Run {
     let replicates = request.replicates_of(id.sampler);
     let largest = request.batch(&case.scene, &id);
     let [width, height] = case.scene.film.extent.shown.size;
@@ -55,7 +61,7 @@ pub fn measure(request: &Request, case: &Case, id: RunId, reference: &Reference,
         let count = largest.min(replicates - batch * largest);
         let settings = request.settings(&id, Purpose::Run, u64::from(batch), count);
         let started = ProcessTime::now();
-        let film = render(&case.scene, &settings, watch);
+        let film = render(&case.scene, &settings, progress);
         cpu_seconds += started.elapsed().as_secs_f64();
         bad.add(film.bad);
         for replicate in 0..film.replicates {
@@ -90,11 +96,11 @@ pub(super) fn equal_time(
     case: &Case,
     id: RunId,
     reference: &Reference,
-    watch: &dyn Watch,
+    progress: &dyn Progress,
 ) -> EqualTime {
     let settings = request.settings(&id, Purpose::EqualTime, 0, 1);
     let started = ProcessTime::now();
-    let film = render(&case.scene, &settings, watch);
+    let film = render(&case.scene, &settings, progress);
     let cpu_seconds = started.elapsed().as_secs_f64();
     let image = luminance(&film, 0);
     EqualTime {

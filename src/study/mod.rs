@@ -15,7 +15,7 @@ pub mod reference;
 pub mod report;
 mod spectra;
 
-pub use folder::{Folder, Stranger};
+pub use folder::{Folder, ForeignStudy};
 pub use measure::measure;
 pub use reference::{Reference, ReferenceError};
 pub use spectra::{Radial, Spectrum};

@@ -4,7 +4,7 @@ use crate::film::Film;
 use crate::integrator::Estimator;
 use crate::output::exr::Channels;
 use crate::output::{Colour, Content, Picture};
-use crate::render::{Schedule, Settings, Watch, WavelengthCount, render};
+use crate::render::{Progress, Schedule, Settings, WavelengthCount, render};
 use crate::sampling::{SamplerKind, mix};
 use crate::spectrum::colour::rec709_to_xyz;
 use std::path::Path;
@@ -108,8 +108,8 @@ pub fn settings(request: &Request, case: usize, samples_per_pixel: u32) -> Setti
 }
 
 /// Renders the reference of a case into an EXR file with the channels `Y` and `error.Y`.
-pub fn write(path: &Path, case: &Case, settings: &Settings, watch: &dyn Watch) -> std::io::Result<()> {
-    let film: Film = render(&case.scene, settings, watch);
+pub fn write(path: &Path, case: &Case, settings: &Settings, progress: &dyn Progress) -> std::io::Result<()> {
+    let film: Film = render(&case.scene, settings, progress);
     let picture = Picture {
         film: &film,
         content: Content::Colour(Colour::Luminance),

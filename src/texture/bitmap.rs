@@ -78,7 +78,7 @@ impl Bitmap {
         Self { size: [image.width, image.height], texels, placing, mean, least, greatest }
     }
 
-    /// The texels around a place and their shares of its value, along u first.
+    /// The texels around a place and their weights, along u first.
     #[inline]
     fn around(&self, at: &TexturePoint) -> [(usize, f64); 4] {
         let [width, height] = self.size;
@@ -106,7 +106,7 @@ impl Bitmap {
     fn interpolated(&self, at: &TexturePoint, of_texel: impl Fn(usize) -> f64) -> f64 {
         self.around(at)
             .iter()
-            .map(|&(texel, share)| if share == 0.0 { 0.0 } else { share * of_texel(texel) })
+            .map(|&(texel, weight)| if weight == 0.0 { 0.0 } else { weight * of_texel(texel) })
             .sum()
     }
 
@@ -115,10 +115,10 @@ impl Bitmap {
     pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
         let Texels::Spectra(spectra) = &self.texels else { return Sampled::splat(self.value(at)) };
         let mut sum = Sampled::ZERO;
-        for (texel, share) in self.around(at) {
-            if share > 0.0 {
+        for (texel, weight) in self.around(at) {
+            if weight > 0.0 {
                 let sigmoid = Sigmoid { coefficients: spectra[texel].map(f64::from) };
-                sum += Sampled::from_fn(|lane| share * sigmoid.at(nm[lane]));
+                sum += Sampled::from_fn(|lane| weight * sigmoid.at(nm[lane]));
             }
         }
         sum

@@ -29,7 +29,7 @@ pub struct Veins {
     pub strength: f64,
 }
 
-/// The share of a ring in which wood darkens.
+/// The fraction of a ring in which wood darkens.
 const LATE: f64 = 0.85;
 
 /// Rings waver over so many of their widths, across and along the trunk.
@@ -40,7 +40,7 @@ const WAVER: Vec3 = Vec3::new(4.0, 4.0, 24.0);
 const STRIDE: f64 = 1.618_033_988_749_895;
 
 impl Pattern {
-    /// From 0 to 1. `mixed` tells whether colours are mixed: where they are not, each has an equal share of a
+    /// From 0 to 1. `mixed` tells whether colours are mixed: where they are not, each has an equal part of a
     /// band, in their order.
     pub fn at(&self, p: Vec3, mixed: bool) -> Field {
         match self {

@@ -16,7 +16,7 @@ pub struct Procedural {
     pub colours: Vec<Texture>,
     /// The values of the pattern that are the first and the last colour. The second is above the first.
     pub range: [f64; 2],
-    /// Whether colours are mixed where the value is between those of two; else each has an equal share of the
+    /// Whether colours are mixed where the value is between those of two; else each has an equal part of the
     /// values.
     pub mixed: bool,
 }
@@ -65,7 +65,7 @@ impl Procedural {
         }
     }
 
-    /// The colour that a value stands for, and the share of the next one.
+    /// The colour that a value stands for, and the fraction of the next one.
     fn colour(&self, value: f64) -> (usize, f64) {
         let count = self.colours.len();
         if !self.mixed {
@@ -81,9 +81,13 @@ impl Procedural {
         at: &TexturePoint,
         of: impl Fn(&Texture) -> T,
     ) -> T {
-        let (index, share) = self.colour(self.field(self.ground.place(at)).value);
+        let (index, fraction) = self.colour(self.field(self.ground.place(at)).value);
         let first = of(&self.colours[index]);
-        if share == 0.0 { first } else { first * (1.0 - share) + of(&self.colours[index + 1]) * share }
+        if fraction == 0.0 {
+            first
+        } else {
+            first * (1.0 - fraction) + of(&self.colours[index + 1]) * fraction
+        }
     }
 
     pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
@@ -97,7 +101,7 @@ impl Procedural {
     /// Gradient of [`Self::value`]. Zero where colours are not mixed, though there are steps between them.
     pub fn gradient(&self, at: &TexturePoint) -> [f64; 2] {
         let field = self.field(self.ground.place(at));
-        let (index, share) = self.colour(field.value);
+        let (index, fraction) = self.colour(field.value);
         let first = &self.colours[index];
         let [a, b] = first.gradient(at);
         if !self.mixed {
@@ -107,7 +111,10 @@ impl Procedural {
         let rise = (second.value(at) - first.value(at)) * (self.colours.len() - 1) as f64;
         let [along_u, along_v] = self.ground.by_uv(field.slope, at);
         let [c, d] = second.gradient(at);
-        [a * (1.0 - share) + c * share + rise * along_u, b * (1.0 - share) + d * share + rise * along_v]
+        [
+            a * (1.0 - fraction) + c * fraction + rise * along_u,
+            b * (1.0 - fraction) + d * fraction + rise * along_v,
+        ]
     }
 
     /// About the mean over space: of places spread evenly over a cube of many periods. No colour is left out.
@@ -115,19 +122,19 @@ impl Procedural {
         const PLACES: u32 = 1024;
         // The generalised golden ratio: fractions of multiples of its powers fill the cube evenly.
         const GOLDEN: f64 = 1.220_744_084_605_759_5;
-        let mut shares = vec![1e-3; self.colours.len()];
+        let mut fractions = vec![1e-3; self.colours.len()];
         for i in 0..PLACES {
             let fraction = |power: i32| (f64::from(i) * GOLDEN.powi(power)).fract();
             let place = Vec3::new(fraction(-1), fraction(-2), fraction(-3)) * 64.0;
-            let (index, share) = self.colour(self.field(place).value);
-            shares[index] += (1.0 - share) / f64::from(PLACES);
-            if share > 0.0 {
-                shares[index + 1] += share / f64::from(PLACES);
+            let (index, fraction) = self.colour(self.field(place).value);
+            fractions[index] += (1.0 - fraction) / f64::from(PLACES);
+            if fraction > 0.0 {
+                fractions[index + 1] += fraction / f64::from(PLACES);
             }
         }
         let means: Vec<Spectrum> = self.colours.iter().map(|colour| colour.mean_spectrum(range)).collect();
         super::tabulated(range, &means[0], |nm| {
-            means.iter().zip(&shares).map(|(mean, share)| mean.at(nm) * share).sum()
+            means.iter().zip(&fractions).map(|(mean, fraction)| mean.at(nm) * fraction).sum()
         })
     }
 }

@@ -55,13 +55,13 @@ impl Wrap {
         inside as usize
     }
 
-    /// The two texels between whose centres a coordinate (1 along the whole row) lies, and the share of the
-    /// second.
+    /// The two texels between whose centres a coordinate (1 along the whole row) lies, and the fraction of
+    /// the second.
     #[inline]
     pub fn between(self, coordinate: f64, size: usize) -> ([usize; 2], f64) {
         let place = coordinate * size as f64 - 0.5;
-        let (cell, share) = cell(place);
-        ([self.index(cell, size), self.index(cell + 1, size)], share)
+        let (cell, fraction) = cell(place);
+        ([self.index(cell, size), self.index(cell + 1, size)], fraction)
     }
 
     /// The texel that a coordinate lies in.

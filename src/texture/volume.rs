@@ -67,7 +67,7 @@ impl Volume {
         matches!(self.cells, Cells::Spectra(_))
     }
 
-    /// The cells around a place, in coordinates in which the grid is the unit cube, and their shares.
+    /// The cells around a place, in coordinates in which the grid is the unit cube, and their weights.
     fn around(&self, place: Vec3) -> [(usize, f64); 8] {
         let along = |coordinate: f64, size: usize| match self.filter {
             Filter::Nearest => ([self.wrap.nearest(coordinate, size); 2], 0.0),
@@ -75,9 +75,9 @@ impl Volume {
         };
         let [width, height, depth] = self.size;
         let (x, y, z) = (along(place.x, width), along(place.y, height), along(place.z, depth));
-        let pick = |(cells, share): ([usize; 2], f64), second: bool| match second {
-            false => (cells[0], 1.0 - share),
-            true => (cells[1], share),
+        let pick = |(cells, weight): ([usize; 2], f64), second: bool| match second {
+            false => (cells[0], 1.0 - weight),
+            true => (cells[1], weight),
         };
         std::array::from_fn(|corner| {
             let (i, a) = pick(x, corner & 1 != 0);
@@ -97,11 +97,11 @@ impl Volume {
     pub fn sample_at<const C: usize>(&self, place: Vec3, nm: &[f64; C]) -> Sampled<C> {
         let Cells::Spectra(cells) = &self.cells else { return Sampled::splat(self.value_at(place)) };
         let (mut shape, mut factor) = (Sampled::ZERO, 0.0);
-        for (cell, share) in self.around(place) {
+        for (cell, weight) in self.around(place) {
             let [a, b, c, scale] = cells[cell].map(f64::from);
             let sigmoid = Sigmoid { coefficients: [a, b, c] };
-            shape += Sampled::from_fn(|lane| share * sigmoid.at(nm[lane]));
-            factor += share * scale;
+            shape += Sampled::from_fn(|lane| weight * sigmoid.at(nm[lane]));
+            factor += weight * scale;
         }
         shape * factor
     }
@@ -114,7 +114,7 @@ impl Volume {
     fn value_at(&self, place: Vec3) -> f64 {
         match &self.cells {
             Cells::Grey(values) => {
-                self.around(place).iter().map(|&(i, share)| share * f64::from(values[i])).sum()
+                self.around(place).iter().map(|&(i, weight)| weight * f64::from(values[i])).sum()
             }
             Cells::Raw(_) => luminance(self.rgb_at(place)),
             Cells::Spectra(_) => luminance(self.mean),
@@ -128,8 +128,9 @@ impl Volume {
     fn rgb_at(&self, place: Vec3) -> [f64; 3] {
         let Cells::Raw(values) = &self.cells else { return [self.value_at(place); 3] };
         let around = self.around(place);
-        [0, 1, 2]
-            .map(|channel| around.iter().map(|&(i, share)| share * f64::from(values[3 * i + channel])).sum())
+        [0, 1, 2].map(|channel| {
+            around.iter().map(|&(i, weight)| weight * f64::from(values[3 * i + channel])).sum()
+        })
     }
 
     pub fn mean(&self) -> [f64; 3] {

@@ -69,15 +69,18 @@ fn smooth_glass_is_a_perfect_furnace() {
 #[test]
 fn rough_furnaces_lose_energy() {
     let mirror = Conductor { eta: Sampled([0.0]), k: Sampled([0.0]), specular_reflectance: Sampled::ONE };
-    for shape in [Shape::Beckmann, Shape::Ggx] {
+    for distribution in [Distribution::Beckmann, Distribution::Ggx] {
         for alpha in [0.01, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0] {
-            let microfacets = Microfacets::new(shape, alpha, alpha);
+            let microfacets = Microfacets::new(distribution, alpha, alpha);
             for theta in [0.0, 0.7, 1.2, 1.5f64] {
                 let eye = at(theta.cos(), 0.3);
                 let bsdf = Bsdf::RoughConductor(RoughConductor { facet: mirror, microfacets });
                 let metal = albedo(&bsdf, eye, 30_000);
                 // The rational G1 of Beckmann may exceed Smith's by 0.4 %, squared.
-                assert!(metal.mean <= 1.008 + 4.0 * metal.error(), "{shape:?} {alpha} {theta}: {metal:?}");
+                assert!(
+                    metal.mean <= 1.008 + 4.0 * metal.error(),
+                    "{distribution:?} {alpha} {theta}: {metal:?}"
+                );
                 if alpha > 0.1 {
                     let (coarse, fine) = (quadrature(&bsdf, eye, 150), quadrature(&bsdf, eye, 300));
                     let variance = (fine - coarse).powi(2);
@@ -85,21 +88,22 @@ fn rough_furnaces_lose_energy() {
                     let test = welch(&metal, &by_quadrature);
                     assert!(
                         test.p_value > 1e-5,
-                        "{shape:?} {alpha} {theta}: {metal:?}, {by_quadrature:?}, {test}"
+                        "{distribution:?} {alpha} {theta}: {metal:?}, {by_quadrature:?}, {test}"
                     );
                 }
-                let mut line = format!("{shape:?} alpha {alpha} theta {theta}: metal {:.4}", metal.mean);
+                let mut line =
+                    format!("{distribution:?} alpha {alpha} theta {theta}: metal {:.4}", metal.mean);
                 for (eye, side) in [(eye, "above"), (-eye, "below")] {
                     let rough = RoughDielectric { facet: glass(1.5, 0.0), microfacets };
                     let glass = albedo(&Bsdf::RoughDielectric(rough), eye, 30_000);
                     assert!(
                         glass.mean <= 1.008 + 4.0 * glass.error(),
-                        "{shape:?} {alpha} {theta}: {glass:?}"
+                        "{distribution:?} {alpha} {theta}: {glass:?}"
                     );
                     line += &format!(", glass from {side} {:.4}", glass.mean);
                 }
                 println!("{line}");
-                if shape == Shape::Beckmann && alpha <= 0.2 && theta == 0.0 {
+                if distribution == Distribution::Beckmann && alpha <= 0.2 && theta == 0.0 {
                     assert!((metal.mean - 1.0).abs() < 0.002, "{line}");
                 }
             }

@@ -46,8 +46,10 @@ fn parted(bsdf: &Bsdf<4>) -> bool {
 
 #[test]
 fn hero_and_companions_are_unbiased_together() {
-    let strong =
-        RoughDielectric { facet: glass::<4>(1.4, 0.1), microfacets: Microfacets::new(Shape::Ggx, 0.2, 0.3) };
+    let strong = RoughDielectric {
+        facet: glass::<4>(1.4, 0.1),
+        microfacets: Microfacets::new(Distribution::Ggx, 0.2, 0.3),
+    };
     let mut cases: Vec<(String, Bsdf<4>)> = vec![
         ("strongly dispersive rough glass".into(), Bsdf::RoughDielectric(strong)),
         ("strongly dispersive smooth glass".into(), Bsdf::Dielectric(glass(1.4, 0.1))),

@@ -22,23 +22,23 @@ fn solid<const C: usize>(base: PrincipledBase<C>, eta: f64) -> Principled<C> {
     Principled { base, metallic: 0.0, clearcoat: 0.0, clearcoat_gloss: 0.0, eta, albedo: None }
 }
 
-fn coat(shape: Shape, alpha: f64, eta: f64) -> &'static RoughCoat {
-    RoughCoat::shared(shape, alpha, eta)
+fn coat(distribution: Distribution, alpha: f64, eta: f64) -> &'static RoughCoat {
+    RoughCoat::shared(distribution, alpha, eta)
 }
 
 pub fn table<const C: usize>() -> Vec<(String, Bsdf<C>)> {
-    let matt = MattBase { reflectance: ramp(0.7, -0.08), nonlinear: false };
+    let diffuse = DiffuseBase { reflectance: ramp(0.7, -0.08), nonlinear: false };
     let specular_reflectance = ramp(1.0, -0.1);
     let pane = ThinDielectric {
         eta: ramp(1.5, 0.02),
         specular_reflectance,
         specular_transmittance: ramp(0.9, -0.1),
     };
-    let plastic = Plastic { eta: ramp(1.5, 0.02), base: matt, specular_reflectance };
-    let nonlinear = MattBase { nonlinear: true, ..matt };
-    let rough = |shape, alpha| {
+    let plastic = Plastic { eta: ramp(1.5, 0.02), base: diffuse, specular_reflectance };
+    let nonlinear = DiffuseBase { nonlinear: true, ..diffuse };
+    let rough = |distribution, alpha| {
         Bsdf::RoughPlastic(RoughPlastic {
-            coat: coat(shape, alpha, 1.5),
+            coat: coat(distribution, alpha, 1.5),
             base: nonlinear,
             specular_reflectance,
         })
@@ -66,14 +66,14 @@ pub fn table<const C: usize>() -> Vec<(String, Bsdf<C>)> {
         ("pane", Bsdf::ThinDielectric(pane)),
         ("plastic", Bsdf::Plastic(plastic)),
         ("nonlinear plastic", Bsdf::Plastic(Plastic { base: nonlinear, ..plastic })),
-        ("rough plastic, GGX 0.3", rough(Shape::Ggx, 0.3)),
-        ("rough plastic, Beckmann 0.1", rough(Shape::Beckmann, 0.1)),
+        ("rough plastic, GGX 0.3", rough(Distribution::Ggx, 0.3)),
+        ("rough plastic, Beckmann 0.1", rough(Distribution::Beckmann, 0.1)),
         ("principled", Bsdf::Principled(solid(base(), 1.5))),
         ("principled, coated", Bsdf::Principled(coated)),
         ("principled, everything", Bsdf::Principled(Principled { base: all, ..coated })),
         ("principled glass", Bsdf::Principled(solid(glass, 1.5))),
         ("principled bubble", Bsdf::Principled(solid(glass, 0.75))),
-        ("thin matt", thin(PrincipledBase { sheen: 0.4, ..base() }, 0.7, 1.5)),
+        ("thin diffuse", thin(PrincipledBase { sheen: 0.4, ..base() }, 0.7, 1.5)),
         ("thin, everything", thin(all, 1.2, 1.4)),
         ("thin bubble", thin(glass, 0.0, 0.8)),
         (
@@ -124,7 +124,7 @@ pub fn random<const C: usize>(
         u if u < 0.3 => 1.0,
         _ => uniform.next(),
     };
-    let matt = MattBase { reflectance, nonlinear: uniform.next() < 0.5 };
+    let diffuse = DiffuseBase { reflectance, nonlinear: uniform.next() < 0.5 };
     let specular_reflectance = dielectric.specular_reflectance;
     let base = PrincipledBase {
         color: reflectance,
@@ -146,11 +146,11 @@ pub fn random<const C: usize>(
             specular_reflectance,
             specular_transmittance: dielectric.specular_transmittance,
         }),
-        1 => Bsdf::Plastic(Plastic { eta: dielectric.eta, base: matt, specular_reflectance }),
+        1 => Bsdf::Plastic(Plastic { eta: dielectric.eta, base: diffuse, specular_reflectance }),
         2 => {
             let alpha = [1e-4, 0.1, 1.0][uniform.between(0.0, 3.0) as usize];
-            let coat = coat(Shape::Ggx, alpha, [0.7, 1.5][uniform.between(0.0, 2.0) as usize]);
-            Bsdf::RoughPlastic(RoughPlastic { coat, base: matt, specular_reflectance })
+            let coat = coat(Distribution::Ggx, alpha, [0.7, 1.5][uniform.between(0.0, 2.0) as usize]);
+            Bsdf::RoughPlastic(RoughPlastic { coat, base: diffuse, specular_reflectance })
         }
         3 | 4 => Bsdf::Principled(Principled {
             base,
@@ -206,7 +206,7 @@ fn layered_values_are_mitsubas() {
 
 fn read(plugin: &str, given: &BTreeMap<&str, &str>, color: Sampled<4>, tint: Sampled<4>) -> Bsdf<4> {
     let number = |name: &str| given.get(name).map_or(0.0, |value| value.parse::<f64>().unwrap());
-    let matt = MattBase { reflectance: color, nonlinear: number("nonlinear") == 1.0 };
+    let diffuse = DiffuseBase { reflectance: color, nonlinear: number("nonlinear") == 1.0 };
     let base = PrincipledBase {
         color,
         tint,
@@ -222,12 +222,13 @@ fn read(plugin: &str, given: &BTreeMap<&str, &str>, color: Sampled<4>, tint: Sam
     let specular_reflectance = Sampled::ONE;
     match plugin {
         "plastic" => {
-            Bsdf::Plastic(Plastic { eta: Sampled::splat(int_ior), base: matt, specular_reflectance })
+            Bsdf::Plastic(Plastic { eta: Sampled::splat(int_ior), base: diffuse, specular_reflectance })
         }
         "roughplastic" => {
-            let shape = if given["distribution"] == "ggx" { Shape::Ggx } else { Shape::Beckmann };
-            let coat = coat(shape, number("alpha"), int_ior);
-            Bsdf::RoughPlastic(RoughPlastic { coat, base: matt, specular_reflectance })
+            let distribution =
+                if given["distribution"] == "ggx" { Distribution::Ggx } else { Distribution::Beckmann };
+            let coat = coat(distribution, number("alpha"), int_ior);
+            Bsdf::RoughPlastic(RoughPlastic { coat, base: diffuse, specular_reflectance })
         }
         "principled" => Bsdf::Principled(Principled {
             base,
@@ -256,13 +257,13 @@ fn pane_closed_form() {
     let bsdf = Bsdf::ThinDielectric(pane);
     for z in [1.0, 0.4, 0.01, -0.4] {
         let eye = at(z, 0.3);
-        let passed = bsdf.passing(eye).hero();
+        let passed = bsdf.null_transmittance(eye).hero();
         if z == 1.0 {
             assert!(close(passed, 12.0 / 13.0, 1e-14));
         }
         let (mirror, window) =
             (bsdf.sample(eye, 0.0, [0.5; 2]).unwrap(), bsdf.sample(eye, 1.0 - 1e-9, [0.5; 2]).unwrap());
-        assert!(window.transmitted && window.toward_light == -eye && bsdf.passes_straight());
+        assert!(window.transmitted && window.toward_light == -eye && bsdf.has_null_transmission());
         assert!(!mirror.transmitted && mirror.toward_light.z == eye.z);
         assert!(close(mirror.weight.hero(), 1.0, 1e-14) && close(window.weight.hero(), 1.0, 1e-14));
     }

@@ -5,11 +5,11 @@ mod lanes;
 mod layered;
 mod robust;
 
-use abbe::bsdf::microfacet::Shape;
+use abbe::bsdf::microfacet::Distribution;
 use abbe::bsdf::{
-    Albedo, Bsdf, Conductor, Density, Dielectric, DiffuseTransmitter, Extent, Lambert, MattBase, Microfacets,
-    Plastic, Principled, PrincipledBase, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
-    Scatter, ThinDielectric,
+    Albedo, Bsdf, Conductor, Density, Dielectric, DiffuseBase, DiffuseTransmitter, Extent, Lambert,
+    Microfacets, Plastic, Principled, PrincipledBase, PrincipledThin, RoughConductor, RoughDielectric,
+    RoughPlastic, Scatter, ThinDielectric,
 };
 use abbe::geometry::Vec3;
 use abbe::spectrum::Sampled;
@@ -96,10 +96,10 @@ fn table<const C: usize>() -> Vec<(String, Bsdf<C>)> {
     for (name, eta, step) in glasses {
         table.push((name.into(), Bsdf::Dielectric(glass(eta, step))));
     }
-    for shape in [Shape::Beckmann, Shape::Ggx] {
+    for distribution in [Distribution::Beckmann, Distribution::Ggx] {
         for (alpha_u, alpha_v) in ROUGHNESS {
-            let microfacets = Microfacets::new(shape, alpha_u, alpha_v);
-            let title = |name: &str| format!("rough {name}, {shape:?} {alpha_u} {alpha_v}");
+            let microfacets = Microfacets::new(distribution, alpha_u, alpha_v);
+            let title = |name: &str| format!("rough {name}, {distribution:?} {alpha_u} {alpha_v}");
             let rough_metal = RoughConductor { facet: metal(), microfacets };
             table.push((title("conductor"), Bsdf::RoughConductor(rough_metal)));
             for (name, eta, step) in glasses {
@@ -141,7 +141,8 @@ fn with_lanes<const C: usize, const D: usize>(
         specular_reflectance: turn(d.specular_reflectance),
         specular_transmittance: turn(d.specular_transmittance),
     };
-    let matt = |b: MattBase<C>| MattBase { reflectance: turn(b.reflectance), nonlinear: b.nonlinear };
+    let diffuse =
+        |b: DiffuseBase<C>| DiffuseBase { reflectance: turn(b.reflectance), nonlinear: b.nonlinear };
     let principled = |b: PrincipledBase<C>| PrincipledBase {
         color: turn(b.color),
         tint: turn(b.tint),
@@ -176,12 +177,12 @@ fn with_lanes<const C: usize, const D: usize>(
         }),
         Bsdf::Plastic(b) => Bsdf::Plastic(Plastic {
             eta: turn(b.eta),
-            base: matt(b.base),
+            base: diffuse(b.base),
             specular_reflectance: turn(b.specular_reflectance),
         }),
         Bsdf::RoughPlastic(b) => Bsdf::RoughPlastic(RoughPlastic {
             coat: b.coat,
-            base: matt(b.base),
+            base: diffuse(b.base),
             specular_reflectance: turn(b.specular_reflectance),
         }),
         Bsdf::Principled(b) => Bsdf::Principled(Principled {
@@ -303,8 +304,8 @@ fn values_are_mitsubas() {
         let [alpha_u, alpha_v, eta, k] = numbers[..4] else { panic!("{line}") };
         let vector = |first: usize| Vec3::from_slice(&numbers[first..first + 3]).normalize();
         let (eye, light) = (vector(4), vector(7));
-        let shape = if fields[1] == "ggx" { Shape::Ggx } else { Shape::Beckmann };
-        let microfacets = Microfacets::new(shape, alpha_u, alpha_v);
+        let distribution = if fields[1] == "ggx" { Distribution::Ggx } else { Distribution::Beckmann };
+        let microfacets = Microfacets::new(distribution, alpha_u, alpha_v);
         let bsdf: Bsdf<1> = if fields[0] == "conductor" {
             let facet =
                 Conductor { eta: Sampled([eta]), k: Sampled([k]), specular_reflectance: Sampled::ONE };
@@ -315,7 +316,7 @@ fn values_are_mitsubas() {
         let found = bsdf.evaluate(eye, light);
         let (f_cos, density) = (numbers[10], numbers[11]);
         assert!(close(found.f_cos.hero(), f_cos, 1e-4), "{line}: {found:?}");
-        let masking = if shape == Shape::Beckmann { 0.005 } else { 1e-4 };
+        let masking = if distribution == Distribution::Beckmann { 0.005 } else { 1e-4 };
         assert!(close(found.density.hero(), density, masking), "{line}: {found:?}");
         rows += 1;
     }

@@ -48,9 +48,12 @@ fn nothing_is_nan() {
                 };
                 at(if uniform.next() < 0.5 { z } else { -z }, uniform.between(0.0, TAU))
             };
-            let shape = if uniform.next() < 0.5 { Shape::Beckmann } else { Shape::Ggx };
-            let microfacets =
-                Microfacets::new(shape, extreme(&mut uniform, 1e-4, 3.0), extreme(&mut uniform, 1e-4, 3.0));
+            let distribution = if uniform.next() < 0.5 { Distribution::Beckmann } else { Distribution::Ggx };
+            let microfacets = Microfacets::new(
+                distribution,
+                extreme(&mut uniform, 1e-4, 3.0),
+                extreme(&mut uniform, 1e-4, 3.0),
+            );
             let conductor = Conductor {
                 eta: lanes(&mut uniform, &absorption),
                 k: lanes(&mut uniform, &absorption),

@@ -4,7 +4,7 @@
 
 use abbe::film::{Film, SpectralBins};
 use abbe::integrator::Estimator;
-use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
+use abbe::render::{NoProgress, Schedule, Settings, WavelengthCount, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::{CompileOptions, ReadOptions, Scene, compile, read};
 use abbe::units::WavelengthRange;
@@ -49,7 +49,7 @@ pub fn bins(range: WavelengthRange, count: usize) -> Option<SpectralBins> {
 }
 
 pub fn expose(scene: &Scene, settings: &Settings) -> Film {
-    let film = render(scene, settings, &Unwatched::new());
+    let film = render(scene, settings, &NoProgress::new());
     assert_eq!(film.bad.total(), 0, "bad values: {:?}", film.bad);
     film
 }

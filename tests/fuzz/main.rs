@@ -9,7 +9,7 @@ mod grammar;
 mod packed;
 
 use abbe::integrator::Estimator;
-use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
+use abbe::render::{NoProgress, Schedule, Settings, WavelengthCount, render};
 use abbe::scene::{CompileOptions, ReadOptions, compile, json, read, read_str};
 use cpu_time::ProcessTime;
 use grammar::Grammar;
@@ -123,7 +123,7 @@ fn originals() -> Vec<Original> {
             && let Ok(description) = read(&path, &ReadOptions::default())
             && let Ok(scene) = compile(&description, &CompileOptions::default())
         {
-            let bytes = json(&description, &scene.needs(), Some(&folder)).into_bytes();
+            let bytes = json(&description, &scene.features(), Some(&folder)).into_bytes();
             found.push(Original { kind, bytes, folder: folder.clone(), is_broken: false });
         }
         found.push(Original { kind, bytes, folder, is_broken });
@@ -320,10 +320,10 @@ fn attempt(kind: Kind, bytes: &[u8], folder: &Path, scratch: &Path, draw: bool) 
             estimator: Estimator::Shared,
             bins: None,
         };
-        render(&scene, &settings, &Unwatched::new());
+        render(&scene, &settings, &NoProgress::new());
         let film = &mut description.sensor.film;
         (film.width, film.height, film.crop) = stated;
-        let text = json(&description, &scene.needs(), Some(scratch));
+        let text = json(&description, &scene.features(), Some(scratch));
         if let Err(errors) = read_str(text, &scratch.join("scene.json"), &options) {
             panic!("its own JSON is refused: {errors}");
         }

@@ -2,7 +2,7 @@
 
 use abbe::film::{Film, Measured, SpectralBins};
 use abbe::integrator::Estimator;
-use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
+use abbe::render::{NoProgress, Schedule, Settings, WavelengthCount, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::{CompileOptions, Description, ReadOptions, Scene, compile, read_str};
 use abbe::stats::Estimate;
@@ -37,7 +37,7 @@ pub fn expose(scene: &Scene, samples_per_replicate: u32, seed: u64) -> Film {
         estimator: Estimator::Plain,
         bins: Some(ONE_BIN),
     };
-    render(scene, &settings, &Unwatched::new())
+    render(scene, &settings, &NoProgress::new())
 }
 
 /// Spectral radiance of all pixels, row by row.

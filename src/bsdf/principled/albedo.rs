@@ -11,8 +11,8 @@
 //! Neumann, Neumann and Szirmay-Kalos bound metals ("Compact Metallic Reflectance Models", Computer Graphics
 //! Forum 18(3), 1999).
 //!
-//! E is linear in the shares of the lobes, which have the wavelengths. The lobes' own albedos have none: they
-//! depend on the direction and on a roughness, and are kept in tables.
+//! E is linear in the weights of the lobes, which depend on the wavelength. The lobes' own albedos depend on
+//! the direction and on a roughness, and are kept in tables.
 
 use super::clear_coat::ClearCoat;
 use super::{COAT_REFLECTANCE, PrincipledBase, interface, mix, schlick_cosine, schlick_weight, thin};
@@ -74,7 +74,8 @@ impl Albedo {
         type Key = (bool, u64, [Option<u64>; 3]);
         static ALBEDOS: Mutex<BTreeMap<Key, &'static Albedo>> = Mutex::new(BTreeMap::new());
         let Extent { thin, eta, roughness, anisotropic, gloss } = extent;
-        let key = (thin, eta.to_bits(), [roughness, anisotropic, gloss].map(|share| share.map(f64::to_bits)));
+        let key =
+            (thin, eta.to_bits(), [roughness, anisotropic, gloss].map(|fraction| fraction.map(f64::to_bits)));
         // A map in which tables are missing is still a map.
         let mut albedos = ALBEDOS.lock().unwrap_or_else(PoisonError::into_inner);
         albedos.entry(key).or_insert_with(|| Box::leak(Box::new(Self::new(extent))))
@@ -86,7 +87,7 @@ impl Albedo {
         // Where light passes to the faster side, all is reflected beyond the critical angle, up to which
         // reflection rises with an infinite slope.
         let cosines = Axis::Cosine { critical: (1.0 - eta * eta).max(0.0).sqrt() };
-        let axis = |share: Option<f64>, nodes| share.map_or(Axis::Even(nodes), Axis::One);
+        let axis = |fraction: Option<f64>, nodes| fraction.map_or(Axis::Even(nodes), Axis::One);
         let axes = [cosines, turned, axis(roughness, 13), axis(anisotropic, 5)];
         // The more places there are, the fewer facets are looked at in each.
         let count = if axes[2..].iter().any(|axis| axis.nodes() > 1) { 16 } else { 32 };
@@ -119,7 +120,7 @@ impl Albedo {
 }
 
 /// Albedo of a white diffuse base.
-pub(super) fn matt<const C: usize>(base: &PrincipledBase<C>, eye: Vec3) -> f64 {
+pub(super) fn diffuse<const C: usize>(base: &PrincipledBase<C>, eye: Vec3) -> f64 {
     let [smooth, half, rough, flat_smooth, flat_half, flat_rough, _] = bases().at([eye.z]);
     // What is tabulated is a parabola in the roughness.
     let r = base.roughness;
@@ -134,7 +135,7 @@ pub(super) fn sheen(eye: Vec3) -> f64 {
     bases().at([eye.z])[6]
 }
 
-/// Matt bases of roughness 0, 1/2 and 1, the same flat, and sheen.
+/// Diffuse bases of roughness 0, 1/2 and 1, the same flat, and sheen.
 fn bases() -> &'static Table<1, 7> {
     static BASES: OnceLock<Table<1, 7>> = OnceLock::new();
     BASES.get_or_init(|| {
@@ -151,9 +152,9 @@ fn bases() -> &'static Table<1, 7> {
                     for (kind, sum) in sums[..6].iter_mut().enumerate() {
                         let (roughness, flatness) = (0.5 * (kind % 3) as f64, (kind / 3) as f64);
                         let base = PrincipledBase { roughness, flatness, ..PrincipledBase::<1>::WHITE };
-                        *sum += weight * base.matt(eye.z, light.z, cos_half);
+                        *sum += weight * base.diffuse(eye.z, light.z, cos_half);
                     }
-                    // Sheen is no share of 1/π.
+                    // Sheen has no factor 1/π.
                     sums[6] += weight * std::f64::consts::PI * schlick_weight(cos_half);
                 }
             }
@@ -261,11 +262,11 @@ impl Axis {
             Self::Cosine { critical } => {
                 let total = if critical > 0.0 { (Self::TOTAL - 1) as f64 } else { 0.0 };
                 let cosine = if node < total {
-                    let share = node / total;
-                    critical * share * share * (3.0 - 2.0 * share)
+                    let fraction = node / total;
+                    critical * fraction * fraction * (3.0 - 2.0 * fraction)
                 } else {
-                    let share = (node - total) / (Self::PARTIAL - 1) as f64;
-                    critical + (1.0 - critical) * share * share
+                    let fraction = (node - total) / (Self::PARTIAL - 1) as f64;
+                    critical + (1.0 - critical) * fraction * fraction
                 };
                 // At 0 itself nothing is visible.
                 cosine.clamp(1e-5, 1.0)
@@ -273,21 +274,21 @@ impl Axis {
         }
     }
 
-    /// The node before a value, and the share of the way to the next.
+    /// The node before a value, and the fraction of the way to the next.
     fn place(self, value: f64) -> (usize, f64) {
-        let steps = |share: f64, nodes: usize| share.clamp(0.0, 1.0) * (nodes - 1) as f64;
+        let steps = |fraction: f64, nodes: usize| fraction.clamp(0.0, 1.0) * (nodes - 1) as f64;
         let place = match self {
             Self::One(_) => return (0, 0.0),
             Self::Even(nodes) => steps(value, nodes),
             Self::Cosine { critical } if value < critical => {
                 // The inverse of 3 s² − 2 s³.
-                let share = 0.5 - ((1.0 - 2.0 * value / critical).clamp(-1.0, 1.0).asin() / 3.0).sin();
-                steps(share, Self::TOTAL)
+                let fraction = 0.5 - ((1.0 - 2.0 * value / critical).clamp(-1.0, 1.0).asin() / 3.0).sin();
+                steps(fraction, Self::TOTAL)
             }
             Self::Cosine { critical } => {
                 let below = if critical > 0.0 { Self::TOTAL - 1 } else { 0 };
-                let share = ((value - critical) / (1.0 - critical)).max(0.0).sqrt();
-                below as f64 + steps(share, Self::PARTIAL)
+                let fraction = ((value - critical) / (1.0 - critical)).max(0.0).sqrt();
+                below as f64 + steps(fraction, Self::PARTIAL)
             }
         };
         let node = (place as usize).min(self.nodes() - 2);
@@ -321,10 +322,10 @@ impl<const D: usize, const N: usize> Table<D, N> {
         let mut table = Self { axes, values };
         // A quantity of one value has one cell, which is its node.
         for cell in nodes(axes.map(|axis| (axis.nodes() - 1).max(1))) {
-            for share in WITHIN {
+            for fraction in WITHIN {
                 let within = std::array::from_fn(|i| match (axes[i].nodes(), i) {
                     (1, _) => cell[i],
-                    (_, 0) => cell[i] + share,
+                    (_, 0) => cell[i] + fraction,
                     _ => cell[i] + 0.5,
                 });
                 let (found, told) = (function(place(within)), table.at(place(within)));
@@ -344,15 +345,15 @@ impl<const D: usize, const N: usize> Table<D, N> {
         let mut around = [(0, 0, 0.0); D];
         let mut stride = 1;
         for (axis, (place, around)) in self.axes.iter().zip(place.into_iter().zip(&mut around)) {
-            let (node, share) = axis.place(place);
-            *around = (node * stride, stride, share);
+            let (node, fraction) = axis.place(place);
+            *around = (node * stride, stride, fraction);
             stride *= axis.nodes();
         }
         (0..1u32 << D).map(move |corner| {
-            around.iter().enumerate().fold((0, 1.0), |(index, weight), (bit, &(node, stride, share))| {
+            around.iter().enumerate().fold((0, 1.0), |(index, weight), (bit, &(node, stride, fraction))| {
                 match corner >> bit & 1 == 1 {
-                    true => (index + node + stride, weight * share),
-                    false => (index + node, weight * (1.0 - share)),
+                    true => (index + node + stride, weight * fraction),
+                    false => (index + node, weight * (1.0 - fraction)),
                 }
             })
         })

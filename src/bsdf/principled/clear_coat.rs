@@ -1,6 +1,6 @@
 //! The clear coat's highlight.
 
-use crate::bsdf::microfacet::{Microfacets, Shape};
+use crate::bsdf::microfacet::{Distribution, Microfacets};
 use crate::geometry::{Vec3, angle};
 use std::f64::consts::{PI, TAU};
 
@@ -26,7 +26,7 @@ impl ClearCoat {
     }
 
     pub fn g(&self, eye: Vec3, light: Vec3, m: Vec3) -> f64 {
-        Microfacets::new(Shape::Ggx, 0.25, 0.25).g(eye, light, m)
+        Microfacets::new(Distribution::Ggx, 0.25, 0.25).g(eye, light, m)
     }
 
     /// A facet normal with density D(m) cos θ, which integrates to 1.

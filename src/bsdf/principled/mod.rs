@@ -1,8 +1,9 @@
 //! Burley's "principled" surfaces, as Mitsuba 3 means them.
 //!
-//! A surface is a blend of a metal, a matt base and (in [`Principled`]) rough glass, under sheen and a
-//! clear coat, steered by numbers from 0 to 1 that are meant for the eye and not for physics: they may return
-//! more than they get, unless they are told not to ([`Albedo`]). Facets follow GGX with separable masking.
+//! A surface is a blend of a metal, a diffuse base and (in [`Principled`]) rough glass, under sheen and a
+//! clear coat. Its parameters, from 0 to 1, are meant for artists and not for physics: a surface may reflect
+//! more light than it receives, unless [`Albedo`] bounds it. The microfacet distribution is GGX with
+//! separable masking.
 //!
 //! References: Burley, "Physically-Based Shading at Disney", SIGGRAPH 2012 course (base, sheen, clear
 //! coat); Burley, "Extending the Disney BRDF to a BSDF with Integrated Subsurface Scattering", SIGGRAPH
@@ -19,7 +20,7 @@ pub use solid::Principled;
 pub use thin::PrincipledThin;
 
 use super::fresnel::{self, Interface};
-use super::microfacet::{Microfacets, Shape};
+use super::microfacet::{Distribution, Microfacets};
 use crate::spectrum::Sampled;
 use std::f64::consts::FRAC_1_PI;
 
@@ -34,20 +35,20 @@ pub struct PrincipledBase<const C: usize> {
     pub roughness: f64,
     /// How much longer highlights are along the frame's x axis.
     pub anisotropic: f64,
-    /// The share of what is not metal that is glass.
+    /// Weight of glass in what is not metal.
     pub spec_trans: f64,
-    /// How much of the tint the reflection of what is not metal has.
+    /// How much the specular reflection of what is not metal is tinted.
     pub spec_tint: f64,
     /// Strength of the sheen, at least 0.
     pub sheen: f64,
-    /// How much of the tint the sheen has.
+    /// How much the sheen is tinted.
     pub sheen_tint: f64,
-    /// How far the matt base looks like a scattering body.
+    /// Weight of the approximation to subsurface scattering in the diffuse base.
     pub flatness: f64,
 }
 
 impl<const C: usize> PrincipledBase<C> {
-    /// White, smooth and matt.
+    /// White, smooth and diffuse.
     const WHITE: Self = Self {
         color: Sampled::ONE,
         tint: Sampled::ONE,
@@ -65,13 +66,17 @@ impl<const C: usize> PrincipledBase<C> {
         const LEAST_ALPHA: f64 = 1e-3;
         let alpha = (factor * self.roughness).powi(2);
         let aspect = (1.0 - 0.9 * self.anisotropic).sqrt();
-        Microfacets::new(Shape::Ggx, (alpha / aspect).max(LEAST_ALPHA), (alpha * aspect).max(LEAST_ALPHA))
+        Microfacets::new(
+            Distribution::Ggx,
+            (alpha / aspect).max(LEAST_ALPHA),
+            (alpha * aspect).max(LEAST_ALPHA),
+        )
     }
 
-    /// What the matt base reflects, over ρ/π: diffuse and retro-reflection, or their flat counterpart
-    /// (Hanrahan and Krueger's), for the cosines of eye and light with the normal and of either with the half
-    /// vector.
-    fn matt(&self, cos_eye: f64, cos_light: f64, cos_half: f64) -> f64 {
+    /// BRDF of the diffuse base over ρ/π: diffuse and retro-reflection, blended with their flat counterpart
+    /// (Hanrahan and Krueger's). The cosines are those of eye and light with the normal, and of either with
+    /// the half vector.
+    fn diffuse(&self, cos_eye: f64, cos_light: f64, cos_half: f64) -> f64 {
         let (eye, light) = (schlick_weight(cos_eye), schlick_weight(cos_light));
         let retro = 2.0 * self.roughness * cos_half * cos_half;
         let rough =
@@ -84,15 +89,15 @@ impl<const C: usize> PrincipledBase<C> {
         mix(rough, flat, self.flatness)
     }
 
-    /// `f` of the sheen.
+    /// BRDF of the sheen.
     fn sheen(&self, lane: usize, cos_half: f64) -> f64 {
         if self.sheen == 0.0 {
             return 0.0;
         }
-        schlick_weight(cos_half) * self.sheen_strength(lane)
+        schlick_weight(cos_half) * self.sheen_scale(lane)
     }
 
-    fn sheen_strength(&self, lane: usize) -> f64 {
+    fn sheen_scale(&self, lane: usize) -> f64 {
         self.sheen * mix(1.0, self.tint[lane], self.sheen_tint)
     }
 
@@ -106,7 +111,7 @@ impl<const C: usize> PrincipledBase<C> {
 /// Reflectance of the clear coat at normal incidence.
 const COAT_REFLECTANCE: f64 = 0.04;
 
-/// Albedo of sheen for all directions: a guess for choosing between lobes.
+/// Approximate albedo of sheen for all directions, for the probabilities of the lobes.
 const MEAN_SHEEN: f64 = 0.1;
 
 /// Schlick's `(1 − cos θ)⁵`.
@@ -122,8 +127,8 @@ fn schlick_cosine(cos: f64, eta: f64, interface: Interface) -> f64 {
     if eta > 1.0 { cos } else { interface.cos_refracted }
 }
 
-fn mix(a: f64, b: f64, share: f64) -> f64 {
-    a + (b - a) * share
+fn mix(a: f64, b: f64, weight: f64) -> f64 {
+    a + (b - a) * weight
 }
 
 /// Density of a cosine-weighted direction.
@@ -137,7 +142,7 @@ fn probabilities<const N: usize>(weights: [f64; N]) -> [f64; N] {
     if sum > 0.0 { weights.map(|weight| weight / sum) } else { [0.0; N] }
 }
 
-/// Which lobe a uniform number in [0, 1) chooses, and what is left of the number, as good as new.
+/// The lobe that a uniform number in [0, 1) chooses, and the number rescaled for reuse.
 fn choose<const N: usize>(probabilities: [f64; N], u: f64) -> Option<(usize, f64)> {
     let mut below = 0.0;
     let mut last = None;

@@ -13,12 +13,12 @@ use crate::sampling::warp;
 use crate::spectrum::Sampled;
 use std::f64::consts::FRAC_1_PI;
 
-/// Metal, matt base and glass under sheen and clear coat. Only the glass is seen from below.
+/// Metal, diffuse base and glass under sheen and clear coat. Only the glass is seen from below.
 /// Mitsuba's `principled`.
 #[derive(Clone, Copy, Debug)]
 pub struct Principled<const C: usize> {
     pub base: PrincipledBase<C>,
-    /// The share that is metal.
+    /// Weight of metal.
     pub metallic: f64,
     /// Strength of the clear coat, at least 0.
     pub clearcoat: f64,
@@ -26,24 +26,24 @@ pub struct Principled<const C: usize> {
     pub clearcoat_gloss: f64,
     /// Index below over that above, the same at all wavelengths.
     pub eta: f64,
-    /// By what the surface is kept from making energy; `None` where it is as Burley and Mitsuba have it.
+    /// Bounds the reflected energy; `None` where the surface is as Burley and Mitsuba have it.
     pub albedo: Option<&'static Albedo>,
 }
 
-/// Ways to choose a direction.
+/// Lobes that a direction is sampled from.
 const LOBES: usize = 3;
-const MATT: usize = 0;
+const DIFFUSE: usize = 0;
 const COAT: usize = 1;
 const FACETS: usize = 2;
 
-/// What facets do with the light in one lane.
+/// Fractions of the light that facets reflect and transmit in one lane.
 #[derive(Clone, Copy)]
-struct Facets {
+struct FacetAlbedo {
     reflectance: f64,
     transmittance: f64,
 }
 
-impl Facets {
+impl FacetAlbedo {
     fn reflection_probability(self) -> f64 {
         let both = self.reflectance + self.transmittance;
         if both > 0.0 { self.reflectance / both } else { 0.0 }
@@ -58,7 +58,7 @@ impl Facets {
 impl<const C: usize> Principled<C> {
     /// Whether light gets through.
     pub(in crate::bsdf) fn transmits(&self) -> bool {
-        self.glass() > 0.0
+        self.glass_weight() > 0.0
     }
 
     pub(in crate::bsdf) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
@@ -72,7 +72,7 @@ impl<const C: usize> Principled<C> {
         let eta = self.eta_toward(above);
         let lobes = self.lobes(eye.z, above);
         let evaluation = if light.z > 0.0 {
-            // No facet can be told where both graze the surface from opposite sides.
+            // No half vector exists where both graze the surface from opposite sides.
             let half = (eye + light).try_normalize();
             half.map_or(Evaluation::ZERO, |m| self.reflection(eye, light, m, eta, above, lobes))
         } else if self.transmits() {
@@ -93,14 +93,13 @@ impl<const C: usize> Principled<C> {
         }
     }
 
-    /// The power that leaves the surface for that which arrives along a direction. Below it is not more than
-    /// 1, since there is nothing but the glass: 0 will do.
+    /// The directional albedo. Below the surface it is at most 1, since there is only the glass: 0 will do.
     fn returned(&self, albedo: &Albedo, direction: Vec3) -> Sampled<C> {
         if direction.z <= 0.0 {
             return Sampled::ZERO;
         }
         let facets = albedo.facets(&self.base, direction);
-        let matt = self.matt() * albedo::matt(&self.base, direction);
+        let diffuse = self.diffuse_weight() * albedo::diffuse(&self.base, direction);
         let sheen = (1.0 - self.metallic) * albedo::sheen(direction);
         let coat = self.clearcoat * albedo.coat(self.clearcoat_gloss, direction);
         let normal = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
@@ -111,8 +110,8 @@ impl<const C: usize> Principled<C> {
             let color = self.base.color[lane];
             let clear = mix(facets.interface, schlick(self.base.tint[lane] * normal), self.base.spec_tint);
             let reflected = self.metallic * schlick(color) + rest * clear;
-            let transmitted = self.glass() * color.sqrt() * facets.transmitted;
-            reflected + transmitted + matt * color + sheen * self.base.sheen_strength(lane) + coat
+            let transmitted = self.glass_weight() * color.sqrt() * facets.transmitted;
+            reflected + transmitted + diffuse * color + sheen * self.base.sheen_scale(lane) + coat
         })
     }
 
@@ -124,7 +123,7 @@ impl<const C: usize> Principled<C> {
         let eye = if above { toward_eye } else { flipped(toward_eye) };
         let (lobe, rest) = choose(self.lobes(eye.z, above)[0], lobe)?;
         let (light, transmitted) = match lobe {
-            MATT => (warp::cosine_hemisphere(u), false),
+            DIFFUSE => (warp::cosine_hemisphere(u), false),
             COAT => (reflected(eye, ClearCoat::new(self.clearcoat_gloss).sample(u)), false),
             _ => {
                 let m = self.base.microfacets(1.0).sample_visible(eye, u);
@@ -138,7 +137,7 @@ impl<const C: usize> Principled<C> {
                 }
             }
         };
-        // What ends on the wrong side meets another facet, and is lost.
+        // A direction on the wrong side would meet another facet, and is lost.
         if light.z == 0.0 || (light.z < 0.0) != transmitted {
             return None;
         }
@@ -161,7 +160,7 @@ impl<const C: usize> Principled<C> {
         let interface = interface(cos, eta);
         let microfacets = self.base.microfacets(1.0);
         let facets = microfacets.d(m) * microfacets.g(eye, light, m) / (4.0 * eye.z);
-        // Reflection about m turns its steradians into 4 (v·m) of the reflected ray's.
+        // Jacobian of the reflection about m: dω′ = 4 (v·m) dm.
         let reflection = if cos > 0.0 { 1.0 / (4.0 * cos) } else { 0.0 };
         let facets_density = microfacets.visible(eye, m) * reflection;
         let (mut coat, mut coat_density) = (0.0, 0.0);
@@ -172,17 +171,21 @@ impl<const C: usize> Principled<C> {
             coat = 0.25 * self.clearcoat * fresnel * d * lacquer.g(eye, light, m) * light.z;
             coat_density = d * m.z * reflection;
         }
-        let matt = if above { self.matt() * FRAC_1_PI * self.base.matt(eye.z, light.z, cos) } else { 0.0 };
+        let diffuse = if above {
+            self.diffuse_weight() * FRAC_1_PI * self.base.diffuse(eye.z, light.z, cos)
+        } else {
+            0.0
+        };
         let cosine = cosine_density(light.z);
         let mut evaluation = Evaluation::ZERO;
         for (lane, probability) in lobes.iter().enumerate() {
-            let share = self.facets(lane, cos, eta, interface, above);
+            let facet = self.facets(lane, cos, eta, interface, above);
             let sheen = if above { (1.0 - self.metallic) * self.base.sheen(lane, cos) } else { 0.0 };
             evaluation.f_cos[lane] =
-                share.reflectance * facets + coat + light.z * (self.base.color[lane] * matt + sheen);
-            evaluation.density[lane] = probability[MATT] * cosine
+                facet.reflectance * facets + coat + light.z * (self.base.color[lane] * diffuse + sheen);
+            evaluation.density[lane] = probability[DIFFUSE] * cosine
                 + probability[COAT] * coat_density
-                + probability[FACETS] * share.reflection_probability() * facets_density;
+                + probability[FACETS] * facet.reflection_probability() * facets_density;
         }
         evaluation
     }
@@ -204,29 +207,29 @@ impl<const C: usize> Principled<C> {
         let interface = interface(cos_eye, eta);
         let microfacets = self.base.microfacets(1.0);
         let root = cos_eye - eta * cos_light;
-        // As in a rough interface: the value's η² and the compression of radiance cancel.
+        // As in a rough interface: the value's η² and the radiance scaling cancel.
         let jacobian = cos_light / (root * root);
         let facets = microfacets.d(m) * microfacets.g(eye, -light, m) * jacobian * cos_eye / eye.z;
         let density = microfacets.visible(eye, m) * jacobian * eta * eta;
         let mut evaluation = Evaluation::ZERO;
         for (lane, probability) in lobes.iter().enumerate() {
-            let share = self.facets(lane, cos_eye, eta, interface, above);
-            evaluation.f_cos[lane] = share.transmittance * facets;
-            evaluation.density[lane] = probability[FACETS] * share.transmission_probability() * density;
+            let facet = self.facets(lane, cos_eye, eta, interface, above);
+            evaluation.f_cos[lane] = facet.transmittance * facets;
+            evaluation.density[lane] = probability[FACETS] * facet.transmission_probability() * density;
         }
         evaluation
     }
 
-    /// What facets reflect and transmit that are met at a cosine.
-    fn facets(&self, lane: usize, cos: f64, eta: f64, interface: Interface, above: bool) -> Facets {
+    /// Albedo of facets at a cosine of incidence.
+    fn facets(&self, lane: usize, cos: f64, eta: f64, interface: Interface, above: bool) -> FacetAlbedo {
         let reflectance = interface.reflectance;
-        let transmittance = self.glass() * self.base.color[lane].sqrt() * (1.0 - reflectance);
+        let transmittance = self.glass_weight() * self.base.color[lane].sqrt() * (1.0 - reflectance);
         // Mitsuba's metal, too, reflects nothing where the indices match.
         if reflectance == 0.0 {
-            return Facets { reflectance, transmittance };
+            return FacetAlbedo { reflectance, transmittance };
         }
         if !above {
-            return Facets { reflectance: self.glass() * reflectance, transmittance };
+            return FacetAlbedo { reflectance: self.glass_weight() * reflectance, transmittance };
         }
         let rest = 1.0 - self.metallic;
         let mut all = rest * (1.0 - self.base.spec_tint) * reflectance;
@@ -237,7 +240,7 @@ impl<const C: usize> Principled<C> {
         if self.base.spec_tint > 0.0 {
             all += rest * self.base.spec_tint * self.base.tinted(lane, cos, eta, interface);
         }
-        Facets { reflectance: all, transmittance }
+        FacetAlbedo { reflectance: all, transmittance }
     }
 
     /// Each lane's probabilities of choosing the lobes, about in proportion to what they carry.
@@ -252,7 +255,7 @@ impl<const C: usize> Principled<C> {
             weights[FACETS] = facets.reflectance + facets.transmittance;
             if above {
                 let sheen = MEAN_SHEEN * self.base.sheen * (1.0 - self.metallic);
-                weights[MATT] = self.matt() * self.base.color[lane] + sheen;
+                weights[DIFFUSE] = self.diffuse_weight() * self.base.color[lane] + sheen;
                 weights[COAT] = 0.25 * self.clearcoat * coat;
             }
             *lobes = probabilities(weights);
@@ -260,13 +263,13 @@ impl<const C: usize> Principled<C> {
         lobes
     }
 
-    /// The share that is matt.
-    fn matt(&self) -> f64 {
+    /// Weight of the diffuse lobe.
+    fn diffuse_weight(&self) -> f64 {
         (1.0 - self.metallic) * (1.0 - self.base.spec_trans)
     }
 
-    /// The share that is glass.
-    fn glass(&self) -> f64 {
+    /// Weight of glass.
+    fn glass_weight(&self) -> f64 {
         (1.0 - self.metallic) * self.base.spec_trans
     }
 

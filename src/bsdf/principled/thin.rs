@@ -9,21 +9,21 @@ use crate::sampling::warp;
 use crate::spectrum::Sampled;
 use std::f64::consts::FRAC_1_PI;
 
-/// A thin sheet, matt or of rough glass, the same from both sides; light that is transmitted specularly goes
-/// on around the straight way. Mitsuba's `principledthin`.
+/// A thin sheet, diffuse or of rough glass, the same from both sides. Its specular transmission is centred on
+/// the direction of incidence. Mitsuba's `principledthin`.
 #[derive(Clone, Copy, Debug)]
 pub struct PrincipledThin<const C: usize> {
     pub base: PrincipledBase<C>,
-    /// How much of the matt light leaves on the other side: 0 none, 1 half, 2 all.
+    /// Diffuse transmission: at 0 none of the diffuse light leaves on the other side, at 1 half, at 2 all.
     pub diff_trans: f64,
     /// Index of the sheet over that of what surrounds it.
     pub eta: f64,
-    /// By what the sheet is kept from making energy; `None` where it is as Burley and Mitsuba have it.
+    /// Bounds the scattered energy; `None` where the sheet is as Burley and Mitsuba have it.
     pub albedo: Option<&'static Albedo>,
 }
 
-/// How much rougher than its faces, which are facets of the index `eta`, the sheet is for what it transmits:
-/// what two rough faces do to a ray (Burley 2015, section 3.2).
+/// Factor on the roughness for transmission, which two rough faces of the index `eta` make (Burley 2015,
+/// section 3.2).
 pub(super) fn spread(eta: f64) -> f64 {
     0.65 * eta - 0.35
 }
@@ -34,8 +34,8 @@ pub(super) fn is_cut(light: Vec3, m: Vec3) -> bool {
 }
 
 const LOBES: usize = 4;
-const MATT_BACK: usize = 0;
-const MATT_THROUGH: usize = 1;
+const DIFFUSE_REFLECTION: usize = 0;
+const DIFFUSE_TRANSMISSION: usize = 1;
 const REFLECTED: usize = 2;
 const STRAIGHT: usize = 3;
 
@@ -50,7 +50,7 @@ impl<const C: usize> PrincipledThin<C> {
             return Evaluation::ZERO;
         }
         let transmitted = light.z < 0.0;
-        // What is transmitted is what would have been reflected, continued below.
+        // Transmission mirrors the reflection to the other side.
         let mirrored = if transmitted { flipped(light) } else { light };
         let Some(m) = (eye + mirrored).try_normalize() else { return Evaluation::ZERO };
         let cos = eye.dot(m).clamp(0.0, 1.0);
@@ -63,10 +63,10 @@ impl<const C: usize> PrincipledThin<C> {
             if cut { 0.0 } else { microfacets.d(m) * microfacets.g(eye, mirrored, m) / (4.0 * eye.z) };
         let cosine = cosine_density(light.z);
         let lobes = self.lobes(eye.z);
-        let (matt_lobe, facets_lobe) =
-            if transmitted { (MATT_THROUGH, STRAIGHT) } else { (MATT_BACK, REFLECTED) };
-        let shape = if transmitted { 1.0 } else { self.base.matt(eye.z, light.z, cos) };
-        let matt = self.matt()[matt_lobe] * FRAC_1_PI * shape;
+        let (diffuse_lobe, facets_lobe) =
+            if transmitted { (DIFFUSE_TRANSMISSION, STRAIGHT) } else { (DIFFUSE_REFLECTION, REFLECTED) };
+        let shape = if transmitted { 1.0 } else { self.base.diffuse(eye.z, light.z, cos) };
+        let diffuse = self.diffuse_weights()[diffuse_lobe] * FRAC_1_PI * shape;
         let mut evaluation = Evaluation::ZERO;
         for (lane, probability) in lobes.iter().enumerate() {
             let color = self.base.color[lane];
@@ -78,13 +78,13 @@ impl<const C: usize> PrincipledThin<C> {
                 } else {
                     0.0
                 };
-                let sheen = self.matt()[MATT_BACK] * self.base.sheen(lane, cos);
+                let sheen = self.diffuse_weights()[DIFFUSE_REFLECTION] * self.base.sheen(lane, cos);
                 (mix(interface.reflectance, tinted, self.base.spec_tint), sheen)
             };
             evaluation.f_cos[lane] =
-                self.base.spec_trans * specular * facets + light.z.abs() * (color * matt + sheen);
+                self.base.spec_trans * specular * facets + light.z.abs() * (color * diffuse + sheen);
             evaluation.density[lane] =
-                probability[matt_lobe] * cosine + probability[facets_lobe] * facets_density;
+                probability[diffuse_lobe] * cosine + probability[facets_lobe] * facets_density;
         }
         if let Some(albedo) = self.albedo {
             let divisor = albedo::divisor(self.returned(albedo, eye), self.returned(albedo, mirrored));
@@ -93,12 +93,11 @@ impl<const C: usize> PrincipledThin<C> {
         evaluation
     }
 
-    /// The power that leaves the sheet on both sides for that which arrives along a direction, seen from its
-    /// side.
+    /// The directional albedo: the power that leaves the sheet on both sides.
     fn returned(&self, albedo: &Albedo, direction: Vec3) -> Sampled<C> {
         let facets = albedo.facets(&self.base, direction);
-        let [back, through] = self.matt();
-        let matt = back * albedo::matt(&self.base, direction) + through;
+        let [back, through] = self.diffuse_weights();
+        let diffuse = back * albedo::diffuse(&self.base, direction) + through;
         let sheen = back * albedo::sheen(direction);
         let normal = ((self.eta - 1.0) / (self.eta + 1.0)).powi(2);
         Sampled::from_fn(|lane| {
@@ -106,8 +105,8 @@ impl<const C: usize> PrincipledThin<C> {
             let tinted = self.base.tint[lane] * normal * (facets.mirror - facets.schlick) + facets.schlick;
             let reflected = mix(facets.interface, tinted, self.base.spec_tint);
             self.base.spec_trans * (reflected + color * facets.transmitted)
-                + matt * color
-                + sheen * self.base.sheen_strength(lane)
+                + diffuse * color
+                + sheen * self.base.sheen_scale(lane)
         })
     }
 
@@ -117,12 +116,12 @@ impl<const C: usize> PrincipledThin<C> {
         }
         let eye = if toward_eye.z < 0.0 { flipped(toward_eye) } else { toward_eye };
         let (lobe, _) = choose(self.lobes(eye.z)[0], lobe)?;
-        let transmitted = lobe == MATT_THROUGH || lobe == STRAIGHT;
+        let transmitted = lobe == DIFFUSE_TRANSMISSION || lobe == STRAIGHT;
         let up = match lobe {
-            MATT_BACK | MATT_THROUGH => warp::cosine_hemisphere(u),
+            DIFFUSE_REFLECTION | DIFFUSE_TRANSMISSION => warp::cosine_hemisphere(u),
             _ => reflected(eye, self.facets(transmitted).sample_visible(eye, u)),
         };
-        // What is reflected downwards meets another facet, and is lost.
+        // A direction below the surface would meet another facet, and is lost.
         if up.z <= 0.0 {
             return None;
         }
@@ -137,8 +136,8 @@ impl<const C: usize> PrincipledThin<C> {
         self.base.microfacets(if transmitted { spread(self.eta) } else { 1.0 })
     }
 
-    /// The shares that are matt, back and through.
-    fn matt(&self) -> [f64; 2] {
+    /// Weights of diffuse reflection and diffuse transmission.
+    fn diffuse_weights(&self) -> [f64; 2] {
         let (all, through) = (1.0 - self.base.spec_trans, 0.5 * self.diff_trans);
         [all * (1.0 - through), all * through]
     }
@@ -146,7 +145,7 @@ impl<const C: usize> PrincipledThin<C> {
     /// Each lane's probabilities of choosing the lobes, about in proportion to what they carry.
     fn lobes(&self, cos_eye: f64) -> [[f64; LOBES]; C] {
         let interface = interface(cos_eye, self.eta);
-        let [back, through] = self.matt();
+        let [back, through] = self.diffuse_weights();
         let mut lobes = [[0.0; LOBES]; C];
         for (lane, lobes) in lobes.iter_mut().enumerate() {
             let color = self.base.color[lane];

@@ -1,14 +1,14 @@
 //! Renders that take long: what is kept of them on the way, where they go on, and when they are good enough.
 
-use super::super::progress::Progress;
+use super::super::progress::RenderProgress;
 use super::super::tev::Tev;
-use super::super::{Failure, tell};
-use super::{cannot_write, has_extension, told};
+use super::super::{Failure, print_message};
+use super::{cannot_write, has_extension, report};
 use abbe::film::Film;
 use abbe::output::checkpoint::{self, Description, Header};
 use abbe::output::target::{self, Estimate, Target};
 use abbe::output::{self};
-use abbe::render::{Auxiliary, Schedule, Watch, Work};
+use abbe::render::{Auxiliary, Progress, Schedule, Work};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 /// otherwise.
 pub const MOST_SAMPLES: u32 = 1 << 20;
 
-/// Largest share of the time that checkpoints take, as one over it.
+/// Largest fraction of the time that checkpoints take, as one over it.
 const RARELY: u32 = 20;
 
 /// Options of renders that take long.
@@ -148,7 +148,7 @@ impl Kept {
         };
         if !path.exists() {
             if !quiet {
-                tell(&format!("there is no {}: beginning anew", path.display()));
+                print_message(&format!("there is no {}: beginning anew", path.display()));
             }
             return Ok(work);
         }
@@ -198,7 +198,7 @@ pub fn cannot_read(path: &Path, error: &std::io::Error) -> Failure {
 /// Watches a render that takes long: tells how far it is, keeps what is done, and ends it when it is good
 /// enough.
 pub struct Watching<'a> {
-    progress: Progress,
+    progress: RenderProgress,
     kept: &'a Kept,
     options: &'a LongOptions,
     started: Instant,
@@ -234,7 +234,7 @@ impl<'a> Watching<'a> {
         let total = film.extent.measured.pixel_count() * (samples.end - samples.start);
         let before = film.measured_samples();
         let watching = Self {
-            progress: Progress::new(total, before, quiet, stop.clone()),
+            progress: RenderProgress::new(total, before, quiet, stop.clone()),
             kept,
             options,
             started: Instant::now(),
@@ -273,7 +273,7 @@ impl<'a> Watching<'a> {
     fn show(&self, film: &Film) {
         let mut viewer = self.viewer.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(Err(error)) = viewer.as_mut().map(|viewer| viewer.show(film)) {
-            tell(&format!("warning: tev shows no more of it: {error}"));
+            print_message(&format!("warning: tev shows no more of it: {error}"));
             *viewer = None;
         }
     }
@@ -305,7 +305,7 @@ fn millis(time: Duration) -> u64 {
     u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }
 
-impl Watch for Watching<'_> {
+impl Progress for Watching<'_> {
     fn advanced(&self, samples: u64) {
         self.progress.advanced(samples);
         let is_over = self.options.time.is_some_and(|time| self.started.elapsed() >= time);
@@ -332,7 +332,7 @@ impl Watch for Watching<'_> {
         let began = Instant::now();
         if let Err(error) = self.kept.try_to_write(path, work, &[]) {
             // The render is worth more than the checkpoint, and there may be room for the next one.
-            tell(&format!(
+            print_message(&format!(
                 "warning: cannot write {}: {error}. What was kept before stays; the render goes on and tries again",
                 path.display()
             ));
@@ -361,7 +361,7 @@ impl Outcome {
         let reached = |value: fn(Estimate) -> f64| {
             self.estimate.map_or_else(String::new, |estimate| target.told(value(estimate)))
         };
-        told::named([
+        report::named([
             ("asked", target.to_string()),
             ("reached", reached(|estimate| estimate.value)),
             ("reachedAtMost", reached(|estimate| estimate.at_most)),
@@ -370,16 +370,16 @@ impl Outcome {
     }
 
     /// Says whether what was asked for is reached.
-    pub fn tell(&self, checkpoint: Option<&Path>) {
+    pub fn print(&self, checkpoint: Option<&Path>) {
         if let Some(target) = self.target {
-            tell(&format!(
+            print_message(&format!(
                 "{target} is {}reached: {}",
                 if self.is_met { "" } else { "not " },
                 self.told(target)
             ));
         }
         if let Some(path) = checkpoint {
-            tell(&format!("{}: all that is done, for --resume and abbe merge", path.display()));
+            print_message(&format!("{}: all that is done, for --resume and abbe merge", path.display()));
         }
     }
 
@@ -411,7 +411,7 @@ impl Outcome {
             _ if self.is_met || self.is_out_of_time || work.is_finished() => Ok(()),
             _ if is_shown || checkpoint.is_some() => Err(Failure::Stopped(format!(
                 "stopped: {} of {asked} samples per pixel were done, and are written{goes_on}",
-                told::told(&work.film().samples_per_pixel())
+                report::sample_count(&work.film().samples_per_pixel())
             ))),
             _ => Err(Failure::Stopped(
                 "stopped: not every pixel had a sample yet, so nothing is written".to_owned(),

@@ -1,10 +1,10 @@
 mod long;
-mod told;
+mod report;
 
 use super::png_options::PngOptions;
 use super::scene_options::{PictureOptions, SceneOptions};
 use super::stop::stop_on_signal;
-use super::{Failure, tell};
+use super::{Failure, print_message};
 use abbe::film::{Film, SpectralBins};
 use abbe::integrator::Estimator;
 use abbe::output::{self, Colour, Content, Picture, checkpoint};
@@ -16,9 +16,9 @@ use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
 pub(super) use long::cannot_read;
 use long::{Kept, LongOptions, Watching};
+use report::distinct;
+pub(super) use report::{counted, sample_count};
 use std::path::{Path, PathBuf};
-use told::distinct;
-pub(super) use told::{counted, told as told_samples};
 
 /// Render a scene to an EXR with error bars, and a PNG to look at
 ///
@@ -130,10 +130,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     if !args.quiet {
         for assumption in distinct(&description.assumptions) {
-            tell(&format!("assumed: {assumption}"));
+            print_message(&format!("assumed: {assumption}"));
         }
         if settings.schedule.samples() != u64::from(sampler.sample_count) {
-            tell(&format!(
+            print_message(&format!(
                 "{} samples per pixel cannot be dealt into replicates of equal length: taking {}",
                 sampler.sample_count,
                 settings.schedule.samples()
@@ -151,11 +151,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let names: Vec<String> = aovs.iter().flat_map(Aov::channels).collect();
     let kept = Kept {
         path: places.checkpoint.clone(),
-        identity: told::identity(args, range, &description, &settings, &names),
+        identity: report::identity(args, range, &description, &settings, &names),
         picture: checkpoint::Description {
             content,
             moments,
-            attributes: told::attributes(args, range, &description, &scene, &settings),
+            attributes: report::attributes(args, range, &description, &scene, &settings),
         },
         samples_per_pixel: settings.schedule().samples(),
         threads: pool.current_num_threads(),
@@ -180,7 +180,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let (true, Some(path)) = (is_shown, &places.picture) {
         let film = work.film();
         let checkpoint::Description { content, moments, attributes } = kept.picture.clone();
-        let attributes = [attributes, told::counted(film), outcome.attributes()].concat();
+        let attributes = [attributes, report::counted(film), outcome.attributes()].concat();
         let picture = Picture { film, content, moments, auxiliary: images, attributes };
         output::exr::write(path, &picture).map_err(|error| cannot_write(path, &error))?;
         if let Some(png) = &places.png {
@@ -188,12 +188,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 .map_err(|error| cannot_write(png, &error))?;
         }
         if !args.quiet {
-            told::report(path, places.png.as_deref(), film, seconds);
+            report::print(path, places.png.as_deref(), film, seconds);
         }
     }
     kept_all?;
     if !args.quiet {
-        outcome.tell(places.checkpoint.as_deref());
+        outcome.print(places.checkpoint.as_deref());
     }
     outcome.end(&work, is_shown, places.checkpoint.as_deref())
 }
@@ -309,7 +309,7 @@ pub(super) fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
 /// What the scene's author should know before waiting for it.
 pub(super) fn warn(scene: &Scene) {
     for warning in distinct(&scene.warnings) {
-        tell(&format!("warning: {warning}"));
+        print_message(&format!("warning: {warning}"));
     }
 }
 

@@ -58,7 +58,7 @@ pub struct Sky {
     /// Grid over azimuth and over the square root of cos θ.
     grid: PiecewiseConstantGrid,
     /// Probability with which a direction to the sun is sampled.
-    sun_share: f64,
+    sun_probability: f64,
     mean: Spectrum,
 }
 
@@ -108,10 +108,10 @@ impl Sky {
             sun_direction,
             from_world: to_world.inverse(),
             to_world,
-            sun_share: 0.0,
+            sun_probability: 0.0,
             mean: Spectrum::ZERO,
         };
-        sky.sun_share = sky.best_sun_share(settings.sky_scale)?;
+        sky.sun_probability = sky.best_sun_probability(settings.sky_scale)?;
         sky.mean = sky.mean_radiance();
         Some(sky)
     }
@@ -144,11 +144,12 @@ impl Sky {
     /// A direction toward the light and its density per steradian.
     pub fn sample(&self, u: [f64; 2]) -> (Vec3, f64) {
         let local = match &self.sun {
-            Some(sun) if u[0] < self.sun_share => {
-                sun.sample(self.sun_direction, [u[0] / self.sun_share, u[1]])
+            Some(sun) if u[0] < self.sun_probability => {
+                sun.sample(self.sun_direction, [u[0] / self.sun_probability, u[1]])
             }
             _ => {
-                let rest = ((u[0] - self.sun_share) / (1.0 - self.sun_share)).clamp(0.0, 1.0 - f64::EPSILON);
+                let rest = ((u[0] - self.sun_probability) / (1.0 - self.sun_probability))
+                    .clamp(0.0, 1.0 - f64::EPSILON);
                 let ([x, y], _) = self.grid.sample([rest, u[1]]);
                 let row = (y as usize).min(ROWS - 1);
                 let [low, high] = heights(row);
@@ -172,12 +173,12 @@ impl Sky {
             let row = ((local.z.sqrt() * ROWS as f64) as usize).min(ROWS - 1);
             let [low, high] = heights(row);
             let solid_angle = TAU / COLUMNS as f64 * (high - low);
-            density += (1.0 - self.sun_share) * self.grid.probability(column, row) / solid_angle;
+            density += (1.0 - self.sun_probability) * self.grid.probability(column, row) / solid_angle;
         }
         if let Some(sun) = &self.sun
             && local.dot(self.sun_direction) >= sun.cos_edge
         {
-            density += self.sun_share / sun.solid_angle();
+            density += self.sun_probability / sun.solid_angle();
         }
         density
     }
@@ -194,13 +195,13 @@ impl Sky {
                 return 0.0;
             }
             let below = (x as usize).min(WAVELENGTHS - 2);
-            let share = x - below as f64;
-            at(below) * (1.0 - share) + at(below + 1) * share
+            let fraction = x - below as f64;
+            at(below) * (1.0 - fraction) + at(below + 1) * fraction
         })
     }
 
     /// By what either brings; `None` where neither brings anything.
-    fn best_sun_share(&self, sky_scale: f64) -> Option<f64> {
+    fn best_sun_probability(&self, sky_scale: f64) -> Option<f64> {
         let Some(sun) = &self.sun else { return (sky_scale > 0.0).then_some(0.0) };
         if sky_scale == 0.0 {
             return Some(1.0);

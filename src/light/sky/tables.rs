@@ -31,11 +31,11 @@ fn numbers(name: &str) -> Vec<f64> {
     rows.flat_map(|row| row.split(',').filter_map(|cell| cell.parse().ok())).collect()
 }
 
-/// The tables of the turbidities around one, and the share of the second.
+/// The tables of the turbidities around one, and the fraction of the second.
 fn around(turbidity: f64) -> [(usize, f64); 2] {
     let below = ((turbidity - 1.0) as usize).min(8);
-    let share = turbidity - 1.0 - below as f64;
-    [(below, 1.0 - share), (below + 1, share)]
+    let fraction = turbidity - 1.0 - below as f64;
+    [(below, 1.0 - fraction), (below + 1, fraction)]
 }
 
 /// The distribution over the dome at each wavelength: linear in turbidity and albedo, and in the cube root of
@@ -49,11 +49,11 @@ pub(super) fn dome(turbidity: f64, albedo: &[f64; WAVELENGTHS], elevation: f64) 
     };
     std::array::from_fn(|wavelength| {
         let mut sum = [0.0; SKY_COLUMNS];
-        for (turbidity, share) in around(turbidity) {
+        for (turbidity, fraction) in around(turbidity) {
             for (ground, reflected) in [1.0 - albedo[wavelength], albedo[wavelength]].into_iter().enumerate()
             {
                 for control in 0..CONTROLS {
-                    let weight = share * reflected * bernstein(control);
+                    let weight = fraction * reflected * bernstein(control);
                     let row = ((turbidity * 2 + ground) * CONTROLS + control) * WAVELENGTHS + wavelength;
                     let cells = &table[row * SKY_COLUMNS..(row + 1) * SKY_COLUMNS];
                     sum.iter_mut().zip(cells).for_each(|(sum, cell)| *sum += weight * cell);
@@ -70,12 +70,13 @@ pub(super) fn sun_irradiance(turbidity: f64, elevation: f64) -> [f64; WAVELENGTH
     let table = numbers(IRRADIANCE);
     let x = ((elevation.to_degrees() - 2.0) / 3.0).clamp(0.0, (ELEVATIONS - 1) as f64);
     let below = (x as usize).min(ELEVATIONS - 2);
-    let share = x - below as f64;
+    let fraction = x - below as f64;
     std::array::from_fn(|wavelength| {
         let at =
             |turbidity: usize, row: usize| table[(turbidity * ELEVATIONS + row) * WAVELENGTHS + wavelength];
-        let between = |turbidity| at(turbidity, below) * (1.0 - share) + at(turbidity, below + 1) * share;
-        around(turbidity).into_iter().map(|(turbidity, share)| share * between(turbidity)).sum()
+        let between =
+            |turbidity| at(turbidity, below) * (1.0 - fraction) + at(turbidity, below + 1) * fraction;
+        around(turbidity).into_iter().map(|(turbidity, fraction)| fraction * between(turbidity)).sum()
     })
 }
 
@@ -96,7 +97,7 @@ impl Disc {
         let piece = |piece: usize| {
             std::array::from_fn(|k| {
                 let at = |turbidity: usize| table[(turbidity * size + piece) * 4 + k];
-                around(turbidity).into_iter().map(|(turbidity, share)| share * at(turbidity)).sum()
+                around(turbidity).into_iter().map(|(turbidity, fraction)| fraction * at(turbidity)).sum()
             })
         };
         Self {
@@ -113,7 +114,7 @@ impl Disc {
         a + x * (b + x * (c + x * d))
     }
 
-    /// The share of the radiance that leaves the sun at an angle of this cosine.
+    /// The fraction of the radiance that leaves the sun at an angle of this cosine.
     pub fn limb(&self, wavelength: usize, cos: f64) -> f64 {
         self.limb[wavelength].iter().rev().fold(0.0, |sum, c| sum * cos + c)
     }

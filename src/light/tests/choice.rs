@@ -118,9 +118,9 @@ fn light_samples_of_many_lights_bring_all_their_light() {
         for _ in 0..60_000 {
             let sample = world.lights.sample(&from, 0.0, &world.wavelengths, numbers.pair());
             let seen = sample.filter(|sample| {
-                let met = world.meet(&from.point.ray(sample.shadow_ray.direction));
-                met.is_some_and(|(met, _)| {
-                    met.point.position.distance(from.point.position) > sample.shadow_ray.t_max - 1e-6
+                let light_hit = world.meet(&from.point.ray(sample.shadow_ray.direction));
+                light_hit.is_some_and(|(light_hit, _)| {
+                    light_hit.point.position.distance(from.point.position) > sample.shadow_ray.t_max - 1e-6
                 })
             });
             found.push(f64::from(seen.is_some()));
@@ -128,10 +128,10 @@ fn light_samples_of_many_lights_bring_all_their_light() {
                 sample.radiance.hero() * cos(sample.shadow_ray.direction) / per_steradian(sample.density)
             }));
             let direction = uniform_direction(numbers.pair());
-            let met = world.meet(&from.point.ray(direction));
-            plain.push(met.as_ref().map_or(0.0, |(_, radiance)| radiance * cos(direction) * 4.0 * PI));
-            density.push(met.map_or(0.0, |(met, _)| {
-                world.lights.density(&met, &from, 0.0, &world.wavelengths) * 4.0 * PI
+            let light_hit = world.meet(&from.point.ray(direction));
+            plain.push(light_hit.as_ref().map_or(0.0, |(_, radiance)| radiance * cos(direction) * 4.0 * PI));
+            density.push(light_hit.map_or(0.0, |(light_hit, _)| {
+                world.lights.density(&light_hit, &from, 0.0, &world.wavelengths) * 4.0 * PI
             }));
         }
         for (what, a, b) in [("light", &light, &plain), ("density", &found, &density)] {
@@ -156,8 +156,8 @@ fn the_first_value_chooses_the_light_too() {
         for k in 0..6 {
             let u = [(f64::from(k) + u) / 6.0, 0.3];
             let sample = world.lights.sample(&from, 0.0, &world.wavelengths, u).unwrap();
-            let (met, _) = world.meet(&from.point.ray(sample.shadow_ray.direction)).unwrap();
-            seen[met.light as usize] += 1;
+            let (light_hit, _) = world.meet(&from.point.ray(sample.shadow_ray.direction)).unwrap();
+            seen[light_hit.light as usize] += 1;
         }
         assert_eq!(seen, [1; 6]);
     }

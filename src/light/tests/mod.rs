@@ -2,7 +2,7 @@ mod choice;
 mod environments;
 mod textured;
 
-use super::{AreaGeometry, Environment, Light, Lights, Met, Receiver, Setting};
+use super::{AreaGeometry, Environment, Light, LightHit, Lights, Receiver, Setting};
 use crate::bsdf::Density;
 use crate::geometry::{Placed, Ray, SurfacePoint, Transform, Vec3};
 use crate::shape::Shape;
@@ -44,16 +44,16 @@ impl World {
     }
 
     /// The light that a ray meets first on its front, and its radiance there.
-    fn meet(&self, ray: &Ray) -> Option<(Met, f64)> {
+    fn meet(&self, ray: &Ray) -> Option<(LightHit, f64)> {
         let hits = (0..).zip(&self.shapes).filter_map(|(i, shape)| Some((i, shape, shape.intersect(ray)?)));
         let (light, shape, hit) = hits.min_by(|a, b| a.2.t.total_cmp(&b.2.t))?;
         let point = shape.surface(&hit, ray).point;
-        let met = Met { light, point, triangle: hit.triangle, barycentric: hit.barycentric };
+        let light_hit = LightHit { light, point, triangle: hit.triangle, barycentric: hit.barycentric };
         let uv = shape.parametrisation(&hit, point.position).uv;
         let at_rest = crate::shape::AtRest { position: point.position, ..crate::shape::AtRest::NONE };
         let at = TexturePoint { uv, position: point.position, at_rest, mesh: None };
         let front = ray.direction.dot(point.normal) < 0.0;
-        front.then(|| (met, self.lights.radiance(light, &at, &self.wavelengths.nm).hero()))
+        front.then(|| (light_hit, self.lights.radiance(light, &at, &self.wavelengths.nm).hero()))
     }
 }
 

@@ -54,7 +54,7 @@ fn shapes() -> Vec<(&'static str, Shape)> {
 }
 
 /// The irradiance by light samples, each weighed by the density that the point met is given, and by
-/// directions from anywhere; and the density's integral is the share of samples that succeed.
+/// directions from anywhere; and the density's integral is the fraction of samples that succeed.
 #[test]
 fn light_samples_bring_all_the_light_with_the_density_that_a_ray_finds() {
     let (shapes, textures) = (shapes(), textures());
@@ -71,15 +71,15 @@ fn light_samples_bring_all_the_light_with_the_density_that_a_ray_finds() {
                 // What lies behind another part of the surface brings nothing.
                 let seen = sample.and_then(|sample| {
                     let ray = from.point.ray(sample.shadow_ray.direction);
-                    let (met, radiance) = world.meet(&ray)?;
-                    let hidden =
-                        met.point.position.distance(from.point.position) < sample.shadow_ray.t_max - 1e-6;
-                    (!hidden).then_some((sample, met, radiance))
+                    let (light_hit, radiance) = world.meet(&ray)?;
+                    let hidden = light_hit.point.position.distance(from.point.position)
+                        < sample.shadow_ray.t_max - 1e-6;
+                    (!hidden).then_some((sample, light_hit, radiance))
                 });
                 found.push(f64::from(seen.is_some()));
-                light.push(seen.map_or(0.0, |(sample, met, radiance)| {
+                light.push(seen.map_or(0.0, |(sample, light_hit, radiance)| {
                     let stated = per_steradian(sample.density);
-                    let again = world.lights.density(&met, &from, 0.0, &world.wavelengths);
+                    let again = world.lights.density(&light_hit, &from, 0.0, &world.wavelengths);
                     looked += 1;
                     apart += usize::from(
                         (again / stated - 1.0).abs() > 1e-6
@@ -88,11 +88,13 @@ fn light_samples_bring_all_the_light_with_the_density_that_a_ray_finds() {
                     sample.radiance.hero() * sample.shadow_ray.direction.z.max(0.0) / stated
                 }));
                 let direction = uniform_direction(numbers.pair());
-                let met = world.meet(&from.point.ray(direction));
+                let light_hit = world.meet(&from.point.ray(direction));
                 let whole = 4.0 * std::f64::consts::PI;
-                plain.push(met.as_ref().map_or(0.0, |(_, radiance)| radiance * direction.z.max(0.0) * whole));
-                density.push(met.map_or(0.0, |(met, _)| {
-                    world.lights.density(&met, &from, 0.0, &world.wavelengths) * whole
+                plain.push(
+                    light_hit.as_ref().map_or(0.0, |(_, radiance)| radiance * direction.z.max(0.0) * whole),
+                );
+                density.push(light_hit.map_or(0.0, |(light_hit, _)| {
+                    world.lights.density(&light_hit, &from, 0.0, &world.wavelengths) * whole
                 }));
             }
             // Beside the line between two cells, or two triangles, rounding may lead to the other.

@@ -83,14 +83,14 @@ impl Tree {
             if all == 0.0 {
                 return None;
             }
-            let share = a / all;
+            let low_probability = a / all;
             let part;
-            if *u < share {
-                (child, part) = (low.child, share);
-                *u /= share;
+            if *u < low_probability {
+                (child, part) = (low.child, low_probability);
+                *u /= low_probability;
             } else {
                 (child, part) = (high.child, b / all);
-                *u = (*u - share) / (1.0 - share);
+                *u = (*u - low_probability) / (1.0 - low_probability);
             }
             *u = u.clamp(0.0, 1f64.next_down());
             probability *= part;

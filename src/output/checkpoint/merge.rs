@@ -3,12 +3,12 @@
 //! Parts are boxes of pixels and samples. What no part holds is missing, what two hold is refused unless one
 //! of them holds all of the other: a sample is a pure function of the scene, so that other adds nothing.
 
-use super::{Header, Measures, Opened, Part};
+use super::{Header, Measures, Opened, RenderPart};
 use crate::film::{Extent, Film, Region};
 use crate::render::Auxiliary;
 use std::fmt;
 
-impl Part {
+impl RenderPart {
     fn is_empty(&self) -> bool {
         self.region.pixel_count() == 0 || self.samples.is_empty()
     }
@@ -51,7 +51,10 @@ impl Part {
 }
 
 /// What of some boxes is in none of others.
-fn remainder<'a>(mut of: Vec<Part>, without: impl IntoIterator<Item = &'a Part>) -> Vec<Part> {
+fn remainder<'a>(
+    mut of: Vec<RenderPart>,
+    without: impl IntoIterator<Item = &'a RenderPart>,
+) -> Vec<RenderPart> {
     for part in without {
         of = of.into_iter().flat_map(|rest| rest.without(part)).collect();
     }
@@ -70,9 +73,9 @@ pub struct Plan {
     /// The film of the picture.
     pub extent: Extent,
     /// All that is in the sums then.
-    pub holds: Vec<Part>,
+    pub holds: Vec<RenderPart>,
     /// What no file holds.
-    pub missing: Vec<Part>,
+    pub missing: Vec<RenderPart>,
 }
 
 /// Why files make no picture. Files are told by their numbers among those given.
@@ -81,12 +84,12 @@ pub enum Refusal {
     /// They are of different pictures: what differs, and how it is in either.
     Different { files: [usize; 2], what: String, values: [String; 2] },
     /// Both hold this, and each has something that the other has not.
-    Overlap { files: [usize; 2], part: Part },
+    Overlap { files: [usize; 2], part: RenderPart },
     /// Both hold the same samples, with other sums.
     Contradiction { files: [usize; 2] },
 }
 
-impl fmt::Display for Part {
+impl fmt::Display for RenderPart {
     /// As options of `abbe render`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Region { offset: [x, y], size: [width, height] } = self.region;
@@ -141,17 +144,17 @@ pub fn plan(files: &[(&Header, u32)]) -> Result<Plan, Refusal> {
     used.sort_unstable();
     redundant.sort_unstable();
     let extent = extent_of(files.iter().map(|(header, _)| &header.film));
-    let goal = Part { region: extent.shown, samples: 0..header(0).samples_per_pixel };
-    let holds: Vec<Part> = used.iter().flat_map(|&file| header(file).holds.clone()).collect();
+    let goal = RenderPart { region: extent.shown, samples: 0..header(0).samples_per_pixel };
+    let holds: Vec<RenderPart> = used.iter().flat_map(|&file| header(file).holds.clone()).collect();
     let missing = joined(remainder(vec![goal], &holds));
     let holds = joined(holds);
     Ok(Plan { used, redundant, unfinished, extent, holds, missing })
 }
 
 /// Runs of samples of the same pixels that follow one another as one.
-fn joined(mut parts: Vec<Part>) -> Vec<Part> {
+fn joined(mut parts: Vec<RenderPart>) -> Vec<RenderPart> {
     parts.sort_by_key(|part| (part.samples.start, part.region));
-    let mut joined: Vec<Part> = Vec::new();
+    let mut joined: Vec<RenderPart> = Vec::new();
     for part in parts {
         match joined.iter_mut().find(|p| p.region == part.region && p.samples.end == part.samples.start) {
             Some(before) => before.samples.end = part.samples.end,
@@ -183,7 +186,7 @@ impl Plan {
     ) -> Result<(Film, Vec<Auxiliary>), (usize, std::io::Error)> {
         let mut film = measures.film(self.extent);
         let mut images = Images { extent: self.extent, all: Vec::new(), covered: Vec::new() };
-        // Light paths are those of the whole picture: what is counted for one pixel is counted for all.
+        // Light subpaths are those of the whole picture: what is counted for one pixel is counted for all.
         let pixel = self.holds.first().map(|part| Region { size: [1, 1], ..part.region });
         for &file in &self.used {
             let opened = open(file).map_err(|error| (file, error))?;
@@ -202,10 +205,11 @@ impl Plan {
         Ok((film, images.whole()))
     }
 
-    /// Whether the pixels that have samples have the same ones, so that the light paths of one are those of
-    /// all.
+    /// Whether the pixels that have samples have the same ones, so that the light subpaths of one are those
+    /// of all.
     pub fn is_even(&self, samples_per_pixel: u64) -> bool {
-        let whole = |part: &Part| part.region == self.extent.shown || part.samples == (0..samples_per_pixel);
+        let whole =
+            |part: &RenderPart| part.region == self.extent.shown || part.samples == (0..samples_per_pixel);
         self.missing.iter().all(whole)
     }
 }
@@ -214,7 +218,7 @@ impl Plan {
 struct Images {
     extent: Extent,
     all: Vec<Auxiliary>,
-    covered: Vec<Part>,
+    covered: Vec<RenderPart>,
 }
 
 impl Images {
@@ -245,12 +249,12 @@ impl Images {
                 }
             }
         }
-        self.covered.push(Part { region, samples: 0..1 });
+        self.covered.push(RenderPart { region, samples: 0..1 });
     }
 
     /// All of them where they are there for every pixel, else none.
     fn whole(self) -> Vec<Auxiliary> {
-        let goal = Part { region: self.extent.measured, samples: 0..1 };
+        let goal = RenderPart { region: self.extent.measured, samples: 0..1 };
         if remainder(vec![goal], &self.covered).is_empty() { self.all } else { Vec::new() }
     }
 }

@@ -33,7 +33,7 @@ const AT_ONCE: usize = 1 << 18;
 
 /// Some samples of the pixels of a rectangle.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Part {
+pub struct RenderPart {
     pub region: Region,
     pub samples: Range<u64>,
 }
@@ -49,11 +49,11 @@ pub struct Header {
     /// Samples of each pixel in the finished picture.
     pub samples_per_pixel: u64,
     /// All that is in the sums. Empty where pixels differ: where a render was interrupted within a pass.
-    pub holds: Vec<Part>,
+    pub holds: Vec<RenderPart>,
     /// What a render was asked for and how far it is. `None` of what was put together from parts.
-    pub render: Option<(Part, Position)>,
+    pub render: Option<(RenderPart, Position)>,
     pub bad: BadValues,
-    /// By replicate: how many light paths there were.
+    /// By replicate: how many light subpaths there were.
     pub light_paths: Vec<u64>,
     /// The names of the images beside the picture, each with whether it has errors.
     pub images: Vec<(String, bool)>,
@@ -99,7 +99,7 @@ impl Measures {
         self.width() * self.replicates as usize * self.extras.channels()
     }
 
-    /// Those of samples and light paths included.
+    /// Those of samples and light subpaths included.
     fn numbers_per_row(&self) -> usize {
         self.sums_per_row() * if self.extras.light_paths { 2 } else { 1 } + self.width()
     }
@@ -122,7 +122,7 @@ impl Header {
         images: &[Auxiliary],
     ) -> Self {
         let (film, samples) = (work.film(), work.samples());
-        let part = |samples| Part { region: film.extent.shown, samples };
+        let part = |samples| RenderPart { region: film.extent.shown, samples };
         let holds = work.finished().filter(|samples| !samples.is_empty()).map(part);
         Self {
             identity: identity.to_vec(),

@@ -4,7 +4,7 @@ use crate::output::Colour;
 /// Header of a whole picture that is made at once.
 pub(super) fn header(size: [u32; 2], samples_per_pixel: u64) -> Header {
     let film = Film::new(size[0], size[1], 2, Extras::default(), FixedPoint::SHARE);
-    let part = Part { region: Region::whole(size), samples: 0..samples_per_pixel };
+    let part = RenderPart { region: Region::whole(size), samples: 0..samples_per_pixel };
     Header {
         identity: [("build", "1"), ("seed", "0")].map(|(a, b)| (a.to_owned(), b.to_owned())).to_vec(),
         picture: Description {

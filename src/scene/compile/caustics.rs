@@ -1,4 +1,4 @@
-//! Whether caustics are found on light paths, and from where to where these lead.
+//! Whether caustics are found on light subpaths, and from where to where these lead.
 
 use super::contact;
 use super::groups::Groups;
@@ -7,11 +7,11 @@ use crate::geometry::{Bounds, Transform};
 use crate::integrator::{CausticSource, Caustics, Limits};
 use crate::light::{Caster, Casters, Light, Lights};
 use crate::medium::Body;
-use crate::scene::traceable::Surface;
+use crate::scene::scene::Surface;
 use crate::shape::Shape;
 use crate::units::WavelengthRange;
 
-/// All that decides about light paths.
+/// All that decides about light subpaths.
 pub(super) struct Setting<'a> {
     pub groups: &'a Groups<'a>,
     pub shift: &'a Transform,
@@ -22,21 +22,21 @@ pub(super) struct Setting<'a> {
     pub camera_medium: Option<u32>,
     pub limits: Limits,
     pub range: WavelengthRange,
-    /// Width and height of the whole film, pixels: a part of it has the light paths of the whole.
+    /// Width and height of the whole film, pixels: a part of it has the light subpaths of the whole.
     pub film: [u32; 2],
 }
 
 impl Setting<'_> {
-    /// Where light paths begin and where to. `None` where there are none: nothing is smooth, no light has a
-    /// surface, the sensor does not say where a point is seen, or light goes other ways than from surface to
-    /// surface.
+    /// Where light subpaths begin and where to. `None` where there are none: nothing is smooth, no light has
+    /// a surface, the sensor does not say where a point is seen, or light goes other ways than from surface
+    /// to surface.
     ///
     /// Smooth surfaces whose place is not known, of parts that move by themselves, are then no longer called
     /// so.
     pub fn caustics(&self, surfaces: &mut [Surface]) -> Option<Caustics> {
-        let Limits { hide_emitters, passing_counts, .. } = self.limits;
+        let Limits { hide_emitters, null_is_a_segment, .. } = self.limits;
         let possible = self.limits.allow_caustics()
-            && passing_counts
+            && null_is_a_segment
             && !hide_emitters
             && self.camera_medium.is_none()
             && self.camera.projects();
@@ -57,7 +57,8 @@ impl Setting<'_> {
         Caustics::new(casters, self.sources(surfaces), width * height)
     }
 
-    /// The lights that light paths begin at: those with a surface that is known to lie outside of all bodies.
+    /// The lights that light subpaths begin at: those with a surface that is known to lie outside of all
+    /// bodies.
     fn sources(&self, surfaces: &[Surface]) -> Vec<CausticSource> {
         let bodies: Vec<Bounds> =
             contact::body_boxes(self.groups, self.shift, self.shapes, surfaces, self.bodies).collect();

@@ -3,8 +3,8 @@
 use super::groups::Groups;
 use crate::geometry::{Bounds, Transform, Vec3};
 use crate::medium::{Body, Refraction};
-use crate::scene::meeting::{Contact, Contacts, Partner};
-use crate::scene::traceable::Surface;
+use crate::scene::coincident::{Contact, Contacts, Partner};
+use crate::scene::scene::Surface;
 use crate::shape::Shape;
 use std::ops::Range;
 

@@ -1,17 +1,17 @@
-use super::layered;
 use super::spectra::{self, index};
-use crate::bsdf::microfacet;
+use super::{plastic, principled};
 use crate::geometry::Transform;
 use crate::material::{
-    AIR_INDEX, DielectricMaterial, Facets, Material, MaterialId, Materials, Metal, Relief, ReliefMap,
+    AIR_INDEX, DielectricMaterial, Material, MaterialId, Materials, Metal, NormalMap, NormalMapping,
+    RoughnessTextures, ThinDielectricMaterial,
 };
 use crate::medium::{Body, Filling, Medium, Refraction};
 use crate::scene::description::{
-    self, Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, MetalAssumption, ReliefShading, Roughness,
+    self, Alpha, Bsdf, BsdfKind, ConductorIndex, IndexSource, MetalAssumption, NormalMapShading, Roughness,
     Shape, SpectrumKind, SpectrumSource,
 };
+use crate::scene::scene::{Role, Surface};
 use crate::scene::source::SceneError;
-use crate::scene::traceable::{Role, Surface};
 use crate::shape;
 use crate::spectrum::{NormalReflectance, Spectrum, catalogue};
 use crate::texture::Texture;
@@ -59,16 +59,16 @@ impl MaterialCompiler {
         Ok(Surface {
             material,
             light: None,
-            role: match self.materials.below_relief(material) {
+            role: match self.materials.below_normal_map(material) {
                 _ if shape.emission.is_some() => Role::Other,
                 Material::Dielectric(_) => Role::Interface,
-                Material::Null => Role::Veil,
+                Material::Null => Role::Null,
                 _ => Role::Other,
             },
             part: false,
             body,
             parametrised: any(&Material::is_parametrised),
-            may_pass: any(&Material::may_pass),
+            null_transmission: any(&Material::has_null_transmission),
             smooth: self.materials.is_smooth(material),
         })
     }
@@ -105,12 +105,12 @@ impl MaterialCompiler {
         let index = self.materials.interior_index(material).cloned();
         let (interior, exterior) = (self.filling(&shape.interior)?, self.filling(&shape.exterior)?);
         let (interior, exterior) = match (interior, exterior) {
-            (None, None) => (Filling::Unsaid, Filling::Unsaid),
+            (None, None) => (Filling::Unspecified, Filling::Unspecified),
             // A surface that parts media has one on either side, even if it is nothing.
             (None, Some(outside)) => (Filling::Vacuum, outside),
-            (Some(inside), outside) => (inside, outside.unwrap_or(Filling::Unsaid)),
+            (Some(inside), outside) => (inside, outside.unwrap_or(Filling::Unspecified)),
         };
-        if index.is_none() && interior == Filling::Unsaid {
+        if index.is_none() && interior == Filling::Unspecified {
             return refuse_priority(
                 "There is nothing inside this shape that could take precedence: neither an index nor a medium",
                 "a priority of a shape with a `dielectric` or an interior medium",
@@ -191,7 +191,7 @@ impl MaterialCompiler {
     fn compiled(&mut self, bsdf: &Bsdf) -> Result<Material, SceneError> {
         let shift = self.shift;
         let texture = |source: &SpectrumSource| spectra::texture(source, &shift);
-        let facets = |roughness: &Roughness| facets(roughness, &shift);
+        let textures = |roughness: &Roughness| roughness_textures(roughness, &shift);
         Ok(match &bsdf.kind {
             BsdfKind::Diffuse { reflectance } => {
                 let reflectance = texture(reflectance)?;
@@ -208,7 +208,7 @@ impl MaterialCompiler {
             BsdfKind::Conductor { index, specular_reflectance, roughness } => Material::Conductor {
                 index: self.metal(index)?,
                 specular_reflectance: texture(specular_reflectance)?,
-                facets: roughness.as_ref().map(facets).transpose()?,
+                roughness: roughness.as_ref().map(textures).transpose()?,
             },
             BsdfKind::Dielectric {
                 interior,
@@ -221,12 +221,20 @@ impl MaterialCompiler {
                 exterior: exterior.as_ref().map(|source| index(source, self.range)).transpose()?,
                 specular_reflectance: texture(specular_reflectance)?,
                 specular_transmittance: texture(specular_transmittance)?,
-                facets: roughness.as_ref().map(facets).transpose()?,
+                roughness: roughness.as_ref().map(textures).transpose()?,
             }),
-            BsdfKind::ThinDielectric { .. }
-            | BsdfKind::Plastic { .. }
-            | BsdfKind::Principled { .. }
-            | BsdfKind::PrincipledThin { .. } => layered::compiled(&bsdf.kind, self.range, &shift)?,
+            BsdfKind::ThinDielectric { interior, exterior, specular_reflectance, specular_transmittance } => {
+                Material::ThinDielectric(ThinDielectricMaterial {
+                    interior: index(interior, self.range)?,
+                    exterior: outside(exterior, self.range)?,
+                    specular_reflectance: texture(specular_reflectance)?,
+                    specular_transmittance: texture(specular_transmittance)?,
+                })
+            }
+            BsdfKind::Plastic { .. } => plastic::compiled(&bsdf.kind, self.range, &shift)?,
+            BsdfKind::Principled { .. } | BsdfKind::PrincipledThin { .. } => {
+                principled::compiled(&bsdf.kind, &shift)?
+            }
             BsdfKind::Null => Material::Null,
             BsdfKind::Mask { opacity, nested } => {
                 Material::Mask { opacity: texture(opacity)?, nested: self.material(nested)? }
@@ -235,15 +243,18 @@ impl MaterialCompiler {
                 weight: texture(weight)?,
                 nested: [self.material(first)?, self.material(second)?],
             },
-            BsdfKind::BumpMap { height, scale, shading, nested } => Material::Relief {
-                relief: relief(ReliefMap::Height { height: texture(height)?, scale: *scale }, *shading),
+            BsdfKind::BumpMap { height, scale, shading, nested } => Material::NormalMapping {
+                mapping: normal_mapping(
+                    NormalMap::Height { height: texture(height)?, scale: *scale },
+                    *shading,
+                ),
                 nested: self.material(nested)?,
             },
-            BsdfKind::NormalMap { normals, shading, nested } => Material::Relief {
-                relief: relief(
+            BsdfKind::NormalMap { normals, shading, nested } => Material::NormalMapping {
+                mapping: normal_mapping(
                     match normals.kind {
-                        SpectrumKind::Vector(stored) => ReliefMap::Normal(stored),
-                        _ => ReliefMap::Normals(texture(normals)?),
+                        SpectrumKind::Vector(stored) => NormalMap::Normal(stored),
+                        _ => NormalMap::Normals(texture(normals)?),
                     },
                     *shading,
                 ),
@@ -307,27 +318,27 @@ impl MaterialCompiler {
     }
 }
 
-fn relief(map: ReliefMap, shading: ReliefShading) -> Relief {
-    Relief {
+fn normal_mapping(map: NormalMap, shading: NormalMapShading) -> NormalMapping {
+    NormalMapping {
         map,
         flip_invalid_normals: shading.flip_invalid_normals,
         shadowing: shading.use_shadowing_function,
     }
 }
 
-fn facets(roughness: &Roughness, shift: &Transform) -> Result<Facets, SceneError> {
+fn roughness_textures(roughness: &Roughness, shift: &Transform) -> Result<RoughnessTextures, SceneError> {
     let texture = |source: &SpectrumSource| spectra::texture(source, shift);
     let alpha = match &roughness.alpha {
         Alpha::Isotropic(alpha) => [texture(alpha)?, texture(alpha)?],
         Alpha::Anisotropic([u, v]) => [texture(u)?, texture(v)?],
     };
     let isotropic = matches!(roughness.alpha, Alpha::Isotropic(_));
-    Ok(Facets { shape: facet_shape(roughness.distribution), alpha, isotropic })
+    Ok(RoughnessTextures { distribution: roughness.distribution, alpha, isotropic })
 }
 
-pub(super) fn facet_shape(distribution: Distribution) -> microfacet::Shape {
-    match distribution {
-        Distribution::Beckmann => microfacet::Shape::Beckmann,
-        Distribution::Ggx => microfacet::Shape::Ggx,
-    }
+pub(super) fn outside(
+    exterior: &Option<IndexSource>,
+    range: WavelengthRange,
+) -> Result<Spectrum, SceneError> {
+    exterior.as_ref().map_or(Ok(Spectrum::Constant(AIR_INDEX)), |source| index(source, range))
 }

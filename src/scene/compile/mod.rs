@@ -7,11 +7,12 @@
 mod caustics;
 mod contact;
 mod groups;
-mod layered;
 mod lights;
 mod materials;
 mod media;
 mod numbers;
+mod plastic;
+mod principled;
 mod sensors;
 mod shapes;
 mod solids;
@@ -23,8 +24,8 @@ pub(super) use shapes::{bounds as bounds_of_shape, place as place_shape};
 pub(super) use spectra::index as index_of_source;
 
 use super::description::{self, Description, IntegratorKind, Note, ShapeKind};
+use super::scene::{Features, Scene, Surface};
 use super::source::{Place, SceneError, SceneErrors};
-use super::traceable::{Needs, Scene, Surface};
 use crate::film::Region;
 use crate::geometry::{Transform, Vec3};
 use crate::integrator::{Coverage, Integrator, Limits};
@@ -47,13 +48,13 @@ pub struct CompileOptions {
     pub observer: &'static Observer,
     /// Whether spectral bins are measured too: then wavelengths that the observer hardly sees count as well.
     pub spectral: bool,
-    /// The part of the picture that is asked for. `None` is all that the film exposes.
-    pub part: Option<Part>,
+    /// The crop that is rendered. `None` is all that the film exposes.
+    pub part: Option<Crop>,
 }
 
-/// A part of the picture. It comes out the same, bit by bit, as in the whole.
+/// A crop of the picture. Its bits are those of the whole picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct Crop {
     /// Within the window that the film exposes.
     pub shown: Region,
     /// Pixels around it, as far as the window goes, that are measured too. What is measured holds whole
@@ -192,7 +193,7 @@ impl Compiler<'_> {
             max_depth: description.integrator.max_depth.unwrap_or(u32::MAX),
             rr_depth: description.integrator.rr_depth,
             hide_emitters: description.integrator.hide_emitters,
-            passing_counts: !volumetric,
+            null_is_a_segment: !volumetric,
             techniques: description.integrator.techniques,
             coverage: match description.integrator.kind {
                 IntegratorKind::Direct => Coverage::Surface,
@@ -204,7 +205,7 @@ impl Compiler<'_> {
             IntegratorKind::Walk => Integrator::Walk,
             IntegratorKind::Depth => Integrator::Depth,
         };
-        let mut needs = Needs {
+        let mut features = Features {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
             scattering,
@@ -217,9 +218,9 @@ impl Compiler<'_> {
             light_samples: !lights.is_empty(),
             rough_surfaces: materials.iter().any(Material::is_rough),
             choices: materials.iter().any(Material::chooses),
-            clear_shadows: volumetric && surfaces.iter().any(|surface| surface.may_pass),
+            transparent_shadows: volumetric && surfaces.iter().any(|surface| surface.null_transmission),
             textures: surfaces.iter().any(|surface| surface.parametrised),
-            light_paths: false,
+            light_tracing: false,
         };
         let setting = caustics::Setting {
             groups: &groups,
@@ -242,7 +243,7 @@ impl Compiler<'_> {
             Integrator::Path if !film.moments && !scattering => setting.caustics(&mut surfaces),
             Integrator::Path | Integrator::Walk | Integrator::Depth => None,
         };
-        needs.light_paths = caustics.is_some();
+        features.light_tracing = caustics.is_some();
         let reference_radiance = match integrator {
             Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
             Integrator::Path | Integrator::Walk => self.reference(&film, &lights, scene_radius),
@@ -267,7 +268,7 @@ impl Compiler<'_> {
             film,
             lights,
             caustics,
-            needs,
+            features,
             accel,
             shapes,
             surfaces,

@@ -3,7 +3,7 @@
 use super::groups::Groups;
 use crate::geometry::Transform;
 use crate::scene::description::{Description, Shape};
-use crate::scene::traceable::ShapeNumbers;
+use crate::scene::scene::ShapeNumbers;
 use std::collections::BTreeMap;
 
 /// From 1 in the order in which the scene is told: shapes, solids, instances.

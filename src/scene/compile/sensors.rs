@@ -1,6 +1,6 @@
 //! The sensor: which rays it measures, on which film, and which wavelengths matter to it.
 
-use super::{Compiler, Part, shapes, spectra};
+use super::{Compiler, Crop, shapes, spectra};
 use crate::camera::{
     Angular, Aperture, Camera, DirectionMap, Distant, IrradianceMeter, Projection, Projective,
     ProjectiveSettings, RadianceMeter, Rays, SensorPlane, ThinLens, View, Window,
@@ -11,8 +11,8 @@ use crate::scene::description::{
     self, AngularMap, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, Sensor, SensorKind,
     SpectrumKind,
 };
+use crate::scene::scene::{FilmChannel, FilmPlan};
 use crate::scene::source::SceneError;
-use crate::scene::traceable::{FilmChannel, FilmPlan};
 use crate::shape::Shape;
 use crate::spectrum::{Extrapolation, Spectrum};
 use crate::units::WavelengthRange;
@@ -50,7 +50,7 @@ impl Compiler<'_> {
         let film = &self.description.sensor.film;
         let window = film.window();
         let (shown, margin, square) = match self.options.part {
-            Some(Part { shown, margin, square }) => (self.within_window(shown, window), margin, square),
+            Some(Crop { shown, margin, square }) => (self.within_window(shown, window), margin, square),
             None => (window, 0, 1),
         };
         let measured = shown.grown(margin, window).aligned(square, window).grown(margin, window);

@@ -3,8 +3,8 @@
 use crate::geometry::{Bounds, Transform};
 use crate::scene::description::{Shape, ShapeKind};
 use crate::shape::{
-    self, Curves, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Patches, Quadric, Sampled, SdfGrid,
-    ShapeError, Sphere, SweptSphere, Torus, compute_vertex_normals,
+    self, Curves, Cylinder, Disk, GridShape, HeightField, Mesh, MeshData, Patches, ProfileOrImplicit,
+    Quadric, SdfGrid, ShapeError, Sphere, SweptSphere, Torus, compute_vertex_normals,
 };
 
 /// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to
@@ -32,13 +32,15 @@ pub(in crate::scene) fn place(
         }
         ShapeKind::Distances { data, smooth, .. } => {
             let grid = SdfGrid::new(to_world, data.clone(), *smooth, flip)?;
-            shape::Shape::Sampled(Box::new(Sampled::Distances(grid)))
+            shape::Shape::Grid(Box::new(GridShape::Distances(grid)))
         }
         ShapeKind::Heights { data, scale, base, smooth, .. } => {
             let field = HeightField::new(to_world, data.clone(), *scale, *base, *smooth, flip)?;
-            shape::Shape::Sampled(Box::new(Sampled::Heights(field)))
+            shape::Shape::Grid(Box::new(GridShape::Heights(field)))
         }
-        ShapeKind::Figure(kind) => shape::Shape::Figure(Box::new(Figure::new(to_world, kind, flip)?)),
+        ShapeKind::ProfileOrImplicit(kind) => {
+            shape::Shape::ProfileOrImplicit(Box::new(ProfileOrImplicit::new(to_world, kind, flip)?))
+        }
         ShapeKind::Curves { kind, solid: false, curves, .. } => {
             shape::Shape::Curves(Curves::new(to_world, *kind, curves, flip)?)
         }

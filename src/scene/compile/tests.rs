@@ -121,9 +121,9 @@ fn the_back_face_of_a_slab_is_taken_away() {
     let Material::Dielectric(glass) = material(&known) else { panic!("no glass") };
     assert!((glass.interior.at(550.0) - 1.5168).abs() < 1e-12, "{}", glass.interior.at(550.0));
     assert!(known.assumptions.iter().any(|note| note.text.contains("both faces")), "{:?}", known.assumptions);
-    let needs = compile(&known, &CompileOptions::default()).unwrap().needs();
+    let features = compile(&known, &CompileOptions::default()).unwrap().features();
     let again =
-        read_str(json(&known, &needs, None), Path::new("scene.json"), &ReadOptions::default()).unwrap();
+        read_str(json(&known, &features, None), Path::new("scene.json"), &ReadOptions::default()).unwrap();
     assert_eq!(again.hash(), known.hash());
     let one_face = scene(&of("dielectric", r#"<string name="specimen" value="face"/>"#));
     assert_eq!(one_face.hash(), scene(&of("dielectric", "")).hash());

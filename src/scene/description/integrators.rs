@@ -63,7 +63,7 @@ pub struct Aov {
 /// What such an image shows. Where the camera sees nothing it is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AovKind {
-    /// The colour, linear Rec. 709, of the share of the light from all around that the surface sends on,
+    /// The colour, linear Rec. 709, of the fraction of the light from all around that the surface sends on,
     /// reflected or transmitted: 1, 1, 1 where that is all of it.
     Albedo,
     /// Distance along the ray from where it begins: from the near plane of a perspective camera. Scene units.

@@ -1,6 +1,7 @@
 //! BSDFs as a scene file says them.
 
 use super::spectra::{IndexSource, SpectrumSource};
+use crate::bsdf::microfacet::Distribution;
 use crate::scene::source::Place;
 use std::sync::Arc;
 
@@ -45,7 +46,7 @@ pub enum BsdfKind {
         specular_reflectance: SpectrumSource,
         specular_transmittance: SpectrumSource,
     },
-    /// `plastic` without and `roughplastic` with a roughness: a coat on a matt base, in air where the file
+    /// `plastic` without and `roughplastic` with a roughness: a coat on a diffuse base, in air where the file
     /// doesn't say otherwise.
     Plastic {
         interior: IndexSource,
@@ -76,12 +77,12 @@ pub enum BsdfKind {
     },
     /// Lets everything pass, as if there were no surface.
     Null,
-    /// A surface with holes: light passes through the share 1 − `opacity`.
+    /// A surface with holes: light passes through the fraction 1 − `opacity`.
     Mask {
         opacity: SpectrumSource,
         nested: Arc<Bsdf>,
     },
-    /// The second BSDF by a share of `weight`, the first by the rest.
+    /// The second BSDF by a fraction of `weight`, the first by the rest.
     Blend {
         weight: SpectrumSource,
         nested: [Arc<Bsdf>; 2],
@@ -90,13 +91,13 @@ pub enum BsdfKind {
     BumpMap {
         height: SpectrumSource,
         scale: f64,
-        shading: ReliefShading,
+        shading: NormalMapShading,
         nested: Arc<Bsdf>,
     },
     /// `normalmap`: shaded with the normals of an image.
     NormalMap {
         normals: SpectrumSource,
-        shading: ReliefShading,
+        shading: NormalMapShading,
         nested: Arc<Bsdf>,
     },
     /// The front BSDF on both sides, or another on the back.
@@ -153,7 +154,7 @@ impl BsdfKind {
 
 /// How bump and normal maps deal with normals that are no surface's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ReliefShading {
+pub struct NormalMapShading {
     pub flip_invalid_normals: bool,
     pub use_shadowing_function: bool,
 }
@@ -220,10 +221,4 @@ pub struct PrincipledBase {
     pub sheen: SpectrumSource,
     pub sheen_tint: SpectrumSource,
     pub flatness: SpectrumSource,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Distribution {
-    Beckmann,
-    Ggx,
 }

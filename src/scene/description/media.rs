@@ -12,7 +12,7 @@ pub struct Medium {
     pub varies: bool,
     /// What is absorbed and scattered per unit of length, `scale` included.
     pub extinction: SpectrumSource,
-    /// The share of it that is scattered.
+    /// The fraction of it that is scattered.
     pub albedo: SpectrumSource,
     pub phase: Phase,
 }

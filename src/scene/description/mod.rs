@@ -12,8 +12,8 @@ mod spectra;
 pub use integrators::{Aov, AovKind, Integrator, IntegratorKind, Moments};
 pub use lights::{Light, LightKind};
 pub use materials::{
-    Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, Distribution, MetalAssumption, PrincipledBase,
-    ReliefShading, Roughness,
+    Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, MetalAssumption, NormalMapShading, PrincipledBase,
+    Roughness,
 };
 pub use media::{Medium, Phase, PhaseKind};
 pub use sensors::{

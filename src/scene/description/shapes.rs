@@ -7,7 +7,8 @@ use crate::geometry::{Transform, Vec3};
 use crate::scene::source::Place;
 use crate::shape::solid::Operation;
 use crate::shape::{
-    ControlNet, ControlPoint, CurveKind, FigureKind, HeightData, MeshData, QuadricKind, SdfData, Terrain,
+    ControlNet, ControlPoint, CurveKind, HeightData, MeshData, ProfileOrImplicitKind, QuadricKind, SdfData,
+    Terrain,
 };
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -63,7 +64,7 @@ pub enum ShapeKind {
         minor_radius: f64,
     },
     /// `polygon`, `extrusion`, `revolution`, `superquadric` and `blobs` (extensions).
-    Figure(FigureKind),
+    ProfileOrImplicit(ProfileOrImplicitKind),
     /// `sdfgrid`.
     Distances {
         file: PathBuf,

@@ -123,7 +123,7 @@ pub struct ProceduralSource {
     pub colours: Vec<SpectrumSource>,
     /// The values of the pattern that are the first and the last colour.
     pub range: [f64; 2],
-    /// Whether colours are mixed, and not each the only one over its share of the values.
+    /// Whether colours are mixed, and not each the only one over its fraction of the values.
     pub mixed: bool,
 }
 

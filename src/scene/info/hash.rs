@@ -1,5 +1,5 @@
 use super::super::Description;
-use super::super::tell::{self, Told, Value};
+use super::super::write::{self, Node, Value};
 use crate::geometry::Transform;
 use crate::shape::{ControlNet, ControlPoint, MeshAttribute, MeshData};
 use std::collections::BTreeMap;
@@ -9,20 +9,20 @@ impl Description {
     /// A hash of what the scene means, the content of its tables and meshes included. It does not depend on
     /// how the file is laid out, on comments, names or paths.
     pub fn hash(&self) -> u64 {
-        Hasher::default().object(&tell::scene(self))
+        Hasher::default().object(&write::scene(self))
     }
 }
 
 /// Remembers what several objects share.
 #[derive(Default)]
 struct Hasher {
-    known: BTreeMap<*const Told, u64>,
+    known: BTreeMap<*const Node, u64>,
 }
 
 impl Hasher {
-    fn object(&mut self, told: &Told) -> u64 {
-        let mut words = vec![text(told.plugin)];
-        for property in &told.properties {
+    fn object(&mut self, node: &Node) -> u64 {
+        let mut words = vec![text(node.plugin)];
+        for property in &node.properties {
             // Names such as `bsdf` and `bsdf_2` say nothing; the order does.
             words.push(text(property.name.as_deref().unwrap_or("")));
             words.push(self.value(&property.value));
@@ -54,7 +54,7 @@ impl Hasher {
         }
     }
 
-    fn shared(&mut self, object: &Rc<Told>) -> u64 {
+    fn shared(&mut self, object: &Rc<Node>) -> u64 {
         let key = Rc::as_ptr(object);
         if let Some(&known) = self.known.get(&key) {
             return known;

@@ -1,6 +1,6 @@
 use super::super::description::{Description, Note};
-use super::super::tell::{self, Told, Value};
-use super::super::traceable::Needs;
+use super::super::scene::Features;
+use super::super::write::{self, Node, Value};
 use crate::geometry::Transform;
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
@@ -10,12 +10,12 @@ use std::rc::Rc;
 /// parameters by name, ids as keys. It is a scene file too, and means the same to the last bit.
 ///
 /// Data files are named relative to `folder`, or by their whole path where that is `None`.
-pub fn json(description: &Description, needs: &Needs, folder: Option<&Path>) -> String {
+pub fn json(description: &Description, features: &Features, folder: Option<&Path>) -> String {
     let folder = folder.map(absolute);
     let mut ids = BTreeSet::new();
-    let scene = tell::scene(description);
+    let scene = write::scene(description);
     collect_ids(&scene, &mut ids);
-    let mut writer = Writer { folder, ids, told: BTreeSet::new(), text: String::new(), depth: 0 };
+    let mut writer = Writer { folder, ids, node: BTreeSet::new(), text: String::new(), depth: 0 };
     writer.open('{');
     writer.key("scene");
     writer.object(&scene, None);
@@ -29,7 +29,7 @@ pub fn json(description: &Description, needs: &Needs, folder: Option<&Path>) -> 
         writer.key(title);
         writer.notes(description, notes);
     }
-    for (title, names) in [("used", needs.used()), ("skipped", needs.skipped())] {
+    for (title, names) in [("used", features.used()), ("skipped", features.skipped())] {
         writer.comma();
         writer.key(title);
         let names: Vec<String> = names.iter().map(|name| quoted(name)).collect();
@@ -43,12 +43,12 @@ pub fn json(description: &Description, needs: &Needs, folder: Option<&Path>) -> 
     writer.text
 }
 
-fn collect_ids(told: &Told, ids: &mut BTreeSet<String>) {
+fn collect_ids(node: &Node, ids: &mut BTreeSet<String>) {
     // Whoever has the same id is the same object.
-    if told.id.as_ref().is_some_and(|id| !ids.insert(id.clone())) {
+    if node.id.as_ref().is_some_and(|id| !ids.insert(id.clone())) {
         return;
     }
-    for property in &told.properties {
+    for property in &node.properties {
         if let Value::Object(object) = &property.value {
             collect_ids(object, ids);
         }
@@ -60,7 +60,7 @@ struct Writer {
     /// All ids of the scene, and keys that were made up: both are names that a reference could mean.
     ids: BTreeSet<String>,
     /// Ids of objects that are written already.
-    told: BTreeSet<String>,
+    node: BTreeSet<String>,
     text: String,
     depth: usize,
 }
@@ -94,18 +94,18 @@ impl Writer {
     }
 
     /// `key` is what the object stands under.
-    fn object(&mut self, told: &Told, key: Option<&str>) {
-        if let Some(id) = &told.id {
-            if self.told.contains(id) {
+    fn object(&mut self, node: &Node, key: Option<&str>) {
+        if let Some(id) = &node.id {
+            if self.node.contains(id) {
                 self.text.push_str(&format!("{{\"type\": \"ref\", \"id\": {}}}", quoted(id)));
                 return;
             }
-            self.told.insert(id.clone());
+            self.node.insert(id.clone());
         }
         self.open('{');
         self.key("type");
-        self.text.push_str(&quoted(told.plugin));
-        if let Some(id) = told.id.as_ref().filter(|id| Some(id.as_str()) != key) {
+        self.text.push_str(&quoted(node.plugin));
+        if let Some(id) = node.id.as_ref().filter(|id| Some(id.as_str()) != key) {
             self.comma();
             self.key("id");
             self.text.push_str(&quoted(id));
@@ -113,9 +113,9 @@ impl Writer {
         let is_scene = key.is_none();
         let mut used: BTreeSet<String> = ["type".to_owned(), "id".to_owned()].into();
         used.extend(
-            told.properties.iter().filter_map(|property| property.name.as_deref().map(str::to_owned)),
+            node.properties.iter().filter_map(|property| property.name.as_deref().map(str::to_owned)),
         );
-        for property in &told.properties {
+        for property in &node.properties {
             let key = match (property.name.as_deref(), &property.value) {
                 (Some(name), _) => name.to_owned(),
                 (None, Value::Object(object)) => self.key_of(object, is_scene, &mut used),
@@ -129,10 +129,10 @@ impl Writer {
     }
 
     /// The key of an object without name: its id, or its class, numbered where others have it already.
-    fn key_of(&mut self, object: &Rc<Told>, in_scene: bool, used: &mut BTreeSet<String>) -> String {
+    fn key_of(&mut self, object: &Rc<Node>, in_scene: bool, used: &mut BTreeSet<String>) -> String {
         if let Some(id) = &object.id
             && in_scene
-            && !self.told.contains(id)
+            && !self.node.contains(id)
             && used.insert(id.clone())
         {
             return id.clone();

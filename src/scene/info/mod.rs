@@ -1,5 +1,5 @@
 //! What a description says, for people (an indented outline), for programs (JSON) and as a hash; all from
-//! what [`super::tell`] makes of it.
+//! what [`super::write`] makes of it.
 
 mod hash;
 mod json;

@@ -1,6 +1,6 @@
 use super::super::description::{Description, Note};
 use super::super::source::Place;
-use super::super::tell::{self, Property, Told, Value};
+use super::super::write::{self, Node, Property, Value};
 use crate::geometry::{Transform, Vec3};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -9,8 +9,8 @@ use std::rc::Rc;
 /// The scene as it was understood: one line for each object and property, defaults filled in, extensions and
 /// assumptions at the end.
 pub fn outline(description: &Description) -> String {
-    let mut outline = Outline { description, text: String::new(), depth: 0, told: BTreeSet::new() };
-    outline.scene(&tell::scene(description));
+    let mut outline = Outline { description, text: String::new(), depth: 0, node: BTreeSet::new() };
+    outline.scene(&write::scene(description));
     outline.notes("extensions (Mitsuba 3 would refuse them)", &description.extensions);
     outline.notes("assumptions", &description.assumptions);
     outline.notes("remarks", &description.remarks);
@@ -21,8 +21,8 @@ struct Outline<'a> {
     description: &'a Description,
     text: String,
     depth: usize,
-    /// Named objects that have been told: others that share them say so.
-    told: BTreeSet<*const Told>,
+    /// Named objects that have been written: others that share them refer to them.
+    node: BTreeSet<*const Node>,
 }
 
 impl Outline<'_> {
@@ -38,21 +38,21 @@ impl Outline<'_> {
         self.depth -= 1;
     }
 
-    fn scene(&mut self, scene: &Told) {
+    fn scene(&mut self, scene: &Node) {
         self.line("scene");
         self.within(|o| o.content(scene));
     }
 
-    fn content(&mut self, told: &Told) {
-        for property in &told.properties {
-            self.property(told, property);
+    fn content(&mut self, node: &Node) {
+        for property in &node.properties {
+            self.property(node, property);
         }
-        for remark in &told.remarks {
+        for remark in &node.remarks {
             self.line(&format!("({remark})"));
         }
     }
 
-    fn property(&mut self, owner: &Told, property: &Property) {
+    fn property(&mut self, owner: &Node, property: &Property) {
         let name = property.name.as_deref().unwrap_or("");
         // A default has its object's place, which says nothing of the default.
         let place = property.place.as_ref().filter(|&place| *place != owner.place);
@@ -72,18 +72,18 @@ impl Outline<'_> {
         }
     }
 
-    fn object(&mut self, name: Option<&str>, told: &Rc<Told>) {
-        let id = told.id.as_ref().map_or(String::new(), |id| format!(" \"{id}\""));
-        let mark = if self.is_extension(&told.place) { ", extension" } else { "" };
-        let place = self.place(&told.place);
-        let role = name.unwrap_or(told.class.word());
-        let is_again = told.id.is_some() && !self.told.insert(Rc::as_ptr(told));
+    fn object(&mut self, name: Option<&str>, node: &Rc<Node>) {
+        let id = node.id.as_ref().map_or(String::new(), |id| format!(" \"{id}\""));
+        let mark = if self.is_extension(&node.place) { ", extension" } else { "" };
+        let place = self.place(&node.place);
+        let role = name.unwrap_or(node.class.word());
+        let is_again = node.id.is_some() && !self.node.insert(Rc::as_ptr(node));
         let again = if is_again { ", as above" } else { "" };
-        self.line(&format!("{role}: {}{id} ({place}{mark}{again})", told.plugin));
+        self.line(&format!("{role}: {}{id} ({place}{mark}{again})", node.plugin));
         if is_again {
             return;
         }
-        self.within(|o| o.content(told));
+        self.within(|o| o.content(node));
     }
 
     /// The line, and the file where it is not the scene's own.
@@ -147,7 +147,7 @@ fn value(value: &Value) -> String {
             format!("{} values from {} to {} nm{file}", values.len(), ends.0, ends.1)
         }
         Value::File { path, summary, .. } => format!("{}: {summary}", file_name(path)),
-        // Told over several lines.
+        // Node over several lines.
         Value::Transform(_) | Value::Animation(_) | Value::Object(_) => String::new(),
     }
 }

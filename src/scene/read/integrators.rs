@@ -224,7 +224,7 @@ pub(super) fn check_light_tracing<'a>(reader: &Reader, mut shapes: impl Iterator
     }
 }
 
-/// Whether a BSDF sends light on in single directions, which light paths that aim at a camera never find.
+/// Whether a BSDF sends light on in single directions, which light subpaths that aim at a camera never find.
 fn is_smooth(kind: &BsdfKind) -> bool {
     match kind {
         BsdfKind::Conductor { roughness, .. } | BsdfKind::Dielectric { roughness, .. } => roughness.is_none(),

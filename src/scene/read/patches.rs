@@ -4,7 +4,7 @@
 use super::super::description::ShapeKind;
 use super::super::source::{Place, SceneError};
 use super::query::Query;
-use super::{attributes, figures, files};
+use super::{attributes, files, profile_or_implicit};
 use crate::geometry::Vec3;
 use crate::shape::ControlNet;
 use std::path::Path;
@@ -41,7 +41,7 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
 
 /// "x y z, …", sixteen for each patch.
 fn from_list(query: &Query<'_>, text: &str) -> Option<Vec<ControlNet>> {
-    let points = figures::points::<3>(query, "points", text)?;
+    let points = profile_or_implicit::points::<3>(query, "points", text)?;
     if points.is_empty() || !points.len().is_multiple_of(POINTS) {
         let problem = format!("{} control points make no bicubic patch", points.len());
         let error =

@@ -63,7 +63,7 @@ fn tabulated(query: &Query<'_>) -> Option<PhaseKind> {
 }
 
 fn blend(query: &Query<'_>) -> Option<PhaseKind> {
-    let weight = required(query, "weight", spectra::read(query, "weight", Use::Share));
+    let weight = required(query, "weight", spectra::read(query, "weight", Use::Weight));
     if let Some(source) = weight.as_ref().filter(|source| varies(source))
         && !matches!(source.kind, SpectrumKind::Volume(_))
     {

@@ -5,7 +5,7 @@ use super::super::source::SceneError;
 use super::query::Query;
 use super::solids::{self, Inherited};
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, curves, figures, grids, lights, media, meshes, patches, quadrics};
+use super::{Reader, bsdfs, curves, grids, lights, media, meshes, patches, profile_or_implicit, quadrics};
 use crate::geometry::Vec3;
 use std::sync::Arc;
 
@@ -41,7 +41,9 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
         "torus" => Some(torus(&query)),
         "sdfgrid" => grids::distances(&query),
         "heightfield" => grids::heights(&query),
-        "polygon" | "extrusion" | "revolution" | "superquadric" | "blobs" => figures::read(&query),
+        "polygon" | "extrusion" | "revolution" | "superquadric" | "blobs" => {
+            profile_or_implicit::read(&query)
+        }
         "bezierpatch" => patches::read(&query),
         "linearcurve" | "bsplinecurve" | "sweptsphere" => curves::read(&query),
         "obj" | "ply" | "serialized" => meshes::read(&query),

@@ -36,7 +36,7 @@ pub(super) struct Inherited {
 
 /// Where a solid stands in others.
 #[derive(Clone, Default)]
-struct Around {
+struct Enclosing {
     inherited: Inherited,
     /// Whether one of them moves.
     moving: bool,
@@ -46,10 +46,10 @@ struct Around {
 
 /// `None` where the solid is wrong, which is reported.
 pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Solid> {
-    read_within(reader, id, &Around::default())
+    read_within(reader, id, &Enclosing::default())
 }
 
-fn read_within(reader: &Reader, id: ObjectId, around: &Around) -> Option<Solid> {
+fn read_within(reader: &Reader, id: ObjectId, around: &Enclosing) -> Option<Solid> {
     let query = Query::new(reader, id);
     let object = query.object;
     let place = &object.place;
@@ -104,7 +104,7 @@ fn read_within(reader: &Reader, id: ObjectId, around: &Around) -> Option<Solid> 
     Some(solid)
 }
 
-fn part(query: &Query<'_>, place: &Place, id: ObjectId, around: &Around) -> Option<Part> {
+fn part(query: &Query<'_>, place: &Place, id: ObjectId, around: &Enclosing) -> Option<Part> {
     let reader = query.reader;
     let plugin = reader.tree.get(id).plugin.as_str();
     if operation(plugin).is_some() {
@@ -139,7 +139,7 @@ pub(super) fn refuse_sensor(query: &Query<'_>) {
 
 /// What moves within something that moves, or within something that is stretched, has no motion from keyframe
 /// to keyframe.
-fn check_motion(query: &Query<'_>, around: &mut Around, motion: Option<&Place>, to_world: &Transform) {
+fn check_motion(query: &Query<'_>, around: &mut Enclosing, motion: Option<&Place>, to_world: &Transform) {
     let Some(place) = motion else {
         around.stretched |= to_world.uniform_scale().is_none();
         return;

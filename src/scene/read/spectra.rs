@@ -14,7 +14,7 @@ use crate::units::WavelengthRange;
 pub(super) enum Use {
     /// From 0 to 1.
     Reflectance,
-    /// The share of a medium's extinction that is scattered, from 0 to 1.
+    /// The fraction of a medium's extinction that is scattered, from 0 to 1.
     Albedo,
     /// At least 0 and below 1, where an index follows from it.
     NormalReflectance,
@@ -27,7 +27,7 @@ pub(super) enum Use {
     /// Above 0.
     Index,
     /// A weight or an opacity: clamped to 0 and 1 where it is used, as in Mitsuba 3.
-    Share,
+    Weight,
     /// A parameter of a model, from 0 to 1.
     Fraction,
     /// A strength or a roughness, at least 0.
@@ -52,7 +52,7 @@ impl Use {
             Self::Emission => "emission",
             Self::Absorption => "absorption",
             Self::ConductorIndex | Self::Index => "refractive index",
-            Self::Share => "share",
+            Self::Weight => "share",
             Self::Fraction | Self::Amount | Self::Part => "value",
             Self::Response => "response",
             Self::Height => "height",
@@ -70,7 +70,7 @@ impl Use {
             Self::Index => Some(Kind::Dielectric),
             // A metal has n and k together.
             Self::ConductorIndex
-            | Self::Share
+            | Self::Weight
             | Self::Fraction
             | Self::Amount
             | Self::Response
@@ -88,7 +88,7 @@ impl Use {
                 "expected values of at least 0"
             }
             Self::Index => "expected values above 0",
-            Self::Share | Self::Part | Self::Height | Self::Normals => "expected finite values",
+            Self::Weight | Self::Part | Self::Height | Self::Normals => "expected finite values",
         }
     }
 
@@ -100,7 +100,7 @@ impl Use {
                 value >= 0.0
             }
             Self::Index => value > 0.0,
-            Self::Share | Self::Part | Self::Height | Self::Normals => value.is_finite(),
+            Self::Weight | Self::Part | Self::Height | Self::Normals => value.is_finite(),
         }
     }
 
@@ -116,7 +116,7 @@ impl Use {
             | Self::Index
             | Self::Response
             | Self::Part => true,
-            Self::Share | Self::Fraction | Self::Amount | Self::Height | Self::Normals => false,
+            Self::Weight | Self::Fraction | Self::Amount | Self::Height | Self::Normals => false,
         }
     }
 
@@ -142,7 +142,7 @@ impl Use {
             Self::Index => "the index of vacuum is 1",
             Self::Fraction => "it is a share of the whole",
             Self::Amount | Self::Response => "0 leaves it out",
-            Self::Share | Self::Part | Self::Height | Self::Normals => {
+            Self::Weight | Self::Part | Self::Height | Self::Normals => {
                 "check the table for what is no number"
             }
             Self::Reflectance | Self::NormalReflectance | Self::ConductorIndex => {

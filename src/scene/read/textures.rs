@@ -320,7 +320,7 @@ pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpos
             let fits = |colour: &SpectrumSource| {
                 let slopes = purpose != Use::Height || is_sloped(colour);
                 // Between numbers there is a slope, though they have none.
-                spectra::check(reader, colour, name, if slopes { purpose } else { Use::Share })
+                spectra::check(reader, colour, name, if slopes { purpose } else { Use::Weight })
             };
             // All of them, so that each that is wrong is reported.
             Some(procedural.colours.iter().filter(|colour| !fits(colour)).count() == 0)

@@ -2,16 +2,16 @@
 //! segment is a surface by itself for the acceleration structure; and the swept sphere, a body.
 
 mod round_cone;
-mod stretch;
+mod spline;
 mod swept;
 
 use super::crossing::{Crossing, Crossings};
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
 use round_cone::RoundCone;
+use spline::SplineSegment;
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use stretch::Stretch;
 pub use swept::SweptSphere;
 
 /// A place on a curve and the radius there.
@@ -92,7 +92,7 @@ struct Spot {
     error: f64,
 }
 
-/// A stretch of a line within a piece of a curve.
+/// An interval of a line within a piece of a curve.
 #[derive(Clone, Copy, Debug)]
 struct Span {
     enter: Spot,
@@ -167,7 +167,7 @@ fn ball_entry(ball: &ControlPoint, u: f64, ray: &Ray) -> Option<(Spot, f64)> {
 #[derive(Clone, Debug)]
 enum Segments {
     Linear(Arc<[Link]>),
-    BSpline(Arc<[Anchored<Stretch>]>),
+    BSpline(Arc<[Anchored<SplineSegment>]>),
 }
 
 /// Mitsuba 3's curves.
@@ -222,7 +222,7 @@ impl Curves {
                 windows()
                     .map(|four| {
                         let middle = 0.5 * (four[1].position + four[2].position);
-                        let piece = stretch([four[0], four[1], four[2], four[3]], middle);
+                        let piece = spline_segment([four[0], four[1], four[2], four[3]], middle);
                         // Around its own middle, which is near.
                         let reach = piece.reach() + piece.middle().length();
                         Anchored { middle, reach, piece }
@@ -236,7 +236,7 @@ impl Curves {
     pub fn segment_count(&self) -> usize {
         match &self.segments {
             Segments::Linear(links) => links.len(),
-            Segments::BSpline(stretches) => stretches.len(),
+            Segments::BSpline(segments) => segments.len(),
         }
     }
 
@@ -288,8 +288,8 @@ impl Curves {
             Segments::Linear(links) => {
                 links[segment as usize].entry(ray).into_iter().for_each(|(spot, shift)| give(spot, shift));
             }
-            Segments::BSpline(stretches) => {
-                let Anchored { middle, reach, piece } = &stretches[segment as usize];
+            Segments::BSpline(segments) => {
+                let Anchored { middle, reach, piece } = &segments[segment as usize];
                 if let Some((line, shift)) = Near::new(ray.origin, ray.direction, *middle, *reach) {
                     piece.tube_entries(&line).into_iter().for_each(|spot| give(spot, shift));
                 }
@@ -298,13 +298,13 @@ impl Curves {
     }
 
     /// A place on a segment near `position`: relative to the segment's middle, from the path outward.
-    fn place(&self, segment: u32, u: f64, position: Vec3) -> Place {
+    fn tube_point(&self, segment: u32, u: f64, position: Vec3) -> TubePoint {
         match &self.segments {
             Segments::Linear(links) => {
                 let Anchored { middle, reach, piece } = links[segment as usize].cone;
                 let outward = position - middle - piece.centre(u);
                 let normal = outward.try_normalize().unwrap_or(Vec3::Z);
-                Place {
+                TubePoint {
                     middle,
                     reach,
                     centre: piece.centre(u),
@@ -315,34 +315,34 @@ impl Curves {
                     bend: Vec3::ZERO,
                 }
             }
-            Segments::BSpline(stretches) => {
-                let Anchored { middle, reach, piece } = stretches[segment as usize];
+            Segments::BSpline(segments) => {
+                let Anchored { middle, reach, piece } = segments[segment as usize];
                 let (centre, velocity) = (piece.centre(u), piece.velocity(u));
                 let across = (position - middle - centre).reject_from(velocity);
                 let outward = across.try_normalize().unwrap_or(Vec3::Z) * piece.radius(u);
                 let normal = piece.tube_normal(u, centre + outward).try_normalize().unwrap_or(Vec3::Z);
                 let (growth, bend) = (piece.growth(u), piece.bend(u));
-                Place { middle, reach, centre, outward, normal, velocity, growth, bend }
+                TubePoint { middle, reach, centre, outward, normal, velocity, growth, bend }
             }
         }
     }
 
     /// The point of the surface at a hit near `position`.
     pub fn surface(&self, hit: &Hit, position: Vec3) -> SurfaceHit {
-        let place = self.place(hit.triangle, hit.barycentric[0], position);
-        let position = place.middle + (place.centre + place.outward);
-        let normal = if self.inward { -place.normal } else { place.normal };
+        let at = self.tube_point(hit.triangle, hit.barycentric[0], position);
+        let position = at.middle + (at.centre + at.outward);
+        let normal = if self.inward { -at.normal } else { at.normal };
         // The point's own rounding and that of a ray that starts there, and what both are off by in the
         // segment's coordinates.
-        let error = f64::EPSILON * (2.0 * position.abs().max_element() + 24.0 * place.reach);
+        let error = f64::EPSILON * (2.0 * position.abs().max_element() + 24.0 * at.reach);
         SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal: normal }
     }
 
     /// u around the curve, from where a frame that keeps to the z axis has its first direction; v along all
     /// segments of all curves.
     pub fn parametrisation(&self, hit: &Hit, position: Vec3) -> Parametrisation {
-        let Place { outward, velocity, growth, bend, .. } =
-            self.place(hit.triangle, hit.barycentric[0], position);
+        let TubePoint { outward, velocity, growth, bend, .. } =
+            self.tube_point(hit.triangle, hit.barycentric[0], position);
         let (count, speed) = (self.segment_count() as f64, velocity.length());
         // A path that stands still leads nowhere; what it is turned around is as good as any.
         let ahead = velocity.try_normalize().unwrap_or(Vec3::Z);
@@ -371,8 +371,8 @@ impl Curves {
             Segments::Linear(links) => {
                 (links[segment as usize].cone.middle, links[segment as usize].cone.piece.bounds())
             }
-            Segments::BSpline(stretches) => {
-                (stretches[segment as usize].middle, stretches[segment as usize].piece.bounds())
+            Segments::BSpline(segments) => {
+                (segments[segment as usize].middle, segments[segment as usize].piece.bounds())
             }
         };
         Bounds { min: middle + bounds.min, max: middle + bounds.max }
@@ -386,13 +386,13 @@ impl Curves {
     pub fn area(&self) -> f64 {
         match &self.segments {
             Segments::Linear(links) => links.iter().map(|link| link.cone.piece.area()).sum(),
-            Segments::BSpline(stretches) => stretches.iter().map(|stretch| stretch.piece.tube_area()).sum(),
+            Segments::BSpline(segments) => segments.iter().map(|segment| segment.piece.tube_area()).sum(),
         }
     }
 }
 
-/// See [`Curves::place`].
-struct Place {
+/// See [`Curves::tube_point`].
+struct TubePoint {
     middle: Vec3,
     reach: f64,
     centre: Vec3,
@@ -427,6 +427,6 @@ fn cone(points: [ControlPoint; 2], origin: Vec3) -> RoundCone {
     RoundCone::new(points.map(|point| point.position - origin), points.map(|point| point.radius))
 }
 
-fn stretch(points: [ControlPoint; 4], origin: Vec3) -> Stretch {
-    Stretch::of_spline(points.map(|point| point.position - origin), points.map(|point| point.radius))
+fn spline_segment(points: [ControlPoint; 4], origin: Vec3) -> SplineSegment {
+    SplineSegment::of_spline(points.map(|point| point.position - origin), points.map(|point| point.radius))
 }

@@ -1,15 +1,15 @@
 //! Bodies that a ball sweeps: closed, with round ends, of one piece or several.
 //!
-//! A line is within such a body where it is within any of the balls: the union of stretches, one or more for
+//! A line is within such a body where it is within any of the balls: the union of intervals, one or more for
 //! each piece of the path. So what lies inside is never met, and every line is entered and left by turns.
 
 use super::round_cone::RoundCone;
-use super::stretch::Stretch;
-use super::{ControlPoint, CurveKind, Near, Span, check, cone, stretch};
+use super::spline::SplineSegment;
+use super::{ControlPoint, CurveKind, Near, Span, check, cone, spline_segment};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
-use crate::shape::chords::{self, Crossed, OnLine};
 use crate::shape::crossing::Crossings;
 use crate::shape::placement::Placement;
+use crate::shape::random_lines::{self, Crossed, OnLine};
 use crate::shape::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use smallvec::SmallVec;
 use std::f64::consts::TAU;
@@ -17,14 +17,14 @@ use std::f64::consts::TAU;
 #[derive(Clone, Debug)]
 enum Piece {
     Straight(RoundCone),
-    Curved(Stretch),
+    Curved(SplineSegment),
 }
 
 impl Piece {
     fn spans(&self, line: &Near) -> SmallVec<[Span; 2]> {
         match self {
             Self::Straight(cone) => cone.span(line).into_iter().collect(),
-            Self::Curved(stretch) => stretch.ball_spans(line),
+            Self::Curved(segment) => segment.ball_spans(line),
         }
     }
 
@@ -32,35 +32,35 @@ impl Piece {
     fn ball(&self, u: f64) -> (Vec3, Vec3, f64) {
         match self {
             Self::Straight(cone) => (cone.centre(u), cone.along, cone.radius(u)),
-            Self::Curved(stretch) => (stretch.centre(u), stretch.velocity(u), stretch.radius(u)),
+            Self::Curved(segment) => (segment.centre(u), segment.velocity(u), segment.radius(u)),
         }
     }
 
     fn ball_at(&self, point: Vec3) -> f64 {
         match self {
             Self::Straight(cone) => cone.ball_at(point),
-            Self::Curved(stretch) => stretch.ball_at(point),
+            Self::Curved(segment) => segment.ball_at(point),
         }
     }
 
     fn middle(&self) -> Vec3 {
         match self {
             Self::Straight(cone) => cone.middle(),
-            Self::Curved(stretch) => stretch.middle(),
+            Self::Curved(segment) => segment.middle(),
         }
     }
 
     fn reach(&self) -> f64 {
         match self {
             Self::Straight(cone) => cone.reach(),
-            Self::Curved(stretch) => stretch.reach(),
+            Self::Curved(segment) => segment.reach(),
         }
     }
 
     fn bounds(&self) -> Bounds {
         match self {
             Self::Straight(cone) => cone.bounds(),
-            Self::Curved(stretch) => stretch.bounds(),
+            Self::Curved(segment) => segment.bounds(),
         }
     }
 
@@ -108,7 +108,7 @@ impl SweptSphere {
             let windows = curves.iter().flat_map(|curve| curve.windows(kind.order()));
             let piece = |points: &[ControlPoint]| match *points {
                 [a, b] => Piece::Straight(cone([a, b].map(|p| local(&p)), Vec3::ZERO)),
-                [a, b, c, d] => Piece::Curved(stretch([a, b, c, d].map(|p| local(&p)), Vec3::ZERO)),
+                [a, b, c, d] => Piece::Curved(spline_segment([a, b, c, d].map(|p| local(&p)), Vec3::ZERO)),
                 _ => unreachable!("windows of two or of four"),
             };
             windows.map(piece).collect()
@@ -211,12 +211,12 @@ impl SweptSphere {
 
     /// Area, to a relative error of about 10⁻³.
     pub fn area(&self) -> f64 {
-        chords::integral(self, |normal| self.placement.area_stretch(normal))
+        random_lines::integral(self, |normal| self.placement.area_stretch(normal))
     }
 
-    /// See `chords`: for some `u` there is no point.
+    /// See `random_lines`: for some `u` there is no point.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
-        let (local, part) = chords::sample(self, u)?;
+        let (local, part) = random_lines::sample(self, u)?;
         let density = self.local_area_density(local, self.normal(local, part));
         Some(AreaSample { triangle: part, ..AreaSample::analytic(self.surface_at(local, part), density) })
     }
@@ -227,7 +227,7 @@ impl SweptSphere {
     }
 
     fn local_area_density(&self, local: Vec3, normal: Vec3) -> f64 {
-        chords::density(self, local, normal) / self.placement.area_stretch(normal)
+        random_lines::density(self, local, normal) / self.placement.area_stretch(normal)
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) struct Line<const N: usize> {
 
 /// A part of a line.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Stretch<const N: usize> {
+pub(super) enum GridSegment<const N: usize> {
     /// An interval in which the function keeps one sign.
     Free { sign: f64, ends: [f64; 2] },
     /// In one cell. `through` is the axis across which the line leaves it; none where the walk ends.
@@ -94,7 +94,7 @@ impl<const N: usize> Line<N> {
         start: f64,
         mut begin: impl FnMut([usize; N], f64, Option<usize>) -> bool,
         sign: impl Fn([f32; 2], [f64; 2]) -> Option<f64>,
-        mut visit: impl FnMut(Stretch<N>) -> bool,
+        mut visit: impl FnMut(GridSegment<N>) -> bool,
     ) {
         let size = pyramid.size();
         let top = pyramid.top();
@@ -124,12 +124,12 @@ impl<const N: usize> Line<N> {
             }
             let ends = [t, exit.max(t)];
             let goes_on = match sign(pyramid.range(level, block), ends) {
-                Some(sign) => visit(Stretch::Free { sign, ends }),
+                Some(sign) => visit(GridSegment::Free { sign, ends }),
                 None if level > 0 => {
                     level -= 1;
                     continue;
                 }
-                None => visit(Stretch::Cell { cell, ends, through: through.map(|(axis, _)| axis) }),
+                None => visit(GridSegment::Cell { cell, ends, through: through.map(|(axis, _)| axis) }),
             };
             let Some((axis, plane)) = through.filter(|_| goes_on) else { return };
             let next = if self.direction[axis] > 0.0 { Some(plane) } else { plane.checked_sub(1) };

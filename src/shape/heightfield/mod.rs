@@ -7,10 +7,10 @@
 mod sampling;
 mod terrain;
 
+use super::areas::AreaDistribution;
 use super::crossing::{Crossing, Crossings};
-use super::grid::{Change, Line, Pyramid, Signs, Stretch, index, place};
+use super::grid::{Change, GridSegment, Line, Pyramid, Signs, index, place};
 use super::placement::Placement;
-use super::shares::Shares;
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::roots::difference_of_products;
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
@@ -42,7 +42,7 @@ pub struct HeightField {
     solid: bool,
     smooth: bool,
     inward: bool,
-    shares: Shares,
+    areas: AreaDistribution,
 }
 
 /// The part of the body's surface that is no height, after the cells: the sides at x = −1, x = 1, y = −1, y =
@@ -136,9 +136,9 @@ impl HeightField {
             solid: base.is_some(),
             smooth,
             inward: flip_normals,
-            shares: Shares::default(),
+            areas: AreaDistribution::default(),
         };
-        field.shares = sampling::shares(&field);
+        field.areas = sampling::areas(&field);
         Ok(field)
     }
 
@@ -234,13 +234,13 @@ impl HeightField {
             }
         };
         let mut goes_on = true;
-        line.walk(&self.data.pyramid, limits, start - shift, begin, sign, |stretch| {
+        line.walk(&self.data.pyramid, limits, start - shift, begin, sign, |segment| {
             for wall in walls.borrow_mut().drain(..) {
                 goes_on = goes_on && take(wall);
             }
             let mut now = signs.get();
-            match stretch {
-                Stretch::Free { sign, ends } => {
+            match segment {
+                GridSegment::Free { sign, ends } => {
                     if let Some(Change { between: [t, _], from }) = now.next(ends[0], sign) {
                         // The two sides round differently: the surface is as near as that to this place.
                         let cell = line.cell(self.size(), t);
@@ -248,7 +248,7 @@ impl HeightField {
                     }
                     now.hold(ends[1]);
                 }
-                Stretch::Cell { cell, ends, through } => {
+                GridSegment::Cell { cell, ends, through } => {
                     for found in path.in_cell(&line, cell, ends, through, &mut now) {
                         goes_on = goes_on && take(found);
                     }

@@ -4,10 +4,10 @@ use super::{BASE, HeightField, index, place, wall_normal};
 use crate::geometry::{SurfacePoint, Vec3};
 use crate::sampling::quadrature::gauss_legendre;
 use crate::shape::AreaSample;
-use crate::shape::shares::Shares;
+use crate::shape::areas::AreaDistribution;
 
 /// Areas of patches (by the normals in their middles), of the sides' strips, and of the base.
-pub(super) fn shares(field: &HeightField) -> Shares {
+pub(super) fn areas(field: &HeightField) -> AreaDistribution {
     let cells = field.data.pyramid.cells();
     let patches = (0..cells).map(|cell| {
         let patch = field.patch(place(field.size(), cell));
@@ -18,7 +18,7 @@ pub(super) fn shares(field: &HeightField) -> Shares {
         field.element(wall_normal(wall)) * 0.5 * (first + last) * width
     });
     let base = field.solid.then(|| 4.0 * field.element(Vec3::Z));
-    Shares::new(patches.chain(strips).chain(base))
+    AreaDistribution::new(patches.chain(strips).chain(base))
 }
 
 impl HeightField {
@@ -64,7 +64,7 @@ impl HeightField {
         const NODES: usize = 5;
         let nodes: Vec<(f64, f64)> = gauss_legendre(NODES).collect();
         let cells = self.data.pyramid.cells();
-        let mut sum = self.shares.total() - self.shares.below(cells);
+        let mut sum = self.areas.total() - self.areas.below(cells);
         for cell in 0..cells {
             let patch = self.patch(place(self.size(), cell));
             for &(x, wx) in &nodes {
@@ -79,7 +79,7 @@ impl HeightField {
 
     /// A patch or strip by its area, and a place: evenly over a patch's projection, and over a strip.
     pub fn sample(&self, u: [f64; 2]) -> AreaSample {
-        let (choice, fraction) = self.shares.choose(u[0]);
+        let (choice, fraction) = self.areas.choose(u[0]);
         let cells = self.data.pyramid.cells();
         let density = self.density();
         let (local, part) = if choice < cells {
@@ -111,10 +111,10 @@ impl HeightField {
         if part < cells {
             let (cell, at) = self.locate(local, part);
             let element = self.element(self.upward(&self.patch(cell), at));
-            return self.shares.of(part) / self.shares.total() / (self.cell_area() * element);
+            return self.areas.of(part) / self.areas.total() / (self.cell_area() * element);
         }
         // All but patches have the same density everywhere.
-        1.0 / self.shares.total()
+        1.0 / self.areas.total()
     }
 
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
@@ -123,7 +123,7 @@ impl HeightField {
         let outward = normal * if self.inward { -1.0 } else { 1.0 };
         // Heights never face sideways or down.
         if self.solid && outward.z <= 1e-9 * outward.length() {
-            return 1.0 / self.shares.total();
+            return 1.0 / self.areas.total();
         }
         let (size, density) = (self.size(), self.density());
         let cell = [0, 1].map(|axis| {

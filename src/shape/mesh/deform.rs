@@ -201,8 +201,8 @@ mod tests {
 
     fn volume(mesh: &MeshData) -> f64 {
         let corner = |index: u32| to_f64(mesh.positions[index as usize]);
-        let share = |&[a, b, c]: &[u32; 3]| corner(a).dot(corner(b).cross(corner(c))) / 6.0;
-        mesh.indices.iter().map(share).sum()
+        let volume = |&[a, b, c]: &[u32; 3]| corner(a).dot(corner(b).cross(corner(c))) / 6.0;
+        mesh.indices.iter().map(volume).sum()
     }
 
     /// A twist keeps the volume; finer meshes come nearer to it, fourfold with each step.

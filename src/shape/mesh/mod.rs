@@ -6,9 +6,9 @@ mod exact;
 mod normals;
 mod sampling;
 
+use super::areas::AreaDistribution;
 use super::crossing::{Crossing, Crossings};
 use super::rectangle::Rectangle;
-use super::shares::Shares;
 use super::triangle::{RaySpace, TriangleHit};
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
@@ -75,7 +75,7 @@ pub struct Mesh {
     /// Error bound of a point on it and of the test against it; see [`Mesh::error_bound`].
     error: f64,
     /// Areas of triangles. Made when they are first asked for: few meshes are lights.
-    shares: OnceLock<Shares>,
+    areas: OnceLock<AreaDistribution>,
     /// The rectangle, if the mesh is one of two triangles.
     rectangle: Option<Rectangle>,
 }
@@ -91,7 +91,7 @@ impl Mesh {
         Ok(Self {
             error: error_bound(bounds),
             bounds,
-            shares: OnceLock::new(),
+            areas: OnceLock::new(),
             data,
             exact: None,
             rectangle: None,

@@ -2,14 +2,14 @@
 
 use super::{Mesh, to_f64};
 use crate::geometry::Vec3;
-use crate::shape::shares::Shares;
+use crate::shape::areas::AreaDistribution;
 use crate::shape::{AreaSample, ShapeSample};
 use crate::texture::UvTransform;
 
 impl Mesh {
-    fn shares(&self) -> &Shares {
-        self.shares.get_or_init(|| {
-            Shares::new(self.data.indices.iter().map(|&indices| {
+    fn areas(&self) -> &AreaDistribution {
+        self.areas.get_or_init(|| {
+            AreaDistribution::new(self.data.indices.iter().map(|&indices| {
                 let [a, b, c] = indices.map(|index| to_f64(self.data.positions[index as usize]));
                 0.5 * (b - a).cross(c - a).length()
             }))
@@ -46,7 +46,7 @@ impl Mesh {
 
     /// Total area of all triangles.
     pub fn area(&self) -> f64 {
-        self.shares().total()
+        self.areas().total()
     }
 
     pub fn triangle_area(&self, triangle: u32) -> f64 {
@@ -68,7 +68,7 @@ impl Mesh {
         if area.is_nan() || area <= 0.0 {
             return None;
         }
-        let (triangle, fraction) = self.shares().choose(u[0]);
+        let (triangle, fraction) = self.areas().choose(u[0]);
         let triangle = triangle as u32;
         // The square folded along its diagonal, and corrected for the fold (as in
         // Heitz, "A Low-Distortion Map Between Triangle and Square", 2019): continuous, area-preserving.
@@ -80,7 +80,7 @@ impl Mesh {
     /// Where Mitsuba 3 puts a point of the unit square: a rectangle keeps its coordinates; of any other mesh
     /// the second coordinate runs through the triangles by area, and the first and what is left of it over
     /// the triangle.
-    pub fn unfold(&self, u: [f64; 2]) -> Option<AreaSample> {
+    pub fn point_at_uv(&self, u: [f64; 2]) -> Option<AreaSample> {
         let area = self.area();
         if area.is_nan() || area <= 0.0 {
             return None;
@@ -88,7 +88,7 @@ impl Mesh {
         let (triangle, barycentric) = if self.rectangle.is_some() {
             self.rectangle_place(u)
         } else {
-            let (triangle, fraction) = self.shares().choose(u[1]);
+            let (triangle, fraction) = self.areas().choose(u[1]);
             let across = (1.0 - u[0]).sqrt();
             (triangle as u32, [1.0 - across, across * fraction])
         };

@@ -1,9 +1,10 @@
-//! Where F (see [`super::meeting`]) vanishes in a part in which one of its coordinates does along one curve.
+//! Where F (see [`super::intersection`]) vanishes in a part in which one of its coordinates does along one
+//! curve.
 
-use super::course::{Course, Turned};
-use super::meeting::NOISE;
-use super::net::Net;
-use super::place::{Part, Place};
+use super::bicubic::Bicubic;
+use super::intersection::NOISE;
+use super::monotonicity::{Monotonicity, Turned};
+use super::root::{Root, Subdomain};
 use crate::geometry::roots::{Sample, bracketed};
 use glam::DVec2;
 use smallvec::SmallVec;
@@ -11,14 +12,14 @@ use smallvec::SmallVec;
 /// Residual of F at which the search ends.
 const FINE: f64 = 0.0625 * NOISE;
 
-/// By how much of itself a part is enlarged to see what is in it: places at its border are not to be at an
+/// By how much of itself a part is enlarged to see what is in it: roots at its border are not to be at an
 /// end.
 const MARGIN: f64 = 0.1;
 
-/// The places of a part and a little around it where x = 0, as a graph q = Q(p).
+/// The points of a subdomain and a little around it where x = 0, as a graph q = Q(p).
 pub struct Curve<'a> {
-    seen: &'a Net<DVec2>,
-    part: Part,
+    seen: &'a Bicubic<DVec2>,
+    part: Subdomain,
     /// Which parameter q is: x increases along it.
     along: usize,
     /// The direction of x.
@@ -29,7 +30,7 @@ pub struct Curve<'a> {
     monotonic: bool,
 }
 
-/// Values and first derivatives at a place of the curve.
+/// Values and first derivatives at a point of the curve.
 struct Here {
     x: f64,
     y: f64,
@@ -52,7 +53,7 @@ fn known(value: f64, slope: f64) -> Sample {
 impl<'a> Curve<'a> {
     /// `None` where the bounds are too wide to tell; `ways` are the sums of twelve steps between coefficients
     /// along both parameters.
-    pub fn new(seen: &'a Net<DVec2>, part: Part, along: usize, ways: [DVec2; 2]) -> Option<Self> {
+    pub fn new(seen: &'a Bicubic<DVec2>, part: Subdomain, along: usize, ways: [DVec2; 2]) -> Option<Self> {
         let across = 1 - along;
         let axis = ways[along].normalize();
         let slope = (ways[across].dot(axis) / ways[along].length()).abs();
@@ -63,12 +64,13 @@ impl<'a> Curve<'a> {
             [part.from[parameter] - margin, part.from[parameter] + part.size[parameter] + margin]
         });
         let turned = Turned::of(&seen.part([around[1 - along], around[along]]), axis, along);
-        let (course, steepest) = turned.course()?;
+        let (monotonicity, steepest) = turned.monotonicity()?;
         if steepest * (1.0 + MARGIN) / (1.0 + 2.0 * MARGIN) > margins[1] / (1.0 + 2.0 * margins[1]) {
             return None;
         }
-        let mut curve = Self { seen, part, along, axis, around, monotonic: course != Course::Bent };
-        if let Course::Steady(most) = course {
+        let mut curve =
+            Self { seen, part, along, axis, around, monotonic: monotonicity != Monotonicity::Bent };
+        if let Monotonicity::Steady(most) = monotonicity {
             let [from, to] = around[0];
             let middle = 0.5 * (from + to);
             // A curve that isn't there never comes into the part.
@@ -133,11 +135,11 @@ impl<'a> Curve<'a> {
     }
 
     /// All in the part.
-    pub fn places(&self) -> SmallVec<[Place; 2]> {
+    pub fn roots(&self) -> SmallVec<[Root; 2]> {
         if self.monotonic
             && let Some([p, q]) = self.nearby()
         {
-            return self.place(p, q).into_iter().collect();
+            return self.root(p, q).into_iter().collect();
         }
         let mut found = SmallVec::new();
         let [from, to] = self.around[0];
@@ -149,7 +151,7 @@ impl<'a> Curve<'a> {
         let mut between = |from: (f64, f64), to: (f64, f64)| {
             if from.1 * to.1 < 0.0 {
                 let p = bracketed(from.0, to.0, from.1.signum(), &|p| self.height(p)).t;
-                found.extend(self.follow(p).and_then(|q| self.place(p, q)));
+                found.extend(self.follow(p).and_then(|q| self.root(p, q)));
             }
         };
         let (first, last) = ((from, first), (to, last));
@@ -166,7 +168,7 @@ impl<'a> Curve<'a> {
         found
     }
 
-    /// The place where F vanishes, by Newton's method from the middle, where it is found at once. Since y is
+    /// The root of F, by Newton's method from the middle, where it is found at once. Since y is
     /// monotonic there is no other.
     fn nearby(&self) -> Option<[f64; 2]> {
         const MOST_STEPS: usize = 8;
@@ -190,10 +192,10 @@ impl<'a> Curve<'a> {
     }
 
     /// With its spread, if it is in the part or beyond by no more than that.
-    fn place(&self, p: f64, q: f64) -> Option<Place> {
+    fn root(&self, p: f64, q: f64) -> Option<Root> {
         let here = self.here(p, q);
         let determinant = here.determinant();
-        // What rounding of F makes of the place; next to where it is touched less than that.
+        // Error of the root from the rounding of F; it is less beside a point where the line touches.
         let spread = |way: DVec2, margin: [f64; 2]| {
             (NOISE * way.length() / determinant.abs()).min(0.25 * (margin[1] - margin[0]))
         };
@@ -203,11 +205,11 @@ impl<'a> Curve<'a> {
             let from = self.part.from[parameter];
             from - spread <= at && at <= from + self.part.size[parameter] + spread
         };
-        (within(across, p, spread[0]) && within(along, q, spread[1])).then(|| Place {
+        (within(across, p, spread[0]) && within(along, q, spread[1])).then(|| Root {
             at: self.parameters(p, q),
             spread: self.parameters(spread[0], spread[1]),
             determinant: if along == 1 { determinant } else { -determinant },
-            speck: None,
+            degenerate: None,
         })
     }
 }

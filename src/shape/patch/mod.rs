@@ -1,20 +1,20 @@
 //! Bicubic Bézier patches (Newell's teapot is made of them), each a surface by itself for the acceleration
 //! structure.
 
-mod course;
+mod bicubic;
 mod curve;
 mod extent;
-mod meeting;
-mod net;
-mod place;
+mod intersection;
+mod monotonicity;
+mod root;
 mod sampling;
 
 use super::crossing::{Crossing, Crossings};
 use super::{Hit, NO_INSTANCE, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use bicubic::Bicubic;
 use glam::DMat3;
-use meeting::{Anchored, Meeting, meetings};
-use net::Net;
+use intersection::{Anchored, LineHit, line_hits};
 use sampling::Table;
 use std::array::from_fn;
 use std::sync::{Arc, OnceLock};
@@ -49,7 +49,7 @@ struct Placed {
 }
 
 /// A vector across the patch, of any length: ∂p/∂u × ∂p/∂v, or where that vanishes what it is beside there.
-fn normal(points: &Net<Vec3>, at: [f64; 2]) -> Vec3 {
+fn normal(points: &Bicubic<Vec3>, at: [f64; 2]) -> Vec3 {
     /// Step toward the middle: far above rounding, far below the distance over which normals change.
     const BESIDE: f64 = 1e-6;
     let normal_at = |at: [f64; 2]| {
@@ -65,7 +65,7 @@ impl Placed {
     fn new(to_world: &Transform, control: &ControlNet) -> Self {
         let world = control.map(|point| to_world.point(point));
         let middle = Bounds::of(world).centre();
-        let points = Net(from_fn(|i| from_fn(|j| world[4 * j + i] - middle)));
+        let points = Bicubic(from_fn(|i| from_fn(|j| world[4 * j + i] - middle)));
         let reach = points.all().fold(0.0, |most: f64, point| most.max(point.length()));
         let extent = extent::of(&points, reach);
         let bounds = Bounds { min: middle + extent.min, max: middle + extent.max };
@@ -115,9 +115,9 @@ impl Patches {
 
     /// The nearest hit of a patch.
     pub fn intersect_patch(&self, patch: u32, ray: &Ray) -> Option<Hit> {
-        let found = meetings(ray.origin, ray.direction, self.patch(patch));
-        let ahead = found.iter().filter(|meeting| meeting.t >= 0.0 && meeting.t < ray.t_max);
-        ahead.min_by(|a, b| a.t.total_cmp(&b.t)).map(|meeting| hit(patch, meeting))
+        let found = line_hits(ray.origin, ray.direction, self.patch(patch));
+        let ahead = found.iter().filter(|line_hit| line_hit.t >= 0.0 && line_hit.t < ray.t_max);
+        ahead.min_by(|a, b| a.t.total_cmp(&b.t)).map(|line_hit| hit(patch, line_hit))
     }
 
     /// All crossings along the whole line.
@@ -130,11 +130,11 @@ impl Patches {
 
     /// Likewise of one patch.
     pub fn patch_crossings(&self, patch: u32, ray: &Ray) -> Crossings {
-        let found = meetings(ray.origin, ray.direction, self.patch(patch));
-        let crossing = |meeting: &Meeting| Crossing {
-            hit: hit(patch, meeting),
-            error: meeting.error,
-            enters: meeting.against != self.inward,
+        let found = line_hits(ray.origin, ray.direction, self.patch(patch));
+        let crossing = |line_hit: &LineHit| Crossing {
+            hit: hit(patch, line_hit),
+            error: line_hit.error,
+            enters: line_hit.against != self.inward,
         };
         let mut crossings: Crossings = found.iter().map(crossing).collect();
         crossings.sort_by(|a, b| a.hit.t.total_cmp(&b.hit.t));
@@ -172,6 +172,6 @@ impl Patches {
     }
 }
 
-fn hit(patch: u32, meeting: &Meeting) -> Hit {
-    Hit { t: meeting.t, shape: 0, triangle: patch, instance: NO_INSTANCE, barycentric: meeting.at }
+fn hit(patch: u32, line_hit: &LineHit) -> Hit {
+    Hit { t: line_hit.t, shape: 0, triangle: patch, instance: NO_INSTANCE, barycentric: line_hit.at }
 }

@@ -5,12 +5,12 @@
 //! bound, a place in it evenly, and that is kept in proportion to what of the bound is reached there. So the
 //! density is the same everywhere, and for some u there is no point.
 
-use super::net::Net;
+use super::bicubic::Bicubic;
 use super::{Patches, Shared};
 use crate::geometry::Vec3;
 use crate::sampling::quadrature::gauss_legendre;
 use crate::shape::AreaSample;
-use crate::shape::shares::Shares;
+use crate::shape::areas::AreaDistribution;
 
 /// Along both parameters of a patch.
 const CELLS: usize = 8;
@@ -20,7 +20,7 @@ const CELL: f64 = 1.0 / CELLS as f64;
 #[derive(Debug)]
 pub struct Table {
     /// Bounds of cells times their share of the parameters, patch by patch.
-    shares: Shares,
+    areas: AreaDistribution,
     area: f64,
 }
 
@@ -30,7 +30,7 @@ fn ranges(cell: usize) -> [[f64; 2]; 2] {
 }
 
 /// A bound on |∂p/∂u × ∂p/∂v| over the unit square.
-fn bound(Net(c): &Net<Vec3>) -> f64 {
+fn bound(Bicubic(c): &Bicubic<Vec3>) -> f64 {
     const SECOND: [f64; 3] = [1.0, 2.0, 1.0];
     const THIRD: [f64; 4] = [1.0, 3.0, 3.0, 1.0];
     const FIFTH: [f64; 6] = [1.0, 5.0, 10.0, 10.0, 5.0, 1.0];
@@ -67,7 +67,7 @@ impl Table {
                 }
             }
         }
-        Self { shares: Shares::new(bounds), area }
+        Self { areas: AreaDistribution::new(bounds), area }
     }
 }
 
@@ -85,23 +85,23 @@ impl Patches {
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
         // The last digits of the place in a cell, on which nothing else depends, decide whether it is kept.
         const STRIPS: f64 = 65536.0;
-        let shares = &self.table().shares;
-        let (choice, fraction) = shares.choose(u[0]);
+        let areas = &self.table().areas;
+        let (choice, fraction) = areas.choose(u[0]);
         let (patch, cell) = ((choice / (CELLS * CELLS)) as u32, choice % (CELLS * CELLS));
         let [[from_u, _], [from_v, _]] = ranges(cell);
         let at = [from_u + fraction * CELL, from_v + u[1] * CELL];
         let [along_u, along_v] = self.patch(patch).points.slopes(at);
         let reached = along_u.cross(along_v).length() * CELL * CELL;
-        (reached > (fraction * STRIPS).fract() * shares.of(choice)).then(|| AreaSample {
+        (reached > (fraction * STRIPS).fract() * areas.of(choice)).then(|| AreaSample {
             surface: self.surface_at(patch, at),
             triangle: patch,
             barycentric: at,
-            density: 1.0 / shares.total(),
+            density: 1.0 / areas.total(),
         })
     }
 
     /// The same everywhere.
     pub fn area_density(&self) -> f64 {
-        1.0 / self.table().shares.total()
+        1.0 / self.table().areas.total()
     }
 }

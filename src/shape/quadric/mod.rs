@@ -8,9 +8,9 @@ mod extent;
 mod form;
 mod kinds;
 
-use super::chords::{self, Crossed, OnLine};
 use super::crossing::Crossings;
 use super::placement::Placement;
+use super::random_lines::{self, Crossed, OnLine};
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
 use crate::geometry::roots::{difference_of_products, quadratic};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3, angle};
@@ -214,12 +214,12 @@ impl Quadric {
 
     /// Area, to a relative error of about 10⁻⁴.
     pub fn area(&self) -> f64 {
-        chords::integral(self, |normal| self.placement.area_stretch(normal))
+        random_lines::integral(self, |normal| self.placement.area_stretch(normal))
     }
 
-    /// See `chords`: for some `u` there is no point.
+    /// See `random_lines`: for some `u` there is no point.
     pub fn sample(&self, u: [f64; 2]) -> Option<AreaSample> {
-        let (local, part) = chords::sample(self, u)?;
+        let (local, part) = random_lines::sample(self, u)?;
         let local = self.project(local, part);
         let density = self.local_area_density(local, self.normal(local, part));
         Some(AreaSample { triangle: part, ..AreaSample::analytic(self.surface_at(local, part), density) })
@@ -231,7 +231,7 @@ impl Quadric {
     }
 
     fn local_area_density(&self, local: Vec3, normal: Vec3) -> f64 {
-        chords::density(self, local, normal) / self.placement.area_stretch(normal)
+        random_lines::density(self, local, normal) / self.placement.area_stretch(normal)
     }
 }
 

@@ -8,7 +8,7 @@
 mod normals;
 
 use super::crossing::{Crossing, Crossings};
-use super::grid::{Change, Line, Pyramid, Signs, Stretch, index, place};
+use super::grid::{Change, GridSegment, Line, Pyramid, Signs, index, place};
 use super::placement::Placement;
 use super::{AreaSample, Hit, NO_INSTANCE, ShapeError, SurfaceHit};
 use crate::geometry::roots::{Sample, bracketed, quadratic};
@@ -201,10 +201,10 @@ impl SdfGrid {
             () if greatest < 0.0 => Some(-1.0),
             () => None,
         };
-        line.walk(&self.data.pyramid, limits, start - shift, begin, sign, |stretch| {
+        line.walk(&self.data.pyramid, limits, start - shift, begin, sign, |segment| {
             let mut now = signs.get();
-            let goes_on = match stretch {
-                Stretch::Free { sign, ends } => {
+            let goes_on = match segment {
+                GridSegment::Free { sign, ends } => {
                     let change = now.next(ends[0], sign);
                     now.hold(ends[1]);
                     change.is_none_or(|Change { between, from }| {
@@ -218,7 +218,7 @@ impl SdfGrid {
                         })
                     })
                 }
-                Stretch::Cell { cell, ends, through } => {
+                GridSegment::Cell { cell, ends, through } => {
                     let within = Within { line: &line, cell, ends, through, coordinate };
                     let found = within.crossings(&self.data, &mut now);
                     found.into_iter().all(|found| {

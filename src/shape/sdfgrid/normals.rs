@@ -23,9 +23,10 @@ pub(super) fn smooth(data: &SdfData, cell: [usize; 3], at: [f64; 3]) -> Vec3 {
         let mix = |a: f64, b: f64, u: f64| a * (1.0 - u) + b * u;
         mix(mix(value(0, 0), value(1, 0), at[b]), mix(value(0, 1), value(1, 1), at[b]), at[c])
     };
-    // For each axis the derivatives of the lower and the upper of the two cells, and the share of the upper.
+    // For each axis the derivatives of the lower and the upper of the two cells, and the fraction of the
+    // upper.
     let mut slopes = [[0.0; 2]; 3];
-    let mut shares = [0.0; 3];
+    let mut areas = [0.0; 3];
     for axis in 0..3 {
         let cells = points[axis] - 1;
         let slope = |cell: usize| (side(axis, cell + 1) - side(axis, cell)) * cells as f64;
@@ -33,8 +34,8 @@ pub(super) fn smooth(data: &SdfData, cell: [usize; 3], at: [f64; 3]) -> Vec3 {
         let lower = if at[axis] < 0.5 { here.checked_sub(1) } else { Some(here) };
         let upper = lower.map_or(0, |lower| lower + 1);
         slopes[axis] = [slope(lower.unwrap_or(0)), slope(upper.min(cells - 1))];
-        shares[axis] = match lower {
-            // Cells that do not exist have no share.
+        areas[axis] = match lower {
+            // Cells that do not exist have no weight.
             None => 1.0,
             Some(_) if upper == cells => 0.0,
             Some(_) if at[axis] < 0.5 => at[axis] + 0.5,
@@ -44,8 +45,8 @@ pub(super) fn smooth(data: &SdfData, cell: [usize; 3], at: [f64; 3]) -> Vec3 {
     (0..8usize).fold(Vec3::ZERO, |sum, corner| {
         let upper = |axis: usize| corner >> axis & 1;
         let slope = Vec3::from_array([0, 1, 2].map(|axis| slopes[axis][upper(axis)]));
-        let share: f64 =
-            (0..3).map(|axis| if upper(axis) == 1 { shares[axis] } else { 1.0 - shares[axis] }).product();
-        sum + slope.normalize_or_zero() * share
+        let weight: f64 =
+            (0..3).map(|axis| if upper(axis) == 1 { areas[axis] } else { 1.0 - areas[axis] }).product();
+        sum + slope.normalize_or_zero() * weight
     })
 }

@@ -64,7 +64,7 @@ pub struct Carried {
 #[derive(Clone, Debug)]
 pub struct Solid {
     nodes: Vec<Node>,
-    leaves: Vec<Part>,
+    leaves: Vec<PlacedLeaf>,
     /// By how much boxes are enlarged where it is asked whether a ray meets them.
     slack: f64,
 }
@@ -84,9 +84,9 @@ enum Kind {
     Operation(Operation),
 }
 
-/// A leaf in its place.
+/// A leaf with its place in the tree.
 #[derive(Clone, Debug)]
-struct Part {
+struct PlacedLeaf {
     leaf: Leaf,
     /// Whether more of it is less of the solid.
     subtracted: bool,
@@ -121,7 +121,7 @@ impl Solid {
             Tree::Leaf(leaf) => {
                 let own = leaf.shape.bounds();
                 let bounds = leaf.carried.as_ref().map_or(own, |carried| carried.placed.bounds(own, shutter));
-                self.leaves.push(Part { leaf, subtracted });
+                self.leaves.push(PlacedLeaf { leaf, subtracted });
                 let kind = Kind::Leaf(self.leaves.len() - 1);
                 self.nodes.push(Node { kind, end: index + 1, bounds });
                 return bounds;

@@ -1,12 +1,12 @@
 //! What is particular to height fields.
 
 use super::doubled::{Doubled, Polynomial};
+use super::grid_shapes::{Known, Tally, add_roots};
 use super::leaving::{Leaving, PLACES, leave, placed};
 use super::oracle::Line;
-use super::sampled::{Known, Tally, add_roots};
 use super::{Random, close, direction, near, placement};
 use crate::geometry::{Ray, Transform, Vec3};
-use crate::shape::{HeightData, HeightField, Sampled, Shape, ShapeError};
+use crate::shape::{GridShape, HeightData, HeightField, Shape, ShapeError};
 use rand::{RngExt, SeedableRng};
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ fn noise(points: [usize; 2], seed: u64) -> Arc<HeightData> {
 
 fn shape(to_world: &Transform, data: &Arc<HeightData>, scale: f64, base: Option<f64>) -> Shape {
     let field = HeightField::new(to_world, data.clone(), scale, base, false, false);
-    Shape::Sampled(Box::new(Sampled::Heights(field.unwrap())))
+    Shape::Grid(Box::new(GridShape::Heights(field.unwrap())))
 }
 
 /// All patches, one after the other.
@@ -237,7 +237,7 @@ fn a_fine_field_is_its_function() {
     let data = data([65, 65], |x, y| 0.5 * (x * x + y * y));
     let made = |smooth, flip| {
         let field = HeightField::new(&Transform::IDENTITY, data.clone(), 1.0, None, smooth, flip).unwrap();
-        Shape::Sampled(Box::new(Sampled::Heights(field)))
+        Shape::Grid(Box::new(GridShape::Heights(field)))
     };
     let [flat, round, flipped] = [made(false, false), made(true, false), made(true, true)];
     // ∫ √(1 + x² + y²) over the square, by the midpoint rule.
@@ -283,7 +283,7 @@ fn what_is_no_field_is_refused() {
     assert_eq!(with_base(Some(2.0)).err(), Some(ShapeError::Base));
     assert!(with_base(Some(1.9)).is_ok());
     // A plane.
-    let plane = Shape::Sampled(Box::new(Sampled::Heights(with_base(None).unwrap())));
+    let plane = Shape::Grid(Box::new(GridShape::Heights(with_base(None).unwrap())));
     let hit = plane.intersect(&Ray::new(Vec3::new(0.25, 0.5, 5.0), -Vec3::Z)).unwrap();
     assert!(close(hit.t, 3.0, 1e-15));
     assert!(plane.crossings(&Ray::new(Vec3::ZERO, Vec3::NAN)).is_empty());

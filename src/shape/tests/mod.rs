@@ -2,21 +2,21 @@
 
 mod curves;
 pub(super) mod doubled;
-mod figures;
+mod grid_shapes;
 mod heightfields;
 mod leaving;
 pub(super) mod oracle;
 mod patches;
+mod profile_or_implicit;
 mod quadrics;
-mod sampled;
 mod sampling;
 mod sdfgrids;
 mod tori;
 mod worked;
 
 use super::{
-    CurveKind, Cylinder, Disk, Figure, HeightField, Mesh, MeshData, Patches, Quadric, QuadricKind, Sampled,
-    SdfGrid, Shape, ShapeError, Sheets, Sphere, Torus,
+    CurveKind, Cylinder, Disk, GridShape, HeightField, Mesh, MeshData, Patches, ProfileOrImplicit, Quadric,
+    QuadricKind, SdfGrid, Shape, ShapeError, Sheets, Sphere, Torus,
 };
 use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
 use glam::{DMat4, DQuat};
@@ -86,12 +86,12 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
         ..MeshData::default()
     };
     let distances = |place: &Transform, smooth| {
-        Shape::Sampled(Box::new(Sampled::Distances(
+        Shape::Grid(Box::new(GridShape::Distances(
             SdfGrid::new(place, sdfgrids::ball(8), smooth, false).unwrap(),
         )))
     };
     let heights = |place: &Transform, base| {
-        Shape::Sampled(Box::new(Sampled::Heights(
+        Shape::Grid(Box::new(GridShape::Heights(
             HeightField::new(place, heightfields::hills([9, 7]), 0.5, base, false, false).unwrap(),
         )))
     };
@@ -99,11 +99,11 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
         let found = patches::kinds().into_iter().find(|(name, _)| *name == wanted);
         Shape::Patches(Patches::new(place, &[found.unwrap().1], false).unwrap())
     };
-    let figures = figures::kinds().into_iter().enumerate().map(|(i, (name, kind))| {
+    let shapes_of_kinds = profile_or_implicit::kinds().into_iter().enumerate().map(|(i, (name, kind))| {
         let place = if i % 2 == 0 { &similar } else { &skew };
-        (name, Shape::Figure(Box::new(Figure::new(place, &kind, false).unwrap())))
+        (name, Shape::ProfileOrImplicit(Box::new(ProfileOrImplicit::new(place, &kind, false).unwrap())))
     });
-    let mut shapes: Vec<(&'static str, Shape)> = figures.collect();
+    let mut shapes: Vec<(&'static str, Shape)> = shapes_of_kinds.collect();
     shapes.extend([
         ("sphere", sphere(&similar)),
         ("ellipsoid", sphere(&skew)),
@@ -135,11 +135,11 @@ fn all_shapes() -> Vec<(&'static str, Shape)> {
 }
 
 /// Whether its points are those of chords, or are chosen among others, so that some `u` have none.
-fn by_chords(shape: &Shape) -> bool {
+fn by_random_lines(shape: &Shape) -> bool {
     match shape {
         Shape::Quadric(_) | Shape::Patches(_) | Shape::SweptSphere(_) => true,
-        Shape::Figure(figure) => figure.is_curved(),
-        Shape::Sampled(sampled) => matches!(**sampled, Sampled::Distances(_)),
+        Shape::ProfileOrImplicit(inner) => inner.is_curved(),
+        Shape::Grid(sampled) => matches!(**sampled, GridShape::Distances(_)),
         _ => false,
     }
 }

@@ -274,7 +274,7 @@ pub fn check_against(
         let rounding = ROUNDING * (1.0 + ray.origin.length());
         assert!(doubt <= rounding, "{name}: {ray:?}\n{found:?}\n{seen:?}\ndoubt {doubt:e} of {rounding:e}");
         tally.doubtful += 1;
-        if matches!(shape, Shape::Figure(figure) if !figure.is_curved()) {
+        if matches!(shape, Shape::ProfileOrImplicit(inner) if !inner.is_curved()) {
             continue;
         }
         // Two crossings close to each other come and go where a line touches; others where it passes a rim or

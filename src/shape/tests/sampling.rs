@@ -1,7 +1,7 @@
 //! Points of shapes as light samples: areas, densities, solid angles.
 
 use super::super::{Cylinder, Disk, Mesh, Shape, Sphere};
-use super::{all_shapes, by_chords, close, direction, unit_sphere};
+use super::{all_shapes, by_random_lines, close, direction, unit_sphere};
 use crate::geometry::{Ray, SurfacePoint, Transform, Vec3};
 use glam::DMat4;
 use rand::{RngExt, SeedableRng};
@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 fn area_densities_integrate_to_one() {
     const GRID: usize = 400;
     for (name, shape) in all_shapes() {
-        if by_chords(&shape) {
+        if by_random_lines(&shape) {
             continue;
         }
         let mut mean = 0.0;
@@ -27,7 +27,7 @@ fn area_densities_integrate_to_one() {
             mean += 1.0 / (sample.density * (GRID * GRID) as f64);
         }
         // The midpoint rule is good to about 1 / GRID², and to 1 / GRID of the jumps between patches.
-        let tolerance = if matches!(shape, Shape::Sampled(_)) { 1e-3 } else { 1e-4 };
+        let tolerance = if matches!(shape, Shape::Grid(_)) { 1e-3 } else { 1e-4 };
         assert!(close(mean / shape.area(), 1.0, tolerance), "{name}: {mean} {}", shape.area());
     }
 }
@@ -71,7 +71,7 @@ fn check_solid_angle(name: &str, shape: &Shape, reference: Vec3, seed: u64) -> f
     };
     // By directions: where rays go, what the density is there (summed over all crossings).
     // Densities of chords take time.
-    let fewer = if by_chords(shape) { 8 } else { 1 };
+    let fewer = if by_random_lines(shape) { 8 } else { 1 };
     let uniform = 400_000 / fewer;
     let (mut expected, mut squares) = (vec![0.0; RINGS * SECTORS], vec![0.0; RINGS * SECTORS]);
     for _ in 0..uniform {
@@ -93,9 +93,9 @@ fn check_solid_angle(name: &str, shape: &Shape, reference: Vec3, seed: u64) -> f
             }
             ray = point.ray(away);
         }
-        let share = density * 2.0 * PI * cap / f64::from(uniform);
-        expected[cell(away)] += share;
-        squares[cell(away)] += share * share;
+        let fraction = density * 2.0 * PI * cap / f64::from(uniform);
+        expected[cell(away)] += fraction;
+        squares[cell(away)] += fraction * fraction;
     }
     // By samples.
     let drawn = 200_000 / fewer;
@@ -111,11 +111,11 @@ fn check_solid_angle(name: &str, shape: &Shape, reference: Vec3, seed: u64) -> f
     }
     // For each u there is a point, except on quadrics and grids.
     let total: f64 = expected.iter().sum();
-    let share: f64 = observed.iter().sum();
-    assert!(close(share, 1.0, 1e-9) || by_chords(shape), "{name}: {share}");
-    let of_share = (share * (1.0 - share) / f64::from(drawn)).max(0.0);
-    let error = (squares.iter().sum::<f64>() + of_share).sqrt();
-    assert!(close(total, share, 5.0 * error + 1e-6), "{name}: density integrates to {total} ± {error}");
+    let fraction: f64 = observed.iter().sum();
+    assert!(close(fraction, 1.0, 1e-9) || by_random_lines(shape), "{name}: {fraction}");
+    let of_fraction = (fraction * (1.0 - fraction) / f64::from(drawn)).max(0.0);
+    let error = (squares.iter().sum::<f64>() + of_fraction).sqrt();
+    assert!(close(total, fraction, 5.0 * error + 1e-6), "{name}: density integrates to {total} ± {error}");
     let (mut statistic, mut freedom) = (0.0, 0.0);
     for i in 0..RINGS * SECTORS {
         let variance = squares[i] + expected[i] / f64::from(drawn);
@@ -188,8 +188,8 @@ fn samples_are_not_hidden_by_their_own_surface() {
                     | Shape::Torus(_)
                     | Shape::Patches(_)
                     | Shape::SweptSphere(_)
-                    | Shape::Figure(_)
-                    | Shape::Sampled(_)
+                    | Shape::ProfileOrImplicit(_)
+                    | Shape::Grid(_)
             );
         for _ in 0..5_000 {
             let reference = direction(&mut random) * 10f64.powf(random.random_range(0.5..6.0));

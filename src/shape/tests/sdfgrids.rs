@@ -1,12 +1,12 @@
 //! What is particular to grids of distances.
 
 use super::doubled::{Doubled, Polynomial};
+use super::grid_shapes::{Known, Tally, add_roots};
 use super::leaving::{Leaving, PLACES, leave, placed};
 use super::oracle::Line;
-use super::sampled::{Known, Tally, add_roots};
 use super::{Random, close, direction, near, placement};
 use crate::geometry::{Ray, Transform, Vec3};
-use crate::shape::{Sampled, SdfData, SdfGrid, Shape, ShapeError};
+use crate::shape::{GridShape, SdfData, SdfGrid, Shape, ShapeError};
 use rand::{RngExt, SeedableRng};
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ fn box_on_sides() -> Arc<SdfData> {
 }
 
 fn shape(to_world: &Transform, data: &Arc<SdfData>) -> Shape {
-    Shape::Sampled(Box::new(Sampled::Distances(SdfGrid::new(to_world, data.clone(), false, false).unwrap())))
+    Shape::Grid(Box::new(GridShape::Distances(SdfGrid::new(to_world, data.clone(), false, false).unwrap())))
 }
 
 /// All cells, one after the other.
@@ -206,7 +206,7 @@ fn no_grid_is_met_where_it_is_left() {
 fn a_ball_of_distances_is_a_ball() {
     let data = ball(48);
     let made = |smooth, flip| {
-        Shape::Sampled(Box::new(Sampled::Distances(
+        Shape::Grid(Box::new(GridShape::Distances(
             SdfGrid::new(&Transform::IDENTITY, data.clone(), smooth, flip).unwrap(),
         )))
     };
@@ -240,7 +240,7 @@ fn a_ball_of_distances_is_a_ball() {
 fn normals_are_those_of_mitsuba() {
     let data = data([8; 3], |at| (at - Vec3::new(0.45, 0.5, 0.55)).length() - 0.3);
     let shape = |smooth| {
-        Shape::Sampled(Box::new(Sampled::Distances(
+        Shape::Grid(Box::new(GridShape::Distances(
             SdfGrid::new(&Transform::IDENTITY, data.clone(), smooth, false).unwrap(),
         )))
     };

@@ -8,7 +8,7 @@ use super::fit::{Measurement, PowerLaw};
 use super::measure::{EqualTime, equal_time};
 use super::{Case, Folder, Reference, Request, Run, RunId, Spectrum, spectra};
 use crate::plot::{INKS, Marker};
-use crate::render::{Watch, WavelengthCount};
+use crate::render::{Progress, WavelengthCount};
 use crate::sampling::SamplerKind;
 use std::io;
 
@@ -18,12 +18,12 @@ pub struct Findings<'a> {
     pub cases: &'a [Case],
     pub references: &'a [Reference],
     pub runs: Vec<Run>,
-    pub told: Told,
+    pub context: Context,
 }
 
-/// What a reader is told beside the numbers.
+/// What the page says beside the numbers.
 #[derive(Clone, Debug)]
-pub struct Told {
+pub struct Context {
     /// The scene's name.
     pub scene: String,
     pub command: String,
@@ -121,38 +121,38 @@ impl Findings<'_> {
         };
         let random = series.iter().filter(|series| self.request.replicates_of(series.sampler) > 1);
         let reached = random.map(best).filter(|error| error.is_finite()).fold(0.0, f64::max);
-        self.told.target.unwrap_or(if reached > 0.0 { reached } else { 0.01 })
+        self.context.target.unwrap_or(if reached > 0.0 { reached } else { 0.01 })
     }
 
     /// One picture of every sampler in the time that the fastest takes for the shown number of samples.
-    fn equal_times(&self, series: &[Series], watch: &dyn Watch) -> Vec<EqualTime> {
+    fn equal_times(&self, series: &[Series], progress: &dyn Progress) -> Vec<EqualTime> {
         let shown = self.request.shown_samples();
         let seconds = |series: &Series| series.at(shown).map(|run| run.cpu_seconds).filter(|s| *s > 0.0);
         let budget = series.iter().filter_map(seconds).fold(f64::INFINITY, f64::min);
         series
             .iter()
             .filter_map(|series| {
-                let share = budget / seconds(series)?;
+                let fraction = budget / seconds(series)?;
                 let id = RunId {
-                    samples_per_pixel: ((f64::from(shown) * share).round() as u32).max(1),
+                    samples_per_pixel: ((f64::from(shown) * fraction).round() as u32).max(1),
                     ..series.at(shown)?.id.clone()
                 };
                 let (case, reference) = (self.cases.get(series.case)?, self.references.get(series.case)?);
-                Some(equal_time(self.request, case, id, reference, watch))
+                Some(equal_time(self.request, case, id, reference, progress))
             })
             .collect()
     }
 
     /// Writes tables, plots and page into the folder. Renders the pictures at equal time, on the current
     /// rayon thread pool.
-    pub fn write(&self, folder: &Folder, watch: &dyn Watch) -> io::Result<()> {
+    pub fn write(&self, folder: &Folder, progress: &dyn Progress) -> io::Result<()> {
         folder.write("runs.csv", tables::csv(self).as_bytes())?;
         let patterns = self.patterns();
         let mut sections = Vec::new();
         for case in 0..self.cases.len() {
             let series = self.series(case);
             let target = self.target(&series);
-            let equal = self.equal_times(&series, watch);
+            let equal = self.equal_times(&series, progress);
             let figures = plots::figures(self, &series, target, &equal, &patterns);
             for figure in &figures {
                 let suffix = if self.cases.len() > 1 { format!("-case{case}") } else { String::new() };
@@ -198,8 +198,8 @@ fn superscript(c: char) -> char {
     "-0123456789".find(c).and_then(|at| "⁻⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(at)).unwrap_or(c)
 }
 
-fn percent(share: f64) -> String {
-    if share.is_finite() { format!("{} %", short(100.0 * share)) } else { "–".to_owned() }
+fn percent(fraction: f64) -> String {
+    if fraction.is_finite() { format!("{} %", short(100.0 * fraction)) } else { "–".to_owned() }
 }
 
 /// `−0.50 ± 0.02`.

@@ -1,7 +1,7 @@
 //! One page that stands on its own: text, tables, inline SVG and fonts, nothing from elsewhere and no
 //! scripts.
 
-use super::plots::Figure;
+use super::plots::ReportFigure;
 use super::{Findings, Series, percent, short, slope};
 use crate::plot::{FONTS, escaped};
 use crate::sampling::SamplerKind;
@@ -16,7 +16,7 @@ pub(super) struct Section<'a> {
     pub case: usize,
     pub series: Vec<Series<'a>>,
     pub target: f64,
-    pub figures: Vec<Figure>,
+    pub figures: Vec<ReportFigure>,
 }
 
 const STYLE: &str = "\
@@ -35,7 +35,7 @@ details { margin: 20px 0; } summary { cursor: pointer; font-weight: 600; }
 ";
 
 pub(super) fn page(findings: &Findings, sections: &[Section]) -> String {
-    let title = format!("Noise study: {}", findings.told.scene);
+    let title = format!("Noise study: {}", findings.context.scene);
     let fonts: String = FONTS
         .iter()
         .zip([400, 600])
@@ -124,7 +124,7 @@ fn listed<T: ToString>(items: &[T]) -> String {
 }
 
 fn asked(out: &mut String, findings: &Findings) {
-    let (request, told) = (findings.request, &findings.told);
+    let (request, context) = (findings.request, &findings.context);
     let reference = match &request.reference {
         ReferenceRequest::File { path, .. } => path.clone(),
         ReferenceRequest::Rendered { samples_per_pixel } => format!(
@@ -152,8 +152,8 @@ fn asked(out: &mut String, findings: &Findings) {
         .collect();
     let code = |text: &str| format!("<code>{}</code>", escaped(text));
     let rows = [
-        ("Scene", format!("{}<br>{}", escaped(&told.scene), escaped(&parameters.join("; ")))),
-        ("Command", code(&told.command)),
+        ("Scene", format!("{}<br>{}", escaped(&context.scene), escaped(&parameters.join("; ")))),
+        ("Command", code(&context.command)),
         ("Samplers", escaped(&listed(&request.samplers))),
         ("Samples per pixel", listed(&request.samples_per_pixel)),
         ("Wavelengths per path", listed(&request.wavelengths_per_path)),
@@ -161,7 +161,7 @@ fn asked(out: &mut String, findings: &Findings) {
         ("Picture", format!("{} × {} pixels", request.size[0], request.size[1])),
         ("Seed", request.seed.to_string()),
         ("Reference", escaped(&format!("{reference}; it {}", own.join("; ")))),
-        ("Machine", escaped(&format!("{}, {} threads", told.machine, request.threads))),
+        ("Machine", escaped(&format!("{}, {} threads", context.machine, request.threads))),
         ("Program", format!("abbe {}", escaped(&request.version))),
     ];
     let _ = writeln!(out, "<h2>What was asked</h2>\n<table class=\"facts\">");
@@ -276,7 +276,7 @@ fn all_runs(out: &mut String, findings: &Findings) {
         let _ = writeln!(
             out,
             "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            escaped(if label.is_empty() { &findings.told.scene } else { &label }),
+            escaped(if label.is_empty() { &findings.context.scene } else { &label }),
             id.sampler,
             id.wavelengths_per_path,
             id.samples_per_pixel,

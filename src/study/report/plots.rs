@@ -7,7 +7,7 @@ use crate::study::fit::{PowerLaw, student_95};
 use crate::study::measure::EqualTime;
 
 /// A plot with what it is called and what it says.
-pub(super) struct Figure {
+pub(super) struct ReportFigure {
     /// Name of its files.
     pub name: &'static str,
     pub drawing: Drawing,
@@ -20,7 +20,7 @@ pub(super) fn figures(
     target: f64,
     equal: &[EqualTime],
     patterns: &[(SamplerKind, Spectrum)],
-) -> Vec<Figure> {
+) -> Vec<ReportFigure> {
     let mut figures =
         vec![error_against_samples(findings, series), error_against_time(findings, series, target)];
     figures.extend(errors_at_equal_time(series, equal));
@@ -63,7 +63,7 @@ fn curves(series: &[Series], of: impl Fn(&Series) -> (Vec<Point>, Option<PowerLa
     curves
 }
 
-fn error_against_samples(findings: &Findings, series: &[Series]) -> Figure {
+fn error_against_samples(findings: &Findings, series: &[Series]) -> ReportFigure {
     let request = findings.request;
     let mut x = Axis::new("samples per pixel", Scale::Log);
     // Not more numbers than there is room for.
@@ -106,7 +106,7 @@ fn error_against_samples(findings: &Findings, series: &[Series]) -> Figure {
             names.join(", ")
         ),
     };
-    Figure {
+    ReportFigure {
         name: "error-samples",
         drawing,
         caption: format!(
@@ -117,7 +117,7 @@ fn error_against_samples(findings: &Findings, series: &[Series]) -> Figure {
     }
 }
 
-fn error_against_time(findings: &Findings, series: &[Series], target: f64) -> Figure {
+fn error_against_time(findings: &Findings, series: &[Series], target: f64) -> ReportFigure {
     let of = |series: &Series| {
         let points = series.runs.iter().map(|run| point(run.cpu_seconds, run.error())).collect();
         let name = format!("{}: {}", series.label, slope(series.against_time.as_ref()));
@@ -155,7 +155,7 @@ fn error_against_time(findings: &Findings, series: &[Series], target: f64) -> Fi
             short(reached.seconds)
         )
     });
-    Figure {
+    ReportFigure {
         name: "error-time",
         drawing,
         caption: format!(
@@ -187,7 +187,7 @@ fn middle(width: usize, values: &[f64]) -> (usize, Vec<f64>) {
     (columns, (0..rows).flat_map(row).copied().collect())
 }
 
-fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Figure> {
+fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<ReportFigure> {
     let mut sizes: Vec<f64> = equal.iter().flat_map(|picture| &picture.errors).map(|e| e.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let end = round_up(*sizes.get(sizes.len().checked_sub(1)? * 95 / 100)?);
@@ -228,7 +228,7 @@ fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Figure
     let rmse = |picture: &&EqualTime| picture.relmse;
     let best = equal.iter().min_by(|a, b| rmse(a).total_cmp(&rmse(b)))?;
     let worst = equal.iter().max_by(|a, b| rmse(a).total_cmp(&rmse(b)))?;
-    Some(Figure {
+    Some(ReportFigure {
         name: "errors-at-equal-time",
         drawing,
         caption: format!(
@@ -294,7 +294,7 @@ fn pattern_spectra(
     findings: &Findings,
     series: &[Series],
     patterns: &[(SamplerKind, Spectrum)],
-) -> Vec<Figure> {
+) -> Vec<ReportFigure> {
     let samples = findings.request.shown_samples();
     let all: Vec<(&Series, String, &Spectrum)> = patterns
         .iter()
@@ -316,7 +316,7 @@ fn pattern_spectra(
     let told: Vec<String> =
         all.iter().map(|(_, name, spectrum)| format!("{name} {:.3}", below(spectrum))).collect();
     vec![
-        Figure {
+        ReportFigure {
             name: "pattern-spectra-radial",
             drawing: radial(
                 &format!("Spectra of the sampling patterns, {samples} points"),
@@ -329,7 +329,7 @@ fn pattern_spectra(
                 told.join(", ")
             ),
         },
-        Figure {
+        ReportFigure {
             name: "pattern-spectra",
             drawing: planes(&format!("Spectra of the sampling patterns, {samples} points"), &all, "−2 to 2 over the mean distance"),
             caption: "The same in the plane, frequency 0 in the middle: whether a pattern prefers directions. Frequency 0 itself is left \
@@ -339,14 +339,14 @@ fn pattern_spectra(
     ]
 }
 
-fn error_spectra(findings: &Findings, series: &[Series]) -> Vec<Figure> {
+fn error_spectra(findings: &Findings, series: &[Series]) -> Vec<ReportFigure> {
     let samples = findings.request.shown_samples();
     let all: Vec<(&Series, String, &Spectrum)> = series
         .iter()
         .filter_map(|series| Some((series, series.label.clone(), &series.at(samples)?.spectrum)))
         .collect();
     vec![
-        Figure {
+        ReportFigure {
             name: "error-spectra-radial",
             drawing: radial(
                 &format!("Spectra of the image errors, {samples} samples per pixel"),
@@ -355,10 +355,10 @@ fn error_spectra(findings: &Findings, series: &[Series]) -> Vec<Figure> {
             ),
             caption: "Power of the relative error over the picture by frequency, mean over replicates and directions; 1 is white noise, \
                       which pixels with independent errors have. Less at low frequencies is noise that the eye averages out more easily; \
-                      more there is error that neighbouring pixels share."
+                      more there is error that neighbouring pixels fraction."
                 .to_owned(),
         },
-        Figure {
+        ReportFigure {
             name: "error-spectra",
             drawing: planes(&format!("Spectra of the image errors, {samples} samples per pixel"), &all, "−½ to ½ cycles per pixel"),
             caption: "The same in the plane, frequency 0 in the middle.".to_owned(),

@@ -101,9 +101,9 @@ pub(super) fn json(findings: &Findings, sections: &[Section]) -> io::Result<Vec<
         sections.iter().flat_map(|section| section.series.iter().map(|s| series(section, s))).collect();
     let whole = json!({
         "study": findings.request,
-        "scene": findings.told.scene,
-        "command": findings.told.command,
-        "machine": findings.told.machine,
+        "scene": findings.context.scene,
+        "command": findings.context.command,
+        "machine": findings.context.machine,
         "references": references,
         "runs": runs,
         "series": fits,

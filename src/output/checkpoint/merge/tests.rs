@@ -1,12 +1,12 @@
 use super::super::tests::header;
 use super::*;
 
-fn part([x, y, width, height]: [u32; 4], samples: std::ops::Range<u64>) -> Part {
-    Part { region: Region { offset: [x, y], size: [width, height] }, samples }
+fn part([x, y, width, height]: [u32; 4], samples: std::ops::Range<u64>) -> RenderPart {
+    RenderPart { region: Region { offset: [x, y], size: [width, height] }, samples }
 }
 
 /// A file that holds these parts of a picture of 10 × 8 pixels with 16 samples.
-fn file(holds: &[Part]) -> Header {
+fn file(holds: &[RenderPart]) -> Header {
     let mut header = header([10, 8], 16);
     if let [part] = holds {
         header.film.extent.shown = part.region;
@@ -35,7 +35,7 @@ fn what_is_left_of_a_box_and_what_is_cut_are_all_of_it() {
         part([4, 2, 2, 2], 12..19),
     ] {
         let rest = whole.clone().without(&cut);
-        let count = |pixel: [u32; 2], sample: u64, parts: &[Part]| {
+        let count = |pixel: [u32; 2], sample: u64, parts: &[RenderPart]| {
             parts.iter().filter(|p| p.region.within(pixel).is_some() && p.samples.contains(&sample)).count()
         };
         for pixel in whole.region.pixels() {

@@ -1,7 +1,8 @@
 //! BSDFs.
 
-mod layered;
 mod nesting;
+mod plastic;
+mod principled;
 mod roughness;
 
 use super::query::Query;
@@ -34,11 +35,11 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Arc<Bsdf> {
         "roughconductor" => Some(conductor(&query, Some(roughness::read(&query)))),
         "dielectric" => Some(dielectric(&query, None)),
         "roughdielectric" => Some(dielectric(&query, Some(roughness::read(&query)))),
-        "thindielectric" => Some(layered::thin_dielectric(&query)),
-        "plastic" => Some(layered::plastic(&query, None)),
-        "roughplastic" => Some(layered::plastic(&query, Some(roughness::read_coat(&query)))),
-        "principled" => Some(layered::principled(&query)),
-        "principledthin" => Some(layered::principled_thin(&query)),
+        "thindielectric" => Some(thin_dielectric(&query)),
+        "plastic" => Some(plastic::read(&query, None)),
+        "roughplastic" => Some(plastic::read(&query, Some(roughness::read_coat(&query)))),
+        "principled" => Some(principled::read(&query)),
+        "principledthin" => Some(principled::read_thin(&query)),
         "twosided" => nesting::two_sided(&query),
         "null" => Some(BsdfKind::Null),
         "mask" => nesting::mask(&query),
@@ -219,5 +220,14 @@ fn dielectric(query: &Query<'_>, roughness: Option<Roughness>) -> BsdfKind {
         specular_reflectance: spectra::read_or(query, "specular_reflectance", Use::Reflectance, 1.0),
         specular_transmittance: spectra::read_or(query, "specular_transmittance", Use::Reflectance, 1.0),
         roughness,
+    }
+}
+
+fn thin_dielectric(query: &Query<'_>) -> BsdfKind {
+    BsdfKind::ThinDielectric {
+        interior: indices::interior(query),
+        exterior: indices::read(query, "ext_ior"),
+        specular_reflectance: spectra::read_or(query, "specular_reflectance", Use::Reflectance, 1.0),
+        specular_transmittance: spectra::read_or(query, "specular_transmittance", Use::Reflectance, 1.0),
     }
 }

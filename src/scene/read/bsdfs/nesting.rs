@@ -1,7 +1,7 @@
 //! BSDFs that hold others.
 
 use super::read;
-use crate::scene::description::{Bsdf, BsdfKind, ReliefShading, SpectrumSource};
+use crate::scene::description::{Bsdf, BsdfKind, NormalMapShading, SpectrumSource};
 use crate::scene::read::query::{Query, capital};
 use crate::scene::read::spectra::{self, Use, required};
 use crate::scene::read::tree::{Class, Value};
@@ -10,13 +10,13 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 pub(super) fn mask(query: &Query<'_>) -> Option<BsdfKind> {
-    let opacity = spectra::read_or(query, "opacity", Use::Share, 0.5);
+    let opacity = spectra::read_or(query, "opacity", Use::Weight, 0.5);
     let [nested] = held(query)?;
     Some(BsdfKind::Mask { opacity, nested })
 }
 
 pub(super) fn blend(query: &Query<'_>) -> Option<BsdfKind> {
-    let weight = required(query, "weight", spectra::read(query, "weight", Use::Share));
+    let weight = required(query, "weight", spectra::read(query, "weight", Use::Weight));
     let nested = held(query)?;
     Some(BsdfKind::Blend { weight: weight?, nested })
 }
@@ -36,8 +36,8 @@ pub(super) fn normal_map(query: &Query<'_>) -> Option<BsdfKind> {
     Some(BsdfKind::NormalMap { normals: normals?, shading, nested })
 }
 
-fn shading(query: &Query<'_>) -> ReliefShading {
-    ReliefShading {
+fn shading(query: &Query<'_>) -> NormalMapShading {
+    NormalMapShading {
         flip_invalid_normals: query.boolean("flip_invalid_normals", true),
         use_shadowing_function: query.boolean("use_shadowing_function", true),
     }

@@ -1,6 +1,7 @@
 //! The roughness of surfaces made of small facets.
 
-use crate::scene::description::{Alpha, CoatRoughness, Distribution, Roughness};
+use crate::bsdf::microfacet::Distribution;
+use crate::scene::description::{Alpha, CoatRoughness, Roughness};
 use crate::scene::read::query::Query;
 use crate::scene::read::spectra::{self, Use};
 use crate::scene::source::SceneError;

@@ -77,8 +77,8 @@ impl Columns {
 }
 
 impl Scalar {
-    /// What Mitsuba 3 makes of a number in an attribute: integers are shares of the largest, stored with the
-    /// sRGB curve (IEC 61966-2-1). But a byte is taken as it is.
+    /// What Mitsuba 3 makes of a number in an attribute: integers are fractions of the largest, stored with
+    /// the sRGB curve (IEC 61966-2-1). But a byte is taken as it is.
     fn attribute_value(self, value: f64) -> f64 {
         let largest = match self {
             Self::U8 | Self::F32 | Self::F64 => return value,

@@ -121,7 +121,7 @@ impl Element {
         Some(found)
     }
 
-    /// Mitsuba 3 makes garbage of coordinates that are integers of more than a byte: shares of the largest
+    /// Mitsuba 3 makes garbage of coordinates that are integers of more than a byte: fractions of the largest
     /// number.
     fn refuse_whole_numbers(&self, columns: &[usize]) -> Result<(), MeshError> {
         let allowed = |scalar| matches!(scalar, Scalar::F32 | Scalar::F64 | Scalar::U8);

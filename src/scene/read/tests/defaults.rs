@@ -1,13 +1,13 @@
 //! Each default, as `print` shows it in Mitsuba 3.9.1 (validation/mitsuba/FACTS.md).
 
 use super::{errors, scene, shape};
+use crate::bsdf::microfacet::Distribution;
 use crate::film::FilterKind;
 use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
 use crate::scene::description::{
-    Alpha, Bsdf, BsdfKind, ConductorIndex, Distribution, FieldOfView, FilmContent, IndexKind, IntegratorKind,
-    LightKind, MetalAssumption, PhaseKind, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind,
-    SpectrumSource,
+    Alpha, Bsdf, BsdfKind, ConductorIndex, FieldOfView, FilmContent, IndexKind, IntegratorKind, LightKind,
+    MetalAssumption, PhaseKind, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind, SpectrumSource,
 };
 
 fn bsdf(content: &str) -> Bsdf {

@@ -230,7 +230,7 @@ fn deep_and_wide_scenes_end_quickly() {
         let scene = super::scene(&twice(8));
         assert!(crate::scene::outline(&scene).contains("as above"));
         let compiled = crate::scene::compile(&scene, &CompileOptions::default()).unwrap();
-        let text = crate::scene::json(&scene, &compiled.needs(), None);
+        let text = crate::scene::json(&scene, &compiled.features(), None);
         assert_eq!(super::read(&text).unwrap().hash(), scene.hash());
         assert!(super::errors(&twice(60)).contains("more than 4096 objects"));
     });

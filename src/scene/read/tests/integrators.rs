@@ -86,7 +86,7 @@ fn moments_have_the_names_that_mitsuba_gives_them() {
         let text = format!("<scene version=\"3.0.0\"><sensor type=\"perspective\"/>{content}</scene>");
         let first = read_str(text, Path::new("scene.xml"), &ReadOptions::default()).unwrap();
         let compiled = compile(&first, &CompileOptions::default()).unwrap();
-        let copy = json(&first, &compiled.needs(), None);
+        let copy = json(&first, &compiled.features(), None);
         let again = read_str(copy, Path::new("scene.json"), &ReadOptions::default()).unwrap();
         assert_eq!(again.integrator.moments, first.integrator.moments);
         assert_eq!(again.integrator.aovs, first.integrator.aovs);
@@ -121,7 +121,7 @@ fn integrators_with_the_same_picture_stand_for_one_another() {
         errors(r#"<integrator type="depth"><integer name="max_depth" value="1"/></integrator>"#)
             .contains("max_depth")
     );
-    // What a light path never finds is said.
+    // What a light subpath never finds is said.
     let glass = r#"<integrator type="ptracer"/><shape type="sphere"><bsdf type="mask"><bsdf type="dielectric"/></bsdf></shape>"#;
     assert!(notes(glass).contains("would leave it dark"), "{}", notes(glass));
     assert!(!notes(r#"<integrator type="ptracer"/><shape type="sphere"/>"#).contains("dark"));

@@ -88,8 +88,8 @@ fn what_the_tables_say_is_part_of_the_scene() {
     assert_ne!(one.hash(), other.hash());
     for name in ["Ta", "Au"] {
         let scene = from_folder(name).unwrap();
-        let needs = compile(&scene, &CompileOptions::default()).unwrap().needs();
-        let again = super::read(&json(&scene, &needs, None)).unwrap();
+        let features = compile(&scene, &CompileOptions::default()).unwrap().features();
+        let again = super::read(&json(&scene, &features, None)).unwrap();
         assert_eq!(again.hash(), scene.hash(), "{name}");
     }
 }

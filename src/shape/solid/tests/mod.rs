@@ -72,7 +72,7 @@ impl Tally {
 /// 10⁵ or so crosses less than this.
 const SLIVER: f64 = 1e-10;
 
-/// How far rounding puts faces beside their places, as a share of the solid's size, with reserve.
+/// How far rounding puts faces beside their places, as a fraction of the solid's size, with reserve.
 const ROUNDING: f64 = 1e-14;
 
 /// Follows random lines through a solid of about the size `scale` around `centre` and compares the stretches

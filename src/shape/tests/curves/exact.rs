@@ -80,7 +80,7 @@ fn inner(a: [Doubled; 3], b: [Doubled; 3]) -> Doubled {
 }
 
 /// A segment as seen along a line.
-struct Seen {
+struct SplineAlongLine {
     /// Centre relative to the line's start, over the line and along it; times the line's speed.
     away: [Polynomial; 3],
     along: Polynomial,
@@ -102,7 +102,7 @@ pub struct Exact {
     pub enters: bool,
 }
 
-impl Seen {
+impl SplineAlongLine {
     fn new(line: &Line, [x, y, z, radius]: [Polynomial; 4]) -> Self {
         let centre = [x, y, z];
         let away = [0, 1, 2].map(|i| &centre[i] - &constant(line.start[i]));
@@ -208,8 +208,9 @@ impl Made {
     /// spheres.
     pub fn exact(self, ray: &Ray, to_world: &Transform, path: &[ControlPoint], places: usize) -> Vec<Exact> {
         let line = Line::new(ray, to_world);
-        let seen =
-            path.windows(self.kind().order()).map(|points| Seen::new(&line, segment(self.kind(), points)));
+        let seen = path
+            .windows(self.kind().order())
+            .map(|points| SplineAlongLine::new(&line, segment(self.kind(), points)));
         let before = |a: &Doubled, b: &Doubled| (*a - *b).high.total_cmp(&0.0);
         let mut found: Vec<Exact> = match self {
             Self::Curves(CurveKind::BSpline) => seen.flat_map(|seen| seen.tube(places)).collect(),

@@ -51,7 +51,7 @@ fn areas_are_those_of_closed_forms() {
 fn densities_are_those_of_the_samples() {
     let mut random = Random::seed_from_u64(5);
     for (name, shape) in super::all_shapes() {
-        if !super::by_chords(&shape) {
+        if !super::by_random_lines(&shape) {
             continue;
         }
         let count = 200_000;

@@ -1,0 +1,135 @@
+//! Reports of a render: attributes of its file and lines on the terminal.
+
+use super::super::print_message;
+use super::super::progress::percent;
+use super::Args;
+use abbe::film::{Film, Region};
+use abbe::render::Settings;
+use abbe::scene::Scene;
+use abbe::scene::description::{Description, Note};
+use abbe::units::WavelengthRange;
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+/// How the picture was made. Nothing that differs between equal renders: no time, no threads; and nothing
+/// that differs between its parts: see [`counted`].
+pub(super) fn attributes(
+    args: &Args,
+    range: WavelengthRange,
+    description: &Description,
+    scene: &Scene,
+    settings: &Settings,
+) -> Vec<(String, String)> {
+    let lines = |notes: &[Note]| distinct(notes).join("\n");
+    let text = [
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("sceneHash", format!("{:016x}", description.hash())),
+        ("seed", settings.seed.to_string()),
+        ("sampler", settings.sampler.name().to_owned()),
+        ("replicates", settings.schedule.replicates.to_string()),
+        ("estimator", settings.estimator.name().to_owned()),
+        ("wavelengthsPerPath", settings.wavelengths.get().to_string()),
+        ("wavelengthRange", format!("{} nm to {} nm", range.min, range.max)),
+        ("observer", args.observer.name().to_owned()),
+        ("whitePoint", "D65, x = 0.3127, y = 0.3290 (linear Rec. 709)".to_owned()),
+        ("assumptions", lines(&description.assumptions)),
+        ("extensions", lines(&description.extensions)),
+        ("needs", scene.features().to_string()),
+    ];
+    named(text)
+}
+
+/// What the film itself says of how it was made.
+pub(in crate::cli) fn counted(film: &Film) -> Vec<(String, String)> {
+    named([
+        ("samplesPerPixel", sample_count(&film.samples_per_pixel())),
+        ("samples", film.total_samples().to_string()),
+        ("badValues", film.bad.total().to_string()),
+    ])
+}
+
+pub(super) fn named<const N: usize>(text: [(&str, String); N]) -> Vec<(String, String)> {
+    text.into_iter()
+        .filter(|(_, value)| !value.is_empty())
+        .map(|(name, value)| (format!("abbe.{name}"), value))
+        .collect()
+}
+
+/// What all parts of a picture have in common, and what makes another picture of it where it differs.
+pub(super) fn identity(
+    args: &Args,
+    range: WavelengthRange,
+    description: &Description,
+    settings: &Settings,
+    images: &[String],
+) -> Vec<(String, String)> {
+    let schedule = settings.schedule();
+    let film = &description.sensor.film;
+    let bins = settings.bins.map_or("none".to_owned(), |bins| bins.count.to_string());
+    let text = [
+        ("build", format!("{} of sources {}", env!("CARGO_PKG_VERSION"), env!("ABBE_SOURCES"))),
+        ("size", format!("{}×{}", film.width, film.height)),
+        ("seed", settings.seed.to_string()),
+        ("samples per pixel", schedule.samples().to_string()),
+        ("sampler", settings.sampler.name().to_owned()),
+        ("replicates", format!("{} in {} nets", schedule.replicates, schedule.nets())),
+        ("estimator", settings.estimator.name().to_owned()),
+        ("wavelengths per path", settings.wavelengths.get().to_string()),
+        ("range of wavelengths", format!("{}:{}", range.min, range.max)),
+        ("observer", args.observer.name().to_owned()),
+        ("spectral bins", bins),
+        ("images", images.join(", ")),
+        ("scene", format!("{:016x}", description.hash())),
+    ];
+    text.map(|(name, value)| (name.to_owned(), value)).to_vec()
+}
+
+/// What notes say, each once and with the number of places that it is said of.
+pub(super) fn distinct(notes: &[Note]) -> Vec<String> {
+    let mut texts: Vec<(&str, usize)> = Vec::new();
+    for note in notes {
+        match texts.iter_mut().find(|(text, _)| *text == note.text) {
+            Some((_, times)) => *times += 1,
+            None => texts.push((&note.text, 1)),
+        }
+    }
+    let text =
+        |(text, times)| if times == 1 { String::from(text) } else { format!("{text} ({times} places)") };
+    texts.into_iter().map(text).collect()
+}
+
+/// A number of samples as text, or a range, which a stopped render has.
+pub(in crate::cli) fn sample_count(samples: &RangeInclusive<u64>) -> String {
+    let (fewest, most) = (samples.start(), samples.end());
+    if fewest == most { fewest.to_string() } else { format!("{fewest} to {most}") }
+}
+
+pub(super) fn print(path: &Path, png: Option<&Path>, film: &Film, seconds: f64) {
+    let done = film.total_samples();
+    let Region { size: [width, height], .. } = film.extent.shown;
+    let pixels = film.extent.shown.pixel_count();
+    let error =
+        film.relative_error().map_or("error not known".to_owned(), |e| format!("error {}", percent(e)));
+    print_message(&format!(
+        "{}{}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {:.1} s, {:.2} million samples/s",
+        path.display(),
+        png.map_or_else(String::new, |png| format!(" and {}", png.display())),
+        width,
+        height,
+        done as f64 / pixels as f64,
+        film.replicates,
+        seconds,
+        done as f64 / seconds.max(1e-9) / 1e6,
+    ));
+    let bad = film.bad;
+    if bad.total() > 0 {
+        print_message(&format!(
+            "warning: left out {} values: {} not a number, {} infinite, {} negative, {} too large",
+            bad.total(),
+            bad.not_a_number,
+            bad.infinite,
+            bad.negative,
+            bad.overflow
+        ));
+    }
+}

@@ -1,0 +1,163 @@
+//! "Principled" surfaces: textures that become the parameters of Burley's model.
+
+use crate::bsdf::{Albedo, Bsdf, Principled, PrincipledBase, PrincipledThin};
+use crate::spectrum::colour::Observer;
+use crate::spectrum::{Sampled, Spectrum};
+use crate::texture::{Texture, TexturePoint};
+
+/// What the surfaces of [`PrincipledBase`] are steered by.
+#[derive(Clone, Debug)]
+pub struct PrincipledTextures {
+    pub base_color: Texture,
+    pub roughness: Texture,
+    pub anisotropic: Texture,
+    pub spec_trans: Texture,
+    pub spec_tint: Texture,
+    pub sheen: Texture,
+    pub sheen_tint: Texture,
+    pub flatness: Texture,
+}
+
+impl PrincipledTextures {
+    fn base<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> PrincipledBase<C> {
+        let fraction = |texture: &Texture| texture.value(at).clamp(0.0, 1.0);
+        let color = self.base_color.sample(at, nm);
+        let (spec_tint, sheen_tint) = (fraction(&self.spec_tint), fraction(&self.sheen_tint));
+        PrincipledBase {
+            color,
+            tint: if spec_tint > 0.0 || sheen_tint > 0.0 { self.tint(at, nm, color) } else { Sampled::ONE },
+            roughness: fraction(&self.roughness),
+            anisotropic: fraction(&self.anisotropic),
+            spec_trans: fraction(&self.spec_trans),
+            spec_tint,
+            sheen: self.sheen.value(at).max(0.0),
+            sheen_tint,
+            flatness: fraction(&self.flatness),
+        }
+    }
+
+    /// The colour over its luminance. For luminance Mitsuba 3 takes the mean of ȳ times the colour over the
+    /// four wavelengths of a path. Each of them is made from the same number, so that every wavelength has
+    /// its own three companions, and its own tint: that of grey is not 1 but varies around 3.
+    fn tint<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], color: Sampled<C>) -> Sampled<C> {
+        Sampled::from_fn(|lane| {
+            let together = companions(nm[lane]);
+            let colors = self.base_color.sample(at, &together);
+            let [_, weights, _] = Observer::cie1931_5nm().sample(&together);
+            let luminance = (colors * weights).sum() / 4.0;
+            if luminance > 0.0 { color[lane] / luminance } else { 1.0 }
+        })
+    }
+
+    pub(super) fn is_anisotropic(&self) -> bool {
+        self.anisotropic.uniform().is_none_or(|anisotropic| *anisotropic != Spectrum::Constant(0.0))
+    }
+
+    fn all(&self) -> [&Texture; 8] {
+        [
+            &self.base_color,
+            &self.roughness,
+            &self.anisotropic,
+            &self.spec_trans,
+            &self.spec_tint,
+            &self.sheen,
+            &self.sheen_tint,
+            &self.flatness,
+        ]
+    }
+}
+
+/// The four wavelengths of the path in Mitsuba 3 that has one of them: a quarter of the distribution
+/// `∝ sech²(0.0072 (λ − 538))` over 360–830 nm apart, nm.
+fn companions(nm: f64) -> [f64; 4] {
+    const CENTRE: f64 = 538.0;
+    const SCALE: f64 = 0.0072;
+    let tanh = |nm: f64| (SCALE * (nm - CENTRE)).tanh();
+    let (low, high) = (tanh(360.0), tanh(830.0));
+    let place = ((tanh(nm) - low) / (high - low)).clamp(0.0, 1.0);
+    std::array::from_fn(|i| {
+        if i == 0 {
+            return nm;
+        }
+        let place = (place + 0.25 * i as f64).fract();
+        CENTRE + (low + (high - low) * place).atanh() / SCALE
+    })
+}
+
+/// Metal, diffuse base and glass under sheen and clear coat.
+#[derive(Clone, Debug)]
+pub struct PrincipledMaterial {
+    pub textures: PrincipledTextures,
+    pub metallic: Texture,
+    pub clearcoat: Texture,
+    pub clearcoat_gloss: Texture,
+    /// Index below over that above; not 1 where light is transmitted.
+    pub eta: f64,
+    /// Whether light may be transmitted anywhere.
+    pub glass: bool,
+    /// Table that keeps the surface from making energy.
+    pub albedo: Option<&'static Albedo>,
+}
+
+impl PrincipledMaterial {
+    pub(super) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
+        Bsdf::Principled(Principled {
+            base: self.textures.base(at, nm),
+            metallic: self.metallic.value(at).clamp(0.0, 1.0),
+            clearcoat: self.clearcoat.value(at).max(0.0),
+            clearcoat_gloss: self.clearcoat_gloss.value(at).clamp(0.0, 1.0),
+            eta: self.eta,
+            albedo: self.albedo,
+        })
+    }
+
+    pub(super) fn all_textures(&self) -> Vec<&Texture> {
+        let own = [&self.metallic, &self.clearcoat, &self.clearcoat_gloss];
+        self.textures.all().into_iter().chain(own).collect()
+    }
+}
+
+/// Below, a texture holds no index.
+pub(crate) const LEAST_INDEX: f64 = 1e-3;
+
+/// A thin sheet of the same.
+#[derive(Clone, Debug)]
+pub struct PrincipledThinMaterial {
+    pub textures: PrincipledTextures,
+    pub diff_trans: Texture,
+    pub eta: Texture,
+    /// Table that keeps the surface from making energy.
+    pub albedo: Option<&'static Albedo>,
+}
+
+impl PrincipledThinMaterial {
+    pub(super) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
+        Bsdf::PrincipledThin(PrincipledThin {
+            base: self.textures.base(at, nm),
+            diff_trans: self.diff_trans.value(at).clamp(0.0, 2.0),
+            eta: self.eta.value(at).max(LEAST_INDEX),
+            albedo: self.albedo,
+        })
+    }
+
+    pub(super) fn all_textures(&self) -> Vec<&Texture> {
+        self.textures.all().into_iter().chain([&self.diff_trans, &self.eta]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The wavelengths of Mitsuba's camera ray for the wavelength sample 0.1 (`sensor.sample_ray`).
+    #[test]
+    fn companions_are_mitsubas() {
+        let path = [424.343, 507.333, 571.936, 657.501];
+        for turn in 0..4 {
+            for (i, nm) in companions(path[turn]).into_iter().enumerate() {
+                let expected = path[(turn + i) % 4];
+                assert!((nm - expected).abs() < 2e-3, "{nm}, not {expected}");
+            }
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! The microfacet distribution and roughness of a surface, which may vary over it.
+
+use crate::bsdf::{Microfacets, microfacet};
+use crate::texture::{Texture, TexturePoint};
+
+/// The microfacet distribution of a rough surface and the textures of its roughness.
+#[derive(Clone, Debug)]
+pub struct RoughnessTextures {
+    pub distribution: microfacet::Distribution,
+    /// Along the tangent and the bitangent.
+    pub alpha: [Texture; 2],
+    /// Whether the two are one texture.
+    pub isotropic: bool,
+}
+
+impl RoughnessTextures {
+    pub(super) fn microfacets(&self, at: &TexturePoint) -> Microfacets {
+        let [u, v] = &self.alpha;
+        let along = u.value(at);
+        let across = if self.isotropic { along } else { v.value(at) };
+        Microfacets::new(self.distribution, along, across)
+    }
+
+    /// Whether it matters which way the surface's coordinates run.
+    pub(super) fn is_anisotropic(&self) -> bool {
+        !self.isotropic
+    }
+
+    pub(super) fn textures(&self) -> impl Iterator<Item = &Texture> {
+        self.alpha.iter()
+    }
+}

@@ -1,0 +1,65 @@
+//! "Principled" surfaces, with and without a body.
+
+use super::spectra;
+use crate::bsdf::{Albedo, Extent};
+use crate::geometry::Transform;
+use crate::material::{
+    LEAST_INDEX, Material, PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial,
+};
+use crate::scene::description::{BsdfKind, PrincipledBase, SpectrumSource};
+use crate::scene::source::SceneError;
+
+/// The material of a principled BSDF; any other is black.
+pub(super) fn compiled(kind: &BsdfKind, shift: &Transform) -> Result<Material, SceneError> {
+    let texture = |source: &SpectrumSource| spectra::texture(source, shift);
+    Ok(match kind {
+        BsdfKind::Principled { base, metallic, clearcoat, clearcoat_gloss, eta, conserve_energy } => {
+            let extent = Extent { gloss: fraction(clearcoat_gloss), ..extent(base, false, *eta) };
+            Material::Principled(Box::new(PrincipledMaterial {
+                textures: textures(base, shift)?,
+                metallic: texture(metallic)?,
+                clearcoat: texture(clearcoat)?,
+                clearcoat_gloss: texture(clearcoat_gloss)?,
+                eta: *eta,
+                glass: base.spec_trans.constant() != Some(0.0),
+                albedo: conserve_energy.then(|| Albedo::shared(extent)),
+            }))
+        }
+        BsdfKind::PrincipledThin { base, diff_trans, eta, conserve_energy } => {
+            // The reader sees to it that one that conserves energy has one index.
+            let extent = extent(base, true, eta.constant().unwrap_or(1.0).max(LEAST_INDEX));
+            Material::PrincipledThin(Box::new(PrincipledThinMaterial {
+                textures: textures(base, shift)?,
+                diff_trans: texture(diff_trans)?,
+                eta: texture(eta)?,
+                albedo: conserve_energy.then(|| Albedo::shared(extent)),
+            }))
+        }
+        _ => Material::Black,
+    })
+}
+
+/// What the albedos of a principled surface are asked for; its clear coat, if any, has no gloss.
+fn extent(base: &PrincipledBase, thin: bool, eta: f64) -> Extent {
+    let (roughness, anisotropic) = (fraction(&base.roughness), fraction(&base.anisotropic));
+    Extent { thin, eta, roughness, anisotropic, gloss: Some(0.0) }
+}
+
+/// A parameter that is the same all over a surface.
+fn fraction(source: &SpectrumSource) -> Option<f64> {
+    source.constant().map(|fraction| fraction.clamp(0.0, 1.0))
+}
+
+fn textures(base: &PrincipledBase, shift: &Transform) -> Result<PrincipledTextures, SceneError> {
+    let texture = |source: &SpectrumSource| spectra::texture(source, shift);
+    Ok(PrincipledTextures {
+        base_color: texture(&base.base_color)?,
+        roughness: texture(&base.roughness)?,
+        anisotropic: texture(&base.anisotropic)?,
+        spec_trans: texture(&base.spec_trans)?,
+        spec_tint: texture(&base.spec_tint)?,
+        sheen: texture(&base.sheen)?,
+        sheen_tint: texture(&base.sheen_tint)?,
+        flatness: texture(&base.flatness)?,
+    })
+}

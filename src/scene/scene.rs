@@ -1,0 +1,520 @@
+//! A compiled scene: immutable, with only what is needed to trace it.
+
+use super::coincident::{Contacts, InterfaceEvent};
+use super::description::Note;
+use crate::accel::{Accel, Fan};
+use crate::camera::{Camera, SensorRay, Shutter};
+use crate::film::{Extent, FilterKind, FilterSampler};
+use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
+use crate::integrator::{Caustics, Integrator, Limits};
+use crate::light::{LightHit, Lights};
+use crate::material::{Exterior, MaterialId, Materials, Shading, ShadingPoint};
+use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
+use crate::sampling::{Dimensions, Stream};
+use crate::shape::{AtRest, Hit, Parametrisation, Shape};
+use crate::spectrum::colour::Observer;
+use crate::spectrum::{Spectrum, WavelengthDensity, Wavelengths};
+use crate::texture::{MeshPoint, TexturePoint};
+
+/// Everything that rendering reads.
+#[derive(Debug)]
+pub struct Scene {
+    pub camera: Camera,
+    pub shutter: Shutter,
+    pub film: FilmPlan,
+    pub observer: &'static Observer,
+    pub integrator: Integrator,
+    pub limits: Limits,
+    pub wavelengths: WavelengthDensity,
+    pub lights: Lights,
+    pub(super) caustics: Option<Caustics>,
+    /// About the brightest light's contribution to Y: fixes the film's quantum.
+    pub reference_radiance: f64,
+    pub(super) features: Features,
+    /// What makes a picture of no use, as far as it is known before the first ray.
+    pub warnings: Vec<Note>,
+    pub(super) accel: Accel,
+    /// The scene's own shapes and then those of groups, which only instances show.
+    pub(super) shapes: Vec<Shape>,
+    pub(super) surfaces: Vec<Surface>,
+    pub(super) materials: Materials,
+    pub(super) bodies: Vec<Body>,
+    pub(super) contacts: Contacts,
+    /// `None` where a medium does nothing.
+    pub(super) media: Vec<Option<Medium>>,
+    /// What the file says that is around the camera.
+    pub(super) camera_medium: Option<u32>,
+    pub(super) numbers: ShapeNumbers,
+    /// Where the origin of the file's coordinates is.
+    pub(super) shift: Vec3,
+}
+
+/// By which numbers images tell shapes apart.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ShapeNumbers {
+    /// Number of each surface.
+    pub surfaces: Vec<u32>,
+    /// Number of each instance; 0, or none at all, where the surface has one of its own.
+    pub instances: Vec<u32>,
+}
+
+/// The film that is exposed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmPlan {
+    pub extent: Extent,
+    pub filter: FilterKind,
+    /// Whether samples fall outside of the window that is exposed.
+    pub sample_border: bool,
+    pub alpha: bool,
+    /// Whether the second moments of the samples are measured, too.
+    pub moments: bool,
+    /// The sensor's own channels, if it has any.
+    pub channels: Vec<FilmChannel>,
+}
+
+/// A channel of the sensor: what it measures is the integral of spectral radiance over its response.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilmChannel {
+    pub name: String,
+    pub response: Spectrum,
+    /// Integral of the response over the range of wavelengths, nm. Above 0.
+    pub integral: f64,
+}
+
+/// What begins a path.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraSample<'a> {
+    pub sensor: SensorRay<'a>,
+    /// Weight of the film position by the filter: 1 on average.
+    pub filter_weight: f64,
+    /// The sample value that chooses the wavelengths.
+    pub wavelength: f64,
+    /// When the whole path happens.
+    pub time: f64,
+}
+
+/// What one shape's surface is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surface {
+    pub material: MaterialId,
+    pub light: Option<u32>,
+    pub role: Role,
+    /// Whether it is a part of a solid of the scene's own: which instance a moving part is says nothing of
+    /// the body then.
+    pub part: bool,
+    /// What the surface encloses, if it is that of a transparent body.
+    pub body: Option<u32>,
+    /// Whether material or light ask for the surface's coordinates.
+    pub parametrised: bool,
+    /// Whether light may pass it by null transmission.
+    pub null_transmission: bool,
+    /// Whether light subpaths lead through it; see [`Materials::is_smooth`].
+    pub smooth: bool,
+}
+
+/// What a surface is among coincident ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// The boundary of what refracts, and nothing else.
+    Interface,
+    /// Null transmission: light passes as if there were no surface.
+    Null,
+    /// A surface that scatters, absorbs or emits.
+    Other,
+}
+
+/// Features of the renderer that the scene asks for. The renderer branches around the others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Features {
+    /// Some surface refracts wavelengths into different directions.
+    pub dispersion: bool,
+    /// Some medium absorbs or scatters.
+    pub absorption: bool,
+    /// Some medium scatters: rays may end between surfaces.
+    pub scattering: bool,
+    /// Some body may lie within another, or holds a medium: paths keep account of what they are inside of.
+    pub medium_stack: bool,
+    /// Bodies may overlap: surfaces beneath the one that counts are none.
+    pub precedence: bool,
+    /// Transparent bodies may have faces in common with other things.
+    pub contact: bool,
+    /// Rays of the sensor may begin within a body.
+    pub sensor_within: bool,
+    pub lens: bool,
+    /// Something moves while the shutter is open.
+    pub motion: bool,
+    /// Lights that are sampled at each vertex.
+    pub light_samples: bool,
+    pub rough_surfaces: bool,
+    /// Some surface chooses between materials at random.
+    pub choices: bool,
+    /// Shadow rays pass some surfaces by null transmission.
+    pub transparent_shadows: bool,
+    /// Some surface asks for its coordinates.
+    pub textures: bool,
+    /// Light tracing finds caustics.
+    pub light_tracing: bool,
+}
+
+impl Features {
+    fn all(&self) -> [(&'static str, bool); 15] {
+        [
+            ("dispersion", self.dispersion),
+            ("absorption", self.absorption),
+            ("scattering media", self.scattering),
+            ("medium stack", self.medium_stack),
+            ("precedence", self.precedence),
+            ("surfaces in contact", self.contact),
+            ("sensor within a body", self.sensor_within),
+            ("lens", self.lens),
+            ("motion", self.motion),
+            ("light samples", self.light_samples),
+            ("rough surfaces", self.rough_surfaces),
+            ("mixed materials", self.choices),
+            ("transparent shadows", self.transparent_shadows),
+            ("surface coordinates", self.textures),
+            ("light tracing", self.light_tracing),
+        ]
+    }
+
+    /// What one or the other asks for.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            dispersion: self.dispersion || other.dispersion,
+            absorption: self.absorption || other.absorption,
+            scattering: self.scattering || other.scattering,
+            medium_stack: self.medium_stack || other.medium_stack,
+            precedence: self.precedence || other.precedence,
+            contact: self.contact || other.contact,
+            sensor_within: self.sensor_within || other.sensor_within,
+            lens: self.lens || other.lens,
+            motion: self.motion || other.motion,
+            light_samples: self.light_samples || other.light_samples,
+            rough_surfaces: self.rough_surfaces || other.rough_surfaces,
+            choices: self.choices || other.choices,
+            transparent_shadows: self.transparent_shadows || other.transparent_shadows,
+            textures: self.textures || other.textures,
+            light_tracing: self.light_tracing || other.light_tracing,
+        }
+    }
+
+    /// Whether a hit has to be resolved: surfaces may coincide, or be hidden by a body that counts more.
+    pub fn interface_events(&self) -> bool {
+        self.precedence || self.contact
+    }
+
+    /// What the renderer does for this scene beyond the least.
+    pub fn used(&self) -> Vec<&'static str> {
+        self.all().into_iter().filter(|(_, needed)| *needed).map(|(name, _)| name).collect()
+    }
+
+    /// What the renderer leaves out, because the scene has no need of it.
+    pub fn skipped(&self) -> Vec<&'static str> {
+        self.all().into_iter().filter(|(_, needed)| !*needed).map(|(name, _)| name).collect()
+    }
+}
+
+impl std::fmt::Display for Features {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let list = |names: Vec<&str>| if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
+        write!(f, "used: {}; skipped: {}", list(self.used()), list(self.skipped()))
+    }
+}
+
+/// Where a ray meets a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Intersection {
+    pub t: f64,
+    pub point: SurfacePoint,
+    /// Shading normal of the front.
+    pub shading_normal: Vec3,
+    /// The light that the surface is, if it is one.
+    pub light: Option<u32>,
+    pub(super) hit: Hit,
+    time: f64,
+    /// Whether the ray comes from the side that the normal points to.
+    from_front: bool,
+    /// Whether several bodies end or begin here.
+    pub(super) coincident: bool,
+}
+
+impl Intersection {
+    /// The hit as one of a light, if the surface is one.
+    pub fn on_light(&self) -> Option<LightHit> {
+        let Hit { triangle, barycentric, .. } = self.hit;
+        Some(LightHit { light: self.light?, point: self.point, triangle, barycentric })
+    }
+}
+
+impl Scene {
+    pub fn features(&self) -> Features {
+        self.features
+    }
+
+    /// The same scene, for which the renderer also does what `more` says and the scene has no need of. The
+    /// picture is the same and takes longer: by how much is what leaving it out is worth.
+    #[must_use]
+    pub fn with_features(mut self, more: Features) -> Self {
+        self.features = self.features.or(more);
+        self
+    }
+
+    /// Where a pixel's samples fall on the film.
+    pub fn filter_sampler(&self) -> FilterSampler {
+        FilterSampler::new(self.film.filter, self.film.extent.window, self.film.sample_border)
+    }
+
+    /// The ray of a sample of a pixel of the whole film. `None` where the sensor has nothing to measure at.
+    pub fn camera_ray(
+        &self,
+        filter: &FilterSampler,
+        pixel: [u32; 2],
+        stream: &Stream,
+    ) -> Option<CameraSample<'_>> {
+        let [film_x, film_y, wavelength, time] = stream.draw(Dimensions::Camera);
+        let (place, filter_weight) = filter.sample(pixel, [film_x, film_y]);
+        let time = self.shutter.time(time);
+        let sensor = self.sensor_ray(place, time, stream)?;
+        Some(CameraSample { sensor, filter_weight, wavelength, time })
+    }
+
+    /// The ray from a place on the film, in pixels from the whole film's corner, at a time. `None` where the
+    /// sensor has nothing to measure at.
+    pub fn sensor_ray(&self, place: [f64; 2], time: f64, stream: &Stream) -> Option<SensorRay<'_>> {
+        let lens = if self.features.lens {
+            let [u, v, ..] = stream.draw(Dimensions::Lens);
+            [u, v]
+        } else {
+            [0.5; 2]
+        };
+        self.camera.ray(place, lens, time)
+    }
+
+    /// Where a ray first meets a surface. Camera rays pass through hidden lights. `cross` is told of each
+    /// segment of the way, a ray that ends where it does, with what it leads through.
+    #[inline]
+    pub fn intersect(
+        &self,
+        ray: &Ray,
+        time: f64,
+        from_camera: bool,
+        media: &mut Media,
+        mut cross: impl FnMut(&MediumStack, &Ray),
+    ) -> Option<Intersection> {
+        let hides = from_camera && self.limits.hide_emitters;
+        if !hides && !self.features.interface_events() {
+            // What is large is made last, in the place where it stays: to move it costs as much as a shadow
+            // ray.
+            let hit = self.accel.closest(ray, time);
+            cross(&media.here, &Ray { t_max: hit.as_ref().map_or(f64::INFINITY, |hit| hit.t), ..*ray });
+            return hit.map(|hit| self.intersection(&hit, ray, time));
+        }
+        let mut ray = *ray;
+        // Length of the way, and that of the part of it that leads through what the ray is in now, with where
+        // that begins.
+        let (mut passed, mut within, mut start) = (0.0, 0.0, ray);
+        loop {
+            let Some(mut hit) = self.meet(&ray, time) else {
+                cross(&media.here, &start);
+                return None;
+            };
+            if !(hides && hit.light.is_some()) {
+                let event = match self.features.interface_events() {
+                    true => self.interface_event(&ray, time, &mut hit, media),
+                    false => InterfaceEvent::Surface,
+                };
+                match event {
+                    InterfaceEvent::Surface if !(hides && hit.light.is_some()) => {
+                        cross(&media.here, &Ray { t_max: within + hit.t, ..start });
+                        return Some(Intersection { t: hit.t + passed, ..hit });
+                    }
+                    InterfaceEvent::Surface | InterfaceEvent::Handled => {}
+                    InterfaceEvent::NullTransmission => {
+                        cross(&media.here, &Ray { t_max: within + hit.t, ..start });
+                        media.cross();
+                        passed += hit.t;
+                        ray = hit.point.rest_of(&ray);
+                        (within, start) = (0.0, ray);
+                        continue;
+                    }
+                }
+            }
+            passed += hit.t;
+            within += hit.t;
+            ray = hit.point.rest_of(&ray);
+        }
+    }
+
+    pub(super) fn meet(&self, ray: &Ray, time: f64) -> Option<Intersection> {
+        self.accel.closest(ray, time).map(|hit| self.intersection(&hit, ray, time))
+    }
+
+    /// All about a hit.
+    #[inline]
+    pub(super) fn intersection(&self, hit: &Hit, ray: &Ray, time: f64) -> Intersection {
+        let surface = &self.surfaces[hit.shape as usize];
+        let found = self.accel.surface(&self.shapes, hit, ray, time);
+        Intersection {
+            t: hit.t,
+            point: found.point,
+            shading_normal: found.shading_normal,
+            light: surface.light,
+            hit: *hit,
+            time,
+            from_front: ray.direction.dot(found.point.normal) < 0.0,
+            coincident: false,
+        }
+    }
+
+    /// How the surface scatters at a path's wavelengths. `choice` in [0, 1) chooses between the materials of
+    /// a surface that has several.
+    pub fn shade<const C: usize>(
+        &self,
+        hit: &Intersection,
+        toward_eye: Vec3,
+        media: &Media,
+        wavelengths: &Wavelengths<C>,
+        choice: f64,
+    ) -> Shading<C> {
+        let surface = self.surface(hit);
+        let exterior = self.exterior(hit, media);
+        let at = self.shading_point(hit);
+        self.materials.shade(surface.material, &at, toward_eye, &wavelengths.nm, exterior, choice)
+    }
+
+    /// A place in the coordinates of the file.
+    pub fn in_file(&self, position: Vec3) -> Vec3 {
+        position - self.shift
+    }
+
+    /// The surface's coordinates at a hit and its tangents along them, whether or not anything asks for them.
+    pub fn coordinates(&self, hit: &Intersection) -> Parametrisation {
+        self.accel.parametrisation(&self.shapes, &hit.hit, hit.point.position, hit.time).0
+    }
+
+    /// The number of the shape that was met, from 1: that of the instance that shows it, if one does.
+    pub fn shape_number(&self, hit: &Intersection) -> u32 {
+        let instance = self.numbers.instances.get(hit.hit.instance as usize).copied().unwrap_or(0);
+        if instance > 0 { instance } else { self.numbers.surfaces[hit.hit.shape as usize] }
+    }
+
+    /// Which triangle, segment, patch or part of its shape was met, from 0.
+    pub fn primitive_number(&self, hit: &Intersection) -> u32 {
+        hit.hit.triangle
+    }
+
+    /// What tells the material that was met from others, from 1.
+    pub fn material_number(&self, hit: &Intersection) -> u32 {
+        self.surface(hit).material + 1
+    }
+
+    /// What light subpaths begin with, where there are any.
+    pub fn caustics(&self) -> Option<&Caustics> {
+        self.caustics.as_ref()
+    }
+
+    /// Whether light subpaths lead through a surface.
+    pub fn is_smooth(&self, hit: &Intersection) -> bool {
+        self.surface(hit).smooth
+    }
+
+    /// Whether anything at all is in the way of a ray.
+    pub fn is_occluded(&self, ray: &Ray, time: f64) -> bool {
+        self.accel.occluded(ray, time)
+    }
+
+    /// Surface points, at most sixteen, that are to be asked what they see of others.
+    pub fn fan<'p>(&self, points: impl Iterator<Item = &'p SurfacePoint>) -> Fan<'_> {
+        self.accel.fan(points)
+    }
+
+    /// Keeps account of the body that a ray enters or leaves by passing through a surface.
+    pub fn pass_through(&self, hit: &Intersection, direction: Vec3, media: &mut Media) {
+        if !self.features.medium_stack {
+            return;
+        }
+        let enters = direction.dot(hit.point.normal) < 0.0;
+        if self.features.interface_events() {
+            if enters == hit.from_front {
+                media.cross();
+            }
+            return;
+        }
+        let Some(body) = self.body_of(&hit.hit) else { return };
+        if enters {
+            media.here.enter(body, &self.bodies);
+        } else {
+            media.here.leave(body, &self.bodies);
+        }
+    }
+
+    /// What a sensor's ray begins in.
+    pub fn media_at_sensor(&self, ray: &Ray, time: f64) -> Media {
+        let mut here = MediumStack::outside(self.camera_medium);
+        if self.features.sensor_within {
+            let mut within = MediumStack::default();
+            self.bodies_around(ray, time, &mut within);
+            // What the file says of the medium there is believed.
+            if self.camera_medium.is_none_or(|medium| within.medium(&self.bodies) == Some(medium)) {
+                here = within;
+            }
+        }
+        Media::of(here)
+    }
+
+    pub(super) fn surface(&self, hit: &Intersection) -> &Surface {
+        &self.surfaces[hit.hit.shape as usize]
+    }
+
+    /// What the surface at a hit has on its other side, for bodies that leave it open.
+    pub(super) fn exterior(&self, hit: &Intersection, media: &Media) -> Exterior<'_> {
+        let Some(body) = self.body_of(&hit.hit).filter(|_| self.features.medium_stack) else {
+            return Exterior::UNKNOWN;
+        };
+        let index = match self.features.interface_events() {
+            true => media.index_outside(hit.from_front, &self.bodies),
+            false => media.here.index_around(body, !hit.from_front, &self.bodies),
+        };
+        // What a body of a priority says of its outside holds where nothing else is.
+        let counts = self.bodies[body.body as usize].refraction == Refraction::Surroundings;
+        Exterior { index, coincident: hit.coincident || counts && index.is_some() }
+    }
+
+    pub(super) fn shading_point(&self, hit: &Intersection) -> ShadingPoint<'_> {
+        let normal = hit.shading_normal;
+        let (parametrisation, at_rest) = self.parametrisation(hit);
+        let Parametrisation { uv, tangent, bitangent } = parametrisation;
+        let parametrised = self.surface(hit).parametrised;
+        ShadingPoint {
+            frame: if parametrised { Frame::with_tangent(normal, tangent) } else { Frame::around(normal) },
+            geometric_normal: hit.point.normal,
+            tangents: [tangent, bitangent],
+            texture: self.texture_point_with(hit, uv, at_rest),
+        }
+    }
+
+    /// Where a texture of the surface is looked up.
+    pub fn texture_point(&self, hit: &Intersection) -> TexturePoint<'_> {
+        let (Parametrisation { uv, .. }, at_rest) = self.parametrisation(hit);
+        self.texture_point_with(hit, uv, at_rest)
+    }
+
+    fn texture_point_with(&self, hit: &Intersection, uv: [f64; 2], at_rest: AtRest) -> TexturePoint<'_> {
+        let mesh = match &self.shapes[hit.hit.shape as usize] {
+            Shape::Mesh(mesh) => {
+                Some(MeshPoint { mesh, triangle: hit.hit.triangle, barycentric: hit.hit.barycentric })
+            }
+            _ => None,
+        };
+        TexturePoint { uv, position: hit.point.position, at_rest, mesh }
+    }
+
+    /// All zero where nothing asks for it.
+    fn parametrisation(&self, hit: &Intersection) -> (Parametrisation, AtRest) {
+        if !self.surface(hit).parametrised {
+            return (Parametrisation::NONE, AtRest::NONE);
+        }
+        self.accel.parametrisation(&self.shapes, &hit.hit, hit.point.position, hit.time)
+    }
+}

@@ -1,0 +1,396 @@
+//! Stretches of a cubic path along which the radius is cubic, too: the tube around one, and what a ball
+//! sweeps along it.
+//!
+//! SegmentAlongLine along a line, the path's point u is at s(u) along it and at q(u) across it. The ball of
+//! radius r(u) around it is crossed at s ± √D with D = r² − |q|², so only where D isn't negative can there be
+//! anything; those are the *windows*. Within one
+//! - the tube, a circle of that radius across the path, is met at s − √D where (t − s) s' = q·q', that is P +
+//!   s'√D = 0 with P = q·q', and at s + √D where P − s'√D = 0;
+//! - what the ball sweeps begins at the least s − √D and ends at the greatest s + √D. Both are at an end of
+//!   the segment or where the derivative vanishes, which is the same equation with P = q·q' − r r' (Glassner,
+//!   *An Introduction to Ray Tracing*, ch. 3, 3.3, where the two conditions f = |x − c|² − r² = 0 and ∂f/∂u =
+//!   0 are joined into one of the tenth degree; the radius is to be squared there).
+//!
+//! The root of D is kept: without it both signs would be one polynomial, with double roots where a line
+//! crosses a straight tube at right angles. Roots are isolated by bounds of the Bernstein form, so that none
+//! is missed: a part of a window is left when the function can't vanish in it, and searched when the function
+//! is monotonic.
+
+use super::{Near, Span, Spot};
+use crate::geometry::bernstein::{
+    self, Coefficients, Range, cubic, cubic_bend, cubic_slope, derivative, restricted, sign_changes, squared,
+};
+use crate::geometry::roots::{Sample, bracketed};
+use crate::geometry::{Bounds, Frame, Vec3};
+use crate::sampling::quadrature::gauss_legendre;
+use smallvec::SmallVec;
+use std::f64::consts::TAU;
+
+/// Parts of a segment are not halved more often: what is left is a touch.
+const DEEPEST: u32 = 46;
+
+/// Which equation's roots are asked for: P + side·s'√D = 0.
+#[derive(Clone, Copy, PartialEq)]
+enum Branch {
+    /// s − √D
+    First,
+    /// s + √D
+    Second,
+}
+
+impl Branch {
+    fn side(self) -> f64 {
+        if self == Self::First { 1.0 } else { -1.0 }
+    }
+}
+
+/// What moves along the path.
+#[derive(Clone, Copy, PartialEq)]
+enum Sweep {
+    Circle,
+    Ball,
+}
+
+/// Centre and radius as cubics of u from 0 to 1, in Bézier form.
+#[derive(Clone, Copy, Debug)]
+pub struct SplineSegment {
+    pub points: [Vec3; 4],
+    pub radii: [f64; 4],
+}
+
+impl SplineSegment {
+    /// The segment of a uniform cubic B-spline that four neighbouring control points make.
+    pub fn of_spline(points: [Vec3; 4], radii: [f64; 4]) -> Self {
+        fn bezier<T: bernstein::Value>([a, b, c, d]: [T; 4]) -> [T; 4] {
+            let end = |a: T, b: T, c: T| b + ((a - b) + (c - b)) * (1.0 / 6.0);
+            [end(a, b, c), b + (c - b) * (1.0 / 3.0), c + (b - c) * (1.0 / 3.0), end(d, c, b)]
+        }
+        Self { points: bezier(points), radii: bezier(radii) }
+    }
+
+    pub fn centre(&self, u: f64) -> Vec3 {
+        cubic(&self.points, u)
+    }
+
+    pub fn radius(&self, u: f64) -> f64 {
+        cubic(&self.radii, u)
+    }
+
+    pub fn velocity(&self, u: f64) -> Vec3 {
+        cubic_slope(&self.points, u)
+    }
+
+    pub fn growth(&self, u: f64) -> f64 {
+        cubic_slope(&self.radii, u)
+    }
+
+    pub fn bend(&self, u: f64) -> Vec3 {
+        cubic_bend(&self.points, u)
+    }
+
+    /// Where its middle is.
+    pub fn middle(&self) -> Vec3 {
+        Bounds::of(self.points).centre()
+    }
+
+    /// The largest distance of a point of it from its middle.
+    pub fn reach(&self) -> f64 {
+        let middle = self.middle();
+        let away = |i: usize| middle.distance(self.points[i]) + self.radii[i];
+        away(0).max(away(1)).max(away(2)).max(away(3))
+    }
+
+    /// The smallest box around its balls.
+    pub fn bounds(&self) -> Bounds {
+        let mut bounds = Bounds::EMPTY;
+        for axis in 0..3 {
+            bounds.max[axis] = self.farthest(Vec3::AXES[axis], 1.0);
+            bounds.min[axis] = -self.farthest(-Vec3::AXES[axis], 1.0);
+        }
+        bounds
+    }
+
+    /// The greatest direction · c(u) + `stretch` r(u).
+    pub fn farthest(&self, direction: Vec3, stretch: f64) -> f64 {
+        let along: [f64; 4] =
+            std::array::from_fn(|i| direction.dot(self.points[i]) + stretch * self.radii[i]);
+        let mut most = along[0].max(along[3]);
+        let [a, b, c] = [along[1] - along[0], along[2] - along[1], along[3] - along[2]];
+        for root in crate::geometry::roots::quadratic(a - 2.0 * b + c, 2.0 * (b - a), a) {
+            if root.t > 0.0 && root.t < 1.0 {
+                most = most.max(cubic(&along, root.t));
+            }
+        }
+        most
+    }
+
+    /// The u of the ball that reaches farthest over a point: of one on the surface of what the ball sweeps,
+    /// the one that touches.
+    pub fn ball_at(&self, point: Vec3) -> f64 {
+        let away = self.points.map(|c| c - point);
+        let squares = [0, 1, 2].map(|axis| squared(&away.map(|c| c[axis])));
+        let radii = squared(&self.radii);
+        let depth: Coefficients =
+            (0..7).map(|i| radii[i] - squares[0][i] - squares[1][i] - squares[2][i]).collect();
+        let over = |u: f64| self.radius(u).powi(2) - cubic(&away, u).length_squared();
+        let slope = |u: f64| {
+            let (radius, growth, away, velocity) =
+                (self.radius(u), self.growth(u), cubic(&away, u), self.velocity(u));
+            Sample {
+                value: 2.0 * (radius * growth - away.dot(velocity)),
+                slope: 2.0
+                    * (growth * growth + radius * cubic_bend(&self.radii, u)
+                        - velocity.length_squared()
+                        - away.dot(self.bend(u))),
+                error: 0.0,
+            }
+        };
+        let extremes = sign_changes(&derivative(&depth), [0.0, 1.0], &slope);
+        let all = extremes.into_iter().chain([0.0, 1.0]);
+        all.max_by(|a, b| over(*a).total_cmp(&over(*b))).unwrap_or(0.0)
+    }
+
+    /// The normal of the tube at `point` of the circle u, of any length.
+    pub fn tube_normal(&self, u: f64, point: Vec3) -> Vec3 {
+        let (velocity, radius) = (self.velocity(u), self.radius(u));
+        let outward = point - self.centre(u);
+        // Where the path bends the surface is stretched outside and compressed inside.
+        outward * (velocity.length_squared() - outward.dot(self.bend(u)))
+            - velocity * (radius * self.growth(u))
+    }
+
+    /// Area of the tube: ∫∫ |∂p/∂u × ∂p/∂θ| dθ du, by Gauss's rule along and the trapezoid rule around.
+    pub fn tube_area(&self) -> f64 {
+        const AROUND: usize = 32;
+        let circle = |u: f64| {
+            let (velocity, radius, growth) = (self.velocity(u), self.radius(u), self.growth(u));
+            let speed = velocity.length();
+            let Some(ahead) = velocity.try_normalize() else { return 0.0 };
+            let Frame { x, y, .. } = Frame::around(ahead);
+            let width = |i: usize| {
+                let (sin, cos) = (TAU * i as f64 / AROUND as f64).sin_cos();
+                let outward = (x * cos + y * sin) * radius;
+                (speed - outward.dot(self.bend(u)) / speed).hypot(growth)
+            };
+            radius * TAU / AROUND as f64 * (0..AROUND).map(width).sum::<f64>()
+        };
+        gauss_legendre(16).map(|(x, weight)| 0.5 * weight * circle(0.5 + 0.5 * x)).sum()
+    }
+
+    /// Where a line enters the tube, in no order: only where it faces the line.
+    pub fn tube_entries(&self, line: &Near) -> SmallVec<[Spot; 4]> {
+        let mut spots = SmallVec::new();
+        let Some(seen) = SegmentAlongLine::new(self, line) else { return spots };
+        for window in seen.windows() {
+            for branch in [Branch::First, Branch::Second] {
+                for u in seen.roots(window, branch, Sweep::Circle) {
+                    let t = seen.on_circle(u, branch);
+                    let point = line.start + line.direction * t;
+                    let Some(normal) = self.tube_normal(u, point).try_normalize() else { continue };
+                    let facing = normal.dot(line.direction);
+                    if facing < 0.0 {
+                        let radius = self.radius(u);
+                        // A surface that is off by a height is met that height over the cosine away, as long
+                        // as its own bend over that distance doesn't matter; else the line all but touches.
+                        let height = 16.0 * line.rounding + 32.0 * f64::EPSILON * radius;
+                        let touch = (8.0 * radius * height).sqrt();
+                        let error =
+                            if facing * facing * radius > 16.0 * height { height / -facing } else { touch };
+                        spots.push(Spot { t, u, error: 2.0 * error });
+                    }
+                }
+            }
+        }
+        spots
+    }
+
+    /// Where a line is within what the ball sweeps, in no order; the intervals may overlap.
+    pub fn ball_spans(&self, line: &Near) -> SmallVec<[Span; 2]> {
+        let mut spans = SmallVec::new();
+        let Some(seen) = SegmentAlongLine::new(self, line) else { return spans };
+        for window in seen.windows() {
+            let mut span: Option<Span> = None;
+            let mut consider = |u: f64| {
+                let half = seen.half(u);
+                let here = line.chord(u, cubic(&seen.along, u), half, self.radius(u));
+                span = Some(span.map_or(here, |span| span.around(here)));
+            };
+            window.into_iter().for_each(&mut consider);
+            for branch in [Branch::First, Branch::Second] {
+                seen.roots(window, branch, Sweep::Ball).into_iter().for_each(&mut consider);
+            }
+            let most = self.radii.into_iter().fold(0.0, f64::max);
+            spans.extend(span.map(|span| span.settled(line, most)));
+        }
+        spans
+    }
+}
+
+/// A segment as seen along a line.
+struct SegmentAlongLine {
+    along: [f64; 4],
+    across: [[f64; 4]; 2],
+    radii: [f64; 4],
+    /// Where on the path: a path that begins or ends at rest has no direction at that very end.
+    ends: [f64; 2],
+}
+
+/// The functions over a part of a segment, by the coefficients that bound them.
+struct PartBounds {
+    /// D
+    squared: Coefficients,
+    /// s'
+    slope: Coefficients,
+    /// P
+    bend: Coefficients,
+    /// Bound on the rounding of P's coefficients.
+    rounding: f64,
+}
+
+impl SegmentAlongLine {
+    /// `None` where the line passes all balls.
+    fn new(segment: &SplineSegment, line: &Near) -> Option<Self> {
+        let Frame { x, y, z } = Frame::around(line.direction);
+        let away = segment.points.map(|point| point - line.start);
+        let on = |axis: Vec3| away.map(|point| point.dot(axis));
+        // At rest where two control points are one, or three. How far the path gets in that little is below
+        // rounding.
+        let rest = |[a, b, c]: [Vec3; 3]| match () {
+            () if a != b => 0.0,
+            () if b != c => 1e-8,
+            () => 1e-5,
+        };
+        let [a, b, c, d] = segment.points;
+        let (start, end) = (rest([a, b, c]), 1.0 - rest([d, c, b]));
+        let seen = Self { along: on(z), across: [on(x), on(y)], radii: segment.radii, ends: [start, end] };
+        (Range::of(&seen.part([0.0, 1.0], Sweep::Ball).squared).1 > 0.0).then_some(seen)
+    }
+
+    fn part(&self, place: [f64; 2], sweep: Sweep) -> PartBounds {
+        let whole = place == [0.0, 1.0];
+        let cut = |c: &[f64; 4]| if whole { *c } else { restricted(c, place) };
+        let [x, y] = [squared(&cut(&self.across[0])), squared(&cut(&self.across[1]))];
+        let r = squared(&cut(&self.radii));
+        let across: Coefficients = x.iter().zip(&y).map(|(x, y)| x + y).collect();
+        let squared: Coefficients = r.iter().zip(&across).map(|(r, q)| r - q).collect();
+        // q·q' is half the derivative of |q|², and r r' that of r².
+        let bend = match sweep {
+            Sweep::Circle => derivative(&across).iter().map(|c| 0.5 * c).collect(),
+            Sweep::Ball => derivative(&squared).iter().map(|c| -0.5 * c).collect(),
+        };
+        let size = across.iter().chain(&r).fold(0.0f64, |size, c| size.max(c.abs()));
+        PartBounds {
+            squared,
+            slope: derivative(&cut(&self.along)),
+            bend,
+            rounding: 64.0 * f64::EPSILON * size,
+        }
+    }
+
+    /// Where the line passes the circle u, in one of the two places that its ball has: s ∓ √D, or what is the
+    /// same at a root, s + q·q'/s'. The one is worth little where D vanishes, the other where the line goes
+    /// across the path.
+    fn on_circle(&self, u: f64, branch: Branch) -> f64 {
+        let [x, y] = self.across.map(|c| [cubic(&c, u), cubic_slope(&c, u)]);
+        let (half, speed) = (self.half(u), cubic_slope(&self.along, u));
+        let from_centre = if half * speed.hypot(x[1].hypot(y[1])) < cubic(&self.radii, u) * speed.abs() {
+            (x[0] * x[1] + y[0] * y[1]) / speed
+        } else {
+            -branch.side() * half
+        };
+        cubic(&self.along, u) + from_centre
+    }
+
+    /// √D; 0 where there is none.
+    fn half(&self, u: f64) -> f64 {
+        let (x, y) = (cubic(&self.across[0], u), cubic(&self.across[1], u));
+        let (radius, distance) = (cubic(&self.radii, u), x.hypot(y));
+        ((radius - distance) * (radius + distance)).max(0.0).sqrt()
+    }
+
+    /// D and its derivative.
+    fn squared(&self, u: f64) -> Sample {
+        let (x, y) = (cubic(&self.across[0], u), cubic(&self.across[1], u));
+        let (radius, distance) = (cubic(&self.radii, u), x.hypot(y));
+        let across = x * cubic_slope(&self.across[0], u) + y * cubic_slope(&self.across[1], u);
+        let slope = 2.0 * (radius * cubic_slope(&self.radii, u) - across);
+        Sample { value: (radius - distance) * (radius + distance), slope, error: 0.0 }
+    }
+
+    /// P + side·s'√D and its derivative.
+    fn function(&self, u: f64, branch: Branch, sweep: Sweep) -> Sample {
+        let (mut value, mut bend) = (0.0, 0.0);
+        for c in &self.across {
+            let [q, slope, second] = [cubic(c, u), cubic_slope(c, u), cubic_bend(c, u)];
+            value += q * slope;
+            bend += slope * slope + q * second;
+        }
+        if sweep == Sweep::Ball {
+            let [r, slope, second] =
+                [cubic(&self.radii, u), cubic_slope(&self.radii, u), cubic_bend(&self.radii, u)];
+            value -= r * slope;
+            bend -= slope * slope + r * second;
+        }
+        let (half, side) = (self.half(u), branch.side());
+        let (speed, change) = (cubic_slope(&self.along, u), cubic_bend(&self.along, u));
+        let slope = bend + side * (change * half + speed * self.squared(u).slope / (2.0 * half));
+        Sample { value: value + side * speed * half, slope, error: 0.0 }
+    }
+
+    /// The intervals of u over which the line passes through the balls.
+    fn windows(&self) -> SmallVec<[[f64; 2]; 3]> {
+        let mut edges: SmallVec<[f64; 8]> = SmallVec::new();
+        edges.push(self.ends[0]);
+        let whole = self.part([0.0, 1.0], Sweep::Ball).squared;
+        edges.extend(sign_changes(&whole, [0.0, 1.0], &|u| self.squared(u)));
+        edges.push(self.ends[1]);
+        edges
+            .windows(2)
+            .map(|edge| [edge[0], edge[1]])
+            .filter(|&[from, to]| from < to && self.squared(0.5 * (from + to)).value > 0.0)
+            .collect()
+    }
+
+    /// The roots of a branch within a window.
+    fn roots(&self, window: [f64; 2], branch: Branch, sweep: Sweep) -> SmallVec<[f64; 4]> {
+        let mut found = SmallVec::new();
+        self.search(window, branch, sweep, 0, &mut found);
+        found
+    }
+
+    fn search(
+        &self,
+        [from, to]: [f64; 2],
+        branch: Branch,
+        sweep: Sweep,
+        depth: u32,
+        found: &mut SmallVec<[f64; 4]>,
+    ) {
+        let PartBounds { squared, slope, bend, rounding } = self.part([from, to], sweep);
+        let half = Range::of(&squared).sqrt();
+        let (speed, side) = (Range::of(&slope), branch.side());
+        let Range(least, most) = Range::of(&bend) + speed * half * side;
+        if least > rounding || most < -rounding {
+            return;
+        }
+        // Nothing but rounding is left of it.
+        let vanishes = most.max(-least) <= 2.0 * rounding;
+        // √D times the derivative: √D P' ± (s'' D + s' D'/2).
+        let change =
+            Range::of(&derivative(&slope)) * (half * half) + speed * (Range::of(&derivative(&squared)) * 0.5);
+        let monotonic = !(half * Range::of(&derivative(&bend)) + change * side).has_zero();
+        if monotonic || vanishes || depth == DEEPEST {
+            // Zero counts as positive, so that a root on the edge of two parts is one of the one or of the
+            // other.
+            let sign = |u: f64| if self.function(u, branch, sweep).value < 0.0 { -1.0 } else { 1.0 };
+            let (first, last) = (sign(from), sign(to));
+            if first != last {
+                found.push(bracketed(from, to, first, &|u| self.function(u, branch, sweep)).t);
+            }
+            return;
+        }
+        let middle = 0.5 * (from + to);
+        self.search([from, middle], branch, sweep, depth + 1, found);
+        self.search([middle, to], branch, sweep, depth + 1, found);
+    }
+}
