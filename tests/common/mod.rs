@@ -1,13 +1,18 @@
 //! What the whole-program tests share: from a scene's text to an exposed film.
 
-#![allow(dead_code)] // each test file uses its own part
+#![allow(dead_code)] // each binary uses its own part
+
+pub mod folder;
+pub mod stress;
 
 use abbe::film::{Film, SpectralBins};
 use abbe::integrator::Estimator;
 use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
 use abbe::sampling::SamplerKind;
-use abbe::scene::{CompileOptions, ReadOptions, Scene, compile, read};
+use abbe::scene::{CompileOptions, Description, ReadOptions, Scene, compile, read, read_str};
+use abbe::stats::sidak;
 use abbe::units::WavelengthRange;
+use statrs::distribution::{ContinuousCDF, Normal};
 use std::path::Path;
 
 pub const ALL_COUNTS: [WavelengthCount; 3] =
@@ -29,6 +34,25 @@ fn compiled(file: &str, defines: &[(&str, &str)], options: CompileOptions) -> Sc
     let description = read(&path, &ReadOptions { defines, ..ReadOptions::default() })
         .unwrap_or_else(|errors| panic!("{errors}"));
     compile(&description, &options).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// What a scene of this content is. Files are named from the root of the repository.
+pub fn described(content: &str) -> Description {
+    let text = format!(r#"<scene version="3.0.0">{content}</scene>"#);
+    read_str(text, Path::new("scene.xml"), &ReadOptions::default())
+        .unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// The same, compiled.
+pub fn made(content: &str, options: &CompileOptions) -> Scene {
+    compile(&described(content), options).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// Standard errors within which all of `tests` results lie with 99 % probability if nothing is wrong. Never less
+/// than 3.
+pub fn bound(tests: usize) -> f64 {
+    let tail = sidak(0.01, tests) / 2.0;
+    Normal::standard().inverse_cdf(1.0 - tail).max(3.0)
 }
 
 pub fn settings(samples: u32, wavelengths: WavelengthCount, seed: u64) -> Settings {
