@@ -5,26 +5,39 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A folder of a test's own, empty at first, removed when it is dropped.
-pub struct Folder(PathBuf);
+/// A folder of a test's own, empty at first.
+pub struct Folder {
+    path: PathBuf,
+    is_kept: bool,
+}
 
 impl Folder {
+    /// Among the system's temporary files, removed when it is dropped.
     pub fn new(name: &str) -> Self {
         // Tests of one process run side by side, and several processes too.
         static MADE: AtomicU32 = AtomicU32::new(0);
         let number = MADE.fetch_add(1, Ordering::Relaxed);
         let path = std::env::temp_dir().join(format!("abbe-{name}-{}-{number}", std::process::id()));
         std::fs::create_dir_all(&path).expect("a folder for temporary files");
-        Self(path)
+        Self { path, is_kept: false }
+    }
+
+    /// Among the files of the build, to be looked at afterwards.
+    pub fn kept(name: &str) -> Self {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        // There is none before the first time.
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).expect("a folder can be made");
+        Self { path, is_kept: true }
     }
 
     pub fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
+        self.path.join(name)
     }
 
     /// The names of what is in it, sorted.
     pub fn files(&self) -> Vec<String> {
-        let names = std::fs::read_dir(&self.0).expect("the folder exists");
+        let names = std::fs::read_dir(&self.path).expect("the folder exists");
         let mut names: Vec<String> =
             names.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
         names.sort();
@@ -54,7 +67,7 @@ impl Folder {
     /// The program, about to run in this folder.
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_abbe"));
-        command.args(arguments).current_dir(&self.0).stdin(Stdio::null());
+        command.args(arguments).current_dir(&self.path).stdin(Stdio::null());
         command
     }
 
@@ -74,14 +87,16 @@ impl Folder {
 
 impl AsRef<Path> for Folder {
     fn as_ref(&self) -> &Path {
-        &self.0
+        &self.path
     }
 }
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // Whatever is left over lies among the system's temporary files.
-        let _ = std::fs::remove_dir_all(&self.0);
+        if !self.is_kept {
+            // Whatever is left over lies among the system's temporary files.
+            let _ = std::fs::remove_dir_all(&self.path);
+        }
     }
 }
 

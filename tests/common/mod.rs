@@ -20,20 +20,25 @@ pub const ALL_COUNTS: [WavelengthCount; 3] =
 
 /// Compiles a scene file with values for its `<default>`s.
 pub fn scene(file: &str, defines: &[(&str, &str)], range: WavelengthRange) -> Scene {
-    compiled(file, defines, CompileOptions { range, ..CompileOptions::default() })
+    compiled(&described_file(file, defines), &CompileOptions { range, ..CompileOptions::default() })
 }
 
 /// The same for measuring spectral bins.
 pub fn spectral_scene(file: &str, defines: &[(&str, &str)], range: WavelengthRange) -> Scene {
-    compiled(file, defines, CompileOptions { range, spectral: true, ..CompileOptions::default() })
+    let options = CompileOptions { range, spectral: true, ..CompileOptions::default() };
+    compiled(&described_file(file, defines), &options)
 }
 
-fn compiled(file: &str, defines: &[(&str, &str)], options: CompileOptions) -> Scene {
+/// What a scene file says, with values for its `<default>`s.
+pub fn described_file(file: &str, defines: &[(&str, &str)]) -> Description {
     let defines = defines.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
-    let description = read(&path, &ReadOptions { defines, ..ReadOptions::default() })
-        .unwrap_or_else(|errors| panic!("{errors}"));
-    compile(&description, &options).unwrap_or_else(|errors| panic!("{errors}"))
+    read(&path, &ReadOptions { defines, ..ReadOptions::default() })
+        .unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+pub fn compiled(description: &Description, options: &CompileOptions) -> Scene {
+    compile(description, options).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 /// What a scene of this content is. Files are named from the root of the repository.
@@ -45,7 +50,7 @@ pub fn described(content: &str) -> Description {
 
 /// The same, compiled.
 pub fn made(content: &str, options: &CompileOptions) -> Scene {
-    compile(&described(content), options).unwrap_or_else(|errors| panic!("{errors}"))
+    compiled(&described(content), options)
 }
 
 /// Standard errors within which all of `tests` results lie with 99 % probability if nothing is wrong. Never less

@@ -247,7 +247,7 @@ fn a_browser_shows_the_page() {
         eprintln!("left out: no chromium on the PATH (validation/study/run installs one)");
         return;
     };
-    let folder = Folder::new("study-page");
+    let folder = Folder::kept("study-page");
     let output = study(&folder, &[&SMALL[..], &["--samplers=all"][..]].concat()[1..]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let page = folder.text("index.html");

@@ -1,6 +1,9 @@
-//! Whole renders against closed forms, wavelength by wavelength: furnaces, and the energy that gets through dispersive glass.
+//! Whole renders against closed forms, wavelength by wavelength: furnaces, and the energy that gets through
+//! dispersive glass. Each test bounds the standard error of what it measures: it sees five of them.
+//! `validation/transport/furnace`, `validation/optics/slab` and `validation/optics/prism` claim more, of more
+//! materials and integrators; `ABBE_STRESS=full` takes 16 times as many samples here, and sees a quarter.
 
-use crate::common::{ALL_COUNTS, bins, bound, expose, mean_over_pixels, settings, spectral_scene};
+use crate::common::{ALL_COUNTS, bins, bound, expose, mean_over_pixels, settings, spectral_scene, stress};
 use abbe::film::Film;
 use abbe::render::{Settings, WavelengthCount};
 use abbe::sampling::SamplerKind;
@@ -19,11 +22,22 @@ fn measure(
     let scene = spectral_scene(file, defines, range);
     ALL_COUNTS
         .map(|count| {
-            let mut settings = settings(samples, count, 11 + count.get() as u64);
+            let mut settings = settings(more(samples), count, 11 + count.get() as u64);
             settings.bins = bins(range, BINS);
             by_bin(&expose(&scene, &settings))
         })
         .to_vec()
+}
+
+fn more(samples: u32) -> u32 {
+    samples * stress::count(1, 16)
+}
+
+/// The mean radiance of the whole range, which is surer than that of a bin.
+fn measure_whole(defines: &[(&str, &str)], range: WavelengthRange, samples: u32) -> (f64, f64) {
+    let settings = Settings { bins: bins(range, 1), ..settings(more(samples), WavelengthCount::Four, 23) };
+    let film = expose(&spectral_scene(FURNACE, defines, range), &settings);
+    mean_over_pixels(&film, |x, y| film.bin(x, y, 0))
 }
 
 fn by_bin(film: &Film) -> Vec<(f64, f64)> {
@@ -32,31 +46,35 @@ fn by_bin(film: &Film) -> Vec<(f64, f64)> {
 
 const FURNACE: &str = "tests/scenes/closed/furnace.xml";
 
+/// Sees 2 % in a bin, and 0.3 % in the mean of all; where every path brings 1, a single path that does not.
 #[test]
 fn what_absorbs_nothing_vanishes_in_a_furnace() {
     // Where reflected and transmitted shares change with wavelength, companions weigh differently each time.
     let materials = [
-        ("white", 16_384),
-        ("twosided", 16_384),
-        ("transmitter", 262_144),
-        ("mirror", 16_384),
-        ("glass", 16_384),
-        ("matched", 16_384),
-        ("flint", 262_144),
-        ("reflectance", 262_144),
+        ("white", 1024),
+        ("twosided", 1024),
+        ("transmitter", 16_384),
+        ("mirror", 1024),
+        ("glass", 1024),
+        ("matched", 1024),
+        ("flint", 16_384),
+        ("reflectance", 16_384),
     ];
-    let bound = bound(materials.len() * RANGES.len() * ALL_COUNTS.len() * BINS);
+    let bound = bound(materials.len() * RANGES.len() * (ALL_COUNTS.len() * BINS + 1));
     let mut worst = 0.0f64;
+    let mut judge = |material: &str, (mean, error): (f64, f64), surest: f64| {
+        assert!(error < surest, "{material}: standard error {error}");
+        let deviation = (mean - 1.0).abs();
+        worst = worst.max(deviation / error.max(1e-12));
+        assert!(deviation <= bound * error + 1e-9, "{material}: {mean} ± {error}");
+    };
     for (material, samples) in materials {
         for range in RANGES {
-            for counts in measure(FURNACE, &[("bsdf", material)], range, samples) {
-                for (mean, error) in counts {
-                    assert!(error < 1e-3, "{material}: standard error {error}");
-                    let deviation = (mean - 1.0).abs();
-                    worst = worst.max(deviation / error.max(1e-12));
-                    assert!(deviation <= bound * error + 1e-9, "{material}: {mean} ± {error}");
-                }
+            let defines = [("bsdf", material)];
+            for found in measure(FURNACE, &defines, range, samples).into_iter().flatten() {
+                judge(material, found, 4e-3);
             }
+            judge(material, measure_whole(&defines, range, samples), 6e-4);
         }
     }
     println!("largest deviation {worst:.2} standard errors of {bound:.2} allowed");
@@ -91,25 +109,25 @@ const STATED: [(&str, &str, f64); 6] = [
     ("roughflint_beckmann", "0.3", 0.900),
 ];
 
+/// Sees 5 % in a bin, and 0.5 % in the mean of all beyond the spread over wavelengths.
 #[test]
 fn rough_balls_return_what_is_stated_at_every_wavelength() {
-    let bound = bound(STATED.len() * RANGES.len() * ALL_COUNTS.len() * BINS);
+    let bound = bound(STATED.len() * RANGES.len() * (ALL_COUNTS.len() * BINS + 1));
+    let judge = |what: &str, (mean, error): (f64, f64), stated: f64, surest: f64| {
+        println!("{what}: {mean:.4} ± {error:.1e}");
+        assert!(error < surest, "{what}: standard error {error}");
+        assert!(mean <= 1.0 + bound * error, "{what}: {mean} ± {error} makes energy");
+        // The index of flint changes over the wavelengths, and what is lost with it, by less than 0.015.
+        let spread = if what.contains("flint") { 0.015 } else { 0.0005 };
+        assert!((mean - stated).abs() < spread + bound * error, "{what}: {mean} ± {error}");
+    };
     for (material, alpha, stated) in STATED {
+        let (defines, what) = ([("bsdf", material), ("alpha", alpha)], format!("{material}, alpha {alpha}"));
         for range in RANGES {
-            for counts in measure(FURNACE, &[("bsdf", material), ("alpha", alpha)], range, 65_536) {
-                for (mean, error) in counts {
-                    println!("{material} {alpha}: {mean:.4} ± {error:.1e}");
-                    assert!(error < 2.5e-3, "{material}, alpha {alpha}: standard error {error}");
-                    assert!(
-                        mean <= 1.0 + bound * error,
-                        "{material}, alpha {alpha}: {mean} ± {error} makes energy"
-                    );
-                    // The index of flint changes over the wavelengths, and what is lost with it, by less than 0.015.
-                    let spread = if material.contains("flint") { 0.015 } else { 0.0005 };
-                    let allowed = spread + bound * error;
-                    assert!((mean - stated).abs() < allowed, "{material}, alpha {alpha}: {mean} ± {error}");
-                }
+            for found in measure(FURNACE, &defines, range, 4096).into_iter().flatten() {
+                judge(&what, found, stated, 1e-2);
             }
+            judge(&what, measure_whole(&defines, range, 16_384), stated, 1e-3);
         }
     }
 }
@@ -126,10 +144,11 @@ const PRINCIPLED: [(&str, &str, &str, &str, [f64; 2]); 7] = [
     ("principledthin", "1", "0", "0", [1.048, 0.974]),
 ];
 
+/// Sees 4 % in a bin, and 0.5 % in the mean of all.
 #[test]
 fn principled_balls_make_energy_unless_they_conserve_it() {
     let range = WavelengthRange::VISIBLE;
-    let bound = bound(PRINCIPLED.len() * 2 * ALL_COUNTS.len() * BINS);
+    let bound = bound(PRINCIPLED.len() * 2 * (ALL_COUNTS.len() * BINS + 1));
     for (plugin, roughness, sheen, clearcoat, stated) in PRINCIPLED {
         for (conserve, stated) in ["false", "true"].into_iter().zip(stated) {
             let defines = [
@@ -139,15 +158,17 @@ fn principled_balls_make_energy_unless_they_conserve_it() {
                 ("clearcoat", clearcoat),
                 ("conserve", conserve),
             ];
-            for counts in measure(FURNACE, &defines, range, 16_384) {
-                for (mean, error) in counts {
-                    let what = format!("{plugin} {roughness}, sheen {sheen}, coat {clearcoat}, {conserve}");
-                    println!("{what}: {mean:.4} ± {error:.1e}");
-                    assert!(error < 4e-3, "{what}: standard error {error}");
-                    assert!(conserve == "false" || mean <= 1.0 + bound * error, "{what}: {mean} ± {error}");
-                    assert!((mean - stated).abs() < 0.0006 + bound * error, "{what}: {mean} ± {error}");
-                }
+            let what = format!("{plugin} {roughness}, sheen {sheen}, coat {clearcoat}, {conserve}");
+            let judge = |(mean, error): (f64, f64), surest: f64| {
+                println!("{what}: {mean:.4} ± {error:.1e}");
+                assert!(error < surest, "{what}: standard error {error}");
+                assert!(conserve == "false" || mean <= 1.0 + bound * error, "{what}: {mean} ± {error}");
+                assert!((mean - stated).abs() < 0.0006 + bound * error, "{what}: {mean} ± {error}");
+            };
+            for found in measure(FURNACE, &defines, range, 4096).into_iter().flatten() {
+                judge(found, 8e-3);
             }
+            judge(measure_whole(&defines, range, 8192), 1e-3);
         }
     }
 }
@@ -186,11 +207,11 @@ fn assert_bins(file: &str, expected: impl Fn(f64) -> f64) {
     let range = WavelengthRange::VISIBLE;
     let expected = over_bins(range, expected);
     let bound = bound(ALL_COUNTS.len() * BINS);
-    for (count, found) in ALL_COUNTS.iter().zip(measure(file, &[], range, 131_072)) {
+    for (count, found) in ALL_COUNTS.iter().zip(measure(file, &[], range, 32_768)) {
         for (bin, ((mean, error), expected)) in found.into_iter().zip(&expected).enumerate() {
             let z = (mean - expected) / error;
             println!("{count:?}, bin {bin}: {mean:.6} ± {error:.1e}, expected {expected:.6}, {z:+.2}");
-            assert!(error < 2e-3, "{count:?}, bin {bin}: the error is {error}");
+            assert!(error < 4e-3, "{count:?}, bin {bin}: the error is {error}");
             assert!(z.abs() < bound, "{file}, {count:?}, bin {bin}: {mean} ± {error} is not {expected}");
         }
     }

@@ -1,6 +1,6 @@
 //! Media that scatter, against closed forms: bin by bin, and for every number of wavelengths per path.
 
-use crate::common::{ALL_COUNTS, bins, expose, made, mean_over_pixels, settings};
+use crate::common::{ALL_COUNTS, bins, expose, made, mean_over_pixels, settings, stress};
 use abbe::film::Film;
 use abbe::render::{Settings, WavelengthCount};
 use abbe::sampling::quadrature::gauss_legendre;
@@ -42,14 +42,15 @@ fn over_bins(f: impl Fn(f64) -> f64) -> Vec<f64> {
     (0..BINS).map(mean).collect()
 }
 
-/// Every bin, with a probability of 1 % that any differs by chance. The largest standard error may be `precision` of what is expected.
+/// Every bin, with a probability of 1 % that any differs by chance. The largest standard error may be `precision` of
+/// what is expected: a difference of five times that is seen. `ABBE_STRESS=full` sees a quarter of it.
 #[track_caller]
 fn assert_bins(name: &str, scene: &Scene, samples: u32, precision: f64, expected: impl Fn(f64) -> f64) {
     let expected = over_bins(expected);
     let tail = sidak(0.01, BINS * ALL_COUNTS.len()) / 2.0;
     let bound = Normal::standard().inverse_cdf(1.0 - tail);
     for count in ALL_COUNTS {
-        let film = measure(scene, samples, count);
+        let film = measure(scene, samples * stress::count(1, 16), count);
         for (bin, expected) in expected.iter().enumerate() {
             let (mean, error) = mean_over_pixels(&film, |x, y| film.bin(x, y, bin));
             let z = (mean - expected) / error.max(1e-9 * expected);
@@ -68,13 +69,13 @@ fn a_medium_of_albedo_1_vanishes_in_a_furnace() {
     let null = r#"<bsdf type="null"/>"#;
     let glass = r#"<bsdf type="dielectric"><float name="int_ior" value="1.33"/></bsdf>"#;
     let cases = [
-        ("thin", "1e-9", null, 4096, 1e-3),
-        ("even", "1", null, 4096, 1e-3),
-        ("chromatic", "400:0.1, 500:10, 700:1", null, 16_384, 2.5e-3),
-        ("nothing in some bins", "400:0, 500:0, 510:5, 600:5, 610:0, 700:0", null, 16_384, 2.5e-3),
-        ("in glass", "400:0.3, 700:3", glass, 16_384, 2.5e-3),
+        ("thin", "1e-9", null, 1024, 2e-3),
+        ("even", "1", null, 1024, 2e-3),
+        ("chromatic", "400:0.1, 500:10, 700:1", null, 4096, 5e-3),
+        ("nothing in some bins", "400:0, 500:0, 510:5, 600:5, 610:0, 700:0", null, 4096, 5e-3),
+        ("in glass", "400:0.3, 700:3", glass, 4096, 5e-3),
         // Thicker ones hold some of their light in walks so long that few samples end them.
-        ("thick", "30", null, 4096, 1e-3),
+        ("thick", "30", null, 1024, 2e-3),
     ];
     for (name, sigma_t, bsdf, samples, precision) in cases {
         let content = format!(
@@ -104,7 +105,7 @@ fn no_density_makes_what_is_no_number() {
             );
             let scene = scene(&content);
             for count in ALL_COUNTS {
-                let film = measure(&scene, 64, count);
+                let film = measure(&scene, stress::count(32, 256), count);
                 for bin in 0..BINS {
                     let (mean, error) = mean_over_pixels(&film, |x, y| film.bin(x, y, bin));
                     let within = mean >= 0.0 && mean <= 1.0 + 6.0 * error + 1e-9;
@@ -150,7 +151,7 @@ fn airlight_of_a_point_light() {
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         gauss_legendre(96).map(|(x, weight)| weight * half * at(middle + half * x)).sum()
     };
-    assert_bins("airlight", &scene(&content), 16_384, 5e-3, expected);
+    assert_bins("airlight", &scene(&content), 4096, 1e-2, expected);
 }
 
 /// A lamp behind a slab is weakened as Beer and Lambert say where nothing that is scattered counts.
@@ -168,7 +169,7 @@ fn transmittance_of_a_slab() {
         let sigma = if nm < 500.0 { 2.0 * (nm - 400.0) / 100.0 } else { 2.0 - 1.5 * (nm - 500.0) / 200.0 };
         2.0 * (-sigma).exp()
     };
-    assert_bins("slab", &scene(&content), 65_536, 1e-2, expected);
+    assert_bins("slab", &scene(&content), 16_384, 2e-2, expected);
 }
 
 /// Chandrasekhar's H function for isotropic scattering, at the nodes of a rule over the cosine and anywhere
@@ -227,7 +228,7 @@ fn half_of_space_reflects_what_chandrasekhar_says() {
         let h = H::new(0.3 + 0.66 * (nm - 400.0) / 300.0);
         h.albedo / (4.0 * PI) * 2.0 * sun / (sun + view) * h.at(sun) * h.at(view)
     };
-    assert_bins("half of space", &scene(&content), 16_384, 1e-2, expected);
+    assert_bins("half of space", &scene(&content), 4096, 2e-2, expected);
 }
 
 /// Companions bring most of what they could bring where wavelengths fly differently far, too.
@@ -245,7 +246,7 @@ fn companions_reduce_noise_in_a_chromatic_medium() {
         <spectrum name="sigma_t" value="400:0.1, 700:10"/><spectrum name="albedo" value="0.95"/></medium></shape>"#;
     let scene = scene(content);
     let noise = |count: WavelengthCount| -> f64 {
-        let film = expose(&scene, &settings(512, count, 3));
+        let film = expose(&scene, &settings(stress::count(128, 512), count, 3));
         let pixels = (0..film.height).flat_map(|y| (0..film.width).map(move |x| (x, y)));
         let of_pixel = |(x, y): (u32, u32)| -> f64 {
             let weights = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

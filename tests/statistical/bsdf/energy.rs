@@ -146,10 +146,11 @@ fn any_principled(uniform: &mut Uniform) -> Bsdf<1> {
     })
 }
 
-/// At every angle and with any parameters; and where nothing is made, nothing is taken away.
+/// At every angle and with any parameters; and where nothing is made, nothing is taken away. Sees about 5 % too much.
 #[test]
 fn principled_surfaces_that_conserve_energy_make_none() {
     const SETS: usize = 160;
+    let samples = stress::count(2000, 40_000);
     let mut uniform = Uniform::new(11);
     let (mut made, mut kept, mut greatest) = (0, 0, (f64::NEG_INFINITY, String::new()));
     for set in 0..SETS {
@@ -157,7 +158,7 @@ fn principled_surfaces_that_conserve_energy_make_none() {
         let bsdf = layered::conserving(plain, set % 2 == 0);
         for z in [1.0, 0.9, 0.72, 0.7, uniform.next(), 0.3, 0.1, 0.03, -0.5] {
             let eye = at(z, uniform.between(0.0, TAU));
-            let (before, after) = (albedo(&plain, eye, 4000), albedo(&bsdf, eye, 4000));
+            let (before, after) = (albedo(&plain, eye, samples), albedo(&bsdf, eye, samples));
             made += usize::from(before.mean > 1.02 + 4.0 * before.error());
             kept += usize::from(before.mean == after.mean && before.mean > 0.0);
             // Of 9 · 160 estimates one lies 4.4 standard errors beyond in a hundred such runs.
@@ -196,7 +197,7 @@ fn principled_surfaces_that_conserve_energy_lose_little() {
             let bsdf = layered::conserving(plain, false);
             let mut line = format!("roughness {roughness}, sheen {sheen}, coat {clearcoat}:");
             for z in [1.0, 0.7, 0.4, 0.2, 0.1, 0.05] {
-                let [before, after] = [plain, bsdf].map(|bsdf| quadrature(&bsdf, at(z, 0.3), 400));
+                let [before, after] = [plain, bsdf].map(|bsdf| quadrature(&bsdf, at(z, 0.3), 200));
                 line += &format!(" {before:.4}→{after:.4}");
                 assert!(before > 1.01, "{line}");
                 assert!(after < 1.0 + 1e-4 && after > 0.8, "{line}");

@@ -10,7 +10,7 @@ fn spectral_estimator_is_unbiased<const C: usize>(bsdf: &Bsdf<C>, eye: Vec3, nam
     let mut together = vec![Moments::default(); C];
     let mut own = vec![Moments::default(); C];
     let mut uniform = Uniform::new(4);
-    for _ in 0..20_000 {
+    for _ in 0..stress::count(10_000, 200_000) {
         for (hero, own) in own.iter_mut().enumerate() {
             // Lanes rotated so that `hero` comes first.
             let order: [usize; C] = std::array::from_fn(|i| (hero + i) % C);

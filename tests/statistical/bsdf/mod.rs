@@ -5,6 +5,7 @@ mod lanes;
 mod layered;
 mod robust;
 
+use crate::common::stress;
 use abbe::bsdf::microfacet::Shape;
 use abbe::bsdf::{
     Albedo, Bsdf, Conductor, Density, Dielectric, DiffuseTransmitter, Extent, Lambert, MattBase, Microfacets,
@@ -262,6 +263,7 @@ fn sample_agrees_with_evaluate_for_1_4_and_8_lanes() {
     sample_agrees_with_evaluate::<8>();
 }
 
+/// Sees a density that is 7 % off on the average, 2 % with all samples.
 #[test]
 fn directions_follow_their_density() {
     let mut cases = Vec::new();
@@ -278,8 +280,8 @@ fn directions_follow_their_density() {
     let level = sidak(0.01, cases.len());
     for (name, bsdf, eye) in cases {
         let fit = sphere_chi_square(
-            SphereCells { rows: 12, columns: 24 },
-            40_000,
+            SphereCells { rows: 8, columns: 16 },
+            stress::count(20_000, 200_000),
             |u| {
                 let scatter = bsdf.sample(eye, u[0], [u[1], u[2]])?;
                 (scatter.density != Density::Discrete).then_some(scatter.toward_light)

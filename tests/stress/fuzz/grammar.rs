@@ -2,7 +2,7 @@
 //! as a property, and its answers say which there are and what they take. So what is added to it is tried without being named
 //! here.
 
-use super::Random;
+use super::change::Random;
 use abbe::scene::{ReadOptions, read_str};
 use roxmltree::{Document, Node};
 use std::collections::{BTreeMap, BTreeSet};

@@ -2,22 +2,26 @@
 //! the reader knows. Nothing panics, nothing takes long, and memory stays within a small factor of what is read. What is
 //! accepted is compiled, now and then rendered, and comes back from its own JSON.
 //!
-//! The cases are numbered, and each is the same in every run. `ABBE_STRESS=full` tries a million, in about half an hour.
-//! `ABBE_FUZZ_CASES` sets how many are tried and `ABBE_FUZZ_START` from which on.
+//! The cases are numbered, and each is the same in every run. `ABBE_STRESS=full` tries a million. `ABBE_FUZZ_CASES`
+//! sets how many are tried and `ABBE_FUZZ_START` from which on. A case runs on one thread, so that its time and its
+//! memory are told from those of what else runs.
 
+mod change;
 mod grammar;
+mod measure;
 mod packed;
 
+use crate::common::folder::Folder;
+use crate::common::stress;
 use abbe::integrator::Estimator;
 use abbe::render::{Schedule, Settings, Unwatched, WavelengthCount, render};
 use abbe::scene::{CompileOptions, ReadOptions, compile, json, read, read_str};
-use cpu_time::ProcessTime;
+use change::{Random, change};
 use grammar::Grammar;
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// How many cases are tried where the environment does not say.
@@ -39,29 +43,6 @@ const TERRAIN_MEMORY: usize = 48 << 22;
 
 /// And a mesh to be cut into 2²⁰ triangles, each of which takes less than this when it is ready to be rendered.
 const SUBDIVIDED_MEMORY: usize = 400 << 20;
-
-/// Counts what is allocated, and the most that there was.
-struct Counting;
-
-static ALLOCATED: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call goes to the system's allocator as it is.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = ALLOCATED.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        PEAK.fetch_max(now, Ordering::Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        ALLOCATED.fetch_sub(layout.size(), Ordering::Relaxed);
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
@@ -129,125 +110,6 @@ fn originals() -> Vec<Original> {
         found.push(Original { kind, bytes, folder, is_broken });
     }
     found
-}
-
-/// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, limit: usize) -> usize {
-        (self.next() % limit.max(1) as u64) as usize
-    }
-}
-
-/// Where a stretch of bytes that `belongs` begins and ends, around a random place.
-fn stretch(bytes: &[u8], random: &mut Random, belongs: impl Fn(u8) -> bool) -> Option<(usize, usize)> {
-    let from = random.below(bytes.len());
-    let start = from + bytes[from..].iter().position(|&byte| belongs(byte))?;
-    let length = bytes[start..].iter().position(|&byte| !belongs(byte)).unwrap_or(bytes.len() - start);
-    Some((start, start + length))
-}
-
-fn line(bytes: &[u8], random: &mut Random) -> (usize, usize) {
-    stretch(bytes, random, |byte| byte != b'\n').unwrap_or((0, 0))
-}
-
-/// One change.
-fn change(bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
-    const NUMBERS: [&str; 16] = [
-        "0",
-        "-1",
-        "1",
-        "1e308",
-        "-1e308",
-        "1e-308",
-        "nan",
-        "inf",
-        "4294967295",
-        "4294967296",
-        "99999999999",
-        "-2147483649",
-        "0.5",
-        "1e9",
-        "65536",
-        "1e-12",
-    ];
-    const TOKENS: [&str; 20] = [
-        "\"",
-        "<",
-        "/>",
-        "$",
-        ":",
-        "\0",
-        "{",
-        "}",
-        "[",
-        "]",
-        ",",
-        "<!--",
-        "-->",
-        "type=\"null\"",
-        "<ref id=\"a\"/>",
-        "\r",
-        "é",
-        "&amp;",
-        "\\u0000",
-        "<include filename=\"scene.xml\"/>",
-    ];
-    let digit = |byte: u8| byte.is_ascii_digit() || byte == b'.';
-    let at = random.below(bytes.len() + 1);
-    let until = (at + random.below(9)).min(bytes.len());
-    match random.below(12) {
-        0 if at < bytes.len() => bytes[at] = random.next() as u8,
-        1 => drop(bytes.drain(at..until)),
-        2 => {
-            let token = TOKENS[random.below(TOKENS.len())].bytes();
-            drop(bytes.splice(at..until, token));
-        }
-        3 => {
-            let (from, to) = line(bytes, random);
-            drop(bytes.drain(from..to));
-        }
-        4 => {
-            let (from, to) = line(bytes, random);
-            let copy = bytes[from..to].to_vec();
-            drop(bytes.splice(at..at, copy));
-        }
-        5 => {
-            let (from, to) = line(other, random);
-            drop(bytes.splice(at..at, other[from..to].iter().copied()));
-        }
-        6 => {
-            // A line of another file in the place of one of this.
-            let (from, to) = line(bytes, random);
-            let (start, end) = line(other, random);
-            drop(bytes.splice(from..to, other[start..end].iter().copied()));
-        }
-        7 => {
-            let word = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
-            if let (Some((from, to)), Some((start, end))) =
-                (stretch(bytes, random, word), stretch(other, random, word))
-            {
-                drop(bytes.splice(from..to, other[start..end].iter().copied()));
-            }
-        }
-        8 if random.below(4) == 0 => bytes.truncate(at),
-        _ => {
-            if let Some((from, to)) = stretch(bytes, random, digit) {
-                let ordinary = format!("{}", random.below(4000) as f64 / 1000.0);
-                let number =
-                    if random.below(2) == 0 { &ordinary } else { NUMBERS[random.below(NUMBERS.len())] };
-                drop(bytes.splice(from..to, number.bytes()));
-            }
-        }
-    }
 }
 
 /// Reads, compiles and now and then renders what a case gives. Whether the scene was accepted.
@@ -350,17 +212,15 @@ struct Tally {
     /// Bytes of memory to a byte of input, beyond what any scene needs.
     highest_ratio: f64,
     harm: Vec<Harm>,
+    /// How often each plugin was tried, and accepted.
+    tried: BTreeMap<(&'static str, String), [u64; 2]>,
 }
 
 /// One input, with everything measured.
 fn try_one(case: u64, input: &Input, draw: bool, scratch: &Path, tally: &mut Tally) -> bool {
-    let before = ALLOCATED.load(Ordering::Relaxed);
-    PEAK.store(before, Ordering::Relaxed);
-    let began = ProcessTime::now();
-    let outcome =
-        std::panic::catch_unwind(|| attempt(input.kind, &input.bytes, &input.folder, scratch, draw));
-    let took = began.elapsed();
-    let memory = PEAK.load(Ordering::Relaxed).saturating_sub(before);
+    let (outcome, took, memory) = measure::measured(|| {
+        std::panic::catch_unwind(|| attempt(input.kind, &input.bytes, &input.folder, scratch, draw))
+    });
     let factor = if matches!(input.kind, Kind::Image(_)) { IMAGE_FACTOR } else { MEMORY_FACTOR };
     let length = input.bytes.len();
     let count = |name: &[u8]| input.bytes.windows(name.len()).filter(|word| *word == name).count();
@@ -433,29 +293,32 @@ fn changes(kind: Kind, bytes: &mut Vec<u8>, other: &[u8], random: &mut Random) {
 }
 
 fn cases() -> (u64, u64) {
-    let all = std::env::var("ABBE_STRESS").is_ok_and(|word| word == "full");
-    let cases = number("ABBE_FUZZ_CASES", if all { ALL_CASES } else { CASES });
+    let cases = number("ABBE_FUZZ_CASES", stress::count(CASES, ALL_CASES));
     (number("ABBE_FUZZ_START", 0), cases)
 }
 
-#[test]
-fn nothing_does_harm() {
-    let originals = originals();
-    let scenes = originals.iter().filter(|original| original.kind == Kind::Scene && !original.is_broken);
-    let texts =
-        scenes.filter_map(|original| Some((std::str::from_utf8(&original.bytes).ok()?, &*original.folder)));
-    let grammar = Grammar::learned(texts);
-    let (start, cases) = cases();
-    let scratch = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("fuzz-{start}"));
-    std::fs::create_dir_all(&scratch).expect("a folder for temporary files");
+/// Files to change, and what scenes are made of.
+struct Seeds {
+    originals: Vec<Original>,
+    grammar: Grammar,
+}
+
+/// Tries the cases that other threads leave, all of them on this thread.
+fn try_some(seeds: &Seeds, next: &AtomicU64, until: u64, scratch: &Path) -> Tally {
+    let Seeds { originals, grammar } = seeds;
     let mut tally = Tally::default();
-    // How often each plugin was tried, and accepted.
-    let mut tried = BTreeMap::<_, [u64; 2]>::new();
-    for case in start..start + cases {
+    loop {
+        let case = next.fetch_add(1, Ordering::Relaxed);
+        if case >= until || tally.harm.len() > 20 {
+            return tally;
+        }
+        if case > 0 && case.is_multiple_of(20_000) {
+            say(&format!("case {case}"));
+        }
         let mut random = Random(case);
         let draw = random.below(8) == 0;
         if random.below(2) == 0 {
-            try_one(case, &changed(&originals, &mut random), draw, &scratch, &mut tally);
+            try_one(case, &changed(originals, &mut random), draw, scratch, &mut tally);
         } else {
             let (text, plugin) = grammar.scene(&mut random);
             let mut bytes = text.into_bytes();
@@ -465,20 +328,44 @@ fn nothing_does_harm() {
             }
             let folder = PathBuf::from("tests/scenes/textures");
             let input = Input { kind: Kind::Scene, bytes, folder };
-            let accepted = try_one(case, &input, draw, &scratch, &mut tally);
-            let counts = tried.entry(plugin).or_default();
+            let accepted = try_one(case, &input, draw, scratch, &mut tally);
+            let (element, name) = plugin;
+            let counts = tally.tried.entry((element, name.to_owned())).or_default();
             *counts = [counts[0] + 1, counts[1] + u64::from(accepted)];
         }
-        if cases > 20_000 && case % 20_000 == 0 {
-            say(&format!("case {case}: {}", tally.line(case - start)));
-        }
-        if tally.harm.len() > 20 {
-            break;
-        }
     }
+}
+
+#[test]
+fn nothing_does_harm() {
+    let originals = originals();
+    let scenes = originals.iter().filter(|original| original.kind == Kind::Scene && !original.is_broken);
+    let texts =
+        scenes.filter_map(|original| Some((std::str::from_utf8(&original.bytes).ok()?, &*original.folder)));
+    let grammar = Grammar::learned(texts);
+    let seeds = Seeds { originals, grammar };
+    let (start, cases) = cases();
+    let next = AtomicU64::new(start);
+    let work = |number: usize| {
+        // What does harm is kept there.
+        let scratch = Folder::kept(&format!("fuzz-{start}-{number}"));
+        // What a scene does on all threads it does on this one.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+        pool.install(|| try_some(&seeds, &next, start + cases, scratch.as_ref()))
+    };
+    let work = &work;
+    let tally = std::thread::scope(|scope| {
+        let count = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let workers: Vec<_> = (0..count).map(|number| scope.spawn(move || work(number))).collect();
+        let ended = workers.into_iter().map(|worker| worker.join().expect("harm is caught"));
+        ended.fold(Tally::default(), Tally::and)
+    });
+    let grammar = &seeds.grammar;
     let never: Vec<String> = grammar
         .plugins()
-        .filter(|plugin| tried.get(plugin).is_none_or(|counts| counts[1] == 0))
+        .filter(|&(element, name)| {
+            tally.tried.get(&(element, name.to_owned())).is_none_or(|counts| counts[1] == 0)
+        })
         .map(|(element, name)| format!("{element} {name}"))
         .collect();
     say(&format!(
@@ -494,10 +381,22 @@ fn nothing_does_harm() {
     // Cases that are all refused at the first word would show nothing.
     assert!(tally.accepted * 10 > cases, "only {} of {cases} cases were accepted", tally.accepted);
     assert!(never.len() * 4 < grammar.plugins().count(), "too few plugins were ever accepted");
-    std::fs::remove_dir_all(&scratch).expect("the temporary files can be removed");
 }
 
 impl Tally {
+    fn and(mut self, other: Self) -> Self {
+        self.accepted += other.accepted;
+        self.slowest = self.slowest.max(other.slowest);
+        self.most_memory = self.most_memory.max(other.most_memory);
+        self.highest_ratio = self.highest_ratio.max(other.highest_ratio);
+        self.harm.extend(other.harm);
+        for (plugin, [tried, accepted]) in other.tried {
+            let counts = self.tried.entry(plugin).or_default();
+            *counts = [counts[0] + tried, counts[1] + accepted];
+        }
+        self
+    }
+
     fn line(&self, cases: u64) -> String {
         format!(
             "{cases} inputs, {} accepted, {} did harm; slowest {:.3} s, most memory {} bytes, at most {:.0} bytes to a byte of input",

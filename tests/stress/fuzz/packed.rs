@@ -1,6 +1,7 @@
 //! Files whose content is compressed or has checksums: changes are made inside, so that more than the first check sees them.
 
-use super::{Kind, Random};
+use super::Kind;
+use super::change::Random;
 use flate2::Compression;
 use flate2::bufread::ZlibDecoder;
 use flate2::write::ZlibEncoder;
