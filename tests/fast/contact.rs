@@ -1,7 +1,7 @@
 //! Bodies with faces in common, bodies that overlap, and sensors within bodies: which surfaces a ray meets, one by one, and what a
 //! picture shows.
 
-use crate::common::{expose, made, mean_over_pixels, settings};
+use crate::common::{expose, made, mean_over_pixels, settings, stress};
 use abbe::geometry::{Ray, Vec3};
 use abbe::medium::Media;
 use abbe::render::WavelengthCount;
@@ -164,9 +164,8 @@ fn touching_walls_are_one_interface() {
     assert_indices(&stacks, &THREE, rays());
 }
 
-/// 200,000 rays unless `ABBE_RAYS` says otherwise.
 fn rays() -> usize {
-    std::env::var("ABBE_RAYS").map_or(200_000, |rays| rays.parse().unwrap())
+    stress::count(200_000, 10_000_000)
 }
 
 /// Blocks of the same glass in contact are one block.

@@ -1,4 +1,5 @@
-//! Thin lenses: circles of confusion, the focal plane, polygons.
+//! Thin lenses: circles of confusion (`validation/transport/circle-of-confusion` makes the claim), the focal plane,
+//! polygons.
 
 use super::{compiled, coverage, expose, pixels};
 use abbe::film::Film;

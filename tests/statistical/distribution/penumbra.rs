@@ -1,4 +1,5 @@
-//! The penumbra behind a straight edge, against the integral over the part of the lamp that is seen from each place.
+//! The penumbra behind a straight edge, against the integral over the part of the lamp that is seen from each place;
+//! `validation/transport/penumbra` makes the claim.
 
 use super::{assert_agree, compiled, expose, film, radiance};
 use abbe::stats::Estimate;
