@@ -36,3 +36,7 @@ pub mod compare;
 pub mod output;
 pub mod render;
 pub mod study;
+
+#[cfg(test)]
+#[path = "../tests/common/stress.rs"]
+mod stress;

@@ -130,7 +130,7 @@ fn changed_files_do_no_harm() {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize % below
     };
-    let rounds: usize = std::env::var("ROUNDS").ok().and_then(|r| r.parse().ok()).unwrap_or(200);
+    let rounds = crate::stress::count(200, 20_000);
     for (index, file) in files.iter().enumerate() {
         for _ in 0..rounds {
             let mut bytes = file.clone();

@@ -1,13 +1,18 @@
 //! What the whole-program tests share: from a scene's text to an exposed film.
 
-#![allow(dead_code)] // each test file uses its own part
+#![allow(dead_code)] // each binary uses its own part
+
+pub mod folder;
+pub mod stress;
 
 use abbe::film::{Film, SpectralBins};
 use abbe::integrator::Estimator;
 use abbe::render::{NoProgress, Schedule, Settings, WavelengthCount, render};
 use abbe::sampling::SamplerKind;
-use abbe::scene::{CompileOptions, ReadOptions, Scene, compile, read};
+use abbe::scene::{CompileOptions, Description, ReadOptions, Scene, compile, read, read_str};
+use abbe::stats::sidak;
 use abbe::units::WavelengthRange;
+use statrs::distribution::{ContinuousCDF, Normal};
 use std::path::Path;
 
 pub const ALL_COUNTS: [WavelengthCount; 3] =
@@ -15,20 +20,44 @@ pub const ALL_COUNTS: [WavelengthCount; 3] =
 
 /// Compiles a scene file with values for its `<default>`s.
 pub fn scene(file: &str, defines: &[(&str, &str)], range: WavelengthRange) -> Scene {
-    compiled(file, defines, CompileOptions { range, ..CompileOptions::default() })
+    compiled(&described_file(file, defines), &CompileOptions { range, ..CompileOptions::default() })
 }
 
 /// The same for measuring spectral bins.
 pub fn spectral_scene(file: &str, defines: &[(&str, &str)], range: WavelengthRange) -> Scene {
-    compiled(file, defines, CompileOptions { range, spectral: true, ..CompileOptions::default() })
+    let options = CompileOptions { range, spectral: true, ..CompileOptions::default() };
+    compiled(&described_file(file, defines), &options)
 }
 
-fn compiled(file: &str, defines: &[(&str, &str)], options: CompileOptions) -> Scene {
+/// What a scene file says, with values for its `<default>`s.
+pub fn described_file(file: &str, defines: &[(&str, &str)]) -> Description {
     let defines = defines.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
-    let description = read(&path, &ReadOptions { defines, ..ReadOptions::default() })
-        .unwrap_or_else(|errors| panic!("{errors}"));
-    compile(&description, &options).unwrap_or_else(|errors| panic!("{errors}"))
+    read(&path, &ReadOptions { defines, ..ReadOptions::default() })
+        .unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+pub fn compiled(description: &Description, options: &CompileOptions) -> Scene {
+    compile(description, options).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// What a scene of this content is. Files are named from the root of the repository.
+pub fn described(content: &str) -> Description {
+    let text = format!(r#"<scene version="3.0.0">{content}</scene>"#);
+    read_str(text, Path::new("scene.xml"), &ReadOptions::default())
+        .unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// The same, compiled.
+pub fn made(content: &str, options: &CompileOptions) -> Scene {
+    compiled(&described(content), options)
+}
+
+/// Standard errors within which all of `tests` results lie with 99 % probability if nothing is wrong. Never less
+/// than 3.
+pub fn bound(tests: usize) -> f64 {
+    let tail = sidak(0.01, tests) / 2.0;
+    Normal::standard().inverse_cdf(1.0 - tail).max(3.0)
 }
 
 pub fn settings(samples: u32, wavelengths: WavelengthCount, seed: u64) -> Settings {

@@ -1,7 +1,7 @@
 //! Materials, media, lights and paths at the ends of their ranges: every value is finite and not negative, and where a closed
 //! form says what the radiance is, it is that within its error.
 
-use super::is_full;
+use super::common::stress;
 use super::renders::{compiled, description, expose, mean, radiances};
 use super::table::{Table, count, seconds};
 use abbe::geometry::Vec3;
@@ -175,7 +175,7 @@ fn cases() -> Vec<(String, Description, Known)> {
             .replace(r#"value="1"/></emitter>"#, &format!(r#"value="{radiance:?}"/></emitter>"#));
         add(format!("radiance {radiance:?}"), content, Known::Is(radiance));
     }
-    let lights = if is_full() { 1_000_000 } else { 10_000 };
+    let lights = stress::count(10_000, 1_000_000);
     all.push((format!("{} points of light", count(lights)), many_points(lights as u32), Known::Is(1.0)));
     let lights = lights / 10;
     all.push((format!("{} balls of light", count(lights)), many_balls(lights as u32), Known::Is(1.0)));
@@ -184,7 +184,7 @@ fn cases() -> Vec<(String, Description, Known)> {
 
 #[test]
 fn nothing_is_too_extreme() {
-    let samples = if is_full() { 4096 } else { 64 };
+    let samples = stress::count(64, 4096);
     let mut table = Table::new(
         "Ends of ranges: mean radiance where it is known",
         &["case", "samples", "bad", "known", "found", "error", "z", "s"],

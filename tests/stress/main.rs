@@ -2,15 +2,15 @@
 //! 10⁶ units, far from the origin, and with materials and lights at the ends of their ranges. Each part prints a table of
 //! what was tried and what went wrong.
 //!
-//! By default a share of the rays is cast, enough for a minute on two cores. `ABBE_STRESS=full` casts all of them:
-//!
-//! ```text
-//! ABBE_STRESS=full cargo test --release --test stress
-//! ```
+//! By default a share of the rays is cast. `ABBE_STRESS=full` casts all of them; CONTRIBUTING.md has the command
+//! and what it found last.
 
 mod bodies;
+#[path = "../common/mod.rs"]
+mod common;
 mod contact;
 mod extremes;
+mod fuzz;
 mod leaks;
 mod precision;
 mod renders;
@@ -19,20 +19,16 @@ mod self_hits;
 mod table;
 
 use abbe::geometry::{Transform, Vec3};
+use common::stress::count;
 use glam::{DMat4, DQuat};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::f64::consts::TAU;
 
-/// Whether all is to be tried.
-fn is_full() -> bool {
-    std::env::var("ABBE_STRESS").is_ok_and(|word| word == "full")
-}
-
 /// How many of `full` trials are made: by default one in a hundred.
 fn trials(full: u64) -> u64 {
-    if is_full() { full } else { full.div_ceil(100) }
+    count(full.div_ceil(100), full)
 }
 
 /// Runs numbered trials on all cores, each with random numbers of its own, and adds up what they count.

@@ -1,7 +1,7 @@
 //! The same scene as small as 10⁻⁶, as large as 10⁶ and as far away as 10⁵ times its size is the same picture, and so it is
 //! with something in it that is 10⁶ units away.
 
-use super::is_full;
+use super::common::stress;
 use super::renders::{compiled, description, expose, mean, radiances};
 use super::table::{Table, seconds};
 use abbe::stats::{Estimate, welch};
@@ -173,7 +173,7 @@ fn smallest_p(a: &[Estimate], b: &[Estimate]) -> f64 {
 
 #[test]
 fn pictures_do_not_depend_on_scale_and_place() {
-    let samples = if is_full() { 1024 } else { 32 };
+    let samples = stress::count(32, 1024);
     let world = |scale, away, far_ball| World { scale, away, far_ball };
     let worlds = [
         world(1.0, 0.0, false),

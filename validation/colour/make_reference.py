@@ -1,4 +1,4 @@
-"""Computes the colours that tests/colour.rs holds this project against, with colour-science.
+"""Computes the colours that tests/fast/colour.rs holds this project against, with colour-science.
 
     ../.venv/bin/python make_reference.py      (validation/run makes the environment)
 

@@ -64,7 +64,7 @@ class Abbe:
         """The scene file rendered by `abbe render`: a Picture. `options` are further words, `defines` values for the scene's parameters.
 
         Each pixel traces its own paths: claims take pixels as independent. That pixels which share paths come out the same is
-        `tests/agreement.rs`'s to show."""
+        `tests/statistical/agreement.rs`'s to show."""
         import OpenEXR
 
         self.work.mkdir(parents=True, exist_ok=True)

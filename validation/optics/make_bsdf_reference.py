@@ -1,4 +1,4 @@
-"""Write values and densities of Mitsuba 3's rough BSDFs, the witness of tests/bsdf/main.rs.
+"""Write values and densities of Mitsuba 3's rough BSDFs, the witness of tests/statistical/bsdf/mod.rs.
 
 Needs mitsuba (written with 3.9.1, variant scalar_rgb, single precision). Directions are rounded to
 single precision first, so that both programs are asked the same question.

@@ -1,4 +1,4 @@
-"""Write values of Mitsuba 3's plastic and principled BSDFs, the witness of tests/bsdf/layered.rs.
+"""Write values of Mitsuba 3's plastic and principled BSDFs, the witness of tests/statistical/bsdf/layered.rs.
 
 Needs mitsuba (written with 3.9.1, variant scalar_spectral, single precision) and numpy. Directions are rounded to
 single precision first, so that both programs are asked the same question. The tint that Mitsuba gives to sheen and

@@ -9,7 +9,7 @@ from speed.measure import FULL, OPPONENT, QUICK, SCENES, SPP
 
 median = statistics.median
 OURS = "abbe"
-SKIPS = """What `abbe info` lists as skipped, done all the same, on a small picture: least CPU time of some runs, and instructions, which are sure. That no bit of the picture changes is tested in `tests/skips.rs`. *medium stack* is part of the
+SKIPS = """What `abbe info` lists as skipped, done all the same, on a small picture: least CPU time of some runs, and instructions, which are sure. That no bit of the picture changes is tested in `tests/fast/skips.rs`. *medium stack* is part of the
 four below it. Dispersion, roughness, motion, light samples and surface coordinates are no question in the loop: without them a material, a spectrum or a transform is of another kind."""
 # Marks and lines of the programs, the same in all plots.
 STYLES = {OURS: "o-", OPPONENT: "s-", "llvm independent": "s--", "scalar multijitter": "^-"}

@@ -100,24 +100,12 @@ fn check_fields(rays: u32) {
 
 #[test]
 fn fields_are_crossed_where_the_oracle_says() {
-    check_fields(8_000);
-}
-
-#[test]
-#[ignore = "takes minutes"]
-fn fields_are_crossed_where_the_oracle_says_a_million_times() {
-    check_fields(170_000);
+    check_fields(crate::stress::count(8_000, 170_000));
 }
 
 #[test]
 fn no_crossing_is_lost_between_patches() {
-    leaks(200_000);
-}
-
-#[test]
-#[ignore = "takes minutes"]
-fn no_crossing_is_lost_between_patches_ten_million_times() {
-    leaks(10_000_000);
+    leaks(crate::stress::count(200_000, 10_000_000));
 }
 
 /// Lines cross bodies an even number of times, by turns in and out, also through the points and borders of

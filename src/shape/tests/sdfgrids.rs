@@ -107,26 +107,14 @@ fn check_grids(rays: u32) {
 
 #[test]
 fn grids_are_crossed_where_the_oracle_says() {
-    check_grids(4_000);
-}
-
-#[test]
-#[ignore = "takes minutes"]
-fn grids_are_crossed_where_the_oracle_says_a_million_times() {
-    check_grids(170_000);
+    check_grids(crate::stress::count(4_000, 170_000));
 }
 
 /// From outside to outside, a line crosses a closed surface an even number of times, by turns in and out:
 /// also where it goes through corners, edges and sides of cells.
 #[test]
 fn no_crossing_is_lost_between_cells() {
-    leaks(100_000);
-}
-
-#[test]
-#[ignore = "takes minutes"]
-fn no_crossing_is_lost_between_cells_ten_million_times() {
-    leaks(10_000_000);
+    leaks(crate::stress::count(100_000, 10_000_000));
 }
 
 fn leaks(rays: u32) {

@@ -102,13 +102,7 @@ fn turns_are_told_within_their_bounds() {
 
 #[test]
 fn closed_meshes_do_not_leak() {
-    seal(20_000);
-}
-
-#[test]
-#[ignore = "takes a quarter of an hour"]
-fn closed_meshes_do_not_leak_on_millions_of_lines() {
-    seal(15_000_000);
+    seal(crate::stress::count(20_000, 15_000_000));
 }
 
 #[test]

@@ -176,15 +176,7 @@ fn judge_pairs(lines: u64) {
 
 #[test]
 fn pairs_are_what_their_parts_are() {
-    judge_pairs(2_000);
-}
-
-/// 363 million lines. All tests of solids that are left out by default take about a quarter of an hour of one
-/// core, half of it this.
-#[test]
-#[ignore = "takes eight minutes of one core"]
-fn pairs_are_what_their_parts_are_on_a_million_lines_each() {
-    judge_pairs(1_000_000);
+    judge_pairs(crate::stress::count(2_000, 1_000_000));
 }
 
 /// Parts whose faces coincide, in places where nothing is a round number.
@@ -253,14 +245,7 @@ fn judge_coincident(lines: u64) {
 
 #[test]
 fn faces_that_coincide_are_one_or_none() {
-    judge_coincident(1_000);
-}
-
-/// 126 million lines, over a million for each two shapes and operation.
-#[test]
-#[ignore = "takes four minutes of one core"]
-fn faces_that_coincide_are_one_or_none_on_a_million_lines() {
-    judge_coincident(350_000);
+    judge_coincident(crate::stress::count(1_000, 350_000));
 }
 
 fn random_tree(items: &[Item], depth: u32, random: &mut Random) -> Model {
@@ -299,11 +284,5 @@ fn judge_nested(trees: u64, lines: u64) {
 
 #[test]
 fn nested_trees_are_what_their_parts_are() {
-    judge_nested(100, 1_000);
-}
-
-#[test]
-#[ignore = "takes seconds"]
-fn nested_trees_are_what_their_parts_are_on_a_million_lines() {
-    judge_nested(1000, 1_000);
+    judge_nested(crate::stress::count(100, 1_000), 1_000);
 }

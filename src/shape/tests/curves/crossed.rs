@@ -136,11 +136,5 @@ fn check_all(rays: u32) {
 
 #[test]
 fn curves_are_crossed_where_the_oracle_says() {
-    check_all(400);
-}
-
-#[test]
-#[ignore = "takes a quarter of an hour"]
-fn curves_are_crossed_where_the_oracle_says_a_million_times() {
-    check_all(100_000);
+    check_all(crate::stress::count(400, 100_000));
 }

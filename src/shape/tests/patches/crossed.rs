@@ -160,13 +160,7 @@ fn check_all(rays: u32) {
 
 #[test]
 fn patches_are_crossed_where_the_oracle_says() {
-    check_all(150);
-}
-
-#[test]
-#[ignore = "takes six minutes"]
-fn patches_are_crossed_where_the_oracle_says_a_million_times() {
-    check_all(48_000);
+    check_all(crate::stress::count(150, 48_000));
 }
 
 /// Beside a border that is a point, parts as small as rounding lie next to one another: what they hold is one

@@ -158,16 +158,9 @@ fn leaks(rays: u32) -> [u32; 2] {
 
 #[test]
 fn nothing_gets_through_between_patches() {
-    let [lost, twice] = leaks(40_000);
-    println!("{twice} of 40000 lines meet a border twice");
-    assert_eq!(lost, 0);
-}
-
-#[test]
-#[ignore = "takes minutes"]
-fn nothing_gets_through_between_patches_a_million_times() {
-    let [lost, twice] = leaks(1_000_000);
-    println!("{twice} of 1000000 lines meet a border twice");
+    let lines = crate::stress::count(40_000, 1_000_000);
+    let [lost, twice] = leaks(lines);
+    println!("{twice} of {lines} lines meet a border twice");
     assert_eq!(lost, 0);
 }
 

@@ -150,11 +150,5 @@ fn check_blobs(rays: u32) {
 
 #[test]
 fn blobs_are_crossed_where_their_density_passes_the_threshold() {
-    check_blobs(60);
-}
-
-#[test]
-#[ignore = "takes two minutes"]
-fn blobs_are_crossed_where_their_density_passes_the_threshold_a_million_times() {
-    check_blobs(170_000);
+    check_blobs(crate::stress::count(60, 170_000));
 }

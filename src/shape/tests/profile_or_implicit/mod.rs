@@ -134,7 +134,7 @@ fn closed_figures_are_entered_and_left_by_turns() {
         if !inner.is_closed() {
             continue;
         }
-        for _ in 0..1_000 {
+        for _ in 0..crate::stress::count(400, 10_000) {
             let ray = any_ray(&shape, shape.bounds(), &mut random);
             let found = shape.crossings(&ray);
             assert!(found.len() % 2 == 0, "{name}: {ray:?} {found:?}");
@@ -243,7 +243,7 @@ fn no_figure_is_met_where_it_is_left() {
             let shape = new_shape(&placed([scale, distance], &mut random), &kind);
             let Shape::ProfileOrImplicit(made) = &shape else { unreachable!() };
             let (closed, curved) = (made.is_closed(), made.is_curved());
-            for _ in 0..5_000 {
+            for _ in 0..crate::stress::count(2_000, 50_000) {
                 let Some(Leaving { point, angle, outward, inward }) = leave(&shape, &mut random) else {
                     continue;
                 };

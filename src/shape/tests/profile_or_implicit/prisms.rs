@@ -148,13 +148,7 @@ fn check_prisms(rays: u32) {
 
 #[test]
 fn prisms_are_crossed_where_the_oracle_says() {
-    check_prisms(4_000);
-}
-
-#[test]
-#[ignore = "takes minutes"]
-fn prisms_are_crossed_where_the_oracle_says_a_million_times() {
-    check_prisms(250_000);
+    check_prisms(crate::stress::count(4_000, 250_000));
 }
 
 /// A ray meets exactly one of polygons that share an edge, whatever their sizes and wherever they are placed.

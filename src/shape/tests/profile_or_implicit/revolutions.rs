@@ -145,13 +145,7 @@ fn check_revolutions(rays: u32) {
 
 #[test]
 fn revolutions_are_crossed_where_the_oracle_says() {
-    check_revolutions(3_000);
-}
-
-#[test]
-#[ignore = "takes a minute"]
-fn revolutions_are_crossed_where_the_oracle_says_a_million_times() {
-    check_revolutions(125_000);
+    check_revolutions(crate::stress::count(3_000, 125_000));
 }
 
 /// A half circle turned around z, in 64 cubics that are within 10⁻¹³ of it, is the sphere, and so is a

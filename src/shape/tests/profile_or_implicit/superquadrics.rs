@@ -60,11 +60,5 @@ fn check_superquadrics(rays: u32) {
 
 #[test]
 fn superquadrics_are_crossed_where_the_oracle_says() {
-    check_superquadrics(5_000);
-}
-
-#[test]
-#[ignore = "takes a minute"]
-fn superquadrics_are_crossed_where_the_oracle_says_a_million_times() {
-    check_superquadrics(72_000);
+    check_superquadrics(crate::stress::count(5_000, 72_000));
 }

@@ -142,13 +142,7 @@ fn check_quadrics(rays: u32) {
 
 #[test]
 fn quadrics_are_crossed_where_the_oracle_says() {
-    check_quadrics(25_000);
-}
-
-#[test]
-#[ignore = "takes half a minute"]
-fn quadrics_are_crossed_where_the_oracle_says_a_million_times() {
-    check_quadrics(250_000);
+    check_quadrics(crate::stress::count(25_000, 250_000));
 }
 
 fn ball(line: &Line) -> Vec<Polynomial> {

@@ -1,0 +1,317 @@
+//! The program as its users meet it: files, messages, exit codes, interruption.
+
+use crate::common::folder::{Folder, of_repository, stderr, stdout};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+#[test]
+fn a_render_lands_under_the_name_of_the_scenes_folder() {
+    let folder = Folder::new("names");
+    let box_scene = of_repository("scenes/box/scene.xml");
+    let output = folder.run(&["render", &box_scene, "--spp", "16", "--size", "20x10"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(folder.files(), ["box.exr", "box.png"]);
+    assert!(output.stdout.is_empty());
+    // Not a terminal: lines with what a bar would show, and a last one of what was measured.
+    let told = stderr(&output);
+    assert!(told.contains("100 %") && told.contains("s left") && told.contains("error"), "{told}");
+    assert!(told.contains("20×10") && told.contains("16 samples per pixel"), "{told}");
+    let channels = folder.picture("box.exr");
+    let names: Vec<&str> = channels.channels.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["B", "G", "R", "error.B", "error.G", "error.R", "samples"]);
+    assert!(channels.channels.iter().flat_map(|(_, values)| values).all(|value| value.is_finite()));
+}
+
+#[test]
+fn what_is_asked_for_besides_is_in_the_file() {
+    let folder = Folder::new("besides");
+    let box_scene = of_repository("scenes/box/scene.xml");
+    let arguments = [
+        "render",
+        &box_scene,
+        "--spp=16",
+        "--size=8x8",
+        "--spectral=2",
+        "--aov=depth,nn:sh_normal,shape_index",
+        "-q",
+        "-o",
+        "x.exr",
+    ];
+    let output = folder.run(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(output.stderr.is_empty(), "quiet is quiet");
+    let channels = folder.picture("x.exr");
+    let has = |name: &str| channels.channels.iter().any(|(known, _)| known == name);
+    for name in [
+        "S0.477,500000nm",
+        "error.S0.712,500000nm",
+        "depth.T",
+        "error.depth.T",
+        "nn.X",
+        "error.nn.Z",
+        "shape_index.I",
+    ] {
+        assert!(has(name), "{name} is missing");
+    }
+}
+
+#[test]
+fn wrong_input_is_2_and_leaves_nothing_behind() {
+    let folder = Folder::new("wrong");
+    let (good, missing) = (of_repository("scenes/box/scene.xml"), of_repository("scenes/none.xml"));
+    folder.write("bad.xml", "<scene version=\"3.0.0\"><sensor type=\"perspectve\"/></scene>");
+    for (arguments, expected) in [
+        (vec!["render", "bad.xml"], "did you mean \"perspective\"?"),
+        (vec!["render", &missing], "none.xml"),
+        (vec!["render", &good, "-o", "picture.jpg"], "*.exr"),
+        (vec!["render", &good, "-o", "no/such/folder.exr"], "folder"),
+        (vec!["render", &good, "--spp", "0"], "--spp"),
+        (vec!["render", &good, "--size", "12"], "WIDTHxHEIGHT"),
+        (vec!["render", &good, "--wavelengths", "3"], "1, 4 or 8"),
+        (vec!["render", &good, "--aov", "normal"], "sh_normal or geo_normal"),
+        (vec!["render", &good, "--aov", "depth,depth"], "two channels \"depth.T\""),
+        (vec!["render", &good, "--size", "65536x65536", "--spectral"], "GiB"),
+        (vec!["render", &good, "-D", "sp=3"], "sp"),
+        (vec!["spectrum", "N-SF111"], "N-SF11"),
+        (vec!["draw"], "draw"),
+    ] {
+        let output = folder.run(&arguments);
+        let told = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+        assert!(told.contains(expected), "{arguments:?}: {told}");
+    }
+    assert_eq!(folder.files(), ["bad.xml"]);
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_1() {
+    let folder = Folder::new("unwritable");
+    // A folder in the place of the file.
+    std::fs::create_dir(folder.path("x.exr")).expect("a folder can be made");
+    std::fs::create_dir(folder.path("y.png")).expect("a folder can be made");
+    let box_scene = of_repository("scenes/box/scene.xml");
+    for name in ["x.exr", "y.exr"] {
+        // So many samples take days: it is found before the first.
+        let child = folder
+            .command(&["render", &box_scene, "--spp=16777216", "--size=256x256", "-o", name])
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let output = soon(child);
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert!(stderr(&output).contains("cannot write"), "{}", stderr(&output));
+    }
+    assert_eq!(folder.files(), ["x.exr", "y.png"], "nothing unfinished is left");
+}
+
+/// What a program has to say that ends within a minute.
+fn soon(mut child: Child) -> Output {
+    let begun = Instant::now();
+    while child.try_wait().expect("the program can be waited for").is_none() {
+        if begun.elapsed() > Duration::from_secs(60) {
+            child.kill().expect("the program can be ended");
+            panic!("it does not end: {}", stderr(&child.wait_with_output().expect("it was ended")));
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child.wait_with_output().expect("the program ends")
+}
+
+#[test]
+fn a_scene_without_light_is_told_before_the_render() {
+    let folder = Folder::new("dark");
+    let with = |light: &str| {
+        format!(r#"<scene version="3.0.0"><shape type="sphere"/><sensor type="perspective"/>{light}</scene>"#)
+    };
+    let light = |values: &str| {
+        format!(r#"<emitter type="constant"><spectrum name="radiance" value="{values}"/></emitter>"#)
+    };
+    for (scene, expected) in [
+        (with(""), Some("the scene has no light")),
+        (with(&light("0")), Some("no light shines at a wavelength")),
+        (with(&light("200:1, 300:1")), Some("no light shines at a wavelength")),
+        (with(&light("1")), None),
+    ] {
+        folder.write("dark.xml", &scene);
+        let render = folder.run(&["render", "dark.xml", "--spp=1", "--size=4x4"]);
+        assert_eq!(render.status.code(), Some(0), "{}", stderr(&render));
+        let [told, listed] = [&["info", "dark.xml"][..], &["info", "dark.xml", "--json"]]
+            .map(|arguments| stdout(&folder.run(arguments)));
+        let said = [stderr(&render), told, listed];
+        match expected {
+            Some(expected) => {
+                assert!(said.iter().all(|said| said.contains(expected)), "{said:?}");
+                assert!(said[0].contains("warning: "), "{said:?}");
+            }
+            None => assert!(said.iter().all(|said| !said.contains("black")), "{said:?}"),
+        }
+    }
+}
+
+#[test]
+fn nobody_need_read_what_a_render_says() {
+    let folder = Folder::new("unread");
+    let box_scene = of_repository("scenes/box/scene.xml");
+    let mut child = folder
+        .command(&["render", &box_scene, "--spp=16", "--size=64x64"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    drop(child.stderr.take());
+    assert_eq!(soon(child).status.code(), Some(0));
+    assert_eq!(folder.files(), ["box.exr", "box.png"]);
+}
+
+#[test]
+fn info_says_what_is_used_and_what_is_skipped() {
+    let folder = Folder::new("info");
+    let caustic = of_repository("scenes/caustic/scene.xml");
+    let output = folder.run(&["info", &caustic]);
+    let told = stdout(&output);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(
+        told.contains("N-SF11") && told.contains("used: dispersion") && told.contains("skipped: "),
+        "{told}"
+    );
+}
+
+#[test]
+fn one_replicate_has_no_error_bars() {
+    let folder = Folder::new("replicates");
+    let box_scene = of_repository("scenes/box/scene.xml");
+    let render = |replicates: &str| {
+        let arguments = ["render", &box_scene, "--spp=16", "--size=8x8", "-o", "x.exr"];
+        let output = folder.run(&[&arguments[..], &["--replicates", replicates]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let channels = folder.picture("x.exr").channels;
+        (channels.iter().any(|(name, _)| name.starts_with("error.")), stderr(&output))
+    };
+    let (has_errors, told) = render("1");
+    assert!(!has_errors && told.contains("error not known"), "{told}");
+    let (has_errors, told) = render("2");
+    assert!(has_errors && told.contains("in 2 replicates"), "{told}");
+}
+
+#[test]
+fn a_reader_that_has_had_enough_is_no_failure() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_abbe"))
+        .args(["spectrum", "--list"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("the program ends");
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
+}
+
+#[test]
+fn a_scene_told_in_json_renders_to_the_same_file() {
+    let folder = Folder::new("json");
+    let scene = of_repository("validation/mitsuba/scenes/meshes.xml");
+    let told = folder.run(&["info", &scene, "--json", "-o", "told.json"]);
+    assert_eq!(told.status.code(), Some(0), "{}", stderr(&told));
+    // Without a file to be relative to, names are whole.
+    let printed = folder.run(&["info", &scene, "--json"]);
+    std::fs::create_dir(folder.path("elsewhere")).expect("a folder can be made");
+    folder.write("elsewhere/printed.json", &printed.stdout);
+    for (from, to) in
+        [(scene.as_str(), "xml.exr"), ("told.json", "told.exr"), ("elsewhere/printed.json", "printed.exr")]
+    {
+        let output = folder.run(&["render", from, "-q", "--spp=16", "--size=12x9", "-o", to]);
+        assert_eq!(output.status.code(), Some(0), "{from}: {}", stderr(&output));
+    }
+    let file = |name: &str| folder.bytes(name);
+    assert!(file("xml.exr") == file("told.exr") && file("xml.exr") == file("printed.exr"));
+    let unused = folder.run(&["info", "told.json", "-D", "spp=4"]);
+    assert_eq!(unused.status.code(), Some(2));
+}
+
+/// Completions and manual pages follow the declaration of the command line, so they know every command.
+#[test]
+fn shells_complete_and_the_manual_has_a_page_for_each_command() {
+    let folder = Folder::new("manual");
+    let printed = |arguments: &[&str]| {
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let commands = ["render", "compare", "info", "spectrum", "study", "completions", "man"];
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = printed(&["completions", shell]);
+        for word in commands.iter().chain(&["spp", "fail-if", "reference"]) {
+            assert!(script.contains(word), "{shell} does not know {word}");
+        }
+    }
+    // bash itself completes with it, where there is one.
+    let script = printed(&["completions", "bash"])
+        + "\nCOMP_WORDS=(abbe com); COMP_CWORD=1; _abbe abbe com abbe; echo \"${COMPREPLY[@]}\"";
+    if let Ok(output) = Command::new("bash").args(["--norc", "-c", &script]).output() {
+        assert_eq!(
+            String::from_utf8_lossy(&output.stdout).trim(),
+            "compare completions",
+            "{}",
+            stderr(&output)
+        );
+    }
+    let page = printed(&["man"]);
+    for command in commands {
+        assert!(page.contains(&format!("abbe\\-{command}(1)")), "{command} in {page}");
+        let own = printed(&["man", command]);
+        assert!(own.starts_with(".ie") && own.contains(&format!("abbe\\-{command}")), "{own}");
+    }
+    assert!(printed(&["man", "render"]).contains("\\-\\-spp"));
+    for (arguments, expected) in [(["man", "rendr"], "render"), (["completions", "basch"], "bash")] {
+        let output = folder.run(&arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    }
+}
+
+/// A processor without AVX2 hears what it lacks, where "Illegal instruction" is all it heard. Needs
+/// qemu-user.
+#[test]
+#[cfg(all(target_os = "linux", target_arch = "x86_64", target_feature = "avx2"))]
+fn an_old_processor_is_told_what_it_lacks() {
+    let arguments = ["-cpu", "Nehalem", env!("CARGO_BIN_EXE_abbe"), "--version"];
+    let old = match Command::new("qemu-x86_64").args(arguments).output() {
+        Ok(output) => output,
+        Err(error) => return eprintln!("not tried, as qemu-x86_64 does not start: {error}"),
+    };
+    assert_eq!(old.status.code(), Some(1), "{}", stderr(&old));
+    assert!(stderr(&old).contains("lacks") && stderr(&old).contains("AVX2"), "{}", stderr(&old));
+    assert!(stderr(&old).contains("target-cpu=native"), "{}", stderr(&old));
+}
+
+/// A metal that abbe has no table of is read from a folder, by every command that reads scenes; the message
+/// about it says so.
+#[test]
+fn metals_come_from_a_folder_of_tables() {
+    let folder = Folder::new("metals");
+    let text = r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"><integer name="width" value="4"/>
+        <integer name="height" value="4"/></film></sensor><emitter type="constant"/><shape type="sphere">
+        <transform name="to_world"><translate z="4"/></transform>
+        <bsdf type="conductor"><string name="material" value="Ta"/></bsdf></shape></scene>"#;
+    folder.write("ball.xml", text);
+    let tables = of_repository("tests/scenes/ior");
+    for command in [
+        &["info", "ball.xml"][..],
+        &["render", "ball.xml", "--spp", "4", "-o", "ball.exr"],
+        &["study", "ball.xml", "-o", "noise", "--samplers", "independent", "--spp", "1", "--replicates", "2"],
+    ] {
+        let without = folder.run(command);
+        assert_eq!(without.status.code(), Some(2), "{command:?}");
+        let said = stderr(&without);
+        assert!(said.contains("ball.xml:4:") && said.contains("--ior-tables DIR reads Ta.eta.spd"), "{said}");
+    }
+    let told = folder.run(&["info", "ball.xml", "--ior-tables", &tables]);
+    assert_eq!(told.status.code(), Some(0), "{}", stderr(&told));
+    let outline = stdout(&told);
+    assert!(outline.contains("eta: 3 values from 400 to 700 nm, Ta.eta.spd"), "{outline}");
+    let rendered =
+        folder.run(&["render", "ball.xml", "--spp", "4", "-o", "ball.exr", "--ior-tables", &tables]);
+    assert_eq!(rendered.status.code(), Some(0), "{}", stderr(&rendered));
+    let nowhere = folder.run(&["info", "ball.xml", "--ior-tables", "nowhere"]);
+    assert_eq!(nowhere.status.code(), Some(2));
+    assert!(stderr(&nowhere).contains("nowhere cannot be read"), "{}", stderr(&nowhere));
+}

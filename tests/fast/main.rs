@@ -1,0 +1,23 @@
+//! What has one right answer, or a render so small that its noise hardly counts: the program and its files, the
+//! reading of scenes, bits that do not change, bodies and their surfaces, the documents.
+
+mod aovs;
+mod bodies;
+mod colour;
+mod command_line;
+#[path = "../common/mod.rs"]
+mod common;
+mod compare;
+mod contact;
+mod crop;
+mod determinism;
+mod docs;
+mod json;
+mod lenses;
+mod long;
+mod scene_errors;
+mod skips;
+mod solids;
+mod stopped;
+mod study;
+mod worked_examples;

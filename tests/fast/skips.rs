@@ -1,0 +1,65 @@
+//! What a scene has no need of is left out of its rendering. Doing it all the same changes no bit of the picture.
+
+use abbe::film::Film;
+use abbe::render::WavelengthCount;
+use abbe::scene::{Features, Scene};
+use abbe::units::WavelengthRange;
+
+fn scene(file: &str) -> Scene {
+    crate::common::scene(file, &[("size", "24")], WavelengthRange::VISIBLE)
+}
+
+fn picture(scene: &Scene) -> Vec<[u64; 3]> {
+    let film = crate::common::expose(scene, &crate::common::settings(8, WavelengthCount::Four, 3));
+    let xyz = |film: &Film, x, y| {
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|w| film.combined(x, y, w).mean.to_bits())
+    };
+    (0..film.height)
+        .flat_map(|y| (0..film.width).map(move |x| (x, y)))
+        .map(|(x, y)| xyz(&film, x, y))
+        .collect()
+}
+
+const CORNELL: &str = "validation/speed/scenes/cornell.xml";
+const CAUSTIC: &str = "validation/speed/scenes/caustic.xml";
+const ABSORBER: &str = "validation/speed/scenes/absorber.xml";
+
+/// Each need that the loop asks for, together with the account of media that it relies on.
+fn forced() -> [(&'static str, Features); 9] {
+    let none = Features::default();
+    let stack = Features { medium_stack: true, ..none };
+    [
+        ("medium stack", stack),
+        ("absorption", Features { absorption: true, ..stack }),
+        ("scattering media", Features { scattering: true, absorption: true, ..stack }),
+        ("precedence", Features { precedence: true, ..stack }),
+        ("surfaces in contact", Features { contact: true, ..stack }),
+        ("sensor within a body", Features { sensor_within: true, ..stack }),
+        ("lens", Features { lens: true, ..none }),
+        ("mixed materials", Features { choices: true, ..none }),
+        ("transparent shadows", Features { transparent_shadows: true, ..none }),
+    ]
+}
+
+#[test]
+fn what_is_left_out_changes_no_bit() {
+    for file in [CORNELL, CAUSTIC, ABSORBER] {
+        let own = scene(file);
+        let expected = picture(&own);
+        for (name, features) in forced() {
+            let forced = scene(file).with_features(features);
+            let found = picture(&forced);
+            let differ = expected.iter().zip(&found).filter(|(a, b)| a != b).count();
+            assert_eq!(differ, 0, "{file}: {name}: {differ} of {} pixels differ", expected.len());
+        }
+    }
+}
+
+/// The comparison sees a difference: without what it needs, a scene is another.
+#[test]
+fn scenes_need_what_they_use() {
+    let features = scene(ABSORBER).features();
+    assert!(features.absorption && features.medium_stack, "{features}");
+    assert!(!scene(CAUSTIC).features().absorption);
+    assert_ne!(picture(&scene(ABSORBER)), picture(&scene(CAUSTIC)));
+}

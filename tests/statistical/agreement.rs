@@ -1,0 +1,301 @@
+//! The same picture in expectation, whatever the number of wavelengths a path carries, whether pixels share the
+//! suffixes of their paths, and for the random walk that knows of no light sampling, no weights and no companions:
+//! Welch's t-test per pixel, channel by channel. Pixels that share have noise in common, so means over them are
+//! judged by those of each replicate.
+//!
+//! Each scene states how small a difference of the mean luminances its tests find in nine of ten cases.
+//! `ABBE_STRESS=full` takes 16 times as many samples, and finds a quarter of it.
+
+use crate::common::{ALL_COUNTS, compiled, described_file, expose, settings, stress};
+use abbe::film::{Film, Measured, Quantity, Region};
+use abbe::integrator::Estimator;
+use abbe::render::{Schedule, Settings, WavelengthCount};
+use abbe::scene::{CompileOptions, Scene};
+use abbe::stats::{Estimate, Welch, sidak, student_quantile, welch};
+
+const XYZ: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// Columns and rows of the pictures.
+const SIZE: u32 = 8;
+
+/// Few replicates would leave the errors uncertain, and Student's t would see only large differences.
+const REPLICATES: u32 = 16;
+
+struct Case {
+    name: &'static str,
+    samples: u32,
+    /// The walk needs more, because it finds lights by chance. 0 where it cannot find them at all.
+    walk_samples: u32,
+    /// Columns, and rows, of the blocks of pixels that are compared with the walk's.
+    walk_block: u32,
+    /// Relative difference of the mean luminances that every comparison of the scene finds with a probability of
+    /// 90 %.
+    sees: f64,
+}
+
+const CASES: [Case; 17] = [
+    Case { name: "diffuse", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
+    Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.015 },
+    // What is seen through one body and lit through another is found seldom, by the walk never in some pixels:
+    // there it knows no error.
+    Case { name: "dispersion", samples: 4096, walk_samples: 32_768, walk_block: 4, sees: 0.016 },
+    Case { name: "frosted", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.03 },
+    Case { name: "absorption", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.013 },
+    Case { name: "lines", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.06 },
+    Case { name: "extentless", samples: 1024, walk_samples: 0, walk_block: 1, sees: 0.04 },
+    Case { name: "veils", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.08 },
+    // A pixel at the border sees light by way of the glass alone, in few samples.
+    Case { name: "motion", samples: 2048, walk_samples: 4096, walk_block: 1, sees: 0.055 },
+    Case { name: "contact", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.055 },
+    Case { name: "quadrics", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.07 },
+    Case { name: "solids", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.1 },
+    Case { name: "caustics", samples: 1024, walk_samples: 32_768, walk_block: 1, sees: 0.07 },
+    Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2, sees: 0.07 },
+    Case { name: "chamber", samples: 2048, walk_samples: 32_768, walk_block: 1, sees: 0.08 },
+    Case { name: "fog", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.09 },
+    Case { name: "smoke", samples: 512, walk_samples: 4096, walk_block: 1, sees: 0.06 },
+];
+
+fn case(name: &str) -> &'static Case {
+    CASES.iter().find(|case| case.name == name).expect("a case")
+}
+
+/// A scene of the folder, seen by few pixels.
+fn small(name: &str, defines: &[(&str, &str)]) -> Scene {
+    let mut description = described_file(&format!("tests/scenes/agreement/{name}.xml"), defines);
+    (description.sensor.film.width, description.sensor.film.height) = (SIZE, SIZE);
+    compiled(&description, &CompileOptions::default())
+}
+
+fn load(case: &Case, integrator: &str) -> Scene {
+    small(case.name, &[("integrator", integrator)])
+}
+
+fn plan(samples: u32, wavelengths: WavelengthCount, seed: u64) -> Settings {
+    let each = samples * stress::count(1, 16) / REPLICATES;
+    Settings { schedule: Schedule::independent(REPLICATES, each), ..settings(samples, wavelengths, seed) }
+}
+
+/// The mean over some pixels, with an error that holds what a filter and light subpaths make them have in
+/// common.
+fn mean_over(film: &Film, pixels: impl IntoIterator<Item = (u32, u32)>, weights: [f64; 3]) -> Estimate {
+    let Measured { mean, error } = film.mean_over(pixels, Quantity::Combined(weights));
+    Estimate { mean, variance: error.powi(2), degrees: f64::from(film.replicates) - 1.0 }
+}
+
+/// What the comparison of two pictures finds.
+struct Verdict {
+    /// The smallest p-value over blocks of pixels and channels, after Šidák's correction.
+    smallest: f64,
+    /// Of the mean luminances.
+    means: Welch,
+    /// Relative difference of the mean luminances that would be found with a probability of 90 %.
+    sees: f64,
+    /// The same for the luminance of a block of pixels, the median of all.
+    sees_in_block: f64,
+}
+
+/// The relative difference that Welch's test of these estimates finds at a level with a probability of 90 %.
+fn sees(a: &Estimate, b: &Estimate, level: f64) -> f64 {
+    let degrees = welch(a, b).degrees;
+    let quantiles = student_quantile(1.0 - 0.5 * level, degrees) + student_quantile(0.9, degrees);
+    quantiles * (a.variance + b.variance).sqrt() / b.mean.abs()
+}
+
+fn compare(a: &Film, b: &Film, block: u32) -> Verdict {
+    let mut pairs = Vec::new();
+    for y in (0..a.height).step_by(block as usize) {
+        for x in (0..a.width).step_by(block as usize) {
+            for weights in XYZ {
+                let area = Region { offset: [x, y], size: [block.min(a.width - x), block.min(a.height - y)] };
+                let [p, q] = [a, b].map(|film| mean_over(film, area.pixels().map(|[x, y]| (x, y)), weights));
+                // Two pixels without noise are equal up to rounding, or they differ.
+                if p.variance.max(q.variance).sqrt() <= 1e-7 * p.mean.abs() {
+                    assert!((p.mean - q.mean).abs() <= 1e-6 * p.mean.abs(), "{p:?} {q:?}");
+                    continue;
+                }
+                pairs.push((p, q));
+            }
+        }
+    }
+    let smallest = pairs.iter().map(|(p, q)| welch(p, q).p_value).fold(1.0, f64::min);
+    let mut in_blocks: Vec<f64> =
+        pairs.iter().map(|(p, q)| sees(p, q, sidak(level(), pairs.len()))).collect();
+    in_blocks.sort_by(f64::total_cmp);
+    let [mean_a, mean_b] = [a, b].map(|film| mean_over(film, film.shown(), XYZ[1]));
+    Verdict {
+        smallest: 1.0 - (1.0 - smallest).powi(pairs.len().max(1) as i32),
+        means: welch(&mean_a, &mean_b),
+        sees: sees(&mean_a, &mean_b, level()),
+        sees_in_block: in_blocks.get(in_blocks.len() / 2).copied().unwrap_or(0.0),
+    }
+}
+
+/// Of each part of a verdict: 1 % over all comparisons of this file.
+fn level() -> f64 {
+    sidak(0.01, 2 * (CASES.len() * 6 + 5))
+}
+
+/// Both parts of the verdict, and that they could have been otherwise.
+fn assert_same(what: &str, a: &Film, b: &Film, block: u32, least: f64) {
+    let Verdict { smallest, means, sees, sees_in_block } = compare(a, b, block);
+    println!(
+        "{what}: smallest p {smallest:.3}; of the means {means}; {:.2} % are seen, {:.0} % in a block",
+        100.0 * sees,
+        100.0 * sees_in_block
+    );
+    assert!(smallest > level(), "{what}: a pixel differs, p = {smallest:e}");
+    assert!(means.p_value > level(), "{what}: the means differ: {means}");
+    assert!(sees < least, "{what}: a difference of {sees} may go unseen");
+}
+
+fn agrees(name: &str) {
+    let case = case(name);
+    let path = load(case, "path");
+    let films = ALL_COUNTS.map(|count| expose(&path, &plan(case.samples, count, 1 + count.get() as u64)));
+    assert_same(&format!("{name}, 4 and 1"), &films[1], &films[0], 1, case.sees);
+    assert_same(&format!("{name}, 4 and 8"), &films[1], &films[2], 1, case.sees);
+    for (count, plain) in ALL_COUNTS.into_iter().zip(&films) {
+        let plan =
+            Settings { estimator: Estimator::Shared, ..plan(case.samples, count, 11 + count.get() as u64) };
+        let what = format!("{name}, shared and plain, {count}");
+        assert_same(&what, &expose(&path, &plan), plain, 1, case.sees);
+    }
+    if case.walk_samples > 0 {
+        let walk = expose(&load(case, "walk"), &plan(case.walk_samples, WavelengthCount::One, 9));
+        assert_same(&format!("{name}, path and walk"), &films[1], &walk, case.walk_block, case.sees);
+    }
+}
+
+fn volpath_agrees(name: &str) {
+    let case = case(name);
+    let [path, volpath] = ["path", "volpath"]
+        .map(|integrator| expose(&load(case, integrator), &plan(case.samples, WavelengthCount::Four, 21)));
+    assert_same(&format!("{name}, path and volpath"), &path, &volpath, 1, case.sees);
+}
+
+#[test]
+fn diffuse() {
+    agrees("diffuse");
+}
+
+#[test]
+fn metals() {
+    agrees("metals");
+}
+
+#[test]
+fn dispersion() {
+    agrees("dispersion");
+}
+
+#[test]
+fn frosted() {
+    agrees("frosted");
+}
+
+#[test]
+fn absorption() {
+    agrees("absorption");
+}
+
+#[test]
+fn lines() {
+    agrees("lines");
+}
+
+#[test]
+fn extentless() {
+    agrees("extentless");
+}
+
+#[test]
+fn motion() {
+    agrees("motion");
+}
+
+/// Quadrics as lights, whose light samples are chords, and as things that stand in the light.
+#[test]
+fn quadrics() {
+    agrees("quadrics");
+}
+
+/// Bodies with faces in common and priorities: also where light samples pass through what is hidden.
+#[test]
+fn contact() {
+    agrees("contact");
+    volpath_agrees("contact");
+}
+
+/// Light subpaths find what chance finds, and are what finds it.
+#[test]
+fn caustics() {
+    agrees("caustics");
+    let case = case("caustics");
+    assert!(load(case, "path").features().light_tracing && !load(case, "walk").features().light_tracing);
+}
+
+#[test]
+fn lamps() {
+    agrees("lamps");
+}
+
+/// Light subpaths go on where they have been scattered, and share with paths from the camera what both find.
+#[test]
+fn chamber() {
+    agrees("chamber");
+    assert!(load(case("chamber"), "path").features().light_tracing);
+}
+
+/// Media that scatter: the walk tracks them with null collisions, and knows nothing of densities of distances.
+#[test]
+fn fog() {
+    media_agree("fog");
+}
+
+/// Grids: what is integrated piece by piece is what null collisions find.
+#[test]
+fn smoke() {
+    media_agree("smoke");
+}
+
+/// Also where light samples pass the boundaries of media.
+fn media_agree(name: &str) {
+    agrees(name);
+    assert!(load(case(name), "path").features().scattering);
+    volpath_agrees(name);
+}
+
+/// All that light samples lose in its shadow comes back on light subpaths.
+#[test]
+fn a_ball_of_air_casts_no_shadow() {
+    let with = |height: &str| small("air", &[("height", height)]);
+    assert!(with("1").features().light_tracing);
+    let films = ["1", "-2"].map(|height| expose(&with(height), &plan(1024, WavelengthCount::Four, 3)));
+    assert_same("a ball of air and none", &films[0], &films[1], 1, 0.011);
+}
+
+/// Lights of which parts are cut away, or lie within other parts, some of them moving.
+#[test]
+fn solids() {
+    agrees("solids");
+}
+
+/// Light samples that pass through what is not there find what paths find behind it.
+#[test]
+fn veils() {
+    agrees("veils");
+    volpath_agrees("veils");
+}
+
+/// The test of the test: one per cent more light is seen.
+#[test]
+fn a_brighter_lamp_is_noticed() {
+    let films = ["1", "1.01"].map(|radiance| {
+        let scene = small("brighter", &[("radiance", radiance)]);
+        expose(&scene, &plan(16_384, WavelengthCount::Four, 3))
+    });
+    let verdict = compare(&films[0], &films[1], 1);
+    println!("{:.2} % are seen", 100.0 * verdict.sees);
+    assert!(verdict.means.p_value < level() && verdict.sees < 0.01, "{}", verdict.means);
+}

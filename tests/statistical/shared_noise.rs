@@ -1,0 +1,109 @@
+//! Pixels that have noise in common, through the film's filter or through light subpaths that a group of them
+//! shares, raise no false alarm: the file says what they share.
+
+use crate::common::folder::Folder;
+use abbe::compare::{Options, compare};
+use abbe::output::exr::Channels;
+use abbe::stats::uniformity;
+use std::slice::from_ref;
+
+/// A diffuse corner under a lamp that lights most of it by way of a wall.
+const SCENE: &str = r#"<scene version="3.0.0">
+    <integrator type="path"><integer name="max_depth" value="5"/></integrator>
+    <sensor type="perspective">
+        <float name="fov" value="50"/>
+        <transform name="to_world"><lookat origin="0, -4, 2.5" target="0, 0, 0.3" up="0, 0, 1"/></transform>
+        <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="24"/></film>
+    </sensor>
+    <shape type="rectangle"><transform name="to_world"><scale value="6"/></transform></shape>
+    <shape type="rectangle">
+        <transform name="to_world"><scale value="6"/><rotate x="1" angle="90"/><translate y="2"/></transform>
+    </shape>
+    <shape type="disk">
+        <transform name="to_world"><scale value="0.5"/><translate x="-1" y="0" z="3"/></transform>
+        <emitter type="area"><spectrum name="radiance" value="10"/></emitter>
+    </shape>
+</scene>"#;
+
+fn scene(name: &str) -> Folder {
+    let folder = Folder::new(name);
+    folder.write("scene.xml", SCENE);
+    folder
+}
+
+fn render(folder: &Folder, further: &[&str]) -> Channels {
+    folder.ends(0, &[&["render", "scene.xml", "--quiet", "-o", "x.exr"], further].concat());
+    folder.picture("x.exr")
+}
+
+/// Pairs of pictures that differ in the seed alone: at the 5 % level each test raises an alarm in 2 of 40,
+/// and in more than 8 of them with a probability of 10⁻⁴. The p-values of the whole mean, of which there is
+/// one in each pair, are uniform. What is shared matters: files that do not tell it raise alarms.
+fn no_false_alarms(name: &str, further: &[&str]) {
+    const PAIRS: u32 = 40;
+    const MOST: usize = 8;
+    let folder = scene(name);
+    let options = Options { pixels_per_degree: 1.0, ..Options::default() };
+    let (mut of_mean, mut of_tiles, mut untold) = (Vec::new(), Vec::new(), Vec::new());
+    for pair in 0..PAIRS {
+        let [a, b] = [0, 1].map(|side| {
+            let seed = (2 * pair + side + 1).to_string();
+            let arguments = ["--spp", "16", "--replicates", "8", "--seed", seed.as_str()];
+            render(&folder, &[arguments.as_slice(), further].concat())
+        });
+        let tests = |[a, b]: [&Channels; 2]| {
+            let found = compare(from_ref(a), from_ref(b), &options).expect("files that can be compared");
+            let green =
+                found.channels.into_iter().find(|channel| channel.name == "G").expect("a green channel");
+            green.tests.expect("files with errors")
+        };
+        let found = tests([&a, &b]);
+        of_mean.push(found.p_mean);
+        of_tiles.push(found.p_tiles);
+        let [a, b] = [a, b].map(|mut picture| {
+            picture.attributes.retain(|(name, _)| name != "abbe.meanError" && name != "abbe.tileNoise");
+            picture
+        });
+        untold.push(tests([&a, &b]).p_tiles);
+    }
+    let alarms = |p: &[f64]| p.iter().filter(|&&p| p < 0.05).count();
+    let found = [alarms(&of_mean), alarms(&of_tiles)];
+    assert!(found.into_iter().all(|count| count <= MOST), "{found:?}: {of_mean:?} {of_tiles:?}");
+    assert!(alarms(&untold) > MOST, "pixels that share nothing: {untold:?}");
+    let uniform = uniformity(&of_mean).p_value;
+    assert!(uniform > 1e-4, "p = {uniform}: {of_mean:?}");
+}
+
+#[test]
+fn samples_splatted_onto_several_pixels_raise_no_false_alarms() {
+    no_false_alarms("splatted", &["--estimator", "plain"]);
+}
+
+#[test]
+fn pixels_that_share_light_paths_raise_no_false_alarms() {
+    no_false_alarms("shared", &["--estimator", "shared"]);
+}
+
+/// What the file says of the noise that pixels share: nothing without replicates, and the same with any
+/// number of threads.
+#[test]
+fn files_state_what_pixels_share() {
+    let folder = scene("stated");
+    let arguments = ["--spp", "64", "--spectral", "2", "--estimator", "plain", "--threads"];
+    let [one, three] =
+        ["1", "3"].map(|threads| render(&folder, &[&arguments, [threads].as_slice()].concat()));
+    assert_eq!(one, three);
+    for channel in ["R", "G", "B", "S0.477,500000nm"] {
+        let of_tiles = one.tile_noise(channel).expect("it is stated");
+        // A Gaussian of half a pixel weighs a sample by exp(−2 d²): in independent samples the mean over a
+        // tile has about 3 times the variance of independent pixels, in stratified ones less.
+        assert!(of_tiles > 1.2 && of_tiles < 5.0, "{channel}: {of_tiles}");
+        let errors = one.channel(&format!("error.{channel}")).expect("a channel of errors");
+        let independent = errors.iter().map(|error| f64::from(*error).powi(2)).sum::<f64>().sqrt() / 576.0;
+        let error = one.mean_error(channel).expect("it is stated");
+        assert!(error > 0.3 * independent && error < 6.0 * independent, "{channel}: {error} {independent}");
+    }
+    assert_eq!((one.tile_noise("samples"), one.mean_error("depth")), (None, None));
+    let single = render(&folder, &["--spp", "4", "--replicates", "1"]);
+    assert_eq!((single.tile_noise("G"), single.attribute("abbe.meanError")), (None, None));
+}

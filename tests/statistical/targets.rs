@@ -1,0 +1,111 @@
+//! Renders that end at an error: whether it is reached as surely as is said, and whether ending there makes the picture wrong.
+
+use crate::common::{self, stress};
+use abbe::film::Film;
+use abbe::integrator::Estimator;
+use abbe::output::target::{CONFIDENCE, Target};
+use abbe::render::{NoProgress, Progress, Schedule, Settings, WavelengthCount, Work, go_on, render};
+use abbe::sampling::SamplerKind;
+use abbe::scene::Scene;
+use abbe::units::WavelengthRange;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Ends a render as `abbe render --until` does.
+struct Until {
+    target: Target,
+    replicates: u64,
+    stop: AtomicBool,
+}
+
+impl Progress for Until {
+    fn advanced(&self, _: u64) {}
+
+    fn pass_done(&self, film: &Film) {
+        let samples = *film.samples_per_pixel().start() / self.replicates;
+        if Target::decides_at(samples) && self.target.is_met(self.target.estimate(film)) {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn stop(&self) -> &AtomicBool {
+        &self.stop
+    }
+}
+
+fn settings(samples: u32, seed: u64) -> Settings {
+    Settings {
+        schedule: Schedule::new(samples),
+        seed,
+        sampler: SamplerKind::Sobol,
+        wavelengths: WavelengthCount::Four,
+        estimator: Estimator::Shared,
+        bins: None,
+    }
+}
+
+fn luminance(film: &Film) -> Vec<f64> {
+    film.shown().map(|(x, y)| film.combined(x, y, [0.0, 1.0, 0.0]).mean).collect()
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Samples of each pixel of what is taken to be the truth.
+const TRUTH: u32 = 1 << 14;
+
+/// The picture that a render ends with.
+fn ended(scene: &Scene, target: Target, seed: u64) -> Film {
+    let settings = settings(1 << 14, seed);
+    let replicates = u64::from(settings.schedule().replicates);
+    let until = Until { target, replicates, stop: AtomicBool::new(false) };
+    let work = go_on(scene, &settings, Work::new(scene, &settings, None), &until);
+    assert!(until.stop.load(Ordering::Relaxed), "the target is not reached");
+    work.into_film()
+}
+
+/// With 20 renders a target that is reached in four of five is seen, and a bias of four fifths of a standard error.
+#[test]
+fn errors_are_reached_and_pictures_stay_right() {
+    let seeds = stress::count(20, 2000);
+    let scene = common::scene("tests/scenes/targets.xml", &[], WavelengthRange::VISIBLE);
+    let truth = luminance(&render(&scene, &settings(TRUTH, 99_999), &NoProgress::new()));
+    let scale = mean(&truth);
+    // Chance decides whether these take one number of samples or twice that.
+    for text in ["relmse<9e-4", "error<0.85%"] {
+        let target: Target = text.parse().expect("a target");
+        let (mut reached, mut means, mut samples) = (0, Vec::new(), Vec::new());
+        for seed in 0..seeds {
+            let film = ended(&scene, target, seed);
+            let picture = luminance(&film);
+            samples.push(*film.samples_per_pixel().end() as f64);
+            means.push(mean(&picture));
+            let pairs = || picture.iter().zip(&truth);
+            let error = match text.split_once('<') {
+                Some(("relmse", _)) => {
+                    let of_pixel = |(a, b): (&f64, &f64)| (a - b) * (a - b) / (b * b + 0.01 * scale * scale);
+                    mean(&pairs().map(of_pixel).collect::<Vec<_>>())
+                }
+                // The mean of a normal deviate's size is √(2/π) of its standard error.
+                _ => mean(&pairs().map(|(a, b)| (a - b).abs()).collect::<Vec<_>>()) / scale * 1.2533,
+            };
+            reached += u32::from(error < target.bound);
+        }
+        let n = f64::from(seeds as u32);
+        // A share of successes has this standard error.
+        let share = f64::from(reached) / n;
+        let slack = 3.0 * (CONFIDENCE * (1.0 - CONFIDENCE) / n).sqrt();
+        let sigma = (means.iter().map(|m| (m - mean(&means)).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+        let bias = (mean(&means) - scale) / sigma;
+        let of_bias = (1.0 / n + mean(&samples) / f64::from(TRUTH)).sqrt();
+        assert!(samples.iter().any(|&count| count != samples[0]), "{text}: nothing is decided");
+        println!(
+            "{text}: reached by {:.1} %, {:.0} samples, mean off by {bias:.3} ± {:.3} of its standard error",
+            100.0 * share,
+            mean(&samples),
+            of_bias
+        );
+        assert!(share > CONFIDENCE - slack, "{text}: {share} of {seeds} reach it");
+        assert!(bias.abs() < 0.1 + 3.0 * of_bias, "{text}: {bias} of a standard error");
+    }
+}

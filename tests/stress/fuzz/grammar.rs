@@ -1,0 +1,523 @@
+//! What scenes are made of, learned from the reader itself: it is asked about every word of its own source text, as a plugin and
+//! as a property, and its answers say which there are and what they take. So what is added to it is tried without being named
+//! here.
+
+use super::change::Random;
+use abbe::scene::{ReadOptions, read_str};
+use roxmltree::{Document, Node};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// Elements that stand for objects.
+const OBJECTS: [&str; 12] = [
+    "integrator",
+    "sensor",
+    "film",
+    "sampler",
+    "rfilter",
+    "shape",
+    "bsdf",
+    "emitter",
+    "medium",
+    "phase",
+    "texture",
+    "volume",
+];
+
+/// Properties of each type.
+const PLAIN: [(&str, &str); 9] = [
+    ("float", r#"<float name="NAME" value="0.5"/>"#),
+    ("integer", r#"<integer name="NAME" value="1"/>"#),
+    ("boolean", r#"<boolean name="NAME" value="true"/>"#),
+    ("string", r#"<string name="NAME" value="zzz"/>"#),
+    ("point", r#"<point name="NAME" x="0.1" y="0.2" z="0.3"/>"#),
+    ("rgb", r#"<rgb name="NAME" value="0.2, 0.3, 0.4"/>"#),
+    ("spectrum", r#"<spectrum name="NAME" value="0.5"/>"#),
+    ("transform", r#"<transform name="NAME"><scale value="0.5"/></transform>"#),
+    (
+        "animation",
+        r#"<animation name="NAME"><transform time="0"><scale value="0.5"/></transform><transform time="1"/></animation>"#,
+    ),
+];
+
+/// What one plugin takes.
+#[derive(Debug, Default)]
+struct Plugin {
+    /// By name: types of properties and elements of objects that are accepted.
+    properties: BTreeMap<String, Vec<&'static str>>,
+    /// Those without which there is no such object.
+    required: BTreeSet<String>,
+    /// Words that a string may be.
+    choices: BTreeMap<String, Vec<String>>,
+    /// Objects that it holds without asking for their names.
+    holds: Vec<&'static str>,
+    /// Properties as scenes of the repository write them.
+    examples: BTreeMap<String, Vec<String>>,
+}
+
+/// Everything that was learned.
+#[derive(Debug)]
+pub struct Grammar {
+    plugins: BTreeMap<(&'static str, String), Plugin>,
+    words: Vec<String>,
+}
+
+/// What sensors without a picture ask for.
+const SMALLEST_FILM: &str = r#"<film type="hdrfilm"><integer name="width" value="1"/><integer name="height" value="1"/><rfilter type="box"/></film>"#;
+
+/// A scene with an object of this element in its place.
+fn around(element: &str, object: &str) -> String {
+    const SENSOR: &str = r#"<sensor type="perspective"/>"#;
+    let inner = match element {
+        "sensor" => object.to_owned(),
+        "film" | "sampler" => format!(r#"<sensor type="perspective">{object}</sensor>"#),
+        "rfilter" => format!(r#"<sensor type="perspective"><film type="hdrfilm">{object}</film></sensor>"#),
+        "phase" => format!(r#"{SENSOR}<medium type="homogeneous" id="m">{object}</medium>"#),
+        "texture" => {
+            format!(r#"{SENSOR}<shape type="sphere"><bsdf type="diffuse">{object}</bsdf></shape>"#)
+        }
+        _ => format!("{SENSOR}{object}"),
+    };
+    format!(r#"<scene version="3.0.0">{inner}</scene>"#)
+}
+
+/// A spectrum needs a name wherever it stands.
+fn opening(element: &str, plugin: &str) -> String {
+    match element {
+        "texture" => format!(r#"<texture type="{plugin}" name="reflectance">"#),
+        "volume" | "medium" => format!(r#"<{element} type="{plugin}" id="it">"#),
+        _ => format!(r#"<{element} type="{plugin}">"#),
+    }
+}
+
+/// Objects that may stand in one without a name, as a rule, and one of each.
+fn may_hold(element: &str) -> &'static [(&'static str, &'static str)] {
+    match element {
+        "shape" => &[
+            ("bsdf", "diffuse"),
+            ("emitter", "area"),
+            ("medium", "homogeneous"),
+            ("sensor", "irradiancemeter"),
+            ("shape", "sphere"),
+        ],
+        "bsdf" => &[("bsdf", "diffuse"), ("texture", "checkerboard")],
+        "sensor" => &[
+            ("film", "hdrfilm"),
+            ("sampler", "independent"),
+            ("medium", "homogeneous"),
+            ("sensor", "perspective"),
+        ],
+        "film" => &[("rfilter", "box")],
+        "texture" => &[("texture", "checkerboard")],
+        "emitter" => &[("texture", "checkerboard")],
+        "medium" => &[("phase", "isotropic")],
+        "phase" => &[("phase", "isotropic")],
+        "integrator" => &[("integrator", "path")],
+        _ => &[],
+    }
+}
+
+/// What the reader says against a scene.
+fn complaints(text: String) -> Vec<abbe::scene::SceneError> {
+    match read_str(text, Path::new("scene.xml"), &ReadOptions::default()) {
+        Ok(_) => Vec::new(),
+        Err(errors) => errors.errors,
+    }
+}
+
+fn quoted(text: &str) -> Option<&str> {
+    text.split('"').rev().nth(1)
+}
+
+/// The words of the reader's source text: whatever stands in quotes and could be a name.
+fn words() -> Vec<String> {
+    let mut found = BTreeSet::new();
+    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scene/read")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("the reader's source text") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).expect("a source file");
+            let is_word = |word: &&str| {
+                let inner = |c: char| c.is_ascii_alphanumeric() || c == '_';
+                (1..=32).contains(&word.len()) && word.chars().all(inner)
+            };
+            found.extend(text.split('"').filter(is_word).map(str::to_owned));
+        }
+    }
+    found.into_iter().collect()
+}
+
+impl Grammar {
+    /// Asks for everything; `scenes` are texts with the folders that their files are relative to.
+    pub fn learned<'a>(scenes: impl Iterator<Item = (&'a str, &'a Path)>) -> Self {
+        let words = words();
+        let mut plugins = BTreeMap::new();
+        let is_known = |element: &str, word: &str| {
+            let object = format!("{}</{element}>", opening(element, word));
+            let unknown = |problem: &str| {
+                quoted(problem) == Some(word)
+                    && (problem.starts_with("There is no ") || problem.ends_with("is not supported"))
+            };
+            !complaints(around(element, &object)).iter().any(|error| unknown(&error.problem))
+        };
+        for element in OBJECTS {
+            // Where anything goes nothing is to be learned.
+            if is_known(element, "zzz") {
+                continue;
+            }
+            for word in words.iter().filter(|word| is_known(element, word)) {
+                plugins.insert((element, word.clone()), Self::plugin(element, word, &words));
+            }
+        }
+        let mut grammar = Self { plugins, words };
+        for (text, folder) in scenes {
+            grammar.take_examples(text, folder);
+        }
+        grammar
+    }
+
+    fn plugin(element: &'static str, name: &str, words: &[String]) -> Plugin {
+        let mut plugin = Plugin::default();
+        let ask = |inside: &str| {
+            complaints(around(element, &format!("{}{inside}</{element}>", opening(element, name))))
+        };
+        let is_unknown = |problem: &str| problem.contains(" has no property \"");
+        // In two ways, since some are asked for only where others are right.
+        for (_, template) in [PLAIN[0], PLAIN[3]] {
+            let all: String = words.iter().map(|word| template.replace("NAME", word)).collect();
+            let refused = ask(&all);
+            let refused: BTreeSet<&str> = refused
+                .iter()
+                .filter(|error| is_unknown(&error.problem))
+                .filter_map(|error| quoted(&error.problem))
+                .collect();
+            for word in words.iter().filter(|word| !refused.contains(word.as_str())) {
+                plugin.properties.entry(word.clone()).or_default();
+            }
+        }
+        // Where an object is refused as a whole, only examples tell of its properties.
+        if plugin.properties.len() == words.len() {
+            plugin.properties.clear();
+        }
+        for (word, types) in &mut plugin.properties {
+            let wrong = |problem: &str| problem.contains(" has the wrong type") || is_unknown(problem);
+            for (of_type, template) in PLAIN {
+                let complaints = ask(&template.replace("NAME", word));
+                if !complaints.iter().any(|e| wrong(&e.problem) && e.problem.contains(&format!("\"{word}\"")))
+                {
+                    types.push(of_type);
+                }
+                let unknown =
+                    complaints.iter().find(|error| error.problem.contains("\"zzz\" is not a value of"));
+                if let Some(unknown) = unknown {
+                    let known = unknown.expected.trim_start_matches("expected ").replace(" or ", ", ");
+                    plugin.choices.insert(word.clone(), known.split(", ").map(str::to_owned).collect());
+                }
+            }
+            for object in ["texture", "volume", "medium"] {
+                let plugin = ["checkerboard", "constvolume", "homogeneous"]
+                    [["texture", "volume", "medium"].iter().position(|it| *it == object).unwrap_or(0)];
+                let complaints = ask(&format!(r#"<{object} type="{plugin}" name="{word}"/>"#));
+                if !complaints
+                    .iter()
+                    .any(|error| wrong(&error.problem) || error.problem.contains("cannot hold"))
+                {
+                    types.push(object);
+                }
+            }
+        }
+        plugin.properties.retain(|_, types| !types.is_empty());
+        let missing = ask("");
+        let missing =
+            missing.iter().filter(|e| e.problem.contains(" has no \"")).filter_map(|e| quoted(&e.problem));
+        plugin.required = missing.map(str::to_owned).collect();
+        for &(held, typical) in may_hold(element) {
+            let complaints = ask(&format!(r#"<{held} type="{typical}"/>"#));
+            let refused = |problem: &str| problem.contains("cannot hold a") || is_unknown(problem);
+            if !complaints.iter().any(|error| refused(&error.problem)) {
+                plugin.holds.push(held);
+            }
+        }
+        plugin
+    }
+
+    /// Remembers how a scene writes the properties of its objects, with absolute paths.
+    fn take_examples(&mut self, text: &str, folder: &Path) {
+        let Ok(document) = Document::parse(text) else { return };
+        for node in document.descendants().filter(Node::is_element) {
+            let element =
+                if node.tag_name().name() == "spectrum" { "texture" } else { node.tag_name().name() };
+            let Some(plugin) = node.attribute("type") else { continue };
+            let Some(element) = OBJECTS.into_iter().find(|object| *object == element) else { continue };
+            let Some(known) = self.plugins.get_mut(&(element, plugin.to_owned())) else { continue };
+            for child in node.children().filter(Node::is_element) {
+                let Some(name) = child.attribute("name") else { continue };
+                let mut snippet = text[child.range()].to_owned();
+                if snippet.contains('$') || snippet.contains("<ref") || snippet.len() > 2000 {
+                    continue;
+                }
+                for attribute in child.descendants().flat_map(|inner| inner.attributes()) {
+                    let path = folder.join(attribute.value());
+                    let is_name = ["value", "filename"].contains(&attribute.name());
+                    if is_name
+                        && path.is_file()
+                        && let Ok(path) = path.canonicalize()
+                    {
+                        snippet = snippet.replace(attribute.value(), &path.display().to_string());
+                    }
+                }
+                let examples = known.examples.entry(name.to_owned()).or_default();
+                if examples.len() < 20 && !examples.contains(&snippet) {
+                    examples.push(snippet);
+                }
+            }
+        }
+    }
+
+    /// Every plugin, as element and name.
+    pub fn plugins(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        self.plugins.keys().map(|(element, name)| (*element, name.as_str()))
+    }
+
+    pub fn properties(&self) -> usize {
+        self.plugins.values().map(|plugin| plugin.properties.len()).sum()
+    }
+
+    /// A scene around an object of any plugin, and which that is.
+    pub fn scene(&self, random: &mut Random) -> (String, (&'static str, &str)) {
+        let chosen = random.below(self.plugins.len());
+        let ((element, name), _) = self.plugins.iter().nth(chosen).expect("a plugin");
+        let mut writer = Writer { grammar: self, random, is_wild: false, left: 24 };
+        writer.is_wild = writer.random.below(3) == 0;
+        let object = writer.object(element, name, "", 0);
+        let mut extra = String::new();
+        for _ in 0..writer.random.below(3) {
+            let element = ["shape", "emitter", "integrator", "shape"][writer.random.below(4)];
+            extra += &writer.any(element, "", 0);
+        }
+        let text = match *element {
+            // Where an object shows.
+            "bsdf" | "medium" => {
+                let object = object.replacen("id=\"it\"", "name=\"interior\"", 1);
+                let shape = ["sphere", "rectangle", "cube", "cylinder"][writer.random.below(4)];
+                around("shape", &format!(r#"<shape type="{shape}">{object}</shape>{extra}"#))
+            }
+            "emitter" if name.contains("area") => {
+                around("shape", &format!(r#"<shape type="sphere">{object}</shape>{extra}"#))
+            }
+            "sensor" if name == "irradiancemeter" => {
+                format!(r#"<scene version="3.0.0"><shape type="rectangle">{object}</shape>{extra}</scene>"#)
+            }
+            "shape" if name == "instance" => {
+                let group = r#"<shape type="shapegroup" id="group">"#;
+                let shown = object.replacen("</shape>", r#"<ref id="group"/></shape>"#, 1);
+                let inner = writer.any("shape", "", 3);
+                around("shape", &format!("{group}{inner}</shape>{shown}{extra}"))
+            }
+            "texture" => {
+                let (bsdf, of) = [
+                    ("diffuse", "reflectance"),
+                    ("dielectric", "int_ior"),
+                    ("roughconductor", "alpha"),
+                    ("dielectric", "normal_reflectance"),
+                ][writer.random.below(4)];
+                let object = object.replacen("\"reflectance\"", &format!("\"{of}\""), 1);
+                let shape =
+                    format!(r#"<shape type="sphere"><bsdf type="{bsdf}">{object}</bsdf></shape>{extra}"#);
+                around("shape", &shape)
+            }
+            "shape" | "emitter" | "volume" => around("shape", &format!("{object}{extra}")),
+            element => around(element, &object),
+        };
+        (text, (element, name))
+    }
+}
+
+/// Writes objects.
+struct Writer<'a> {
+    grammar: &'a Grammar,
+    random: &'a mut Random,
+    /// Whether numbers may be anything.
+    is_wild: bool,
+    /// How many more objects there may be.
+    left: usize,
+}
+
+impl Writer<'_> {
+    fn any(&mut self, element: &'static str, attributes: &str, depth: usize) -> String {
+        let names: Vec<&String> =
+            self.grammar.plugins.keys().filter(|(of, _)| *of == element).map(|(_, name)| name).collect();
+        if names.is_empty() {
+            return String::new();
+        }
+        let name = names[self.random.below(names.len())];
+        self.object(element, name, attributes, depth)
+    }
+
+    fn object(&mut self, element: &'static str, name: &str, attributes: &str, depth: usize) -> String {
+        let Some(plugin) = self.grammar.plugins.get(&(element, name.to_owned())) else {
+            return String::new();
+        };
+        self.left = self.left.saturating_sub(1);
+        let mut text = match attributes {
+            "" => opening(element, name),
+            attributes => format!(r#"<{element} type="{name}" {attributes}>"#),
+        };
+        let share = if self.random.below(2) == 0 { 8 } else { 2 };
+        let only_examples = plugin.examples.keys().filter(|name| !plugin.properties.contains_key(*name));
+        let none = Vec::new();
+        let all = plugin.properties.iter().chain(only_examples.map(|name| (name, &none)));
+        for (property, types) in all {
+            if !plugin.required.contains(property) && self.random.below(share) > 0 {
+                continue;
+            }
+            let examples = plugin.examples.get(property).map_or(&[][..], Vec::as_slice);
+            if !examples.is_empty() && (types.is_empty() || self.random.below(2) == 0) {
+                text += &examples[self.random.below(examples.len())];
+                continue;
+            }
+            let of_type = types[self.random.below(types.len())];
+            text += &self.property(plugin, property, of_type, depth);
+        }
+        for held in &plugin.holds {
+            let is_needed = matches!(
+                (element, *held),
+                ("bsdf", "bsdf") | ("phase", "phase") | ("sensor", "film" | "sensor")
+            );
+            let chance = if is_needed { 2 } else { 6 };
+            if *held == "film" && self.random.below(2) == 0 {
+                text += SMALLEST_FILM;
+                continue;
+            }
+            // A blend has two.
+            let count = if ["blendbsdf", "blendphase"].contains(&name) { 2 } else { 1 };
+            for _ in 0..count {
+                if depth >= 4 || self.left == 0 || self.random.below(chance) > 0 {
+                    continue;
+                }
+                let name = match (element, *held) {
+                    ("shape", "medium") => "name=\"interior\"",
+                    _ => "id=\"of\"",
+                };
+                text += &self.any(held, name, depth + 1).replace(" id=\"of\"", "");
+            }
+        }
+        if self.random.below(40) == 0 {
+            let word = &self.grammar.words[self.random.below(self.grammar.words.len())];
+            text += &PLAIN[self.random.below(PLAIN.len())].1.replace("NAME", word);
+        }
+        text + &format!("</{element}>")
+    }
+
+    fn property(&mut self, plugin: &Plugin, name: &str, of_type: &'static str, depth: usize) -> String {
+        let numbers = |writer: &mut Self, count: usize| -> String {
+            let numbers: Vec<String> = (0..count).map(|_| writer.number()).collect();
+            numbers.join(", ")
+        };
+        match of_type {
+            "float" => format!(r#"<float name="{name}" value="{}"/>"#, self.number()),
+            "integer" => {
+                let number = match self.random.below(if self.is_wild { 8 } else { 4 }) {
+                    0 => 1,
+                    1 => 2,
+                    2 => 5,
+                    3 => 16,
+                    4 => 0,
+                    5 => -1,
+                    6 => i64::from(u32::MAX),
+                    _ => 1_000_000,
+                };
+                format!(r#"<integer name="{name}" value="{number}"/>"#)
+            }
+            "boolean" => {
+                let value = self.random.below(2) == 0;
+                format!(r#"<boolean name="{name}" value="{value}"/>"#)
+            }
+            "string" => {
+                let value = match plugin.choices.get(name) {
+                    Some(choices) => choices[self.random.below(choices.len())].clone(),
+                    None if self.random.below(2) == 0 => {
+                        let count = [1, 2, 3, 4, 6, 9, 10, 12, 16][self.random.below(9)];
+                        numbers(self, count)
+                    }
+                    None => self.grammar.words[self.random.below(self.grammar.words.len())].clone(),
+                };
+                format!(r#"<string name="{name}" value="{value}"/>"#)
+            }
+            "point" => {
+                let [x, y, z] = std::array::from_fn(|_| self.number());
+                format!(r#"<point name="{name}" x="{x}" y="{y}" z="{z}"/>"#)
+            }
+            "rgb" => format!(r#"<rgb name="{name}" value="{}"/>"#, numbers(self, 3)),
+            "spectrum" => {
+                let value = match self.random.below(3) {
+                    0 => format!("400:{}, 550:{}, 700:{}", self.number(), self.number(), self.number()),
+                    _ => self.number(),
+                };
+                format!(r#"<spectrum name="{name}" value="{value}"/>"#)
+            }
+            "transform" => format!(r#"<transform name="{name}">{}</transform>"#, self.steps()),
+            "animation" => format!(
+                r#"<animation name="{name}"><transform time="0">{}</transform><transform time="{}">{}</transform></animation>"#,
+                self.steps(),
+                self.number(),
+                self.steps()
+            ),
+            object if depth < 4 && self.left > 0 => self.any(object, &format!("name=\"{name}\""), depth + 1),
+            _ => String::new(),
+        }
+    }
+
+    fn steps(&mut self) -> String {
+        let count = self.random.below(4);
+        (0..count).map(|_| self.step()).collect()
+    }
+
+    fn step(&mut self) -> String {
+        let [x, y, z] = std::array::from_fn(|_| self.number());
+        match self.random.below(6) {
+            0 => format!(r#"<scale value="{x}"/>"#),
+            1 => format!(r#"<scale x="{x}" y="{y}" z="{z}"/>"#),
+            2 => format!(r#"<rotate x="{x}" y="{y}" z="{z}" angle="{x}"/>"#),
+            3 => format!(r#"<lookat origin="{x}, {y}, {z}" target="0, 0, 0" up="0, 1, 0"/>"#),
+            4 => {
+                let numbers: Vec<String> = (0..16).map(|_| self.number()).collect();
+                format!(r#"<matrix value="{}"/>"#, numbers.join(" "))
+            }
+            _ => format!(r#"<translate x="{x}" y="{y}" z="{z}"/>"#),
+        }
+    }
+
+    fn number(&mut self) -> String {
+        const WILD: [&str; 16] = [
+            "0",
+            "-1",
+            "1e300",
+            "-1e300",
+            "1e-300",
+            "nan",
+            "inf",
+            "-0",
+            "1e-12",
+            "1e12",
+            "4294967296",
+            "1e38",
+            "-1e-7",
+            "3e5",
+            "1",
+            "1e-30",
+        ];
+        if self.is_wild && self.random.below(4) == 0 {
+            return WILD[self.random.below(WILD.len())].to_owned();
+        }
+        match self.random.below(4) {
+            0 => "1".to_owned(),
+            1 => format!("{}", self.random.below(1000) as f64 / 100.0),
+            _ => format!("{}", self.random.below(1000) as f64 / 1000.0),
+        }
+    }
+}
