@@ -2,6 +2,7 @@
 //! BSDFs against their densities, error bars against the truth. Each test says what difference it can see.
 
 mod agreement;
+mod allocation;
 mod bsdf;
 mod closed_forms;
 #[path = "../common/mod.rs"]
