@@ -126,7 +126,7 @@ fn many_balls(number: u32) -> Description {
     let lamps = (0..number).map(|i| {
         let (sin, cos) = (TAU * f64::from(i) / f64::from(number)).sin_cos();
         let to_world = abbe::geometry::Transform::translation(Vec3::new(cos, sin, 1.0));
-        abbe::scene::description::Shape { to_world, ..first.clone() }
+        abbe::scene::description::ShapeDescription { to_world, ..first.clone() }
     });
     description.shapes.extend(lamps);
     description

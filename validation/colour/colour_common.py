@@ -139,7 +139,7 @@ COLUMNS = 6
 
 
 def chart(path, surfaces, light, size=16, scale=1.0, pixel_format="xyz"):
-    """A scene of matt patches in rows of six, each `size` × `size` pixels seen from straight above, under light that falls straight down: its irradiance is π times the
+    """A scene of diffuse patches in rows of six, each `size` × `size` pixels seen from straight above, under light that falls straight down: its irradiance is π times the
     illuminant's table, so that a patch has the radiance ρ(λ) S(λ). Nothing is random in it but wavelengths.
 
     `surfaces` are names of abbe's catalogue, or (nm, values): those keep their end values, which scene files say by further nodes (such a spectrum is zero outside).

@@ -46,7 +46,7 @@ def spectrum(name, value):
     return f'<spectrum name="{name}" value="{value}"/>'
 
 
-def matt(reflectance):
+def diffuse(reflectance):
     """`reflectance`: a number or a list of wavelengths and values."""
     return f'<bsdf type="diffuse">{spectrum("reflectance", reflectance)}</bsdf>'
 
@@ -62,12 +62,12 @@ def shape(kind, transform, content="", words=""):
 
 def lamp_facing_down(kind, scale, height, radiance=1):
     """A rectangle or disk that emits downwards."""
-    return shape(kind, f'<scale {scale}/><rotate x="1" angle="180"/><translate z="{height}"/>', area(radiance) + matt(0))
+    return shape(kind, f'<scale {scale}/><rotate x="1" angle="180"/><translate z="{height}"/>', area(radiance) + diffuse(0))
 
 
 # A floor z = 0 of this reflectance that reaches far, and the view of a part of it that lamps at x = 0 do not hide: rays come down along (−1, 0, −1).
 REFLECTANCE = 0.6
-FLOOR = shape("rectangle", '<scale value="200"/>', matt(REFLECTANCE))
+FLOOR = shape("rectangle", '<scale value="200"/>', diffuse(REFLECTANCE))
 
 
 def floor_camera(centre, half, width, height):

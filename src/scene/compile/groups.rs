@@ -5,7 +5,7 @@ use super::shapes;
 use super::solids::{self, Plan};
 use crate::accel::{self, Accel};
 use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
-use crate::scene::description::{self, Animation, Description, Shape, ShapeGroup};
+use crate::scene::description::{self, Animation, Description, ShapeDescription, ShapeGroup};
 use crate::scene::source::Place;
 use crate::shape;
 use crate::shape::solid::{Carried, Leaf, Solid, Tree};
@@ -37,7 +37,7 @@ struct Group<'a> {
 /// A shape of a group, or of a solid in it.
 #[derive(Clone)]
 pub(super) struct Piece<'a> {
-    pub shape: &'a Shape,
+    pub shape: &'a ShapeDescription,
     /// To the coordinates of the group, or, where it moves within a solid, to those that its motion takes
     /// further.
     pub to_group: Transform,
@@ -63,7 +63,7 @@ struct Instance<'a> {
 
 /// A shape to be traced.
 pub(super) struct Traced<'a> {
-    pub shape: &'a Shape,
+    pub shape: &'a ShapeDescription,
     /// Transform to the coordinates that it is traced in.
     pub to_traced: Transform,
     pub flip_normals: bool,
@@ -81,7 +81,7 @@ pub(super) struct Assembled {
 }
 
 impl<'a> Piece<'a> {
-    pub fn whole(shape: &'a Shape, to_group: Transform) -> Self {
+    pub fn whole(shape: &'a ShapeDescription, to_group: Transform) -> Self {
         Self { shape, to_group, part: false, subtracted: false, keys: None }
     }
 
@@ -120,7 +120,7 @@ impl<'a> Group<'a> {
 const FARTHEST: f64 = 2048.0;
 
 /// Whether a shape is a mesh that is too small for the coordinates of the scene around it.
-fn is_apart(shape: &Shape, own: Bounds, scene: Bounds) -> bool {
+fn is_apart(shape: &ShapeDescription, own: Bounds, scene: Bounds) -> bool {
     let middle = centre(scene);
     let reach = (own.min - middle).abs().max((own.max - middle).abs()).max_element();
     let size = (own.max - own.min).max_element();
@@ -136,7 +136,7 @@ impl<'a> Groups<'a> {
         let all = Self::with_apart(description, |_| false);
         let scene = all.scene_bounds();
         let own = all.own.pieces.iter().zip(&all.own.boxes).filter(|(piece, _)| !piece.part);
-        let apart: BTreeSet<*const Shape> = own
+        let apart: BTreeSet<*const ShapeDescription> = own
             .filter(|(piece, bounds)| is_apart(piece.shape, **bounds, scene))
             .map(|(piece, _)| std::ptr::from_ref(piece.shape))
             .collect();
@@ -147,12 +147,13 @@ impl<'a> Groups<'a> {
     }
 
     /// With some of the shapes that stand still in groups of their own.
-    fn with_apart(description: &'a Description, is_apart: impl Fn(&Shape) -> bool) -> Self {
+    fn with_apart(description: &'a Description, is_apart: impl Fn(&ShapeDescription) -> bool) -> Self {
         let shutter = description.sensor.shutter.during();
-        let (moving, still): (Vec<&Shape>, Vec<&Shape>) =
+        let (moving, still): (Vec<&ShapeDescription>, Vec<&ShapeDescription>) =
             description.shapes.iter().partition(|shape| shape.motion.is_some());
         let mut own = solids::Flat::default();
-        let (apart, still): (Vec<&Shape>, Vec<&Shape>) = still.into_iter().partition(|shape| is_apart(shape));
+        let (apart, still): (Vec<&ShapeDescription>, Vec<&ShapeDescription>) =
+            still.into_iter().partition(|shape| is_apart(shape));
         own.pieces.extend(still.into_iter().map(|shape| Piece::whole(shape, shape.to_world)));
         let mut all = Self {
             own: Group::new(Vec::new(), Vec::new(), shutter),

@@ -8,7 +8,7 @@ use crate::material::{
 use crate::medium::{Body, Filling, Medium, Refraction};
 use crate::scene::description::{
     self, Alpha, Bsdf, BsdfKind, ConductorIndex, IndexSource, MetalAssumption, NormalMapShading, Roughness,
-    Shape, SpectrumKind, SpectrumSource,
+    ShapeDescription, SpectrumKind, SpectrumSource,
 };
 use crate::scene::scene::{Role, Surface};
 use crate::scene::source::SceneError;
@@ -49,7 +49,7 @@ impl MaterialCompiler {
     /// What a shape's surface is, without the light that it may be.
     pub fn surface(
         &mut self,
-        shape: &Shape,
+        shape: &ShapeDescription,
         geometry: &shape::Shape,
         part: bool,
     ) -> Result<Surface, SceneError> {
@@ -76,7 +76,7 @@ impl MaterialCompiler {
     /// What the surface encloses: an index where it refracts, and what the file says is on either side.
     fn body(
         &mut self,
-        shape: &Shape,
+        shape: &ShapeDescription,
         geometry: &shape::Shape,
         part: bool,
         material: MaterialId,
@@ -132,7 +132,7 @@ impl MaterialCompiler {
     }
 
     /// A priority is as good as leaving the outside open.
-    fn refraction(&self, shape: &Shape, material: MaterialId) -> Refraction {
+    fn refraction(&self, shape: &ShapeDescription, material: MaterialId) -> Refraction {
         let states = |material: &Material| match material {
             Material::Dielectric(dielectric) => dielectric.exterior.is_some() && shape.priority.is_none(),
             Material::Principled(principled) => principled.glass,

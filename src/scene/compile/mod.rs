@@ -303,7 +303,7 @@ impl Compiler<'_> {
     }
 
     /// Textures can only show what a mesh carries.
-    fn check_attributes(&mut self, shape: &description::Shape, geometry: &Shape, wanted: &[&str]) {
+    fn check_attributes(&mut self, shape: &description::ShapeDescription, geometry: &Shape, wanted: &[&str]) {
         let known: Vec<&str> = match geometry {
             Shape::Mesh(mesh) => {
                 mesh.data().attributes.iter().map(|attribute| attribute.name.as_str()).collect()
@@ -328,7 +328,7 @@ impl Compiler<'_> {
     }
 
     /// Solids are made of what has an inside.
-    fn refuse_open(&mut self, shape: &description::Shape, geometry: &Shape) {
+    fn refuse_open(&mut self, shape: &description::ShapeDescription, geometry: &Shape) {
         let Err(opening) = geometry.is_closed() else { return };
         let kind = &shape.kind;
         let (problem, remedy) = match (opening, kind) {

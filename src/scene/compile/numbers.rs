@@ -2,14 +2,14 @@
 
 use super::groups::Groups;
 use crate::geometry::Transform;
-use crate::scene::description::{Description, Shape};
+use crate::scene::description::{Description, ShapeDescription};
 use crate::scene::scene::ShapeNumbers;
 use std::collections::BTreeMap;
 
 /// From 1 in the order in which the scene is told: shapes, solids, instances.
 pub(super) fn of(description: &Description, groups: &Groups<'_>) -> ShapeNumbers {
     let (shapes, solids) = (description.shapes.len() as u32, description.solids.len() as u32);
-    let mut known: BTreeMap<*const Shape, u32> = BTreeMap::new();
+    let mut known: BTreeMap<*const ShapeDescription, u32> = BTreeMap::new();
     for (shape, number) in description.shapes.iter().zip(1..) {
         known.insert(shape, number);
     }
@@ -19,7 +19,7 @@ pub(super) fn of(description: &Description, groups: &Groups<'_>) -> ShapeNumbers
         }
     }
     let traced = groups.shapes(&Transform::IDENTITY);
-    let of_surface = |shape: &Shape| known.get(&std::ptr::from_ref(shape)).copied().unwrap_or(0);
+    let of_surface = |shape: &ShapeDescription| known.get(&std::ptr::from_ref(shape)).copied().unwrap_or(0);
     // Those of the file come first; what else is an instance is a thing that moves, and has a number of its
     // own.
     let instances = (shapes + solids + 1..).take(description.instances.len());

@@ -240,7 +240,11 @@ impl Compiler<'_> {
     }
 
     /// A surface that a sensor measures at, where points can be chosen.
-    fn measured_surface(&mut self, shape: &description::Shape, shift: &Transform) -> Option<Shape> {
+    fn measured_surface(
+        &mut self,
+        shape: &description::ShapeDescription,
+        shift: &Transform,
+    ) -> Option<Shape> {
         if let Some(motion) = &shape.motion {
             let problem = "A sensor measures on a shape that moves";
             let error = SceneError::at(&motion.place, problem, "expected a shape that stands still");

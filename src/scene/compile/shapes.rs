@@ -1,7 +1,7 @@
 //! Shapes where their transforms put them.
 
 use crate::geometry::{Bounds, Transform};
-use crate::scene::description::{Shape, ShapeKind};
+use crate::scene::description::{ShapeDescription, ShapeKind};
 use crate::shape::{
     self, Curves, Cylinder, Disk, GridShape, HeightField, Mesh, MeshData, Patches, ProfileOrImplicit,
     Quadric, SdfGrid, ShapeError, Sphere, SweptSphere, Torus, compute_vertex_normals,
@@ -10,7 +10,7 @@ use crate::shape::{
 /// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to
 /// single precision.
 pub(in crate::scene) fn place(
-    shape: &Shape,
+    shape: &ShapeDescription,
     to_world: &Transform,
     flip_normals: bool,
     part: bool,
@@ -67,7 +67,7 @@ pub(in crate::scene) fn place(
 }
 
 /// The box around a shape; empty where it cannot be made.
-pub(in crate::scene) fn bounds(shape: &Shape, to_world: &Transform) -> Bounds {
+pub(in crate::scene) fn bounds(shape: &ShapeDescription, to_world: &Transform) -> Bounds {
     match &shape.kind {
         ShapeKind::Mesh { mesh, .. } => {
             Bounds::of(mesh.positions.iter().map(|p| to_world.point(p.map(f64::from).into())))

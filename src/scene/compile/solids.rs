@@ -2,7 +2,7 @@
 
 use super::groups::{Keys, Piece};
 use crate::geometry::{Bounds, Transform};
-use crate::scene::description::{Part, Shape, Solid};
+use crate::scene::description::{Part, ShapeDescription, Solid};
 use crate::shape::solid::{Operation, Tree};
 
 /// How a solid is made of pieces, by their places in a list.
@@ -130,7 +130,7 @@ impl Above {
         Self { to_group, keys, subtracted: self.subtracted }
     }
 
-    fn piece<'a>(&self, shape: &'a Shape) -> Piece<'a> {
+    fn piece<'a>(&self, shape: &'a ShapeDescription) -> Piece<'a> {
         let keys = shape.motion.as_ref().map(|motion| &motion.keys);
         let (to_group, keys) = self.placed(&shape.to_world, keys);
         Piece { shape, to_group, part: true, subtracted: self.subtracted, keys }

@@ -20,7 +20,9 @@ pub use sensors::{
     AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmChannel, FilmContent, FovAxis, Lens,
     PixelFormat, Sampler, Sensor, SensorKind,
 };
-pub use shapes::{Animation, HeightSource, Instance, Part, Priority, Shape, ShapeGroup, ShapeKind, Solid};
+pub use shapes::{
+    Animation, HeightSource, Instance, Part, Priority, ShapeDescription, ShapeGroup, ShapeKind, Solid,
+};
 pub use spectra::{
     BitmapSource, CheckerboardSource, IndexKind, IndexSource, PatternSpace, ProceduralSource, RgbRole,
     SpectrumKind, SpectrumSource, VolumeSource,
@@ -34,7 +36,7 @@ pub struct Description {
     pub sources: Sources,
     pub integrator: Integrator,
     pub sensor: Sensor,
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<ShapeDescription>,
     pub solids: Vec<Solid>,
     pub instances: Vec<Instance>,
     /// Lights that are no shape's surface.

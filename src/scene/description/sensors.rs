@@ -1,7 +1,7 @@
 //! Sensors, films and samplers as a scene file says them.
 
 use super::media::Medium;
-use super::shapes::{Animation, Shape};
+use super::shapes::{Animation, ShapeDescription};
 use super::spectra::SpectrumSource;
 use crate::camera::{FisheyeProjection, Shutter, Stop};
 use crate::film::{FilterKind, Region};
@@ -67,7 +67,7 @@ pub enum SensorKind {
     },
     /// Measures on a surface, which may be part of the scene.
     IrradianceMeter {
-        surface: Arc<Shape>,
+        surface: Arc<ShapeDescription>,
     },
     /// Looks along `direction` from infinity.
     Distant {
@@ -98,7 +98,7 @@ pub enum DistantTarget {
     Scene,
     Point(Vec3),
     /// A surface that need not be part of the scene.
-    Surface(Arc<Shape>),
+    Surface(Arc<ShapeDescription>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

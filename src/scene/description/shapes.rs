@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 #[derive(Clone, Debug)]
-pub struct Shape {
+pub struct ShapeDescription {
     pub place: Place,
     pub id: Option<String>,
     pub kind: ShapeKind,
@@ -145,13 +145,13 @@ pub struct Solid {
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "nearly all are shapes")]
 pub enum Part {
-    Shape(Shape),
+    Shape(ShapeDescription),
     Solid(Solid),
 }
 
 impl Solid {
     /// The shapes that it is made of, in the order of the file.
-    pub fn leaves(&self) -> Vec<&Shape> {
+    pub fn leaves(&self) -> Vec<&ShapeDescription> {
         let of_parts = self.parts.iter().map(|part| match part {
             Part::Shape(shape) => vec![shape],
             Part::Solid(solid) => solid.leaves(),
@@ -165,7 +165,7 @@ impl Solid {
 pub struct ShapeGroup {
     pub place: Place,
     pub id: Option<String>,
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<ShapeDescription>,
     pub solids: Vec<Solid>,
 }
 

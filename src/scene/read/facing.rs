@@ -2,7 +2,7 @@
 //! outside of them.
 
 use super::super::compile::{bounds_of_shape, index_of_source, place_shape};
-use super::super::description::{Bsdf, BsdfKind, IndexSource, Shape, ShapeKind};
+use super::super::description::{Bsdf, BsdfKind, IndexSource, ShapeDescription, ShapeKind};
 use super::Reader;
 use crate::geometry::Bounds;
 use crate::shape::Mesh;
@@ -13,8 +13,8 @@ use std::sync::Arc;
 impl Reader {
     /// Says of which shapes, all in the same coordinates, the inside is on the outside. A cavity in a body of
     /// the same material is meant to be so.
-    pub(super) fn inside_out<'a>(&self, shapes: impl Iterator<Item = &'a Shape> + Clone) {
-        let encloses = |shape: &&Shape| parts_media(&shape.bsdf.kind) || shape.interior.is_some();
+    pub(super) fn inside_out<'a>(&self, shapes: impl Iterator<Item = &'a ShapeDescription> + Clone) {
+        let encloses = |shape: &&ShapeDescription| parts_media(&shape.bsdf.kind) || shape.interior.is_some();
         for shape in shapes.clone().filter(|shape| encloses(shape) && faces_inward(shape)) {
             let within = around(shape);
             let is_cavity = shapes.clone().any(|other| {
@@ -77,7 +77,7 @@ fn same_inside(a: &Arc<Bsdf>, b: &Arc<Bsdf>) -> bool {
 }
 
 /// Whether a surface is closed and its normals point to what it encloses.
-fn faces_inward(shape: &Shape) -> bool {
+fn faces_inward(shape: &ShapeDescription) -> bool {
     let mirrors = shape.to_world.mirrors();
     match &shape.kind {
         ShapeKind::Mesh { mesh, .. } => {
@@ -96,6 +96,6 @@ fn faces_inward(shape: &Shape) -> bool {
     }
 }
 
-fn around(shape: &Shape) -> Bounds {
+fn around(shape: &ShapeDescription) -> Bounds {
     bounds_of_shape(shape, &shape.to_world)
 }

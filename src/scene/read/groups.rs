@@ -1,7 +1,7 @@
 //! Shapes that hold shapes and are none themselves: `merge`, `shapegroup`, and the `instance` that shows a
 //! group somewhere.
 
-use super::super::description::{Instance, Shape, ShapeGroup, Solid};
+use super::super::description::{Instance, ShapeDescription, ShapeGroup, Solid};
 use super::super::source::SceneError;
 use super::query::{Query, capital};
 use super::tree::{Class, ObjectId};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// What an object holds, and what is merged into it.
 #[derive(Default)]
 pub(super) struct Found {
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<ShapeDescription>,
     pub solids: Vec<Solid>,
     pub instances: Vec<Instance>,
 }

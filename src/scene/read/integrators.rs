@@ -1,6 +1,6 @@
 //! Integrators.
 
-use super::super::description::{BsdfKind, Integrator, IntegratorKind, Moments, Shape};
+use super::super::description::{BsdfKind, Integrator, IntegratorKind, Moments, ShapeDescription};
 use super::super::source::{Place, SceneError};
 use super::query::{Query, capital};
 use super::tree::{Class, Object, ObjectId};
@@ -204,7 +204,10 @@ fn nested(query: &Query<'_>) -> Option<(String, Integrator)> {
 }
 
 /// Says where a scene's `ptracer` shows more here than in Mitsuba 3, and refuses what it alone shows.
-pub(super) fn check_light_tracing<'a>(reader: &Reader, mut shapes: impl Iterator<Item = &'a Shape>) {
+pub(super) fn check_light_tracing<'a>(
+    reader: &Reader,
+    mut shapes: impl Iterator<Item = &'a ShapeDescription>,
+) {
     let is_tracer = |object: &&Object| object.class == Class::Integrator && object.plugin == "ptracer";
     let Some(tracer) = reader.tree.objects.iter().find(is_tracer) else { return };
     if shapes.any(|shape| shape.bsdf.kind.any(&is_smooth)) {

@@ -355,7 +355,7 @@ impl Reader {
     fn media_under<'a>(
         &self,
         integrator: &Integrator,
-        shapes: impl Iterator<Item = &'a super::description::Shape>,
+        shapes: impl Iterator<Item = &'a super::description::ShapeDescription>,
     ) {
         if !matches!(integrator.kind, IntegratorKind::Path | IntegratorKind::Direct) {
             return;

@@ -1,6 +1,6 @@
 //! Shapes.
 
-use super::super::description::{Medium, Priority, Shape, ShapeKind};
+use super::super::description::{Medium, Priority, ShapeDescription, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
 use super::solids::{self, Inherited};
@@ -10,7 +10,7 @@ use crate::geometry::Vec3;
 use std::sync::Arc;
 
 /// `None` where the shape is wrong, which is reported.
-pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
+pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<ShapeDescription> {
     let query = Query::new(reader, id);
     // It is read with the scene's other sensors.
     query.object(Class::Sensor);
@@ -18,11 +18,11 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Shape> {
 }
 
 /// A part of a solid.
-pub(super) fn read_part(reader: &Reader, id: ObjectId, around: &Inherited) -> Option<Shape> {
+pub(super) fn read_part(reader: &Reader, id: ObjectId, around: &Inherited) -> Option<ShapeDescription> {
     one(Query::new(reader, id), around)
 }
 
-fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
+fn one(query: Query<'_>, around: &Inherited) -> Option<ShapeDescription> {
     let reader = query.reader;
     let object = query.object;
     let kind = match object.plugin.as_str() {
@@ -72,7 +72,7 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<Shape> {
     let [inside, outside] = if bsdf.kind.transmits() { around.media.clone() } else { [None, None] };
     let priority = priority(&query).or_else(|| around.priority.clone());
     query.finish();
-    Some(Shape {
+    Some(ShapeDescription {
         place: object.place.clone(),
         id: object.id.clone(),
         kind: kind?,

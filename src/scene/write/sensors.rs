@@ -1,6 +1,6 @@
 use super::super::description::{
     AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, PixelFormat,
-    Sampler, Sensor, SensorKind, Shape,
+    Sampler, Sensor, SensorKind, ShapeDescription,
 };
 use super::super::read::Class;
 use super::{Node, Writer, media, shapes};
@@ -92,7 +92,7 @@ fn shutter(node: Node, shutter: &Shutter) -> Node {
 }
 
 /// What a sensor measures on.
-pub(super) fn surface(sensor: &Sensor) -> Option<&Shape> {
+pub(super) fn surface(sensor: &Sensor) -> Option<&ShapeDescription> {
     match &sensor.kind {
         SensorKind::IrradianceMeter { surface } => Some(surface),
         _ => None,

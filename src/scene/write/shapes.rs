@@ -1,5 +1,5 @@
 use super::super::description::{
-    HeightSource, Instance, Part, Shape, ShapeGroup, ShapeKind, Solid, SpectrumSource,
+    HeightSource, Instance, Part, ShapeDescription, ShapeGroup, ShapeKind, Solid, SpectrumSource,
 };
 use super::super::info::{hash_of_curves, hash_of_mesh, hash_of_patches, hash_of_values};
 use super::super::read::{Class, solids};
@@ -11,7 +11,7 @@ use crate::shape::{
 use std::rc::Rc;
 use std::sync::Arc;
 
-pub(super) fn write(writer: &mut Writer, shape: &Shape) -> Node {
+pub(super) fn write(writer: &mut Writer, shape: &ShapeDescription) -> Node {
     let id = shape.id.clone().filter(|id| writer.shapes.insert(id.clone()));
     let node = |plugin| Node::new(Class::Shape, plugin, &shape.place).id(&id);
     let node = match &shape.kind {

@@ -13,7 +13,7 @@ from colour_common import LIGHTS, Surfaces, ask, catalogue, delta_e, grid, illum
 
 METHOD = """The range 380–780 nm is cut into N equal bands, and the 24 patches of the ColorChecker are coloured in two ways that renderers use. *Lines*: everything is known at the middles of the bands only,
 XYZ = Σ S(λᵢ) ρ(λᵢ) c(λᵢ) Δλ with c the colour-matching functions. *Averages*: light times colour matching is integrated over each band exactly, and only the reflectance is replaced by its mean in
-the band, XYZ = Σ ρ̄ᵢ ∫ S c dλ; then a grey surface and the white have no error. Lines are what "trace N frequencies" means, averages the best that N bands can do for matt surfaces. The colour is
+the band, XYZ = Σ ρ̄ᵢ ∫ S c dλ; then a grey surface and the white have no error. Lines are what "trace N frequencies" means, averages the best that N bands can do for diffuse surfaces. The colour is
 compared with abbe's exact one, both with Y = 1 for the white that each way has itself (exposure is adjusted) and the exact white of CIELAB (a tint of white is an error). The number told is the least N from
 which on the worst patch, or the mean, stays below 1 up to N = 240."""
 DATA = """ColorChecker (BabelColor), illuminants and observer from colour-science 0.4.7; the exact colours from abbe. Sources of the claims: A. S. Glassner (ed.), *An Introduction to Ray Tracing* (1989)

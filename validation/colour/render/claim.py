@@ -1,6 +1,6 @@
 """Colours through the renderer: a rendered ColorChecker is colour-science's
 
-A matt patch of reflectance ρ(λ) in light of irradiance π S(λ) is rendered as X, Y, Z = ∫ ρ S (x̄, ȳ, z̄) dλ / 106.7502594 (the unit of Mitsuba's `hdrfilm`), with every observer and
+A diffuse patch of reflectance ρ(λ) in light of irradiance π S(λ) is rendered as X, Y, Z = ∫ ρ S (x̄, ȳ, z̄) dλ / 106.7502594 (the unit of Mitsuba's `hdrfilm`), with every observer and
 with 1, 4 or 8 wavelengths a path, and its spectral bins as the mean of ρ S over each.
 """
 

@@ -160,7 +160,7 @@ def prism_scene(nm, glass, folder):
 
 
 def ball_scene(nm, glass, folder):
-    """A glass ball over a matt floor under a wide lamp: refraction, total reflection in a wall's image, a caustic."""
+    """A glass ball over a diffuse floor under a wide lamp: refraction, total reflection in a wall's image, a caustic."""
     camera = '<float name="fov" value="38"/><transform name="to_world"><lookat origin="0, -6, 3.4" target="0, 0, 0.7" up="0, 0, 1"/></transform>'
     stripes = "".join(
         f'<shape type="rectangle"><transform name="to_world"><scale x="0.25" y="1.5"/><rotate x="1" angle="90"/><translate x="{x}" y="3" z="1.5"/></transform>'

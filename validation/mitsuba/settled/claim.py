@@ -15,7 +15,7 @@ from harness.claim import ROUNDING, Planted
 
 METHOD = """The same file is rendered by both programs with 16 seeds, seen by a film that integrates the radiance L from 500 to 600 nm. abbe must agree with the witness by Student's t-test;
 Mitsuba must differ by more than 5 standard errors and 0.5 %, so that a disagreement which a later Mitsuba mends is noticed. The formulas: the balance of energy under a sky of
-radiance 1 (a surface that reflects the share ρ has L = ρ); L = ρ I / (π r²) of a matt surface under a lamp of intensity I; T = (1 − R)² e^(−τ) / (1 − R² e^(−2τ)) of an
+radiance 1 (a surface that reflects the share ρ has L = ρ); L = ρ I / (π r²) of a diffuse surface under a lamp of intensity I; T = (1 − R)² e^(−τ) / (1 − R² e^(−2τ)) of an
 absorbing slab with R = ((n − 1)/(n + 1))² (Fresnel, Beer and Lambert); E = π under that sky; the area of an ellipse.
 
 For `ldsampler` the witness is Mitsuba's own `multijitter`, with the same file otherwise, in the tile where the pictures parted."""
@@ -45,7 +45,7 @@ def towards(origin, target):
 
 SKY = '<emitter type="constant"><spectrum name="radiance" value="1"/></emitter>'
 PLANE = '<shape type="rectangle"><transform name="to_world"><scale value="50"/></transform>{}</shape>'
-MATT = '<bsdf type="diffuse"><spectrum name="reflectance" value="0.5"/></bsdf>'
+DIFFUSE = '<bsdf type="diffuse"><spectrum name="reflectance" value="0.5"/></bsdf>'
 LAMP = '<shape type="rectangle"><transform name="to_world"><scale value="{}"/><lookat origin="{}" target="{}" up="0, 1, 0"/></transform><emitter type="area"><spectrum name="radiance" value="{}"/></emitter></shape>'
 
 
@@ -61,11 +61,11 @@ def write_grid():
 REFLECTED = (0.5 / 2.5) ** 2
 CASES = [
     Case(
-        "blendbsdf of a mirror and a matt surface",
+        "blendbsdf of a mirror and a diffuse surface",
         66,
         "L = (0.5 + 1)/2 under a sky of 1",
         0.75,
-        SKY + PLANE.format(f'<bsdf type="blendbsdf"><float name="weight" value="0.5"/>{MATT}<bsdf type="conductor"/></bsdf>'),
+        SKY + PLANE.format(f'<bsdf type="blendbsdf"><float name="weight" value="0.5"/>{DIFFUSE}<bsdf type="conductor"/></bsdf>'),
         towards((0.3, 0, 0.954), (0, 0, 0)),
         spp=262144,
     ),
@@ -75,7 +75,7 @@ CASES = [
         "L = 0.4 · ρ I/(π r²), ρ 0.5, r 2",
         0.4 * 0.5 / (np.pi * 4),
         '<emitter type="point"><point name="position" x="0" y="0" z="2"/><spectrum name="intensity" value="1"/></emitter>'
-        + PLANE.format(f'<bsdf type="mask"><float name="opacity" value="0.4"/>{MATT}</bsdf>'),
+        + PLANE.format(f'<bsdf type="mask"><float name="opacity" value="0.4"/>{DIFFUSE}</bsdf>'),
         towards((1, 0, 1), (0, 0, 0)),
     ),
     Case(
@@ -112,7 +112,7 @@ CASES = [
         89,
         "a plane of it, z = 1/2: L = ρ 0.5 under a sky of 1",
         0.5,
-        f'<shape type="sdfgrid"><string name="filename" value="{GRID}"/>{MATT}</shape>' + SKY,
+        f'<shape type="sdfgrid"><string name="filename" value="{GRID}"/>{DIFFUSE}</shape>' + SKY,
         '<transform name="to_world"><scale x="0.45" y="0.45"/><lookat origin="0.5, 0.5, 5" target="0.5, 0.5, 0" up="0, 1, 0"/></transform>',
         film=16,
         spp=256,

@@ -11,7 +11,7 @@ import numpy as np
 from harness.abbe import ROOT
 from harness.claim import Planted
 from harness.plots import curves_and_residuals
-from transport_common import area, film, integrator, matt, scene, shape, spectrum
+from transport_common import area, film, integrator, diffuse, scene, shape, spectrum
 
 METHOD = """The irradiance E on each wall, on the ceiling and through the slit is measured by an irradiance meter on it, in 30 bins of 10 nm from 400
 to 700 nm. What disappears in a ball, whatever it is made of, is the flux that enters a sphere of no matter around it less the flux that leaves it, by
@@ -69,7 +69,7 @@ def room(claim, paints, where, kind):
             named = f'<string name="name" value="colorchecker/{paint}"/>'
             painted = f'<bsdf type="diffuse"><spectrum name="reflectance" type="measured">{named}</spectrum></bsdf>'
         if name == "floor" and claim.planted == DARKER:
-            painted = matt(", ".join(f"{nm}:{paints[paint](nm) - 0.04:.6f}" for nm in range(LOW, HIGH + 1, 10)))
+            painted = diffuse(", ".join(f"{nm}:{paints[paint](nm) - 0.04:.6f}" for nm in range(LOW, HIGH + 1, 10)))
         parts.append(shape("rectangle", transform, painted + (light if name == "ceiling" else "") + (meter if name == where else "")))
     gold = '<bsdf type="conductor"><string name="material" value="Au/mcpeak"/></bsdf>'
     glass = f"""<bsdf type="dielectric"><spectrum name="int_ior" type="measured"><string name="name" value="SF11"/></spectrum></bsdf>

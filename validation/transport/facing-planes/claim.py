@@ -1,14 +1,14 @@
 """Light between two facing planes is the geometric series of its bounces, per wavelength
 
-Two endless parallel matt planes of reflectance ρ(λ) that both emit e(λ) are seen, by paths of N segments, with the radiance e (1 − ρᴺ)/(1 − ρ), and
-with e/(1 − ρ) by endless paths. A ball that emits inside a large matt ball makes the same series with closed walls of finite size: the wall is lit by
+Two endless parallel diffuse planes of reflectance ρ(λ) that both emit e(λ) are seen, by paths of N segments, with the radiance e (1 − ρᴺ)/(1 − ρ), and
+with e/(1 − ρ) by endless paths. A ball that emits inside a large diffuse ball makes the same series with closed walls of finite size: the wall is lit by
 π e A/A′ (1 + ρF + ρ²F² + …).
 """
 
 import numpy as np
 from harness.claim import Planted
 from harness.plots import curves_and_residuals
-from transport_common import area, bin_means, film, integrator, matt, over, scene, shape
+from transport_common import area, bin_means, film, integrator, diffuse, over, scene, shape
 
 METHOD = """Planes 2·10⁴ across at distance 1, so that their ends take less than 10⁻⁷ of the light, seen at 30° by 256 pixels of one expectation. ρ
 rises linearly from 0.2 at 360 nm to 0.9 at 830 nm, e from 1.5 to 0.5. Concentric balls of radii 1 and 3: the wall's irradiance is even, E = πe F/(1 −
@@ -47,7 +47,7 @@ def wall(nm):
 def run(claim):
     scale = 1.01 if claim.planted == BRIGHTER else 1
     light = area(f"360:{1.5 * scale}, 830:{0.5 * scale}")
-    paint = matt("360:0.2, 830:0.9")
+    paint = diffuse("360:0.2, 830:0.9")
     planes = shape("rectangle", '<scale value="10000"/>', light + paint) + shape(
         "rectangle", '<scale value="10000"/><rotate x="1" angle="180"/><translate z="1"/>', light + paint
     )
@@ -55,7 +55,7 @@ def run(claim):
     def ball(radius, content, words=""):
         return f'<shape type="sphere"><float name="radius" value="{radius}"/>{words}{content}</shape>'
 
-    balls = ball(1, light + matt(0)) + ball(3, paint, '<boolean name="flip_normals" value="true"/>')
+    balls = ball(1, light + diffuse(0)) + ball(3, paint, '<boolean name="flip_normals" value="true"/>')
 
     def camera(origin, target):
         look = f'<scale x="0.1" y="0.1"/><lookat origin="{origin}" target="{target}" up="0, 1, 0"/>'

@@ -7,10 +7,10 @@ closed form for rectangles that face each other (C-11) or share an edge (C-14), 
 import numpy as np
 from harness.claim import Planted
 from harness.plots import plt
-from transport_common import area, film, integrator, matt, scene, shape, spectrum
+from transport_common import area, film, integrator, diffuse, scene, shape, spectrum
 
 METHOD = """By an `irradiancemeter` on the receiver (16 × 16 pixels that divide it evenly, light found by chance), and for rectangles by an
-orthographic view from behind of a receiver that is a matt sheet of transmittance 0.8, whose mean radiance is 0.8 LF (light samples, weighed against
+orthographic view from behind of a receiver that is a diffuse sheet of transmittance 0.8, whose mean radiance is 0.8 LF (light samples, weighed against
 scattering). Errors are those that the files state, summed over the 256 pixels, whose errors are independent."""
 DATA = """J. R. Howell, A Catalog of Radiation Heat Transfer Configuration Factors: C-11, C-14, C-41; ball and disk from the solid angle of a cone, F
 = (1 − 1/√(1 + (r/h)²))/2 from ball to disk."""
@@ -92,7 +92,7 @@ def cases(light, turned):
 
 
 def run(claim):
-    light = area(1.01 if claim.planted == BRIGHTER else 1) + matt(0)
+    light = area(1.01 if claim.planted == BRIGHTER else 1) + diffuse(0)
     rows, shown = [], []
 
     def measure(name, seed, factor, sensor, *content):
@@ -102,7 +102,7 @@ def run(claim):
         return radiance.mean() * factor, np.sqrt(np.sum(error**2)) / error.size * factor
 
     for number, (name, ((kind, scale), emitters, truth)) in enumerate(cases(light, claim.planted == TURNED).items()):
-        meter = shape(kind, f"<scale {scale}/>", f'<sensor type="irradiancemeter">{film(16, 16)}</sensor>' + matt(0))
+        meter = shape(kind, f"<scale {scale}/>", f'<sensor type="irradiancemeter">{film(16, 16)}</sensor>' + diffuse(0))
         shown.append((name, "irradiance meter", truth, *measure(f"meter{number}", 2 * number + 1, 1 / np.pi, "", meter, emitters)))
         if kind == "rectangle":
             # Upwards, from below; the film is the receiver.

@@ -9,7 +9,7 @@ import numpy as np
 import OpenEXR
 from harness.claim import Planted
 from harness.plots import curves_and_residuals
-from transport_common import bin_means, film, integrator, matt, over, pooled, scene, shape, spectrum
+from transport_common import bin_means, film, integrator, diffuse, over, pooled, scene, shape, spectrum
 
 METHOD = """A plate seen at 50° by an orthographic camera, and a ball, under a constant sky with L rising linearly from 0.5 at 360 nm to 1.5 at 830
 nm. All 256 pixels of a plate have the same expectation, so their spread is the error of their mean, whatever the sampler (blue noise makes it too
@@ -153,8 +153,8 @@ def plates(work):
     sellmeier = SF11 + '<float name="ext_ior" value="1"/>'
     principled = f'{spectrum("base_color", linear)}<float name="roughness" value="0.4"/><float name="spec_trans" value="0.3"/>'
     return {
-        "diffuse": (matt(linear), rho, 0),
-        "twosided, from behind": (bsdf("twosided", matt(linear)), rho, 180),
+        "diffuse": (diffuse(linear), rho, 0),
+        "twosided, from behind": (bsdf("twosided", diffuse(linear)), rho, 180),
         "diffusetransmitter": (
             bsdf("diffusetransmitter", spectrum("reflectance", linear) + spectrum("transmittance", "360:0.7, 830:0.1")), lambda nm: 0.9, 0
         ),
@@ -175,10 +175,10 @@ def plates(work):
         "roughplastic": (bsdf("roughplastic", f'{spectrum("diffuse_reflectance", linear)}{glass}<float name="alpha" value="0.2"/>'), None, 0),
         "principled": (bsdf("principled", principled + '<float name="metallic" value="0.3"/><float name="clearcoat" value="0.5"/>'), None, 0),
         "principledthin": (bsdf("principledthin", principled + '<float name="diff_trans" value="0.6"/>'), None, 0),
-        "mask": (bsdf("mask", '<float name="opacity" value="0.4"/>' + matt(linear)), lambda nm: 0.6 + 0.4 * rho(nm), 0),
-        "blendbsdf": (bsdf("blendbsdf", '<float name="weight" value="0.25"/>' + matt(linear) + mirror), lambda nm: 0.25 + 0.75 * rho(nm), 0),
-        "normalmap": (bsdf("normalmap", bitmap.format("normalmap", "normals") + hard + matt(linear)), lambda nm: above * rho(nm), 0),
-        "bumpmap": (bsdf("bumpmap", bitmap.format("height", "heights") + hard + matt(linear)), lambda nm: above * rho(nm), 0),
+        "mask": (bsdf("mask", '<float name="opacity" value="0.4"/>' + diffuse(linear)), lambda nm: 0.6 + 0.4 * rho(nm), 0),
+        "blendbsdf": (bsdf("blendbsdf", '<float name="weight" value="0.25"/>' + diffuse(linear) + mirror), lambda nm: 0.25 + 0.75 * rho(nm), 0),
+        "normalmap": (bsdf("normalmap", bitmap.format("normalmap", "normals") + hard + diffuse(linear)), lambda nm: above * rho(nm), 0),
+        "bumpmap": (bsdf("bumpmap", bitmap.format("height", "heights") + hard + diffuse(linear)), lambda nm: above * rho(nm), 0),
         "null": (bsdf("null", ""), lambda nm: 1.0, 0),
     }
 
@@ -186,7 +186,7 @@ def plates(work):
 def balls():
     halves = spectrum("reflectance", "360:0.1, 830:0.9") + spectrum("transmittance", "360:0.9, 830:0.1")
     return {
-        "diffuse": matt(1),
+        "diffuse": diffuse(1),
         "diffusetransmitter": f'<bsdf type="diffusetransmitter">{halves}</bsdf>',
         "dielectric, SF11": f'<bsdf type="dielectric">{SF11}</bsdf>',
         "thindielectric": '<bsdf type="thindielectric"/>',

@@ -1,13 +1,13 @@
 """Behind an edge the light falls off as the part of the lamp that is seen
 
-On a matt floor under a lamp of radiance L, half of which an opaque sheet with a straight edge covers, the radiance is ρL/π ∫ cos² θ/r² dA over the
+On a diffuse floor under a lamp of radiance L, half of which an opaque sheet with a straight edge covers, the radiance is ρL/π ∫ cos² θ/r² dA over the
 part of the lamp that the place sees: from full light to none, and exactly none in the umbra.
 """
 
 import numpy as np
 from harness.claim import Planted
 from harness.plots import curves_and_residuals
-from transport_common import FLOOR, REFLECTANCE, floor_camera, floor_pixels, gray, integrator, lamp_facing_down, matt, over, scene, shape
+from transport_common import FLOOR, REFLECTANCE, floor_camera, floor_pixels, gray, integrator, lamp_facing_down, diffuse, over, scene, shape
 
 METHOD = """A disk and a rectangle at height 4, an edge at height 1.5, seen by a slanted orthographic camera. The integral over the seen part by a
 product rule of Gauss and Legendre in the angle of the disk, at 9 places of each pixel; columns of 32 pixels against it by their spread. The place of
@@ -54,7 +54,7 @@ def run(claim):
     for number, (name, (scale, across, along)) in enumerate(LAMPS.items()):
         edge = 0.005 if claim.planted == SHIFTED else 0
         lamp = lamp_facing_down(name, scale, LAMP, 1.01 if claim.planted == BRIGHTER else 1)
-        sheet = shape("rectangle", f'<scale value="10"/><translate x="{edge - 10}" z="{EDGE}"/>', matt(0))
+        sheet = shape("rectangle", f'<scale value="10"/><translate x="{edge - 10}" z="{EDGE}"/>', diffuse(0))
         file = scene(claim.work / f"{name}.xml", integrator("path", 2), floor_camera(0, HALF, WIDTH, HEIGHT), FLOOR, sheet, lamp)
         measured = gray(claim, file, 512 if claim.quick else 4096, number + 1)
         expected = radiance(x, y, across, along) @ weights

@@ -1,6 +1,6 @@
-"""Lights of every form bring the irradiance of their closed forms to a matt plane
+"""Lights of every form bring the irradiance of their closed forms to a diffuse plane
 
-A matt plane of reflectance ρ under a light sends out ρE/π, where E is known: πL r²h/D³ under a sphere of radius r at height h and distance D while
+A diffuse plane of reflectance ρ under a light sends out ρE/π, where E is known: πL r²h/D³ under a sphere of radius r at height h and distance D while
 all of it is above the horizon, an integral over its part above the horizon otherwise, πL times the configuration factor under a disk or a rectangle,
 I cos θ/D² under a point.
 """
@@ -9,7 +9,7 @@ import numpy as np
 from harness.claim import Planted
 from harness.plots import curves_and_residuals
 from scipy.integrate import quad
-from transport_common import FLOOR, REFLECTANCE, area, floor_camera, floor_pixels, gray, integrator, lamp_facing_down, matt, over, profile, scene
+from transport_common import FLOOR, REFLECTANCE, area, floor_camera, floor_pixels, gray, integrator, lamp_facing_down, diffuse, over, profile, scene
 
 METHOD = """A slanted orthographic view of the floor from below the lamp to some three lamp heights away, with `path` of depth 2 and with `direct`
 (light samples and scattering in their own weights), in each of 1024 pixels set against E integrated over the pixel. Measured over expected has
@@ -81,7 +81,7 @@ def lamps(brightness):
 
     def ball(radius, height):
         place = f'<point name="center" value="0 0 {height}"/><float name="radius" value="{radius}"/>'
-        return f'<shape type="sphere">{place}{area(brightness)}{matt(0)}</shape>'
+        return f'<shape type="sphere">{place}{area(brightness)}{diffuse(0)}</shape>'
 
     def round_about(function):
         return lambda x, y: function(x * x + y * y)

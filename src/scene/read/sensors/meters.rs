@@ -4,7 +4,7 @@ use super::super::query::Query;
 use super::super::tree::{Class, ObjectId, Value};
 use super::super::{Reader, shapes};
 use crate::geometry::Vec3;
-use crate::scene::description::{DistantTarget, SensorKind, Shape};
+use crate::scene::description::{DistantTarget, SensorKind, ShapeDescription};
 use crate::scene::source::SceneError;
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ pub(super) fn irradiance_meter(query: &Query<'_>, shape: Option<ObjectId>) -> Op
     surface(query.reader, shape).map(|surface| SensorKind::IrradianceMeter { surface })
 }
 
-fn surface(reader: &Reader, shape: ObjectId) -> Option<Arc<Shape>> {
+fn surface(reader: &Reader, shape: ObjectId) -> Option<Arc<ShapeDescription>> {
     shapes::read(reader, shape).map(Arc::new)
 }
 

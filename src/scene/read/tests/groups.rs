@@ -18,7 +18,7 @@ fn instances_share_their_group_and_merged_shapes_are_shapes() {
     assert_eq!(second.to_world.point(Vec3::ZERO), Vec3::X * 2.0);
     assert!(matches!(
         scene.shapes[..],
-        [crate::scene::description::Shape { kind: ShapeKind::Rectangle, .. }]
+        [crate::scene::description::ShapeDescription { kind: ShapeKind::Rectangle, .. }]
     ));
     assert_eq!(self::scene(GROUP).instances.len(), 0);
 }

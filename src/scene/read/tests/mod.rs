@@ -12,7 +12,7 @@ mod solids;
 mod textures;
 
 use super::{ReadOptions, read_str};
-use crate::scene::description::{Description, Shape};
+use crate::scene::description::{Description, ShapeDescription};
 use std::path::Path;
 
 fn read(text: &str) -> Result<Description, String> {
@@ -25,7 +25,7 @@ fn scene(content: &str) -> Description {
     read(&text).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
-fn shape(content: &str) -> Shape {
+fn shape(content: &str) -> ShapeDescription {
     scene(content).shapes.remove(0)
 }
 

@@ -1,12 +1,12 @@
 use super::{errors, scene};
-use crate::scene::description::{Part, Shape, Solid};
+use crate::scene::description::{Part, ShapeDescription, Solid};
 use crate::shape::solid::Operation;
 
 fn solid(content: &str) -> Solid {
     scene(content).solids.remove(0)
 }
 
-fn leaf(part: &Part) -> &Shape {
+fn leaf(part: &Part) -> &ShapeDescription {
     match part {
         Part::Shape(shape) => shape,
         Part::Solid(solid) => panic!("a {:?}", solid.operation),
@@ -28,7 +28,7 @@ fn parts_have_what_the_solids_around_them_say() {
         </shape>"#,
     );
     assert_eq!(outer.operation, Operation::Difference);
-    let id = |shape: &Shape| shape.bsdf.id.clone().unwrap();
+    let id = |shape: &ShapeDescription| shape.bsdf.id.clone().unwrap();
     let Part::Solid(inner) = &outer.parts[1] else { panic!("no union") };
     assert_eq!(id(leaf(&outer.parts[0])), "glass");
     assert_eq!([id(leaf(&inner.parts[0])), id(leaf(&inner.parts[1]))], ["air", "own"]);
