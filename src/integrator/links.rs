@@ -30,6 +30,8 @@ pub(super) struct Links<const C: usize> {
     /// The first surfaces that see the next one and may get anything of it, or sample it.
     pub linked: Mask,
     toward_first: [Vec3Lanes; REGISTERS],
+    /// The solid angle of a unit of area of the next surface.
+    geometry: Row,
     /// What of the radiance of the next surface the sensor gets per unit of its area: throughput · f · G ·
     /// transmittance.
     pub reach: SampledLanes<C>,
@@ -145,7 +147,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
         let Found { owner, toward_first, geometry, share, facing, linked } = found;
         let linked = linked & self.diffuse;
         let mut links =
-            Links { linked, toward_first, reach: SampledLanes::ZERO, density: SampledLanes::ZERO };
+            Links { linked, toward_first, geometry, reach: SampledLanes::ZERO, density: SampledLanes::ZERO };
         let all = (1 << self.surfaces.len()) - 1;
         for lane in lanes_of(facing & all & !self.diffuse) {
             let first = &self.surfaces[lane];
@@ -206,6 +208,11 @@ impl<const C: usize> Links<C> {
     /// From the next surface to a first one.
     pub fn toward_first(&self, lane: usize) -> Vec3 {
         self.toward_first[lane / WIDTH].get(lane)
+    }
+
+    /// The density per steradian with which a first surface samples the next one.
+    pub fn density_of_direction(&self, lane: usize) -> Sampled<C> {
+        self.density.get(lane) / lanes::get(&self.geometry, lane)
     }
 }
 

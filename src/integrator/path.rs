@@ -506,7 +506,7 @@ impl<const C: usize> Path<C> {
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
         let around = self.media_beyond(scene, ray, hit, shadow_ray);
-        scene.visibility(shadow_ray, self.time, &around, wavelengths)
+        scene.passage(shadow_ray, self.time, &around, wavelengths).transmittance
     }
 
     /// What is around a shadow ray that leaves a surface.

@@ -233,7 +233,7 @@ impl<const C: usize> Group<'_, C> {
                 let choice = PreviousSample::Scattered {
                     from,
                     prior_over_density: C as f64,
-                    by_scattering: shading.evaluate(-links.toward_first(lane)).density,
+                    by_scattering: links.density_of_direction(lane),
                 };
                 choice.weight_beside_lights(self.scene, |_| by_light)
             } else {

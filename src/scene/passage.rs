@@ -37,18 +37,8 @@ impl Scene {
     }
 
     /// Transmittance along a ray that begins in `media`: that of the media, and of surfaces with null
-    /// transmission where the scene has transparent shadows. Zero where an opaque surface is in the way.
-    pub fn visibility<const C: usize>(
-        &self,
-        ray: &Ray,
-        time: f64,
-        media: &MediumStack,
-        wavelengths: &Wavelengths<C>,
-    ) -> Sampled<C> {
-        self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows).transmittance
-    }
-
-    /// The same, with the probability of passing the media that scatter.
+    /// transmission where the scene has transparent shadows. Zero where an opaque surface is in the way. And
+    /// the probability of passing the media that scatter.
     pub fn passage<const C: usize>(
         &self,
         ray: &Ray,
