@@ -1,5 +1,6 @@
 use super::Failure;
 use super::scene_options::SceneOptions;
+use abbe::integrator::why_nothing_is_shared;
 use abbe::scene::{CompileOptions, compile, json, outline};
 use std::path::{Path, PathBuf};
 
@@ -33,7 +34,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let text = if args.json {
         json(&description, &scene.features(), folder)
     } else {
-        format!("{}renderer: {}\n", outline(&description), scene.features())
+        let shared = why_nothing_is_shared(&scene).map_or_else(
+            || "light at diffuse and glossy surfaces, where it pays".to_owned(),
+            |reason| format!("nothing, because {reason}"),
+        );
+        format!("{}renderer: {}\nshared between pixels: {shared}\n", outline(&description), scene.features())
     };
     match &args.output {
         Some(path) => std::fs::write(path, text)

@@ -91,6 +91,20 @@ impl Estimator {
     }
 }
 
+/// Why pixels cannot share the suffixes of their paths in a scene. `None` where they can.
+pub fn why_nothing_is_shared(scene: &Scene) -> Option<&'static str> {
+    if scene.integrator != Integrator::Path {
+        Some("the integrator is no path tracer")
+    } else if scene.film.moments {
+        Some("second moments are those of a path tracer's samples")
+    } else if scene.features().scattering {
+        // What a medium scatters on the way from one surface to the other would have to be weighed, too.
+        Some("a medium scatters light between the surfaces")
+    } else {
+        None
+    }
+}
+
 /// What a sample's camera ray has led to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadianceSample<const C: usize> {

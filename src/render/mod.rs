@@ -18,7 +18,7 @@ pub use settings::{Settings, WavelengthCount};
 pub use work::{Position, Work};
 
 use crate::film::{BadValues, Film};
-use crate::integrator::{Estimator, Integrator};
+use crate::integrator::{self, Estimator};
 use crate::scene::Scene;
 use crate::spectrum::Sampled;
 use allocation::Allocation;
@@ -70,14 +70,13 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, progre
         light_scale: film.light_scale(),
         extras: film.extras.clone(),
     };
-    let (plan, allocation) = match (settings.estimator, scene.integrator) {
-        // Second moments are those of samples of a path tracer. Suffixes are shared between surfaces alone:
-        // what a medium scatters on the way from one to the other would have to be weighed, too.
-        (Estimator::Shared, Integrator::Path) if !scene.film.moments && !scene.features().scattering => {
-            let plan = pilot::choose::<C>(&exposure, settings.sampler, progress);
-            (plan, Allocation::measured::<C>(&exposure, settings.sampler, plan, progress))
-        }
-        _ => (Plan::PLAIN, even.clone()),
+    let is_shared =
+        settings.estimator == Estimator::Shared && integrator::why_nothing_is_shared(scene).is_none();
+    let (plan, allocation) = if is_shared {
+        let plan = pilot::choose::<C>(&exposure, settings.sampler, progress);
+        (plan, Allocation::measured::<C>(&exposure, settings.sampler, plan, progress))
+    } else {
+        (Plan::PLAIN, even.clone())
     };
     let groups = Groups::new(plan.members, schedule.nets(), settings.seed);
     let exposure = Exposure {

@@ -51,9 +51,6 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Samples of each pixel of what is taken to be the truth.
-const TRUTH: u32 = 1 << 14;
-
 /// The picture that a render ends with.
 fn ended(scene: &Scene, target: Target, seed: u64) -> Film {
     let settings = settings(1 << 14, seed);
@@ -69,7 +66,9 @@ fn ended(scene: &Scene, target: Target, seed: u64) -> Film {
 fn errors_are_reached_and_pictures_stay_right() {
     let seeds = stress::count(20, 2000);
     let scene = common::scene("tests/scenes/targets.xml", &[], WavelengthRange::VISIBLE);
-    let truth = luminance(&render(&scene, &settings(TRUTH, 99_999), &NoProgress::new()));
+    // More than thirty times those of the pictures that are judged by it.
+    let of_truth = stress::count(1 << 13, 1 << 14);
+    let truth = luminance(&render(&scene, &settings(of_truth, 99_999), &NoProgress::new()));
     let scale = mean(&truth);
     // Chance decides whether these take one number of samples or twice that.
     for text in ["relmse<9e-4", "error<0.85%"] {
@@ -97,7 +96,7 @@ fn errors_are_reached_and_pictures_stay_right() {
         let slack = 3.0 * (CONFIDENCE * (1.0 - CONFIDENCE) / n).sqrt();
         let sigma = (means.iter().map(|m| (m - mean(&means)).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
         let bias = (mean(&means) - scale) / sigma;
-        let of_bias = (1.0 / n + mean(&samples) / f64::from(TRUTH)).sqrt();
+        let of_bias = (1.0 / n + mean(&samples) / f64::from(of_truth)).sqrt();
         assert!(samples.iter().any(|&count| count != samples[0]), "{text}: nothing is decided");
         println!(
             "{text}: reached by {:.1} %, {:.0} samples, mean off by {bias:.3} ± {:.3} of its standard error",

@@ -60,17 +60,16 @@ class Abbe:
             raise RuntimeError(f"{' '.join(map(str, command))} exits with {done.returncode}: {(done.stderr or done.stdout).strip()[-800:]}")
         return done.stdout
 
-    def render(self, scene, spp, seed=1, options=(), defines=None):
+    def render(self, scene, spp, seed=1, options=(), defines=None, estimator="plain"):
         """The scene file rendered by `abbe render`: a Picture. `options` are further words, `defines` values for the scene's parameters.
 
-        Each pixel traces its own paths: claims take pixels as independent. That pixels which share paths come out the same is
-        `tests/statistical/agreement.rs`'s to show."""
+        Each pixel traces its own paths unless `estimator` says otherwise: most claims take pixels as independent."""
         import OpenEXR
 
         self.work.mkdir(parents=True, exist_ok=True)
         output = self.work / f"{Path(scene).stem}.exr"
         words = [word for name, value in (defines or {}).items() for word in ("-D", f"{name}={value}")]
-        self._run([self.binary, "render", scene, "-q", "-o", output, "--spp", spp, "--seed", seed, "--estimator", "plain", *options, *words])
+        self._run([self.binary, "render", scene, "-q", "-o", output, "--spp", spp, "--seed", seed, "--estimator", estimator, *options, *words])
         file = OpenEXR.File(str(output), separate_channels=True)
         channels = {name: channel.pixels.astype(np.float64) for name, channel in file.channels().items()}
         return Picture(channels, dict(file.header()))

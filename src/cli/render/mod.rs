@@ -36,7 +36,8 @@ pub struct Args {
     #[arg(short, long, value_name = "OUT.exr|checkpoint")]
     output: Option<PathBuf>,
 
-    /// Samples per pixel, dealt into replicates whose spread gives the error [default: what the scene says]
+    /// Samples per pixel, the mean over the picture: a pilot gives more to pixels that err more. They are dealt
+    /// into replicates whose spread gives the error [default: what the scene says]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     spp: Option<u32>,
 
@@ -63,8 +64,9 @@ pub struct Args {
     #[arg(long, value_name = "C", default_value = "4", value_parser = parse_wavelengths)]
     wavelengths: WavelengthCount,
 
-    /// Estimator: shared (pixels share the suffixes of their paths) or plain (each pixel traces its own). The
-    /// expectation is the same, noise and time are not
+    /// Estimator: shared (pixels share the suffixes of their paths, and samples go where pixels err) or plain
+    /// (each pixel traces its own paths, all the same number). The expectation is the same, noise and time are
+    /// not
     #[arg(long, value_name = "E", default_value = "shared", value_parser = parse_estimator)]
     estimator: Estimator,
 

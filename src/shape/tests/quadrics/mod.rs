@@ -45,8 +45,8 @@ fn areas_are_those_of_closed_forms() {
     }
 }
 
-/// The mean of 1 / density over the unit square is the area, by its own standard error, which is below 2 % of it;
-/// and the density at a point is that with which it was sampled.
+/// The mean of 1 / density over the unit square is the area, by its own standard error, which is below 2 % of
+/// it; and the density at a point is that with which it was sampled.
 #[test]
 fn densities_are_those_of_the_samples() {
     let mut random = Random::seed_from_u64(5);
