@@ -210,7 +210,7 @@ fn shares(deviations: &[f64], samples_per_replicate: u32) -> Vec<Share> {
     };
     let total = |shares: &[Share]| shares.iter().map(|share| share.factor()).sum::<f64>();
     let most = deviations.iter().copied().fold(0.0, f64::max);
-    if most.is_nan() || most <= 0.0 {
+    if most <= 0.0 {
         return vec![Share::EVEN; deviations.len()];
     }
     // Between all cells at the least share and the cell of most deviation at the greatest.
@@ -244,7 +244,6 @@ mod tests {
         assert_eq!(of(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 8), [-1, -1, -1, -1, -1, -1, -1, 2]);
         // A single sample cannot be halved.
         assert_eq!(of(&[1.0, 1.0, 1.0, 4.0], 1), [0, 0, 0, 0]);
-        assert_eq!(of(&[f64::NAN, 1.0], 8), [0, 0]);
     }
 
     /// However a picture's indices are cut, each index of a cell is in one of the runs, and the first is in

@@ -169,11 +169,12 @@ class Pair:
     correlated: bool = False  # neighbouring pixels share samples
     defines: dict = None
     channels: tuple = None  # all if there are none
+    rounding: float = 0.0  # how well values are known at best
 
     @classmethod
     def of(cls, name, settings):
         file = (HERE / settings.get("file", f"scenes/{name}.xml")).resolve()
-        return cls(name, file, file, settings["spp"], settings.get("correlated", False), settings.get("defines"), tuple(settings.get("channels", ())) or None)
+        return cls(name, file, file, settings["spp"], settings.get("correlated", False), settings.get("defines"), tuple(settings.get("channels", ())) or None, settings.get("rounding", 0.0))
 
 
 def draw(pair, ours, reference, power, seed, repeats=1):
@@ -182,7 +183,7 @@ def draw(pair, ours, reference, power, seed, repeats=1):
     seed = own_seed(pair.name, seed)
     b = reference.stack(pair.witness, spp, range(seed + REFERENCE, seed + REFERENCE + count), pair.channels, pair.defines or {})
     a = ours.stack(pair.scene, spp, range(seed, seed + count), b.names, pair.defines or {})
-    result = welch.compare(pair.name, a.pictures, b.pictures, b.names, pair.correlated)
+    result = welch.compare(pair.name, a.pictures, b.pictures, b.names, pair.correlated, pair.rounding)
     if not power.strict:
         result.failures = [f for f in result.failures if f[0] not in ("noisy", "0.5 %")]
     if a.errors is not None and a.errors.any():

@@ -33,13 +33,14 @@ class Welch:
     p: np.ndarray  # two-sided; nan where nothing can be tested
 
     @classmethod
-    def of(cls, a, b):
+    def of(cls, a, b, known=0.0):
+        """`known`: how well a mean is known at best, in its own unit."""
         mean_a, mean_b = a.mean(0), b.mean(0)
         # Variances of the means.
         va, vb = a.var(0, ddof=1) / len(a), b.var(0, ddof=1) / len(b)
         difference, error = mean_a - mean_b, np.sqrt(va + vb)
         # Float32 pixels: a mean is not known better than its own rounding, and what varies by less is constant (alpha inside a shape).
-        rounding = 2.0**-22 * np.maximum(np.abs(mean_a), np.abs(mean_b))
+        rounding = np.maximum(2.0**-22 * np.maximum(np.abs(mean_a), np.abs(mean_b)), known)
         same = np.abs(difference) <= rounding
         error = np.where(error <= rounding, 0, error)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -106,8 +107,8 @@ def largest(t):
         return np.nanmax(np.abs(t), (0, 1))
 
 
-def compare(name, ours, reference, channels, correlated=False):
-    """All tests of one scene: `ours` against `reference`."""
+def compare(name, ours, reference, channels, correlated=False, rounding=0.0):
+    """All tests of one scene: `ours` against `reference`. Single values of it are known up to `rounding` at best."""
     result = Result(name, channels)
     ours, reference = ours.astype(np.float64), reference.astype(np.float64)
     if ours.shape[1:] != reference.shape[1:]:
@@ -127,8 +128,8 @@ def compare(name, ours, reference, channels, correlated=False):
     result.sigma = whole.t
     result.detectable = STANDARD_ERRORS * whole.error / np.abs(result.mean)
 
-    pixel = Welch.of(ours, reference)
-    tile = Welch.of(tiles(ours), tiles(reference))
+    pixel = Welch.of(ours, reference, rounding)
+    tile = Welch.of(tiles(ours), tiles(reference), rounding)
     result.pixel_t, result.tile_t = largest(pixel.t), largest(tile.t)
     with np.errstate(divide="ignore", invalid="ignore"):
         result.tile_detectable = np.nanmedian(STANDARD_ERRORS * tile.error / tiles(reference).mean(0), (0, 1))

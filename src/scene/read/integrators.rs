@@ -44,8 +44,8 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Integrator {
                 integrator.kind = IntegratorKind::VolPath;
             }
             if plugin == "ptracer" {
-                let text = "integrator \"ptracer\" stands for \"path\", whose picture is the same in expectation: light \
-                            is traced from the lamps where that finds caustics";
+                let text = "integrator \"ptracer\" stands for \"path\", whose picture is the same in expectation but for \
+                            surfaces with shading normals: light is traced from the lamps where that finds caustics";
                 reader.remark(&object.plugin_place, text.to_owned());
             }
         }
