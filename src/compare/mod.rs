@@ -240,7 +240,7 @@ fn notes(comparison: &Comparison, pair: &Pair, sides: [&[Channels]; 2]) -> Vec<S
             let same = |name: &str| a.attribute(name).is_some_and(|value| b.attribute(name) == Some(value));
             if ["abbe.sceneHash", "abbe.seed", "abbe.sampler"].iter().all(|name| same(name)) {
                 notes.push(format!(
-                    "{first} and {second} are renders of one scene with one seed: they fraction their noise, so the tests \
+                    "{first} and {second} are renders of one scene with one seed: they share their noise, so the tests \
                      say little"
                 ));
             }

@@ -70,7 +70,7 @@ impl Share {
 #[derive(Clone, Debug)]
 pub(super) struct Allocation {
     window: Region,
-    /// Of a cell, pixels.
+    /// Edge of a cell, pixels.
     edge: u32,
     /// Row by row. One for all where the allocation is even.
     shares: Vec<Share>,

@@ -25,8 +25,8 @@ const CANDIDATES: [(Plan, f64); 4] = [
 /// Nets of the pilot. The spread of two, over many pixels, tells their error.
 const NETS: u32 = 2;
 
-/// Most samples of a net. How much less a net errs than its samples alone is another thing for each plan: nets
-/// of two samples would take what is shared for worse than it is.
+/// Most samples of a net. How much less a net errs than its samples alone depends on the plan: nets of two
+/// samples would take what is shared for worse than it is.
 const LONGEST: u32 = 8;
 
 /// Largest part of the picture's samples that a pilot takes.

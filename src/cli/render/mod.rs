@@ -36,8 +36,8 @@ pub struct Args {
     #[arg(short, long, value_name = "OUT.exr|checkpoint")]
     output: Option<PathBuf>,
 
-    /// Samples per pixel, the mean over the picture: a pilot gives more to pixels that err more. They are dealt
-    /// into replicates whose spread gives the error [default: what the scene says]
+    /// Samples per pixel, the mean over the picture: a pilot gives more to pixels that err more. They are
+    /// dealt into replicates whose spread gives the error [default: what the scene says]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     spp: Option<u32>,
 
@@ -65,8 +65,8 @@ pub struct Args {
     wavelengths: WavelengthCount,
 
     /// Estimator: shared (pixels share the suffixes of their paths, and samples go where pixels err) or plain
-    /// (each pixel traces its own paths, all the same number). The expectation is the same, noise and time are
-    /// not
+    /// (each pixel traces its own paths, all the same number). The expectation is the same, noise and time
+    /// are not
     #[arg(long, value_name = "E", default_value = "shared", value_parser = parse_estimator)]
     estimator: Estimator,
 

@@ -355,7 +355,7 @@ fn error_spectra(findings: &Findings, series: &[Series]) -> Vec<ReportFigure> {
             ),
             caption: "Power of the relative error over the picture by frequency, mean over replicates and directions; 1 is white noise, \
                       which pixels with independent errors have. Less at low frequencies is noise that the eye averages out more easily; \
-                      more there is error that neighbouring pixels fraction."
+                      more there is error that neighbouring pixels share."
                 .to_owned(),
         },
         ReportFigure {
