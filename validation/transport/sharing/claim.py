@@ -24,8 +24,6 @@ PLANTED = [
     Planted(DARKER, ("room: mean of the picture",)),
     Planted("who sees what is forgotten", ("corner: tiles",), "sharing_visibility_forgotten"),
     Planted("Jacobian without the cosine", ("room: tiles", "corner: tiles"), "sharing_without_cosine"),
-    Planted("mirrors share as if they had a density", ("corner: tiles",), "sharing_mirrors"),
-    Planted("samples of all cells weigh the same", ("corner: columns",), "sharing_equal_weights"),
 ]
 
 
