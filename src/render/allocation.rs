@@ -10,13 +10,12 @@
 
 use super::Progress;
 use super::exposure::Exposure;
-use super::groups::{BLOCK, Block, Groups};
+use super::groups::{BLOCK, Block};
+use super::pilot::{self, Pilot};
 use super::{Plan, Schedule};
-use crate::film::{Extent, FilterKind, Region};
+use crate::film::Region;
 use crate::sampling::{Sampler, SamplerKind, mix};
-use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::Ordering;
 
 /// Largest part of the picture's samples that the pilot takes.
 const BUDGET: f64 = 0.02;
@@ -121,46 +120,29 @@ impl Allocation {
         if !is_netted || schedule.samples_per_replicate > LONGEST {
             return even;
         }
-        let pilot = Schedule::independent(PILOT.0, PILOT.1);
+        let of_pilot = Schedule::independent(PILOT.0, PILOT.1);
         let budget = BUDGET * (window.pixel_count() * schedule.samples()) as f64;
-        let of_cell = f64::from(BLOCK * BLOCK) * pilot.samples() as f64;
+        let of_cell = f64::from(BLOCK * BLOCK) * of_pilot.samples() as f64;
         let cells = |edge: u32| window.size.map(|size| size.div_ceil(edge));
         let count = |edge: u32| cells(edge).into_iter().product::<u32>() as usize;
         let fits = |&edge: &u32| of_cell * count(edge) as f64 <= budget && count(edge) >= FEWEST;
         let edges = std::iter::successors(Some(EDGES.0), |edge| Some(2 * edge));
         let Some(edge) = edges.take_while(|&edge| edge <= EDGES.1).find(fits) else { return even };
         let seed = mix(picture.seed ^ SEED);
-        let groups = Groups::new(plan.members, pilot.nets(), seed);
-        let samplers = even.samplers(kind, seed, pilot, groups.members());
-        let exposure = Exposure {
-            extent: Extent { measured: window, shown: window, ..picture.extent },
-            schedule: pilot,
-            allocation: &even,
-            samplers,
-            seed,
-            groups: &groups,
-            plan,
-            // Each pixel's own samples, whatever they are splatted onto.
-            filter: FilterKind::Box,
-            extras: picture.extras.clone(),
-            ..*picture
-        };
         let across = cells(edge)[0];
-        let of_cell = |cell: usize| {
-            if progress.stop().load(Ordering::Relaxed) {
-                return Vec::new();
-            }
+        let corner = |cell: usize| {
             let cell = [cell as u32 % across, cell as u32 / across];
             let random = mix(seed ^ u64::from(cell[0]) << 32 ^ u64::from(cell[1]));
-            let corner = [0, 1].map(|axis| {
+            [0, 1].map(|axis| {
                 let start = edge * cell[axis];
                 let room = (window.size[axis] - start).min(edge).saturating_sub(BLOCK) + 1;
                 let within = (random >> (32 * axis)) as u32 % room;
                 i64::from(window.offset[axis]) + i64::from(start + within)
-            });
-            exposure.scatter_of_block::<C>(corner)
+            })
         };
-        let found: Vec<_> = (0..count(edge)).into_par_iter().map(of_cell).collect();
+        let corners: Vec<[i64; 2]> = (0..count(edge)).map(corner).collect();
+        let pilot = Pilot { sampler: kind, schedule: of_pilot, seed, plan };
+        let found = pilot::scatter::<C>(picture, &pilot, &corners, progress);
         let factors = shares(&deviations(&found), schedule.samples_per_replicate);
         Self { window, edge, shares: factors }
     }

@@ -47,7 +47,6 @@ pub(super) fn choose<const C: usize>(
 ) -> Plan {
     // Places are those of the whole picture, whatever part of it is rendered: all parts have the same plan.
     let window = picture.extent.window;
-    let extent = Extent { measured: window, shown: window, ..picture.extent };
     let schedule = Schedule::independent(NETS, picture.schedule.samples_per_net().min(LONGEST));
     let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * CANDIDATES.len() as u64;
     let budget = SHARE * (window.pixel_count() * picture.schedule.samples()) as f64;
@@ -67,30 +66,8 @@ pub(super) fn choose<const C: usize>(
             })
         })
         .collect();
-    let even = Allocation::even(window);
     let found = CANDIDATES.map(|(plan, _)| {
-        let groups = Groups::new(plan.members, schedule.nets(), seed);
-        let exposure = Exposure {
-            extent,
-            schedule,
-            allocation: &even,
-            samplers: even.samplers(sampler, seed, schedule, groups.members()),
-            seed,
-            groups: &groups,
-            plan,
-            // Each pixel's own samples, whatever they are splatted onto.
-            filter: FilterKind::Box,
-            extras: picture.extras.clone(),
-            ..*picture
-        };
-        let of_block = |corner: &[i64; 2]| {
-            if progress.stop().load(Ordering::Relaxed) {
-                return Vec::new();
-            }
-            exposure.scatter_of_block::<C>(*corner)
-        };
-        let pixels: Vec<_> = corners.par_iter().map(of_block).collect();
-        pixels.concat()
+        scatter::<C>(picture, &Pilot { sampler, schedule, seed, plan }, &corners, progress).concat()
     });
     // One scale for all of them.
     let values = found.iter().flatten().count().max(1) as f64;
@@ -103,9 +80,49 @@ pub(super) fn choose<const C: usize>(
     best.map_or(Plan::USUAL, |best| CANDIDATES[best].0)
 }
 
+/// How a pilot renders: its sample values are its own.
+pub(super) struct Pilot {
+    pub sampler: SamplerKind,
+    pub schedule: Schedule,
+    pub seed: u64,
+    pub plan: Plan,
+}
+
+/// For each pixel of some blocks, by their corners, what the nets of a pilot make of it, and the variance of
+/// that. Blocks have no pixels once nobody waits for the pilot.
+pub(super) fn scatter<const C: usize>(
+    picture: &Exposure,
+    pilot: &Pilot,
+    corners: &[[i64; 2]],
+    progress: &dyn Progress,
+) -> Vec<Vec<[f64; 2]>> {
+    let &Pilot { sampler, schedule, seed, plan } = pilot;
+    let window = picture.extent.window;
+    let even = Allocation::even(window);
+    let groups = Groups::new(plan.members, schedule.nets(), seed);
+    let exposure = Exposure {
+        extent: Extent { measured: window, shown: window, ..picture.extent },
+        schedule,
+        allocation: &even,
+        samplers: even.samplers(sampler, seed, schedule, groups.members()),
+        seed,
+        groups: &groups,
+        plan,
+        // Each pixel's own samples, whatever they are splatted onto.
+        filter: FilterKind::Box,
+        extras: picture.extras.clone(),
+        ..*picture
+    };
+    let of_block = |corner: &[i64; 2]| {
+        let is_stopped = progress.stop().load(Ordering::Relaxed);
+        if is_stopped { Vec::new() } else { exposure.scatter_of_block::<C>(*corner) }
+    };
+    corners.par_iter().map(of_block).collect()
+}
+
 impl Exposure<'_> {
     /// For each pixel of a block that is measured, what its nets make of it, and the variance of that.
-    pub(super) fn scatter_of_block<const C: usize>(&self, corner: [i64; 2]) -> Vec<[f64; 2]> {
+    fn scatter_of_block<const C: usize>(&self, corner: [i64; 2]) -> Vec<[f64; 2]> {
         let nets = self.schedule.nets();
         let tiles: Vec<_> = (0..nets)
             .map(|net| {
