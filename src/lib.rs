@@ -4,26 +4,29 @@
 //! [`scene::Scene`], rendered into a [`film::Film`], and developed into EXR, PNG and a report.
 //! A room knows only the rooms above it in the list below.
 
-pub mod geometry;
-pub mod plot;
-pub mod raster;
-pub mod stats;
-pub mod texture;
 pub mod units;
+
+pub mod geometry;
+pub mod stats;
+
+pub mod plot;
 
 pub mod sampling;
 pub mod spectrum;
 
 pub mod lanes;
+pub mod raster;
 
 pub mod bsdf;
 pub mod shape;
+pub mod texture;
 
 pub mod accel;
 pub mod light;
 pub mod material;
-pub mod medium;
 pub mod phase;
+
+pub mod medium;
 
 pub mod camera;
 pub mod film;
@@ -31,10 +34,12 @@ pub mod film;
 pub mod scene;
 
 pub mod integrator;
+pub mod render;
+
+pub mod output;
 
 pub mod compare;
-pub mod output;
-pub mod render;
+
 pub mod study;
 
 #[cfg(test)]

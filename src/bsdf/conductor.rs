@@ -1,8 +1,9 @@
 //! Opaque metal, smooth and rough.
 
 use super::microfacet::Microfacets;
-use super::{Density, Evaluation, Scatter, flipped, fresnel};
+use super::{Evaluation, Scatter, flipped, fresnel};
 use crate::geometry::Vec3;
+use crate::sampling::Density;
 use crate::spectrum::Sampled;
 
 /// A smooth metal: a mirror with the Fresnel reflectance of a complex index. Black from below.

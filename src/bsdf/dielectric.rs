@@ -1,8 +1,9 @@
 //! A smooth interface between two transparent media.
 
+use super::Scatter;
 use super::fresnel::{self, Interface};
-use super::{Density, Scatter};
 use crate::geometry::Vec3;
+use crate::sampling::Density;
 use crate::spectrum::Sampled;
 
 /// A smooth interface between two dielectrics: a mirror and a window at once, from both sides.

@@ -1,8 +1,8 @@
 //! A diffuse surface, and a diffuse sheet that also transmits light.
 
-use super::{Density, Evaluation, Scatter};
+use super::{Evaluation, Scatter};
 use crate::geometry::Vec3;
-use crate::sampling::warp;
+use crate::sampling::{Density, warp};
 use crate::spectrum::Sampled;
 use std::f64::consts::FRAC_1_PI;
 

@@ -34,6 +34,7 @@ pub use rough_plastic::{RoughCoat, RoughPlastic};
 pub use thin_dielectric::ThinDielectric;
 
 use crate::geometry::Vec3;
+use crate::sampling::Density;
 use crate::spectrum::Sampled;
 
 /// How a surface scatters at one point, at the wavelengths of one path.
@@ -183,15 +184,6 @@ fn flipped(direction: Vec3) -> Vec3 {
 /// Mirror direction of `v` about `m`.
 fn reflected(v: Vec3, m: Vec3) -> Vec3 {
     m * (2.0 * v.dot(m)) - v
-}
-
-/// A density always comes with its measure.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Density {
-    /// Per steradian.
-    PerSolidAngle(f64),
-    /// One of finitely many directions; no other technique can find it.
-    Discrete,
 }
 
 /// The value of a BSDF for a pair of directions.

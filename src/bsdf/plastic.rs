@@ -1,8 +1,8 @@
 //! A smooth coat over a diffuse base.
 
-use super::{Density, Evaluation, Scatter, flipped, fresnel};
+use super::{Evaluation, Scatter, flipped, fresnel};
 use crate::geometry::Vec3;
-use crate::sampling::warp;
+use crate::sampling::{Density, warp};
 use crate::spectrum::Sampled;
 use std::f64::consts::FRAC_1_PI;
 

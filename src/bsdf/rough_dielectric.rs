@@ -3,8 +3,9 @@
 use super::dielectric::{Dielectric, interfaces};
 use super::fresnel;
 use super::microfacet::Microfacets;
-use super::{Density, Evaluation, Scatter, flipped, reflected};
+use super::{Evaluation, Scatter, flipped, reflected};
 use crate::geometry::Vec3;
+use crate::sampling::Density;
 use crate::spectrum::Sampled;
 
 /// Indices closer to 1 than this bend and reflect nothing that can be computed: the facet that would

@@ -1,7 +1,8 @@
 //! A thin sheet of glass.
 
-use super::{Density, Scatter, flipped, fresnel};
+use super::{Scatter, flipped, fresnel};
 use crate::geometry::Vec3;
+use crate::sampling::Density;
 use crate::spectrum::Sampled;
 
 /// A window pane: two parallel smooth interfaces, too close to be told apart. Light is mirrored, or goes

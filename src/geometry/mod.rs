@@ -12,6 +12,7 @@ mod pose;
 mod ray;
 pub mod roots;
 mod transform;
+mod uv;
 
 pub use bounds::Bounds;
 pub use frame::Frame;
@@ -21,3 +22,4 @@ pub use orientation::orientation;
 pub use pose::Pose;
 pub use ray::{Ray, SurfacePoint};
 pub use transform::Transform;
+pub use uv::UvTransform;

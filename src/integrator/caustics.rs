@@ -35,41 +35,17 @@
 //! sides (Veach 1997, section 5.3).
 
 use super::path::{late_survival, power_heuristic};
-use crate::bsdf::{Bsdf, Density};
+use crate::bsdf::Bsdf;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::light::Casters;
+use crate::light::Caustics;
 use crate::medium::Media;
-use crate::sampling::{Dimensions, PiecewiseConstant, Stream};
+use crate::sampling::{Density, Dimensions, Stream};
 use crate::scene::{Intersection, Scene};
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 
-/// Samples of all pixels for one light subpath: so their cost is small beside the rest, and after few samples
-/// there are as many as pixels.
-const SAMPLES_PER_PATH: u64 = 4;
-
-/// Where light subpaths begin, and where to.
-#[derive(Clone, Debug)]
-pub struct Caustics {
-    casters: Casters,
-    /// In ascending order of their numbers.
-    sources: Vec<Source>,
-    choice: PiecewiseConstant,
-    pixels: u64,
-}
-
-/// A light that sends out light subpaths.
-#[derive(Clone, Copy, Debug)]
-pub struct Source {
-    /// Among the scene's lights.
-    pub light: u32,
-    /// What it weighs in the choice among them.
-    pub power: f64,
-    pub area: f64,
-}
-
 /// How a path from the camera goes on from the first surface that it meets.
 #[derive(Clone, Copy, Debug)]
-pub struct FirstSurface {
+pub(super) struct FirstSurface {
     pub point: SurfacePoint,
     /// The direction in which it leaves.
     pub leaves: Vec3,
@@ -78,30 +54,9 @@ pub struct FirstSurface {
 }
 
 impl Caustics {
-    /// With sources in ascending order, and the number of the film's pixels. `None` where there are no light
-    /// paths.
-    pub fn new(casters: Casters, sources: Vec<Source>, pixels: u64) -> Option<Self> {
-        if casters.is_empty() || sources.is_empty() {
-            return None;
-        }
-        let edges = (0..=sources.len()).map(|i| i as f64).collect();
-        let powers: Vec<f64> = sources.iter().map(|source| source.power).collect();
-        Some(Self { casters, choice: PiecewiseConstant::new(edges, &powers)?, sources, pixels })
-    }
-
-    /// How many light subpaths there are with so many samples of each pixel.
-    pub fn paths(&self, samples: u32) -> u64 {
-        (self.pixels * u64::from(samples)).div_ceil(SAMPLES_PER_PATH)
-    }
-
-    fn choose(&self, u: f64) -> (&Source, f64) {
-        let (place, probability) = self.choice.sample(u);
-        (&self.sources[(place as usize).min(self.sources.len() - 1)], probability)
-    }
-
     /// The camera's factor of the ratio of densities, that of light subpaths over that of camera paths. Zero
     /// where light subpaths do not come.
-    pub fn from_camera(&self, scene: &Scene, first: &FirstSurface, time: f64) -> f64 {
+    fn from_camera(&self, scene: &Scene, first: &FirstSurface, time: f64) -> f64 {
         let FirstSurface { point, leaves, density } = first;
         // Through the middle of the lens: any place will do where both techniques take the same.
         let Some(seen) = scene.camera.project(point.position, [0.5; 2], time) else { return 0.0 };
@@ -112,22 +67,14 @@ impl Caustics {
     }
 
     /// The weight of a camera path beside light subpaths. `from_light` is the light's factor of the ratio.
-    pub fn weight_beside(&self, scene: &Scene, first: &FirstSurface, from_light: f64, time: f64) -> f64 {
+    pub(super) fn weight_beside(
+        &self,
+        scene: &Scene,
+        first: &FirstSurface,
+        from_light: f64,
+        time: f64,
+    ) -> f64 {
         power_heuristic(1.0, from_light * self.from_camera(scene, first, time))
-    }
-
-    /// The light's factor of that ratio, for subpaths that begin at a point of a light in a direction. Zero
-    /// where none do.
-    pub fn from_light(&self, light: u32, point: &SurfacePoint, direction: Vec3) -> f64 {
-        let Ok(at) = self.sources.binary_search_by_key(&light, |source| source.light) else { return 0.0 };
-        let cos = direction.dot(point.normal);
-        if cos <= 0.0 {
-            return 0.0;
-        }
-        let Some(aim) = self.casters.seen_from(point) else { return 0.0 };
-        let at_point = self.choice.density(at as f64 + 0.5) / self.sources[at].area;
-        let paths = self.pixels as f64 / SAMPLES_PER_PATH as f64;
-        paths * at_point * aim.density(direction) / cos
     }
 }
 
@@ -250,7 +197,7 @@ impl<const C: usize> LightSubpath<C> {
         let wavelengths = scene.wavelengths.sample::<C>(wavelength);
         let (source, probability) = caustics.choose(light);
         let start = scene.lights.emit(source.light, [x, y], time, &wavelengths.nm)?;
-        let (direction, density) = caustics.casters.seen_from(&start.point)?.sample(cone, [u, v])?;
+        let (direction, density) = caustics.aim_from(&start.point)?.sample(cone, [u, v])?;
         let cos = direction.dot(start.point.normal);
         let power = start.radiance * (cos / (probability * start.density * density));
         (cos > 0.0).then(|| Self {

@@ -239,8 +239,7 @@ impl<const C: usize> Values<C> {
 mod tests {
     use super::super::path::Path;
     use super::*;
-    use crate::bsdf::Density;
-    use crate::sampling::{Dimensions, Sampler, SamplerKind};
+    use crate::sampling::{Density, Dimensions, Sampler, SamplerKind};
     use crate::scene::{CompileOptions, ReadOptions, compile, read};
 
     /// What of a next surface's radiance a first one gets, and the density with which it samples it.

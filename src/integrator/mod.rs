@@ -9,56 +9,13 @@ mod walk;
 
 use crate::geometry::Ray;
 use crate::sampling::Stream;
-use crate::scene::Scene;
+use crate::scene::{Coverage, Integrator, Limits, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 
-pub use caustics::{Caustics, Source as CausticSource, Splat, light_subpath};
+pub use caustics::{Splat, light_subpath};
 pub use shared::{Sight, radiance_of_group};
 
-/// How the radiance along a camera ray is estimated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Integrator {
-    /// Path tracing with next-event estimation.
-    Path,
-    /// Scattering alone: the oracle.
-    Walk,
-    /// No light at all: the distance of what is seen first takes the place of the radiance, at all
-    /// wavelengths.
-    Depth,
-}
-
-/// How light is found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Techniques {
-    /// By scattering and by light samples, each weighed against the other.
-    Both,
-    /// By scattering alone. Lights without extent are never found.
-    Scattering,
-    /// By light samples alone. Mirror images of lights are never found.
-    LightSamples,
-}
-
-/// Where paths end and what they see.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Most segments of a path, the camera ray included.
-    pub max_depth: u32,
-    /// Segments from which Russian roulette may end a path.
-    pub rr_depth: u32,
-    /// Whether lights are invisible to camera rays.
-    pub hide_emitters: bool,
-    /// Whether null transmission makes a segment of its own; then such a surface also blocks light samples.
-    pub null_is_a_segment: bool,
-    pub techniques: Techniques,
-    pub coverage: Coverage,
-}
-
 impl Limits {
-    /// Whether light may reach a surface by way of another and be found by scattering.
-    pub fn allow_caustics(&self) -> bool {
-        self.max_depth >= 3 && self.techniques != Techniques::LightSamples
-    }
-
     /// Whether rays that meet no surface count as having met something.
     fn sky_covers(&self, scene: &Scene) -> bool {
         self.coverage == Coverage::Obstacle && scene.lights.environment().is_some() && !self.hide_emitters
@@ -115,16 +72,6 @@ pub struct RadianceSample<const C: usize> {
 
 impl<const C: usize> RadianceSample<C> {
     pub const NOTHING: Self = Self { radiance: Sampled::ZERO, alpha_hit: false };
-}
-
-/// What alpha counts as something (Mitsuba 3.9.1).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Coverage {
-    /// A surface of any kind (`direct`).
-    Surface,
-    /// Light from beyond the scene, if there is any and the camera sees it, or a surface that the ray does
-    /// not pass as if there were none.
-    Obstacle,
 }
 
 /// Spectral radiance that arrives along a camera ray at a time, W·m⁻²·sr⁻¹·nm⁻¹, one estimate for each

@@ -14,15 +14,15 @@
 //! and pⱼ relative to the hero's density, so with one wavelength nothing of this remains. [`super::volume`]
 //! adds media that scatter.
 
+use super::RadianceSample;
 use super::caustics::{self, FirstSurface};
-use super::{RadianceSample, Techniques};
-use crate::bsdf::{Density, Scatter};
+use crate::bsdf::Scatter;
 use crate::geometry::Ray;
 use crate::light::{LightSample, Receiver};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
-use crate::sampling::{Dimensions, Stream};
-use crate::scene::{Intersection, Scene};
+use crate::sampling::{Density, Dimensions, Stream};
+use crate::scene::{Intersection, Scene, Techniques};
 use crate::spectrum::{Sampled, Wavelengths};
 use smallvec::{SmallVec, smallvec};
 use std::borrow::Cow;

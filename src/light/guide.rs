@@ -6,9 +6,10 @@
 //! guide for each triangle on which it differs.
 
 use super::AreaGeometry;
+use crate::geometry::UvTransform;
 use crate::sampling::{PiecewiseBilinearGrid, PiecewiseConstantGrid};
 use crate::shape::{AreaSample, ChartAxes, Shape};
-use crate::texture::{Lines, Texture, UvTransform};
+use crate::texture::{Lines, Texture};
 use rayon::prelude::*;
 
 /// A density over the unit square.

@@ -6,6 +6,7 @@
 
 mod area;
 mod casters;
+mod caustics;
 mod choice;
 mod environment;
 mod environment_map;
@@ -19,6 +20,7 @@ mod tree;
 
 pub use area::AreaGeometry;
 pub use casters::{Caster, Casters};
+pub use caustics::{Caustics, Source as CausticSource};
 pub use choice::Setting;
 pub use environment::Environment;
 pub use environment_map::{EnvironmentMap, Texel};
@@ -26,8 +28,8 @@ pub use projector::Projector;
 pub use sky::Sky;
 pub use spot::Spot;
 
-use crate::bsdf::Density;
 use crate::geometry::{Bounds, Placed, Ray, SurfacePoint, Vec3};
+use crate::sampling::Density;
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 use crate::texture::{Texture, TexturePoint};
 use choice::{Choice, Chosen};

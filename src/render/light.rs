@@ -3,7 +3,8 @@
 use super::work::Pass;
 use super::{Exposure, Progress, admit};
 use crate::film::{BadValues, Film, FilterSampler};
-use crate::integrator::{self, Caustics, Splat};
+use crate::integrator::{self, Splat};
+use crate::light::Caustics;
 use crate::sampling::{Sampler, SamplerKind, mix};
 use rayon::prelude::*;
 use std::ops::Range;

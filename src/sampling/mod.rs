@@ -8,6 +8,7 @@
 mod bilinear;
 mod bluenoise;
 mod cells;
+mod density;
 mod grid;
 mod independent;
 mod permutation;
@@ -20,6 +21,7 @@ pub mod warp;
 pub use bilinear::PiecewiseBilinearGrid;
 use bluenoise::Layout;
 use cells::Cells;
+pub use density::Density;
 pub use grid::PiecewiseConstantGrid;
 use poisson::Patterns;
 use serde::{Deserialize, Serialize};

@@ -5,6 +5,7 @@ mod compile;
 pub mod description;
 mod flight;
 mod info;
+mod limits;
 mod passage;
 mod read;
 #[expect(clippy::module_inception, reason = "it holds the type that the room is named after")]
@@ -16,6 +17,7 @@ pub use compile::{CompileOptions, Crop, compile};
 pub use description::Description;
 pub use flight::{Collision, Event, Flight};
 pub use info::{json, outline};
+pub use limits::{Coverage, Integrator, Limits, Techniques};
 pub use passage::Passage;
 pub use read::{ReadOptions, read, read_str};
 pub use scene::{CameraSample, Features, FilmChannel, FilmPlan, Intersection, Scene};

@@ -2,12 +2,12 @@
 
 use super::coincident::{Contacts, InterfaceEvent};
 use super::description::Note;
+use super::{Integrator, Limits};
 use crate::accel::{Accel, Fan};
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{Extent, FilterKind, FilterSampler};
 use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
-use crate::integrator::{Caustics, Integrator, Limits};
-use crate::light::{LightHit, Lights};
+use crate::light::{Caustics, LightHit, Lights};
 use crate::material::{Exterior, MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
 use crate::sampling::{Dimensions, Stream};

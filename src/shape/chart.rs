@@ -1,8 +1,8 @@
 //! Charts: the unit square laid over a surface, evenly by the measure of [`Shape::sample`].
 
 use super::{AreaSample, Shape};
+use crate::geometry::UvTransform;
 use crate::geometry::{SurfacePoint, Vec3};
-use crate::texture::UvTransform;
 use std::f64::consts::PI;
 
 /// A map of one coordinate.

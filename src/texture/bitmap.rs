@@ -1,6 +1,7 @@
 //! Images on surfaces. The first row is at v = 0.
 
-use super::{Lines, TexturePoint, UvTransform, Wrap, luminance};
+use super::{Lines, TexturePoint, Wrap, luminance};
+use crate::geometry::UvTransform;
 use crate::raster::Image;
 use crate::spectrum::{Sampled, Sigmoid, Spectrum, upsample};
 use std::sync::Arc;

@@ -1,6 +1,7 @@
 //! Two textures in turn, on squares of half a unit.
 
-use super::{Lines, Texture, TexturePoint, UvTransform};
+use super::{Lines, Texture, TexturePoint};
+use crate::geometry::UvTransform;
 use crate::spectrum::Sampled;
 
 #[derive(Clone, Debug)]

@@ -22,7 +22,7 @@ pub use checkerboard::Checkerboard;
 pub use noise::Octaves;
 pub use pattern::{Pattern, Veins};
 pub use procedural::{Ground, Procedural};
-pub use uv::{Lines, UvTransform, Wrap};
+pub use uv::{Lines, Wrap};
 pub use volume::{Volume, from_box};
 
 use crate::geometry::Vec3;

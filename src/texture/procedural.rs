@@ -1,8 +1,8 @@
 //! Textures that are computed: a pattern that selects between other textures, or mixes them.
 
 use super::noise::Field;
-use super::{Pattern, Texture, TexturePoint, UvTransform};
-use crate::geometry::Vec3;
+use super::{Pattern, Texture, TexturePoint};
+use crate::geometry::{UvTransform, Vec3};
 use crate::spectrum::{Sampled, Spectrum};
 use crate::units::WavelengthRange;
 use glam::DAffine3;

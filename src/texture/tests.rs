@@ -1,5 +1,6 @@
 use super::*;
 use crate::geometry::Transform;
+use crate::geometry::UvTransform;
 use crate::raster::{Grid, Image};
 use crate::shape::AtRest;
 

@@ -15,6 +15,7 @@ mod docs;
 mod json;
 mod lenses;
 mod long;
+mod rooms;
 mod scene_errors;
 mod skips;
 mod solids;

@@ -3,8 +3,8 @@ mod environments;
 mod textured;
 
 use super::{AreaGeometry, Environment, Light, LightHit, Lights, Receiver, Setting};
-use crate::bsdf::Density;
 use crate::geometry::{Placed, Ray, SurfacePoint, Transform, Vec3};
+use crate::sampling::Density;
 use crate::shape::Shape;
 use crate::spectrum::{Spectrum, WavelengthDensity, Wavelengths};
 use crate::texture::{Texture, TexturePoint};

@@ -1,11 +1,11 @@
 //! Textured surfaces are sampled as their textures are bright.
 
 use super::{Numbers, World, per_steradian, placed, receiver, uniform_direction};
-use crate::geometry::{Transform, Vec3};
+use crate::geometry::{Transform, UvTransform, Vec3};
 use crate::raster::Image;
 use crate::shape::{Cylinder, Disk, Mesh, Shape, Sphere};
 use crate::stats::{Moments, sidak, welch};
-use crate::texture::{Bitmap, Filter, Placing, Texture, UvTransform, Wrap};
+use crate::texture::{Bitmap, Filter, Placing, Texture, Wrap};
 
 /// Texels of which most are dark.
 fn bitmap(side: usize, filter: Filter, to_uv: UvTransform, value: impl Fn(usize) -> f32) -> Texture {

@@ -1,4 +1,4 @@
-use crate::geometry::Transform;
+use crate::geometry::{Transform, UvTransform};
 use crate::scene::description::{
     BitmapSource, IndexKind, IndexSource, PatternSpace, ProceduralSource, RgbRole, SpectrumKind,
     SpectrumSource, VolumeSource,
@@ -6,7 +6,7 @@ use crate::scene::description::{
 use crate::scene::source::{Place, SceneError};
 use crate::spectrum::{Extrapolation, NormalReflectance, Spectrum, SpectrumError, catalogue, upsample};
 use crate::texture::{
-    Attribute, Bitmap, Checkerboard, Ground, Placing, Procedural, Texture, UvTransform, Volume, from_box,
+    Attribute, Bitmap, Checkerboard, Ground, Placing, Procedural, Texture, Volume, from_box,
 };
 use crate::units::WavelengthRange;
 

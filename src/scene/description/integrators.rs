@@ -1,6 +1,6 @@
 //! Integrators as a scene file says them, and the images that they write beside the picture.
 
-use crate::integrator::Techniques;
+use crate::scene::Techniques;
 use crate::scene::source::Place;
 
 #[derive(Clone, Debug)]

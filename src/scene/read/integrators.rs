@@ -5,7 +5,7 @@ use super::super::source::{Place, SceneError};
 use super::query::{Query, capital};
 use super::tree::{Class, Object, ObjectId};
 use super::{Reader, aovs};
-use crate::integrator::Techniques;
+use crate::scene::Techniques;
 
 /// Mitsuba 3's default.
 const DEFAULT_RR_DEPTH: u32 = 5;

@@ -17,7 +17,7 @@ use super::description::{
 use super::read::Class;
 use super::source::Place;
 use crate::geometry::{Transform, Vec3};
-use crate::integrator::Techniques;
+use crate::scene::Techniques;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;

@@ -1,10 +1,10 @@
 //! Choosing points on meshes.
 
 use super::{Mesh, to_f64};
+use crate::geometry::UvTransform;
 use crate::geometry::Vec3;
 use crate::shape::areas::AreaDistribution;
 use crate::shape::{AreaSample, ShapeSample};
-use crate::texture::UvTransform;
 
 impl Mesh {
     fn areas(&self) -> &AreaDistribution {

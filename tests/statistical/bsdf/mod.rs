@@ -8,11 +8,12 @@ mod robust;
 use crate::common::stress;
 use abbe::bsdf::microfacet::Distribution;
 use abbe::bsdf::{
-    Albedo, Bsdf, Conductor, Density, Dielectric, DiffuseBase, DiffuseTransmitter, Extent, Lambert,
-    Microfacets, Plastic, Principled, PrincipledBase, PrincipledThin, RoughConductor, RoughDielectric,
-    RoughPlastic, Scatter, ThinDielectric,
+    Albedo, Bsdf, Conductor, Dielectric, DiffuseBase, DiffuseTransmitter, Extent, Lambert, Microfacets,
+    Plastic, Principled, PrincipledBase, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
+    Scatter, ThinDielectric,
 };
 use abbe::geometry::Vec3;
+use abbe::sampling::Density;
 use abbe::spectrum::Sampled;
 use abbe::stats::{Estimate, Moments, SphereCells, sidak, sphere_chi_square, welch};
 use rand_pcg::Pcg64;
