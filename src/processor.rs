@@ -80,6 +80,7 @@ pub fn demand() {
 
 /// What the four registers say; 0 for a leaf that the processor does not have.
 #[inline(always)]
+#[allow(unsafe_code, reason = "compiled Rust could use instructions that the processor lacks")]
 fn found() -> [u32; 4] {
     let [mut basic, mut extended, mut further, mut saved] = [0u32; 4];
     // SAFETY: CPUID is there on every x86-64 processor, and a leaf is asked for only where the processor has
@@ -138,6 +139,7 @@ fn found() -> [u32; 4] {
 /// The bits of each register that are needed and not set. Compiled Rust would say it with ANDN, which may be
 /// lacking.
 #[inline(always)]
+#[allow(unsafe_code, reason = "compiled Rust could use instructions that the processor lacks")]
 fn lacking([mut basic, mut extended, mut further, mut saved]: [u32; 4]) -> [u32; 4] {
     // SAFETY: arithmetic on registers.
     unsafe {

@@ -2,6 +2,7 @@
 
 /// Asks for so many bytes to be brought near while something else is done. The address may be any.
 #[inline(always)]
+#[allow(unsafe_code, reason = "the instruction has no safe name in the standard library")]
 pub(super) fn prefetch<const BYTES: usize>(address: *const u8) {
     #[cfg(target_arch = "x86_64")]
     for line in (0..BYTES).step_by(64) {
@@ -16,6 +17,7 @@ pub(super) fn prefetch<const BYTES: usize>(address: *const u8) {
 /// A list with room for so many items, in large pages where the system has them: a ray that goes through a
 /// large tree needs another page for nearly every node, and to find out where each of them is takes about as
 /// long as to fetch the node.
+#[allow(unsafe_code, reason = "a call of the operating system")]
 pub(super) fn in_large_pages<T>(capacity: usize) -> Vec<T> {
     let list = Vec::with_capacity(capacity);
     #[cfg(target_os = "linux")]

@@ -70,6 +70,7 @@ impl<'a> Stack<'a> {
     }
 
     #[inline(always)]
+    #[allow(unsafe_code, reason = "to fill the room first would take longer than many a query")]
     fn get(&self, index: usize) -> Waiting {
         debug_assert!(index < self.len);
         // SAFETY: `push` and `insert` initialise all items before `len`, and only these are asked for.

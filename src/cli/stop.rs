@@ -29,6 +29,7 @@ pub fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
 
 /// Whether the program was started to outlive its terminal, as by `nohup`.
 #[cfg(unix)]
+#[allow(unsafe_code, reason = "a call of the operating system")]
 fn hangups_are_ignored() -> bool {
     let mut action = std::mem::MaybeUninit::<libc::sigaction>::zeroed();
     // SAFETY: without a new action nothing is changed; the old one is written where there is room for it,
@@ -40,6 +41,7 @@ fn hangups_are_ignored() -> bool {
 }
 
 #[cfg(unix)]
+#[allow(unsafe_code, reason = "a call of the operating system")]
 fn ignore_hangups() {
     // SAFETY: to ignore a signal runs nothing of ours.
     unsafe { libc::signal(libc::SIGHUP, libc::SIG_IGN) };

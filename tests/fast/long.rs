@@ -79,6 +79,7 @@ fn what_is_killed_at_any_moment_goes_on_to_the_same_bits() {
     assert!(folder.bytes("cut.exr") == folder.bytes("whole.exr"));
 }
 
+#[allow(unsafe_code, reason = "a call of the operating system")]
 #[test]
 fn what_a_signal_stops_goes_on() {
     let folder = scene("signal");
@@ -246,6 +247,7 @@ fn what_does_not_belong_together_is_refused() {
 }
 
 /// A disk that is full is one on which files cannot grow.
+#[allow(unsafe_code, reason = "a call of the operating system")]
 #[test]
 fn a_full_disk_leaves_the_last_good_checkpoint() {
     let folder = scene("full");

@@ -46,6 +46,7 @@ impl Running {
 }
 
 /// The program, which heeds a signal that its terminal closes even if the tests do not.
+#[allow(unsafe_code, reason = "a call of the operating system")]
 fn abbe(folder: &Folder, arguments: &[&str]) -> Command {
     let mut command = folder.command(arguments);
     // SAFETY: to set a signal to what it does by default is allowed between fork and exec.

@@ -14,6 +14,7 @@ thread_local! {
     static PEAK: Cell<isize> = const { Cell::new(0) };
 }
 
+#[allow(unsafe_code, reason = "an allocator is unsafe by its nature")]
 // SAFETY: every call goes to the system's allocator as it is. The counters allocate nothing and have no destructor.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
