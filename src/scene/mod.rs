@@ -6,6 +6,7 @@ pub mod description;
 mod flight;
 mod info;
 mod passage;
+mod plugins;
 mod read;
 #[expect(clippy::module_inception, reason = "it holds the type that the room is named after")]
 mod scene;
@@ -17,6 +18,7 @@ pub use description::Description;
 pub use flight::{Collision, Event, Flight};
 pub use info::{json, outline};
 pub use passage::Passage;
+pub use plugins::{Declaration, Parameter, Range, Takes, plugins};
 pub use read::{ReadOptions, read, read_str};
 pub use scene::{CameraSample, Features, FilmChannel, FilmPlan, Intersection, Scene};
 pub use source::{Place, SceneError, SceneErrors};

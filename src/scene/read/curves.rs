@@ -3,7 +3,6 @@
 use super::super::description::ShapeKind;
 use super::super::source::SceneError;
 use super::query::Query;
-use super::spectra::required;
 use super::tree::Class;
 use super::{attributes, files};
 use crate::geometry::Vec3;
@@ -42,7 +41,7 @@ pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
             }
         }
     }
-    let filename = required(query, "filename", query.text("filename"))?;
+    let filename = query.required("filename", query.text("filename"))?;
     let file = query.reader.search.find(filename);
     let place = query.place("filename");
     let read = files::read(&file, LARGEST_FILE, &place)

@@ -3,7 +3,7 @@
 use super::super::description::{HeightSource, ShapeKind};
 use super::super::source::SceneError;
 use super::query::Query;
-use super::spectra::{numbers, required};
+use super::spectra::numbers;
 use super::textures::image;
 use crate::raster::Grid;
 use crate::shape::{HeightData, SdfData, ShapeError, Terrain};
@@ -22,7 +22,7 @@ pub(super) fn distances(query: &Query<'_>) -> Option<ShapeKind> {
     if query.has("flip_normals") {
         reader.extension(&query.place("flip_normals"), "flip_normals of an sdfgrid".to_owned());
     }
-    let file = reader.search.find(required(query, "filename", query.text("filename"))?);
+    let file = reader.search.find(query.required("filename", query.text("filename"))?);
     let place = query.place("filename");
     let grid = reader.grids.get(reader, &file, &place, Grid::decode)?;
     let refuse = |problem: String, expected: &str, remedy: &str| {
@@ -121,7 +121,7 @@ fn from_image(query: &Query<'_>) -> Option<(HeightSource, [usize; 2], Vec<f32>)>
 /// Row by row, the first at y = −1.
 fn from_list(query: &Query<'_>) -> Option<(HeightSource, [usize; 2], Vec<f32>)> {
     let values = numbers(query, "heights");
-    let width = required(query, "width", query.integer("width", 2, MOST_LISTED));
+    let width = query.required("width", query.integer("width", 2, MOST_LISTED));
     let (values, width) = (values?, width? as usize);
     if values.len() % width != 0 {
         let problem = format!("{} heights make no rows of {width}", values.len());

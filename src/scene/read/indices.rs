@@ -170,8 +170,8 @@ fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
         max: query.positive("wavelength_max", WavelengthRange::VISIBLE.max),
     };
     let result = if query.object.plugin == "sellmeier" {
-        let b = spectra::required(&query, "b", spectra::numbers(&query, "b"));
-        let c = spectra::required(&query, "c", spectra::numbers(&query, "c"));
+        let b = query.required("b", spectra::numbers(&query, "b"));
+        let c = query.required("c", spectra::numbers(&query, "c"));
         match (b, c) {
             (Some(b), Some(c)) if b.len() == c.len() && !b.is_empty() => {
                 let terms: Vec<(f64, f64)> = b.into_iter().zip(c).collect();
@@ -189,7 +189,7 @@ fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
             _ => None,
         }
     } else {
-        let terms = spectra::required(&query, "coefficients", spectra::numbers(&query, "coefficients"));
+        let terms = query.required("coefficients", spectra::numbers(&query, "coefficients"));
         terms.map(|terms| DispersionFormula::cauchy(&terms, range))
     };
     let formula = match result? {

@@ -3,7 +3,6 @@
 use super::super::description::ShapeKind;
 use super::super::source::SceneError;
 use super::query::Query;
-use super::spectra::required;
 use super::{deform, files, obj, ply, serialized};
 use crate::shape::MeshData;
 use std::path::{Path, PathBuf};
@@ -39,7 +38,7 @@ pub(super) struct MeshKey {
 
 /// An `obj`, `ply` or `serialized`.
 pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
-    let filename = required(query, "filename", query.text("filename"));
+    let filename = query.required("filename", query.text("filename"));
     let (plugin, format) = match query.object.plugin.as_str() {
         "obj" => ("obj", Format::Obj),
         "ply" => ("ply", Format::Ply),

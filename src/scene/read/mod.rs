@@ -31,7 +31,6 @@ mod ply;
 mod profile_or_implicit;
 mod quadrics;
 mod query;
-mod samplers;
 mod sensors;
 mod serialized;
 mod shapes;
@@ -55,7 +54,7 @@ use crate::spectrum::catalogue;
 use crate::units::WavelengthRange;
 use files::Search;
 pub(super) use patterns::COLOURS;
-use query::Query;
+pub(super) use query::Query;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -160,7 +159,7 @@ fn in_order(mut notes: Vec<Note>) -> Vec<Note> {
 }
 
 /// A tree being understood, with what has been said about it so far.
-struct Reader {
+pub(super) struct Reader {
     tree: Tree,
     wanted_sensor: usize,
     ior_tables: Option<PathBuf>,
@@ -191,7 +190,7 @@ impl Reader {
         entries.any(|entry| matches!(entry.value, tree::Value::Animation(_)))
     }
 
-    fn extension(&self, place: &Place, text: String) {
+    pub(super) fn extension(&self, place: &Place, text: String) {
         self.extensions.borrow_mut().push(Note::new(place, text));
     }
 
@@ -199,7 +198,7 @@ impl Reader {
         self.assumptions.borrow_mut().push(Note::new(place, text));
     }
 
-    fn remark(&self, place: &Place, text: String) {
+    pub(super) fn remark(&self, place: &Place, text: String) {
         self.remarks.borrow_mut().push(Note::new(place, text));
     }
 
@@ -218,7 +217,7 @@ impl Reader {
         self.assumptions.borrow_mut().push(Note { beyond: Some(known), ..Note::new(place, text) });
     }
 
-    fn unknown_plugin(&self, object: &Object) {
+    pub(super) fn unknown_plugin(&self, object: &Object) {
         self.error(names::unknown_plugin(object.class, &object.plugin, &object.plugin_place));
     }
 

@@ -1,5 +1,6 @@
 //! Names: which was probably meant, and which exist in Mitsuba 3 but not here.
 
+use super::super::plugins::{filters, samplers};
 use super::super::source::{Place, SceneError};
 use super::patterns::PATTERNS;
 use super::tree::Class;
@@ -70,19 +71,8 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "batch",
         ],
         Class::Film => &["hdrfilm", "specfilm"],
-        Class::Sampler => &[
-            "independent",
-            "stratified",
-            "multijitter",
-            "orthogonal",
-            "ldsampler",
-            "regular",
-            "jittered",
-            "poisson",
-            "sobol",
-            "bluenoise",
-        ],
-        Class::Filter => &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
+        Class::Sampler => samplers::NAMES,
+        Class::Filter => filters::NAMES,
         Class::Shape => &[
             "sphere",
             "rectangle",

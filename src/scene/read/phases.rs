@@ -4,7 +4,7 @@ use super::super::description::{Phase, PhaseKind, SpectrumKind};
 use super::super::source::SceneError;
 use super::Reader;
 use super::query::{Query, capital};
-use super::spectra::{self, Use, numbers, required};
+use super::spectra::{self, Use, numbers};
 use super::textures::varies;
 use super::tree::{Class, ObjectId, Value};
 use crate::phase::PhaseTable;
@@ -49,7 +49,7 @@ fn henyey_greenstein(query: &Query<'_>) -> Option<PhaseKind> {
 }
 
 fn tabulated(query: &Query<'_>) -> Option<PhaseKind> {
-    let values = required(query, "values", numbers(query, "values"))?;
+    let values = query.required("values", numbers(query, "values"))?;
     if PhaseTable::new(&values).is_none() {
         let problem = "The table is no phase function";
         let expected = "expected two values or more, of at least 0 and not all 0";
@@ -63,7 +63,7 @@ fn tabulated(query: &Query<'_>) -> Option<PhaseKind> {
 }
 
 fn blend(query: &Query<'_>) -> Option<PhaseKind> {
-    let weight = required(query, "weight", spectra::read(query, "weight", Use::Weight));
+    let weight = query.required("weight", spectra::read(query, "weight", Use::Weight));
     if let Some(source) = weight.as_ref().filter(|source| varies(source))
         && !matches!(source.kind, SpectrumKind::Volume(_))
     {

@@ -4,7 +4,7 @@ use super::super::description::ShapeKind;
 use super::super::source::SceneError;
 use super::attributes;
 use super::query::Query;
-use super::spectra::{numbers, required};
+use super::spectra::numbers;
 use crate::geometry::{Transform, Vec3};
 use crate::shape::{
     Blob, FillRule, Interpolation, Kernel, ProfileOrImplicit, ProfileOrImplicitKind, ShapeError,
@@ -99,7 +99,7 @@ fn revolution(query: &Query<'_>) -> Option<ProfileOrImplicitKind> {
         query.choice("interpolation", &interpolations, false).unwrap_or(Interpolation::Linear);
     let (closed, capped) = (query.boolean("closed", false), query.boolean("capped", true));
     let text = query.text("profile");
-    let text = required(query, "profile", text)?;
+    let text = query.required("profile", text)?;
     let profile = points::<2>(query, "profile", text)?;
     Some(ProfileOrImplicitKind::Revolution { profile, interpolation, closed, capped })
 }
@@ -112,7 +112,7 @@ fn blobs(query: &Query<'_>) -> Option<ProfileOrImplicitKind> {
     let radii = if radii { numbers(query, "radii") } else { Some(vec![1.0]) };
     let strengths = if strengths { numbers(query, "strengths") } else { Some(vec![1.0]) };
     let text = query.text("centers");
-    let text = required(query, "centers", text)?;
+    let text = query.required("centers", text)?;
     let centres = points::<3>(query, "centers", text)?;
     let count = centres.len();
     let (radii, strengths) =
@@ -163,7 +163,7 @@ fn heights(query: &Query<'_>) -> Option<[f64; 2]> {
 /// Points "x y" separated by commas, contours by semicolons. `None` where it is wrong, which is reported.
 fn contours(query: &Query<'_>) -> Option<Vec<Vec<[f64; 2]>>> {
     let text = query.text("outline");
-    let text = required(query, "outline", text)?;
+    let text = query.required("outline", text)?;
     let mut contours = Vec::new();
     for contour in text.split(';').filter(|contour| !contour.trim().is_empty()) {
         let mut points = points::<2>(query, "outline", contour)?;

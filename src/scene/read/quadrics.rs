@@ -4,7 +4,7 @@ use super::super::description::ShapeKind;
 use super::super::source::SceneError;
 use super::query::Query;
 use super::shapes::axis;
-use super::spectra::{numbers, required};
+use super::spectra::numbers;
 use crate::geometry::{Bounds, Transform, Vec3};
 use crate::shape::{Quadric, QuadricKind, ShapeError, Sheets};
 
@@ -99,7 +99,7 @@ fn general(query: &Query<'_>) -> Option<QuadricKind> {
     }
     let ascend = (0..3).map(|axis| ascending(query, "max", clip.min[axis], clip.max[axis]));
     let ascend = ascend.collect::<Vec<_>>().into_iter().all(|fine| fine.is_some());
-    let coefficients = required(query, "coefficients", coefficients)?;
+    let coefficients = query.required("coefficients", coefficients)?;
     let Ok(coefficients) = <[f64; 10]>::try_from(coefficients) else {
         let expected = "expected the ten numbers A to J of A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J = 0";
         query.error(SceneError::at(&query.place("coefficients"), "A quadric has ten coefficients", expected));

@@ -431,12 +431,12 @@ fn kind(query: &Query<'_>) -> Option<(SpectrumKind, f64)> {
                     );
                 }
             }
-            required(query, "value", query.float("value")).map(|value| (SpectrumKind::Constant(value), 1.0))
+            query.required("value", query.float("value")).map(|value| (SpectrumKind::Constant(value), 1.0))
         }
         "regular" => {
-            let min = required(query, "wavelength_min", query.float("wavelength_min"));
-            let max = required(query, "wavelength_max", query.float("wavelength_max"));
-            let values = required(query, "values", numbers(query, "values"))?;
+            let min = query.required("wavelength_min", query.float("wavelength_min"));
+            let max = query.required("wavelength_max", query.float("wavelength_max"));
+            let values = query.required("values", numbers(query, "values"))?;
             let (min_nm, max_nm) = (min?, max?);
             match Spectrum::regular(min_nm, max_nm, &values, Extrapolation::Zero) {
                 Ok(_) => lit(query, "values", &values)
@@ -445,8 +445,8 @@ fn kind(query: &Query<'_>) -> Option<(SpectrumKind, f64)> {
             }
         }
         "irregular" => {
-            let nm = required(query, "wavelengths", numbers(query, "wavelengths"));
-            let values = required(query, "values", numbers(query, "values"));
+            let nm = query.required("wavelengths", numbers(query, "wavelengths"));
+            let values = query.required("values", numbers(query, "values"));
             let (nm, values) = (nm?, values?);
             match Spectrum::irregular(&nm, &values, Extrapolation::Zero) {
                 Ok(_) => lit(query, "values", &values)
@@ -476,7 +476,7 @@ fn blackbody(query: &Query<'_>) -> Option<SpectrumKind> {
     let range = WavelengthRange::VISIBLE;
     let min_nm = query.positive("wavelength_min", range.min);
     let max_nm = query.positive("wavelength_max", range.max);
-    let kelvin = required(query, "temperature", query.float("temperature"))?;
+    let kelvin = query.required("temperature", query.float("temperature"))?;
     if kelvin <= 0.0 {
         let problem = format!("A black body at {kelvin} K");
         query.error(SceneError::at(&query.place("temperature"), problem, "expected a temperature above 0 K"));
@@ -496,25 +496,12 @@ fn blackbody(query: &Query<'_>) -> Option<SpectrumKind> {
 
 /// The name of a measured spectrum or material, with the note that it is an extension.
 pub(super) fn measured(query: &Query<'_>) -> Option<String> {
-    let name = required(query, "name", query.text("name"))?;
+    let name = query.required("name", query.text("name"))?;
     query.reader.extension(
         &query.object.place,
         format!("type=\"measured\": \"{name}\", one of the measured spectra that come with abbe"),
     );
     Some(name.to_owned())
-}
-
-/// Reports a property that has to be there and is not.
-pub(super) fn required<T>(query: &Query<'_>, name: &'static str, value: Option<T>) -> Option<T> {
-    if value.is_none() && !query.has(name) {
-        let problem = format!("{} has no \"{name}\"", super::query::capital(&query.title()));
-        query.error(SceneError::at(
-            &query.object.place,
-            problem,
-            format!("expected a property named \"{name}\" in here"),
-        ));
-    }
-    value
 }
 
 /// Numbers in a string, separated by commas or blanks.

@@ -5,7 +5,7 @@ use super::super::description::{
 };
 use super::super::source::{Place, SceneError};
 use super::query::Query;
-use super::spectra::{self, Use, required};
+use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId, Value};
 use super::{Reader, files, patterns};
 use crate::raster::{Grid, Image, ImageError};
@@ -56,7 +56,7 @@ impl<T> Loaded<T> {
 /// The image that a property names, with its path.
 pub(super) fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, Arc<Image>)> {
     let reader = query.reader;
-    let path = reader.search.find(required(query, name, query.text(name))?);
+    let path = reader.search.find(query.required(name, query.text(name))?);
     let extension = path.extension().and_then(|extension| extension.to_str());
     let decode = |bytes: &[u8]| Image::decode(bytes, extension);
     let image = reader.images.get(reader, &path, &query.place(name), decode)?;
@@ -66,14 +66,15 @@ pub(super) fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, A
 /// What a plugin of this file describes; `None` where it is wrong, which is reported.
 pub(super) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
     match query.object.plugin.as_str() {
-        "rgb" => required(query, "value", colour(query, "value"))
+        "rgb" => query
+            .required("value", colour(query, "value"))
             .map(|rgb| SpectrumKind::Rgb { rgb, role: RgbRole::Reflectance }),
         "srgb" => {
             let role =
                 if query.boolean("unbounded", false) { RgbRole::Clipped } else { RgbRole::Reflectance };
-            required(query, "color", colour(query, "color")).map(|rgb| SpectrumKind::Rgb { rgb, role })
+            query.required("color", colour(query, "color")).map(|rgb| SpectrumKind::Rgb { rgb, role })
         }
-        "rawconstant" => required(query, "value", raw_constant(query)),
+        "rawconstant" => query.required("value", raw_constant(query)),
         "bitmap" => bitmap(query),
         "checkerboard" => Some(SpectrumKind::Checkerboard(Arc::new(CheckerboardSource {
             colours: [spectra::part(query, "color0", 0.4)?, spectra::part(query, "color1", 0.2)?],
@@ -140,7 +141,7 @@ fn bitmap(query: &Query<'_>) -> Option<SpectrumKind> {
 }
 
 fn mesh_attribute(query: &Query<'_>) -> Option<SpectrumKind> {
-    let name = required(query, "name", query.text("name"))?;
+    let name = query.required("name", query.text("name"))?;
     if !name.starts_with("vertex_") && !name.starts_with("face_") {
         query.error(
             SceneError::at(
@@ -158,7 +159,7 @@ fn mesh_attribute(query: &Query<'_>) -> Option<SpectrumKind> {
 }
 
 fn volume(query: &Query<'_>) -> Option<SpectrumKind> {
-    let entry = required(query, "volume", query.entry("volume"))?;
+    let entry = query.required("volume", query.entry("volume"))?;
     match entry.value {
         Value::Object(id) if query.reader.tree.get(id).class == Class::Volume => {
             volume_plugin(query.reader, id).map(|source| source.kind)
@@ -193,7 +194,7 @@ pub(super) fn volume_plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSou
 
 fn grid_volume(query: &Query<'_>, to_world: crate::geometry::Transform) -> Option<VolumeSource> {
     let reader = query.reader;
-    let name = required(query, "filename", query.text("filename"));
+    let name = query.required("filename", query.text("filename"));
     let filters = [("trilinear", Filter::Linear), ("nearest", Filter::Nearest)];
     let filter = query.choice("filter_type", &filters, false).unwrap_or(Filter::Linear);
     let wrap = query.choice("wrap_mode", &WRAP_MODES, false).unwrap_or(Wrap::Clamp);

@@ -1,11 +1,11 @@
 use super::super::description::{
     AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, PixelFormat,
-    Sampler, Sensor, SensorKind, ShapeDescription,
+    Sensor, SensorKind, ShapeDescription,
 };
+use super::super::plugins::{filters, samplers};
 use super::super::read::Class;
 use super::{Node, Writer, media, shapes};
 use crate::camera::{FisheyeProjection, Shutter, ShutterKind};
-use crate::film::FilterKind;
 
 /// The sensor as such. One that measures on a surface is to be put into the shape that [`surface`] gives.
 pub(super) fn write(writer: &mut Writer, sensor: &Sensor) -> Node {
@@ -64,7 +64,9 @@ pub(super) fn write(writer: &mut Writer, sensor: &Sensor) -> Node {
         Some(medium) => node.child(media::write(medium)),
         None => node,
     };
-    shutter(node, &sensor.shutter).child(film(&sensor.film)).child(sampler(&sensor.sampler))
+    shutter(node, &sensor.shutter)
+        .child(film(writer, &sensor.film))
+        .child(samplers::node(&sensor.sampler, writer))
 }
 
 fn angular(node: impl Fn(&'static str) -> Node, map: &AngularMap) -> Node {
@@ -128,7 +130,7 @@ fn axis_name(axis: FovAxis) -> &'static str {
     }
 }
 
-fn film(film: &Film) -> Node {
+fn film(writer: &mut Writer, film: &Film) -> Node {
     let plugin = match film.content {
         FilmContent::Colour { .. } => "hdrfilm",
         FilmContent::Responses(_) => "specfilm",
@@ -160,25 +162,7 @@ fn film(film: &Film) -> Node {
             channels.iter().fold(node, |node, channel| node.spectrum(channel.name.clone(), &channel.response))
         }
     };
-    node.text("component_format", "float32").boolean("sample_border", film.sample_border).child(filter(film))
-}
-
-fn filter(film: &Film) -> Node {
-    let node = |plugin| Node::new(Class::Filter, plugin, &film.place);
-    match film.filter {
-        FilterKind::Box => node("box"),
-        FilterKind::Tent { radius } => node("tent").float("radius", radius),
-        FilterKind::Gaussian { stddev } => node("gaussian").float("stddev", stddev),
-        FilterKind::Mitchell { b, c } => node("mitchell").float("B", b).float("C", c),
-        FilterKind::CatmullRom => node("catmullrom"),
-        FilterKind::Lanczos { lobes } => node("lanczos").integer("lobes", lobes),
-    }
-}
-
-fn sampler(sampler: &Sampler) -> Node {
-    // Any of Mitsuba's stands for the best that there is here.
-    let name = if sampler.forced { sampler.kind.name() } else { "independent" };
-    Node::new(Class::Sampler, name, &sampler.place)
-        .integer("sample_count", sampler.sample_count)
-        .integer("seed", sampler.seed.min(i64::MAX as u64) as i64)
+    node.text("component_format", "float32")
+        .boolean("sample_border", film.sample_border)
+        .child(filters::write(&film.filter, &film.place, writer))
 }

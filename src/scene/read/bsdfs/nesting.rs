@@ -3,7 +3,7 @@
 use super::read;
 use crate::scene::description::{Bsdf, BsdfKind, NormalMapShading, SpectrumSource};
 use crate::scene::read::query::{Query, capital};
-use crate::scene::read::spectra::{self, Use, required};
+use crate::scene::read::spectra::{self, Use};
 use crate::scene::read::tree::{Class, Value};
 use crate::scene::source::SceneError;
 use std::collections::BTreeSet;
@@ -16,7 +16,7 @@ pub(super) fn mask(query: &Query<'_>) -> Option<BsdfKind> {
 }
 
 pub(super) fn blend(query: &Query<'_>) -> Option<BsdfKind> {
-    let weight = required(query, "weight", spectra::read(query, "weight", Use::Weight));
+    let weight = query.required("weight", spectra::read(query, "weight", Use::Weight));
     let nested = held(query)?;
     Some(BsdfKind::Blend { weight: weight?, nested })
 }
@@ -31,7 +31,7 @@ pub(super) fn bump_map(query: &Query<'_>) -> Option<BsdfKind> {
 
 pub(super) fn normal_map(query: &Query<'_>) -> Option<BsdfKind> {
     let shading = shading(query);
-    let normals = required(query, "normalmap", spectra::read(query, "normalmap", Use::Normals));
+    let normals = query.required("normalmap", spectra::read(query, "normalmap", Use::Normals));
     let [nested] = held(query)?;
     Some(BsdfKind::NormalMap { normals: normals?, shading, nested })
 }

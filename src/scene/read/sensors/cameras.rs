@@ -1,7 +1,6 @@
 //! Cameras: where they stand, how wide they see, and their lens.
 
 use super::super::query::Query;
-use super::super::spectra::required;
 use super::Motion;
 use crate::camera::{FisheyeProjection, Stop};
 use crate::geometry::Transform;
@@ -221,7 +220,7 @@ fn aperture(query: &Query<'_>) -> Option<Aperture> {
         query.reader.extension(&query.place("f_stop"), format!("f_stop: the aperture is f/{stop}"));
         return Some(Aperture::Stop(stop));
     }
-    let radius = required(query, "aperture_radius", query.float("aperture_radius"))?;
+    let radius = query.required("aperture_radius", query.float("aperture_radius"))?;
     if radius < 0.0 {
         let problem = format!("The aperture has a radius of {radius}");
         query.error(SceneError::at(&query.place("aperture_radius"), problem, "expected at least 0"));

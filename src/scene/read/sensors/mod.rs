@@ -8,9 +8,10 @@ pub(super) use cameras::field_of_view;
 use super::query::Query;
 use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId, Value};
-use super::{Reader, films, media, samplers, textures};
+use super::{Reader, films, media, textures};
 use crate::camera::{Shutter, ShutterKind};
 use crate::scene::description::{Animation, Film, FilmContent, Medium, Sensor, SensorKind, SpectrumSource};
+use crate::scene::plugins::samplers;
 use crate::scene::source::{Place, SceneError};
 use std::sync::Arc;
 

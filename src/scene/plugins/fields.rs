@@ -1,0 +1,310 @@
+//! Fields of one parameter: numbers, words, and what else a property can be.
+
+use super::{Field, Parameter, Range, Takes};
+use crate::scene::info::text_of;
+use crate::scene::read::Query;
+use crate::scene::source::SceneError;
+use crate::scene::write::{Node, Value, Writer};
+
+/// What one property can be, and how it is read and written.
+pub trait Kind {
+    type Value: Clone;
+
+    fn takes(&self) -> Takes;
+
+    /// `None` where it is absent or wrong, which is reported.
+    fn read(&self, query: &Query<'_>, name: &'static str) -> Option<Self::Value>;
+
+    fn value(&self, value: &Self::Value) -> Value;
+}
+
+/// A field of one property.
+pub struct Simple<K: Kind> {
+    name: &'static str,
+    doc: &'static str,
+    unit: &'static str,
+    /// What to note where a file has it and Mitsuba 3 would refuse it.
+    extension: Option<&'static str>,
+    /// `None` where there is none, and the property has to be there.
+    default: Option<K::Value>,
+    kind: K,
+}
+
+impl<K: Kind> Simple<K> {
+    fn new(name: &'static str, default: Option<K::Value>, kind: K, doc: &'static str) -> Self {
+        Self { name, doc, unit: "", extension: None, default, kind }
+    }
+
+    pub fn unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+
+    pub fn extension(self, note: &'static str) -> Self {
+        Self { extension: Some(note), ..self }
+    }
+
+    /// What it is where the file leaves it out.
+    pub fn default(&self) -> K::Value
+    where
+        K::Value: Default,
+    {
+        self.default.clone().unwrap_or_default()
+    }
+
+    fn given(&self, query: &Query<'_>) -> Option<K::Value> {
+        if let Some(note) = self.extension
+            && query.has(self.name)
+        {
+            query.reader.extension(&query.place(self.name), format!("{}: {note}", self.name));
+        }
+        self.kind.read(query, self.name)
+    }
+}
+
+impl<K: Kind> Field for Simple<K> {
+    type Value = K::Value;
+
+    fn parameters(&self) -> Vec<Parameter> {
+        vec![Parameter {
+            name: self.name,
+            takes: self.kind.takes(),
+            default: self.default.as_ref().map_or(String::new(), |value| text_of(&self.kind.value(value))),
+            is_required: self.default.is_none(),
+            unit: self.unit,
+            doc: self.doc,
+            is_extension: self.extension.is_some(),
+        }]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<K::Value> {
+        match (self.given(query), &self.default) {
+            (Some(value), _) => Some(value),
+            (None, Some(default)) => Some(default.clone()),
+            (None, None) => query.required(self.name, None),
+        }
+    }
+
+    fn write(&self, node: Node, value: &K::Value, _: &mut Writer) -> Node {
+        node.with(self.name, self.kind.value(value))
+    }
+}
+
+/// A property that may be left out.
+pub struct Optional<K: Kind>(Simple<K>);
+
+pub fn optional<K: Kind>(field: Simple<K>) -> Optional<K> {
+    Optional(field)
+}
+
+impl<K: Kind> Field for Optional<K> {
+    type Value = Option<K::Value>;
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let all = self.0.parameters().into_iter();
+        all.map(|parameter| Parameter { is_required: false, ..parameter }).collect()
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<Option<K::Value>> {
+        Some(self.0.given(query))
+    }
+
+    fn write(&self, node: Node, value: &Option<K::Value>, writer: &mut Writer) -> Node {
+        match value {
+            Some(value) => self.0.write(node, value, writer),
+            None => node,
+        }
+    }
+}
+
+/// A number.
+pub struct Float {
+    range: Range,
+    /// What messages say of a number beyond the range, with `{}` for it.
+    problem: &'static str,
+    /// What they expect; empty for what the range says by itself.
+    expected: &'static str,
+    remedy: &'static str,
+}
+
+pub fn float(name: &'static str, default: impl Into<Option<f64>>, doc: &'static str) -> Simple<Float> {
+    let kind = Float { range: Range::ALL, problem: "", expected: "", remedy: "" };
+    Simple::new(name, default.into(), kind, doc)
+}
+
+impl Simple<Float> {
+    pub fn within(mut self, range: Range) -> Self {
+        self.kind.range = range;
+        self
+    }
+
+    pub fn positive(self) -> Self {
+        self.within(Range::POSITIVE)
+    }
+
+    pub fn not_negative(self) -> Self {
+        self.within(Range::NOT_NEGATIVE)
+    }
+}
+
+impl Kind for Float {
+    type Value = f64;
+
+    fn takes(&self) -> Takes {
+        Takes::Float(self.range)
+    }
+
+    fn read(&self, query: &Query<'_>, name: &'static str) -> Option<f64> {
+        let number = query.float(name)?;
+        if self.range.contains(number) {
+            return Some(number);
+        }
+        let problem = match self.problem {
+            "" => format!("\"{name}\" of {} is {number}", query.title()),
+            problem => problem.replace("{}", &number.to_string()),
+        };
+        let expected = match self.expected {
+            "" => format!("expected a number {}", self.range),
+            expected => expected.to_owned(),
+        };
+        let error = SceneError::at(&query.place(name), problem, expected);
+        query.error(if self.remedy.is_empty() { error } else { error.with_remedy(self.remedy) });
+        None
+    }
+
+    fn value(&self, value: &f64) -> Value {
+        Value::Float(*value)
+    }
+}
+
+/// An integer from the first to the last of these.
+pub struct Integer<T>(i64, i64, std::marker::PhantomData<T>);
+
+/// Integers that fit into their type as far as they lie in their range.
+pub fn integer<T: Copy + TryFrom<i64> + TryInto<i64>>(
+    name: &'static str,
+    default: impl Into<Option<T>>,
+    [least, most]: [i64; 2],
+    doc: &'static str,
+) -> Simple<Integer<T>> {
+    Simple::new(name, default.into(), Integer(least, most, std::marker::PhantomData), doc)
+}
+
+impl<T: Copy + TryFrom<i64> + TryInto<i64>> Kind for Integer<T> {
+    type Value = T;
+
+    fn takes(&self) -> Takes {
+        Takes::Integer(self.0, self.1)
+    }
+
+    fn read(&self, query: &Query<'_>, name: &'static str) -> Option<T> {
+        T::try_from(query.integer(name, self.0, self.1)?).ok()
+    }
+
+    fn value(&self, value: &T) -> Value {
+        Value::Integer((*value).try_into().unwrap_or(i64::MAX))
+    }
+}
+
+/// True or false.
+pub struct Boolean;
+
+pub fn boolean(name: &'static str, default: bool, doc: &'static str) -> Simple<Boolean> {
+    Simple::new(name, Some(default), Boolean, doc)
+}
+
+impl Kind for Boolean {
+    type Value = bool;
+
+    fn takes(&self) -> Takes {
+        Takes::Boolean
+    }
+
+    fn read(&self, query: &Query<'_>, name: &'static str) -> Option<bool> {
+        query.boolean_given(name)
+    }
+
+    fn value(&self, value: &bool) -> Value {
+        Value::Boolean(*value)
+    }
+}
+
+/// One of some words, each with what it means.
+pub struct Choices<T: 'static> {
+    words: &'static [(&'static str, T)],
+    /// Whether small and capital letters are the same.
+    any_case: bool,
+}
+
+pub fn choice<T: Copy + PartialEq>(
+    name: &'static str,
+    default: T,
+    words: &'static [(&'static str, T)],
+    doc: &'static str,
+) -> Simple<Choices<T>> {
+    Simple::new(name, Some(default), Choices { words, any_case: false }, doc)
+}
+
+impl<T: Copy + PartialEq> Simple<Choices<T>> {
+    pub fn in_any_case(mut self) -> Self {
+        self.kind.any_case = true;
+        self
+    }
+}
+
+impl<T: Copy + PartialEq> Kind for Choices<T> {
+    type Value = T;
+
+    fn takes(&self) -> Takes {
+        Takes::Choice(self.words.iter().map(|(word, _)| *word).collect())
+    }
+
+    fn read(&self, query: &Query<'_>, name: &'static str) -> Option<T> {
+        query.choice(name, self.words, self.any_case)
+    }
+
+    fn value(&self, value: &T) -> Value {
+        let word = self.words.iter().find(|(_, known)| known == value);
+        Value::Text(word.map_or(String::new(), |(word, _)| (*word).to_owned()))
+    }
+}
+
+/// A parameter that Mitsuba 3 has and that changes nothing here.
+pub struct Ignored {
+    name: &'static str,
+    takes: Takes,
+    why: &'static str,
+}
+
+/// `why` may be empty.
+pub fn ignored(name: &'static str, takes: Takes, why: &'static str) -> Ignored {
+    Ignored { name, takes, why }
+}
+
+impl Ignored {
+    /// Checks its type and remarks on it.
+    pub fn read(&self, query: &Query<'_>) {
+        if !query.has(self.name) {
+            return;
+        }
+        match self.takes {
+            Takes::Float(_) => drop(query.float(self.name)),
+            Takes::Integer(least, most) => drop(query.integer(self.name, least, most)),
+            Takes::Boolean => drop(query.boolean_given(self.name)),
+            Takes::Choice(_) => drop(query.text(self.name)),
+        }
+        let why = if self.why.is_empty() { String::new() } else { format!(": {}", self.why) };
+        query.reader.remark(&query.place(self.name), format!("{} changes nothing{why}", self.name));
+    }
+
+    pub fn parameter(&self) -> Parameter {
+        Parameter {
+            name: self.name,
+            takes: self.takes.clone(),
+            default: String::new(),
+            is_required: false,
+            unit: "",
+            doc: "changes nothing",
+            is_extension: false,
+        }
+    }
+}
