@@ -27,20 +27,30 @@ pub struct Simple<K: Kind> {
     extension: Option<&'static str>,
     /// `None` where there is none, and the property has to be there.
     default: Option<K::Value>,
+    /// Whether the default is not written.
+    is_quiet: bool,
     kind: K,
 }
 
 impl<K: Kind> Simple<K> {
-    fn new(name: &'static str, default: Option<K::Value>, kind: K, doc: &'static str) -> Self {
-        Self { name, doc, unit: "", extension: None, default, kind }
+    const fn new(name: &'static str, default: Option<K::Value>, kind: K, doc: &'static str) -> Self {
+        Self { name, doc, unit: "", extension: None, default, is_quiet: false, kind }
     }
 
-    pub fn unit(self, unit: &'static str) -> Self {
-        Self { unit, ..self }
+    pub const fn unit(mut self, unit: &'static str) -> Self {
+        self.unit = unit;
+        self
     }
 
-    pub fn extension(self, note: &'static str) -> Self {
-        Self { extension: Some(note), ..self }
+    pub const fn extension(mut self, note: &'static str) -> Self {
+        self.extension = Some(note);
+        self
+    }
+
+    /// Leaves the default unwritten.
+    pub const fn quiet(mut self) -> Self {
+        self.is_quiet = true;
+        self
     }
 
     /// What it is where the file leaves it out.
@@ -61,7 +71,7 @@ impl<K: Kind> Simple<K> {
     }
 }
 
-impl<K: Kind> Field for Simple<K> {
+impl<K: Kind<Value: PartialEq>> Field for Simple<K> {
     type Value = K::Value;
 
     fn parameters(&self) -> Vec<Parameter> {
@@ -85,6 +95,9 @@ impl<K: Kind> Field for Simple<K> {
     }
 
     fn write(&self, node: Node, value: &K::Value, _: &mut Writer) -> Node {
+        if self.is_quiet && self.default.as_ref() == Some(value) {
+            return node;
+        }
         node.with(self.name, self.kind.value(value))
     }
 }
@@ -96,7 +109,7 @@ pub fn optional<K: Kind>(field: Simple<K>) -> Optional<K> {
     Optional(field)
 }
 
-impl<K: Kind> Field for Optional<K> {
+impl<K: Kind<Value: PartialEq>> Field for Optional<K> {
     type Value = Option<K::Value>;
 
     fn parameters(&self) -> Vec<Parameter> {
@@ -132,16 +145,16 @@ pub fn float(name: &'static str, default: impl Into<Option<f64>>, doc: &'static 
 }
 
 impl Simple<Float> {
-    pub fn within(mut self, range: Range) -> Self {
+    pub const fn within(mut self, range: Range) -> Self {
         self.kind.range = range;
         self
     }
 
-    pub fn positive(self) -> Self {
+    pub const fn positive(self) -> Self {
         self.within(Range::POSITIVE)
     }
 
-    pub fn not_negative(self) -> Self {
+    pub const fn not_negative(self) -> Self {
         self.within(Range::NOT_NEGATIVE)
     }
 }
@@ -180,7 +193,7 @@ impl Kind for Float {
 pub struct Integer<T>(i64, i64, std::marker::PhantomData<T>);
 
 /// Integers that fit into their type as far as they lie in their range.
-pub fn integer<T: Copy + TryFrom<i64> + TryInto<i64>>(
+pub fn integer<T: Copy + PartialEq + TryFrom<i64> + TryInto<i64>>(
     name: &'static str,
     default: impl Into<Option<T>>,
     [least, most]: [i64; 2],
@@ -189,7 +202,7 @@ pub fn integer<T: Copy + TryFrom<i64> + TryInto<i64>>(
     Simple::new(name, default.into(), Integer(least, most, std::marker::PhantomData), doc)
 }
 
-impl<T: Copy + TryFrom<i64> + TryInto<i64>> Kind for Integer<T> {
+impl<T: Copy + PartialEq + TryFrom<i64> + TryInto<i64>> Kind for Integer<T> {
     type Value = T;
 
     fn takes(&self) -> Takes {
@@ -208,7 +221,7 @@ impl<T: Copy + TryFrom<i64> + TryInto<i64>> Kind for Integer<T> {
 /// True or false.
 pub struct Boolean;
 
-pub fn boolean(name: &'static str, default: bool, doc: &'static str) -> Simple<Boolean> {
+pub const fn boolean(name: &'static str, default: bool, doc: &'static str) -> Simple<Boolean> {
     Simple::new(name, Some(default), Boolean, doc)
 }
 
@@ -235,7 +248,7 @@ pub struct Choices<T: 'static> {
     any_case: bool,
 }
 
-pub fn choice<T: Copy + PartialEq>(
+pub const fn choice<T: Copy + PartialEq>(
     name: &'static str,
     default: T,
     words: &'static [(&'static str, T)],
@@ -245,7 +258,7 @@ pub fn choice<T: Copy + PartialEq>(
 }
 
 impl<T: Copy + PartialEq> Simple<Choices<T>> {
-    pub fn in_any_case(mut self) -> Self {
+    pub const fn in_any_case(mut self) -> Self {
         self.kind.any_case = true;
         self
     }
@@ -276,7 +289,7 @@ pub struct Ignored {
 }
 
 /// `why` may be empty.
-pub fn ignored(name: &'static str, takes: Takes, why: &'static str) -> Ignored {
+pub const fn ignored(name: &'static str, takes: Takes, why: &'static str) -> Ignored {
     Ignored { name, takes, why }
 }
 
@@ -290,21 +303,13 @@ impl Ignored {
             Takes::Float(_) => drop(query.float(self.name)),
             Takes::Integer(least, most) => drop(query.integer(self.name, least, most)),
             Takes::Boolean => drop(query.boolean_given(self.name)),
-            Takes::Choice(_) => drop(query.text(self.name)),
+            _ => drop(query.text(self.name)),
         }
         let why = if self.why.is_empty() { String::new() } else { format!(": {}", self.why) };
         query.reader.remark(&query.place(self.name), format!("{} changes nothing{why}", self.name));
     }
 
     pub fn parameter(&self) -> Parameter {
-        Parameter {
-            name: self.name,
-            takes: self.takes.clone(),
-            default: String::new(),
-            is_required: false,
-            unit: "",
-            doc: "changes nothing",
-            is_extension: false,
-        }
+        Parameter { doc: "changes nothing", ..Parameter::new(self.name, self.takes.clone()) }
     }
 }

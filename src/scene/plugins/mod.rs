@@ -6,10 +6,14 @@
 //! for. That value is written once: it is what the reader makes of the fields that follow, and the pattern by
 //! which the writer takes it apart again.
 
+pub mod bsdfs;
 mod fields;
 pub mod filters;
+mod indices;
 pub mod samplers;
+mod spectral;
 
+pub use super::read::spectra::Use;
 use super::read::{Class, Query};
 use super::write::{Node, Writer};
 pub use fields::{Choices, Ignored, Simple, boolean, choice, float, ignored, integer, optional};
@@ -60,6 +64,29 @@ pub enum Takes {
     Boolean,
     /// One of these words in a `<string>`.
     Choice(Vec<&'static str>),
+    /// A `<string>`.
+    Text,
+    /// A `<spectrum>`, `<rgb>`, `<texture>` or number that fits what it is for.
+    Spectrum(Use),
+    /// A number, the name of a material in a `<string>`, or a `<spectrum>`.
+    Index,
+    /// An object of this element.
+    Object(&'static str),
+}
+
+impl Parameter {
+    /// One that may be left out.
+    fn new(name: &'static str, takes: Takes) -> Self {
+        Self {
+            name,
+            takes,
+            default: String::new(),
+            is_required: false,
+            unit: "",
+            doc: "",
+            is_extension: false,
+        }
+    }
 }
 
 /// Numbers that a parameter may have.
@@ -145,31 +172,39 @@ fn note_extension(query: &Query<'_>, note: &str) {
 ///
 /// Each plugin is a name, `extension "..."` with the note for `abbe info` where Mitsuba 3 does not have it, a line
 /// of documentation unless the note is one, the value that it stands for, and its fields. `ignoring [...]` lists parameters that are
-/// checked and change nothing; `check` names a function that looks at the whole value.
+/// checked and change nothing; `then` names a function that checks the whole value.
 macro_rules! declare {
+    (@ ($($field:ident),*)) => {
+        &($($field.clone()),*)
+    };
+    (@ $field:ident) => {
+        $field
+    };
     (
         $class:expr => $kind:ty $(, common $common:path)?;
         $(
             $name:literal $(extension $note:literal)? $(, $doc:literal)?
             => $kind_name:ident::$variant:ident $body:tt
-            { $($field:ident: $codec:expr),* $(,)? }
+            { $($field:tt: $codec:expr),* $(,)? }
             $(ignoring [$($ignored:expr),* $(,)?])?
-            $(check $check:path)?;
+            $(then $then:path)?;
         )*
     ) => {
         /// The names of the plugins.
         pub const NAMES: &[&str] = &[$($name),*];
 
         /// What the plugin that is asked stands for; `None` where it is wrong or unknown, which is reported.
+        #[allow(irrefutable_let_patterns, reason = "some plugins have no fields")]
         pub fn read(query: &$crate::scene::read::Query<'_>) -> Option<$kind> {
             match query.object.plugin.as_str() {
                 $($name => {
                     $($crate::scene::plugins::note_extension(query, $note);)?
-                    $(let $field = $crate::scene::plugins::Field::read(&$codec, query);)*
+                    // All are asked, so that each that is wrong is reported.
+                    let fields = ($($crate::scene::plugins::Field::read(&$codec, query),)*);
                     $($($crate::scene::plugins::Ignored::read(&$ignored, query);)*)?
-                    $(let $field = $field?;)*
+                    let ($(Some($field),)*) = fields else { return None };
                     let value = $kind_name::$variant $body;
-                    $($check(query, &value);)?
+                    $(let value = $then(query, value)?;)?
                     Some(value)
                 })*
                 _ => {
@@ -190,7 +225,7 @@ macro_rules! declare {
             match value {
                 $($kind_name::$variant $body => {
                     let node = $crate::scene::write::Node::new($class, $name, place);
-                    $(let node = $crate::scene::plugins::Field::write(&$codec, node, $field, writer);)*
+                    $(let node = $crate::scene::plugins::Field::write(&$codec, node, declare!(@ $field), writer);)*
                     node
                 })*
             }
@@ -219,5 +254,5 @@ use declare;
 
 /// Every plugin that a scene file may name.
 pub fn plugins() -> Vec<Declaration> {
-    [samplers::declarations(), filters::declarations()].concat()
+    [samplers::declarations(), filters::declarations(), bsdfs::declarations()].concat()
 }

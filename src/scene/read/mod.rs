@@ -5,8 +5,7 @@
 //! of all that are independent of one another.
 
 mod aovs;
-mod attributes;
-mod bsdfs;
+pub(super) mod attributes;
 mod curves;
 mod deform;
 mod facing;
@@ -14,14 +13,13 @@ mod files;
 mod films;
 mod grids;
 mod groups;
-mod indices;
 mod integrators;
 mod json;
 mod lights;
 mod media;
 mod meshes;
-mod metals;
-mod names;
+pub(super) mod metals;
+pub(super) mod names;
 mod obj;
 mod parsed;
 mod patches;
@@ -30,16 +28,16 @@ mod phases;
 mod ply;
 mod profile_or_implicit;
 mod quadrics;
-mod query;
+pub(super) mod query;
 mod sensors;
 mod serialized;
 mod shapes;
 pub(super) mod solids;
 mod spd;
-mod spectra;
+pub(super) mod spectra;
 #[cfg(test)]
 mod tests;
-mod textures;
+pub(super) mod textures;
 mod transforms;
 mod tree;
 mod xml;
@@ -47,6 +45,7 @@ mod xml;
 use super::description::{
     Bsdf, Description, Integrator, IntegratorKind, Note, Sensor, ShapeGroup, Solid, SpectrumSource,
 };
+use super::plugins::bsdfs;
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
@@ -59,8 +58,8 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-pub(super) use tree::Class;
-use tree::{Object, ObjectId, Tree};
+pub(super) use tree::{Class, ObjectId, Value};
+use tree::{Object, Tree};
 
 /// What the command line adds to a scene file.
 #[derive(Clone, Debug, Default)]
@@ -160,7 +159,7 @@ fn in_order(mut notes: Vec<Note>) -> Vec<Note> {
 
 /// A tree being understood, with what has been said about it so far.
 pub(super) struct Reader {
-    tree: Tree,
+    pub(super) tree: Tree,
     wanted_sensor: usize,
     ior_tables: Option<PathBuf>,
     search: Search,
@@ -169,7 +168,7 @@ pub(super) struct Reader {
     assumptions: RefCell<Vec<Note>>,
     remarks: RefCell<Vec<Note>>,
     /// What several objects may refer to is read once.
-    bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
+    pub(super) bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
     images: textures::Loaded<Image>,
     grids: textures::Loaded<Grid>,
@@ -180,7 +179,7 @@ pub(super) struct Reader {
 }
 
 impl Reader {
-    fn error(&self, error: SceneError) {
+    pub(super) fn error(&self, error: SceneError) {
         self.errors.borrow_mut().push(error);
     }
 
@@ -194,7 +193,7 @@ impl Reader {
         self.extensions.borrow_mut().push(Note::new(place, text));
     }
 
-    fn assumption(&self, place: &Place, text: String) {
+    pub(super) fn assumption(&self, place: &Place, text: String) {
         self.assumptions.borrow_mut().push(Note::new(place, text));
     }
 
@@ -203,7 +202,7 @@ impl Reader {
     }
 
     /// Tells of tables of an index, or of what one follows from, that end values are held beyond.
-    fn held(&self, name: &str, source: &SpectrumSource) {
+    pub(super) fn held(&self, name: &str, source: &SpectrumSource) {
         for part in source.parts() {
             if let Some(known) = part.domain() {
                 self.holds(&part.place, name, known);
@@ -319,7 +318,7 @@ impl Reader {
     /// Objects that are defined for others to refer to, checked whether or not one does.
     fn definitions(&self, query: &Query<'_>) {
         for (_, id) in query.objects(Class::Bsdf) {
-            bsdfs::read(self, id);
+            bsdfs::read_once(self, id);
         }
         for (_, id) in query.objects(Class::Medium) {
             media::read(self, id);

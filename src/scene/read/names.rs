@@ -1,12 +1,12 @@
 //! Names: which was probably meant, and which exist in Mitsuba 3 but not here.
 
-use super::super::plugins::{filters, samplers};
+use super::super::plugins::{bsdfs, filters, samplers};
 use super::super::source::{Place, SceneError};
 use super::patterns::PATTERNS;
 use super::tree::Class;
 
 /// The known name that a mistyped one is most like, if any is like it.
-pub(super) fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
+pub(in crate::scene) fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     let lower = wrong.to_lowercase();
     let best = known
         .iter()
@@ -22,7 +22,7 @@ pub(super) fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
 const MOST: usize = 12;
 
 /// Names in a row, the first dozen of them.
-pub(super) fn listing(names: &[&str]) -> String {
+pub(in crate::scene) fn listing(names: &[&str]) -> String {
     let mut text = names.iter().take(MOST).copied().collect::<Vec<_>>().join(", ");
     if names.len() > MOST {
         text.push_str(&format!(" and {} more", names.len() - MOST));
@@ -31,7 +31,7 @@ pub(super) fn listing(names: &[&str]) -> String {
 }
 
 /// "a, b or c".
-pub(super) fn either(names: &[&str]) -> String {
+pub(in crate::scene) fn either(names: &[&str]) -> String {
     match names {
         [] => String::new(),
         [only] => (*only).to_owned(),
@@ -40,7 +40,7 @@ pub(super) fn either(names: &[&str]) -> String {
 }
 
 /// The plugins that can be read, by class.
-pub(super) fn plugins(class: Class) -> &'static [&'static str] {
+pub(in crate::scene) fn plugins(class: Class) -> &'static [&'static str] {
     match class {
         Class::Integrator => &[
             "path",
@@ -105,25 +105,7 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "shapegroup",
             "instance",
         ],
-        Class::Bsdf => &[
-            "diffuse",
-            "conductor",
-            "roughconductor",
-            "dielectric",
-            "roughdielectric",
-            "thindielectric",
-            "plastic",
-            "roughplastic",
-            "principled",
-            "principledthin",
-            "twosided",
-            "mask",
-            "blendbsdf",
-            "bumpmap",
-            "normalmap",
-            "null",
-            "diffusetransmitter",
-        ],
+        Class::Bsdf => bsdfs::NAMES,
         Class::Emitter => &[
             "area",
             "constant",
@@ -165,12 +147,15 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
 }
 
 /// Whether what a plugin of class [`Class::Spectrum`] describes varies over surfaces.
-pub(super) fn is_texture(plugin: &str) -> bool {
+pub(in crate::scene) fn is_texture(plugin: &str) -> bool {
     ["bitmap", "checkerboard", "mesh_attribute", "volume"].contains(&plugin) || PATTERNS.contains(&plugin)
 }
 
 /// The class that has a plugin of this name, here or in Mitsuba 3, for an object with these parameters.
-pub(super) fn class_of<'a>(plugin: &str, mut parameters: impl Iterator<Item = &'a str>) -> Option<Class> {
+pub(in crate::scene) fn class_of<'a>(
+    plugin: &str,
+    mut parameters: impl Iterator<Item = &'a str>,
+) -> Option<Class> {
     // The one name that two classes share: the spectrum cannot be without values.
     if plugin == "regular" {
         let values = parameters.any(|name| name == "values");
@@ -182,7 +167,7 @@ pub(super) fn class_of<'a>(plugin: &str, mut parameters: impl Iterator<Item = &'
 }
 
 /// The message about a plugin that its class does not have.
-pub(super) fn unknown_plugin(class: Class, plugin: &str, place: &Place) -> SceneError {
+pub(in crate::scene) fn unknown_plugin(class: Class, plugin: &str, place: &Place) -> SceneError {
     let word = class.word();
     let known = plugins(class);
     let expected = format!("expected {}", if known.len() > MOST { listing(known) } else { either(known) });
@@ -221,7 +206,7 @@ fn instead(class: Class, plugin: &str) -> Option<&'static str> {
 }
 
 /// The message about a plugin that no class has.
-pub(super) fn no_such_plugin(plugin: &str, place: &Place) -> SceneError {
+pub(in crate::scene) fn no_such_plugin(plugin: &str, place: &Place) -> SceneError {
     let known: Vec<&str> = Class::ELEMENTS
         .iter()
         .flat_map(|&(_, class)| plugins(class))
@@ -237,7 +222,7 @@ pub(super) fn no_such_plugin(plugin: &str, place: &Place) -> SceneError {
 }
 
 /// Plugins of Mitsuba 3.9 that are not here.
-pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
+pub(in crate::scene) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
     match class {
         Class::Integrator => &["stokes", "time_gated_path", "volprim_rf_basic"],
         Class::Shape => &["ellipsoids", "ellipsoidsmesh", "blender"],

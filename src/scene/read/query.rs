@@ -356,7 +356,7 @@ fn wrong_motion(error: MotionError, place: &Place, keyframes: &[Keyframe]) -> Sc
 }
 
 /// With a capital first letter, to begin a sentence; an abbreviation is all capitals.
-pub(super) fn capital(text: &str) -> String {
+pub(in crate::scene) fn capital(text: &str) -> String {
     if let Some(rest) = text.strip_prefix("bsdf ") {
         return format!("BSDF {rest}");
     }

@@ -1,11 +1,12 @@
 //! Shapes.
 
 use super::super::description::{Medium, Priority, ShapeDescription, ShapeKind};
+use super::super::plugins::bsdfs;
 use super::super::source::SceneError;
 use super::query::Query;
 use super::solids::{self, Inherited};
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, curves, grids, lights, media, meshes, patches, profile_or_implicit, quadrics};
+use super::{Reader, curves, grids, lights, media, meshes, patches, profile_or_implicit, quadrics};
 use crate::geometry::Vec3;
 use std::sync::Arc;
 
@@ -63,7 +64,7 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<ShapeDescription> {
     let emitter = query.object(Class::Emitter);
     let emission = emitter.and_then(|(_, id)| lights::area(reader, id));
     let bsdf = match (query.object(Class::Bsdf), &around.bsdf) {
-        (Some((_, id)), _) => bsdfs::read(reader, id),
+        (Some((_, id)), _) => bsdfs::read_once(reader, id),
         (None, Some(inherited)) => Arc::clone(inherited),
         (None, None) => bsdfs::default(&object.place, emitter.is_some()),
     };

@@ -1,10 +1,11 @@
 //! Solids: `union`, `intersection` and `difference` of closed shapes, which Mitsuba 3 does not have.
 
 use super::super::description::{Bsdf, Medium, Part, Priority, Solid};
+use super::super::plugins::bsdfs;
 use super::super::source::{Place, SceneError};
 use super::query::{Query, capital};
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, shapes};
+use super::{Reader, shapes};
 use crate::geometry::Transform;
 use crate::shape::solid::Operation;
 use std::sync::Arc;
@@ -66,7 +67,7 @@ fn read_within(reader: &Reader, id: ObjectId, around: &Enclosing) -> Option<Soli
     let mut inner = around.clone();
     check_motion(&query, &mut inner, motion.as_ref().map(|motion| &motion.place), &to_world);
     if let Some((_, id)) = query.object(Class::Bsdf) {
-        inner.inherited.bsdf = Some(bsdfs::read(reader, id));
+        inner.inherited.bsdf = Some(bsdfs::read_once(reader, id));
     }
     let media = shapes::media(&query);
     for (own, inherited) in media.iter().zip(&mut inner.inherited.media) {

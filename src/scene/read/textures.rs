@@ -54,7 +54,7 @@ impl<T> Loaded<T> {
 }
 
 /// The image that a property names, with its path.
-pub(super) fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, Arc<Image>)> {
+pub(in crate::scene) fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, Arc<Image>)> {
     let reader = query.reader;
     let path = reader.search.find(query.required(name, query.text(name))?);
     let extension = path.extension().and_then(|extension| extension.to_str());
@@ -64,7 +64,7 @@ pub(super) fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, A
 }
 
 /// What a plugin of this file describes; `None` where it is wrong, which is reported.
-pub(super) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
+pub(in crate::scene) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
     match query.object.plugin.as_str() {
         "rgb" => query
             .required("value", colour(query, "value"))
@@ -87,7 +87,7 @@ pub(super) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
 }
 
 /// What `d65` illuminates, if anything: a colour, or another texture of any name.
-pub(super) fn daylit(query: &Query<'_>) -> Option<SpectrumKind> {
+pub(in crate::scene) fn daylit(query: &Query<'_>) -> Option<SpectrumKind> {
     if query.has("color") {
         return colour(query, "color").map(|rgb| SpectrumKind::Rgb { rgb, role: RgbRole::Illuminant });
     }
@@ -172,7 +172,7 @@ fn volume(query: &Query<'_>) -> Option<SpectrumKind> {
 }
 
 /// A `<volume>`, wherever it stands. One that is the same everywhere is a spectrum.
-pub(super) fn volume_plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
+pub(in crate::scene) fn volume_plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     let query = Query::new(reader, id);
     let to_world = query.transform("to_world");
     let source = match query.object.plugin.as_str() {
@@ -216,7 +216,7 @@ fn grid_volume(query: &Query<'_>, to_world: crate::geometry::Transform) -> Optio
 }
 
 /// Whether the values depend on the place on a surface.
-pub(super) fn varies(source: &SpectrumSource) -> bool {
+pub(in crate::scene) fn varies(source: &SpectrumSource) -> bool {
     match &source.kind {
         SpectrumKind::Bitmap(_)
         | SpectrumKind::Checkerboard(_)
@@ -230,7 +230,12 @@ pub(super) fn varies(source: &SpectrumSource) -> bool {
 
 /// Whether a texture or colour gives what a use asks of it, within the bounds of that use; reports it where
 /// not. `None` for what is neither.
-pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> Option<bool> {
+pub(in crate::scene) fn check(
+    reader: &Reader,
+    source: &SpectrumSource,
+    name: &str,
+    purpose: Use,
+) -> Option<bool> {
     let refuse = |problem: String, expected: &str, remedy: &str| {
         let error = SceneError::at(&source.place, problem, expected);
         reader.error(if remedy.is_empty() { error } else { error.with_remedy(remedy) });

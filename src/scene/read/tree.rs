@@ -53,7 +53,7 @@ impl Class {
 }
 
 /// Elements and objects deeper than this are refused: no scene needs them, and they could exhaust the stack.
-pub(super) const DEEPEST: usize = 64;
+pub(in crate::scene) const DEEPEST: usize = 64;
 
 /// Most objects in a BSDF, each counted as often as it is referred to: what walks through them must end.
 const MOST_IN_BSDF: usize = 4096;
@@ -281,7 +281,11 @@ enum State {
     },
 }
 
-pub(super) fn dangling<'a>(id: &str, place: &Place, known: impl Iterator<Item = &'a String>) -> SceneError {
+pub(in crate::scene) fn dangling<'a>(
+    id: &str,
+    place: &Place,
+    known: impl Iterator<Item = &'a String>,
+) -> SceneError {
     let known: Vec<&str> = known.map(String::as_str).collect();
     let error = SceneError::at(
         place,

@@ -4,12 +4,11 @@
 //! A new kind of object needs one arm in the file of its class. What it writes has to read back as the same
 //! kind: the JSON is a scene file too.
 
-mod bsdfs;
 mod lights;
 mod media;
 mod sensors;
 mod shapes;
-mod spectra;
+pub(super) mod spectra;
 
 use super::description::{
     Animation, Bsdf, Description, Integrator, IntegratorKind, Moments, ShapeGroup, SpectrumSource,
@@ -88,7 +87,7 @@ impl Node {
         self
     }
 
-    fn property(mut self, name: Option<Cow<'static, str>>, value: Value, place: Option<Place>) -> Self {
+    pub fn property(mut self, name: Option<Cow<'static, str>>, value: Value, place: Option<Place>) -> Self {
         self.properties.push(Property { name, value, place });
         self
     }
@@ -157,7 +156,7 @@ impl Node {
 /// Writes each object that several others share once.
 #[derive(Default)]
 pub(super) struct Writer {
-    bsdfs: BTreeMap<*const Bsdf, Rc<Node>>,
+    pub bsdfs: BTreeMap<*const Bsdf, Rc<Node>>,
     /// Ids of shapes. A shape that is a part of several solids is written in full each time, for its
     /// surroundings may differ.
     shapes: BTreeSet<String>,

@@ -2,8 +2,9 @@ use super::super::description::{
     HeightSource, Instance, Part, ShapeDescription, ShapeGroup, ShapeKind, Solid, SpectrumSource,
 };
 use super::super::info::{hash_of_curves, hash_of_mesh, hash_of_patches, hash_of_values};
+use super::super::plugins::bsdfs;
 use super::super::read::{Class, solids};
-use super::{Node, Value, Writer, bsdfs, media};
+use super::{Node, Value, Writer, media};
 use crate::shape::{
     Blob, CurveKind, FillRule, HeightData, Interpolation, Kernel, ProfileOrImplicitKind, QuadricKind, Sheets,
     Terrain,
@@ -105,7 +106,7 @@ pub(super) fn write(writer: &mut Writer, shape: &ShapeDescription) -> Node {
         ShapeKind::Curves { solid: false, .. } if !shape.flip_normals => node,
         _ => node.boolean("flip_normals", shape.flip_normals),
     };
-    let node = node.child(bsdfs::write(writer, &shape.bsdf));
+    let node = node.child(bsdfs::node(&shape.bsdf, writer));
     let node = match &shape.emission {
         Some(radiance) => node.child(area(radiance)),
         None => node,
