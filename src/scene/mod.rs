@@ -18,7 +18,7 @@ pub use description::Description;
 pub use flight::{Collision, Event, Flight};
 pub use info::{json, outline};
 pub use passage::Passage;
-pub use plugins::{Declaration, Parameter, Range, Takes, plugins};
+pub use plugins::{Declaration, Parameter, Range, Takes, Use, plugins, reference};
 pub use read::{ReadOptions, read, read_str};
 pub use scene::{CameraSample, Features, FilmChannel, FilmPlan, Intersection, Scene};
 pub use source::{Place, SceneError, SceneErrors};

@@ -1,8 +1,9 @@
 //! Fields of one parameter: numbers, words, and what else a property can be.
 
 use super::{Field, Parameter, Range, Takes};
+use crate::geometry::Vec3;
 use crate::scene::info::text_of;
-use crate::scene::read::Query;
+use crate::scene::read::{Query, spectra};
 use crate::scene::source::SceneError;
 use crate::scene::write::{Node, Value, Writer};
 
@@ -33,7 +34,7 @@ pub struct Simple<K: Kind> {
 }
 
 impl<K: Kind> Simple<K> {
-    const fn new(name: &'static str, default: Option<K::Value>, kind: K, doc: &'static str) -> Self {
+    pub const fn new(name: &'static str, default: Option<K::Value>, kind: K, doc: &'static str) -> Self {
         Self { name, doc, unit: "", extension: None, default, is_quiet: false, kind }
     }
 
@@ -45,6 +46,11 @@ impl<K: Kind> Simple<K> {
     pub const fn extension(mut self, note: &'static str) -> Self {
         self.extension = Some(note);
         self
+    }
+
+    /// Refuses objects without it.
+    pub fn required(self) -> Self {
+        Self { default: None, ..self }
     }
 
     /// Leaves the default unwritten.
@@ -139,14 +145,26 @@ pub struct Float {
     remedy: &'static str,
 }
 
-pub fn float(name: &'static str, default: impl Into<Option<f64>>, doc: &'static str) -> Simple<Float> {
+pub const fn float(name: &'static str, default: f64, doc: &'static str) -> Simple<Float> {
     let kind = Float { range: Range::ALL, problem: "", expected: "", remedy: "" };
-    Simple::new(name, default.into(), kind, doc)
+    Simple::new(name, Some(default), kind, doc)
 }
 
 impl Simple<Float> {
     pub const fn within(mut self, range: Range) -> Self {
         self.kind.range = range;
+        self
+    }
+
+    /// What messages say of a number beyond the range, with `{}` for it.
+    pub const fn said(mut self, problem: &'static str, expected: &'static str) -> Self {
+        (self.kind.problem, self.kind.expected) = (problem, expected);
+        self
+    }
+
+    /// What to do about a number beyond the range.
+    pub const fn remedy(mut self, remedy: &'static str) -> Self {
+        self.kind.remedy = remedy;
         self
     }
 
@@ -193,13 +211,13 @@ impl Kind for Float {
 pub struct Integer<T>(i64, i64, std::marker::PhantomData<T>);
 
 /// Integers that fit into their type as far as they lie in their range.
-pub fn integer<T: Copy + PartialEq + TryFrom<i64> + TryInto<i64>>(
+pub const fn integer<T: Copy + PartialEq + TryFrom<i64> + TryInto<i64>>(
     name: &'static str,
-    default: impl Into<Option<T>>,
+    default: T,
     [least, most]: [i64; 2],
     doc: &'static str,
 ) -> Simple<Integer<T>> {
-    Simple::new(name, default.into(), Integer(least, most, std::marker::PhantomData), doc)
+    Simple::new(name, Some(default), Integer(least, most, std::marker::PhantomData), doc)
 }
 
 impl<T: Copy + PartialEq + TryFrom<i64> + TryInto<i64>> Kind for Integer<T> {
@@ -281,31 +299,109 @@ impl<T: Copy + PartialEq> Kind for Choices<T> {
     }
 }
 
+/// A point or a direction.
+pub struct Vector;
+
+pub const fn vector(name: &'static str, default: Vec3, doc: &'static str) -> Simple<Vector> {
+    Simple::new(name, Some(default), Vector, doc)
+}
+
+impl Kind for Vector {
+    type Value = Vec3;
+
+    fn takes(&self) -> Takes {
+        Takes::Vector
+    }
+
+    fn read(&self, query: &Query<'_>, name: &'static str) -> Option<Vec3> {
+        query.vector(name)
+    }
+
+    fn value(&self, value: &Vec3) -> Value {
+        Value::Vector(*value)
+    }
+}
+
+/// A string.
+pub struct Text;
+
+pub const fn text(name: &'static str, doc: &'static str) -> Simple<Text> {
+    Simple::new(name, None, Text, doc)
+}
+
+impl Kind for Text {
+    type Value = String;
+
+    fn takes(&self) -> Takes {
+        Takes::Text
+    }
+
+    fn read(&self, query: &Query<'_>, name: &'static str) -> Option<String> {
+        query.text(name).map(|text| text.trim().to_owned())
+    }
+
+    fn value(&self, value: &String) -> Value {
+        Value::Text(value.clone())
+    }
+}
+
+/// Numbers in a string.
+pub struct Numbers;
+
+pub const fn numbers(name: &'static str, doc: &'static str) -> Simple<Numbers> {
+    Simple::new(name, None, Numbers, doc)
+}
+
+impl Kind for Numbers {
+    type Value = Vec<f64>;
+
+    fn takes(&self) -> Takes {
+        Takes::Numbers
+    }
+
+    fn read(&self, query: &Query<'_>, name: &'static str) -> Option<Vec<f64>> {
+        spectra::numbers(query, name)
+    }
+
+    fn value(&self, value: &Vec<f64>) -> Value {
+        Value::Numbers(value.clone())
+    }
+}
+
 /// A parameter that Mitsuba 3 has and that changes nothing here.
 pub struct Ignored {
     name: &'static str,
     takes: Takes,
-    why: &'static str,
+    /// `None` where nobody would expect that it changed anything.
+    why: Option<&'static str>,
 }
 
 /// `why` may be empty.
 pub const fn ignored(name: &'static str, takes: Takes, why: &'static str) -> Ignored {
-    Ignored { name, takes, why }
+    Ignored { name, takes, why: Some(why) }
 }
 
 impl Ignored {
+    /// Says nothing of it.
+    pub const fn silent(mut self) -> Self {
+        self.why = None;
+        self
+    }
+
     /// Checks its type and remarks on it.
     pub fn read(&self, query: &Query<'_>) {
-        if !query.has(self.name) {
+        if self.why.is_some() && !query.has(self.name) {
             return;
         }
         match self.takes {
             Takes::Float(_) => drop(query.float(self.name)),
             Takes::Integer(least, most) => drop(query.integer(self.name, least, most)),
             Takes::Boolean => drop(query.boolean_given(self.name)),
+            Takes::Transform => drop(query.transform(self.name)),
             _ => drop(query.text(self.name)),
         }
-        let why = if self.why.is_empty() { String::new() } else { format!(": {}", self.why) };
+        let Some(why) = self.why else { return };
+        let why = if why.is_empty() { String::new() } else { format!(": {why}") };
         query.reader.remark(&query.place(self.name), format!("{} changes nothing{why}", self.name));
     }
 

@@ -1,22 +1,29 @@
-//! The plugins of scene files, each declared once: its name, what it is for, and its parameters with their type,
-//! unit, default and range. Reading, hints for mistyped names, what `abbe info` writes and hashes, the scenes of
-//! the fuzzer and docs/scene-format.md follow from that; only `compile` is written apart.
+//! The plugins of scene files, each declared once: its name, what it is for, and its parameters with their
+//! type, unit, default and range. Reading, hints for mistyped names, what `abbe info` writes and hashes, and
+//! the reference in docs/scene-format.md follow from that; only `compile` is written apart.
 //!
-//! There is one file for each class of plugin. In it [`declare!`] lists them, each with the value that it stands
-//! for. That value is written once: it is what the reader makes of the fields that follow, and the pattern by
-//! which the writer takes it apart again.
+//! There is one file for each class of plugin. In it [`declare!`] lists them, each with the value that it
+//! stands for. That value is written once: it is what the reader makes of the fields that follow, and the
+//! pattern by which the writer takes it apart again.
 
 pub mod bsdfs;
 mod fields;
 pub mod filters;
 mod indices;
+pub mod lights;
+pub mod media;
+pub mod phases;
+mod reference;
 pub mod samplers;
+pub mod shapes;
 mod spectral;
+pub mod view;
 
 pub use super::read::spectra::Use;
 use super::read::{Class, Query};
 use super::write::{Node, Writer};
-pub use fields::{Choices, Ignored, Simple, boolean, choice, float, ignored, integer, optional};
+use fields::{Ignored, Simple, boolean, choice, float, ignored, integer, numbers, optional, text, vector};
+pub use reference::reference;
 use std::fmt;
 
 /// A plugin of scene files, for documents and for who makes scenes.
@@ -32,10 +39,12 @@ pub struct Declaration {
     pub is_extension: bool,
     /// In the order in which they are written.
     pub parameters: Vec<Parameter>,
+    /// Parameters that others of its class have, too.
+    pub common: Vec<Parameter>,
 }
 
 /// A parameter of a plugin.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// The value of `name`; empty for an object that needs none.
     pub name: &'static str,
@@ -66,6 +75,18 @@ pub enum Takes {
     Choice(Vec<&'static str>),
     /// A `<string>`.
     Text,
+    /// Numbers in a `<string>`.
+    Numbers,
+    /// Points of so many coordinates in a `<string>`.
+    Points(usize),
+    /// The name of a file in a `<string>`.
+    File,
+    /// A `<point>` or `<vector>`.
+    Vector,
+    /// A `<transform>`.
+    Transform,
+    /// A `<transform>` or an `<animation>`.
+    Placement,
     /// A `<spectrum>`, `<rgb>`, `<texture>` or number that fits what it is for.
     Spectrum(Use),
     /// A number, the name of a material in a `<string>`, or a `<spectrum>`.
@@ -170,9 +191,11 @@ fn note_extension(query: &Query<'_>, note: &str) {
 
 /// Declares the plugins of a class: the functions `read`, `write` and `declarations`, and `NAMES`.
 ///
-/// Each plugin is a name, `extension "..."` with the note for `abbe info` where Mitsuba 3 does not have it, a line
-/// of documentation unless the note is one, the value that it stands for, and its fields. `ignoring [...]` lists parameters that are
-/// checked and change nothing; `then` names a function that checks the whole value.
+/// Each plugin is a name, `extension "..."` with the note for `abbe info` where Mitsuba 3 does not have it, a
+/// line of documentation unless the note is one, the value that it stands for, and its fields in the order in
+/// which they are written. `ignoring [...]` lists parameters that are checked and change nothing; `then`
+/// names a function that checks the whole value. `common` after the class names a function that gives the
+/// parameters that all its plugins have.
 macro_rules! declare {
     (@ ($($field:ident),*)) => {
         &($($field.clone()),*)
@@ -240,12 +263,11 @@ macro_rules! declare {
                 name: $name,
                 doc: [$($note,)? $($doc,)?].last().copied().unwrap_or_default(),
                 is_extension: !<[&str]>::is_empty(&[$($note)?]),
-                parameters: [
+                parameters: <[Vec<$crate::scene::plugins::Parameter>]>::concat(&[
                     $($crate::scene::plugins::Field::parameters(&$codec),)*
                     $($(vec![$crate::scene::plugins::Ignored::parameter(&$ignored)],)*)?
-                    common.clone(),
-                ]
-                .concat(),
+                ]),
+                common: common.clone(),
             }),*]
         }
     };
@@ -254,5 +276,14 @@ use declare;
 
 /// Every plugin that a scene file may name.
 pub fn plugins() -> Vec<Declaration> {
-    [samplers::declarations(), filters::declarations(), bsdfs::declarations()].concat()
+    [
+        shapes::all(),
+        bsdfs::declarations(),
+        lights::declarations(),
+        media::declarations(),
+        phases::declarations(),
+        filters::declarations(),
+        samplers::declarations(),
+    ]
+    .concat()
 }

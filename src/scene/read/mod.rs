@@ -6,32 +6,22 @@
 
 mod aovs;
 pub(super) mod attributes;
-mod curves;
-mod deform;
 mod facing;
-mod files;
+pub(super) mod files;
 mod films;
-mod grids;
 mod groups;
 mod integrators;
 mod json;
-mod lights;
-mod media;
-mod meshes;
+pub(super) mod meshes;
 pub(super) mod metals;
 pub(super) mod names;
 mod obj;
 mod parsed;
-mod patches;
-mod patterns;
-mod phases;
+pub(super) mod patterns;
 mod ply;
-mod profile_or_implicit;
-mod quadrics;
 pub(super) mod query;
 mod sensors;
 mod serialized;
-mod shapes;
 pub(super) mod solids;
 mod spd;
 pub(super) mod spectra;
@@ -45,7 +35,7 @@ mod xml;
 use super::description::{
     Bsdf, Description, Integrator, IntegratorKind, Note, Sensor, ShapeGroup, Solid, SpectrumSource,
 };
-use super::plugins::bsdfs;
+use super::plugins::{bsdfs, lights, media, phases};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
@@ -58,7 +48,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-pub(super) use tree::{Class, ObjectId, Value};
+pub(super) use tree::{Class, Entry, ObjectId, Value};
 use tree::{Object, Tree};
 
 /// What the command line adds to a scene file.
@@ -162,7 +152,7 @@ pub(super) struct Reader {
     pub(super) tree: Tree,
     wanted_sensor: usize,
     ior_tables: Option<PathBuf>,
-    search: Search,
+    pub(super) search: Search,
     errors: RefCell<Vec<SceneError>>,
     extensions: RefCell<Vec<Note>>,
     assumptions: RefCell<Vec<Note>>,
@@ -171,7 +161,7 @@ pub(super) struct Reader {
     pub(super) bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
     images: textures::Loaded<Image>,
-    grids: textures::Loaded<Grid>,
+    pub(super) grids: textures::Loaded<Grid>,
     meshes: RefCell<BTreeMap<meshes::MeshKey, Option<Arc<MeshData>>>>,
     groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
     /// The `merge` shapes and the solids that were read already.
@@ -309,7 +299,7 @@ impl Reader {
                 );
             }
             if !lights::belongs_to_shapes(self, entry, id) {
-                lights.extend(lights::read(self, id));
+                lights.extend(lights::of_scene(self, id));
             }
         }
         lights
@@ -321,10 +311,10 @@ impl Reader {
             bsdfs::read_once(self, id);
         }
         for (_, id) in query.objects(Class::Medium) {
-            media::read(self, id);
+            media::of_object(self, id);
         }
         for (_, id) in query.objects(Class::Phase) {
-            phases::read(self, id);
+            phases::of_object(self, id);
         }
         for class in [Class::Film, Class::Sampler, Class::Filter] {
             query.objects(class);

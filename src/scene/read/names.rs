@@ -1,6 +1,6 @@
 //! Names: which was probably meant, and which exist in Mitsuba 3 but not here.
 
-use super::super::plugins::{bsdfs, filters, samplers};
+use super::super::plugins::{bsdfs, filters, lights, media, phases, samplers, shapes};
 use super::super::source::{Place, SceneError};
 use super::patterns::PATTERNS;
 use super::tree::Class;
@@ -40,8 +40,8 @@ pub(in crate::scene) fn either(names: &[&str]) -> String {
 }
 
 /// The plugins that can be read, by class.
-pub(in crate::scene) fn plugins(class: Class) -> &'static [&'static str] {
-    match class {
+pub(in crate::scene) fn plugins(class: Class) -> Vec<&'static str> {
+    let names: &[&str] = match class {
         Class::Integrator => &[
             "path",
             "direct",
@@ -73,51 +73,10 @@ pub(in crate::scene) fn plugins(class: Class) -> &'static [&'static str] {
         Class::Film => &["hdrfilm", "specfilm"],
         Class::Sampler => samplers::NAMES,
         Class::Filter => filters::NAMES,
-        Class::Shape => &[
-            "sphere",
-            "rectangle",
-            "disk",
-            "cube",
-            "cylinder",
-            "cone",
-            "paraboloid",
-            "hyperboloid",
-            "quadric",
-            "torus",
-            "obj",
-            "ply",
-            "serialized",
-            "sdfgrid",
-            "heightfield",
-            "linearcurve",
-            "bsplinecurve",
-            "sweptsphere",
-            "polygon",
-            "extrusion",
-            "revolution",
-            "superquadric",
-            "blobs",
-            "bezierpatch",
-            "union",
-            "intersection",
-            "difference",
-            "merge",
-            "shapegroup",
-            "instance",
-        ],
+        Class::Shape => return shapes::names(),
         Class::Bsdf => bsdfs::NAMES,
-        Class::Emitter => &[
-            "area",
-            "constant",
-            "directional",
-            "directionalarea",
-            "envmap",
-            "point",
-            "projector",
-            "spot",
-            "sunsky",
-        ],
-        Class::Medium => &["homogeneous", "heterogeneous"],
+        Class::Emitter => lights::NAMES,
+        Class::Medium => media::NAMES,
         Class::Spectrum => &[
             "uniform",
             "regular",
@@ -140,10 +99,11 @@ pub(in crate::scene) fn plugins(class: Class) -> &'static [&'static str] {
             "sellmeier",
             "cauchy",
         ],
-        Class::Phase => &["isotropic", "hg", "rayleigh", "tabphase", "blendphase"],
+        Class::Phase => phases::NAMES,
         Class::Volume => &["constvolume", "gridvolume"],
         Class::Scene => &[],
-    }
+    };
+    names.to_vec()
 }
 
 /// Whether what a plugin of class [`Class::Spectrum`] describes varies over surfaces.
@@ -170,7 +130,7 @@ pub(in crate::scene) fn class_of<'a>(
 pub(in crate::scene) fn unknown_plugin(class: Class, plugin: &str, place: &Place) -> SceneError {
     let word = class.word();
     let known = plugins(class);
-    let expected = format!("expected {}", if known.len() > MOST { listing(known) } else { either(known) });
+    let expected = format!("expected {}", if known.len() > MOST { listing(&known) } else { either(&known) });
     if mitsuba_plugins(class).contains(&plugin) {
         let problem = super::query::capital(&format!("{word} \"{plugin}\" is not supported"));
         let error = SceneError::at(place, problem, expected);
@@ -182,7 +142,7 @@ pub(in crate::scene) fn unknown_plugin(class: Class, plugin: &str, place: &Place
     let error = SceneError::at(place, format!("There is no {word} \"{plugin}\""), expected);
     let elsewhere =
         Class::ELEMENTS.iter().find(|(_, other)| *other != class && plugins(*other).contains(&plugin));
-    match (nearest(plugin, known), elsewhere) {
+    match (nearest(plugin, &known), elsewhere) {
         (_, Some((other, _))) => error.with_remedy(format!("did you mean <{other} type=\"{plugin}\">?")),
         (Some(near), None) => error.with_remedy(format!("did you mean \"{near}\"?")),
         (None, None) => error,
@@ -210,7 +170,6 @@ pub(in crate::scene) fn no_such_plugin(plugin: &str, place: &Place) -> SceneErro
     let known: Vec<&str> = Class::ELEMENTS
         .iter()
         .flat_map(|&(_, class)| plugins(class))
-        .copied()
         .chain(["spectrum", "rgb", "ref"])
         .collect();
     let problem = format!("There is no plugin \"{plugin}\"");

@@ -178,16 +178,6 @@ pub(in crate::scene) fn entry(
     check(query.reader, &source, name, purpose).then_some(source)
 }
 
-/// The spectrum `name`, or a constant.
-pub(in crate::scene) fn read_or(
-    query: &Query<'_>,
-    name: &'static str,
-    purpose: Use,
-    default: f64,
-) -> SpectrumSource {
-    read(query, name, purpose).unwrap_or_else(|| constant(&query.object.place, default))
-}
-
 /// What an emitter sends out everywhere: Mitsuba 3's D65 where the file says nothing.
 pub(in crate::scene) fn emission(query: &Query<'_>, name: &'static str) -> SpectrumSource {
     let source = radiance(query, name);

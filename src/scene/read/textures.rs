@@ -23,7 +23,7 @@ const WRAP_MODES: [(&str, Wrap); 3] =
 
 /// Files that were read already; `None` for one that is wrong, which was reported.
 #[derive(Debug)]
-pub(super) struct Loaded<T>(RefCell<BTreeMap<PathBuf, Option<Arc<T>>>>);
+pub(in crate::scene) struct Loaded<T>(RefCell<BTreeMap<PathBuf, Option<Arc<T>>>>);
 
 impl<T> Default for Loaded<T> {
     fn default() -> Self {

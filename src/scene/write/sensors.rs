@@ -1,10 +1,11 @@
 use super::super::description::{
-    AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, PixelFormat,
-    Sensor, SensorKind, ShapeDescription,
+    AngularMap, Aperture, Crop, DistantTarget, Film, FilmContent, Lens, PixelFormat, Sensor, SensorKind,
+    ShapeDescription,
 };
-use super::super::plugins::{filters, samplers};
+use super::super::plugins::view::View;
+use super::super::plugins::{Field, filters, media, samplers, shapes};
 use super::super::read::Class;
-use super::{Node, Writer, media, shapes};
+use super::{Node, Writer};
 use crate::camera::{FisheyeProjection, Shutter, ShutterKind};
 
 /// The sensor as such. One that measures on a surface is to be put into the shape that [`surface`] gives.
@@ -14,7 +15,7 @@ pub(super) fn write(writer: &mut Writer, sensor: &Sensor) -> Node {
         SensorKind::Perspective { to_world, field_of_view, principal_point, near_clip, far_clip, lens } => {
             let node = node(if lens.is_some() { "thinlens" } else { "perspective" });
             let node = node.placement(to_world, &sensor.motion);
-            let node = self::field_of_view(node, *field_of_view);
+            let node = View.write(node, field_of_view, writer);
             let node = match lens {
                 Some(lens) => self::lens(node, lens),
                 None => node
@@ -45,13 +46,13 @@ pub(super) fn write(writer: &mut Writer, sensor: &Sensor) -> Node {
             match target {
                 DistantTarget::Scene => node.remark("looks at all of the scene"),
                 DistantTarget::Point(point) => node.vector("target", *point),
-                DistantTarget::Surface(surface) => node.named("target", shapes::write(writer, surface)),
+                DistantTarget::Surface(surface) => node.named("target", shapes::node(surface, writer)),
             }
         }
         SensorKind::Batch(sensors) => sensors.iter().fold(node("batch"), |node, sensor| {
             let child = write(writer, sensor);
             node.child(match surface(sensor) {
-                Some(surface) => shapes::write(writer, surface).child(child),
+                Some(surface) => shapes::node(surface, writer).child(child),
                 None => child,
             })
         }),
@@ -61,7 +62,7 @@ pub(super) fn write(writer: &mut Writer, sensor: &Sensor) -> Node {
         None => node,
     };
     let node = match &sensor.medium {
-        Some(medium) => node.child(media::write(medium)),
+        Some(medium) => node.child(media::node(medium, writer)),
         None => node,
     };
     shutter(node, &sensor.shutter)
@@ -111,23 +112,6 @@ fn lens(node: Node, lens: &Lens) -> Node {
         blades => node.integer("aperture_blades", blades).float("aperture_rotation", lens.rotation),
     };
     node.float("focus_distance", lens.focus_distance)
-}
-
-pub(super) fn field_of_view(node: Node, field_of_view: FieldOfView) -> Node {
-    match field_of_view {
-        FieldOfView::Degrees { angle, axis } => node.float("fov", angle).text("fov_axis", axis_name(axis)),
-        FieldOfView::FocalLength(mm) => node.text("focal_length", format!("{mm}mm")),
-    }
-}
-
-fn axis_name(axis: FovAxis) -> &'static str {
-    match axis {
-        FovAxis::X => "x",
-        FovAxis::Y => "y",
-        FovAxis::Diagonal => "diagonal",
-        FovAxis::Smaller => "smaller",
-        FovAxis::Larger => "larger",
-    }
 }
 
 fn film(writer: &mut Writer, film: &Film) -> Node {

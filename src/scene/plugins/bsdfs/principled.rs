@@ -137,8 +137,8 @@ impl Field for RelativeIndex {
     }
 }
 
-/// Where light is transmitted, Mitsuba 3 keeps a facet to refract it: an `eta` of 1 becomes 1.001, a `specular`
-/// of 0 becomes 0.001.
+/// Where light is transmitted, Mitsuba 3 keeps a facet to refract it: an `eta` of 1 becomes 1.001, a
+/// `specular` of 0 becomes 0.001.
 pub fn with_refraction(query: &Query<'_>, mut kind: BsdfKind) -> Option<BsdfKind> {
     if let BsdfKind::Principled { base, eta, .. } = &mut kind
         && base.spec_trans.constant() != Some(0.0)
