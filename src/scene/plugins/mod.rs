@@ -221,14 +221,19 @@ macro_rules! declare {
         pub fn read(query: &$crate::scene::read::Query<'_>) -> Option<$kind> {
             match query.object.plugin.as_str() {
                 $($name => {
-                    $($crate::scene::plugins::note_extension(query, $note);)?
-                    // All are asked, so that each that is wrong is reported.
-                    let fields = ($($crate::scene::plugins::Field::read(&$codec, query),)*);
-                    $($($crate::scene::plugins::Ignored::read(&$ignored, query);)*)?
-                    let ($(Some($field),)*) = fields else { return None };
-                    let value = $kind_name::$variant $body;
-                    $(let value = $then(query, value)?;)?
-                    Some(value)
+                    // Apart from the others, for objects nest and their frames must fit into the stack.
+                    #[inline(never)]
+                    fn one(query: &$crate::scene::read::Query<'_>) -> Option<$kind> {
+                        $($crate::scene::plugins::note_extension(query, $note);)?
+                        // All are asked, so that each that is wrong is reported.
+                        let fields = ($($crate::scene::plugins::Field::read(&$codec, query),)*);
+                        $($($crate::scene::plugins::Ignored::read(&$ignored, query);)*)?
+                        let ($(Some($field),)*) = fields else { return None };
+                        let value = $kind_name::$variant $body;
+                        $(let value = $then(query, value)?;)?
+                        Some(value)
+                    }
+                    one(query)
                 })*
                 _ => {
                     query.reader.unknown_plugin(query.object);
