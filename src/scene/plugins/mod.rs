@@ -224,6 +224,7 @@ macro_rules! declare {
                     // Apart from the others, for objects nest and their frames must fit into the stack.
                     #[inline(never)]
                     fn one(query: &$crate::scene::read::Query<'_>) -> Option<$kind> {
+                        let _ = query;
                         $($crate::scene::plugins::note_extension(query, $note);)?
                         // All are asked, so that each that is wrong is reported.
                         let fields = ($($crate::scene::plugins::Field::read(&$codec, query),)*);

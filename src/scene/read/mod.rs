@@ -281,14 +281,14 @@ impl Reader {
     }
 
     fn lights(&self, query: &Query<'_>) -> Vec<super::description::Light> {
-        let mut lights = Vec::new();
-        let mut surroundings = 0;
+        let mut lights: Vec<super::description::Light> = Vec::new();
         for (entry, id) in query.objects(Class::Emitter) {
-            if ["constant", "envmap", "sunsky"].contains(&self.tree.get(id).plugin.as_str()) {
-                surroundings += 1;
+            if lights::belongs_to_shapes(self, entry, id) {
+                continue;
             }
-            if surroundings == 2 {
-                surroundings += 1;
+            let Some(light) = lights::of_scene(self, id) else { continue };
+            let around = lights.iter().filter(|light| light.kind.is_environment()).count();
+            if light.kind.is_environment() && around == 1 {
                 self.error(
                     SceneError::at(
                         &entry.place,
@@ -298,9 +298,7 @@ impl Reader {
                     .with_remedy("leave one out, or add them up in one picture"),
                 );
             }
-            if !lights::belongs_to_shapes(self, entry, id) {
-                lights.extend(lights::of_scene(self, id));
-            }
+            lights.push(light);
         }
         lights
     }

@@ -7,7 +7,6 @@ use crate::scene::read::spectra::{self, Use};
 use crate::scene::read::{Class, Query, Value};
 use crate::scene::source::SceneError;
 use crate::scene::write::{Node, Writer};
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// The one BSDF that a BSDF holds.
@@ -123,10 +122,10 @@ pub fn opaque(query: &Query<'_>, kind: BsdfKind) -> Option<BsdfKind> {
     });
     for ((entry, id), bsdf) in places.zip([front].into_iter().chain(back)) {
         let plugin = &query.reader.tree.get(id).plugin;
-        let problem = if transmits(bsdf, &mut BTreeSet::new()) && !allow_transmission {
-            format!("\"twosided\" cannot hold \"{plugin}\", which lets light through")
-        } else if matches!(bsdf.kind, BsdfKind::TwoSided { .. }) {
+        let problem = if matches!(bsdf.kind, BsdfKind::TwoSided { .. }) {
             "\"twosided\" cannot hold another \"twosided\"".to_owned()
+        } else if bsdf.kind.transmits() && !allow_transmission {
+            format!("\"twosided\" cannot hold \"{plugin}\", which lets light through")
         } else {
             continue;
         };
@@ -136,28 +135,6 @@ pub fn opaque(query: &Query<'_>, kind: BsdfKind) -> Option<BsdfKind> {
         );
     }
     Some(kind)
-}
-
-/// Whether light can get through. What several BSDFs share is looked at once: `met` are those that were.
-fn transmits(bsdf: &Arc<Bsdf>, met: &mut BTreeSet<*const Bsdf>) -> bool {
-    if !met.insert(Arc::as_ptr(bsdf)) {
-        return false;
-    }
-    match &bsdf.kind {
-        BsdfKind::Null
-        | BsdfKind::Mask { .. }
-        | BsdfKind::Dielectric { .. }
-        | BsdfKind::DiffuseTransmitter { .. }
-        | BsdfKind::ThinDielectric { .. }
-        | BsdfKind::PrincipledThin { .. } => true,
-        BsdfKind::Principled { base, .. } => base.spec_trans.constant() != Some(0.0),
-        BsdfKind::Diffuse { .. }
-        | BsdfKind::Conductor { .. }
-        | BsdfKind::Plastic { .. }
-        | BsdfKind::TwoSided { .. } => false,
-        BsdfKind::Blend { nested, .. } => nested.iter().any(|nested| transmits(nested, met)),
-        BsdfKind::BumpMap { nested, .. } | BsdfKind::NormalMap { nested, .. } => transmits(nested, met),
-    }
 }
 
 /// The BSDFs within one that holds a fixed number of them.
