@@ -7,6 +7,7 @@ mod flight;
 mod info;
 mod limits;
 mod passage;
+mod plugins;
 mod read;
 #[expect(clippy::module_inception, reason = "it holds the type that the room is named after")]
 mod scene;
@@ -19,6 +20,7 @@ pub use flight::{Collision, Event, Flight};
 pub use info::{json, outline};
 pub use limits::{Coverage, Integrator, Limits, Techniques};
 pub use passage::Passage;
+pub use plugins::{Declaration, Parameter, Range, Takes, Use, plugins, reference};
 pub use read::{ReadOptions, read, read_str};
 pub use scene::{CameraSample, Features, FilmChannel, FilmPlan, Intersection, Scene};
 pub use source::{Place, SceneError, SceneErrors};

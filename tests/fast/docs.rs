@@ -131,6 +131,20 @@ fn the_front_page_is_short() {
     assert!(lines <= 200, "README.md has {lines} lines");
 }
 
+/// The reference of the scene format follows from the declarations of the plugins.
+#[test]
+fn the_reference_of_the_scene_format_is_current() {
+    const MARK: &str = "<!-- What follows is generated from the declarations in src/scene/plugins. -->\n";
+    let page = read(&root().join("docs/scene-format.md"));
+    let (written_by_hand, _) = page.split_once(MARK).expect("the mark");
+    let current = format!("{written_by_hand}{MARK}\n{}", abbe::scene::reference());
+    if page != current {
+        let made = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scene-format.md");
+        std::fs::write(&made, current).expect("a file");
+        panic!("docs/scene-format.md is not current: copy {} to docs", made.display());
+    }
+}
+
 /// The rooms of the map in CONTRIBUTING.md: what stands between backticks in the first column of its table.
 fn mapped() -> BTreeSet<String> {
     let page = read(&root().join("CONTRIBUTING.md"));

@@ -105,7 +105,11 @@ fn many_points(number: u32) -> Description {
     description.lights = (0..number)
         .map(|i| {
             let (sin, cos) = (TAU * f64::from(i) / f64::from(number)).sin_cos();
-            let kind = LightKind::Point { position: Vec3::new(cos, sin, 1.0), intensity: intensity.clone() };
+            let kind = LightKind::Point {
+                position: Vec3::new(cos, sin, 1.0),
+                motion: None,
+                intensity: intensity.clone(),
+            };
             abbe::scene::description::Light { kind, ..first.clone() }
         })
         .collect();

@@ -43,7 +43,7 @@ impl Compiler<'_> {
     ) -> (Option<Environment>, Vec<(usize, Placed)>) {
         let (mut environment, mut moving) = (None, Vec::new());
         for light in &self.description.lights {
-            let motion = light.motion.as_ref().and_then(|motion| Motion::new(&motion.keys).ok());
+            let motion = light.kind.motion().and_then(|motion| Motion::new(&motion.keys).ok());
             let placed =
                 motion.and_then(|m| Placed::moving(m.recentred(Vec3::ZERO, shift.point(Vec3::ZERO))));
             // What moves has coordinates of its own, which its motion takes to the scene's.
@@ -53,12 +53,12 @@ impl Compiler<'_> {
                 if carried { Transform::IDENTITY } else { to_world.then(shift) }
             };
             lights.push(match &light.kind {
-                LightKind::Point { position, intensity } => {
+                LightKind::Point { position, intensity, .. } => {
                     let intensity = self.spectrum(intensity);
                     let position = if carried { Vec3::ZERO } else { shift.point(*position) };
                     Light::Point { position, intensity }
                 }
-                LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture } => {
+                LightKind::Spot { to_world, intensity, cutoff_angle, beam_width, texture, .. } => {
                     let intensity = self.spectrum(intensity);
                     let [cutoff, beam] = [cutoff_angle, beam_width].map(|angle| angle.to_radians());
                     let spot = Spot::new(&stand(to_world), intensity, cutoff, beam);
@@ -67,7 +67,7 @@ impl Compiler<'_> {
                         None => spot,
                     }))
                 }
-                LightKind::Projector { to_world, irradiance, scale, field_of_view } => {
+                LightKind::Projector { to_world, irradiance, scale, field_of_view, .. } => {
                     let picture = self.texture(irradiance);
                     let size = picture.resolution().map(f64::from);
                     let across = super::sensors::tan_half_width(*field_of_view, size);
@@ -76,7 +76,7 @@ impl Compiler<'_> {
                     let projector = Projector::new(&stand(to_world), picture, &mean, *scale, tan_half);
                     Light::Projector(Box::new(projector))
                 }
-                LightKind::Directional { travels, irradiance } => {
+                LightKind::Directional { travels, irradiance, .. } => {
                     let travels = if carried { Vec3::Z } else { travels.normalize() };
                     Light::Directional { travels, irradiance: self.spectrum(irradiance) }
                 }

@@ -13,18 +13,17 @@ use std::sync::Arc;
 pub struct Light {
     pub place: Place,
     pub kind: LightKind,
-    /// Never of light from all around.
-    pub motion: Option<Arc<Animation>>,
 }
 
 #[derive(Clone, Debug)]
 pub enum LightKind {
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
-    Point { position: Vec3, intensity: SpectrumSource },
+    Point { position: Vec3, motion: Option<Arc<Animation>>, intensity: SpectrumSource },
     /// A point that shines along its local +z. The angles, in degrees, are those between the axis and where
     /// the light ends, and where it begins to fall off.
     Spot {
         to_world: Transform,
+        motion: Option<Arc<Animation>>,
         /// Intensity on the axis.
         intensity: SpectrumSource,
         cutoff_angle: f64,
@@ -33,10 +32,16 @@ pub enum LightKind {
         texture: Option<SpectrumSource>,
     },
     /// A picture thrown along the local +z.
-    Projector { to_world: Transform, irradiance: SpectrumSource, scale: f64, field_of_view: FieldOfView },
+    Projector {
+        to_world: Transform,
+        motion: Option<Arc<Animation>>,
+        irradiance: SpectrumSource,
+        scale: f64,
+        field_of_view: FieldOfView,
+    },
     /// Irradiance on a surface across the light's direction of travel, W·m⁻²·nm⁻¹.
     /// `travels` has any length.
-    Directional { travels: Vec3, irradiance: SpectrumSource },
+    Directional { travels: Vec3, motion: Option<Arc<Animation>>, irradiance: SpectrumSource },
     /// The same radiance from everywhere.
     Constant { radiance: SpectrumSource },
     /// A picture all around, in values for the primaries of sRGB under D65, with +y of the local frame at its
@@ -59,6 +64,17 @@ pub enum LightKind {
 }
 
 impl LightKind {
+    /// What moves it; nothing moves light from all around.
+    pub fn motion(&self) -> Option<&Animation> {
+        match self {
+            Self::Point { motion, .. }
+            | Self::Spot { motion, .. }
+            | Self::Projector { motion, .. }
+            | Self::Directional { motion, .. } => motion.as_deref(),
+            Self::Constant { .. } | Self::EnvironmentMap { .. } | Self::SunSky { .. } => None,
+        }
+    }
+
     /// Whether the light comes from all around.
     pub fn is_environment(&self) -> bool {
         match self {

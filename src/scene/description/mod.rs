@@ -21,7 +21,8 @@ pub use sensors::{
     PixelFormat, Sampler, Sensor, SensorKind,
 };
 pub use shapes::{
-    Animation, HeightSource, Instance, Part, Priority, ShapeDescription, ShapeGroup, ShapeKind, Solid,
+    Animation, HeightSource, Instance, MeshFormat, Part, Priority, ShapeDescription, ShapeGroup, ShapeKind,
+    Solid,
 };
 pub use spectra::{
     BitmapSource, CheckerboardSource, IndexKind, IndexSource, PatternSpace, ProceduralSource, RgbRole,

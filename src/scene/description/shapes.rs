@@ -99,12 +99,7 @@ pub enum ShapeKind {
     /// `obj`, `ply` and `serialized`: in the file's own coordinates.
     Mesh {
         file: PathBuf,
-        /// `obj`, `ply` or `serialized`.
-        plugin: &'static str,
-        /// Which mesh of a `serialized` file it is.
-        shape_index: u32,
-        /// Whether v was read as 1 − v.
-        flip_tex_coords: bool,
+        format: MeshFormat,
         /// Deformed, if it is.
         mesh: Arc<MeshData>,
         /// What was done to it before, in the words of the scene file (an extension).
@@ -112,6 +107,26 @@ pub enum ShapeKind {
         /// Whether vertex normals are to be computed once the mesh is placed: the file has none, and
         /// `face_normals` does not ask for flat triangles.
         compute_normals: bool,
+    },
+}
+
+/// What a mesh file is written in, and how it is understood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum MeshFormat {
+    /// Wavefront OBJ.
+    Obj {
+        /// Whether v becomes 1 − v.
+        flip_tex_coords: bool,
+    },
+    /// Stanford PLY.
+    Ply {
+        /// Whether v becomes 1 − v.
+        flip_tex_coords: bool,
+    },
+    /// Mitsuba's own.
+    Serialized {
+        /// Which mesh of the file it is.
+        shape_index: u32,
     },
 }
 

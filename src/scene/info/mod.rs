@@ -8,3 +8,4 @@ mod outline;
 pub(super) use hash::{hash_of_curves, hash_of_mesh, hash_of_patches, hash_of_values};
 pub use json::json;
 pub use outline::outline;
+pub(super) use outline::text_of;

@@ -68,7 +68,7 @@ impl Outline<'_> {
                     }
                 });
             }
-            other => self.line(&format!("{name}: {}{mark}", value(other))),
+            other => self.line(&format!("{name}: {}{mark}", text_of(other))),
         }
     }
 
@@ -132,7 +132,8 @@ impl Outline<'_> {
     }
 }
 
-fn value(value: &Value) -> String {
+/// A value in a line; nothing for one that takes several.
+pub(in crate::scene) fn text_of(value: &Value) -> String {
     match value {
         Value::Boolean(value) => value.to_string(),
         Value::Integer(value) => value.to_string(),

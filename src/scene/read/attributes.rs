@@ -217,10 +217,10 @@ pub(super) fn start_tag(node: Node<'_, '_>, file: usize) -> Place {
 
 /// Numbers beyond single precision are infinite in Mitsuba 3. Here they would become so when they are
 /// multiplied.
-pub(super) const GREATEST: f64 = f32::MAX as f64;
+pub(in crate::scene) const GREATEST: f64 = f32::MAX as f64;
 
 /// A number as Mitsuba 3 writes it, at most [`GREATEST`].
-pub(super) fn number(text: &str) -> Option<f64> {
+pub(in crate::scene) fn number(text: &str) -> Option<f64> {
     text.trim().parse::<f64>().ok().filter(|number| number.abs() <= GREATEST)
 }
 

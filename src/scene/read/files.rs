@@ -5,11 +5,11 @@ use super::names;
 use std::path::{Path, PathBuf};
 
 /// A larger scene file is refused: meshes belong into files of their own.
-pub(super) const LARGEST_SCENE_FILE: u64 = 256 << 20;
+pub(in crate::scene) const LARGEST_SCENE_FILE: u64 = 256 << 20;
 
 /// Folders in which files are sought, the first first.
 #[derive(Clone, Debug)]
-pub(super) struct Search(Vec<PathBuf>);
+pub(in crate::scene) struct Search(Vec<PathBuf>);
 
 impl Search {
     pub fn new(folder: &Path) -> Self {
@@ -39,7 +39,7 @@ impl Search {
 ///
 /// # Errors
 /// What is wrong with it, in one sentence.
-pub(super) fn scene_text(path: &Path) -> Result<String, String> {
+pub(in crate::scene) fn scene_text(path: &Path) -> Result<String, String> {
     let unreadable = |error: std::io::Error| format!("The file {} cannot be read: {error}", path.display());
     let metadata = std::fs::metadata(path).map_err(unreadable)?;
     if !metadata.is_file() {
@@ -57,12 +57,12 @@ pub(super) fn scene_text(path: &Path) -> Result<String, String> {
 }
 
 /// Editors on Windows may begin a file with a byte order mark.
-pub(super) fn without_mark(text: String) -> String {
+pub(in crate::scene) fn without_mark(text: String) -> String {
     text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text)
 }
 
 /// The content of a file that a scene names at `place`, if it is there and not larger than `most` bytes.
-pub(super) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, SceneError> {
+pub(in crate::scene) fn read(path: &Path, most: u64, place: &Place) -> Result<Vec<u8>, SceneError> {
     let unreadable = |error: &std::io::Error| {
         let problem = match error.kind() {
             std::io::ErrorKind::NotFound => format!("There is no file {}", path.display()),

@@ -1,4 +1,4 @@
-//! Film and reconstruction filter.
+//! Films.
 
 use super::super::description::{Crop, Film, FilmChannel, FilmContent, PixelFormat, SpectrumKind};
 use super::super::source::{Place, SceneError};
@@ -7,7 +7,7 @@ use super::names;
 use super::query::Query;
 use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId};
-use crate::film::FilterKind;
+use crate::scene::plugins::filters;
 
 /// Mitsuba 3's default size in pixels.
 const DEFAULT_SIZE: [u32; 2] = [768, 576];
@@ -18,16 +18,13 @@ const LONGEST_SIDE: i64 = 65_536;
 /// Most pixels in all: some hundred bytes each have to fit into memory.
 const MOST_PIXELS: u64 = 1 << 28;
 
-/// Mitsuba 3's default filter.
-const DEFAULT_FILTER: FilterKind = FilterKind::Gaussian { stddev: 0.5 };
-
 pub(super) fn default(place: &Place) -> Film {
     Film {
         place: place.clone(),
         width: DEFAULT_SIZE[0],
         height: DEFAULT_SIZE[1],
         crop: None,
-        filter: DEFAULT_FILTER,
+        filter: filters::DEFAULT,
         sample_border: false,
         content: FilmContent::Colour { format: PixelFormat::Rgb, alpha: false },
     }
@@ -55,7 +52,7 @@ pub(super) fn read(reader: &Reader, id: ObjectId) -> Film {
         width,
         height,
         crop: crop(&query, width, height),
-        filter: filter(&query),
+        filter: filters::of_film(&query),
         sample_border: query.boolean("sample_border", false),
         content: if object.plugin == "specfilm" { responses(&query) } else { colour(&query) },
     };
@@ -183,34 +180,4 @@ fn without_effect(query: &Query<'_>, name: &'static str) {
         query.boolean(name, false);
         query.reader.remark(&query.place(name), format!("{name} changes nothing"));
     }
-}
-
-fn filter(query: &Query<'_>) -> FilterKind {
-    let Some((_, id)) = query.object(Class::Filter) else { return DEFAULT_FILTER };
-    let reader = query.reader;
-    let query = Query::new(reader, id);
-    let place = query.object.place.clone();
-    let third = |name| query.float(name).unwrap_or(1.0 / 3.0);
-    let filter = match query.object.plugin.as_str() {
-        "box" => FilterKind::Box,
-        "tent" => FilterKind::Tent { radius: query.positive("radius", 1.0) },
-        "gaussian" => FilterKind::Gaussian { stddev: query.positive("stddev", 0.5) },
-        "mitchell" => FilterKind::Mitchell { b: third("B"), c: third("C") },
-        "catmullrom" => FilterKind::CatmullRom,
-        "lanczos" => {
-            FilterKind::Lanczos { lobes: query.integer("lobes", 1, 32).map_or(3, |lobes| lobes as u32) }
-        }
-        _ => {
-            query.reader.unknown_plugin(query.object);
-            return DEFAULT_FILTER;
-        }
-    };
-    query.finish();
-    // Mitsuba 3 takes every filter that is just a pixel wide for a box.
-    if filter.radius() == 0.5 && filter != FilterKind::Box {
-        let text = "a filter of radius 0.5 is a box, as in Mitsuba 3".to_owned();
-        reader.remark(&place, text);
-        return FilterKind::Box;
-    }
-    filter
 }

@@ -2,10 +2,11 @@
 //! group somewhere.
 
 use super::super::description::{Instance, ShapeDescription, ShapeGroup, Solid};
+use super::super::plugins::shapes;
 use super::super::source::SceneError;
 use super::query::{Query, capital};
 use super::tree::{Class, ObjectId};
-use super::{Reader, shapes, solids};
+use super::{Reader, solids};
 use std::sync::Arc;
 
 /// What an object holds, and what is merged into it.
@@ -35,7 +36,7 @@ fn collect(reader: &Reader, query: &Query<'_>, found: &mut Found) {
             "shapegroup" => drop(group(reader, id)),
             "instance" => found.instances.extend(instance(reader, id)),
             plugin if solids::operation(plugin).is_some() => found.solids.extend(solids::read(reader, id)),
-            _ => found.shapes.extend(shapes::read(reader, id)),
+            _ => found.shapes.extend(shapes::of_scene(reader, id)),
         }
     }
 }

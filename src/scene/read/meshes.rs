@@ -1,10 +1,9 @@
 //! Meshes from files, whatever they are written in.
 
-use super::super::description::ShapeKind;
+use super::super::description::MeshFormat;
 use super::super::source::SceneError;
 use super::query::Query;
-use super::spectra::required;
-use super::{deform, files, obj, ply, serialized};
+use super::{files, obj, ply, serialized};
 use crate::shape::MeshData;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,60 +20,31 @@ pub(super) struct MeshOptions {
     pub flip_tex_coords: bool,
 }
 
-/// What a mesh file is written in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Format {
-    Obj,
-    Ply,
-    Serialized { shape_index: u32 },
-}
-
 /// What makes two mesh shapes share one mesh.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct MeshKey {
     path: PathBuf,
-    format: Format,
-    options: MeshOptions,
+    format: MeshFormat,
+    face_normals: bool,
 }
 
-/// An `obj`, `ply` or `serialized`.
-pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
-    let filename = required(query, "filename", query.text("filename"));
-    let (plugin, format) = match query.object.plugin.as_str() {
-        "obj" => ("obj", Format::Obj),
-        "ply" => ("ply", Format::Ply),
-        _ => {
-            let index = query.integer("shape_index", 0, i64::from(u32::MAX)).unwrap_or(0);
-            ("serialized", Format::Serialized { shape_index: index as u32 })
-        }
-    };
-    let flip_tex_coords = match format {
-        Format::Obj => query.boolean("flip_tex_coords", true),
-        Format::Ply => query.boolean("flip_tex_coords", false),
-        Format::Serialized { .. } => false,
-    };
-    let options = MeshOptions { face_normals: query.boolean("face_normals", false), flip_tex_coords };
-    let path = query.reader.search.find(filename?);
-    let key = MeshKey { path: path.clone(), format, options };
+/// The mesh of a file, however many shapes show it; `None` where it is wrong, which is reported.
+pub(in crate::scene) fn read_once(
+    query: &Query<'_>,
+    path: &Path,
+    format: MeshFormat,
+    face_normals: bool,
+) -> Option<Arc<MeshData>> {
+    let key = MeshKey { path: path.to_owned(), format, face_normals };
     let known = query.reader.meshes.borrow().get(&key).cloned();
-    let mesh = known.unwrap_or_else(|| {
-        let mesh = load(query, &path, format, options).map(Arc::new);
+    known.unwrap_or_else(|| {
+        let mesh = load(query, path, format, face_normals).map(Arc::new);
         query.reader.meshes.borrow_mut().insert(key, mesh.clone());
         mesh
-    });
-    let (mesh, deform) = deform::deformed(query, mesh?)?;
-    Some(ShapeKind::Mesh {
-        file: path,
-        plugin,
-        shape_index: if let Format::Serialized { shape_index } = format { shape_index } else { 0 },
-        flip_tex_coords,
-        compute_normals: mesh.normals.is_none() && !options.face_normals,
-        mesh,
-        deform,
     })
 }
 
-fn load(query: &Query<'_>, path: &Path, format: Format, options: MeshOptions) -> Option<MeshData> {
+fn load(query: &Query<'_>, path: &Path, format: MeshFormat, face_normals: bool) -> Option<MeshData> {
     let place = query.place("filename");
     let bytes = match files::read(path, LARGEST_MESH_FILE, &place) {
         Ok(bytes) => bytes,
@@ -83,10 +53,11 @@ fn load(query: &Query<'_>, path: &Path, format: Format, options: MeshOptions) ->
             return None;
         }
     };
+    let options = |flip_tex_coords| MeshOptions { face_normals, flip_tex_coords };
     let read = match format {
-        Format::Obj => obj::read(&bytes, options),
-        Format::Ply => ply::read(&bytes, options),
-        Format::Serialized { shape_index } => serialized::read(&bytes, shape_index, options),
+        MeshFormat::Obj { flip_tex_coords } => obj::read(&bytes, options(flip_tex_coords)),
+        MeshFormat::Ply { flip_tex_coords } => ply::read(&bytes, options(flip_tex_coords)),
+        MeshFormat::Serialized { shape_index } => serialized::read(&bytes, shape_index, options(false)),
     };
     let made = read.and_then(|file| match file.mesh.indices.len() {
         0 => Err(MeshError::new("The mesh has no triangles", "expected at least one face")),

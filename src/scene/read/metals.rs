@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// The names that Mitsuba 3.9 has tables of (`data/ior`). Those with `_palik` are Palik's tables as they are,
 /// the others may be joined from several.
-pub(super) const MITSUBA: [&str; 71] = [
+pub(in crate::scene) const MITSUBA: [&str; 71] = [
     "Ag",
     "Al",
     "AlAs",
@@ -92,7 +92,7 @@ const ENDINGS: [&str; 2] = [".eta.spd", ".k.spd"];
 ///
 /// # Errors
 /// What is wrong with it.
-pub(super) fn check_folder(folder: &Path) -> Result<(), SceneErrors> {
+pub(in crate::scene) fn check_folder(folder: &Path) -> Result<(), SceneErrors> {
     let refuse = |problem: String| SceneErrors {
         sources: Sources::default(),
         errors: vec![SceneError {
@@ -113,7 +113,7 @@ pub(super) fn check_folder(folder: &Path) -> Result<(), SceneErrors> {
 }
 
 /// The metal that `material` names at `place`.
-pub(super) fn named(query: &Query<'_>, place: &Place, name: &str) -> ConductorIndex {
+pub(in crate::scene) fn named(query: &Query<'_>, place: &Place, name: &str) -> ConductorIndex {
     let reader = query.reader;
     if let Some(tables) = reader.ior_tables.as_deref().and_then(|folder| tables(reader, place, folder, name))
     {

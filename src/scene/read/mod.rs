@@ -5,42 +5,29 @@
 //! of all that are independent of one another.
 
 mod aovs;
-mod attributes;
-mod bsdfs;
-mod curves;
-mod deform;
+pub(super) mod attributes;
 mod facing;
-mod files;
+pub(super) mod files;
 mod films;
-mod grids;
 mod groups;
-mod indices;
 mod integrators;
 mod json;
-mod lights;
-mod media;
-mod meshes;
-mod metals;
-mod names;
+pub(super) mod meshes;
+pub(super) mod metals;
+pub(super) mod names;
 mod obj;
 mod parsed;
-mod patches;
-mod patterns;
-mod phases;
+pub(super) mod patterns;
 mod ply;
-mod profile_or_implicit;
-mod quadrics;
-mod query;
-mod samplers;
+pub(super) mod query;
 mod sensors;
 mod serialized;
-mod shapes;
 pub(super) mod solids;
 mod spd;
-mod spectra;
+pub(super) mod spectra;
 #[cfg(test)]
 mod tests;
-mod textures;
+pub(super) mod textures;
 mod transforms;
 mod tree;
 mod xml;
@@ -48,6 +35,7 @@ mod xml;
 use super::description::{
     Bsdf, Description, Integrator, IntegratorKind, Note, Sensor, ShapeGroup, Solid, SpectrumSource,
 };
+use super::plugins::{bsdfs, lights, media, phases};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
@@ -55,13 +43,13 @@ use crate::spectrum::catalogue;
 use crate::units::WavelengthRange;
 use files::Search;
 pub(super) use patterns::COLOURS;
-use query::Query;
+pub(super) use query::Query;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-pub(super) use tree::Class;
-use tree::{Object, ObjectId, Tree};
+pub(super) use tree::{Class, Entry, ObjectId, Value};
+use tree::{Object, Tree};
 
 /// What the command line adds to a scene file.
 #[derive(Clone, Debug, Default)]
@@ -160,20 +148,20 @@ fn in_order(mut notes: Vec<Note>) -> Vec<Note> {
 }
 
 /// A tree being understood, with what has been said about it so far.
-struct Reader {
-    tree: Tree,
+pub(super) struct Reader {
+    pub(super) tree: Tree,
     wanted_sensor: usize,
     ior_tables: Option<PathBuf>,
-    search: Search,
+    pub(super) search: Search,
     errors: RefCell<Vec<SceneError>>,
     extensions: RefCell<Vec<Note>>,
     assumptions: RefCell<Vec<Note>>,
     remarks: RefCell<Vec<Note>>,
     /// What several objects may refer to is read once.
-    bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
+    pub(super) bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
     images: textures::Loaded<Image>,
-    grids: textures::Loaded<Grid>,
+    pub(super) grids: textures::Loaded<Grid>,
     meshes: RefCell<BTreeMap<meshes::MeshKey, Option<Arc<MeshData>>>>,
     groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
     /// The `merge` shapes and the solids that were read already.
@@ -181,7 +169,7 @@ struct Reader {
 }
 
 impl Reader {
-    fn error(&self, error: SceneError) {
+    pub(super) fn error(&self, error: SceneError) {
         self.errors.borrow_mut().push(error);
     }
 
@@ -191,20 +179,20 @@ impl Reader {
         entries.any(|entry| matches!(entry.value, tree::Value::Animation(_)))
     }
 
-    fn extension(&self, place: &Place, text: String) {
+    pub(super) fn extension(&self, place: &Place, text: String) {
         self.extensions.borrow_mut().push(Note::new(place, text));
     }
 
-    fn assumption(&self, place: &Place, text: String) {
+    pub(super) fn assumption(&self, place: &Place, text: String) {
         self.assumptions.borrow_mut().push(Note::new(place, text));
     }
 
-    fn remark(&self, place: &Place, text: String) {
+    pub(super) fn remark(&self, place: &Place, text: String) {
         self.remarks.borrow_mut().push(Note::new(place, text));
     }
 
     /// Tells of tables of an index, or of what one follows from, that end values are held beyond.
-    fn held(&self, name: &str, source: &SpectrumSource) {
+    pub(super) fn held(&self, name: &str, source: &SpectrumSource) {
         for part in source.parts() {
             if let Some(known) = part.domain() {
                 self.holds(&part.place, name, known);
@@ -218,7 +206,7 @@ impl Reader {
         self.assumptions.borrow_mut().push(Note { beyond: Some(known), ..Note::new(place, text) });
     }
 
-    fn unknown_plugin(&self, object: &Object) {
+    pub(super) fn unknown_plugin(&self, object: &Object) {
         self.error(names::unknown_plugin(object.class, &object.plugin, &object.plugin_place));
     }
 
@@ -293,14 +281,14 @@ impl Reader {
     }
 
     fn lights(&self, query: &Query<'_>) -> Vec<super::description::Light> {
-        let mut lights = Vec::new();
-        let mut surroundings = 0;
+        let mut lights: Vec<super::description::Light> = Vec::new();
         for (entry, id) in query.objects(Class::Emitter) {
-            if ["constant", "envmap", "sunsky"].contains(&self.tree.get(id).plugin.as_str()) {
-                surroundings += 1;
+            if lights::belongs_to_shapes(self, entry, id) {
+                continue;
             }
-            if surroundings == 2 {
-                surroundings += 1;
+            let Some(light) = lights::of_scene(self, id) else { continue };
+            let around = lights.iter().filter(|light| light.kind.is_environment()).count();
+            if light.kind.is_environment() && around == 1 {
                 self.error(
                     SceneError::at(
                         &entry.place,
@@ -310,9 +298,7 @@ impl Reader {
                     .with_remedy("leave one out, or add them up in one picture"),
                 );
             }
-            if !lights::belongs_to_shapes(self, entry, id) {
-                lights.extend(lights::read(self, id));
-            }
+            lights.push(light);
         }
         lights
     }
@@ -320,13 +306,13 @@ impl Reader {
     /// Objects that are defined for others to refer to, checked whether or not one does.
     fn definitions(&self, query: &Query<'_>) {
         for (_, id) in query.objects(Class::Bsdf) {
-            bsdfs::read(self, id);
+            bsdfs::read_once(self, id);
         }
         for (_, id) in query.objects(Class::Medium) {
-            media::read(self, id);
+            media::of_object(self, id);
         }
         for (_, id) in query.objects(Class::Phase) {
-            phases::read(self, id);
+            phases::of_object(self, id);
         }
         for class in [Class::Film, Class::Sampler, Class::Filter] {
             query.objects(class);

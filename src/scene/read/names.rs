@@ -1,11 +1,12 @@
 //! Names: which was probably meant, and which exist in Mitsuba 3 but not here.
 
+use super::super::plugins::{bsdfs, filters, lights, media, phases, samplers, shapes};
 use super::super::source::{Place, SceneError};
 use super::patterns::PATTERNS;
 use super::tree::Class;
 
 /// The known name that a mistyped one is most like, if any is like it.
-pub(super) fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
+pub(in crate::scene) fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     let lower = wrong.to_lowercase();
     let best = known
         .iter()
@@ -21,7 +22,7 @@ pub(super) fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
 const MOST: usize = 12;
 
 /// Names in a row, the first dozen of them.
-pub(super) fn listing(names: &[&str]) -> String {
+pub(in crate::scene) fn listing(names: &[&str]) -> String {
     let mut text = names.iter().take(MOST).copied().collect::<Vec<_>>().join(", ");
     if names.len() > MOST {
         text.push_str(&format!(" and {} more", names.len() - MOST));
@@ -30,7 +31,7 @@ pub(super) fn listing(names: &[&str]) -> String {
 }
 
 /// "a, b or c".
-pub(super) fn either(names: &[&str]) -> String {
+pub(in crate::scene) fn either(names: &[&str]) -> String {
     match names {
         [] => String::new(),
         [only] => (*only).to_owned(),
@@ -39,8 +40,8 @@ pub(super) fn either(names: &[&str]) -> String {
 }
 
 /// The plugins that can be read, by class.
-pub(super) fn plugins(class: Class) -> &'static [&'static str] {
-    match class {
+pub(in crate::scene) fn plugins(class: Class) -> Vec<&'static str> {
+    let names: &[&str] = match class {
         Class::Integrator => &[
             "path",
             "direct",
@@ -70,82 +71,12 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "batch",
         ],
         Class::Film => &["hdrfilm", "specfilm"],
-        Class::Sampler => &[
-            "independent",
-            "stratified",
-            "multijitter",
-            "orthogonal",
-            "ldsampler",
-            "regular",
-            "jittered",
-            "poisson",
-            "sobol",
-            "bluenoise",
-        ],
-        Class::Filter => &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"],
-        Class::Shape => &[
-            "sphere",
-            "rectangle",
-            "disk",
-            "cube",
-            "cylinder",
-            "cone",
-            "paraboloid",
-            "hyperboloid",
-            "quadric",
-            "torus",
-            "obj",
-            "ply",
-            "serialized",
-            "sdfgrid",
-            "heightfield",
-            "linearcurve",
-            "bsplinecurve",
-            "sweptsphere",
-            "polygon",
-            "extrusion",
-            "revolution",
-            "superquadric",
-            "blobs",
-            "bezierpatch",
-            "union",
-            "intersection",
-            "difference",
-            "merge",
-            "shapegroup",
-            "instance",
-        ],
-        Class::Bsdf => &[
-            "diffuse",
-            "conductor",
-            "roughconductor",
-            "dielectric",
-            "roughdielectric",
-            "thindielectric",
-            "plastic",
-            "roughplastic",
-            "principled",
-            "principledthin",
-            "twosided",
-            "mask",
-            "blendbsdf",
-            "bumpmap",
-            "normalmap",
-            "null",
-            "diffusetransmitter",
-        ],
-        Class::Emitter => &[
-            "area",
-            "constant",
-            "directional",
-            "directionalarea",
-            "envmap",
-            "point",
-            "projector",
-            "spot",
-            "sunsky",
-        ],
-        Class::Medium => &["homogeneous", "heterogeneous"],
+        Class::Sampler => samplers::NAMES,
+        Class::Filter => filters::NAMES,
+        Class::Shape => return shapes::names(),
+        Class::Bsdf => bsdfs::NAMES,
+        Class::Emitter => lights::NAMES,
+        Class::Medium => media::NAMES,
         Class::Spectrum => &[
             "uniform",
             "regular",
@@ -168,19 +99,23 @@ pub(super) fn plugins(class: Class) -> &'static [&'static str] {
             "sellmeier",
             "cauchy",
         ],
-        Class::Phase => &["isotropic", "hg", "rayleigh", "tabphase", "blendphase"],
+        Class::Phase => phases::NAMES,
         Class::Volume => &["constvolume", "gridvolume"],
         Class::Scene => &[],
-    }
+    };
+    names.to_vec()
 }
 
 /// Whether what a plugin of class [`Class::Spectrum`] describes varies over surfaces.
-pub(super) fn is_texture(plugin: &str) -> bool {
+pub(in crate::scene) fn is_texture(plugin: &str) -> bool {
     ["bitmap", "checkerboard", "mesh_attribute", "volume"].contains(&plugin) || PATTERNS.contains(&plugin)
 }
 
 /// The class that has a plugin of this name, here or in Mitsuba 3, for an object with these parameters.
-pub(super) fn class_of<'a>(plugin: &str, mut parameters: impl Iterator<Item = &'a str>) -> Option<Class> {
+pub(in crate::scene) fn class_of<'a>(
+    plugin: &str,
+    mut parameters: impl Iterator<Item = &'a str>,
+) -> Option<Class> {
     // The one name that two classes share: the spectrum cannot be without values.
     if plugin == "regular" {
         let values = parameters.any(|name| name == "values");
@@ -192,10 +127,10 @@ pub(super) fn class_of<'a>(plugin: &str, mut parameters: impl Iterator<Item = &'
 }
 
 /// The message about a plugin that its class does not have.
-pub(super) fn unknown_plugin(class: Class, plugin: &str, place: &Place) -> SceneError {
+pub(in crate::scene) fn unknown_plugin(class: Class, plugin: &str, place: &Place) -> SceneError {
     let word = class.word();
     let known = plugins(class);
-    let expected = format!("expected {}", if known.len() > MOST { listing(known) } else { either(known) });
+    let expected = format!("expected {}", if known.len() > MOST { listing(&known) } else { either(&known) });
     if mitsuba_plugins(class).contains(&plugin) {
         let problem = super::query::capital(&format!("{word} \"{plugin}\" is not supported"));
         let error = SceneError::at(place, problem, expected);
@@ -207,7 +142,7 @@ pub(super) fn unknown_plugin(class: Class, plugin: &str, place: &Place) -> Scene
     let error = SceneError::at(place, format!("There is no {word} \"{plugin}\""), expected);
     let elsewhere =
         Class::ELEMENTS.iter().find(|(_, other)| *other != class && plugins(*other).contains(&plugin));
-    match (nearest(plugin, known), elsewhere) {
+    match (nearest(plugin, &known), elsewhere) {
         (_, Some((other, _))) => error.with_remedy(format!("did you mean <{other} type=\"{plugin}\">?")),
         (Some(near), None) => error.with_remedy(format!("did you mean \"{near}\"?")),
         (None, None) => error,
@@ -231,11 +166,10 @@ fn instead(class: Class, plugin: &str) -> Option<&'static str> {
 }
 
 /// The message about a plugin that no class has.
-pub(super) fn no_such_plugin(plugin: &str, place: &Place) -> SceneError {
+pub(in crate::scene) fn no_such_plugin(plugin: &str, place: &Place) -> SceneError {
     let known: Vec<&str> = Class::ELEMENTS
         .iter()
         .flat_map(|&(_, class)| plugins(class))
-        .copied()
         .chain(["spectrum", "rgb", "ref"])
         .collect();
     let problem = format!("There is no plugin \"{plugin}\"");
@@ -247,7 +181,7 @@ pub(super) fn no_such_plugin(plugin: &str, place: &Place) -> SceneError {
 }
 
 /// Plugins of Mitsuba 3.9 that are not here.
-pub(super) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
+pub(in crate::scene) fn mitsuba_plugins(class: Class) -> &'static [&'static str] {
     match class {
         Class::Integrator => &["stokes", "time_gated_path", "volprim_rf_basic"],
         Class::Shape => &["ellipsoids", "ellipsoidsmesh", "blender"],

@@ -15,7 +15,7 @@ pub(in crate::scene) const COLOURS: [&str; 8] =
     ["color0", "color1", "color2", "color3", "color4", "color5", "color6", "color7"];
 
 /// A texture of this file; `None` where it is none of them, or wrong, which is reported.
-pub(super) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
+pub(in crate::scene) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
     let pattern = match query.object.plugin.as_str() {
         "noise" => Pattern::Noise(octaves(query, 1)),
         "turbulence" => Pattern::Turbulence(octaves(query, 6)),
@@ -55,7 +55,7 @@ pub(super) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
 }
 
 /// Whether it is a pattern that is looked up by the place in space.
-pub(super) fn is_in_space(source: &SpectrumSource) -> bool {
+pub(in crate::scene) fn is_in_space(source: &SpectrumSource) -> bool {
     matches!(&source.kind, SpectrumKind::Procedural(procedural) if matches!(procedural.space, PatternSpace::World(_)))
 }
 

@@ -12,7 +12,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 /// Questions to one object. Call [`Query::finish`] after the last.
-pub(super) struct Query<'a> {
+pub(in crate::scene) struct Query<'a> {
     pub reader: &'a Reader,
     pub object: &'a Object,
     used: RefCell<Vec<bool>>,
@@ -123,11 +123,14 @@ impl<'a> Query<'a> {
     }
 
     pub fn boolean(&self, name: &'static str, default: bool) -> bool {
-        let value = self.typed(name, "<boolean>", |value| match value {
+        self.boolean_given(name).unwrap_or(default)
+    }
+
+    pub fn boolean_given(&self, name: &'static str) -> Option<bool> {
+        self.typed(name, "<boolean>", |value| match value {
             Value::Boolean(value) => Some(*value),
             _ => None,
-        });
-        value.unwrap_or(default)
+        })
     }
 
     pub fn text(&self, name: &'static str) -> Option<&'a str> {
@@ -202,6 +205,16 @@ impl<'a> Query<'a> {
             None => error,
         });
         None
+    }
+
+    /// Reports a property that has to be there and is not.
+    pub fn required<T>(&self, name: &'static str, value: Option<T>) -> Option<T> {
+        if value.is_none() && !self.has(name) {
+            let problem = format!("{} has no \"{name}\"", capital(&self.title()));
+            let expected = format!("expected a property named \"{name}\" in here");
+            self.error(SceneError::at(&self.object.place, problem, expected));
+        }
+        value
     }
 
     /// The objects of a class that stand in this one, and mark them as used. Their names do not matter unless
@@ -343,7 +356,7 @@ fn wrong_motion(error: MotionError, place: &Place, keyframes: &[Keyframe]) -> Sc
 }
 
 /// With a capital first letter, to begin a sentence; an abbreviation is all capitals.
-pub(super) fn capital(text: &str) -> String {
+pub(in crate::scene) fn capital(text: &str) -> String {
     if let Some(rest) = text.strip_prefix("bsdf ") {
         return format!("BSDF {rest}");
     }

@@ -1,10 +1,11 @@
 //! Solids: `union`, `intersection` and `difference` of closed shapes, which Mitsuba 3 does not have.
 
 use super::super::description::{Bsdf, Medium, Part, Priority, Solid};
+use super::super::plugins::{bsdfs, shapes};
 use super::super::source::{Place, SceneError};
+use super::Reader;
 use super::query::{Query, capital};
 use super::tree::{Class, ObjectId};
-use super::{Reader, bsdfs, shapes};
 use crate::geometry::Transform;
 use crate::shape::solid::Operation;
 use std::sync::Arc;
@@ -16,7 +17,7 @@ const OPERATIONS: [(&str, Operation); 3] = [
 ];
 
 /// What a plugin does with the shapes in it, if it makes a solid of them.
-pub(super) fn operation(plugin: &str) -> Option<Operation> {
+pub(in crate::scene) fn operation(plugin: &str) -> Option<Operation> {
     OPERATIONS.iter().find(|(name, _)| *name == plugin).map(|&(_, operation)| operation)
 }
 
@@ -27,7 +28,7 @@ pub(in crate::scene) fn word(operation: Operation) -> &'static str {
 
 /// What a part has where it says nothing of its own: what the solid around it says.
 #[derive(Clone, Default)]
-pub(super) struct Inherited {
+pub(in crate::scene) struct Inherited {
     pub bsdf: Option<Arc<Bsdf>>,
     /// Media inside and outside.
     pub media: [Option<Medium>; 2],
@@ -45,7 +46,7 @@ struct Enclosing {
 }
 
 /// `None` where the solid is wrong, which is reported.
-pub(super) fn read(reader: &Reader, id: ObjectId) -> Option<Solid> {
+pub(in crate::scene) fn read(reader: &Reader, id: ObjectId) -> Option<Solid> {
     read_within(reader, id, &Enclosing::default())
 }
 
@@ -66,7 +67,7 @@ fn read_within(reader: &Reader, id: ObjectId, around: &Enclosing) -> Option<Soli
     let mut inner = around.clone();
     check_motion(&query, &mut inner, motion.as_ref().map(|motion| &motion.place), &to_world);
     if let Some((_, id)) = query.object(Class::Bsdf) {
-        inner.inherited.bsdf = Some(bsdfs::read(reader, id));
+        inner.inherited.bsdf = Some(bsdfs::read_once(reader, id));
     }
     let media = shapes::media(&query);
     for (own, inherited) in media.iter().zip(&mut inner.inherited.media) {
@@ -120,7 +121,7 @@ fn part(query: &Query<'_>, place: &Place, id: ObjectId, around: &Enclosing) -> O
         });
         return None;
     }
-    let shape = shapes::read_part(reader, id, &around.inherited)?;
+    let shape = shapes::of_solid(reader, id, &around.inherited)?;
     check_motion(
         query,
         &mut around.clone(),
@@ -131,7 +132,7 @@ fn part(query: &Query<'_>, place: &Place, id: ObjectId, around: &Enclosing) -> O
 }
 
 /// A sensor measures on a single shape.
-pub(super) fn refuse_sensor(query: &Query<'_>) {
+pub(in crate::scene) fn refuse_sensor(query: &Query<'_>) {
     let problem = format!("A sensor on a shape \"{}\"", query.object.plugin);
     let error = SceneError::at(&query.object.place, problem, "expected a single shape");
     query.error(error.with_remedy("put the sensor on a shape of its own"));
@@ -160,7 +161,7 @@ fn check_motion(query: &Query<'_>, around: &mut Enclosing, motion: Option<&Place
 }
 
 /// The first animation in a solid, its own included.
-pub(super) fn any_motion(solid: &Solid) -> Option<&Place> {
+pub(in crate::scene) fn any_motion(solid: &Solid) -> Option<&Place> {
     let own = solid.motion.as_ref().map(|motion| &motion.place);
     own.or_else(|| {
         solid.parts.iter().find_map(|part| match part {

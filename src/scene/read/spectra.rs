@@ -11,7 +11,7 @@ use crate::units::WavelengthRange;
 
 /// What a spectrum is for: which values make sense, and what a bare number means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Use {
+pub enum Use {
     /// From 0 to 1.
     Reflectance,
     /// The fraction of a medium's extinction that is scattered, from 0 to 1.
@@ -153,33 +153,33 @@ impl Use {
 }
 
 /// Spectrum plugins that only make sense as a refractive index.
-pub(super) const FORMULAS: [&str; 2] = ["sellmeier", "cauchy"];
+pub(in crate::scene) const FORMULAS: [&str; 2] = ["sellmeier", "cauchy"];
 
 /// A constant that the file leaves to the default.
-pub(super) fn constant(place: &Place, value: f64) -> SpectrumSource {
+pub(in crate::scene) fn constant(place: &Place, value: f64) -> SpectrumSource {
     SpectrumSource { place: place.clone(), kind: SpectrumKind::Constant(value), scale: 1.0 }
 }
 
 /// The spectrum `name`. `None` where it is absent or wrong.
-pub(super) fn read(query: &Query<'_>, name: &'static str, purpose: Use) -> Option<SpectrumSource> {
+pub(in crate::scene) fn read(query: &Query<'_>, name: &'static str, purpose: Use) -> Option<SpectrumSource> {
     let entry = query.entry(name)?;
     let source = written(query, entry, name, purpose)?;
     check(query.reader, &source, name, purpose).then_some(source)
 }
 
 /// The spectrum in an entry that the query found by other means than its name. `None` where it is wrong.
-pub(super) fn entry(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option<SpectrumSource> {
+pub(in crate::scene) fn entry(
+    query: &Query<'_>,
+    entry: &Entry,
+    name: &str,
+    purpose: Use,
+) -> Option<SpectrumSource> {
     let source = written(query, entry, name, purpose)?;
     check(query.reader, &source, name, purpose).then_some(source)
 }
 
-/// The spectrum `name`, or a constant.
-pub(super) fn read_or(query: &Query<'_>, name: &'static str, purpose: Use, default: f64) -> SpectrumSource {
-    read(query, name, purpose).unwrap_or_else(|| constant(&query.object.place, default))
-}
-
 /// What an emitter sends out everywhere: Mitsuba 3's D65 where the file says nothing.
-pub(super) fn emission(query: &Query<'_>, name: &'static str) -> SpectrumSource {
+pub(in crate::scene) fn emission(query: &Query<'_>, name: &'static str) -> SpectrumSource {
     let source = radiance(query, name);
     if textures::varies(&source) {
         let problem = format!("{} cannot vary", Use::Emission.title(name));
@@ -192,7 +192,7 @@ pub(super) fn emission(query: &Query<'_>, name: &'static str) -> SpectrumSource 
 }
 
 /// What a surface sends out, which may vary: D65 where the file says nothing.
-pub(super) fn radiance(query: &Query<'_>, name: &'static str) -> SpectrumSource {
+pub(in crate::scene) fn radiance(query: &Query<'_>, name: &'static str) -> SpectrumSource {
     read(query, name, Use::Emission).unwrap_or_else(|| SpectrumSource {
         place: query.object.place.clone(),
         kind: SpectrumKind::D65,
@@ -201,7 +201,7 @@ pub(super) fn radiance(query: &Query<'_>, name: &'static str) -> SpectrumSource 
 }
 
 /// A part of a texture. What it is worth is checked where the texture is used. `None` where it is wrong.
-pub(super) fn part(query: &Query<'_>, name: &'static str, default: f64) -> Option<SpectrumSource> {
+pub(in crate::scene) fn part(query: &Query<'_>, name: &'static str, default: f64) -> Option<SpectrumSource> {
     match query.entry(name) {
         Some(entry) => written(query, entry, name, Use::Part),
         None if query.has(name) => None,
@@ -275,7 +275,7 @@ fn function(source: &SpectrumSource) -> Option<Spectrum> {
 
 /// The wavelength (nm) and value where two reflectances sum up to most: at a node of one of them, since both
 /// are linear between.
-pub(super) fn greatest_sum(a: &SpectrumSource, b: &SpectrumSource) -> Option<(f64, f64)> {
+pub(in crate::scene) fn greatest_sum(a: &SpectrumSource, b: &SpectrumSource) -> Option<(f64, f64)> {
     let (a, b) = (function(a)?, function(b)?);
     let range = WavelengthRange::VISIBLE;
     let nodes = a.nodes().into_iter().chain(b.nodes()).chain([range.min, range.max]);
@@ -283,7 +283,7 @@ pub(super) fn greatest_sum(a: &SpectrumSource, b: &SpectrumSource) -> Option<(f6
 }
 
 /// Refuses values that the use does not allow, and lists without any light.
-pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> bool {
+pub(in crate::scene) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> bool {
     if source.scale < 0.0 || !source.scale.is_finite() {
         let problem = format!("{} is scaled by {}", purpose.title(name), source.scale);
         reader.error(SceneError::at(&source.place, problem, "expected a factor of at least 0"));
@@ -374,7 +374,12 @@ fn extremes(
 }
 
 /// The entry of the catalogue, or a message with the nearest name.
-pub(super) fn lookup(reader: &Reader, place: &Place, kind: Kind, name: &str) -> Option<catalogue::Entry> {
+pub(in crate::scene) fn lookup(
+    reader: &Reader,
+    place: &Place,
+    kind: Kind,
+    name: &str,
+) -> Option<catalogue::Entry> {
     match catalogue::lookup(kind, name) {
         Ok(entry) => Some(entry),
         Err(unknown) => {
@@ -394,7 +399,7 @@ pub(super) fn lookup(reader: &Reader, place: &Place, kind: Kind, name: &str) -> 
 }
 
 /// A `<spectrum type="...">` or `<texture type="...">` as such, whatever it is used for.
-pub(super) fn plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
+pub(in crate::scene) fn plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     if let Some(known) = reader.spectra.borrow().get(&id) {
         return known.clone();
     }
@@ -431,12 +436,12 @@ fn kind(query: &Query<'_>) -> Option<(SpectrumKind, f64)> {
                     );
                 }
             }
-            required(query, "value", query.float("value")).map(|value| (SpectrumKind::Constant(value), 1.0))
+            query.required("value", query.float("value")).map(|value| (SpectrumKind::Constant(value), 1.0))
         }
         "regular" => {
-            let min = required(query, "wavelength_min", query.float("wavelength_min"));
-            let max = required(query, "wavelength_max", query.float("wavelength_max"));
-            let values = required(query, "values", numbers(query, "values"))?;
+            let min = query.required("wavelength_min", query.float("wavelength_min"));
+            let max = query.required("wavelength_max", query.float("wavelength_max"));
+            let values = query.required("values", numbers(query, "values"))?;
             let (min_nm, max_nm) = (min?, max?);
             match Spectrum::regular(min_nm, max_nm, &values, Extrapolation::Zero) {
                 Ok(_) => lit(query, "values", &values)
@@ -445,8 +450,8 @@ fn kind(query: &Query<'_>) -> Option<(SpectrumKind, f64)> {
             }
         }
         "irregular" => {
-            let nm = required(query, "wavelengths", numbers(query, "wavelengths"));
-            let values = required(query, "values", numbers(query, "values"));
+            let nm = query.required("wavelengths", numbers(query, "wavelengths"));
+            let values = query.required("values", numbers(query, "values"));
             let (nm, values) = (nm?, values?);
             match Spectrum::irregular(&nm, &values, Extrapolation::Zero) {
                 Ok(_) => lit(query, "values", &values)
@@ -476,7 +481,7 @@ fn blackbody(query: &Query<'_>) -> Option<SpectrumKind> {
     let range = WavelengthRange::VISIBLE;
     let min_nm = query.positive("wavelength_min", range.min);
     let max_nm = query.positive("wavelength_max", range.max);
-    let kelvin = required(query, "temperature", query.float("temperature"))?;
+    let kelvin = query.required("temperature", query.float("temperature"))?;
     if kelvin <= 0.0 {
         let problem = format!("A black body at {kelvin} K");
         query.error(SceneError::at(&query.place("temperature"), problem, "expected a temperature above 0 K"));
@@ -495,8 +500,8 @@ fn blackbody(query: &Query<'_>) -> Option<SpectrumKind> {
 }
 
 /// The name of a measured spectrum or material, with the note that it is an extension.
-pub(super) fn measured(query: &Query<'_>) -> Option<String> {
-    let name = required(query, "name", query.text("name"))?;
+pub(in crate::scene) fn measured(query: &Query<'_>) -> Option<String> {
+    let name = query.required("name", query.text("name"))?;
     query.reader.extension(
         &query.object.place,
         format!("type=\"measured\": \"{name}\", one of the measured spectra that come with abbe"),
@@ -504,21 +509,8 @@ pub(super) fn measured(query: &Query<'_>) -> Option<String> {
     Some(name.to_owned())
 }
 
-/// Reports a property that has to be there and is not.
-pub(super) fn required<T>(query: &Query<'_>, name: &'static str, value: Option<T>) -> Option<T> {
-    if value.is_none() && !query.has(name) {
-        let problem = format!("{} has no \"{name}\"", super::query::capital(&query.title()));
-        query.error(SceneError::at(
-            &query.object.place,
-            problem,
-            format!("expected a property named \"{name}\" in here"),
-        ));
-    }
-    value
-}
-
 /// Numbers in a string, separated by commas or blanks.
-pub(super) fn numbers(query: &Query<'_>, name: &'static str) -> Option<Vec<f64>> {
+pub(in crate::scene) fn numbers(query: &Query<'_>, name: &'static str) -> Option<Vec<f64>> {
     let text = query.text(name)?;
     let separates = |c: char| c == ',' || c.is_whitespace();
     let mut numbers = Vec::new();

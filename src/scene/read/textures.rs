@@ -5,7 +5,7 @@ use super::super::description::{
 };
 use super::super::source::{Place, SceneError};
 use super::query::Query;
-use super::spectra::{self, Use, required};
+use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId, Value};
 use super::{Reader, files, patterns};
 use crate::raster::{Grid, Image, ImageError};
@@ -23,7 +23,7 @@ const WRAP_MODES: [(&str, Wrap); 3] =
 
 /// Files that were read already; `None` for one that is wrong, which was reported.
 #[derive(Debug)]
-pub(super) struct Loaded<T>(RefCell<BTreeMap<PathBuf, Option<Arc<T>>>>);
+pub(in crate::scene) struct Loaded<T>(RefCell<BTreeMap<PathBuf, Option<Arc<T>>>>);
 
 impl<T> Default for Loaded<T> {
     fn default() -> Self {
@@ -54,9 +54,9 @@ impl<T> Loaded<T> {
 }
 
 /// The image that a property names, with its path.
-pub(super) fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, Arc<Image>)> {
+pub(in crate::scene) fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, Arc<Image>)> {
     let reader = query.reader;
-    let path = reader.search.find(required(query, name, query.text(name))?);
+    let path = reader.search.find(query.required(name, query.text(name))?);
     let extension = path.extension().and_then(|extension| extension.to_str());
     let decode = |bytes: &[u8]| Image::decode(bytes, extension);
     let image = reader.images.get(reader, &path, &query.place(name), decode)?;
@@ -64,16 +64,17 @@ pub(super) fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, A
 }
 
 /// What a plugin of this file describes; `None` where it is wrong, which is reported.
-pub(super) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
+pub(in crate::scene) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
     match query.object.plugin.as_str() {
-        "rgb" => required(query, "value", colour(query, "value"))
+        "rgb" => query
+            .required("value", colour(query, "value"))
             .map(|rgb| SpectrumKind::Rgb { rgb, role: RgbRole::Reflectance }),
         "srgb" => {
             let role =
                 if query.boolean("unbounded", false) { RgbRole::Clipped } else { RgbRole::Reflectance };
-            required(query, "color", colour(query, "color")).map(|rgb| SpectrumKind::Rgb { rgb, role })
+            query.required("color", colour(query, "color")).map(|rgb| SpectrumKind::Rgb { rgb, role })
         }
-        "rawconstant" => required(query, "value", raw_constant(query)),
+        "rawconstant" => query.required("value", raw_constant(query)),
         "bitmap" => bitmap(query),
         "checkerboard" => Some(SpectrumKind::Checkerboard(Arc::new(CheckerboardSource {
             colours: [spectra::part(query, "color0", 0.4)?, spectra::part(query, "color1", 0.2)?],
@@ -86,7 +87,7 @@ pub(super) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
 }
 
 /// What `d65` illuminates, if anything: a colour, or another texture of any name.
-pub(super) fn daylit(query: &Query<'_>) -> Option<SpectrumKind> {
+pub(in crate::scene) fn daylit(query: &Query<'_>) -> Option<SpectrumKind> {
     if query.has("color") {
         return colour(query, "color").map(|rgb| SpectrumKind::Rgb { rgb, role: RgbRole::Illuminant });
     }
@@ -140,7 +141,7 @@ fn bitmap(query: &Query<'_>) -> Option<SpectrumKind> {
 }
 
 fn mesh_attribute(query: &Query<'_>) -> Option<SpectrumKind> {
-    let name = required(query, "name", query.text("name"))?;
+    let name = query.required("name", query.text("name"))?;
     if !name.starts_with("vertex_") && !name.starts_with("face_") {
         query.error(
             SceneError::at(
@@ -158,7 +159,7 @@ fn mesh_attribute(query: &Query<'_>) -> Option<SpectrumKind> {
 }
 
 fn volume(query: &Query<'_>) -> Option<SpectrumKind> {
-    let entry = required(query, "volume", query.entry("volume"))?;
+    let entry = query.required("volume", query.entry("volume"))?;
     match entry.value {
         Value::Object(id) if query.reader.tree.get(id).class == Class::Volume => {
             volume_plugin(query.reader, id).map(|source| source.kind)
@@ -171,7 +172,7 @@ fn volume(query: &Query<'_>) -> Option<SpectrumKind> {
 }
 
 /// A `<volume>`, wherever it stands. One that is the same everywhere is a spectrum.
-pub(super) fn volume_plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
+pub(in crate::scene) fn volume_plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     let query = Query::new(reader, id);
     let to_world = query.transform("to_world");
     let source = match query.object.plugin.as_str() {
@@ -193,7 +194,7 @@ pub(super) fn volume_plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSou
 
 fn grid_volume(query: &Query<'_>, to_world: crate::geometry::Transform) -> Option<VolumeSource> {
     let reader = query.reader;
-    let name = required(query, "filename", query.text("filename"));
+    let name = query.required("filename", query.text("filename"));
     let filters = [("trilinear", Filter::Linear), ("nearest", Filter::Nearest)];
     let filter = query.choice("filter_type", &filters, false).unwrap_or(Filter::Linear);
     let wrap = query.choice("wrap_mode", &WRAP_MODES, false).unwrap_or(Wrap::Clamp);
@@ -215,7 +216,7 @@ fn grid_volume(query: &Query<'_>, to_world: crate::geometry::Transform) -> Optio
 }
 
 /// Whether the values depend on the place on a surface.
-pub(super) fn varies(source: &SpectrumSource) -> bool {
+pub(in crate::scene) fn varies(source: &SpectrumSource) -> bool {
     match &source.kind {
         SpectrumKind::Bitmap(_)
         | SpectrumKind::Checkerboard(_)
@@ -229,7 +230,12 @@ pub(super) fn varies(source: &SpectrumSource) -> bool {
 
 /// Whether a texture or colour gives what a use asks of it, within the bounds of that use; reports it where
 /// not. `None` for what is neither.
-pub(super) fn check(reader: &Reader, source: &SpectrumSource, name: &str, purpose: Use) -> Option<bool> {
+pub(in crate::scene) fn check(
+    reader: &Reader,
+    source: &SpectrumSource,
+    name: &str,
+    purpose: Use,
+) -> Option<bool> {
     let refuse = |problem: String, expected: &str, remedy: &str| {
         let error = SceneError::at(&source.place, problem, expected);
         reader.error(if remedy.is_empty() { error } else { error.with_remedy(remedy) });

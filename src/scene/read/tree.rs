@@ -53,18 +53,18 @@ impl Class {
 }
 
 /// Elements and objects deeper than this are refused: no scene needs them, and they could exhaust the stack.
-pub(super) const DEEPEST: usize = 64;
+pub(in crate::scene) const DEEPEST: usize = 64;
 
 /// Most objects in a BSDF, each counted as often as it is referred to: what walks through them must end.
 const MOST_IN_BSDF: usize = 4096;
 
 /// Index into [`Tree::objects`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct ObjectId(pub usize);
+pub(in crate::scene) struct ObjectId(pub usize);
 
 /// An element with a `type`.
 #[derive(Clone, Debug)]
-pub(super) struct Object {
+pub(in crate::scene) struct Object {
     pub class: Class,
     /// The value of `type`.
     pub plugin: String,
@@ -77,7 +77,7 @@ pub(super) struct Object {
 
 /// A property of an object, or an object within it.
 #[derive(Clone, Debug)]
-pub(super) struct Entry {
+pub(in crate::scene) struct Entry {
     /// `None` for an object that needs no name.
     pub name: Option<String>,
     pub name_place: Place,
@@ -89,7 +89,7 @@ pub(super) struct Entry {
 }
 
 #[derive(Clone, Debug)]
-pub(super) enum Value {
+pub(in crate::scene) enum Value {
     Boolean(bool),
     Integer(i64),
     Float(f64),
@@ -118,7 +118,7 @@ pub(super) enum Value {
 
 /// A transform at a time.
 #[derive(Clone, Debug)]
-pub(super) struct Keyframe {
+pub(in crate::scene) struct Keyframe {
     pub place: Place,
     pub time: f64,
     pub to_world: DMat4,
@@ -144,7 +144,7 @@ impl Value {
 
 /// All objects of a scene file; the first is the scene itself.
 #[derive(Debug, Default)]
-pub(super) struct Tree {
+pub(in crate::scene) struct Tree {
     pub objects: Vec<Object>,
     pub ids: BTreeMap<String, ObjectId>,
 }
@@ -281,7 +281,11 @@ enum State {
     },
 }
 
-pub(super) fn dangling<'a>(id: &str, place: &Place, known: impl Iterator<Item = &'a String>) -> SceneError {
+pub(in crate::scene) fn dangling<'a>(
+    id: &str,
+    place: &Place,
+    known: impl Iterator<Item = &'a String>,
+) -> SceneError {
     let known: Vec<&str> = known.map(String::as_str).collect();
     let error = SceneError::at(
         place,

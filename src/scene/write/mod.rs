@@ -4,16 +4,14 @@
 //! A new kind of object needs one arm in the file of its class. What it writes has to read back as the same
 //! kind: the JSON is a scene file too.
 
-mod bsdfs;
-mod lights;
-mod media;
 mod sensors;
 mod shapes;
-mod spectra;
+pub(super) mod spectra;
 
 use super::description::{
     Animation, Bsdf, Description, Integrator, IntegratorKind, Moments, ShapeGroup, SpectrumSource,
 };
+use super::plugins;
 use super::read::Class;
 use super::source::Place;
 use crate::geometry::{Transform, Vec3};
@@ -88,7 +86,7 @@ impl Node {
         self
     }
 
-    fn property(mut self, name: Option<Cow<'static, str>>, value: Value, place: Option<Place>) -> Self {
+    pub fn property(mut self, name: Option<Cow<'static, str>>, value: Value, place: Option<Place>) -> Self {
         self.properties.push(Property { name, value, place });
         self
     }
@@ -157,10 +155,10 @@ impl Node {
 /// Writes each object that several others share once.
 #[derive(Default)]
 pub(super) struct Writer {
-    bsdfs: BTreeMap<*const Bsdf, Rc<Node>>,
+    pub bsdfs: BTreeMap<*const Bsdf, Rc<Node>>,
     /// Ids of shapes. A shape that is a part of several solids is written in full each time, for its
     /// surroundings may differ.
-    shapes: BTreeSet<String>,
+    pub shapes: BTreeSet<String>,
     groups: BTreeMap<*const ShapeGroup, Rc<Node>>,
 }
 
@@ -177,10 +175,10 @@ pub(super) fn scene(description: &Description) -> Node {
         scene = sensor.take().into_iter().fold(scene, Node::child);
     }
     for light in &description.lights {
-        scene = scene.child(lights::write(light));
+        scene = scene.child(plugins::lights::node(light, &mut writer));
     }
     for shape in &description.shapes {
-        let node = shapes::write(&mut writer, shape);
+        let node = plugins::shapes::node(shape, &mut writer);
         let own = sensor.take_if(|_| meter.is_some_and(|surface| surface.place == shape.place));
         scene = scene.child(own.into_iter().fold(node, Node::child));
     }

@@ -1,11 +1,12 @@
 use super::super::description::{
-    AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmContent, FovAxis, Lens, PixelFormat,
-    Sampler, Sensor, SensorKind, ShapeDescription,
+    AngularMap, Aperture, Crop, DistantTarget, Film, FilmContent, Lens, PixelFormat, Sensor, SensorKind,
+    ShapeDescription,
 };
+use super::super::plugins::view::View;
+use super::super::plugins::{Field, filters, media, samplers, shapes};
 use super::super::read::Class;
-use super::{Node, Writer, media, shapes};
+use super::{Node, Writer};
 use crate::camera::{FisheyeProjection, Shutter, ShutterKind};
-use crate::film::FilterKind;
 
 /// The sensor as such. One that measures on a surface is to be put into the shape that [`surface`] gives.
 pub(super) fn write(writer: &mut Writer, sensor: &Sensor) -> Node {
@@ -14,7 +15,7 @@ pub(super) fn write(writer: &mut Writer, sensor: &Sensor) -> Node {
         SensorKind::Perspective { to_world, field_of_view, principal_point, near_clip, far_clip, lens } => {
             let node = node(if lens.is_some() { "thinlens" } else { "perspective" });
             let node = node.placement(to_world, &sensor.motion);
-            let node = self::field_of_view(node, *field_of_view);
+            let node = View.write(node, field_of_view, writer);
             let node = match lens {
                 Some(lens) => self::lens(node, lens),
                 None => node
@@ -45,13 +46,13 @@ pub(super) fn write(writer: &mut Writer, sensor: &Sensor) -> Node {
             match target {
                 DistantTarget::Scene => node.remark("looks at all of the scene"),
                 DistantTarget::Point(point) => node.vector("target", *point),
-                DistantTarget::Surface(surface) => node.named("target", shapes::write(writer, surface)),
+                DistantTarget::Surface(surface) => node.named("target", shapes::node(surface, writer)),
             }
         }
         SensorKind::Batch(sensors) => sensors.iter().fold(node("batch"), |node, sensor| {
             let child = write(writer, sensor);
             node.child(match surface(sensor) {
-                Some(surface) => shapes::write(writer, surface).child(child),
+                Some(surface) => shapes::node(surface, writer).child(child),
                 None => child,
             })
         }),
@@ -61,10 +62,12 @@ pub(super) fn write(writer: &mut Writer, sensor: &Sensor) -> Node {
         None => node,
     };
     let node = match &sensor.medium {
-        Some(medium) => node.child(media::write(medium)),
+        Some(medium) => node.child(media::node(medium, writer)),
         None => node,
     };
-    shutter(node, &sensor.shutter).child(film(&sensor.film)).child(sampler(&sensor.sampler))
+    shutter(node, &sensor.shutter)
+        .child(film(writer, &sensor.film))
+        .child(samplers::node(&sensor.sampler, writer))
 }
 
 fn angular(node: impl Fn(&'static str) -> Node, map: &AngularMap) -> Node {
@@ -111,24 +114,7 @@ fn lens(node: Node, lens: &Lens) -> Node {
     node.float("focus_distance", lens.focus_distance)
 }
 
-pub(super) fn field_of_view(node: Node, field_of_view: FieldOfView) -> Node {
-    match field_of_view {
-        FieldOfView::Degrees { angle, axis } => node.float("fov", angle).text("fov_axis", axis_name(axis)),
-        FieldOfView::FocalLength(mm) => node.text("focal_length", format!("{mm}mm")),
-    }
-}
-
-fn axis_name(axis: FovAxis) -> &'static str {
-    match axis {
-        FovAxis::X => "x",
-        FovAxis::Y => "y",
-        FovAxis::Diagonal => "diagonal",
-        FovAxis::Smaller => "smaller",
-        FovAxis::Larger => "larger",
-    }
-}
-
-fn film(film: &Film) -> Node {
+fn film(writer: &mut Writer, film: &Film) -> Node {
     let plugin = match film.content {
         FilmContent::Colour { .. } => "hdrfilm",
         FilmContent::Responses(_) => "specfilm",
@@ -160,25 +146,7 @@ fn film(film: &Film) -> Node {
             channels.iter().fold(node, |node, channel| node.spectrum(channel.name.clone(), &channel.response))
         }
     };
-    node.text("component_format", "float32").boolean("sample_border", film.sample_border).child(filter(film))
-}
-
-fn filter(film: &Film) -> Node {
-    let node = |plugin| Node::new(Class::Filter, plugin, &film.place);
-    match film.filter {
-        FilterKind::Box => node("box"),
-        FilterKind::Tent { radius } => node("tent").float("radius", radius),
-        FilterKind::Gaussian { stddev } => node("gaussian").float("stddev", stddev),
-        FilterKind::Mitchell { b, c } => node("mitchell").float("B", b).float("C", c),
-        FilterKind::CatmullRom => node("catmullrom"),
-        FilterKind::Lanczos { lobes } => node("lanczos").integer("lobes", lobes),
-    }
-}
-
-fn sampler(sampler: &Sampler) -> Node {
-    // Any of Mitsuba's stands for the best that there is here.
-    let name = if sampler.forced { sampler.kind.name() } else { "independent" };
-    Node::new(Class::Sampler, name, &sampler.place)
-        .integer("sample_count", sampler.sample_count)
-        .integer("seed", sampler.seed.min(i64::MAX as u64) as i64)
+    node.text("component_format", "float32")
+        .boolean("sample_border", film.sample_border)
+        .child(filters::write(&film.filter, &film.place, writer))
 }

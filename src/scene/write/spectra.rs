@@ -12,7 +12,7 @@ use crate::texture::{Filter, Octaves, Pattern, Veins, Wrap};
 use std::path::Path;
 use std::rc::Rc;
 
-pub(super) fn write(source: &SpectrumSource) -> Value {
+pub(in crate::scene) fn write(source: &SpectrumSource) -> Value {
     let SpectrumSource { place, kind, scale } = source;
     let node = |plugin| Node::new(Class::Spectrum, plugin, place);
     let scaled = |values: &[f64]| values.iter().map(|value| value * scale).collect::<Vec<_>>();
@@ -62,7 +62,7 @@ pub(super) fn write(source: &SpectrumSource) -> Value {
 }
 
 /// The file of an image.
-pub(super) fn picture(file: &Path, image: &Image) -> Value {
+pub(in crate::scene) fn picture(file: &Path, image: &Image) -> Value {
     let Image { width, height, channels, values, .. } = image;
     Value::File {
         path: file.to_owned(),
@@ -109,7 +109,7 @@ fn procedural(place: &Place, source: &ProceduralSource) -> Node {
         .boolean("interpolate", source.mixed)
 }
 
-pub(super) fn volume(place: &Place, source: &VolumeSource) -> Node {
+pub(in crate::scene) fn volume(place: &Place, source: &VolumeSource) -> Node {
     let Grid { size, channels, values, .. } = &*source.grid;
     let [x, y, z] = *size;
     Node::new(Class::Volume, "gridvolume", place)
@@ -150,13 +150,13 @@ fn plugin_of(place: &Place, value: Value) -> Node {
 }
 
 /// One of the measured spectra or materials that come with the program.
-pub(super) fn measured(place: &Place, name: &str, scale: f64) -> Value {
+pub(in crate::scene) fn measured(place: &Place, name: &str, scale: f64) -> Value {
     let node = Node::new(Class::Spectrum, "measured", place).text("name", name);
     Value::Object(Rc::new(if scale == 1.0 { node } else { node.float("scale", scale) }))
 }
 
 /// A refractive index by formula.
-pub(super) fn formula(place: &Place, formula: &DispersionFormula) -> Value {
+pub(in crate::scene) fn formula(place: &Place, formula: &DispersionFormula) -> Value {
     let coefficients = formula.coefficients();
     // The files' formulas have n² − 1 = Σ ..., and powers of 1/λ² that are not written.
     let odd = coefficients.iter().skip(1).step_by(2).copied().collect::<Vec<_>>();

@@ -1,9 +1,9 @@
-//! What scenes are made of, learned from the reader itself: it is asked about every word of its own source text, as a plugin and
-//! as a property, and its answers say which there are and what they take. So what is added to it is tried without being named
-//! here.
+//! What scenes are made of. Most plugins are declared ([`abbe::scene::plugins`]). The others are learned from the reader itself:
+//! it is asked about every word of its own source text, as a plugin and as a property, and its answers say which there are and
+//! what they take. So what is added is tried without being named here.
 
 use super::change::Random;
-use abbe::scene::{ReadOptions, read_str};
+use abbe::scene::{Declaration, ReadOptions, Takes, read_str};
 use roxmltree::{Document, Node};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -93,14 +93,6 @@ fn opening(element: &str, plugin: &str) -> String {
 /// Objects that may stand in one without a name, as a rule, and one of each.
 fn may_hold(element: &str) -> &'static [(&'static str, &'static str)] {
     match element {
-        "shape" => &[
-            ("bsdf", "diffuse"),
-            ("emitter", "area"),
-            ("medium", "homogeneous"),
-            ("sensor", "irradiancemeter"),
-            ("shape", "sphere"),
-        ],
-        "bsdf" => &[("bsdf", "diffuse"), ("texture", "checkerboard")],
         "sensor" => &[
             ("film", "hdrfilm"),
             ("sampler", "independent"),
@@ -109,9 +101,6 @@ fn may_hold(element: &str) -> &'static [(&'static str, &'static str)] {
         ],
         "film" => &[("rfilter", "box")],
         "texture" => &[("texture", "checkerboard")],
-        "emitter" => &[("texture", "checkerboard")],
-        "medium" => &[("phase", "isotropic")],
-        "phase" => &[("phase", "isotropic")],
         "integrator" => &[("integrator", "path")],
         _ => &[],
     }
@@ -132,7 +121,8 @@ fn quoted(text: &str) -> Option<&str> {
 /// The words of the reader's source text: whatever stands in quotes and could be a name.
 fn words() -> Vec<String> {
     let mut found = BTreeSet::new();
-    let mut folders = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scene/read")];
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scene");
+    let mut folders = vec![sources.join("read"), sources.join("plugins")];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).expect("the reader's source text") {
             let path = entry.expect("an entry").path();
@@ -164,7 +154,12 @@ impl Grammar {
             };
             !complaints(around(element, &object)).iter().any(|error| unknown(&error.problem))
         };
-        for element in OBJECTS {
+        for declaration in abbe::scene::plugins() {
+            let plugin = Self::declared(&declaration);
+            plugins.insert((declaration.element, declaration.name.to_owned()), plugin);
+        }
+        let is_declared: BTreeSet<&str> = plugins.keys().map(|(element, _)| *element).collect();
+        for element in OBJECTS.into_iter().filter(|element| !is_declared.contains(element)) {
             // Where anything goes nothing is to be learned.
             if is_known(element, "zzz") {
                 continue;
@@ -178,6 +173,38 @@ impl Grammar {
             grammar.take_examples(text, folder);
         }
         grammar
+    }
+
+    fn declared(declaration: &Declaration) -> Plugin {
+        let mut plugin = Plugin::default();
+        for parameter in declaration.parameters.iter().chain(&declaration.common) {
+            let types: &[&'static str] = match &parameter.takes {
+                Takes::Object(held) if parameter.name.is_empty() => {
+                    plugin.holds.push(*held);
+                    continue;
+                }
+                Takes::Object(held) => &[*held],
+                Takes::Float(_) => &["float", "integer"],
+                Takes::Integer(..) => &["integer"],
+                Takes::Boolean => &["boolean"],
+                Takes::Choice(words) => {
+                    let words = words.iter().map(|word| (*word).to_owned()).collect();
+                    plugin.choices.insert(parameter.name.to_owned(), words);
+                    &["string"]
+                }
+                Takes::Text | Takes::Numbers | Takes::Points(_) | Takes::File => &["string"],
+                Takes::Vector => &["point"],
+                Takes::Transform => &["transform"],
+                Takes::Placement => &["transform", "animation"],
+                Takes::Spectrum(_) => &["float", "rgb", "spectrum", "texture"],
+                Takes::Index => &["float", "string", "spectrum", "texture"],
+            };
+            if parameter.is_required {
+                plugin.required.insert(parameter.name.to_owned());
+            }
+            plugin.properties.insert(parameter.name.to_owned(), types.to_vec());
+        }
+        plugin
     }
 
     fn plugin(element: &'static str, name: &str, words: &[String]) -> Plugin {
@@ -393,18 +420,10 @@ impl Writer<'_> {
                 text += SMALLEST_FILM;
                 continue;
             }
-            // A blend has two.
-            let count = if ["blendbsdf", "blendphase"].contains(&name) { 2 } else { 1 };
-            for _ in 0..count {
-                if depth >= 4 || self.left == 0 || self.random.below(chance) > 0 {
-                    continue;
-                }
-                let name = match (element, *held) {
-                    ("shape", "medium") => "name=\"interior\"",
-                    _ => "id=\"of\"",
-                };
-                text += &self.any(held, name, depth + 1).replace(" id=\"of\"", "");
+            if depth >= 4 || self.left == 0 || self.random.below(chance) > 0 {
+                continue;
             }
+            text += &self.any(held, "id=\"of\"", depth + 1).replace(" id=\"of\"", "");
         }
         if self.random.below(40) == 0 {
             let word = &self.grammar.words[self.random.below(self.grammar.words.len())];

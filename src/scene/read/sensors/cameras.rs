@@ -1,17 +1,17 @@
 //! Cameras: where they stand, how wide they see, and their lens.
 
 use super::super::query::Query;
-use super::super::spectra::required;
 use super::Motion;
 use crate::camera::{FisheyeProjection, Stop};
 use crate::geometry::Transform;
-use crate::scene::description::{AngularMap, Aperture, FieldOfView, FovAxis, Lens, SensorKind};
+use crate::scene::description::{AngularMap, Aperture, Lens, SensorKind};
+use crate::scene::plugins::{Field, view::View};
 use crate::scene::source::SceneError;
 
 /// How far a camera's axes may be from orthonormal, as matrices written with few digits are.
 const LOOSEST_FRAME: f64 = 1e-3;
 
-pub(super) fn perspective(query: &Query<'_>, thin_lens: bool, motion: &mut Motion) -> SensorKind {
+pub(super) fn perspective(query: &Query<'_>, thin_lens: bool, motion: &mut Motion) -> Option<SensorKind> {
     let to_world;
     (to_world, *motion) = camera_to_world(query);
     let [near_clip, far_clip] = clips(query);
@@ -24,14 +24,14 @@ pub(super) fn perspective(query: &Query<'_>, thin_lens: bool, motion: &mut Motio
     if !thin_lens {
         without_focus(query);
     }
-    SensorKind::Perspective {
+    Some(SensorKind::Perspective {
         to_world,
-        field_of_view: field_of_view(query),
+        field_of_view: View.read(query)?,
         principal_point,
         near_clip,
         far_clip,
         lens,
-    }
+    })
 }
 
 pub(super) fn orthographic(query: &Query<'_>, motion: &mut Motion) -> SensorKind {
@@ -133,68 +133,6 @@ fn camera_to_world(query: &Query<'_>) -> (Transform, Motion) {
     (to_world, motion)
 }
 
-pub(in crate::scene::read) fn field_of_view(query: &Query<'_>) -> FieldOfView {
-    const AXES: [(&str, FovAxis); 5] = [
-        ("x", FovAxis::X),
-        ("y", FovAxis::Y),
-        ("diagonal", FovAxis::Diagonal),
-        ("smaller", FovAxis::Smaller),
-        ("larger", FovAxis::Larger),
-    ];
-    let axis = query.choice("fov_axis", &AXES, true);
-    let fov = query.float("fov");
-    let focal_length = query.text("focal_length");
-    match (fov, focal_length) {
-        (Some(_), Some(_)) => {
-            query.error(SceneError::at(
-                &query.place("focal_length"),
-                "The field of view is given twice",
-                "expected either fov or focal_length",
-            ));
-            FieldOfView::FocalLength(50.0)
-        }
-        (Some(angle), None) => {
-            if !(angle > 0.0 && angle < 180.0) {
-                query.error(SceneError::at(
-                    &query.place("fov"),
-                    format!("The field of view is {angle} degrees"),
-                    "expected an angle between 0 and 180 degrees",
-                ));
-            }
-            FieldOfView::Degrees { angle, axis: axis.unwrap_or(FovAxis::X) }
-        }
-        (None, focal_length) => {
-            if axis.is_some() && !query.has("fov") {
-                query.error(
-                    SceneError::at(
-                        &query.place("fov_axis"),
-                        "fov_axis says nothing without fov",
-                        "expected a fov beside it",
-                    )
-                    .with_remedy("a focal length goes by the diagonal of a film of 36 × 24 mm"),
-                );
-            }
-            FieldOfView::FocalLength(focal_length.map_or(50.0, |text| millimetres(query, text)))
-        }
-    }
-}
-
-/// `50`, `50mm` or `50 mm`.
-fn millimetres(query: &Query<'_>, text: &str) -> f64 {
-    match super::super::attributes::number(text.trim_end().trim_end_matches("mm")) {
-        // Outside, not even the tangent of half the angle is a number that one can go on with.
-        Some(length) if (1e-6..=1e12).contains(&length) => length,
-        _ => {
-            query.error(SceneError::at(
-                &query.place("focal_length"),
-                format!("\"{text}\" is not a focal length"),
-                "expected millimetres above 0, such as 50mm",
-            ));
-            50.0
-        }
-    }
-}
-
 fn lens(query: &Query<'_>, far_clip: f64) -> Option<Lens> {
     let focus_distance = query.positive("focus_distance", far_clip);
     let (blades, rotation) = blades(query);
@@ -221,7 +159,7 @@ fn aperture(query: &Query<'_>) -> Option<Aperture> {
         query.reader.extension(&query.place("f_stop"), format!("f_stop: the aperture is f/{stop}"));
         return Some(Aperture::Stop(stop));
     }
-    let radius = required(query, "aperture_radius", query.float("aperture_radius"))?;
+    let radius = query.required("aperture_radius", query.float("aperture_radius"))?;
     if radius < 0.0 {
         let problem = format!("The aperture has a radius of {radius}");
         query.error(SceneError::at(&query.place("aperture_radius"), problem, "expected at least 0"));

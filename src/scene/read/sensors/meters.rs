@@ -1,10 +1,11 @@
 //! Sensors that measure a single value: along a ray, on a surface, or from far away.
 
+use super::super::Reader;
 use super::super::query::Query;
 use super::super::tree::{Class, ObjectId, Value};
-use super::super::{Reader, shapes};
 use crate::geometry::Vec3;
 use crate::scene::description::{DistantTarget, SensorKind, ShapeDescription};
+use crate::scene::plugins::shapes;
 use crate::scene::source::SceneError;
 use std::sync::Arc;
 
@@ -77,7 +78,7 @@ pub(super) fn irradiance_meter(query: &Query<'_>, shape: Option<ObjectId>) -> Op
 }
 
 fn surface(reader: &Reader, shape: ObjectId) -> Option<Arc<ShapeDescription>> {
-    shapes::read(reader, shape).map(Arc::new)
+    shapes::of_scene(reader, shape).map(Arc::new)
 }
 
 pub(super) fn distant(query: &Query<'_>) -> SensorKind {

@@ -3,14 +3,13 @@
 mod cameras;
 mod meters;
 
-pub(super) use cameras::field_of_view;
-
 use super::query::Query;
 use super::spectra::{self, Use};
 use super::tree::{Class, ObjectId, Value};
-use super::{Reader, films, media, samplers, textures};
+use super::{Reader, films, textures};
 use crate::camera::{Shutter, ShutterKind};
 use crate::scene::description::{Animation, Film, FilmContent, Medium, Sensor, SensorKind, SpectrumSource};
+use crate::scene::plugins::{media, samplers};
 use crate::scene::source::{Place, SceneError};
 use std::sync::Arc;
 
@@ -21,33 +20,15 @@ struct Found {
     shape: Option<ObjectId>,
 }
 
-/// Shapes that are no meshes: their sensors come before those of meshes.
-const ANALYTIC: [&str; 17] = [
-    "sdfgrid",
-    "heightfield",
-    "sphere",
-    "disk",
-    "cylinder",
-    "cone",
-    "paraboloid",
-    "hyperboloid",
-    "quadric",
-    "torus",
-    "sweptsphere",
-    "polygon",
-    "extrusion",
-    "revolution",
-    "superquadric",
-    "blobs",
-    "bezierpatch",
-];
+/// Shapes that are meshes: their sensors come after those of others.
+const MESHES: [&str; 5] = ["rectangle", "cube", "obj", "ply", "serialized"];
 
 /// The scene's sensors in Mitsuba 3's order, which numbers them; `None` for those that are wrong, which is
 /// reported.
 pub(super) fn of_scene(query: &Query<'_>) -> Vec<(Place, Option<Sensor>)> {
     let (mut found, mut on_meshes) = (Vec::new(), Vec::new());
     for child in children(query) {
-        let on_mesh = |shape| !ANALYTIC.contains(&query.reader.tree.get(shape).plugin.as_str());
+        let on_mesh = |shape| MESHES.contains(&query.reader.tree.get(shape).plugin.as_str());
         if child.shape.is_some_and(on_mesh) { &mut on_meshes } else { &mut found }.push(child);
     }
     found.extend(on_meshes.into_iter().rev());
@@ -84,8 +65,8 @@ fn read(reader: &Reader, found: Found, in_batch: bool) -> Option<Sensor> {
     let object = query.object;
     let mut motion = None;
     let kind = match object.plugin.as_str() {
-        "perspective" => Some(cameras::perspective(&query, false, &mut motion)),
-        "thinlens" => Some(cameras::perspective(&query, true, &mut motion)),
+        "perspective" => cameras::perspective(&query, false, &mut motion),
+        "thinlens" => cameras::perspective(&query, true, &mut motion),
         "orthographic" => Some(cameras::orthographic(&query, &mut motion)),
         "fisheye" => Some(cameras::fisheye(&query, &mut motion)),
         "panorama" => Some(cameras::panorama(&query, &mut motion)),
@@ -271,7 +252,7 @@ fn shutter(query: &Query<'_>) -> Shutter {
 /// What the sensor is in. Mitsuba 3 takes it under any name.
 fn medium(query: &Query<'_>) -> Option<Medium> {
     let (_, id) = query.object(Class::Medium)?;
-    media::read(query.reader, id)
+    media::of_object(query.reader, id)
 }
 
 fn film(query: &Query<'_>) -> Film {

@@ -1,21 +1,28 @@
 //! What is done to a mesh before it is placed: "subdivide 4; twist 90; taper -0.3; bend 60 -1 1".
 
-use super::super::source::SceneError;
-use super::attributes;
-use super::query::Query;
-use crate::shape::{Deformation, MeshData, ShapeError};
+use crate::scene::description::ShapeKind;
+use crate::scene::plugins::fields::Text;
+use crate::scene::plugins::{Simple, text};
+use crate::scene::read::{Query, attributes};
+use crate::scene::source::SceneError;
+use crate::shape::{Deformation, ShapeError};
 use std::sync::Arc;
 
-/// The mesh after what "deform" asks for, and that as it is told. `None` where it is wrong, which is
-/// reported.
-pub(super) fn deformed(query: &Query<'_>, mesh: Arc<MeshData>) -> Option<(Arc<MeshData>, Option<String>)> {
-    let Some(text) = query.text("deform") else { return Some((mesh, None)) };
+/// What is done to a mesh.
+pub const DEFORM: Simple<Text> = text("deform", "\"subdivide n; twist degrees; taper slope; bend degrees zmin zmax\", one after another, along z and per unit of it")
+    .extension("a mesh twisted, tapered or bent");
+
+/// The mesh after what "deform" asks for. `None` where it is wrong, which is reported.
+pub fn deformed(query: &Query<'_>, mut shape: ShapeKind) -> Option<ShapeKind> {
+    let ShapeKind::Mesh { mesh, deform: Some(text), .. } = &mut shape else { return Some(shape) };
     let place = query.place("deform");
-    query.reader.extension(&place, "deform: a mesh twisted, tapered or bent".to_owned());
     let words = text.split(';').map(str::trim).filter(|word| !word.is_empty());
     let all = words.map(|word| one(query, word)).collect::<Option<Vec<Deformation>>>()?;
     match mesh.deformed(&all) {
-        Ok(made) => Some((Arc::new(made), Some(text.trim().to_owned()))),
+        Ok(made) => {
+            *mesh = Arc::new(made);
+            Some(shape)
+        }
         Err(error) => {
             let (expected, remedy) = match error {
                 ShapeError::Folded { .. } => (

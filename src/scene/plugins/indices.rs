@@ -1,18 +1,18 @@
 //! Refractive indices of dielectrics: a number, one of Mitsuba 3's names, or (extensions) a function of
 //! wavelength.
 
-use super::super::description::{IndexKind, IndexSource, SpectrumKind, SpectrumSource};
-use super::super::source::{Place, SceneError};
-use super::query::Query;
-use super::spectra::{self, Use};
-use super::tree::{Class, ObjectId, Value};
-use super::{Reader, names, textures};
+use super::{Field, Parameter, Takes};
+use crate::scene::description::{IndexKind, IndexSource, SpectrumKind, SpectrumSource};
+use crate::scene::read::spectra::{self, Use};
+use crate::scene::read::{Class, ObjectId, Query, Reader, Value, attributes, names, textures};
+use crate::scene::source::{Place, SceneError};
+use crate::scene::write::{self, Node, Writer};
 use crate::spectrum::DispersionFormula;
 use crate::spectrum::catalogue::Kind;
 use crate::units::WavelengthRange;
 
 /// The index of Mitsuba 3's default for `int_ior`, `bk7`.
-pub(super) const BK7: f64 = 1.5046;
+const BK7: f64 = 1.5046;
 
 /// The names that Mitsuba 3 has for single numbers. Source: measured from Mitsuba 3.9.1, with `ext_ior` 1.
 const NUMBERS: [(&str, f64); 23] = [
@@ -41,8 +41,115 @@ const NUMBERS: [(&str, f64); 23] = [
     ("diamond", 2.419),
 ];
 
+fn parameter(name: &'static str, default: &str, doc: &'static str) -> Parameter {
+    Parameter { default: default.to_owned(), doc, ..Parameter::new(name, Takes::Index) }
+}
+
+fn constant(place: &Place, value: f64) -> IndexSource {
+    IndexSource { place: place.clone(), kind: IndexKind::Constant(value) }
+}
+
+fn write(node: Node, name: &'static str, index: &IndexSource) -> Node {
+    let value = match &index.kind {
+        IndexKind::Constant(value) => write::Value::Float(*value),
+        IndexKind::Named(material) => write::spectra::measured(&index.place, material, 1.0),
+        IndexKind::Formula(formula) => write::spectra::formula(&index.place, formula),
+        IndexKind::Tabulated(table) => write::spectra::write(table),
+        IndexKind::NormalReflectance { reflectance, slab } => {
+            let node = node.spectrum("normal_reflectance", reflectance);
+            return if *slab { node.text("specimen", "slab") } else { node };
+        }
+    };
+    node.property(Some(name.into()), value, Some(index.place.clone()))
+}
+
+/// An index that has a default.
+pub struct Index {
+    pub name: &'static str,
+    pub default: f64,
+    /// Mitsuba 3's name for the default.
+    pub default_name: &'static str,
+    pub doc: &'static str,
+}
+
+impl Field for Index {
+    type Value = IndexSource;
+
+    fn parameters(&self) -> Vec<Parameter> {
+        vec![parameter(self.name, self.default_name, self.doc)]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<IndexSource> {
+        Some(read(query, self.name).unwrap_or_else(|| constant(&query.object.place, self.default)))
+    }
+
+    fn write(&self, node: Node, index: &IndexSource, _: &mut Writer) -> Node {
+        write(node, self.name, index)
+    }
+}
+
+/// `int_ior`, or `normal_reflectance` instead.
+pub struct Interior;
+
+impl Field for Interior {
+    type Value = IndexSource;
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let normal = Parameter::new("normal_reflectance", Takes::Spectrum(Use::NormalReflectance));
+        let specimen = Parameter::new("specimen", Takes::Choice(vec!["face", "slab"]));
+        let assume = Parameter::new("assume", Takes::Choice(vec!["k=0"]));
+        let extension = |parameter: Parameter, default: &str, doc| Parameter {
+            default: default.to_owned(),
+            doc,
+            is_extension: true,
+            ..parameter
+        };
+        vec![
+            parameter("int_ior", "bk7", "index of the body"),
+            extension(normal, "", "instead of `int_ior`, the reflectance at normal incidence"),
+            extension(specimen, "face", "whether that was measured on one face or on a clear slab with two"),
+            extension(assume, "k=0", "what closes the gap that `normal_reflectance` leaves"),
+        ]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<IndexSource> {
+        Some(interior(query))
+    }
+
+    fn write(&self, node: Node, index: &IndexSource, _: &mut Writer) -> Node {
+        write(node, "int_ior", index)
+    }
+}
+
+/// `ext_ior`, with what is meant where it is left out.
+pub struct Exterior(&'static str);
+
+impl Exterior {
+    pub const SURROUNDINGS: Self = Self("outside is whatever surrounds it, air outside everything");
+    pub const AIR: Self = Self("outside is air");
+}
+
+impl Field for Exterior {
+    type Value = Option<IndexSource>;
+
+    fn parameters(&self) -> Vec<Parameter> {
+        vec![parameter("ext_ior", "", "index outside; without it, that of the surroundings, or air")]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<Option<IndexSource>> {
+        Some(read(query, "ext_ior"))
+    }
+
+    fn write(&self, node: Node, index: &Option<IndexSource>, _: &mut Writer) -> Node {
+        match index {
+            Some(index) => write(node, "ext_ior", index),
+            None => node.remark(self.0),
+        }
+    }
+}
+
 /// The index that the property `name` gives; `None` where it is absent or wrong.
-pub(super) fn read(query: &Query<'_>, name: &'static str) -> Option<IndexSource> {
+fn read(query: &Query<'_>, name: &'static str) -> Option<IndexSource> {
     let entry = query.entry(name)?;
     let place = entry.value_place.clone();
     let constant = |value: f64| positive(query, &place, name, value).then_some(IndexKind::Constant(value));
@@ -102,7 +209,7 @@ fn named_number(query: &Query<'_>, place: &Place, name: &str, text: &str) -> Opt
     let problem = format!("\"{text}\" is not a material with a known single index");
     let error =
         SceneError::at(place, problem, "expected one of the names that Mitsuba 3 has, such as bk7 or water");
-    query.error(if super::attributes::number(text).is_some() {
+    query.error(if attributes::number(text).is_some() {
         error.with_remedy(format!("for a number write <float name=\"{name}\" value=\"{text}\"/>"))
     } else if let Some(near) = names::nearest(text, &known) {
         error.with_remedy(format!("did you mean \"{near}\"?"))
@@ -170,8 +277,8 @@ fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
         max: query.positive("wavelength_max", WavelengthRange::VISIBLE.max),
     };
     let result = if query.object.plugin == "sellmeier" {
-        let b = spectra::required(&query, "b", spectra::numbers(&query, "b"));
-        let c = spectra::required(&query, "c", spectra::numbers(&query, "c"));
+        let b = query.required("b", spectra::numbers(&query, "b"));
+        let c = query.required("c", spectra::numbers(&query, "c"));
         match (b, c) {
             (Some(b), Some(c)) if b.len() == c.len() && !b.is_empty() => {
                 let terms: Vec<(f64, f64)> = b.into_iter().zip(c).collect();
@@ -189,7 +296,7 @@ fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
             _ => None,
         }
     } else {
-        let terms = spectra::required(&query, "coefficients", spectra::numbers(&query, "coefficients"));
+        let terms = query.required("coefficients", spectra::numbers(&query, "coefficients"));
         terms.map(|terms| DispersionFormula::cauchy(&terms, range))
     };
     let formula = match result? {
@@ -211,7 +318,7 @@ fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
 }
 
 /// `normal_reflectance` beside or instead of `int_ior`.
-pub(super) fn interior(query: &Query<'_>) -> IndexSource {
+fn interior(query: &Query<'_>) -> IndexSource {
     let given = read(query, "int_ior");
     let reflectance = normal_reflectance(query);
     let slab = query.has("normal_reflectance") && specimen(query);
@@ -256,7 +363,7 @@ pub(super) fn interior(query: &Query<'_>) -> IndexSource {
         let place = reflectance.place.clone();
         return IndexSource { place, kind: IndexKind::NormalReflectance { reflectance, slab } };
     }
-    given.unwrap_or_else(|| IndexSource { place: query.object.place.clone(), kind: IndexKind::Constant(BK7) })
+    given.unwrap_or_else(|| constant(&query.object.place, BK7))
 }
 
 /// What the reflectance of a dielectric was measured on: whether it is a slab, of which the back face
@@ -266,7 +373,7 @@ fn specimen(query: &Query<'_>) -> bool {
 }
 
 /// The reflectance from which an index follows, with the note that it is an extension.
-pub(super) fn normal_reflectance(query: &Query<'_>) -> Option<SpectrumSource> {
+pub fn normal_reflectance(query: &Query<'_>) -> Option<SpectrumSource> {
     let reflectance = spectra::read(query, "normal_reflectance", Use::NormalReflectance)?;
     query.reader.extension(
         &reflectance.place,

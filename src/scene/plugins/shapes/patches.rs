@@ -1,13 +1,15 @@
 //! Bézier patches, written in the scene or in a file as the teapot is handed on: the number of patches, then
 //! for each its degrees, "3 3", and sixteen control points "x y z".
 
-use super::super::description::ShapeKind;
-use super::super::source::{Place, SceneError};
-use super::query::Query;
-use super::{attributes, files, profile_or_implicit};
+use super::profiles;
 use crate::geometry::Vec3;
+use crate::scene::info::hash_of_patches;
+use crate::scene::plugins::{Field, Parameter, Takes};
+use crate::scene::read::{Query, attributes, files};
+use crate::scene::source::{Place, SceneError};
+use crate::scene::write::{Node, Value, Writer};
 use crate::shape::ControlNet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A larger file holds more patches than 32-bit indices can name.
@@ -16,32 +18,58 @@ const LARGEST_FILE: u64 = 1 << 40;
 /// Control points of a patch.
 const POINTS: usize = 16;
 
-/// `bezierpatch`; `None` where it is wrong, which is reported.
-pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
-    query.reader.extension(&query.object.place, "bezierpatch: bicubic Bézier patches".to_owned());
-    let (file, patches) = match (query.text("filename"), query.text("points")) {
-        (Some(name), None) => {
-            let file = query.reader.search.find(name);
-            let patches = from_file(query, &file)?;
-            (Some(file), patches)
-        }
-        (None, Some(text)) => (None, from_list(query, text)?),
-        (name, _) => {
-            let problem = match name {
-                Some(_) => "The bezierpatch has its control points from a file and from \"points\"",
-                None => "The bezierpatch has no control points",
-            };
-            let expected = "expected one of \"filename\" (a file) and \"points\" (a list)";
-            query.error(SceneError::at(&query.object.place, problem, expected));
-            return None;
-        }
-    };
-    Some(ShapeKind::Patches { file, patches: Arc::new(patches) })
+/// Patches from a file or from a list.
+pub struct PatchSource;
+
+impl Field for PatchSource {
+    type Value = (Option<PathBuf>, Arc<Vec<ControlNet>>);
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let file = Parameter::new("filename", Takes::File);
+        let points = Parameter::new("points", Takes::Points(3));
+        vec![
+            Parameter { doc: "file in the form of the Utah teapot's", ..file },
+            Parameter {
+                doc: "instead of `filename`, sixteen points \"x y z, …\" for each patch, along u first",
+                ..points
+            },
+        ]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
+        let (file, patches) = match (query.text("filename"), query.text("points")) {
+            (Some(name), None) => {
+                let file = query.reader.search.find(name);
+                let patches = from_file(query, &file)?;
+                (Some(file), patches)
+            }
+            (None, Some(text)) => (None, from_list(query, text)?),
+            (name, _) => {
+                let problem = match name {
+                    Some(_) => "The bezierpatch has its control points from a file and from \"points\"",
+                    None => "The bezierpatch has no control points",
+                };
+                let expected = "expected one of \"filename\" (a file) and \"points\" (a list)";
+                query.error(SceneError::at(&query.object.place, problem, expected));
+                return None;
+            }
+        };
+        Some((file, Arc::new(patches)))
+    }
+
+    fn write(&self, node: Node, (file, patches): &Self::Value, _: &mut Writer) -> Node {
+        let Some(file) = file else {
+            let all: Vec<[f64; 3]> = patches.iter().flatten().map(|point| point.to_array()).collect();
+            return node.text("points", profiles::text_of(&all));
+        };
+        let summary = format!("{} patches", patches.len());
+        node.with("filename", Value::File { path: file.clone(), content: hash_of_patches(patches), summary })
+    }
 }
 
 /// "x y z, …", sixteen for each patch.
 fn from_list(query: &Query<'_>, text: &str) -> Option<Vec<ControlNet>> {
-    let points = profile_or_implicit::points::<3>(query, "points", text)?;
+    let points = profiles::points::<3>(query, "points", text)?;
     if points.is_empty() || !points.len().is_multiple_of(POINTS) {
         let problem = format!("{} control points make no bicubic patch", points.len());
         let error =

@@ -1,57 +1,94 @@
 //! Curves from files: one control point "x y z radius" a line, curves separated by empty lines.
 
-use super::super::description::ShapeKind;
-use super::super::source::SceneError;
-use super::query::Query;
-use super::spectra::required;
-use super::tree::Class;
-use super::{attributes, files};
 use crate::geometry::Vec3;
+use crate::scene::info::hash_of_curves;
+use crate::scene::plugins::fields::Choices;
+use crate::scene::plugins::{Field, Parameter, Simple, Takes, choice};
+use crate::scene::read::{Class, Query, attributes, files};
+use crate::scene::source::{Place, SceneError};
+use crate::scene::write::{Node, Value, Writer};
 use crate::shape::{ControlPoint, CurveKind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A larger file holds more segments than 32-bit indices can name.
 const LARGEST_FILE: u64 = 64 << 30;
 
-/// A `linearcurve`, `bsplinecurve` or `sweptsphere`. `None` where it is wrong, which is reported.
-pub(super) fn read(query: &Query<'_>) -> Option<ShapeKind> {
-    let object = query.object;
-    let solid = object.plugin == "sweptsphere";
-    let kind = match object.plugin.as_str() {
-        "linearcurve" => CurveKind::Linear,
-        "bsplinecurve" => CurveKind::BSpline,
-        _ => {
-            query.reader.extension(&object.place, "sweptsphere: what a ball passes along curves".to_owned());
-            let kinds = [("linear", CurveKind::Linear), ("bspline", CurveKind::BSpline)];
-            query.choice("interpolation", &kinds, false).unwrap_or(CurveKind::Linear)
-        }
-    };
-    if !solid {
-        if query.has("flip_normals") {
-            query
-                .reader
-                .extension(&query.place("flip_normals"), format!("flip_normals on a {}", object.plugin));
-        }
-        for class in [Class::Emitter, Class::Sensor] {
-            if let Some((entry, _)) = query.object(class) {
-                let what = if class == Class::Emitter { "a light" } else { "a sensor" };
-                let problem = format!("A {} cannot be {what}, here as in Mitsuba 3", object.plugin);
-                let error = SceneError::at(&entry.place, problem, "expected a shape whose area is known");
-                query.error(error.with_remedy("a sweptsphere of the same file can"));
-            }
-        }
+const INTERPOLATION: Simple<Choices<CurveKind>> = choice(
+    "interpolation",
+    CurveKind::Linear,
+    &[("linear", CurveKind::Linear), ("bspline", CurveKind::BSpline)],
+    "the curve that the points make",
+);
+
+/// A file of fibres of a kind.
+pub struct CurveFile(pub CurveKind);
+
+impl Field for CurveFile {
+    type Value = (PathBuf, Arc<Vec<Vec<ControlPoint>>>);
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let doc = "file with a control point \"x y z radius\" on each line, curves apart by empty lines";
+        vec![Parameter { is_required: true, doc, ..Parameter::new("filename", Takes::File) }]
     }
-    let filename = required(query, "filename", query.text("filename"))?;
+
+    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
+        refuse_lights(query);
+        load(query, self.0)
+    }
+
+    fn write(&self, node: Node, (file, curves): &Self::Value, _: &mut Writer) -> Node {
+        let points = curves.iter().map(Vec::len).sum::<usize>();
+        let summary = format!("{} curves, {points} control points", curves.len());
+        node.with("filename", Value::File { path: file.clone(), content: hash_of_curves(curves), summary })
+    }
+}
+
+/// A file of curves of the kind that stands beside it.
+pub struct AnyCurves;
+
+impl Field for AnyCurves {
+    type Value = (CurveKind, PathBuf, Arc<Vec<Vec<ControlPoint>>>);
+
+    fn parameters(&self) -> Vec<Parameter> {
+        [INTERPOLATION.parameters(), CurveFile(CurveKind::Linear).parameters()].concat()
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
+        let kind = INTERPOLATION.read(query)?;
+        load(query, kind).map(|(file, curves)| (kind, file, curves))
+    }
+
+    fn write(&self, node: Node, (kind, file, curves): &Self::Value, writer: &mut Writer) -> Node {
+        let node = INTERPOLATION.write(node, kind, writer);
+        CurveFile(*kind).write(node, &(file.clone(), curves.clone()), writer)
+    }
+}
+
+/// The curves of the file that is named; `None` where it is wrong, which is reported.
+fn load(query: &Query<'_>, kind: CurveKind) -> Option<(PathBuf, Arc<Vec<Vec<ControlPoint>>>)> {
+    let filename = query.required("filename", query.text("filename"))?;
     let file = query.reader.search.find(filename);
     let place = query.place("filename");
     let read = files::read(&file, LARGEST_FILE, &place)
         .and_then(|bytes| parse(&bytes, kind).map_err(|error| error.at(&file, &place)));
-    match read {
-        Ok(curves) => Some(ShapeKind::Curves { file, kind, solid, curves: Arc::new(curves) }),
-        Err(error) => {
-            query.error(error);
-            None
+    let curves = read.map_err(|error| query.error(error)).ok()?;
+    Some((file, Arc::new(curves)))
+}
+
+/// Refuses lights and sensors on fibres, whose area is not known.
+fn refuse_lights(query: &Query<'_>) {
+    if query.has("flip_normals") {
+        query
+            .reader
+            .extension(&query.place("flip_normals"), format!("flip_normals on a {}", query.object.plugin));
+    }
+    for class in [Class::Emitter, Class::Sensor] {
+        if let Some((entry, _)) = query.object(class) {
+            let what = if class == Class::Emitter { "a light" } else { "a sensor" };
+            let problem = format!("A {} cannot be {what}, here as in Mitsuba 3", query.object.plugin);
+            let error = SceneError::at(&entry.place, problem, "expected a shape whose area is known");
+            query.error(error.with_remedy("a sweptsphere of the same file can"));
         }
     }
 }
@@ -65,7 +102,7 @@ struct CurveError {
 }
 
 impl CurveError {
-    fn at(self, file: &Path, place: &super::super::source::Place) -> SceneError {
+    fn at(self, file: &Path, place: &Place) -> SceneError {
         let problem = format!("{} ({}:{})", self.problem, file.display(), self.line);
         SceneError::at(place, problem, "this file of curves is wrong").with_remedy(self.expected)
     }

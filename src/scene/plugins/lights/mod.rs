@@ -1,0 +1,510 @@
+//! Emitters.
+
+mod sunsky;
+
+use super::spectral::{Emission, OptionalSpectral, required};
+use super::view::View;
+use super::{Field, Ignored, Parameter, Range, Simple, Takes, boolean, declare, fields, float, ignored};
+use crate::geometry::{Transform, Vec3};
+use crate::raster::Image;
+use crate::scene::description::{Animation, Light, LightKind, SpectrumKind, SpectrumSource};
+use crate::scene::read::query::capital;
+use crate::scene::read::spectra::Use;
+use crate::scene::read::{Class, Entry, ObjectId, Query, Reader, Value, patterns, textures};
+use crate::scene::source::SceneError;
+use crate::scene::write::{Node, Writer, spectra};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// By how much the length of a transformed axis may differ from 1: transforms are often written with few
+/// digits.
+const LOOSEST_LENGTH: f64 = 1e-3;
+
+/// What an emitter is.
+pub enum Emitter {
+    /// What stands by itself.
+    Alone(LightKind),
+    /// The surface of a shape, with its radiance.
+    Surface(SpectrumSource),
+    /// A surface that shines along its normals alone.
+    Beams(SpectrumSource),
+}
+
+/// Emitters that are surfaces of shapes.
+const SURFACES: [&str; 2] = ["area", "directionalarea"];
+
+declare! {
+    Class::Emitter => Emitter, common common;
+
+    "area", "a shape that shines alike in all directions" => Emitter::Surface(radiance) {
+        radiance: RADIANCE,
+    };
+    "constant", "the same light from everywhere" => Emitter::Alone(LightKind::Constant { radiance }) {
+        radiance: Emission { name: "radiance", may_vary: false, doc: "radiance, W·m⁻²·sr⁻¹·nm⁻¹" },
+    } ignoring [ignored("to_world", Takes::Transform, "a constant light looks the same from everywhere")];
+    "directional", "parallel light from beyond the scene"
+        => Emitter::Alone(LightKind::Directional { travels, motion, irradiance }) {
+        (travels, motion): Travel,
+        irradiance: Emission { name: "irradiance", may_vary: false, doc: "irradiance across it, W·m⁻²·nm⁻¹" },
+    };
+    "directionalarea", "a shape that shines along its normals alone, which no path from a camera finds"
+        => Emitter::Beams(radiance) { radiance: RADIANCE };
+    "envmap", "a picture all around, +y at its top"
+        => Emitter::Alone(LightKind::EnvironmentMap { to_world, file, image, scale }) {
+        to_world: Turned,
+        (file, image): Picture,
+        scale: SCALE,
+    } ignoring [ignored("mis_compensation", Takes::Boolean, "it is a matter of noise")];
+    "point", "light from a point" => Emitter::Alone(LightKind::Point { position, motion, intensity }) {
+        (position, motion): Position,
+        intensity: INTENSITY,
+    };
+    "projector", "a picture thrown along the local +z"
+        => Emitter::Alone(LightKind::Projector { to_world, motion, irradiance, scale, field_of_view }) {
+        (to_world, motion): Rigid,
+        irradiance: Emission { name: "irradiance", may_vary: true, doc: "the picture, as irradiance at a distance of 1" },
+        scale: SCALE,
+        field_of_view: View,
+    } then looked_up_in_uv;
+    "spot", "light from a point along its local +z"
+        => Emitter::Alone(LightKind::Spot { to_world, motion, intensity, cutoff_angle, beam_width, texture }) {
+        (to_world, motion): Rigid,
+        intensity: INTENSITY,
+        (cutoff_angle, beam_width): Cone,
+        texture: OptionalSpectral(required("texture", Use::Emission, "transmittance of a slide in it")),
+    } then slide_varies;
+    "sunsky", "clear sky and sun, the zenith at the local +z"
+        => Emitter::Alone(LightKind::SunSky {
+            to_world, turbidity, albedo, sun_direction, sky_scale, sun_scale, sun_aperture, complex_sun
+        }) {
+        to_world: Turned,
+        turbidity: float("turbidity", 3.0, "haze, from clear air to a heavy haze")
+            .within(Range::between(1.0, 10.0)).remedy("1 is clear air, 10 a heavy haze"),
+        albedo: super::spectral::spectrum("albedo", Use::Reflectance, 0.3, "reflectance of the ground"),
+        sun_direction: sunsky::Sun,
+        sky_scale: brightness("sky_scale", "factor on the light of the sky"),
+        sun_scale: brightness("sun_scale", "factor on the light of the sun"),
+        sun_aperture: float("sun_aperture", 0.5358, "angle across the sun")
+            .within(Range { low: 0.0, with_low: false, high: 180.0, with_high: false }).unit("degrees")
+            .said("The sun is {} degrees wide", "expected an angle above 0 and below 180 degrees"),
+        complex_sun: boolean("complex_sun", false, "whether it is darker at its limb, by wavelength"),
+    };
+}
+
+const RADIANCE: Emission =
+    Emission { name: "radiance", may_vary: true, doc: "radiance, W·m⁻²·sr⁻¹·nm⁻¹" };
+
+const INTENSITY: Emission =
+    Emission { name: "intensity", may_vary: false, doc: "radiant intensity, W·sr⁻¹·nm⁻¹" };
+
+/// A factor on what is emitted.
+const SCALE: Simple<fields::Float> = float("scale", 1.0, "factor on what is emitted")
+    .not_negative()
+    .said("The light is scaled by {}", "expected a factor of at least 0")
+    .remedy("light cannot be taken away");
+
+const fn brightness(name: &'static str, doc: &'static str) -> Simple<fields::Float> {
+    float(name, 1.0, doc).not_negative().remedy("light cannot be taken away")
+}
+
+/// Checked by [`sampling_weight`].
+const WEIGHT: Ignored = ignored("sampling_weight", Takes::Float(Range::NOT_NEGATIVE), "");
+
+fn common() -> Vec<Parameter> {
+    vec![WEIGHT.parameter()]
+}
+
+fn to_world(takes: Takes, doc: &'static str) -> Parameter {
+    Parameter { doc, ..Parameter::new("to_world", takes) }
+}
+
+/// An emitter that stands by itself. `None` where it is wrong, which is reported.
+pub fn of_scene(reader: &Reader, id: ObjectId) -> Option<Light> {
+    let query = Query::new(reader, id);
+    let object = query.object;
+    if SURFACES.contains(&object.plugin.as_str()) {
+        let problem = match object.plugin.as_str() {
+            "area" => "An area light needs a shape",
+            _ => "A directional area light needs a shape",
+        };
+        query.error(
+            SceneError::at(
+                &object.place,
+                problem,
+                "expected inside a <shape>, or an id that a shape refers to",
+            )
+            .with_remedy("put it into the shape whose surface shines"),
+        );
+        return None;
+    }
+    let emitter = read(&query);
+    if !NAMES.contains(&object.plugin.as_str()) {
+        return None;
+    }
+    let weight = sampling_weight(&query);
+    for (entry, _) in query.objects(Class::Medium) {
+        let text = "the medium of a light changes nothing: rays know what they are in".to_owned();
+        reader.remark(&entry.place, text);
+    }
+    let weight_place = query.place("sampling_weight");
+    query.finish();
+    let Emitter::Alone(kind) = emitter? else { return None };
+    if weight == Some(0.0) && !kind.is_environment() {
+        reader.remark(
+            &weight_place,
+            "the light is dark: with a sampling_weight of 0 nothing in Mitsuba 3 finds a light without extent".to_owned(),
+        );
+        return None;
+    }
+    Some(Light { place: object.place.clone(), kind })
+}
+
+pub fn node(light: &Light, writer: &mut Writer) -> Node {
+    write(&Emitter::Alone(light.kind.clone()), &light.place, writer)
+}
+
+/// The light of a shape that shines.
+pub fn surface_node(radiance: &SpectrumSource, writer: &mut Writer) -> Node {
+    write(&Emitter::Surface(radiance.clone()), &radiance.place, writer)
+}
+
+/// Whether a light that stands in the scene is the surface of shapes that refer to it: then these read it.
+pub fn belongs_to_shapes(reader: &Reader, entry: &Entry, id: ObjectId) -> bool {
+    if !SURFACES.contains(&reader.tree.get(id).plugin.as_str()) {
+        return false;
+    }
+    let shapes = reader.tree.objects.iter().filter(|object| object.class == Class::Shape);
+    let refers = |entry: &&Entry| matches!(entry.value, Value::Object(target) if target == id);
+    let uses = shapes.flat_map(|shape| &shape.entries).filter(refers).count();
+    if uses > 1 {
+        let text = "an area light of several shapes: each of them shines like this".to_owned();
+        reader.extension(&entry.place, text);
+    }
+    uses > 0
+}
+
+/// The radiance of an emitter that stands in a shape.
+pub fn of_shape(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
+    let query = Query::new(reader, id);
+    let object = query.object;
+    let plugin = object.plugin.as_str();
+    if NAMES.contains(&plugin) && !SURFACES.contains(&plugin) {
+        let problem = format!("emitter \"{plugin}\" cannot stand in a shape");
+        reader.error(
+            SceneError::at(&object.place, capital(&problem), "expected emitter \"area\"")
+                .with_remedy("move it out of the shape, directly into the <scene>"),
+        );
+        return None;
+    }
+    let emitter = read(&query)?;
+    sampling_weight(&query);
+    if query.has("to_world") {
+        query.entry("to_world");
+        query.error(
+            SceneError::at(
+                &query.place("to_world"),
+                "An area light has no place of its own",
+                "expected no to_world here",
+            )
+            .with_remedy("the shape's to_world moves the light as well"),
+        );
+    }
+    query.finish();
+    if let Emitter::Surface(radiance) = emitter {
+        return Some(radiance);
+    }
+    reader.remark(
+        &object.place,
+        "the surface stays dark: as in Mitsuba 3, no path from the camera finds light that leaves along the normal alone"
+            .to_owned(),
+    );
+    None
+}
+
+/// Mitsuba 3 chooses lights in proportion to it. The picture does not depend on it; only at 0 a light that
+/// nothing but light samples finds is not found.
+fn sampling_weight(query: &Query<'_>) -> Option<f64> {
+    let weight = query.float("sampling_weight")?;
+    if weight < 0.0 {
+        let problem = format!("\"sampling_weight\" of {} is {weight}", query.title());
+        let place = query.place("sampling_weight");
+        query.error(SceneError::at(&place, problem, "expected a number of at least 0"));
+        return None;
+    }
+    if weight > 0.0 {
+        query.reader.remark(
+            &query.place("sampling_weight"),
+            "sampling_weight changes nothing: lights are chosen by what they can contribute".to_owned(),
+        );
+    }
+    Some(weight)
+}
+
+/// `to_world` of light from beyond the scene, which has no place and no size.
+fn rotation(query: &Query<'_>) -> Transform {
+    let to_world = query.transform("to_world");
+    if !to_world.is_rigid(LOOSEST_LENGTH) {
+        query.error(
+            SceneError::at(
+                &query.place("to_world"),
+                "The transform of light from all around scales",
+                "expected a transform that only rotates",
+            )
+            .with_remedy("leave out <scale>: it would not make the surroundings larger, only distort them"),
+        );
+        return Transform::IDENTITY;
+    }
+    to_world
+}
+
+/// `to_world` of light from all around.
+struct Turned;
+
+impl Field for Turned {
+    type Value = Transform;
+
+    fn parameters(&self) -> Vec<Parameter> {
+        vec![to_world(Takes::Transform, "how it is turned")]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<Transform> {
+        Some(rotation(query))
+    }
+
+    fn write(&self, node: Node, to_world: &Transform, _: &mut Writer) -> Node {
+        node.transform("to_world", to_world)
+    }
+}
+
+/// The picture of an environment map.
+struct Picture;
+
+impl Field for Picture {
+    type Value = (PathBuf, Arc<Image>);
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let doc = "image of directions, longitude across and latitude up";
+        vec![Parameter { is_required: true, doc, ..Parameter::new("filename", Takes::File) }]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
+        let (file, image) = textures::image(query, "filename")?;
+        let [width, height] = [image.width, image.height];
+        if (width < 2 || height < 3) && (width, height) != (1, 1) {
+            query.error(
+                SceneError::at(
+                    &query.place("filename"),
+                    format!("A picture of {width} × {height} pixels cannot surround a scene"),
+                    "expected at least 2 columns and 3 rows, or a single pixel",
+                )
+                .with_remedy("the first and the last row are the poles"),
+            );
+            return None;
+        }
+        if image.values.iter().any(|&value| value < 0.0) {
+            let text = "negative values of the picture count as 0, as in Mitsuba 3";
+            query.reader.assumption(&query.place("filename"), text.to_owned());
+        }
+        Some((file, image))
+    }
+
+    fn write(&self, node: Node, (file, image): &Self::Value, _: &mut Writer) -> Node {
+        node.with("filename", spectra::picture(file, image))
+    }
+}
+
+/// What moves a light, if anything does.
+type Motion = Option<Arc<Animation>>;
+
+/// `to_world` of a light that shines in some directions more than in others.
+struct Rigid;
+
+impl Field for Rigid {
+    type Value = (Transform, Motion);
+
+    fn parameters(&self) -> Vec<Parameter> {
+        vec![to_world(Takes::Placement, "where it stands and how it is turned")]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
+        let (to_world, motion) = query.placement();
+        if let Some(motion) = &motion
+            && motion.keys.iter().any(|(_, to_world)| !to_world.is_rigid(LOOSEST_LENGTH))
+        {
+            let problem = "The light is scaled while it moves";
+            let error =
+                SceneError::at(&motion.place, problem, "expected keyframes that only rotate and move");
+            query.error(error.with_remedy("leave out <scale>: it would change what the light's angles mean"));
+        }
+        Some((to_world, motion))
+    }
+
+    fn write(&self, node: Node, (to_world, motion): &Self::Value, _: &mut Writer) -> Node {
+        node.placement(to_world, motion)
+    }
+}
+
+/// Where a point light is.
+struct Position;
+
+impl Field for Position {
+    type Value = (Vec3, Motion);
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let position = Parameter::new("position", Takes::Vector);
+        vec![
+            Parameter { default: "(0, 0, 0)".to_owned(), doc: "where it stands", ..position },
+            to_world(Takes::Placement, "instead of `position`"),
+        ]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
+        let (to_world, motion) = query.placement();
+        let position = query.vector("position");
+        if position.is_some() && query.has("to_world") {
+            query.error(SceneError::at(
+                &query.place("position"),
+                "The position is given twice",
+                "expected either position or to_world",
+            ));
+        }
+        Some((position.unwrap_or_else(|| to_world.point(Vec3::ZERO)), motion))
+    }
+
+    fn write(&self, node: Node, (position, motion): &Self::Value, _: &mut Writer) -> Node {
+        match motion {
+            None => node.vector("position", *position),
+            Some(_) => node.placement(&Transform::IDENTITY, motion),
+        }
+    }
+}
+
+/// Where directional light goes.
+struct Travel;
+
+impl Field for Travel {
+    type Value = (Vec3, Motion);
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let direction = Parameter::new("direction", Takes::Vector);
+        vec![
+            Parameter { default: "(0, 0, 1)".to_owned(), doc: "where it goes", ..direction },
+            to_world(Takes::Placement, "instead of `direction`: where it takes +z"),
+        ]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
+        let (to_world, motion) = Rigid.read(query)?;
+        let direction = query.vector("direction");
+        if direction.is_some() && query.has("to_world") {
+            query.error(SceneError::at(
+                &query.place("direction"),
+                "The direction is given twice",
+                "expected either direction or to_world",
+            ));
+        }
+        let along = to_world.vector(Vec3::Z);
+        if direction.is_none() && (along.length() - 1.0).abs() > LOOSEST_LENGTH {
+            query.error(
+                SceneError::at(
+                    &query.place("to_world"),
+                    "The directional light's transform scales",
+                    "expected a transform that keeps the length of the z axis",
+                )
+                .with_remedy(
+                    "Mitsuba 3 would take the length for a part of the angle at which surfaces are lit; scale the irradiance instead",
+                ),
+            );
+        }
+        let travels = direction.unwrap_or(along);
+        if travels.try_normalize().is_none() {
+            query.error(SceneError::at(
+                &query.place("direction"),
+                "The light travels nowhere: its direction has no length",
+                "expected a direction such as 0 0 -1",
+            ));
+            return None;
+        }
+        Some((travels, motion))
+    }
+
+    fn write(&self, node: Node, (travels, motion): &Self::Value, _: &mut Writer) -> Node {
+        match motion {
+            None => node.vector("direction", *travels),
+            Some(_) => node.placement(&Transform::IDENTITY, motion),
+        }
+    }
+}
+
+/// Where a spot ends, and where it begins to fall off.
+struct Cone;
+
+const CUTOFF: Simple<fields::Float> = float("cutoff_angle", 20.0, "from the axis to where it ends")
+    .within(Range { low: 0.0, with_low: false, high: 180.0, with_high: true })
+    .unit("degrees")
+    .said("The spot ends at {} degrees from its axis", "expected an angle above 0 and up to 180 degrees")
+    .remedy("the angle is that between the axis and the edge of the cone");
+
+impl Field for Cone {
+    type Value = (f64, f64);
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let beam = Parameter::new("beam_width", Takes::Float(Range::between(0.0, 180.0)));
+        let doc = "from the axis to where it begins to fall off";
+        let beam = Parameter { default: "3/4 of it".to_owned(), unit: "degrees", doc, ..beam };
+        [CUTOFF.parameters(), vec![beam]].concat()
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<(f64, f64)> {
+        let cutoff_angle = CUTOFF.read(query)?;
+        let beam_width = query.float("beam_width").unwrap_or(0.75 * cutoff_angle);
+        if !(0.0..=180.0).contains(&beam_width) {
+            query.error(SceneError::at(
+                &query.place("beam_width"),
+                format!("The spot begins to fall off at {beam_width} degrees from its axis"),
+                "expected an angle from 0 to 180 degrees",
+            ));
+        }
+        Some((cutoff_angle, beam_width))
+    }
+
+    fn write(&self, node: Node, (cutoff, beam): &(f64, f64), _: &mut Writer) -> Node {
+        node.float("cutoff_angle", *cutoff).float("beam_width", *beam)
+    }
+}
+
+/// Refuses a slide that is the same everywhere, or that needs a surface.
+fn slide_varies(query: &Query<'_>, emitter: Emitter) -> Option<Emitter> {
+    let Emitter::Alone(LightKind::Spot { texture, .. }) = &emitter else { return Some(emitter) };
+    let slide = |source: &SpectrumSource| {
+        let nowhere =
+            matches!(source.kind, SpectrumKind::MeshAttribute { .. }) || patterns::is_in_space(source);
+        textures::varies(source) && !nowhere
+    };
+    if let Some(texture) = texture.as_ref().filter(|texture| !slide(texture)) {
+        query.error(
+            SceneError::at(
+                &texture.place,
+                "The texture of a spot must vary",
+                "expected a texture such as a bitmap",
+            )
+            .with_remedy("what is the same everywhere is the intensity"),
+        );
+    }
+    Some(emitter)
+}
+
+/// Refuses a picture that needs a surface.
+fn looked_up_in_uv(query: &Query<'_>, emitter: Emitter) -> Option<Emitter> {
+    let Emitter::Alone(LightKind::Projector { irradiance, .. }) = &emitter else { return Some(emitter) };
+    if matches!(irradiance.kind, SpectrumKind::MeshAttribute { .. } | SpectrumKind::Volume(_))
+        || patterns::is_in_space(irradiance)
+    {
+        query.error(SceneError::at(
+            &irradiance.place,
+            "A projector has no surface and no place to look its picture up at",
+            "expected a bitmap, a checkerboard, or what is the same everywhere",
+        ));
+    }
+    Some(emitter)
+}
