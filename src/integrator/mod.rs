@@ -9,7 +9,7 @@ mod walk;
 
 use crate::geometry::Ray;
 use crate::sampling::Stream;
-use crate::scene::Scene;
+use crate::scene::{RayKind, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 
 pub use caustics::{Caustics, Source as CausticSource, Splat, light_subpath};
@@ -149,7 +149,7 @@ pub fn radiance<const C: usize>(
 
 fn depth<const C: usize>(scene: &Scene, ray: &Ray, time: f64) -> RadianceSample<C> {
     let mut media = scene.media_at_sensor(ray, time);
-    let hit = scene.intersect(ray, time, true, &mut media, |_, _| {});
+    let hit = scene.intersect(ray, time, RayKind::Camera, &mut media, |_, _| {});
     // Any of the wavelengths would have met the same.
     let radiance = hit.map_or(Sampled::ZERO, |hit| Sampled::splat(hit.t / C as f64));
     RadianceSample { radiance, alpha_hit: hit.is_some() }

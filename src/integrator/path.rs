@@ -22,7 +22,7 @@ use crate::light::{LightSample, Receiver};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
-use crate::scene::{Intersection, Scene};
+use crate::scene::{Intersection, PathEnd, RayKind, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 use smallvec::{SmallVec, smallvec};
 use std::borrow::Cow;
@@ -201,7 +201,10 @@ impl<const C: usize> Path<C> {
         let hit = self.advance(scene, ray, wavelengths);
         match &hit {
             Some(hit) => *arriving += self.emitted(scene, ray, hit, wavelengths),
-            None => *arriving += self.escaped(scene, ray, wavelengths),
+            None => {
+                *arriving += self.escaped(scene, ray, wavelengths);
+                self.end(scene, PathEnd::Escaped);
+            }
         }
         hit
     }
@@ -222,6 +225,7 @@ impl<const C: usize> Path<C> {
             && !scene.features().transparent_shadows
             && (self.alpha_hit || !scene.film.alpha)
         {
+            self.end(scene, PathEnd::MaxDepth);
             return None;
         }
         let choice =
@@ -320,9 +324,14 @@ impl<const C: usize> Path<C> {
         let passes = scatter.as_ref().is_some_and(|scatter| passes(shading, scatter));
         self.alpha_hit |= scene.limits.surface_covers(passes);
         let goes_on = !self.is_last(scene) || (passes && !scene.limits.null_is_a_segment);
-        let ray = self.leave(scene, hit, shading, &scatter.filter(|_| goes_on)?);
+        let Some(scatter) = scatter.filter(|_| goes_on) else {
+            self.end(scene, if goes_on { PathEnd::Absorbed } else { PathEnd::MaxDepth });
+            return None;
+        };
+        let ray = self.leave(scene, hit, shading, &scatter);
         let kept = self.survival(scene);
         if survival >= kept {
+            self.end_before_next(scene, kept);
             return None;
         }
         self.throughput /= kept;
@@ -369,6 +378,21 @@ impl<const C: usize> Path<C> {
         hit.point.ray(scatter.toward_light)
     }
 
+    /// What its next ray is.
+    pub(super) fn ray_kind(&self) -> RayKind {
+        if self.depth == 0 { RayKind::Camera } else { RayKind::Scattered }
+    }
+
+    /// The path ends before it leaves the surface that it has met, or where it has met none.
+    pub(super) fn end(&self, scene: &Scene, end: PathEnd) {
+        scene.path_ended(end, self.depth + 1);
+    }
+
+    /// It ends when it would go on along a new segment.
+    pub(super) fn end_before_next(&self, scene: &Scene, kept: f64) {
+        scene.path_ended(if kept > 0.0 { PathEnd::Roulette } else { PathEnd::Absorbed }, self.depth);
+    }
+
     /// To the next surface, attenuated by the media on the way (Beer and Lambert).
     pub(super) fn advance(
         &mut self,
@@ -376,8 +400,9 @@ impl<const C: usize> Path<C> {
         ray: &Ray,
         wavelengths: &Wavelengths<C>,
     ) -> Option<Intersection> {
-        let Self { throughput, media, time, depth, .. } = self;
-        scene.intersect(ray, *time, *depth == 0, media, |media: &MediumStack, segment| {
+        let kind = self.ray_kind();
+        let Self { throughput, media, time, .. } = self;
+        scene.intersect(ray, *time, kind, media, |media: &MediumStack, segment| {
             if let Some(transmittance) = scene.transmittance(media, segment, wavelengths) {
                 *throughput *= transmittance;
             }

@@ -30,7 +30,7 @@ use crate::lanes::{LANES, SampledLanes, lanes_of};
 use crate::light::{LightHit, Receiver};
 use crate::material::Shading;
 use crate::sampling::{Dimensions, Stream};
-use crate::scene::{Intersection, Scene};
+use crate::scene::{Intersection, PathEnd, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 use smallvec::SmallVec;
 
@@ -149,7 +149,10 @@ impl<const C: usize> Group<'_, C> {
         let Sight { member, ref stream, .. } = self.sights[*sight];
         let radiance = &mut seen[member].radiance;
         let [u, v, lobe, _] = stream.draw(Dimensions::Scattering(path.vertex));
-        let Some(scatter) = shading.sample(lobe, [u, v]) else { return };
+        let Some(scatter) = shading.sample(lobe, [u, v]) else {
+            path.end(self.scene, PathEnd::Absorbed);
+            return;
+        };
         let mut path = path.clone();
         let ray = path.leave(self.scene, hit, shading, &scatter);
         if scatter.density == Density::Discrete {
@@ -158,6 +161,7 @@ impl<const C: usize> Group<'_, C> {
         }
         let Some(hit) = path.advance(self.scene, &ray, self.wavelengths) else {
             self.share_environment(firsts, owner, ray.direction, shared);
+            path.end(self.scene, PathEnd::Escaped);
             return;
         };
         let next = Next { owner, ray: &ray, hit: &hit };
@@ -263,6 +267,7 @@ impl<const C: usize> Group<'_, C> {
         let Next { owner, ray, hit } = *next;
         let prior = links.density.sum();
         if prior.hero() <= 0.0 {
+            path.end(self.scene, PathEnd::Absorbed);
             return;
         }
         let stream = &self.sights[firsts.surfaces[owner].sight].stream;
@@ -282,13 +287,18 @@ impl<const C: usize> Group<'_, C> {
             }
         }
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(path.vertex));
-        let Some(scatter) = shading.sample(lobe, [u, v]) else { return };
+        let Some(scatter) = shading.sample(lobe, [u, v]) else {
+            path.end(self.scene, PathEnd::Absorbed);
+            return;
+        };
         if scatter.density == Density::Discrete {
             let ray = path.leave(self.scene, hit, shading, &scatter);
             let kept = path.survival(self.scene);
             if survival < kept {
                 path.throughput /= kept;
                 *own += path.follow(self.scene, ray, self.wavelengths, stream);
+            } else {
+                path.end_before_next(self.scene, kept);
             }
             return;
         }
@@ -297,11 +307,13 @@ impl<const C: usize> Group<'_, C> {
         // all first surfaces.
         let joint = links.density.dot(&values.density);
         if joint.hero() <= 0.0 {
+            path.end(self.scene, PathEnd::Absorbed);
             return;
         }
         let ray = path.leave(self.scene, hit, shading, &scatter);
         let suffix = links.reach.dot(&values.f_cos);
         if suffix.is_zero() {
+            path.end_before_next(self.scene, 0.0);
             return;
         }
         let alive = joint.0.iter().filter(|&&density| density > 0.0).count() as f64;
@@ -318,6 +330,7 @@ impl<const C: usize> Group<'_, C> {
         }
         let kept = path.survival(self.scene);
         if survival >= kept {
+            path.end_before_next(self.scene, kept);
             return;
         }
         path.throughput /= kept;

@@ -16,7 +16,7 @@ use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::{LightSample, Receiver};
 use crate::medium::MediumStack;
 use crate::sampling::{Dimensions, Stream};
-use crate::scene::{Collision, Event, Passage, Scene};
+use crate::scene::{Collision, Event, Passage, PathEnd, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 
 impl<const C: usize> Path<C> {
@@ -34,6 +34,7 @@ impl<const C: usize> Path<C> {
             let next = match self.fly(scene, &ray, wavelengths, stream) {
                 Event::Nothing => {
                     arriving += self.escaped(scene, &ray, wavelengths);
+                    self.end(scene, PathEnd::Escaped);
                     None
                 }
                 Event::Medium(collision) => {
@@ -64,8 +65,7 @@ impl<const C: usize> Path<C> {
     ) -> Event<'a> {
         let [u, ..] = stream.draw(Dimensions::Flight(self.vertex));
         let target = -u.ln();
-        let from_camera = self.depth == 0;
-        let (event, flight) = scene.fly(ray, self.time, from_camera, target, &mut self.media, wavelengths);
+        let (event, flight) = scene.fly(ray, self.time, self.ray_kind(), target, &mut self.media, wavelengths);
         self.throughput *= flight.carried;
         self.ratio *= flight.ratio;
         if let PreviousSample::Scattered { by_scattering, .. } = &mut self.last {
@@ -89,6 +89,8 @@ impl<const C: usize> Path<C> {
         let Collision { position, scattering } = *collision;
         self.throughput *= scattering.albedo(position, &wavelengths.nm);
         if self.is_last(scene) || self.throughput.is_zero() {
+            let absorbed = self.throughput.is_zero();
+            self.end(scene, if absorbed { PathEnd::Absorbed } else { PathEnd::MaxDepth });
             return None;
         }
         // No surface that a ray would have to leave.
@@ -112,6 +114,7 @@ impl<const C: usize> Path<C> {
         self.vertex += 1;
         let kept = self.survival(scene);
         if survival >= kept {
+            self.end_before_next(scene, kept);
             return None;
         }
         self.throughput /= kept;

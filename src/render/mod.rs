@@ -78,6 +78,7 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, progre
     } else {
         (Plan::PLAIN, even.clone())
     };
+    progress.pilots_done();
     let groups = Groups::new(plan.members, schedule.nets(), settings.seed);
     let exposure = Exposure {
         samplers: allocation.samplers(settings.sampler, settings.seed, schedule, groups.members()),
@@ -111,7 +112,8 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, progre
                 return;
             }
             let mut tile = exposure.tile(block);
-            let samples = exposure.block::<C>(block, &|replicate| pass.indices(replicate), &mut tile);
+            let samples = scene
+                .piece(|| exposure.block::<C>(block, &|replicate| pass.indices(replicate), &mut tile));
             add(piece, &|film| film.add(&tile));
             progress.advanced(samples);
         });

@@ -18,6 +18,7 @@ mod long;
 mod scene_errors;
 mod skips;
 mod solids;
+mod stats;
 mod stopped;
 mod study;
 mod worked_examples;

@@ -1,5 +1,6 @@
 mod long;
 mod report;
+mod stats;
 
 use super::png_options::PngOptions;
 use super::scene_options::{PictureOptions, SceneOptions};
@@ -10,15 +11,17 @@ use abbe::integrator::Estimator;
 use abbe::output::{self, Colour, Content, Picture, checkpoint};
 use abbe::render::{Schedule, Settings, WavelengthCount, Work, auxiliary, go_on};
 use abbe::sampling::SamplerKind;
-use abbe::scene::description::{self, Aov, Description, FilmContent, Moments, PixelFormat};
+use abbe::scene::description::{self, Aov, AovKind, Description, FilmContent, Moments, PixelFormat};
 use abbe::scene::{CompileOptions, Scene, compile};
 use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
 pub(super) use long::cannot_read;
 use long::{Kept, LongOptions, Watching};
 use report::distinct;
+use stats::{Report, Statistics};
 pub(super) use report::{counted, sample_count};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Render a scene to an EXR with error bars, and a PNG to look at
 ///
@@ -87,8 +90,8 @@ pub struct Args {
     observer: &'static Observer,
 
     /// Also write images of what the camera sees first, each with its standard error: albedo, depth,
-    /// position, uv, geo_normal, sh_normal, dp_du, dp_dv, prim_index, shape_index, material_index. NAME:TYPE
-    /// gives the channels another name
+    /// position, uv, geo_normal, sh_normal, dp_du, dp_dv, prim_index, shape_index, material_index; cost is what a path takes: nodes visited,
+    /// packets of four triangles and other surfaces tested. NAME:TYPE gives the channels another name
     #[arg(long, value_name = "TYPES", value_delimiter = ',', value_parser = Aov::of_word)]
     aov: Vec<Aov>,
 
@@ -98,13 +101,25 @@ pub struct Args {
     #[command(flatten)]
     png: PngOptions,
 
+    /// Also print what the render did: rays by kind and what they took, how paths end, the share of the time
+    /// in ray queries, memory and times. The file has what of it is the same for equal renders. The picture is
+    /// the same and takes longer
+    #[arg(long)]
+    stats: bool,
+
+    /// Print the statistics as JSON
+    #[arg(long, requires = "stats")]
+    json: bool,
+
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let began = Instant::now();
     let mut description = args.scene.read()?;
+    let read = began.elapsed();
     args.apply_to(&mut description);
     let range = args.range.unwrap_or_else(|| description.sensor.film.wavelength_range());
     let description = description.over(range);
@@ -114,7 +129,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         spectral: args.spectral.is_some(),
         part: args.picture.part(output::MARGIN, output::SQUARE),
     };
+    let began = Instant::now();
     let scene = compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
+    let compiled = began.elapsed();
     let output = args.output_path()?;
     let sampler = &description.sensor.sampler;
     let settings = Settings {
@@ -148,6 +165,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let content = content(&description.sensor.film);
     let moments = description.integrator.moments.as_ref().map(Moments::stems);
     refuse_repeated_names(&content, moments.as_ref(), &aovs)?;
+    let counts = args.stats || aovs.iter().any(|aov| aov.kind == AovKind::Cost);
+    let scene = if counts { scene.counting() } else { scene };
     let pool = thread_pool(args.threads)?;
     let places = args.long.places(&output, args.png.is_wanted());
     let names: Vec<String> = aovs.iter().flat_map(Aov::channels).collect();
@@ -168,7 +187,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let viewer = args.long.viewer(&output.to_string_lossy())?;
     let stop = stop_on_signal()?;
     let long = Watching::new(&kept, &args.long, &work, args.quiet, viewer, stop);
-    let work = pool.install(|| go_on(&scene, &settings, work, &long));
+    let (work, statistics) = match args.stats {
+        true => {
+            let statistics = Statistics::new(&scene, &long);
+            let work = pool.install(|| go_on(&scene, &settings, work, &statistics));
+            let report = statistics.report(work.film(), &settings, [read, compiled]);
+            (work, Some(report))
+        }
+        false => (pool.install(|| go_on(&scene, &settings, work, &long)), None),
+    };
     let (outcome, seconds) = long.finish(&work);
     let done = work.film().samples_per_pixel();
     let is_shown = places.picture.is_some() && *done.start() > 0;
@@ -182,7 +209,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let (true, Some(path)) = (is_shown, &places.picture) {
         let film = work.film();
         let checkpoint::Description { content, moments, attributes } = kept.picture.clone();
-        let attributes = [attributes, report::counted(film), outcome.attributes()].concat();
+        let statistics = statistics.as_ref().map_or_else(Vec::new, Report::attributes);
+        let attributes = [attributes, report::counted(film), outcome.attributes(), statistics].concat();
         let picture = Picture { film, content, moments, auxiliary: images, attributes };
         output::exr::write(path, &picture).map_err(|error| cannot_write(path, &error))?;
         if let Some(png) = &places.png {
@@ -194,6 +222,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     kept_all?;
+    if let Some(report) = statistics {
+        super::print(&if args.json { report.json() } else { report.text() })?;
+    }
     if !args.quiet {
         outcome.print(places.checkpoint.as_deref());
     }
