@@ -164,19 +164,23 @@ impl Accel {
         self.with_stack(|stack| self.occluded_with(ray, time, stack, watch))
     }
 
-    /// Bytes held, each group once, without what analytic shapes hold indirectly.
+    /// Bytes held, without groups and what analytic shapes hold indirectly.
     pub fn memory(&self) -> usize {
-        self.memory_with(&mut HashSet::new())
+        let tree = size_of_val(&self.nodes[..]) + size_of_val(&self.packets[..]);
+        let few = self.few.as_ref().map_or(0, Few::memory);
+        tree + few + size_of_val(&self.others[..]) + size_of_val(&self.instances[..])
+    }
+
+    /// Bytes held with groups, each once.
+    pub fn memory_with_groups(&self) -> usize {
+        self.memory_beside(&mut HashSet::new())
     }
 
     /// The same, without groups that are known already.
-    fn memory_with(&self, known: &mut HashSet<*const Self>) -> usize {
-        let new = self.instances.iter().map(Instance::group).filter(|&group| known.insert(group));
-        let groups: Vec<&Self> = new.collect();
-        let of_groups: usize = groups.into_iter().map(|group| group.memory_with(known)).sum();
-        let tree = size_of_val(&self.nodes[..]) + size_of_val(&self.packets[..]);
-        let few = self.few.as_ref().map_or(0, Few::memory);
-        of_groups + tree + few + size_of_val(&self.others[..]) + size_of_val(&self.instances[..])
+    fn memory_beside(&self, known: &mut HashSet<*const Self>) -> usize {
+        let groups: Vec<&Self> =
+            self.instances.iter().map(Instance::group).filter(|&group| known.insert(group)).collect();
+        self.memory() + groups.into_iter().map(|group| group.memory_beside(known)).sum::<usize>()
     }
 
     /// Lends a stack that is large enough: of fixed size, except for trees deeper than any reasonable one.

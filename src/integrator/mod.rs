@@ -2,6 +2,7 @@
 
 mod caustics;
 mod links;
+mod observe;
 mod path;
 mod shared;
 mod volume;
@@ -13,7 +14,9 @@ use crate::scene::{RayKind, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 
 pub use caustics::{Caustics, Source as CausticSource, Splat, light_subpath};
-pub use shared::{Sight, radiance_of_group};
+use observe::Record;
+pub use observe::{Step, Told};
+pub use shared::{Sight, parts_of_group, radiance_of_group};
 
 /// How the radiance along a camera ray is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,6 +148,22 @@ pub fn radiance<const C: usize>(
         Integrator::Walk => walk::radiance(scene, ray, time, wavelengths, stream),
         Integrator::Depth => depth(scene, &ray, time),
     }
+}
+
+/// The same of a path tracer, with the steps that the path takes.
+pub fn radiance_told<const C: usize>(
+    scene: &Scene,
+    ray: Ray,
+    time: f64,
+    wavelengths: &Wavelengths<C>,
+    stream: &Stream,
+) -> (RadianceSample<C>, Vec<Told>) {
+    if scene.limits.max_depth == 0 {
+        return (RadianceSample::NOTHING, Vec::new());
+    }
+    let record = Record::default();
+    let sample = path::observed_radiance(scene, ray, time, wavelengths, stream, record.clone());
+    (sample, record.into_steps())
 }
 
 fn depth<const C: usize>(scene: &Scene, ray: &Ray, time: f64) -> RadianceSample<C> {

@@ -72,6 +72,41 @@ pub fn radiance_of_group<const C: usize>(
     light_samples: u32,
     seen: &mut [RadianceSample<C>],
 ) {
+    share(scene, sights, time, wavelengths, light_samples, seen, |_, _, _| {});
+}
+
+/// The parts of what [`radiance_of_group`] gives a pixel: its own, and what comes of the path of each member.
+pub fn parts_of_group<const C: usize>(
+    scene: &Scene,
+    sights: &[Sight],
+    time: f64,
+    wavelengths: &Wavelengths<C>,
+    light_samples: u32,
+    member: usize,
+) -> (Sampled<C>, Vec<(usize, Sampled<C>)>) {
+    let members = 1 + sights.iter().map(|sight| sight.member).max().unwrap_or(0);
+    let mut seen = vec![RadianceSample::NOTHING; members.max(member + 1)];
+    let (mut parts, mut before) = (Vec::new(), Sampled::ZERO);
+    share(scene, sights, time, wavelengths, light_samples, &mut seen, |firsts, owner, shared| {
+        let Some(lane) = firsts.iter().position(|first| sights[first.sight].member == member) else { return };
+        let sum = shared.get(lane);
+        parts.push((sights[firsts[owner].sight].member, sum - before));
+        before = sum;
+    });
+    (seen[member].radiance - before, parts)
+}
+
+/// `told` is called after the path of each first surface, with what all of them have got so far.
+#[inline(always)]
+fn share<const C: usize>(
+    scene: &Scene,
+    sights: &[Sight],
+    time: f64,
+    wavelengths: &Wavelengths<C>,
+    light_samples: u32,
+    seen: &mut [RadianceSample<C>],
+    mut told: impl FnMut(&[First<C>], usize, &SampledLanes<C>),
+) {
     debug_assert!(sights.len() <= LANES);
     let group = Group { scene, sights, time, wavelengths, light_samples };
     let mut firsts: SmallVec<[First<C>; LANES]> = SmallVec::new();
@@ -82,6 +117,7 @@ pub fn radiance_of_group<const C: usize>(
     let mut shared = SampledLanes::ZERO;
     for owner in 0..firsts.len() {
         group.next(&lanes, owner, &mut shared, seen);
+        told(&firsts, owner, &shared);
     }
     for (lane, first) in firsts.iter().enumerate() {
         seen[sights[first.sight].member].radiance += shared.get(lane);

@@ -341,7 +341,7 @@ impl Scene {
             _ => None,
         });
         let meshes = meshes.filter(|&data| known.insert(std::ptr::from_ref(data)));
-        [self.accel.memory(), meshes.map(MeshData::memory).sum()]
+        [self.accel.memory_with_groups(), meshes.map(MeshData::memory).sum()]
     }
 
     /// Where it counts.

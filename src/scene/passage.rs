@@ -23,6 +23,11 @@ impl Scene {
         self.media[media.medium(&self.bodies)? as usize].as_ref()
     }
 
+    /// The number of that medium, from 0.
+    pub fn medium_number(&self, media: &MediumStack) -> Option<u32> {
+        media.medium(&self.bodies).filter(|&medium| self.media[medium as usize].is_some())
+    }
+
     /// Transmittance of the medium that surrounds a ray, from its beginning to its end. `None` where there is
     /// no medium.
     pub fn transmittance<const C: usize>(

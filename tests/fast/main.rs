@@ -12,6 +12,8 @@ mod contact;
 mod crop;
 mod determinism;
 mod docs;
+mod explain;
+mod frames;
 mod json;
 mod lenses;
 mod long;

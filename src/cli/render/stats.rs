@@ -229,9 +229,9 @@ impl Report {
         let ends = self.passes.iter().map(|(_, end)| *end);
         let begins = std::iter::once(self.of_pilots).chain(ends.clone());
         let samples = self.passes.iter().map(|(samples, _)| *samples);
-        samples.zip(ends.zip(begins)).map(|(samples, (end, begin))| {
-            (samples, end.saturating_sub(begin).as_secs_f64())
-        })
+        samples
+            .zip(ends.zip(begins))
+            .map(|(samples, (end, begin))| (samples, end.saturating_sub(begin).as_secs_f64()))
     }
 
     fn mean_length(&self) -> f64 {
