@@ -70,7 +70,10 @@ pub fn is_complete(
         return Ok(false);
     }
     let found = exr::read(path).map_err(|error| cannot_read(path, &error))?;
-    for (name, here) in attributes {
+    // The hash of the scene last: what else differs tells more.
+    let by_hash = |(name, _): &&(String, String)| name == "abbe.sceneHash";
+    let (hash, rest): (Vec<_>, Vec<_>) = attributes.iter().partition(by_hash);
+    for (name, here) in rest.into_iter().chain(hash) {
         let there = found.attribute(name).unwrap_or("nothing");
         if there != here {
             return Err(Failure::Input(format!(
