@@ -49,7 +49,7 @@ impl Comparison {
     /// - `a`, `b`: each with `files`, `errors` (`"stated"`, or `"spread"` of several files, or null) and
     ///   `replicates` behind them (null where the files do not say);
     /// - `width`, `height`, pixels;
-    /// - `outliers`: for some pixels in which A is brightest over B, `pixel`, column and row, and `a` and `b`;
+    /// - `outliers`: for some pixels in which A is brightest over B, `pixel`, column and row, and `a`, `b`;
     /// - `notes`: sentences, first those on what was assumed;
     /// - `figures`: the names of [`Self::figures`] without those of channels; null for what the files cannot
     ///   tell and for what is no finite number;

@@ -1,5 +1,5 @@
-//! A path told step by step, to whoever asks what one sample is made of. What is told comes from the very code
-//! that renders: it is compiled a second time, with somebody who listens.
+//! A path told step by step, to whoever asks what one sample is made of. What is told comes from the very
+//! code that renders: it is compiled a second time, with somebody who listens.
 
 use crate::bsdf::Density;
 use crate::geometry::Vec3;

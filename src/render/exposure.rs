@@ -43,9 +43,9 @@ pub(super) struct Turn {
 pub(super) struct Aimed<'a, const C: usize> {
     pub wavelengths: Wavelengths<C>,
     pub time: f64,
-    /// Of each member, in their order.
+    /// One for each member, in their order.
     pub samples: SmallVec<[Sample<C>; 16]>,
-    /// Of those at whose place the sensor measures something.
+    /// Camera rays of those at whose place the sensor measures something.
     pub sights: SmallVec<[Sight<'a>; 16]>,
 }
 

@@ -6,6 +6,7 @@ use crate::accel::{Accel, Fan, Tests};
 use crate::geometry::{Ray, SurfacePoint};
 use crate::lanes::{Mask, lanes_of};
 use crate::shape::{Hit, MeshData, Shape};
+use cpu_time::ThreadTime;
 use std::cell::Cell;
 use std::collections::HashSet;
 use std::ops::AddAssign;
@@ -92,12 +93,20 @@ pub struct RayCounts {
 struct Timing {
     queries: u64,
     stands_for: u64,
-    /// Of the query as it is where nobody counts, and of the same with all that is counted.
+    /// The time of the query as it is where nobody counts, and that of the same with all that is counted.
     plain: Duration,
     counted: Duration,
 }
 
 impl Timing {
+    /// The same, or nothing timed where something else ran meanwhile.
+    fn unless_interrupted(self) -> Self {
+        match self.plain.max(self.counted) < INTERRUPTED {
+            true => self,
+            false => Self { stands_for: self.stands_for, ..Self::default() },
+        }
+    }
+
     /// Seconds that the queries take where nobody counts, and that counting takes beside them.
     fn seconds(&self) -> [f64; 2] {
         if self.queries == 0 {
@@ -126,9 +135,9 @@ pub struct Counts {
     ends: [u64; PathEnd::ALL.len()],
     /// Segments of all paths that have ended.
     pub segments: u64,
-    /// Of queries that are made in other ways than by one ray for one hit.
+    /// Times of queries that are made in other ways than by one ray for one hit.
     others: Timing,
-    /// Time of all threads in pieces of the picture.
+    /// Processor time of all threads in pieces of the picture.
     busy: Duration,
 }
 
@@ -202,6 +211,9 @@ pub struct Counters {
 /// One query of so many is timed.
 const TIMED: u64 = 32;
 
+/// No query takes so long: something else ran meanwhile.
+const INTERRUPTED: Duration = Duration::from_millis(1);
+
 /// Threads that a render may have.
 const MOST_THREADS: usize = 1024;
 
@@ -251,7 +263,7 @@ impl Counters {
             let same = counting(&tests);
             debug_assert!(same == found, "counting changes what a ray meets");
             let counted = elapsed(began);
-            (found, Timing { queries: 1, stands_for: 1, plain, counted })
+            (found, Timing { queries: 1, stands_for: 1, plain, counted }.unless_interrupted())
         } else {
             (counting(&tests), Timing { stands_for: 1, ..Timing::default() })
         };
@@ -301,7 +313,7 @@ impl Counters {
         of_kind.hits += u64::from(blocked.count_ones());
         of_kind.tests += tests.get();
         of_kind.segments_at_once += if fan.is_at_once() { segments } else { 0 };
-        counts.others += Timing { queries: 1, stands_for: 1, plain, counted };
+        counts.others += Timing { queries: 1, stands_for: 1, plain, counted }.unless_interrupted();
         blocked
     }
 }
@@ -402,7 +414,7 @@ impl Scene {
     /// A piece of the picture, which is the work of one thread.
     pub fn piece<R>(&self, work: impl FnOnce() -> R) -> R {
         let Some(counters) = &self.counters else { return work() };
-        let began = Instant::now();
+        let began = ThreadTime::now();
         let result = work();
         counters.shard().busy += began.elapsed();
         result
@@ -420,7 +432,8 @@ impl Counters {
         let of_kind = &mut counts.rays[RayKind::Contact as usize];
         of_kind.rays += 1;
         of_kind.queries += 1;
-        counts.others += Timing { queries: 1, stands_for: 1, plain, counted: Duration::ZERO };
+        counts.others +=
+            Timing { queries: 1, stands_for: 1, plain, counted: Duration::ZERO }.unless_interrupted();
     }
 
     #[cold]

@@ -17,6 +17,7 @@ mod frames;
 mod json;
 mod lenses;
 mod long;
+mod photons;
 mod scene_errors;
 mod skips;
 mod solids;

@@ -9,8 +9,8 @@ use abbe::render::{Wanted, explain};
 use abbe::scene::compile;
 use std::path::PathBuf;
 
-/// Tell what one sample of a picture is made of: its path vertex by vertex, with what each wavelength carries,
-/// the light samples, and why the path ends
+/// Tell what one sample of a picture is made of: its path vertex by vertex, with what each wavelength
+/// carries, the light samples, and why the path ends
 ///
 /// Give the options that the picture was rendered with: the sample is then the very one that is in it. With
 /// the estimator plain a sample is one path, and the path is all of it. With shared the sample is told as the

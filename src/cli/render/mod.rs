@@ -49,8 +49,9 @@ pub struct Args {
     threads: Option<u32>,
 
     /// Also write images of what the camera sees first, each with its standard error: albedo, depth,
-    /// position, uv, geo_normal, sh_normal, dp_du, dp_dv, prim_index, shape_index, material_index; cost is what a path takes: nodes visited,
-    /// packets of four triangles and other surfaces tested. NAME:TYPE gives the channels another name
+    /// position, uv, geo_normal, sh_normal, dp_du, dp_dv, prim_index, shape_index, material_index;
+    /// cost is what a path takes: nodes visited, packets of four triangles and other surfaces tested.
+    /// NAME:TYPE gives the channels another name
     #[arg(long, value_name = "TYPES", value_delimiter = ',', value_parser = Aov::of_word)]
     aov: Vec<Aov>,
 
@@ -64,8 +65,8 @@ pub struct Args {
     png: PngOptions,
 
     /// Also print what the render did: rays by kind and what they took, how paths end, the share of the time
-    /// in ray queries, memory and times. The file has what of it is the same for equal renders. The picture is
-    /// the same and takes longer
+    /// in ray queries, memory and times. The file has what of it is the same for equal renders. The picture
+    /// is the same and takes longer
     #[arg(long)]
     stats: bool,
 

@@ -85,8 +85,8 @@ pub enum AovKind {
     ShapeIndex,
     /// A number above 0 that is another one for each material (an extension).
     MaterialIndex,
-    /// What a path from the pixel takes, whatever it shares with others: nodes that its rays visit, packets of
-    /// four triangles and other surfaces that they are tested against (an extension).
+    /// What a path from the pixel takes, whatever it shares with others: nodes that its rays visit, packets
+    /// of four triangles and other surfaces that they are tested against (an extension).
     Cost,
 }
 
