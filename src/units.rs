@@ -9,6 +9,11 @@ pub const PLANCK: f64 = 6.626_070_15e-34;
 /// Speed of light in vacuum, m·s⁻¹. Exact in the SI (BIPM, SI Brochure, 9th edition).
 pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
+/// Photons of a wavelength (nm) in a joule: λ / (h c). So many photons a second make up a watt.
+pub fn photons_per_joule(nm: f64) -> f64 {
+    nm * 1e-9 / (PLANCK * SPEED_OF_LIGHT)
+}
+
 /// Boltzmann constant, J·K⁻¹. Exact in the SI since 2019 (BIPM, SI Brochure, 9th edition).
 pub const BOLTZMANN: f64 = 1.380_649e-23;
 

@@ -46,6 +46,11 @@ impl Fan<'_> {
         self.points[register].position
     }
 
+    /// Whether segments are tested against all triangles at once, without a tree.
+    pub fn is_at_once(&self) -> bool {
+        self.few.is_some()
+    }
+
     pub fn point(&self, lane: usize) -> SurfacePoint {
         self.points[lane / WIDTH].get(lane)
     }

@@ -3,6 +3,7 @@
 //! the ray's time.
 
 use super::Accel;
+use super::watch::Watch;
 use crate::geometry::{Bounds, Placed, Pose, Ray, Transform, Vec3};
 use crate::shape::{AtRest, Hit, Parametrisation, Shape, SurfaceHit};
 use std::sync::Arc;
@@ -48,6 +49,10 @@ impl Instance {
     /// its own coordinates.
     pub fn of_part(bounds: Bounds, placed: Placed) -> Self {
         Self { reach: bounds.diameter(), ..Self::new(Arc::new(Accel::build(&[])), placed) }
+    }
+
+    pub(super) fn group(&self) -> &Accel {
+        &self.group
     }
 
     /// A box around it in world space, from one time to another; empty where the group has no surface.
@@ -106,15 +111,15 @@ impl Instance {
     ///
     /// Never inlined, like the next: the loop that calls it is for scenes without instances too.
     #[inline(never)]
-    pub(super) fn closest(&self, ray: &Ray, time: f64) -> Option<Hit> {
+    pub(super) fn closest(&self, ray: &Ray, time: f64, watch: impl Watch) -> Option<Hit> {
         let (local, scale) = self.local(&self.placed.at(time), ray);
-        let hit = self.group.closest(&local, time)?;
+        let hit = self.group.closest_watched(&local, time, watch)?;
         Some(Hit { t: hit.t / scale, ..hit })
     }
 
     #[inline(never)]
-    pub(super) fn occluded(&self, ray: &Ray, time: f64) -> bool {
-        self.group.occluded(&self.local(&self.placed.at(time), ray).0, time)
+    pub(super) fn occluded(&self, ray: &Ray, time: f64, watch: impl Watch) -> bool {
+        self.group.occluded_watched(&self.local(&self.placed.at(time), ray).0, time, watch)
     }
 
     /// See [`Accel::crossings`]; without the instance's own index.

@@ -20,6 +20,7 @@ mod stack;
 mod surfaces;
 #[cfg(test)]
 mod tests;
+mod watch;
 
 use crate::geometry::{Bounds, Ray, Vec3};
 use crate::shape::solid::Solid;
@@ -31,8 +32,12 @@ use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
 use packet::{Packet, PacketRay};
 use stack::{Stack, Waiting};
+use std::cell::Cell;
+use std::collections::HashSet;
 use std::hint::select_unpredictable;
 use std::sync::Arc;
+pub use watch::Tests;
+use watch::{Unwatched, Watch};
 
 /// All shapes of a scene, ready for ray queries.
 #[derive(Clone, Debug)]
@@ -131,12 +136,32 @@ impl Accel {
     /// The nearest hit with 0 ≤ t < `ray.t_max` at a time while the shutter is open; of equally near ones
     /// that of the first shape, triangle and instance.
     pub fn closest(&self, ray: &Ray, time: f64) -> Option<Hit> {
-        self.with_stack(|stack| self.closest_with(ray, time, stack))
+        self.closest_watched(ray, time, Unwatched)
+    }
+
+    /// The same, and adds up what it takes.
+    pub fn closest_counting(&self, ray: &Ray, time: f64, tests: &Cell<Tests>) -> Option<Hit> {
+        self.closest_watched(ray, time, tests)
+    }
+
+    #[inline(always)]
+    fn closest_watched(&self, ray: &Ray, time: f64, watch: impl Watch) -> Option<Hit> {
+        self.with_stack(|stack| self.closest_with(ray, time, stack, watch))
     }
 
     /// Whether anything is hit with 0 ≤ t < `ray.t_max` at a time while the shutter is open.
     pub fn occluded(&self, ray: &Ray, time: f64) -> bool {
-        self.with_stack(|stack| self.occluded_with(ray, time, stack))
+        self.occluded_watched(ray, time, Unwatched)
+    }
+
+    /// The same, and adds up what it takes.
+    pub fn occluded_counting(&self, ray: &Ray, time: f64, tests: &Cell<Tests>) -> bool {
+        self.occluded_watched(ray, time, tests)
+    }
+
+    #[inline(always)]
+    fn occluded_watched(&self, ray: &Ray, time: f64, watch: impl Watch) -> bool {
+        self.with_stack(|stack| self.occluded_with(ray, time, stack, watch))
     }
 
     /// Bytes held, without groups and what analytic shapes hold indirectly.
@@ -144,6 +169,18 @@ impl Accel {
         let tree = size_of_val(&self.nodes[..]) + size_of_val(&self.packets[..]);
         let few = self.few.as_ref().map_or(0, Few::memory);
         tree + few + size_of_val(&self.others[..]) + size_of_val(&self.instances[..])
+    }
+
+    /// Bytes held with groups, each once.
+    pub fn memory_with_groups(&self) -> usize {
+        self.memory_beside(&mut HashSet::new())
+    }
+
+    /// The same, without groups that are known already.
+    fn memory_beside(&self, known: &mut HashSet<*const Self>) -> usize {
+        let groups: Vec<&Self> =
+            self.instances.iter().map(Instance::group).filter(|&group| known.insert(group)).collect();
+        self.memory() + groups.into_iter().map(|group| group.memory_beside(known)).sum::<usize>()
     }
 
     /// Lends a stack that is large enough: of fixed size, except for trees deeper than any reasonable one.
@@ -156,7 +193,7 @@ impl Accel {
         }
     }
 
-    fn closest_with(&self, ray: &Ray, time: f64, mut stack: Stack) -> Option<Hit> {
+    fn closest_with(&self, ray: &Ray, time: f64, mut stack: Stack, watch: impl Watch) -> Option<Hit> {
         let mut node_ray = NodeRay::new(&self.space, ray)?;
         let packet_ray = PacketRay::new(&RaySpace::new(ray));
         let mut nearest: Option<Hit> = None;
@@ -165,6 +202,7 @@ impl Accel {
             if let Some(index) = child.node() {
                 let node = &self.nodes[index];
                 let (mut mask, entries) = node.entered(&node_ray);
+                watch.node(|| node.len(), mask.count_ones());
                 if mask != 0 {
                     let mut take = || {
                         let lane = mask.trailing_zeros() as usize & 7;
@@ -184,7 +222,7 @@ impl Accel {
                     continue;
                 }
             } else {
-                let found = self.test_leaf(child, ray, time, &packet_ray, &mut nearest);
+                let found = self.test_leaf(child, ray, time, &packet_ray, &mut nearest, watch);
                 if let (true, Some(hit)) = (found, &nearest) {
                     node_ray.shorten(&self.space, hit.t);
                 }
@@ -215,18 +253,20 @@ impl Accel {
         time: f64,
         packet_ray: &PacketRay,
         nearest: &mut Option<Hit>,
+        watch: impl Watch,
     ) -> bool {
         let mut found = false;
         let range = leaf.items();
         if leaf.is_other() {
             for (index, other) in &self.others[range] {
+                watch.surface();
                 let hit = match other {
                     Other::Shape(shape) => shape.intersect(ray).map(|hit| Hit { shape: *index, ..hit }),
                     Other::Piece { pieces, piece } => {
                         pieces.intersect(*piece, ray).map(|hit| Hit { shape: *index, ..hit })
                     }
                     Other::Instance { during: [from, to] } if *from <= time && time <= *to => {
-                        self.in_instance(*index, ray, time, nearest)
+                        self.in_instance(*index, ray, time, nearest, watch)
                     }
                     Other::Instance { .. } => None,
                     Other::Solid(solid) => in_solid(solid, ray, time, nearest),
@@ -237,22 +277,31 @@ impl Accel {
             }
         } else {
             for packet in &self.packets[range] {
+                watch.packet();
                 let t_last = nearest.map_or(ray.t_max.next_down(), |hit| hit.t);
                 packet.intersect(packet_ray, t_last, |hit| found |= take_nearer(nearest, hit));
             }
         }
+        watch.leaf(found);
         found
     }
 
     /// The nearest hit with an instance, unless there is a nearer one already.
-    fn in_instance(&self, index: u32, ray: &Ray, time: f64, nearest: &Option<Hit>) -> Option<Hit> {
+    fn in_instance(
+        &self,
+        index: u32,
+        ray: &Ray,
+        time: f64,
+        nearest: &Option<Hit>,
+        watch: impl Watch,
+    ) -> Option<Hit> {
         // Up to and with the nearest: of equally near ones it is not the order of leaves that decides.
         let t_max = nearest.map_or(ray.t_max, |hit| hit.t.next_up());
-        let hit = self.instances[index as usize].closest(&Ray { t_max, ..*ray }, time)?;
+        let hit = self.instances[index as usize].closest(&Ray { t_max, ..*ray }, time, watch)?;
         (hit.t < ray.t_max).then_some(Hit { instance: index, ..hit })
     }
 
-    fn occluded_with(&self, ray: &Ray, time: f64, mut stack: Stack) -> bool {
+    fn occluded_with(&self, ray: &Ray, time: f64, mut stack: Stack, watch: impl Watch) -> bool {
         let Some(node_ray) = NodeRay::new(&self.space, ray) else { return false };
         let packet_ray = PacketRay::new(&RaySpace::new(ray));
         let t_last = ray.t_max.next_down();
@@ -261,6 +310,7 @@ impl Accel {
             if let Some(index) = child.node() {
                 let node = &self.nodes[index];
                 let (mut mask, _) = node.entered(&node_ray);
+                watch.node(|| node.len(), mask.count_ones());
                 if mask != 0 {
                     let mut take = || {
                         let lane = mask.trailing_zeros() as usize & 7;
@@ -277,20 +327,32 @@ impl Accel {
                     child = first;
                     continue;
                 }
-            } else if child.is_other() {
-                let occludes = |(index, other): &(u32, Other)| match other {
-                    Other::Shape(shape) => shape.intersect(ray).is_some(),
-                    Other::Piece { pieces, piece } => pieces.intersect(*piece, ray).is_some(),
-                    Other::Instance { during: [from, to] } => {
-                        *from <= time && time <= *to && self.instances[*index as usize].occluded(ray, time)
+            } else {
+                let occludes_other = |(index, other): &(u32, Other)| {
+                    watch.surface();
+                    match other {
+                        Other::Shape(shape) => shape.intersect(ray).is_some(),
+                        Other::Piece { pieces, piece } => pieces.intersect(*piece, ray).is_some(),
+                        Other::Instance { during: [from, to] } => {
+                            *from <= time
+                                && time <= *to
+                                && self.instances[*index as usize].occluded(ray, time, watch)
+                        }
+                        Other::Solid(solid) => solid.closest(ray, time).is_some(),
                     }
-                    Other::Solid(solid) => solid.closest(ray, time).is_some(),
                 };
-                if self.others[child.items()].iter().any(occludes) {
+                let occludes = |packet: &Packet| {
+                    watch.packet();
+                    packet.occludes(&packet_ray, t_last)
+                };
+                let occluded = match child.is_other() {
+                    true => self.others[child.items()].iter().any(occludes_other),
+                    false => self.packets[child.items()].iter().any(occludes),
+                };
+                watch.leaf(occluded);
+                if occluded {
                     return true;
                 }
-            } else if self.packets[child.items()].iter().any(|packet| packet.occludes(&packet_ray, t_last)) {
-                return true;
             }
             let Some(next) = stack.pop() else { return false };
             child = next.child();

@@ -260,6 +260,11 @@ impl Node {
         Self { children: self.children.map(|child| child.moved(nodes, packets, others)), ..self }
     }
 
+    /// How many children it has.
+    pub fn len(&self) -> usize {
+        self.children.iter().filter(|&&child| child != Child::EMPTY).count()
+    }
+
     pub fn child(&self, lane: usize) -> Child {
         self.children[lane & 7]
     }

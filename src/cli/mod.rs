@@ -1,12 +1,14 @@
 //! The command line.
 
 mod compare;
+mod explain;
 mod info;
 mod merge;
 mod png_options;
 mod progress;
 mod pulse;
 mod render;
+mod sampling_options;
 mod scene_options;
 mod shell;
 mod spectrum;
@@ -37,6 +39,7 @@ enum Command {
     Render(render::Args),
     Merge(merge::Args),
     Compare(compare::Args),
+    Explain(explain::Args),
     Info(info::Args),
     Spectrum(spectrum::Args),
     Study(study::Args),
@@ -78,6 +81,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Explain(args) => explain::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Spectrum(args) => spectrum::run(&args),
         Command::Study(args) => study::run(&args),

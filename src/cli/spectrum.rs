@@ -27,6 +27,11 @@ pub struct Args {
     #[arg(long, value_name = "NM")]
     at: Vec<f64>,
 
+    /// Count light in photons too: its values times λ / (h c), in photons·s⁻¹ where they are in watts, so
+    /// photons·s⁻¹·m⁻²·sr⁻¹·nm⁻¹ for a radiance
+    #[arg(long)]
+    photons: bool,
+
     /// Draw the spectrum as a picture, SVG or PNG by the name
     #[arg(long, value_name = "OUT.svg|png")]
     plot: Option<PathBuf>,
@@ -58,7 +63,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let subjects = subjects(args)?;
     for subject in &subjects {
-        super::print(&format!("{}\n", report::report(subject, &args.at)))?;
+        let is_light = matches!(subject.kind, Some(Kind::Illuminant) | None);
+        if args.photons && !(is_light && matches!(subject.quantity, Quantity::Spectrum(_))) {
+            let problem = format!("{}: only light is counted in photons", subject.title);
+            return Err(Failure::Input(format!("error: {problem}\nhelp: name an illuminant or a file")));
+        }
+        super::print(&format!("{}\n", report::report(subject, &args.at, args.photons)))?;
     }
     let Some(path) = &args.plot else { return Ok(()) };
     let [subject] = subjects.as_slice() else {
@@ -164,6 +174,7 @@ mod tests {
             kind: None,
             column: None,
             at: Vec::new(),
+            photons: false,
             plot: None,
             list: false,
         }
@@ -205,7 +216,7 @@ mod tests {
             for name in catalogue::names(kind) {
                 let of_kind = Args { kind: Some(kind), ..args(name) };
                 for subject in subjects(&of_kind).ok().expect("a listed name") {
-                    let told = report::report(&subject, &[]);
+                    let told = report::report(&subject, &[], false);
                     let bad = |word: &str| ["NaN", "inf", "-inf"].contains(&word);
                     assert!(told.len() > 200 && !told.split_whitespace().any(bad), "{told}");
                     let drawn = plot::draw(&subject).svg();

@@ -376,7 +376,7 @@ fn parse_spp(text: &str) -> Result<List<u32>, String> {
 
 fn parse_wavelengths(text: &str) -> Result<List<WavelengthCount>, String> {
     text.split(',')
-        .map(|count| super::render::parse_wavelengths(count.trim()))
+        .map(|count| super::sampling_options::parse_wavelengths(count.trim()))
         .collect::<Result<_, _>>()
         .map(distinct)
 }

@@ -63,11 +63,24 @@ pub struct Comparison {
     pub replicates: [Option<u32>; 2],
     /// Where the errors of each side come from.
     pub noise: [Noise; 2],
+    /// The pixels in which A is brightest over B, the most first: what `abbe explain` may be asked about.
+    pub outliers: Vec<Outlier>,
     /// What was assumed because the files do not say: it may be wrong, and the tests with it.
     pub assumptions: Vec<String>,
     /// What else a reader of the figures should know.
     pub notes: Vec<String>,
 }
+
+/// A pixel, and what A and B have there in the channel that stands for all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outlier {
+    /// Column and row from the upper left corner of the files.
+    pub pixel: [usize; 2],
+    pub values: [f64; 2],
+}
+
+/// How many of them are told.
+const OUTLIERS: usize = 3;
 
 /// How one channel differs.
 #[derive(Clone, Debug)]
@@ -151,6 +164,7 @@ pub fn compare(a: &[Channels], b: &[Channels], options: &Options) -> Result<Comp
         middle: pair.middle(),
         replicates,
         noise,
+        outliers: outliers(&pair, &good),
         assumptions: Vec::new(),
         notes: Vec::new(),
     };
@@ -183,6 +197,19 @@ impl Comparison {
             detectable_tile: largest(|t| t.detectable_tile),
         })
     }
+}
+
+/// The good pixels in which A exceeds B the most.
+fn outliers(pair: &Pair, good: &[bool]) -> Vec<Outlier> {
+    let Some(Channel { a, b, .. }) = pair.channels.get(pair.middle()) else { return Vec::new() };
+    let over = |&pixel: &usize| a.values[pixel] - b.values[pixel];
+    let mut pixels: Vec<usize> = (0..good.len()).filter(|pixel| good[*pixel] && over(pixel) > 0.0).collect();
+    pixels.sort_by(|first, second| over(second).total_cmp(&over(first)));
+    let outlier = |pixel: usize| Outlier {
+        pixel: [pixel % pair.width, pixel / pair.width],
+        values: [a.values[pixel], b.values[pixel]],
+    };
+    pixels.into_iter().take(OUTLIERS).map(outlier).collect()
 }
 
 fn assumptions(comparison: &Comparison) -> Vec<String> {

@@ -1,7 +1,7 @@
 //! A comparison told as a table and as JSON.
 
 use super::bias::{CELLS, LEVEL, POWER, TILE};
-use super::{ChannelResult, Comparison, Figures, Noise};
+use super::{ChannelResult, Comparison, Figures, Noise, Outlier};
 use std::fmt::Write;
 
 type Named = Vec<(String, Option<f64>)>;
@@ -49,6 +49,7 @@ impl Comparison {
     /// - `a`, `b`: each with `files`, `errors` (`"stated"`, or `"spread"` of several files, or null) and
     ///   `replicates` behind them (null where the files do not say);
     /// - `width`, `height`, pixels;
+    /// - `outliers`: for some pixels in which A is brightest over B, `pixel`, column and row, and `a`, `b`;
     /// - `notes`: sentences, first those on what was assumed;
     /// - `figures`: the names of [`Self::figures`] without those of channels; null for what the files cannot
     ///   tell and for what is no finite number;
@@ -86,13 +87,19 @@ impl Comparison {
             })
             .collect();
         let notes: Vec<String> = self.all_notes().map(quoted).collect();
+        let outlier = |Outlier { pixel: [x, y], values }: &Outlier| {
+            let [a, b] = values.map(|value| number(Some(value)));
+            format!("{{\"pixel\": [{x}, {y}], \"a\": {a}, \"b\": {b}}}")
+        };
+        let outliers: Vec<String> = self.outliers.iter().map(outlier).collect();
         format!(
-            "{{\n  \"a\": {},\n  \"b\": {},\n  \"width\": {},\n  \"height\": {},\n  \"notes\": [{}],\n  \
+            "{{\n  \"a\": {},\n  \"b\": {},\n  \"width\": {},\n  \"height\": {},\n  \"outliers\": [{}],\n  \"notes\": [{}],\n  \
              \"figures\": {{\n{}\n  }},\n  \"channels\": {{\n{}\n  }}\n}}\n",
             side(0),
             side(1),
             self.width,
             self.height,
+            outliers.join(", "),
             notes.join(", "),
             object(&self.of_the_whole(), "    "),
             channels.join(",\n")
@@ -149,8 +156,28 @@ impl Comparison {
                 e.stop
             );
         }
+        self.tell_outliers(&mut out);
         self.tell_tests(&mut out);
         out
+    }
+
+    fn tell_outliers(&self, out: &mut String) {
+        let Some(channel) = self.channels.get(self.middle).filter(|_| !self.outliers.is_empty()) else {
+            return;
+        };
+        let told: Vec<String> = self
+            .outliers
+            .iter()
+            .map(|Outlier { pixel: [x, y], values: [a, b] }| {
+                format!("{x},{y} ({} for {})", short(*a), short(*b))
+            })
+            .collect();
+        let _ = writeln!(
+            out,
+            "\nA is brightest over B, in {}, at pixels {}; abbe explain SCENE --pixel X,Y tells why",
+            channel.name,
+            told.join(", ")
+        );
     }
 
     /// First what was assumed.

@@ -40,7 +40,7 @@ use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::Caustics;
 use crate::medium::Media;
 use crate::sampling::{Density, Dimensions, Stream};
-use crate::scene::{Intersection, Scene};
+use crate::scene::{Intersection, RayKind, Scene};
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 
 /// How a path from the camera goes on from the first surface that it meets.
@@ -141,7 +141,7 @@ fn splat_from<'a, const C: usize>(
     let end = SurfacePoint { position: seen.begins, normal: seen.toward_lens, error: 0.0 };
     let last = hit.point.segment_to(&end)?;
     // Before all that is only asked for where the surface is in view.
-    if scene.is_occluded(&last, *time) {
+    if scene.is_occluded(&last, *time, RayKind::LightTracing) {
         return None;
     }
     let shading = scene.shade(hit, seen.toward_lens, media, wavelengths, choice);
@@ -217,7 +217,7 @@ impl<const C: usize> LightSubpath<C> {
     /// To the next surface, attenuated by the media on the way.
     fn advance(&mut self, scene: &Scene) -> Option<Intersection> {
         let Self { ray, time, wavelengths, power, media, .. } = self;
-        scene.intersect(ray, *time, false, media, |media, segment| {
+        scene.intersect(ray, *time, RayKind::LightTracing, media, |media, segment| {
             if let Some(transmittance) = scene.transmittance(media, segment, wavelengths) {
                 *power *= transmittance;
             }

@@ -106,7 +106,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
             toward_first[register] = -direction;
         }
         let found = Found { owner: next.owner, toward_first, geometry, share, facing, linked };
-        let hidden = |linked| self.fan.blocked(target, self.time, linked);
+        let hidden = |linked| self.scene.blocked(&self.fan, target, self.time, linked);
         self.linked(found, hidden, |point| point.segment_to(target))
     }
 

@@ -2,6 +2,7 @@
 
 mod caustics;
 mod links;
+mod observe;
 mod path;
 mod shared;
 mod volume;
@@ -9,11 +10,13 @@ mod walk;
 
 use crate::geometry::Ray;
 use crate::sampling::Stream;
-use crate::scene::{Coverage, Integrator, Limits, Scene};
+use crate::scene::{Coverage, Integrator, Limits, RayKind, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 
 pub use caustics::{Splat, light_subpath};
-pub use shared::{Sight, radiance_of_group};
+use observe::Record;
+pub use observe::{Step, Told};
+pub use shared::{Sight, parts_of_group, radiance_of_group};
 
 impl Limits {
     /// Whether rays that meet no surface count as having met something.
@@ -94,9 +97,25 @@ pub fn radiance<const C: usize>(
     }
 }
 
+/// The same of a path tracer, with the steps that the path takes.
+pub fn radiance_told<const C: usize>(
+    scene: &Scene,
+    ray: Ray,
+    time: f64,
+    wavelengths: &Wavelengths<C>,
+    stream: &Stream,
+) -> (RadianceSample<C>, Vec<Told>) {
+    if scene.limits.max_depth == 0 {
+        return (RadianceSample::NOTHING, Vec::new());
+    }
+    let record = Record::default();
+    let sample = path::observed_radiance(scene, ray, time, wavelengths, stream, record.clone());
+    (sample, record.into_steps())
+}
+
 fn depth<const C: usize>(scene: &Scene, ray: &Ray, time: f64) -> RadianceSample<C> {
     let mut media = scene.media_at_sensor(ray, time);
-    let hit = scene.intersect(ray, time, true, &mut media, |_, _| {});
+    let hit = scene.intersect(ray, time, RayKind::Camera, &mut media, |_, _| {});
     // Any of the wavelengths would have met the same.
     let radiance = hit.map_or(Sampled::ZERO, |hit| Sampled::splat(hit.t / C as f64));
     RadianceSample { radiance, alpha_hit: hit.is_some() }

@@ -16,13 +16,14 @@
 
 use super::RadianceSample;
 use super::caustics::{self, FirstSurface};
+use super::observe::{Observe, Step, Unseen, axes, known, list};
 use crate::bsdf::Scatter;
 use crate::geometry::Ray;
 use crate::light::{LightSample, Receiver};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Density, Dimensions, Stream};
-use crate::scene::{Intersection, Scene, Techniques};
+use crate::scene::{Intersection, PathEnd, RayKind, Scene, Techniques};
 use crate::spectrum::{Sampled, Wavelengths};
 use smallvec::{SmallVec, smallvec};
 use std::borrow::Cow;
@@ -41,7 +42,7 @@ const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
 
 /// What has become of a path so far.
 #[derive(Clone)]
-pub(super) struct Path<const C: usize> {
+pub(super) struct Path<const C: usize, O = Unseen> {
     /// When all of it happens.
     pub(super) time: f64,
     /// Number of segments before the next surface. Null transmission may not count.
@@ -74,6 +75,8 @@ pub(super) struct Path<const C: usize> {
     pub(super) alpha_hit: bool,
     /// The roulette throughput of a shared suffix at its beginning, where `throughput` is 1. 1 for others.
     pub(super) prior_throughput: f64,
+    /// Who is told of its steps.
+    seen: O,
 }
 
 /// What light subpaths that come the same way are weighed against.
@@ -139,14 +142,34 @@ pub fn radiance<const C: usize>(
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
 ) -> RadianceSample<C> {
-    let mut path = Path::<C>::from_camera(scene, &ray, time);
+    observed_radiance(scene, ray, time, wavelengths, stream, Unseen)
+}
+
+/// The same, with somebody who is told of the path's steps.
+#[inline(always)]
+pub(super) fn observed_radiance<const C: usize, O: Observe>(
+    scene: &Scene,
+    ray: Ray,
+    time: f64,
+    wavelengths: &Wavelengths<C>,
+    stream: &Stream,
+    seen: O,
+) -> RadianceSample<C> {
+    let mut path = Path::<C, O>::seen_by(seen, scene, &ray, time);
     let radiance = path.follow(scene, ray, wavelengths, stream);
     RadianceSample { radiance, alpha_hit: path.alpha_hit }
 }
 
 impl<const C: usize> Path<C> {
     pub(super) fn from_camera(scene: &Scene, ray: &Ray, time: f64) -> Self {
+        Self::seen_by(Unseen, scene, ray, time)
+    }
+}
+
+impl<const C: usize, O: Observe> Path<C, O> {
+    fn seen_by(seen: O, scene: &Scene, ray: &Ray, time: f64) -> Self {
         Self {
+            seen,
             time,
             depth: 0,
             vertex: 0,
@@ -200,8 +223,16 @@ impl<const C: usize> Path<C> {
     ) -> Option<Intersection> {
         let hit = self.advance(scene, ray, wavelengths);
         match &hit {
-            Some(hit) => *arriving += self.emitted(scene, ray, hit, wavelengths),
-            None => *arriving += self.escaped(scene, ray, wavelengths),
+            Some(hit) => {
+                self.tell_of_surface(scene, ray, hit);
+                let light = self.emitted(scene, ray, hit, wavelengths);
+                *arriving += self.found(light);
+            }
+            None => {
+                self.tell_of_escape(scene, ray);
+                *arriving += self.found(self.escaped(scene, ray, wavelengths));
+                self.end(scene, PathEnd::Escaped);
+            }
         }
         hit
     }
@@ -222,6 +253,7 @@ impl<const C: usize> Path<C> {
             && !scene.features().transparent_shadows
             && (self.alpha_hit || !scene.film.alpha)
         {
+            self.end(scene, PathEnd::MaxDepth);
             return None;
         }
         let choice =
@@ -296,6 +328,11 @@ impl<const C: usize> Path<C> {
             let (mut path, stream) = (self.clone(), stream.branch(branch));
             let weight = end - start;
             path.branch_weight *= weight;
+            path.seen.tell(path.vertex, || Step::Branch {
+                number: branch,
+                of: ends.len() as u32,
+                weight: path.branch_weight,
+            });
             if let Some(ray) = path.scatter(scene, hit, shading, &stream, start..end) {
                 // Roulette ignores the weight: the path has split for the branch to be followed.
                 arriving += path.follow(scene, ray, wavelengths, &stream) * weight;
@@ -320,11 +357,24 @@ impl<const C: usize> Path<C> {
         let passes = scatter.as_ref().is_some_and(|scatter| passes(shading, scatter));
         self.alpha_hit |= scene.limits.surface_covers(passes);
         let goes_on = !self.is_last(scene) || (passes && !scene.limits.null_is_a_segment);
-        let ray = self.leave(scene, hit, shading, &scatter.filter(|_| goes_on)?);
+        let Some(scatter) = scatter.filter(|_| goes_on) else {
+            self.end(scene, if goes_on { PathEnd::Absorbed } else { PathEnd::MaxDepth });
+            return None;
+        };
+        let ray = self.leave(scene, hit, shading, &scatter);
+        self.seen.tell(self.vertex - 1, || Step::Scatter {
+            direction: axes(scatter.toward_light),
+            transmitted: scatter.transmitted,
+            density: known(scatter.density),
+            throughput: list(self.throughput),
+            ratio: list(self.ratio),
+        });
         let kept = self.survival(scene);
         if survival >= kept {
+            self.end_before_next(scene, kept);
             return None;
         }
+        self.tell_of_survival(kept);
         self.throughput /= kept;
         Some(ray)
     }
@@ -369,6 +419,24 @@ impl<const C: usize> Path<C> {
         hit.point.ray(scatter.toward_light)
     }
 
+    /// What its next ray is.
+    pub(super) fn ray_kind(&self) -> RayKind {
+        if self.depth == 0 { RayKind::Camera } else { RayKind::Scattered }
+    }
+
+    /// The path ends before it leaves the surface that it has met, or where it has met none.
+    pub(super) fn end(&self, scene: &Scene, end: PathEnd) {
+        self.seen.tell(self.vertex, || Step::End { why: end.name() });
+        scene.path_ended(end, self.depth + 1);
+    }
+
+    /// It ends when it would go on along a new segment.
+    pub(super) fn end_before_next(&self, scene: &Scene, kept: f64) {
+        let end = if kept > 0.0 { PathEnd::Roulette } else { PathEnd::Absorbed };
+        self.seen.tell(self.vertex - 1, || Step::End { why: end.name() });
+        scene.path_ended(end, self.depth);
+    }
+
     /// To the next surface, attenuated by the media on the way (Beer and Lambert).
     pub(super) fn advance(
         &mut self,
@@ -376,8 +444,9 @@ impl<const C: usize> Path<C> {
         ray: &Ray,
         wavelengths: &Wavelengths<C>,
     ) -> Option<Intersection> {
-        let Self { throughput, media, time, depth, .. } = self;
-        scene.intersect(ray, *time, *depth == 0, media, |media: &MediumStack, segment| {
+        let kind = self.ray_kind();
+        let Self { throughput, media, time, .. } = self;
+        scene.intersect(ray, *time, kind, media, |media: &MediumStack, segment| {
             if let Some(transmittance) = scene.transmittance(media, segment, wavelengths) {
                 *throughput *= transmittance;
             }
@@ -474,7 +543,66 @@ impl<const C: usize> Path<C> {
             return Sampled::ZERO;
         }
         let visibility = self.visibility(scene, ray, hit, &sample.shadow_ray, wavelengths);
-        self.throughput * value.f_cos * sample.radiance * weight * visibility
+        let light = self.throughput * value.f_cos * sample.radiance * weight * visibility;
+        self.tell_of_light(scene, &sample, light);
+        light
+    }
+
+    /// Tells of a light sample and what it brings.
+    pub(super) fn tell_of_light(&self, scene: &Scene, sample: &LightSample<C>, light: Sampled<C>) {
+        self.seen.tell(self.vertex, || {
+            let Ray { origin, direction, t_max } = sample.shadow_ray;
+            let end = t_max.is_finite().then(|| scene.in_file(origin + direction * t_max));
+            Step::LightSample {
+                toward: axes(end.unwrap_or(direction)),
+                distance: end.map(|_| t_max),
+                density: known(sample.density),
+                contribution: list(light * self.branch_weight),
+            }
+        });
+    }
+
+    pub(super) fn tell_of_surface(&self, scene: &Scene, ray: &Ray, hit: &Intersection) {
+        self.seen.tell(self.vertex, || Step::Surface {
+            place: axes(scene.in_file(hit.point.position)),
+            normal: axes(hit.point.normal),
+            distance: (hit.point.position - ray.origin).length(),
+            shape: scene.shape_number(hit),
+            primitive: scene.primitive_number(hit),
+            material: scene.material_number(hit),
+            medium: scene.medium_number(&self.media.here),
+            throughput: list(self.throughput),
+            ratio: list(self.ratio),
+        });
+    }
+
+    pub(super) fn tell_of_escape(&self, scene: &Scene, ray: &Ray) {
+        self.seen.tell(self.vertex, || Step::Escape {
+            direction: axes(ray.direction),
+            medium: scene.medium_number(&self.media.here),
+            throughput: list(self.throughput),
+            ratio: list(self.ratio),
+        });
+    }
+
+    pub(super) fn tell_of_survival(&self, kept: f64) {
+        if kept < 1.0 {
+            self.seen.tell(self.vertex - 1, || Step::Survive { probability: kept });
+        }
+    }
+
+    /// Who is told of its steps.
+    pub(super) fn seen(&self) -> &O {
+        &self.seen
+    }
+
+    /// Light that the path has found, as it is.
+    #[inline(always)]
+    pub(super) fn found(&self, light: Sampled<C>) -> Sampled<C> {
+        if !light.is_zero() {
+            self.seen.tell(self.vertex, || Step::Found { contribution: list(light * self.branch_weight) });
+        }
+        light
     }
 
     /// A light sample for a surface that scatters. `None` past the last segment, and where no light can

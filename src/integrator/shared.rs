@@ -29,7 +29,7 @@ use crate::lanes::{LANES, SampledLanes, lanes_of};
 use crate::light::{LightHit, Receiver};
 use crate::material::Shading;
 use crate::sampling::{Density, Dimensions, Stream};
-use crate::scene::{Intersection, Scene};
+use crate::scene::{Intersection, PathEnd, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 use smallvec::SmallVec;
 
@@ -71,6 +71,41 @@ pub fn radiance_of_group<const C: usize>(
     light_samples: u32,
     seen: &mut [RadianceSample<C>],
 ) {
+    share(scene, sights, time, wavelengths, light_samples, seen, |_, _, _| {});
+}
+
+/// The parts of what [`radiance_of_group`] gives a pixel: its own, and what comes of the path of each member.
+pub fn parts_of_group<const C: usize>(
+    scene: &Scene,
+    sights: &[Sight],
+    time: f64,
+    wavelengths: &Wavelengths<C>,
+    light_samples: u32,
+    member: usize,
+) -> (Sampled<C>, Vec<(usize, Sampled<C>)>) {
+    let members = 1 + sights.iter().map(|sight| sight.member).max().unwrap_or(0);
+    let mut seen = vec![RadianceSample::NOTHING; members.max(member + 1)];
+    let (mut parts, mut before) = (Vec::new(), Sampled::ZERO);
+    share(scene, sights, time, wavelengths, light_samples, &mut seen, |firsts, owner, shared| {
+        let Some(lane) = firsts.iter().position(|first| sights[first.sight].member == member) else { return };
+        let sum = shared.get(lane);
+        parts.push((sights[firsts[owner].sight].member, sum - before));
+        before = sum;
+    });
+    (seen[member].radiance - before, parts)
+}
+
+/// `told` is called after the path of each first surface, with what all of them have got so far.
+#[inline(always)]
+fn share<const C: usize>(
+    scene: &Scene,
+    sights: &[Sight],
+    time: f64,
+    wavelengths: &Wavelengths<C>,
+    light_samples: u32,
+    seen: &mut [RadianceSample<C>],
+    mut told: impl FnMut(&[First<C>], usize, &SampledLanes<C>),
+) {
     debug_assert!(sights.len() <= LANES);
     let group = Group { scene, sights, time, wavelengths, light_samples };
     let mut firsts: SmallVec<[First<C>; LANES]> = SmallVec::new();
@@ -81,6 +116,7 @@ pub fn radiance_of_group<const C: usize>(
     let mut shared = SampledLanes::ZERO;
     for owner in 0..firsts.len() {
         group.next(&lanes, owner, &mut shared, seen);
+        told(&firsts, owner, &shared);
     }
     for (lane, first) in firsts.iter().enumerate() {
         seen[sights[first.sight].member].radiance += shared.get(lane);
@@ -148,7 +184,10 @@ impl<const C: usize> Group<'_, C> {
         let Sight { member, ref stream, .. } = self.sights[*sight];
         let radiance = &mut seen[member].radiance;
         let [u, v, lobe, _] = stream.draw(Dimensions::Scattering(path.vertex));
-        let Some(scatter) = shading.sample(lobe, [u, v]) else { return };
+        let Some(scatter) = shading.sample(lobe, [u, v]) else {
+            path.end(self.scene, PathEnd::Absorbed);
+            return;
+        };
         let mut path = path.clone();
         let ray = path.leave(self.scene, hit, shading, &scatter);
         if scatter.density == Density::Discrete {
@@ -157,6 +196,7 @@ impl<const C: usize> Group<'_, C> {
         }
         let Some(hit) = path.advance(self.scene, &ray, self.wavelengths) else {
             self.share_environment(firsts, owner, ray.direction, shared);
+            path.end(self.scene, PathEnd::Escaped);
             return;
         };
         let next = Next { owner, ray: &ray, hit: &hit };
@@ -262,6 +302,7 @@ impl<const C: usize> Group<'_, C> {
         let Next { owner, ray, hit } = *next;
         let prior = links.density.sum();
         if prior.hero() <= 0.0 {
+            path.end(self.scene, PathEnd::Absorbed);
             return;
         }
         let stream = &self.sights[firsts.surfaces[owner].sight].stream;
@@ -281,13 +322,18 @@ impl<const C: usize> Group<'_, C> {
             }
         }
         let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(path.vertex));
-        let Some(scatter) = shading.sample(lobe, [u, v]) else { return };
+        let Some(scatter) = shading.sample(lobe, [u, v]) else {
+            path.end(self.scene, PathEnd::Absorbed);
+            return;
+        };
         if scatter.density == Density::Discrete {
             let ray = path.leave(self.scene, hit, shading, &scatter);
             let kept = path.survival(self.scene);
             if survival < kept {
                 path.throughput /= kept;
                 *own += path.follow(self.scene, ray, self.wavelengths, stream);
+            } else {
+                path.end_before_next(self.scene, kept);
             }
             return;
         }
@@ -296,11 +342,13 @@ impl<const C: usize> Group<'_, C> {
         // all first surfaces.
         let joint = links.density.dot(&values.density);
         if joint.hero() <= 0.0 {
+            path.end(self.scene, PathEnd::Absorbed);
             return;
         }
         let ray = path.leave(self.scene, hit, shading, &scatter);
         let suffix = links.reach.dot(&values.f_cos);
         if suffix.is_zero() {
+            path.end_before_next(self.scene, 0.0);
             return;
         }
         let alive = joint.0.iter().filter(|&&density| density > 0.0).count() as f64;
@@ -317,6 +365,7 @@ impl<const C: usize> Group<'_, C> {
         }
         let kept = path.survival(self.scene);
         if survival >= kept {
+            path.end_before_next(self.scene, kept);
             return;
         }
         path.throughput /= kept;

@@ -10,16 +10,17 @@
 //! light is found by scattering only if the path flies through all of that: the probability counts in the
 //! weight of the two.
 
+use super::observe::{Observe, Step, axes, list};
 use super::path::{Path, PreviousSample, light_sample_weight};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::{LightSample, Receiver};
 use crate::medium::MediumStack;
 use crate::sampling::{Dimensions, Stream};
-use crate::scene::{Collision, Event, Passage, Scene};
+use crate::scene::{Collision, Event, Passage, PathEnd, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 
-impl<const C: usize> Path<C> {
+impl<const C: usize, O: Observe> Path<C, O> {
     /// [`Self::follow`] where media scatter.
     #[inline(never)]
     pub(super) fn follow_through_media(
@@ -33,14 +34,18 @@ impl<const C: usize> Path<C> {
         loop {
             let next = match self.fly(scene, &ray, wavelengths, stream) {
                 Event::Nothing => {
-                    arriving += self.escaped(scene, &ray, wavelengths);
+                    self.tell_of_escape(scene, &ray);
+                    arriving += self.found(self.escaped(scene, &ray, wavelengths));
+                    self.end(scene, PathEnd::Escaped);
                     None
                 }
                 Event::Medium(collision) => {
                     self.collide(scene, &ray, &collision, wavelengths, stream, &mut arriving)
                 }
                 Event::Surface(hit) => {
-                    arriving += self.emitted(scene, &ray, &hit, wavelengths);
+                    self.tell_of_surface(scene, &ray, &hit);
+                    let light = self.emitted(scene, &ray, &hit, wavelengths);
+                    arriving += self.found(light);
                     let shading = self.shade(scene, &ray, &hit, wavelengths, stream);
                     shading.and_then(|shading| {
                         self.go_on(scene, &ray, &hit, &shading, wavelengths, stream, &mut arriving)
@@ -64,8 +69,8 @@ impl<const C: usize> Path<C> {
     ) -> Event<'a> {
         let [u, ..] = stream.draw(Dimensions::Flight(self.vertex));
         let target = -u.ln();
-        let from_camera = self.depth == 0;
-        let (event, flight) = scene.fly(ray, self.time, from_camera, target, &mut self.media, wavelengths);
+        let (event, flight) =
+            scene.fly(ray, self.time, self.ray_kind(), target, &mut self.media, wavelengths);
         self.throughput *= flight.carried;
         self.ratio *= flight.ratio;
         if let PreviousSample::Scattered { by_scattering, .. } = &mut self.last {
@@ -87,8 +92,17 @@ impl<const C: usize> Path<C> {
         self.alpha_hit = true;
         self.camera_visible = false;
         let Collision { position, scattering } = *collision;
+        self.seen().tell(self.vertex, || Step::Medium {
+            place: axes(scene.in_file(position)),
+            distance: (position - ray.origin).length(),
+            medium: scene.medium_number(&self.media.here),
+            throughput: list(self.throughput),
+            ratio: list(self.ratio),
+        });
         self.throughput *= scattering.albedo(position, &wavelengths.nm);
         if self.is_last(scene) || self.throughput.is_zero() {
+            let absorbed = self.throughput.is_zero();
+            self.end(scene, if absorbed { PathEnd::Absorbed } else { PathEnd::MaxDepth });
             return None;
         }
         // No surface that a ray would have to leave.
@@ -110,10 +124,19 @@ impl<const C: usize> Path<C> {
         self.last = PreviousSample::Scattered { from, prior_over_density, by_scattering: self.ratio };
         self.depth += 1;
         self.vertex += 1;
+        self.seen().tell(self.vertex - 1, || Step::Scatter {
+            direction: axes(sample.direction),
+            transmitted: false,
+            density: Some(sample.value),
+            throughput: list(self.throughput),
+            ratio: list(self.ratio),
+        });
         let kept = self.survival(scene);
         if survival >= kept {
+            self.end_before_next(scene, kept);
             return None;
         }
+        self.tell_of_survival(kept);
         self.throughput /= kept;
         Some(Ray::new(position, sample.direction))
     }
@@ -130,11 +153,14 @@ impl<const C: usize> Path<C> {
         let Passage { transmittance, flown } =
             scene.passage(&sample.shadow_ray, self.time, media, wavelengths);
         if transmittance.is_zero() {
+            self.tell_of_light(scene, sample, Sampled::ZERO);
             return Sampled::ZERO;
         }
         let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
             (self.ratio * value.density * flown).sum()
         });
-        self.throughput * value.f_cos * sample.radiance * weight * transmittance
+        let light = self.throughput * value.f_cos * sample.radiance * weight * transmittance;
+        self.tell_of_light(scene, sample, light);
+        light
     }
 }

@@ -8,7 +8,7 @@ use super::RadianceSample;
 use crate::geometry::{Ray, Vec3};
 use crate::medium::{Extinction, Medium, MediumStack, Scattering};
 use crate::sampling::{Dimensions, Stream, mix};
-use crate::scene::Scene;
+use crate::scene::{PathEnd, RayKind, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 
 /// Most probability with which a walk goes on.
@@ -29,8 +29,9 @@ pub fn radiance<const C: usize>(
     let mut alpha_hit = scene.limits.sky_covers(scene);
     for vertex in 0.. {
         let shown = vertex > 0 || !scene.limits.hide_emitters;
+        let kind = if vertex == 0 { RayKind::Camera } else { RayKind::Scattered };
         let mut tracker = Tracker::new(stream, vertex, hero.nm[0]);
-        let hit = scene.intersect(&ray, time, vertex == 0, &mut media, |around, segment| {
+        let hit = scene.intersect(&ray, time, kind, &mut media, |around, segment| {
             if tracker.collision.is_some() {
                 return;
             }
@@ -50,7 +51,9 @@ pub fn radiance<const C: usize>(
             throughput *= scattering.albedo(position, &hero.nm).hero();
             let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(vertex));
             let survival_probability = throughput.min(LIKELIEST);
-            if vertex + 1 >= scene.limits.max_depth || survival >= survival_probability {
+            let last = vertex + 1 >= scene.limits.max_depth;
+            if last || survival >= survival_probability {
+                scene.path_ended(if last { PathEnd::MaxDepth } else { PathEnd::Roulette }, vertex + 1);
                 break;
             }
             throughput /= survival_probability;
@@ -63,6 +66,7 @@ pub fn radiance<const C: usize>(
             if let Some(environment) = scene.lights.environment().filter(|_| shown) {
                 arriving += throughput * environment.radiance(ray.direction, &hero.nm).hero();
             }
+            scene.path_ended(PathEnd::Escaped, vertex + 1);
             break;
         };
         if let Some(light) = hit.light
@@ -73,6 +77,7 @@ pub fn radiance<const C: usize>(
         }
         let last = vertex + 1 >= scene.limits.max_depth;
         if last && (alpha_hit || !scene.film.alpha) {
+            scene.path_ended(PathEnd::MaxDepth, vertex + 1);
             break;
         }
         let choice = if scene.features().choices { stream.draw(Dimensions::Light(vertex))[3] } else { 0.0 };
@@ -82,7 +87,10 @@ pub fn radiance<const C: usize>(
         let passes = scatter.as_ref().is_some_and(|scatter| scatter.transmitted)
             && shading.bsdf.has_null_transmission();
         alpha_hit |= scene.limits.surface_covers(passes);
-        let Some(scatter) = scatter.filter(|_| !last) else { break };
+        let Some(scatter) = scatter.filter(|_| !last) else {
+            scene.path_ended(if last { PathEnd::MaxDepth } else { PathEnd::Absorbed }, vertex + 1);
+            break;
+        };
         let direction = scatter.toward_light;
         if scatter.transmitted {
             scene.pass_through(&hit, direction, &mut media);
@@ -90,6 +98,8 @@ pub fn radiance<const C: usize>(
         throughput *= scatter.weight.hero();
         let survival_probability = throughput.min(LIKELIEST);
         if survival >= survival_probability {
+            let end = if throughput > 0.0 { PathEnd::Roulette } else { PathEnd::Absorbed };
+            scene.path_ended(end, vertex + 1);
             break;
         }
         throughput /= survival_probability;

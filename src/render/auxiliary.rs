@@ -1,12 +1,14 @@
 //! Images of what the camera sees first, beside the picture: for denoisers and for understanding a scene.
 
 use super::Schedule;
+use crate::accel::Tests;
 use crate::film::FilterSampler;
 use crate::geometry::Vec3;
+use crate::integrator;
 use crate::medium::Media;
 use crate::sampling::{Dimensions, Sampler, SamplerKind, Stream};
 use crate::scene::description::{Aov, AovKind};
-use crate::scene::{Intersection, Scene};
+use crate::scene::{CameraSample, Intersection, RayKind, Scene};
 use crate::spectrum::catalogue;
 use crate::spectrum::colour::{Observer, Xyz, rec709_to_xyz, xyz_to_rec709};
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
@@ -116,8 +118,17 @@ impl Images<'_> {
         let scene = self.scene;
         let Some(sample) = scene.camera_ray(&self.filter, pixel, stream) else { return };
         let (ray, time) = (sample.sensor.ray, sample.time);
+        // First, for it is known where the ray meets nothing, too.
+        let wants_cost = self.aovs.iter().any(|aov| aov.kind == AovKind::Cost);
+        let cost = if wants_cost { self.cost(&sample, stream) } else { 0.0 };
         let mut media = scene.media_at_sensor(&ray, time);
-        let Some(hit) = scene.intersect(&ray, time, true, &mut media, |_, _| {}) else { return };
+        let Some(hit) = scene.intersect(&ray, time, RayKind::Camera, &mut media, |_, _| {}) else {
+            for aov in self.aovs {
+                let value = if aov.kind == AovKind::Cost { cost } else { 0.0 };
+                values.extend(aov.kind.channels().iter().map(|_| value));
+            }
+            return;
+        };
         let first = FirstHit { scene, hit: &hit, toward_eye: -ray.direction, media: &media, stream };
         for aov in self.aovs {
             match aov.kind {
@@ -136,8 +147,24 @@ impl Images<'_> {
                 AovKind::PrimitiveIndex => values.push(f64::from(scene.primitive_number(&hit))),
                 AovKind::ShapeIndex => values.push(f64::from(scene.shape_number(&hit))),
                 AovKind::MaterialIndex => values.push(f64::from(scene.material_number(&hit))),
+                AovKind::Cost => values.push(cost),
             }
         }
+    }
+}
+
+impl Images<'_> {
+    /// See [`AovKind::Cost`]. Zero in a scene that does not count.
+    fn cost(&self, sample: &CameraSample, stream: &Stream) -> f64 {
+        let Some(counters) = self.scene.counters() else { return 0.0 };
+        let counted = || {
+            let Tests { nodes, packets, surfaces, .. } = counters.of_this_thread().tests();
+            nodes + packets + surfaces
+        };
+        let before = counted();
+        let wavelengths = self.scene.wavelengths.sample::<4>(sample.wavelength);
+        integrator::radiance(self.scene, sample.sensor.ray, sample.time, &wavelengths, stream);
+        (counted() - before) as f64
     }
 }
 

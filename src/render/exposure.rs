@@ -31,19 +31,29 @@ pub(super) struct Exposure<'a> {
 
 /// Which samples of the pixels of a group.
 #[derive(Clone, Copy)]
-struct Turn {
-    net: u32,
+pub(super) struct Turn {
+    pub net: u32,
     /// In the net.
-    index: u32,
-    replicate: u32,
-    share: Share,
+    pub index: u32,
+    pub replicate: u32,
+    pub share: Share,
+}
+
+/// The samples of a group as they begin.
+pub(super) struct Aimed<'a, const C: usize> {
+    pub wavelengths: Wavelengths<C>,
+    pub time: f64,
+    /// One for each member, in their order.
+    pub samples: SmallVec<[Sample<C>; 16]>,
+    /// Camera rays of those at whose place the sensor measures something.
+    pub sights: SmallVec<[Sight<'a>; 16]>,
 }
 
 /// Where a sample of a pixel is, and what its radiance is multiplied by.
-struct Sample<const C: usize> {
-    place: [f64; 2],
+pub(super) struct Sample<const C: usize> {
+    pub place: [f64; 2],
     /// By what the sensor multiplies the radiance; zero where it measures nothing.
-    weight: Sampled<C>,
+    pub weight: Sampled<C>,
     key: u64,
 }
 
@@ -84,8 +94,7 @@ impl Exposure<'_> {
             .fold([0; 2], |[even, each], [e, t]| [even + e, each + t]);
         let mut samples = 0;
         for group in self.groups.of(block) {
-            let group: SmallVec<[Pixel; 16]> =
-                group.filter(|pixel| self.is_within(Region::whole(self.extent.whole), pixel)).collect();
+            let group = self.on_film(group);
             if !group.iter().any(|pixel| self.counts(pixel)) {
                 continue;
             }
@@ -106,6 +115,11 @@ impl Exposure<'_> {
         samples
     }
 
+    /// The pixels of a group that have samples.
+    pub fn on_film(&self, group: impl Iterator<Item = Pixel>) -> SmallVec<[Pixel; 16]> {
+        group.filter(|pixel| self.is_within(Region::whole(self.extent.whole), pixel)).collect()
+    }
+
     /// Whether a pixel is one of a region, or of the border around it in which there are samples too.
     fn is_within(&self, region: Region, pixel: &Pixel) -> bool {
         let film = &self.scene.film;
@@ -117,7 +131,7 @@ impl Exposure<'_> {
     }
 
     /// Whether a pixel's samples are part of what is measured. The others are there for their group alone.
-    fn counts(&self, pixel: &Pixel) -> bool {
+    pub fn counts(&self, pixel: &Pixel) -> bool {
         let Extent { window, measured, .. } = self.extent;
         let reach = i64::from(self.filter.reach());
         let reaches = |axis: usize| {
@@ -136,6 +150,21 @@ impl Exposure<'_> {
 
     /// One sample of each pixel of a group.
     fn group<const C: usize>(&self, group: &[Pixel], turn: Turn, tile: &mut Tile) {
+        let aimed = self.aim::<C>(group, turn);
+        let mut seen: SmallVec<[RadianceSample<C>; 16]> =
+            SmallVec::from_elem(RadianceSample::NOTHING, group.len());
+        self.see(&aimed, &mut seen);
+        for ((pixel, sample), seen) in group.iter().zip(&aimed.samples).zip(&mut seen) {
+            if self.counts(pixel) {
+                admit(&mut seen.radiance, &mut tile.bad);
+                self.splat(sample, seen, &aimed.wavelengths, turn, tile);
+            }
+        }
+    }
+
+    /// What the samples of a group begin with.
+    #[inline(always)]
+    pub fn aim<const C: usize>(&self, group: &[Pixel], turn: Turn) -> Aimed<'_, C> {
         let (scene, Turn { net, index, share, .. }) = (self.scene, turn);
         let sampler = self.samplers.of(share);
         let stream_of = |pixel: &Pixel| {
@@ -172,21 +201,20 @@ impl Exposure<'_> {
             }
             samples.push(Sample { place, weight, key });
         }
-        let mut seen: SmallVec<[RadianceSample<C>; 16]> =
-            SmallVec::from_elem(RadianceSample::NOTHING, group.len());
+        Aimed { wavelengths, time, samples, sights }
+    }
+
+    /// What the camera rays lead to, by the members' numbers.
+    #[inline(always)]
+    pub fn see<const C: usize>(&self, aimed: &Aimed<C>, seen: &mut [RadianceSample<C>]) {
+        let (scene, Aimed { wavelengths, time, sights, .. }) = (self.scene, aimed);
         if self.plan == Plan::PLAIN {
-            for Sight { member, ray, stream } in &sights {
-                seen[*member] = integrator::radiance(scene, *ray, time, &wavelengths, stream);
+            for Sight { member, ray, stream } in sights {
+                seen[*member] = integrator::radiance(scene, *ray, *time, wavelengths, stream);
             }
         } else {
             let light_samples = self.plan.light_samples;
-            integrator::radiance_of_group(scene, &sights, time, &wavelengths, light_samples, &mut seen);
-        }
-        for ((pixel, sample), seen) in group.iter().zip(&samples).zip(&mut seen) {
-            if self.counts(pixel) {
-                admit(&mut seen.radiance, &mut tile.bad);
-                self.splat(sample, seen, &wavelengths, turn, tile);
-            }
+            integrator::radiance_of_group(scene, sights, *time, wavelengths, light_samples, seen);
         }
     }
 

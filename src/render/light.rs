@@ -59,7 +59,8 @@ impl<'a> LightPass<'a> {
                 return;
             }
             let mut bad = BadValues::default();
-            let exposed = self.chunk::<C>(*replicate, range.clone(), &mut bad);
+            let scene = self.exposure.scene;
+            let exposed = scene.piece(|| self.chunk::<C>(*replicate, range.clone(), &mut bad));
             add(piece, &|film| {
                 for (pixel, sums) in &exposed {
                     film.add_light(*pixel, *replicate, sums);

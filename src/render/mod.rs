@@ -2,6 +2,7 @@
 
 mod allocation;
 mod auxiliary;
+mod explain;
 mod exposure;
 mod groups;
 mod light;
@@ -12,12 +13,13 @@ mod settings;
 mod work;
 
 pub use auxiliary::{Auxiliary, auxiliary};
+pub use explain::{Explained, Part, Shared, Wanted, explain};
 pub use progress::{NoProgress, Progress};
 pub use schedule::Schedule;
 pub use settings::{Settings, WavelengthCount};
 pub use work::{Position, Work};
 
-use crate::film::{BadValues, Film};
+use crate::film::{BadValues, Extras, Film, FixedPoint};
 use crate::integrator::{self, Estimator};
 use crate::scene::Scene;
 use crate::spectrum::Sampled;
@@ -49,8 +51,40 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, progre
     if work.pass().is_none() {
         return work;
     }
-    let (film, schedule) = (work.film(), settings.schedule());
-    let measured = scene.film.extent.measured;
+    let measures = Measures::of(work.film());
+    with_exposure::<C, _>(scene, settings, &measures, progress, |exposure| {
+        fill::<C>(exposure, settings, work, progress)
+    })
+}
+
+/// What a film measures, and in which quanta.
+struct Measures {
+    scale: FixedPoint,
+    square_scale: FixedPoint,
+    light_scale: FixedPoint,
+    extras: Extras,
+}
+
+impl Measures {
+    fn of(film: &Film) -> Self {
+        Self {
+            scale: film.scale(),
+            square_scale: film.square_scale(),
+            light_scale: film.light_scale(),
+            extras: film.extras.clone(),
+        }
+    }
+}
+
+/// All that decides what the samples of a picture are, by pilots where the settings ask for them.
+fn with_exposure<const C: usize, R>(
+    scene: &Scene,
+    settings: &Settings,
+    measures: &Measures,
+    progress: &dyn Progress,
+    then: impl FnOnce(&Exposure) -> R,
+) -> R {
+    let schedule = settings.schedule();
     let (alone, even) = (
         Groups::new(Members::One, schedule.nets(), settings.seed),
         Allocation::even(scene.film.extent.window),
@@ -65,10 +99,10 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, progre
         groups: &alone,
         plan: Plan::PLAIN,
         filter: scene.film.filter,
-        scale: film.scale(),
-        square_scale: film.square_scale(),
-        light_scale: film.light_scale(),
-        extras: film.extras.clone(),
+        scale: measures.scale,
+        square_scale: measures.square_scale,
+        light_scale: measures.light_scale,
+        extras: measures.extras.clone(),
     };
     let is_shared =
         settings.estimator == Estimator::Shared && integrator::why_nothing_is_shared(scene).is_none();
@@ -78,20 +112,33 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, progre
     } else {
         (Plan::PLAIN, even.clone())
     };
+    progress.pilots_done();
     let groups = Groups::new(plan.members, schedule.nets(), settings.seed);
     let exposure = Exposure {
         samplers: allocation.samplers(settings.sampler, settings.seed, schedule, groups.members()),
         allocation: &allocation,
         groups: &groups,
         plan,
-        extras: film.extras.clone(),
+        extras: measures.extras.clone(),
         ..exposure
     };
+    then(&exposure)
+}
+
+/// Takes the samples that are still to be taken.
+fn fill<const C: usize>(
+    exposure: &Exposure,
+    settings: &Settings,
+    work: Work,
+    progress: &dyn Progress,
+) -> Work {
+    let Exposure { scene, schedule, groups, .. } = *exposure;
+    let measured = scene.film.extent.measured;
     let reach = i64::from(scene.film.filter.reach());
     let reached =
         [0, 1].map(|axis| i64::from(measured.offset[axis]) - reach..measured.end()[axis] as i64 + reach);
     let blocks: Vec<_> = (0..schedule.nets()).flat_map(|net| groups.blocks(net, reached.clone())).collect();
-    let light = scene.caustics().map(|caustics| LightPass::new(caustics, &exposure, settings.sampler));
+    let light = scene.caustics().map(|caustics| LightPass::new(caustics, exposure, settings.sampler));
     let work = Mutex::new(work);
     let add = |piece: usize, add: &dyn Fn(&mut Film)| {
         let mut work = lock(&work);
@@ -111,7 +158,8 @@ fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, progre
                 return;
             }
             let mut tile = exposure.tile(block);
-            let samples = exposure.block::<C>(block, &|replicate| pass.indices(replicate), &mut tile);
+            let samples =
+                scene.piece(|| exposure.block::<C>(block, &|replicate| pass.indices(replicate), &mut tile));
             add(piece, &|film| film.add(&tile));
             progress.advanced(samples);
         });

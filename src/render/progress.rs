@@ -6,6 +6,9 @@ use std::sync::atomic::AtomicBool;
 
 /// Receives the progress of a render, and may stop it.
 pub trait Progress: Sync {
+    /// Called when the pilots are done, if there are any, and the picture begins.
+    fn pilots_done(&self) {}
+
     /// Called after each piece of work with the number of its samples.
     fn advanced(&self, samples: u64);
 

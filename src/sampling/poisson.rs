@@ -3,7 +3,8 @@
 
 use super::cells::{Cells, Keys};
 use super::permutation::permute;
-use super::{inside, mix};
+use super::{inside, mix, warp};
+use crate::geometry::Vec3;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
@@ -99,6 +100,22 @@ pub fn best_candidates(count: usize, per_point: usize, random: &mut impl Rng) ->
         let candidates = (0..1 + per_point * points.len()).map(|_| [random.random(), random.random()]);
         let gap = |candidate| points.iter().map(|&p| distance_squared(p, candidate)).fold(2.0, f64::min);
         let best = candidates.map(|c| (gap(c), c)).max_by(|a, b| a.0.total_cmp(&b.0));
+        points.extend(best.map(|(_, candidate)| candidate));
+    }
+    points
+}
+
+/// Points on the unit sphere, each the farthest from all before it among `per_point` random ones for each
+/// point there is already. By the straight distance: the great-circle distance orders the candidates alike.
+pub fn best_on_sphere(count: usize, per_point: usize, random: &mut impl Rng) -> Vec<Vec3> {
+    let mut points: Vec<Vec3> = Vec::with_capacity(count);
+    while points.len() < count {
+        let candidates = (0..1 + per_point * points.len())
+            .map(|_| warp::around_z(random.random_range(-1.0..1.0), random.random()));
+        let gap = |candidate: Vec3| {
+            points.iter().map(|point| point.distance_squared(candidate)).fold(4.0, f64::min)
+        };
+        let best = candidates.map(|candidate| (gap(candidate), candidate)).max_by(|a, b| a.0.total_cmp(&b.0));
         points.extend(best.map(|(_, candidate)| candidate));
     }
     points

@@ -140,7 +140,7 @@ impl Scene {
         let slope = slope(&hit.point);
         let far = own + (reach + 16.0 * f64::EPSILON * hit.hit.t) / slope;
         let range = [hit.hit.t - far, hit.hit.t + far];
-        self.accel.crossings(ray, time, range, &mut |other, t_error| {
+        self.crossings(ray, time, range, &mut |other, t_error| {
             let same =
                 |a: &Hit, b: &Hit| (a.shape, a.instance, a.triangle) == (b.shape, b.instance, b.triangle);
             let point = self.accel.surface(&self.shapes, &other, ray, time).point;
@@ -291,7 +291,7 @@ impl Scene {
     pub(super) fn bodies_around(&self, ray: &Ray, time: f64, media: &mut MediumStack) {
         let backward = Ray::new(ray.origin, -ray.direction);
         let mut crossed: Vec<(f64, Entered, bool)> = Vec::new();
-        self.accel.crossings(&backward, time, [0.0, f64::INFINITY], &mut |hit, _| {
+        self.crossings(&backward, time, [0.0, f64::INFINITY], &mut |hit, _| {
             let Some(body) = self.body_of(&hit).filter(|body| self.bodies[body.body as usize].closed) else {
                 return;
             };

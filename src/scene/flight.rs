@@ -1,5 +1,6 @@
 //! Rays through media that scatter: where they end, and what each wavelength would have done.
 
+use super::counting::RayKind;
 use super::passage::transmittance;
 use super::scene::{Intersection, Scene};
 use crate::geometry::{Ray, Vec3};
@@ -40,14 +41,14 @@ impl Scene {
         &self,
         ray: &Ray,
         time: f64,
-        from_camera: bool,
+        kind: RayKind,
         target: f64,
         media: &mut Media,
         wavelengths: &Wavelengths<C>,
     ) -> (Event<'_>, Flight<C>) {
         let mut flown = Flown { target, wavelengths, flight: Flight::BEGINNING, collision: None };
-        let searched = self.reach(ray, from_camera, target, media, wavelengths);
-        let hit = self.intersect(&searched, time, from_camera, media, |media, segment| {
+        let searched = self.reach(ray, kind, target, media, wavelengths);
+        let hit = self.intersect(&searched, time, kind, media, |media, segment| {
             flown.cross(self.medium(media), media, segment);
         });
         let Flown { flight, collision, .. } = flown;
@@ -67,7 +68,7 @@ impl Scene {
     fn reach<const C: usize>(
         &self,
         ray: &Ray,
-        from_camera: bool,
+        kind: RayKind,
         target: f64,
         media: &Media,
         wavelengths: &Wavelengths<C>,
@@ -75,7 +76,7 @@ impl Scene {
         /// A surface that is so much farther away than the end is looked for all the same: the place is kept
         /// off it.
         const MARGIN: f64 = 1e-9;
-        if self.features.interface_events() || from_camera && self.limits.hide_emitters {
+        if self.features.interface_events() || kind == RayKind::Camera && self.limits.hide_emitters {
             return *ray;
         }
         match self.medium(&media.here) {

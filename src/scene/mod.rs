@@ -2,6 +2,7 @@
 
 mod coincident;
 mod compile;
+mod counting;
 pub mod description;
 mod flight;
 mod info;
@@ -15,6 +16,7 @@ pub mod source;
 mod write;
 
 pub use compile::{CompileOptions, Crop, compile};
+pub use counting::{Counters, Counts, PathEnd, RayCounts, RayKind};
 pub use description::Description;
 pub use flight::{Collision, Event, Flight};
 pub use info::{json, outline};

@@ -1,6 +1,7 @@
 //! Transmittance between two points: through media, and through surfaces with null transmission.
 
 use super::coincident::InterfaceEvent;
+use super::counting::RayKind;
 use super::scene::Scene;
 use crate::geometry::Ray;
 use crate::medium::{Media, Medium, MediumStack};
@@ -20,6 +21,11 @@ impl Scene {
     /// The medium that surrounds a ray, if there is one that does anything.
     pub fn medium(&self, media: &MediumStack) -> Option<&Medium> {
         self.media[media.medium(&self.bodies)? as usize].as_ref()
+    }
+
+    /// The number of that medium, from 0.
+    pub fn medium_number(&self, media: &MediumStack) -> Option<u32> {
+        media.medium(&self.bodies).filter(|&medium| self.media[medium as usize].is_some())
     }
 
     /// Transmittance of the medium that surrounds a ray, from its beginning to its end. `None` where there is
@@ -46,10 +52,10 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Passage<C> {
-        self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows)
+        self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows, RayKind::Shadow)
     }
 
-    /// Transmittance where every surface blocks light.
+    /// Transmittance of a segment that several paths share, where every surface blocks light.
     pub fn transmittance_between_surfaces<const C: usize>(
         &self,
         ray: &Ray,
@@ -57,7 +63,7 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        self.transmission(ray, time, media, wavelengths, false).transmittance
+        self.transmission(ray, time, media, wavelengths, false, RayKind::Shared).transmittance
     }
 
     #[inline(always)]
@@ -68,6 +74,7 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
         transparent_shadows: bool,
+        kind: RayKind,
     ) -> Passage<C> {
         let none = Passage { transmittance: Sampled::ZERO, flown: Sampled::ZERO };
         let mut passage = Passage { transmittance: Sampled::ONE, flown: Sampled::ONE };
@@ -83,14 +90,16 @@ impl Scene {
             }
         };
         if !transparent_shadows && !self.features.interface_events() {
-            if self.accel.occluded(ray, time) {
+            if self.occluded(kind.begins(), ray, time) {
                 return none;
             }
             within(&mut passage, media, ray);
             return passage;
         }
         let (mut ray, mut media) = (*ray, Media::of(media.clone()));
-        while let Some(mut hit) = self.meet(&ray, time) {
+        let mut query = kind.begins();
+        while let Some(mut hit) = self.meet(query, &ray, time) {
+            query.begins = false;
             let event = match self.features.interface_events() {
                 true => self.interface_event(&ray, time, &mut hit, &mut media),
                 false => InterfaceEvent::Surface,

@@ -1,6 +1,7 @@
 //! A compiled scene: immutable, with only what is needed to trace it.
 
 use super::coincident::{Contacts, InterfaceEvent};
+use super::counting::{Counters, Query, RayKind};
 use super::description::Note;
 use super::{Integrator, Limits};
 use crate::accel::{Accel, Fan};
@@ -34,6 +35,8 @@ pub struct Scene {
     /// What makes a picture of no use, as far as it is known before the first ray.
     pub warnings: Vec<Note>,
     pub(super) accel: Accel,
+    /// Where a scene that counts does so.
+    pub(super) counters: Option<Box<Counters>>,
     /// The scene's own shapes and then those of groups, which only instances show.
     pub(super) shapes: Vec<Shape>,
     pub(super) surfaces: Vec<Surface>,
@@ -298,15 +301,15 @@ impl Scene {
         &self,
         ray: &Ray,
         time: f64,
-        from_camera: bool,
+        kind: RayKind,
         media: &mut Media,
         mut cross: impl FnMut(&MediumStack, &Ray),
     ) -> Option<Intersection> {
-        let hides = from_camera && self.limits.hide_emitters;
+        let hides = kind == RayKind::Camera && self.limits.hide_emitters;
         if !hides && !self.features.interface_events() {
             // What is large is made last, in the place where it stays: to move it costs as much as a shadow
             // ray.
-            let hit = self.accel.closest(ray, time);
+            let hit = self.closest(kind.begins(), ray, time);
             cross(&media.here, &Ray { t_max: hit.as_ref().map_or(f64::INFINITY, |hit| hit.t), ..*ray });
             return hit.map(|hit| self.intersection(&hit, ray, time));
         }
@@ -314,8 +317,11 @@ impl Scene {
         // Length of the way, and that of the part of it that leads through what the ray is in now, with where
         // that begins.
         let (mut passed, mut within, mut start) = (0.0, 0.0, ray);
+        let mut query = kind.begins();
         loop {
-            let Some(mut hit) = self.meet(&ray, time) else {
+            let found = self.meet(query, &ray, time);
+            query.begins = false;
+            let Some(mut hit) = found else {
                 cross(&media.here, &start);
                 return None;
             };
@@ -346,8 +352,8 @@ impl Scene {
         }
     }
 
-    pub(super) fn meet(&self, ray: &Ray, time: f64) -> Option<Intersection> {
-        self.accel.closest(ray, time).map(|hit| self.intersection(&hit, ray, time))
+    pub(super) fn meet(&self, query: Query, ray: &Ray, time: f64) -> Option<Intersection> {
+        self.closest(query, ray, time).map(|hit| self.intersection(&hit, ray, time))
     }
 
     /// All about a hit.
@@ -420,8 +426,8 @@ impl Scene {
     }
 
     /// Whether anything at all is in the way of a ray.
-    pub fn is_occluded(&self, ray: &Ray, time: f64) -> bool {
-        self.accel.occluded(ray, time)
+    pub fn is_occluded(&self, ray: &Ray, time: f64, kind: RayKind) -> bool {
+        self.occluded(kind.begins(), ray, time)
     }
 
     /// Surface points, at most sixteen, that are to be asked what they see of others.

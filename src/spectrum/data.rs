@@ -88,6 +88,7 @@ tables! {
     "metals/vanadium_carbide_VC_pfluger",
     "metals/vanadium_nitride_VN_pfluger",
     "metals/zinc_Zn_querry",
+    "photons/photons_per_joule",
     "reflectance/cie13_3_tcs_5nm",
     "reflectance/colorchecker_babelcolor_average_10nm",
     "reflectance/colorchecker_ohta1997_5nm",

@@ -267,6 +267,25 @@ fn figures_are_those_of_their_definitions() {
     assert!((seen.white - 20.0).abs() < 1e-5 && (seen.delta_e - expected).abs() < 1e-5, "{seen:?}");
 }
 
+/// The pixels where A is too bright, the brightest first: not those where it is too dark, nor where it is the same.
+#[test]
+fn the_brightest_outliers_are_named() {
+    let a = small(&[("Y", [1.5, 2.0, 0.0, 6.0])]);
+    let b = small(&[("Y", [1.0, 2.0, 9.0, 2.0])]);
+    let found = compare(from_ref(&a), from_ref(&b), &Options::default()).expect("comparable");
+    let outliers: Vec<_> = found.outliers.iter().map(|outlier| (outlier.pixel, outlier.values)).collect();
+    assert_eq!(outliers, [([1, 1], [6.0, 2.0]), ([0, 0], [1.5, 1.0])]);
+    let files: [&[String]; 2] = [&["a.exr".to_owned()], &["b.exr".to_owned()]];
+    let table = found.table(files);
+    assert!(
+        table.contains("at pixels 1,1 (6.00 for 2.00), 0,0") && table.contains("abbe explain"),
+        "{table}"
+    );
+    let json: Value = serde_json::from_str(&found.json(files)).expect("it is JSON");
+    assert_eq!(json["outliers"][0]["pixel"], serde_json::json!([1, 1]));
+    assert_eq!(json["outliers"][1]["a"], 1.5);
+}
+
 /// Pixels that are not finite are counted and left out; files of responses have no colours but figures of each channel;
 /// layers and half floats of other programs are understood.
 #[test]

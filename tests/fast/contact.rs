@@ -5,7 +5,7 @@ use crate::common::{expose, made, mean_over_pixels, settings, stress};
 use abbe::geometry::{Ray, Vec3};
 use abbe::medium::Media;
 use abbe::render::WavelengthCount;
-use abbe::scene::{CompileOptions, Scene};
+use abbe::scene::{CompileOptions, RayKind, Scene};
 use abbe::spectrum::{Sampled, Wavelengths};
 use abbe::units::WavelengthRange;
 use rand::{RngExt, SeedableRng};
@@ -27,7 +27,7 @@ fn scene(content: &str) -> Scene {
 fn straight_through(scene: &Scene, mut ray: Ray) -> (Vec<f64>, f64) {
     let mut media = scene.media_at_sensor(&ray, 0.0);
     let (mut indices, mut share) = (Vec::new(), 1.0);
-    while let Some(hit) = scene.intersect(&ray, 0.0, false, &mut media, |_, _| {}) {
+    while let Some(hit) = scene.intersect(&ray, 0.0, RayKind::Scattered, &mut media, |_, _| {}) {
         let shading = scene.shade(&hit, -ray.direction, &media, &NM, 0.0);
         let Some(ratio) = shading.index_beyond() else { break };
         indices.push(ratio);
@@ -223,10 +223,10 @@ fn a_floor_in_contact_scatters_into_the_glass() {
                 let from = centre + (axes[0] * x + axes[1] * y - axes[2]) * scale;
                 let mut ray = Ray::new(from, axes[2]);
                 let mut media = scene.media_at_sensor(&ray, 0.0);
-                let glass = scene.intersect(&ray, 0.0, false, &mut media, |_, _| {}).unwrap();
+                let glass = scene.intersect(&ray, 0.0, RayKind::Scattered, &mut media, |_, _| {}).unwrap();
                 scene.pass_through(&glass, ray.direction, &mut media);
                 ray = glass.point.ray(ray.direction);
-                let floor = scene.intersect(&ray, 0.0, false, &mut media, |_, _| {}).unwrap();
+                let floor = scene.intersect(&ray, 0.0, RayKind::Scattered, &mut media, |_, _| {}).unwrap();
                 assert!(scene.shade(&floor, -ray.direction, &media, &NM, 0.0).index_beyond().is_none());
                 // Down to grazing.
                 let cos: f64 = 10f64.powf(random.random_range(-4.0..0.0));
@@ -234,7 +234,7 @@ fn a_floor_in_contact_scatters_into_the_glass() {
                 let sin = (1.0 - cos * cos).sqrt();
                 let up = axes[0] * (sin * turn.cos()) + axes[1] * (sin * turn.sin()) - axes[2] * cos;
                 ray = floor.point.ray(up.normalize());
-                let out = scene.intersect(&ray, 0.0, false, &mut media, |_, _| {}).unwrap();
+                let out = scene.intersect(&ray, 0.0, RayKind::Scattered, &mut media, |_, _| {}).unwrap();
                 let ratio = scene.shade(&out, -ray.direction, &media, &NM, 0.0).index_beyond().unwrap();
                 assert!((ratio * 1.5 / AIR - 1.0).abs() < 1e-12, "{place} {scale} {x} {y} {cos}: {ratio}");
                 assert!(out.point.normal.dot(ray.direction) > 0.0);

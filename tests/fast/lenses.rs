@@ -2,7 +2,7 @@
 
 use crate::common::made;
 use abbe::geometry::{Ray, Vec3};
-use abbe::scene::{CompileOptions, Scene};
+use abbe::scene::{CompileOptions, RayKind, Scene};
 use abbe::spectrum::{Sampled, Wavelengths};
 
 /// The lines F and C of hydrogen and d of helium, in nm.
@@ -59,7 +59,7 @@ fn through(scene: &Scene, faces: usize, mut ray: Ray, nm: f64) -> (Ray, Vec3) {
     let mut media = scene.media_at_sensor(&ray, 0.0);
     let mut first = Vec3::NAN;
     for face in 0..faces {
-        let hit = scene.intersect(&ray, 0.0, false, &mut media, |_, _| {}).unwrap();
+        let hit = scene.intersect(&ray, 0.0, RayKind::Scattered, &mut media, |_, _| {}).unwrap();
         if face == 0 {
             first = hit.point.position;
         }
@@ -69,7 +69,10 @@ fn through(scene: &Scene, faces: usize, mut ray: Ray, nm: f64) -> (Ray, Vec3) {
         scene.pass_through(&hit, scatter.toward_light, &mut media);
         ray = hit.point.ray(scatter.toward_light);
     }
-    assert!(scene.intersect(&ray, 0.0, false, &mut media, |_, _| {}).is_none(), "there is another face");
+    assert!(
+        scene.intersect(&ray, 0.0, RayKind::Scattered, &mut media, |_, _| {}).is_none(),
+        "there is another face"
+    );
     (ray, first)
 }
 

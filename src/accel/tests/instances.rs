@@ -1,4 +1,5 @@
 use super::{any_placement, any_ray, direction, leaving, mixture, random, soup};
+use crate::accel::watch::Unwatched;
 use crate::accel::{Accel, Instance};
 use crate::geometry::{Motion, Placed, Ray, SurfacePoint, Transform, Vec3};
 use crate::shape::{Cylinder, Disk, Hit, Mesh, MeshData, Shape, Sphere};
@@ -130,7 +131,7 @@ fn brute_force(shapes: &[Shape], instances: &[Instance], ray: &Ray) -> Option<Hi
     let plain = (0u32..).zip(shapes).filter_map(|(i, shape)| Some(Hit { shape: i, ..shape.intersect(ray)? }));
     let placed = (0u32..)
         .zip(instances)
-        .filter_map(|(i, placed)| Some(Hit { instance: i, ..placed.closest(ray, 0.0)? }));
+        .filter_map(|(i, placed)| Some(Hit { instance: i, ..placed.closest(ray, 0.0, Unwatched)? }));
     plain.chain(placed).filter(|hit| hit.t < ray.t_max).min_by(|a, b| a.t.total_cmp(&b.t))
 }
 

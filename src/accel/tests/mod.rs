@@ -1,13 +1,15 @@
 mod fans;
 mod instances;
 
-use super::Accel;
-use crate::geometry::{Bounds, Ray, SurfacePoint, Transform, Vec3};
+use super::{Accel, Tests};
+use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
 use crate::shape::{ControlPoint, CurveKind, Curves, Cylinder, Disk, Hit, Mesh, MeshData, Shape, Sphere};
 use glam::{DMat4, DQuat};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
+use std::cell::Cell;
 use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_PI_6, PI, TAU};
 
 fn random(seed: u64) -> Random {
     Random::seed_from_u64(seed)
@@ -371,4 +373,54 @@ fn neighbours_in_contact_are_not_missed() {
             assert_eq!(hit.shape, 1, "radius {radius}");
         }
     }
+}
+
+/// The probability that a random line through a convex body meets one within is the ratio of their areas: π/6
+/// for a ball in its box (Stone 1975).
+#[test]
+fn lines_through_a_box_meet_the_ball_in_it_as_its_area_says() {
+    const LINES: u32 = 200_000;
+    let ball = Shape::Sphere(Sphere::new(&Transform::IDENTITY, Vec3::ZERO, 1.0, false).unwrap());
+    let (accel, mut random) = (Accel::build(&[ball]), random(9));
+    let tests = Cell::new(Tests::default());
+    let mut hits = 0;
+    for _ in 0..LINES {
+        // Uniform over lines that come near: a direction, and a place of the disk across it.
+        let direction = direction(&mut random);
+        let frame = Frame::around(direction);
+        let (radius, angle) = (2.0 * random.random::<f64>().sqrt(), random.random_range(0.0..TAU));
+        let across = frame.to_world(Vec3::new(radius * angle.cos(), radius * angle.sin(), -5.0));
+        hits += u64::from(accel.closest_counting(&Ray::new(across, direction), 0.0, &tests).is_some());
+    }
+    let Tests { nodes, boxes, entered, surfaces, leaves, empty, packets } = tests.get();
+    assert_eq!((nodes, packets), (boxes, 0), "each node has one box");
+    assert_eq!([surfaces, leaves, empty + hits], [entered, entered, nodes]);
+    let met = hits as f64 / entered as f64;
+    let error = (FRAC_PI_6 * (1.0 - FRAC_PI_6) / entered as f64).sqrt();
+    assert!((met - FRAC_PI_6).abs() < 4.0 * error, "{met} ± {error}");
+    // The box's own mean shadow is a quarter of its area, 24, of a disk of area 4π.
+    let entered = entered as f64 / f64::from(LINES);
+    let expected = 6.0 / (4.0 * PI);
+    assert!((entered - expected).abs() < 4.0 * (expected / f64::from(LINES)).sqrt(), "{entered}");
+}
+
+/// Counting changes no answer, nor does it stop sooner.
+#[test]
+fn queries_that_are_counted_answer_the_same() {
+    let mut random = random(4);
+    let shapes = mixture(40, 0.3, &mut random);
+    let accel = Accel::build(&shapes);
+    let tests = Cell::new(Tests::default());
+    for _ in 0..2000 {
+        let ray = Ray::new(2.0 * in_cube(&mut random), direction(&mut random));
+        let before = tests.get();
+        assert_eq!(accel.closest_counting(&ray, 0.0, &tests), accel.closest(&ray, 0.0));
+        let closest = tests.get();
+        assert_eq!(accel.occluded_counting(&ray, 0.0, &tests), accel.occluded(&ray, 0.0));
+        let occluded = tests.get().nodes - closest.nodes;
+        assert!(closest.nodes - before.nodes > 0 || occluded == 0);
+    }
+    let Tests { nodes, boxes, entered, leaves, empty, packets, surfaces } = tests.get();
+    assert!(boxes > nodes && boxes <= 8 * nodes && entered <= boxes && empty <= nodes + leaves);
+    assert!(packets + surfaces >= leaves);
 }

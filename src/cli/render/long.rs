@@ -86,6 +86,10 @@ impl LongOptions {
         self.until.is_some() || self.time.is_some()
     }
 
+    pub fn resumes(&self) -> bool {
+        self.resume
+    }
+
     /// The viewer that is asked for.
     pub fn viewer(&self, name: &str) -> Result<Option<Tev>, Failure> {
         let connect = |address: &String| {
@@ -98,12 +102,12 @@ impl LongOptions {
         self.tev.as_ref().map(connect).transpose()
     }
 
-    /// Where the files go, by the name of one.
-    pub fn places(&self, output: &Path, with_png: bool) -> Places {
+    /// Where the files go, by the name of one. Frames of an animation are always kept on the way.
+    pub fn places(&self, output: &Path, with_png: bool, is_frame: bool) -> Places {
         if has_extension(output, checkpoint::EXTENSION) {
             return Places { picture: None, png: None, checkpoint: Some(output.to_owned()) };
         }
-        let is_kept = self.checkpoint || self.resume || self.samples.is_some();
+        let is_kept = self.checkpoint || self.resume || self.samples.is_some() || is_frame;
         Places {
             picture: Some(output.to_owned()),
             png: with_png.then(|| output.with_extension("png")),
@@ -367,6 +371,11 @@ impl Outcome {
             ("reachedAtMost", reached(|estimate| estimate.at_most)),
             ("confidence", target::CONFIDENCE.to_string()),
         ])
+    }
+
+    /// Whether it ended because it was good enough or out of time, and not for a signal.
+    pub fn has_decided(&self) -> bool {
+        self.is_met || self.is_out_of_time
     }
 
     /// Says whether what was asked for is reached.

@@ -1,24 +1,29 @@
+mod frames;
 mod long;
 mod report;
+mod stats;
 
 use super::png_options::PngOptions;
-use super::scene_options::{PictureOptions, SceneOptions};
+use super::sampling_options::SamplingOptions;
+use super::scene_options::SceneOptions;
 use super::stop::stop_on_signal;
 use super::{Failure, print_message};
-use abbe::film::{Film, SpectralBins};
-use abbe::integrator::Estimator;
+use abbe::film::Film;
 use abbe::output::{self, Colour, Content, Picture, checkpoint};
-use abbe::render::{Schedule, Settings, WavelengthCount, Work, auxiliary, go_on};
-use abbe::sampling::SamplerKind;
-use abbe::scene::description::{self, Aov, Description, FilmContent, Moments, PixelFormat};
-use abbe::scene::{CompileOptions, Scene, compile};
-use abbe::spectrum::colour::Observer;
+use abbe::render::{Settings, Work, auxiliary, go_on};
+use abbe::scene::description::{self, Aov, AovKind, Description, FilmContent, Moments, PixelFormat};
+use abbe::scene::{Scene, compile};
 use abbe::units::WavelengthRange;
+use frames::FrameOptions;
 pub(super) use long::cannot_read;
 use long::{Kept, LongOptions, Watching};
 use report::distinct;
 pub(super) use report::{counted, sample_count};
+use stats::{Report, Statistics};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// Render a scene to an EXR with error bars, and a PNG to look at
 ///
@@ -36,61 +41,22 @@ pub struct Args {
     #[arg(short, long, value_name = "OUT.exr|checkpoint")]
     output: Option<PathBuf>,
 
-    /// Samples per pixel, the mean over the picture: a pilot gives more to pixels that err more. They are
-    /// dealt into replicates whose spread gives the error [default: what the scene says]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
-    spp: Option<u32>,
-
-    /// Independent replicates that the samples are dealt into. Few make a picture less noisy, for its samples
-    /// are spread better together, and its error bars less sure; 1 has none [default: 4 to 16, by the number
-    /// of samples]
-    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    replicates: Option<u32>,
-
-    /// Seed of the sample values [default: what the scene says]
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
+    #[command(flatten)]
+    sampling: SamplingOptions,
 
     /// Threads to render with [default: as many as there are cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
 
-    /// Sampler: regular (no error bars), independent, jittered, poisson, sobol (Owen-scrambled) or bluenoise
-    /// [default: what the scene says, else sobol]
-    #[arg(long, value_name = "S", value_parser = parse_sampler)]
-    sampler: Option<SamplerKind>,
-
-    /// Wavelengths that a path carries: 1, 4 or 8. The expectation is the same, noise and time are not
-    #[arg(long, value_name = "C", default_value = "4", value_parser = parse_wavelengths)]
-    wavelengths: WavelengthCount,
-
-    /// Estimator: shared (pixels share the suffixes of their paths, and samples go where pixels err) or plain
-    /// (each pixel traces its own paths, all the same number). The expectation is the same, noise and time
-    /// are not
-    #[arg(long, value_name = "E", default_value = "shared", value_parser = parse_estimator)]
-    estimator: Estimator,
-
-    #[command(flatten)]
-    picture: PictureOptions,
-
-    /// Also write N spectral bins (47 without N) over the range of wavelengths, each with its standard error
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "47", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    spectral: Option<u32>,
-
-    /// Wavelengths that are simulated, in nm [default: 360:830 and whatever else a specfilm responds to]
-    #[arg(long, value_name = "MIN:MAX", value_parser = parse_range)]
-    range: Option<WavelengthRange>,
-
-    /// Colour matching functions: cie1931, cie1931-5nm (as Mitsuba tabulates it), cie1964, cie2015-2 or
-    /// cie2015-10
-    #[arg(long, value_name = "NAME", default_value = "cie1931", value_parser = parse_observer)]
-    observer: &'static Observer,
-
     /// Also write images of what the camera sees first, each with its standard error: albedo, depth,
-    /// position, uv, geo_normal, sh_normal, dp_du, dp_dv, prim_index, shape_index, material_index. NAME:TYPE
-    /// gives the channels another name
+    /// position, uv, geo_normal, sh_normal, dp_du, dp_dv, prim_index, shape_index, material_index;
+    /// cost is what a path takes: nodes visited, packets of four triangles and other surfaces tested.
+    /// NAME:TYPE gives the channels another name
     #[arg(long, value_name = "TYPES", value_delimiter = ',', value_parser = Aov::of_word)]
     aov: Vec<Aov>,
+
+    #[command(flatten)]
+    frames: FrameOptions,
 
     #[command(flatten)]
     long: LongOptions,
@@ -98,39 +64,80 @@ pub struct Args {
     #[command(flatten)]
     png: PngOptions,
 
+    /// Also print what the render did: rays by kind and what they took, how paths end, the share of the time
+    /// in ray queries, memory and times. The file has what of it is the same for equal renders. The picture
+    /// is the same and takes longer
+    #[arg(long)]
+    stats: bool,
+
+    /// Print the statistics as JSON
+    #[arg(long, requires = "stats")]
+    json: bool,
+
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let began = Instant::now();
     let mut description = args.scene.read()?;
-    args.apply_to(&mut description);
-    let range = args.range.unwrap_or_else(|| description.sensor.film.wavelength_range());
+    let read = began.elapsed();
+    let most = args.long.ends_early().then_some(long::MOST_SAMPLES);
+    args.sampling.apply_to(&mut description, most);
+    let range = args.sampling.range(&description);
     let description = description.over(range);
-    let options = CompileOptions {
-        range,
-        observer: args.observer,
-        spectral: args.spectral.is_some(),
-        part: args.picture.part(output::MARGIN, output::SQUARE),
-    };
-    let scene = compile(&description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
     let output = args.output_path()?;
-    let sampler = &description.sensor.sampler;
-    let settings = Settings {
-        schedule: match args.replicates {
-            Some(replicates) if sampler.kind.is_random() => {
-                Schedule::with_replicates(sampler.sample_count, replicates)
-            }
-            _ => Schedule::of(sampler.kind, sampler.sample_count),
-        },
-        seed: sampler.seed,
-        sampler: sampler.kind,
-        wavelengths: args.wavelengths,
-        estimator: args.estimator,
-        bins: args.spectral.map(|count| SpectralBins { range, count: count as usize }),
+    let Some(frames) = args.frames.frames.clone() else {
+        return picture(
+            args,
+            &Request {
+                description: &description,
+                range,
+                read,
+                output,
+                frame: None,
+                stop: &stop_on_signal()?,
+            },
+        );
     };
-    if !args.quiet {
+    // Told before the first frame is rendered.
+    frames::path_of_frame(&output, frames.start)?;
+    let stop = stop_on_signal()?;
+    for frame in frames.clone() {
+        let output = frames::path_of_frame(&output, frame)?;
+        if !args.quiet {
+            print_message(&format!("frame {frame}, to {}: {}", frames.end - 1, output.display()));
+        }
+        let description = &args.frames.of_frame(frame, description.clone());
+        picture(args, &Request { description, range, read, output, frame: Some(frame), stop: &stop })?;
+    }
+    Ok(())
+}
+
+/// One picture, and what it is made from.
+struct Request<'a> {
+    description: &'a Description,
+    range: WavelengthRange,
+    /// How long it took to read the scene.
+    read: Duration,
+    output: PathBuf,
+    /// Which of an animation it is.
+    frame: Option<u32>,
+    stop: &'a Arc<AtomicBool>,
+}
+
+fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
+    let Request { description, range, read, ref output, frame, stop } = *request;
+    let options = args.sampling.compile_options(range);
+    let began = Instant::now();
+    let scene = compile(description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
+    let compiled = began.elapsed();
+    let sampler = &description.sensor.sampler;
+    let settings = args.sampling.settings(description, range);
+    // Once for all frames.
+    let is_first = frame.is_none_or(|frame| args.frames.frames.as_ref().is_none_or(|all| all.start == frame));
+    if !args.quiet && is_first {
         for assumption in distinct(&description.assumptions) {
             print_message(&format!("assumed: {assumption}"));
         }
@@ -148,27 +155,50 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let content = content(&description.sensor.film);
     let moments = description.integrator.moments.as_ref().map(Moments::stems);
     refuse_repeated_names(&content, moments.as_ref(), &aovs)?;
+    let counts = args.stats || aovs.iter().any(|aov| aov.kind == AovKind::Cost);
+    let scene = if counts { scene.counting() } else { scene };
     let pool = thread_pool(args.threads)?;
-    let places = args.long.places(&output, args.png.is_wanted());
+    let places = args.long.places(output, args.png.is_wanted(), frame.is_some());
     let names: Vec<String> = aovs.iter().flat_map(Aov::channels).collect();
     let kept = Kept {
         path: places.checkpoint.clone(),
-        identity: report::identity(args, range, &description, &settings, &names),
+        identity: report::identity(args, range, description, &settings, &names),
         picture: checkpoint::Description {
             content,
             moments,
-            attributes: report::attributes(args, range, &description, &scene, &settings),
+            attributes: report::attributes(args, range, description, &scene, &settings),
         },
         samples_per_pixel: settings.schedule().samples(),
         threads: pool.current_num_threads(),
     };
+    if frame.is_some()
+        && frames::is_complete(
+            args,
+            output,
+            &kept.picture.attributes,
+            places.png.as_deref(),
+            places.checkpoint.as_deref(),
+        )?
+    {
+        if !args.quiet {
+            print_message(&format!("{} is complete", output.display()));
+        }
+        return Ok(());
+    }
     let samples = args.long.samples(settings.schedule())?;
     let work = kept.begin(Work::new(&scene, &settings, samples), &args.long, args.quiet)?;
     places.refuse_unwritable()?;
     let viewer = args.long.viewer(&output.to_string_lossy())?;
-    let stop = stop_on_signal()?;
-    let long = Watching::new(&kept, &args.long, &work, args.quiet, viewer, stop);
-    let work = pool.install(|| go_on(&scene, &settings, work, &long));
+    let long = Watching::new(&kept, &args.long, &work, args.quiet, viewer, stop.clone());
+    let (work, statistics) = match args.stats {
+        true => {
+            let statistics = Statistics::new(&scene, &long);
+            let work = pool.install(|| go_on(&scene, &settings, work, &statistics));
+            let report = statistics.report(work.film(), &settings, [read, compiled]);
+            (work, Some(report))
+        }
+        false => (pool.install(|| go_on(&scene, &settings, work, &long)), None),
+    };
     let (outcome, seconds) = long.finish(&work);
     let done = work.film().samples_per_pixel();
     let is_shown = places.picture.is_some() && *done.start() > 0;
@@ -182,7 +212,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let (true, Some(path)) = (is_shown, &places.picture) {
         let film = work.film();
         let checkpoint::Description { content, moments, attributes } = kept.picture.clone();
-        let attributes = [attributes, report::counted(film), outcome.attributes()].concat();
+        let statistics = statistics.as_ref().map_or_else(Vec::new, Report::attributes);
+        let attributes = [attributes, report::counted(film), outcome.attributes(), statistics].concat();
         let picture = Picture { film, content, moments, auxiliary: images, attributes };
         output::exr::write(path, &picture).map_err(|error| cannot_write(path, &error))?;
         if let Some(png) = &places.png {
@@ -194,25 +225,28 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     kept_all?;
-    if !args.quiet {
-        outcome.print(places.checkpoint.as_deref());
+    if let Some(report) = statistics {
+        super::print(&if args.json { report.json() } else { report.text() })?;
     }
-    outcome.end(&work, is_shown, places.checkpoint.as_deref())
+    let ended = outcome.end(&work, is_shown, places.checkpoint.as_deref());
+    let mut checkpoint = places.checkpoint.as_deref();
+    if let (Some(_), Ok(()), Some(path)) = (frame, &ended, checkpoint) {
+        // The picture says that it is complete.
+        std::fs::remove_file(path)
+            .map_err(|error| Failure::Other(format!("error: cannot remove {}: {error}", path.display())))?;
+        checkpoint = None;
+        // A frame that is good enough ends, and the next one begins.
+        if outcome.has_decided() {
+            stop.store(false, Ordering::Relaxed);
+        }
+    }
+    if !args.quiet {
+        outcome.print(checkpoint);
+    }
+    ended
 }
 
 impl Args {
-    /// What the command line says goes over what the file says.
-    fn apply_to(&self, description: &mut Description) {
-        let sensor = &mut description.sensor;
-        sensor.sampler.sample_count = self.spp.unwrap_or(match self.long.ends_early() {
-            true => long::MOST_SAMPLES,
-            false => sensor.sampler.sample_count,
-        });
-        sensor.sampler.seed = self.seed.unwrap_or(sensor.sampler.seed);
-        sensor.sampler.kind = self.sampler.unwrap_or(sensor.sampler.kind);
-        self.picture.apply_to(description);
-    }
-
     /// Where the EXR goes. Refused before the render rather than after it.
     fn output_path(&self) -> Result<PathBuf, Failure> {
         let path = match &self.output {
@@ -312,47 +346,5 @@ pub(super) fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
 pub(super) fn warn(scene: &Scene) {
     for warning in distinct(&scene.warnings) {
         print_message(&format!("warning: {warning}"));
-    }
-}
-
-fn parse_sampler(text: &str) -> Result<SamplerKind, String> {
-    SamplerKind::named(text).ok_or_else(|| {
-        let names: Vec<_> = SamplerKind::NAMES.iter().map(|&(name, _)| name).collect();
-        format!("expected one of {}", names.join(", "))
-    })
-}
-
-fn parse_estimator(text: &str) -> Result<Estimator, String> {
-    Estimator::named(text).ok_or_else(|| "expected shared or plain".to_owned())
-}
-
-pub(super) fn parse_wavelengths(text: &str) -> Result<WavelengthCount, String> {
-    let count: u32 = text.parse().map_err(|_| "expected 1, 4 or 8")?;
-    Ok(count.try_into()?)
-}
-
-fn parse_range(text: &str) -> Result<WavelengthRange, String> {
-    let ends = text.split_once(':').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
-    match ends {
-        Some((min, max))
-            if WavelengthRange::WIDEST.min <= min && min < max && max <= WavelengthRange::WIDEST.max =>
-        {
-            Ok(WavelengthRange { min, max })
-        }
-        _ => {
-            Err("expected MIN:MAX in nm, from 1 to 100000 and with MIN below MAX, for example 380:780"
-                .to_owned())
-        }
-    }
-}
-
-fn parse_observer(text: &str) -> Result<&'static Observer, String> {
-    match text {
-        "cie1931" => Ok(Observer::cie1931()),
-        "cie1931-5nm" => Ok(Observer::cie1931_5nm()),
-        "cie1964" => Ok(Observer::cie1964()),
-        "cie2015-2" => Ok(Observer::cie2015_2deg()),
-        "cie2015-10" => Ok(Observer::cie2015_10deg()),
-        _ => Err("expected cie1931, cie1931-5nm, cie1964, cie2015-2 or cie2015-10".to_owned()),
     }
 }

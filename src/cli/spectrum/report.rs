@@ -5,7 +5,7 @@ use abbe::spectrum::catalogue::{self, Kind, Quantity, RefractiveIndex};
 use abbe::spectrum::colour::{Observer, Xyz, srgb_hex, xyz_to_rec709};
 use abbe::spectrum::normal_reflectance::reflectance_of_index;
 use abbe::spectrum::{Extrapolation, Spectrum};
-use abbe::units::{FRAUNHOFER_C, FRAUNHOFER_D, FRAUNHOFER_F, WavelengthRange};
+use abbe::units::{FRAUNHOFER_C, FRAUNHOFER_D, FRAUNHOFER_F, WavelengthRange, photons_per_joule};
 use std::fmt::Write as _;
 
 const RANGE: WavelengthRange = WavelengthRange::VISIBLE;
@@ -18,7 +18,7 @@ const ILLUMINANTS: [&str; 6] = ["A", "D50", "D65", "FL2", "FL11", "E"];
 const THICKNESSES: [(f64, &str); 5] =
     [(1e-4, "0.1 mm"), (1e-3, "1 mm"), (1e-2, "1 cm"), (0.1, "10 cm"), (1.0, "1 m")];
 
-pub(super) fn report(subject: &Subject, at: &[f64]) -> String {
+pub(super) fn report(subject: &Subject, at: &[f64], photons: bool) -> String {
     let mut text = format!("{}\n", subject.title);
     for (what, value) in &subject.facts {
         line(&mut text, what, value);
@@ -27,7 +27,12 @@ pub(super) fn report(subject: &Subject, at: &[f64]) -> String {
         Quantity::Spectrum(spectrum) => {
             sampling(&mut text, "sampling", spectrum);
             assumption(&mut text, catalogue::held_outside(spectrum, RANGE));
-            values(&mut text, at, &["value"], |nm| vec![spectrum.at(nm)]);
+            match photons {
+                true => values(&mut text, at, &["value", "photons"], |nm| {
+                    vec![spectrum.at(nm), spectrum.at(nm) * photons_per_joule(nm)]
+                }),
+                false => values(&mut text, at, &["value"], |nm| vec![spectrum.at(nm)]),
+            }
             match subject.kind {
                 Some(Kind::Reflectance) => reflected(&mut text, spectrum),
                 Some(Kind::Absorption) => transmitted(&mut text, spectrum),

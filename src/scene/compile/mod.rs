@@ -255,6 +255,7 @@ impl Compiler<'_> {
             }
         };
         Ok(Scene {
+            counters: None,
             observer: self.options.observer,
             integrator,
             limits,

@@ -235,5 +235,6 @@ fn named(place: &Place, name: &str) -> Result<Spectrum, SceneError> {
     catalogue::reflectance(name)
         .or_else(|_| catalogue::illuminant(name))
         .or_else(|_| catalogue::absorption(name))
+        .or_else(|_| catalogue::sensitivity(name))
         .map_err(|unknown| SceneError::at(place, unknown.to_string(), "the name of a measured spectrum"))
 }

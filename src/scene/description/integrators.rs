@@ -85,11 +85,14 @@ pub enum AovKind {
     ShapeIndex,
     /// A number above 0 that is another one for each material (an extension).
     MaterialIndex,
+    /// What a path from the pixel takes, whatever it shares with others: nodes that its rays visit, packets
+    /// of four triangles and other surfaces that they are tested against (an extension).
+    Cost,
 }
 
 impl AovKind {
     /// All of them, by the names that Mitsuba 3's `aov` has for them.
-    pub const NAMES: [(&'static str, Self); 11] = [
+    pub const NAMES: [(&'static str, Self); 12] = [
         ("albedo", Self::Albedo),
         ("depth", Self::Depth),
         ("position", Self::Position),
@@ -101,6 +104,7 @@ impl AovKind {
         ("prim_index", Self::PrimitiveIndex),
         ("shape_index", Self::ShapeIndex),
         ("material_index", Self::MaterialIndex),
+        ("cost", Self::Cost),
     ];
 
     pub fn named(name: &str) -> Option<Self> {
@@ -121,6 +125,7 @@ impl AovKind {
                 &["X", "Y", "Z"]
             }
             Self::PrimitiveIndex | Self::ShapeIndex | Self::MaterialIndex => &["I"],
+            Self::Cost => &["T"],
         }
     }
 

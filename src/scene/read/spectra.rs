@@ -68,12 +68,12 @@ impl Use {
             Self::Emission => Some(Kind::Illuminant),
             Self::Absorption => Some(Kind::Absorption),
             Self::Index => Some(Kind::Dielectric),
+            Self::Response => Some(Kind::Sensitivity),
             // A metal has n and k together.
             Self::ConductorIndex
             | Self::Weight
             | Self::Fraction
             | Self::Amount
-            | Self::Response
             | Self::Part
             | Self::Height
             | Self::Normals => None,

@@ -50,6 +50,14 @@ pub struct MeshAttribute {
 }
 
 impl MeshData {
+    /// Bytes held.
+    pub fn memory(&self) -> usize {
+        let values: usize = self.attributes.iter().map(|attribute| size_of_val(&attribute.values[..])).sum();
+        let normals = self.normals.as_ref().map_or(0, |normals| size_of_val(&normals[..]));
+        let uvs = self.uvs.as_ref().map_or(0, |uvs| size_of_val(&uvs[..]));
+        size_of_val(&self.positions[..]) + size_of_val(&self.indices[..]) + normals + uvs + values
+    }
+
     /// The volume that it encloses if it is closed, negative where its faces wind inward; `flip_normals` is
     /// left aside.
     pub fn volume(&self) -> f64 {

@@ -227,6 +227,14 @@ pub fn absorption(name: &str) -> Result<Spectrum, UnknownName> {
     single(Kind::Absorption, name)
 }
 
+/// What a sensor, or an eye, makes of each wavelength.
+///
+/// # Errors
+/// As [`lookup`].
+pub fn sensitivity(name: &str) -> Result<Spectrum, UnknownName> {
+    single(Kind::Sensitivity, name)
+}
+
 /// n and k of a conductor.
 ///
 /// # Errors

@@ -270,13 +270,15 @@ const CLEAR: [(&str, &str, &[&str]); 7] = [
 const FORMULAS: &str = "dielectrics/dispersion_formulas";
 
 /// Rows of the table of formulas whose name here is not simply theirs, and further names.
-const GLASSES: [(&str, &str, &[&str]); 19] = [
+const GLASSES: [(&str, &str, &[&str]); 21] = [
     ("BK7", "BK7", &["N-BK7", "crown-glass"]),
     ("LASF9N", "LASFN9", &["LASF9N"]),
     ("fused_silica", "fused-silica", &["silica", "quartz-glass", "SiO2"]),
     ("sapphire_o", "sapphire-o", &["sapphire"]),
     ("diamond", "diamond", &["C"]),
     ("water_20C", "water-20C", &["water"]),
+    ("carbon_disulfide", "carbon-disulfide", &["carbon-disulphide", "CS2"]),
+    ("methylene_iodide", "methylene-iodide", &["diiodomethane", "CH2I2"]),
     ("MgF2_o", "MgF2-o", &["MgF2"]),
     ("quartz_o", "quartz-o", &["quartz"]),
     ("calcite_o", "calcite-o", &["calcite"]),
@@ -369,5 +371,6 @@ fn sensitivities() -> Vec<Record> {
         };
         columns(file).into_iter().map(one).collect::<Vec<_>>()
     };
-    tables.into_iter().flat_map(record).collect()
+    let photons = column(Kind::Sensitivity, "photons", &[], "photons/photons_per_joule", "photons");
+    tables.into_iter().flat_map(record).chain([photons]).collect()
 }

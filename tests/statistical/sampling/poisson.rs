@@ -1,7 +1,8 @@
 //! Poisson disk patterns.
 
 use super::{band, points, spectrum};
-use abbe::sampling::poisson::{best_candidates, boundary, darts, distance_squared};
+use abbe::geometry::Vec3;
+use abbe::sampling::poisson::{best_candidates, best_on_sphere, boundary, darts, distance_squared};
 use abbe::sampling::{Dimensions, Sampler, SamplerKind};
 use abbe::stats::Moments;
 use rand::{RngExt, SeedableRng};
@@ -59,6 +60,34 @@ fn best_candidates_keep_farther_apart_than_chance_at_every_prefix() {
     for prefix in [10, 20, 50, 100, 200] {
         assert!(least_distance(&apart[..prefix]) > least_distance(&chance[..prefix]), "{prefix}");
     }
+}
+
+/// Every prefix keeps at least half of the distance of the densest packing, √(8π/√3N), which random points do not;
+/// and the points are nowhere denser than elsewhere.
+#[test]
+fn points_on_the_sphere_keep_apart_and_cover_it() {
+    let mut random = Random::seed_from_u64(8);
+    let least = |points: &[Vec3]| {
+        let pairs =
+            points.iter().enumerate().flat_map(|(i, a)| points[..i].iter().map(move |b| a.distance(*b)));
+        pairs.fold(2.0, f64::min)
+    };
+    let points = best_on_sphere(300, 10, &mut random);
+    assert!(points.iter().all(|point| (point.length() - 1.0).abs() < 1e-12));
+    for prefix in [10, 30, 100, 300] {
+        let densest = (8.0 * std::f64::consts::PI / (3f64.sqrt() * prefix as f64)).sqrt();
+        let ratio = least(&points[..prefix]) / densest;
+        println!("{prefix}: {ratio}");
+        assert!(ratio > 0.5 && ratio <= 1.0, "{prefix}: {ratio}");
+    }
+    // Candidates: one random point at a time, the first of them all.
+    let chance: Vec<Vec3> = (0..300).flat_map(|_| best_on_sphere(1, 0, &mut random)).collect();
+    assert!(least(&chance) < 0.25 * least(&points));
+    // Random points err by √(1/3N) in the mean of a coordinate, well spread ones by much less.
+    let mean = points.iter().sum::<Vec3>() / 300.0;
+    assert!(mean.abs().max_element() < 0.5 * (1.0f64 / 900.0).sqrt(), "{mean}");
+    let squares = points.iter().map(|point| *point * *point).sum::<Vec3>() / 300.0;
+    assert!((squares - Vec3::splat(1.0 / 3.0)).abs().max_element() < 0.02, "{squares}");
 }
 
 /// Every sequence has all its points, none too near another, wherever it was shifted to; long ones repeat a pattern.

@@ -59,6 +59,7 @@ HANDBOOK = {
     "quartz-o": 1.5442,
     "quartz-e": 1.5533,
     "water-20C": 1.3330,
+    "carbon-disulfide": 1.6277,
     "BaF2": 1.4744,
     "air-15C": 1.0003,
 }
@@ -91,19 +92,21 @@ def run(claim):
         rendered += [abs(a - b) for a, b, ok in zip(answer["rendered"], answer["index"], inside) if ok]
         n = dict(zip(LINES, exact))
         n_abbe = dict(zip(LINES, answer["index"]))
-        number = (n["d"] - 1) / (n["F"] - n["C"])
         if all(ok for line, ok in zip(LINES, inside) if line in "FdC"):
+            number = (n["d"] - 1) / (n["F"] - n["C"])
             # n_F − n_C keeps the rounding of two indices near n.
             rounding = 2.0**-51 * float(n["d"] / (n["F"] - n["C"]))
             abbe_errors.append(float(abs(answer["abbe_number"] / number - 1)) / rounding)
-        curves[entry["name"]] = (n_abbe["d"], answer["abbe_number"], n_abbe["D"])
+        # JSON has no infinity: what is one number has no dispersion.
+        v = float("inf") if answer["abbe_number"] is None else answer["abbe_number"]
+        curves[entry["name"]] = (n_abbe["d"], v, n_abbe["D"])
         code, published = CODES.get(entry["name"], (None, None))
         told = HANDBOOK.get(entry["name"])
         shown.append(
             (
                 entry["name"],
                 *(f"{n_abbe[line]:.5f}" if ok else "–" for line, ok in zip(LINES, inside)),
-                f"{answer['abbe_number']:.2f}",
+                f"{v:.2f}" if v < float("inf") else "–",
                 code or told or "",
                 published or "",
             )

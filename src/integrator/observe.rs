@@ -1,0 +1,121 @@
+//! A path told step by step, to whoever asks what one sample is made of. What is told comes from the very
+//! code that renders: it is compiled a second time, with somebody who listens.
+
+use crate::geometry::Vec3;
+use crate::sampling::Density;
+use crate::spectrum::Sampled;
+use serde::Serialize;
+use std::cell::RefCell;
+use std::rc::Rc;
+
+/// Is told of the steps of a path.
+pub(super) trait Observe: Clone {
+    fn tell(&self, vertex: u32, step: impl FnOnce() -> Step);
+}
+
+/// Does not listen.
+#[derive(Clone, Copy)]
+pub(super) struct Unseen;
+
+impl Observe for Unseen {
+    #[inline(always)]
+    fn tell(&self, _: u32, _: impl FnOnce() -> Step) {}
+}
+
+/// Keeps all that it is told.
+#[derive(Clone, Default)]
+pub(super) struct Record(Rc<RefCell<Vec<Told>>>);
+
+impl Record {
+    pub fn into_steps(self) -> Vec<Told> {
+        std::mem::take(&mut self.0.borrow_mut())
+    }
+}
+
+impl Observe for Record {
+    fn tell(&self, vertex: u32, step: impl FnOnce() -> Step) {
+        self.0.borrow_mut().push(Told { vertex, step: step() });
+    }
+}
+
+/// A step of a path.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Told {
+    /// Surfaces and scattering events that the path had met before.
+    pub vertex: u32,
+    #[serde(flatten)]
+    pub step: Step,
+}
+
+/// What happens to a path. Places are in the coordinates of the file; what belongs to wavelengths is in the
+/// order of the path's, of which the first is the hero.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "step", rename_all = "snake_case")]
+pub enum Step {
+    /// It meets a surface.
+    Surface {
+        place: [f64; 3],
+        normal: [f64; 3],
+        /// From where the ray began.
+        distance: f64,
+        /// Numbers as in the images of `abbe render --aov`.
+        shape: u32,
+        primitive: u32,
+        material: u32,
+        /// The medium that it came through, if there is one that does anything, as they are numbered.
+        medium: Option<u32>,
+        /// What each wavelength carries over the hero's density.
+        throughput: Vec<f64>,
+        /// The density with which each wavelength would have come this way, over the hero's.
+        ratio: Vec<f64>,
+    },
+    /// A medium scatters it.
+    Medium { place: [f64; 3], distance: f64, medium: Option<u32>, throughput: Vec<f64>, ratio: Vec<f64> },
+    /// It leaves the scene.
+    Escape { direction: [f64; 3], medium: Option<u32>, throughput: Vec<f64>, ratio: Vec<f64> },
+    /// It has found light, of which this is the part in the sample's radiance, its weights included.
+    Found { contribution: Vec<f64> },
+    /// A light was chosen and asked from here.
+    LightSample {
+        /// Where on the light; only a direction for those that are infinitely far away.
+        toward: [f64; 3],
+        distance: Option<f64>,
+        /// Per steradian; none for lights without extent.
+        density: Option<f64>,
+        /// The part in the sample's radiance. Zero where something is in the way.
+        contribution: Vec<f64>,
+    },
+    /// It goes on from the surface or the medium.
+    Scatter {
+        direction: [f64; 3],
+        /// Whether to the other side of the surface.
+        transmitted: bool,
+        /// The hero's, per steradian; none for one of finitely many directions.
+        density: Option<f64>,
+        throughput: Vec<f64>,
+        ratio: Vec<f64>,
+    },
+    /// It has survived Russian roulette with this probability.
+    Survive { probability: f64 },
+    /// Here it has split, and what follows, to the next branch of this vertex or to the end, is the branch of
+    /// this number, which weighs so much in the sample.
+    Branch { number: u32, of: u32, weight: f64 },
+    /// It ends.
+    End { why: &'static str },
+}
+
+/// A density where there is one.
+pub(super) fn known(density: Density) -> Option<f64> {
+    match density {
+        Density::PerSolidAngle(density) => Some(density),
+        Density::Discrete => None,
+    }
+}
+
+pub(super) fn list<const C: usize>(values: Sampled<C>) -> Vec<f64> {
+    values.0.to_vec()
+}
+
+pub(super) fn axes(v: Vec3) -> [f64; 3] {
+    v.to_array()
+}

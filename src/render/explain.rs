@@ -1,0 +1,299 @@
+//! One sample of a pixel, told step by step, from the sample values that the picture has.
+
+use super::exposure::{Aimed, Exposure, Turn};
+use super::groups::{Block, Pixel};
+use super::{Measures, NoProgress, Plan, Settings, with_exposure};
+use crate::film::{Extent, Film, FixedPoint, Region};
+use crate::integrator::{self, RadianceSample, Sight, Told};
+use crate::scene::{Integrator, Scene};
+use crate::spectrum::Sampled;
+use serde::Serialize;
+use smallvec::SmallVec;
+
+/// Which of the samples that a pixel sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// The pixel's own of this number, from 0.
+    Sample(u64),
+    /// The one that brings the most to its Y, of its own and of those of its neighbours that the film's
+    /// filter spreads over it.
+    Brightest,
+}
+
+/// A sample and what it is made of. Places are in the coordinates of the file; radiances, in W·m⁻²·sr⁻¹·nm⁻¹,
+/// are in the order of the wavelengths. A radiance over the number of them and over the density of its
+/// wavelength is what the film sums.
+#[derive(Clone, Debug, Serialize)]
+pub struct Explained {
+    /// Whose sample it is.
+    pub pixel: [u32; 2],
+    /// Its number among the pixel's samples, and how many these are.
+    pub sample: u64,
+    pub samples: u64,
+    /// The replicate of the picture that it is a part of.
+    pub replicate: u32,
+    /// Where on the film, in pixels from its corner.
+    pub place: [f64; 2],
+    pub time: f64,
+    /// The hero's wavelength first, nm, and the density with which each could have been chosen, nm⁻¹.
+    pub wavelengths: Vec<f64>,
+    pub wavelength_densities: Vec<f64>,
+    /// Where the camera ray begins, and its direction.
+    pub origin: [f64; 3],
+    pub direction: [f64; 3],
+    /// By what the sensor multiplies the radiance.
+    pub sensor_weight: Vec<f64>,
+    pub radiance: Vec<f64>,
+    /// Its Y, as it is in the film.
+    pub luminance: f64,
+    /// What it brings to the pixel that was asked for, over that pixel's Y.
+    pub share_of_pixel: f64,
+    /// Y of that pixel, of all samples that it sees. Light subpaths are not in it.
+    pub pixel_luminance: f64,
+    /// Where pixels share the suffixes of their paths: what comes from each of them.
+    pub shared: Option<Shared>,
+    /// The radiance of the path that is told, and its steps.
+    pub path_radiance: Vec<f64>,
+    pub steps: Vec<Told>,
+}
+
+/// The parts of the radiance of a sample that shares suffixes.
+#[derive(Clone, Debug, Serialize)]
+pub struct Shared {
+    /// What is the pixel's own: emission of what it sees, light samples at its first surface, and all that
+    /// comes by directions without a density.
+    pub own: Vec<f64>,
+    /// What comes of the paths of the pixels of its group, itself included, from the most on.
+    pub parts: Vec<Part>,
+    /// The pixel whose path is told: of which the most comes.
+    pub told: [u32; 2],
+}
+
+/// What a sample gets of the path of a pixel.
+#[derive(Clone, Debug, Serialize)]
+pub struct Part {
+    pub pixel: [u32; 2],
+    pub radiance: Vec<f64>,
+}
+
+/// Tells what a sample of the picture of these settings is made of. The error says what is wrong with the
+/// question.
+pub fn explain(
+    scene: &Scene,
+    settings: &Settings,
+    pixel: [u32; 2],
+    wanted: Wanted,
+) -> Result<Explained, String> {
+    if scene.integrator != Integrator::Path {
+        return Err("the integrator is no path tracer: only paths are told".to_owned());
+    }
+    if scene.film.extent.window.within(pixel).is_none() {
+        let [width, height] = scene.film.extent.whole;
+        return Err(format!("the picture of {width}×{height} pixels has no pixel {},{}", pixel[0], pixel[1]));
+    }
+    match settings.wavelengths.get() {
+        1 => explain_with::<1>(scene, settings, pixel, wanted),
+        4 => explain_with::<4>(scene, settings, pixel, wanted),
+        _ => explain_with::<8>(scene, settings, pixel, wanted),
+    }
+}
+
+fn explain_with<const C: usize>(
+    scene: &Scene,
+    settings: &Settings,
+    pixel: [u32; 2],
+    wanted: Wanted,
+) -> Result<Explained, String> {
+    // Only its scales are asked for, which are those of the whole film.
+    let here = Region { offset: pixel, size: [1, 1] };
+    let extent = Extent { measured: here, shown: here, ..scene.film.extent };
+    let scale = FixedPoint::for_reference(scene.reference_radiance);
+    let film = Film::part(extent, settings.schedule().replicates, settings.extras(scene), scale);
+    let measures = Measures::of(&film);
+    with_exposure::<C, _>(scene, settings, &measures, &NoProgress::new(), |exposure| {
+        exposure.explain::<C>(pixel, wanted)
+    })
+}
+
+/// A sample among those that a pixel sees.
+struct Candidate {
+    pixel: [i64; 2],
+    number: u64,
+    samples: u64,
+    turn: Turn,
+    group: SmallVec<[Pixel; 16]>,
+    member: usize,
+}
+
+impl Exposure<'_> {
+    fn explain<const C: usize>(&self, pixel: [u32; 2], wanted: Wanted) -> Result<Explained, String> {
+        let own = pixel.map(i64::from);
+        let reach = i64::from(self.filter.reach());
+        let (mut sum, mut weights) = (0.0, 0.0);
+        let mut found: Option<(f64, Candidate)> = None;
+        for y in own[1] - reach..=own[1] + reach {
+            for x in own[0] - reach..=own[0] + reach {
+                let candidates = self.candidates([x, y]);
+                let samples = candidates.len() as u64;
+                if let (Wanted::Sample(number), true) = (wanted, [x, y] == own)
+                    && number >= samples
+                {
+                    return Err(format!("pixel {x},{y} has {samples} samples, from 0: there is no {number}"));
+                }
+                for candidate in candidates {
+                    let (luminance, weight) = self.brings::<C>(&candidate, own);
+                    sum += luminance * weight;
+                    weights += weight;
+                    let is_wanted = match wanted {
+                        Wanted::Sample(number) => [x, y] == own && candidate.number == number,
+                        Wanted::Brightest => {
+                            found.as_ref().is_none_or(|&(most, _)| (luminance * weight).abs() > most)
+                        }
+                    };
+                    if is_wanted {
+                        found = Some(((luminance * weight).abs(), candidate));
+                    }
+                }
+            }
+        }
+        let Some((_, candidate)) = found else { return Err("the pixel has no samples".to_owned()) };
+        let luminance = if weights == 0.0 { 0.0 } else { sum / weights };
+        let (brings, weight) = self.brings::<C>(&candidate, own);
+        let share = if sum == 0.0 { 0.0 } else { brings * weight / sum };
+        self.told::<C>(&candidate, [luminance, share])
+    }
+
+    /// The samples of a pixel, in the order of their numbers.
+    fn candidates(&self, place: [i64; 2]) -> Vec<Candidate> {
+        let per_net = self.schedule.per_net;
+        let mut found = Vec::new();
+        for net in 0..self.schedule.nets() {
+            let pixels = [place[0]..place[0] + 1, place[1]..place[1] + 1];
+            for block in self.groups.blocks(net, pixels) {
+                let Some(group) = self.group_of(&block, place) else { continue };
+                let Some(member) = group.iter().position(|pixel| pixel.place == place) else { continue };
+                if !self.counts(&group[member]) {
+                    continue;
+                }
+                let share = self.allocation.of(&block);
+                let of_run = share.indices(0..self.schedule.samples_per_replicate).len() as u32;
+                for run in 0..per_net {
+                    for index in 0..of_run {
+                        let turn =
+                            Turn { net, index: run * of_run + index, replicate: net * per_net + run, share };
+                        found.push((index, turn.replicate, turn, group.clone(), member));
+                    }
+                }
+            }
+        }
+        found.sort_by_key(|&(index, replicate, ..)| (index, replicate));
+        let samples = found.len() as u64;
+        (0..)
+            .zip(found)
+            .map(|(number, (_, _, turn, group, member))| Candidate {
+                pixel: place,
+                number,
+                samples,
+                turn,
+                group,
+                member,
+            })
+            .collect()
+    }
+
+    fn group_of(&self, block: &Block, place: [i64; 2]) -> Option<SmallVec<[Pixel; 16]>> {
+        self.groups
+            .of(block)
+            .map(|group| self.on_film(group))
+            .find(|group| group.iter().any(|pixel| pixel.place == place))
+    }
+
+    /// The Y of a sample, and what it weighs in a pixel.
+    fn brings<const C: usize>(&self, candidate: &Candidate, pixel: [i64; 2]) -> (f64, f64) {
+        let aimed = self.aim::<C>(&candidate.group, candidate.turn);
+        let footprint = self.filter.footprint(aimed.samples[candidate.member].place);
+        let at = |axis: usize, weights: &[f64]| {
+            let place = usize::try_from(pixel[axis] - footprint.first[axis]).ok();
+            place.and_then(|place| weights.get(place)).copied().unwrap_or(0.0)
+        };
+        let weight = at(0, &footprint.columns) * at(1, &footprint.rows) * candidate.turn.share.weight();
+        if weight == 0.0 {
+            return (0.0, 0.0);
+        }
+        let mut seen: SmallVec<[RadianceSample<C>; 16]> =
+            SmallVec::from_elem(RadianceSample::NOTHING, candidate.group.len());
+        self.see(&aimed, &mut seen);
+        let measured = seen[candidate.member].radiance * aimed.samples[candidate.member].weight;
+        (self.luminance(&measured, &aimed), weight)
+    }
+
+    fn luminance<const C: usize>(&self, measured: &Sampled<C>, aimed: &Aimed<C>) -> f64 {
+        let y = self.contributions(measured, &aimed.wavelengths);
+        y.iter().filter(|(channel, _)| *channel == 1).map(|(_, value)| value).sum()
+    }
+
+    fn told<const C: usize>(
+        &self,
+        candidate: &Candidate,
+        [pixel_luminance, share_of_pixel]: [f64; 2],
+    ) -> Result<Explained, String> {
+        let Candidate { pixel, number, samples, turn, group, member } = candidate;
+        let aimed = self.aim::<C>(group, *turn);
+        let sample = &aimed.samples[*member];
+        let sight_of = |member: usize| aimed.sights.iter().find(|sight| sight.member == member);
+        let Some(Sight { ray, .. }) = sight_of(*member) else {
+            return Err("the sensor measures nothing at the sample's place".to_owned());
+        };
+        let mut seen: SmallVec<[RadianceSample<C>; 16]> =
+            SmallVec::from_elem(RadianceSample::NOTHING, group.len());
+        self.see(&aimed, &mut seen);
+        let radiance = seen[*member].radiance;
+        let of_member = |member: usize| group[member].place.map(|place| place as u32);
+        let (mut told, mut shared) = (*member, None);
+        if self.plan != Plan::PLAIN {
+            let (own, mut parts) = integrator::parts_of_group(
+                self.scene,
+                &aimed.sights,
+                aimed.time,
+                &aimed.wavelengths,
+                self.plan.light_samples,
+                *member,
+            );
+            parts.sort_by(|(_, a), (_, b)| b.sum().total_cmp(&a.sum()));
+            if let Some((most, part)) = parts.first()
+                && part.sum() > own.sum()
+            {
+                told = *most;
+            }
+            let parts = parts
+                .into_iter()
+                .map(|(member, part)| Part { pixel: of_member(member), radiance: part.0.to_vec() });
+            shared = Some(Shared { own: own.0.to_vec(), parts: parts.collect(), told: of_member(told) });
+        }
+        let Some(sight) = sight_of(told) else {
+            return Err("the sensor measures nothing at the sample's place".to_owned());
+        };
+        let (path, steps) =
+            integrator::radiance_told(self.scene, sight.ray, aimed.time, &aimed.wavelengths, &sight.stream);
+        Ok(Explained {
+            pixel: pixel.map(|place| place as u32),
+            sample: *number,
+            samples: *samples,
+            replicate: turn.replicate,
+            place: sample.place,
+            time: aimed.time,
+            wavelengths: aimed.wavelengths.nm.to_vec(),
+            wavelength_densities: aimed.wavelengths.density.0.to_vec(),
+            origin: self.scene.in_file(ray.origin).to_array(),
+            direction: ray.direction.to_array(),
+            sensor_weight: sample.weight.0.to_vec(),
+            radiance: radiance.0.to_vec(),
+            luminance: self.luminance(&(radiance * sample.weight), &aimed),
+            share_of_pixel,
+            pixel_luminance,
+            shared,
+            path_radiance: path.radiance.0.to_vec(),
+            steps,
+        })
+    }
+}

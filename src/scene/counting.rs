@@ -1,0 +1,446 @@
+//! Counts of what a render does, where somebody asks for them. A scene that does not count pays a branch for
+//! each query of the tree; the queries themselves are the same code.
+
+use super::scene::Scene;
+use crate::accel::{Accel, Fan, Tests};
+use crate::geometry::{Ray, SurfacePoint};
+use crate::lanes::{Mask, lanes_of};
+use crate::shape::{Hit, MeshData, Shape};
+use cpu_time::ThreadTime;
+use std::cell::Cell;
+use std::collections::HashSet;
+use std::ops::AddAssign;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// What a ray is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayKind {
+    /// From the sensor.
+    Camera,
+    /// On from where a surface or a medium has scattered a path.
+    Scattered,
+    /// To a light sample.
+    Shadow,
+    /// From a light, and on from where it has been scattered; to the camera.
+    LightTracing,
+    /// Between the first surfaces of a group of pixels and the next surface that they share.
+    Shared,
+    /// To find what touches a surface, and what is around the camera.
+    Contact,
+}
+
+impl RayKind {
+    pub const ALL: [Self; 6] =
+        [Self::Camera, Self::Scattered, Self::Shadow, Self::LightTracing, Self::Shared, Self::Contact];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Scattered => "scattered",
+            Self::Shadow => "shadow",
+            Self::LightTracing => "light tracing",
+            Self::Shared => "shared",
+            Self::Contact => "contact",
+        }
+    }
+}
+
+/// Why a path ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathEnd {
+    /// It leaves the scene.
+    Escaped,
+    /// Nothing is left of it: a surface or a medium absorbs it.
+    Absorbed,
+    /// Russian roulette.
+    Roulette,
+    /// It has as many segments as it may.
+    MaxDepth,
+}
+
+impl PathEnd {
+    pub const ALL: [Self; 4] = [Self::Escaped, Self::Absorbed, Self::Roulette, Self::MaxDepth];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Escaped => "escaped",
+            Self::Absorbed => "absorbed",
+            Self::Roulette => "roulette",
+            Self::MaxDepth => "max depth",
+        }
+    }
+}
+
+/// Rays of a kind, and what they took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RayCounts {
+    pub rays: u64,
+    /// Queries of the tree. A ray makes more than one where it passes hidden lights, surfaces with null
+    /// transmission, or surfaces in contact.
+    pub queries: u64,
+    /// Queries that hit something.
+    pub hits: u64,
+    /// What the queries took. Of segments that all of a small scene's triangles are tested against at once
+    /// (`segments_at_once`) it is not known.
+    pub tests: Tests,
+    pub segments_at_once: u64,
+    timing: Timing,
+}
+
+/// Times of some queries, which stand for more of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Timing {
+    queries: u64,
+    stands_for: u64,
+    /// The time of the query as it is where nobody counts, and that of the same with all that is counted.
+    plain: Duration,
+    counted: Duration,
+}
+
+impl Timing {
+    /// The same, or nothing timed where something else ran meanwhile.
+    fn unless_interrupted(self) -> Self {
+        match self.plain.max(self.counted) < INTERRUPTED {
+            true => self,
+            false => Self { stands_for: self.stands_for, ..Self::default() },
+        }
+    }
+
+    /// Seconds that the queries take where nobody counts, and that counting takes beside them.
+    fn seconds(&self) -> [f64; 2] {
+        if self.queries == 0 {
+            return [0.0; 2];
+        }
+        let [timed, all] = [self.queries, self.stands_for].map(|count| count as f64);
+        let [plain, counted] = [self.plain, self.counted].map(|time| time.as_secs_f64() / timed);
+        // Those that are timed are made twice.
+        [all * plain, all * (counted - plain) + timed * plain]
+    }
+}
+
+impl AddAssign for Timing {
+    fn add_assign(&mut self, other: Self) {
+        self.queries += other.queries;
+        self.stands_for += other.stands_for;
+        self.plain += other.plain;
+        self.counted += other.counted;
+    }
+}
+
+/// Everything that is counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counts {
+    rays: [RayCounts; RayKind::ALL.len()],
+    ends: [u64; PathEnd::ALL.len()],
+    /// Segments of all paths that have ended.
+    pub segments: u64,
+    /// Times of queries that are made in other ways than by one ray for one hit.
+    others: Timing,
+    /// Processor time of all threads in pieces of the picture.
+    busy: Duration,
+}
+
+impl Counts {
+    pub fn of(&self, kind: RayKind) -> &RayCounts {
+        &self.rays[kind as usize]
+    }
+
+    pub fn ended(&self, end: PathEnd) -> u64 {
+        self.ends[end as usize]
+    }
+
+    /// Rays of all kinds.
+    pub fn rays(&self) -> u64 {
+        self.rays.iter().map(|of_kind| of_kind.rays).sum()
+    }
+
+    /// Paths that have ended. Branches into which a path splits count each.
+    pub fn paths(&self) -> u64 {
+        self.ends.iter().sum()
+    }
+
+    /// What all queries took.
+    pub fn tests(&self) -> Tests {
+        self.rays.iter().fold(Tests::default(), |mut sum, of_kind| {
+            sum += of_kind.tests;
+            sum
+        })
+    }
+
+    /// The share of the time that goes into ray queries, estimated from the times of some of them, as it is
+    /// where nobody counts. `None` where nothing was timed.
+    pub fn share_of_queries(&self) -> Option<f64> {
+        let timings = self.rays.iter().map(|of_kind| of_kind.timing).chain([self.others]);
+        let [queries, counting] = timings.fold([0.0; 2], |[queries, counting], timing| {
+            let [plain, beside] = timing.seconds();
+            [queries + plain, counting + beside]
+        });
+        let whole = self.busy.as_secs_f64() - counting;
+        (queries > 0.0 && whole > 0.0).then(|| (queries / whole).min(1.0))
+    }
+}
+
+impl AddAssign for Counts {
+    fn add_assign(&mut self, other: Self) {
+        for (sum, more) in self.rays.iter_mut().zip(other.rays) {
+            sum.rays += more.rays;
+            sum.queries += more.queries;
+            sum.hits += more.hits;
+            sum.tests += more.tests;
+            sum.segments_at_once += more.segments_at_once;
+            sum.timing += more.timing;
+        }
+        for (sum, more) in self.ends.iter_mut().zip(other.ends) {
+            *sum += more;
+        }
+        self.segments += other.segments;
+        self.others += other.others;
+        self.busy += other.busy;
+    }
+}
+
+/// Where threads count, each for itself.
+#[derive(Debug)]
+pub struct Counters {
+    shards: Vec<Mutex<Counts>>,
+    /// What it takes to look at the clock.
+    clock: Duration,
+}
+
+/// One query of so many is timed.
+const TIMED: u64 = 32;
+
+/// No query takes so long: something else ran meanwhile.
+const INTERRUPTED: Duration = Duration::from_millis(1);
+
+/// Threads that a render may have.
+const MOST_THREADS: usize = 1024;
+
+impl Counters {
+    fn new() -> Self {
+        let shards = MOST_THREADS.max(rayon::current_num_threads()) + 1;
+        let clock = (0..1000).map(|_| Instant::now().elapsed()).min().unwrap_or_default();
+        Self { shards: (0..shards).map(|_| Mutex::default()).collect(), clock }
+    }
+
+    /// All that has been counted and not taken yet.
+    pub fn take(&self) -> Counts {
+        let mut sum = Counts::default();
+        for shard in &self.shards {
+            sum += std::mem::take(&mut *lock(shard));
+        }
+        sum
+    }
+
+    /// What this thread has counted and nobody has taken yet.
+    pub fn of_this_thread(&self) -> Counts {
+        *self.shard()
+    }
+
+    fn shard(&self) -> MutexGuard<'_, Counts> {
+        // Whoever is no thread of a pool has the last one.
+        let index = rayon::current_thread_index().unwrap_or(usize::MAX);
+        lock(&self.shards[index.min(self.shards.len() - 1)])
+    }
+
+    /// A query of the tree: as it is where nobody counts, and the same with a count of its steps.
+    fn query<R: PartialEq>(
+        &self,
+        query: Query,
+        is_hit: impl Fn(&R) -> bool,
+        plain: impl Fn() -> R,
+        counting: impl Fn(&Cell<Tests>) -> R,
+    ) -> R {
+        let tests = Cell::new(Tests::default());
+        let is_timed = self.shard().of(query.kind).queries.is_multiple_of(TIMED);
+        let elapsed = |since: Instant| since.elapsed().saturating_sub(self.clock);
+        let (found, timing) = if is_timed {
+            let began = Instant::now();
+            let found = plain();
+            let plain = elapsed(began);
+            let began = Instant::now();
+            let same = counting(&tests);
+            debug_assert!(same == found, "counting changes what a ray meets");
+            let counted = elapsed(began);
+            (found, Timing { queries: 1, stands_for: 1, plain, counted }.unless_interrupted())
+        } else {
+            (counting(&tests), Timing { stands_for: 1, ..Timing::default() })
+        };
+        let mut counts = self.shard();
+        let of_kind = &mut counts.rays[query.kind as usize];
+        of_kind.rays += u64::from(query.begins);
+        of_kind.queries += 1;
+        of_kind.hits += u64::from(is_hit(&found));
+        of_kind.tests += tests.get();
+        of_kind.timing += timing;
+        found
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn closest(&self, accel: &Accel, query: Query, ray: &Ray, time: f64) -> Option<Hit> {
+        let plain = || accel.closest(ray, time);
+        self.query(query, Option::is_some, plain, |tests| accel.closest_counting(ray, time, tests))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn occluded(&self, accel: &Accel, query: Query, ray: &Ray, time: f64) -> bool {
+        let plain = || accel.occluded(ray, time);
+        self.query(query, |&hit| hit, plain, |tests| accel.occluded_counting(ray, time, tests))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn blocked(&self, accel: &Accel, fan: &Fan, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+        let segments = u64::from(asked.count_ones());
+        let began = Instant::now();
+        let blocked = fan.blocked(target, time, asked);
+        let plain = began.elapsed().saturating_sub(self.clock);
+        let tests = Cell::new(Tests::default());
+        let began = Instant::now();
+        if !fan.is_at_once() {
+            for segment in lanes_of(asked).filter_map(|lane| fan.point(lane).segment_to(target)) {
+                accel.occluded_counting(&segment, time, &tests);
+            }
+        }
+        let counted = began.elapsed();
+        let mut counts = self.shard();
+        let of_kind = &mut counts.rays[RayKind::Shared as usize];
+        of_kind.rays += segments;
+        of_kind.queries += segments;
+        of_kind.hits += u64::from(blocked.count_ones());
+        of_kind.tests += tests.get();
+        of_kind.segments_at_once += if fan.is_at_once() { segments } else { 0 };
+        counts.others += Timing { queries: 1, stands_for: 1, plain, counted }.unless_interrupted();
+        blocked
+    }
+}
+
+/// A shard is whole between any two of its additions.
+fn lock(shard: &Mutex<Counts>) -> MutexGuard<'_, Counts> {
+    shard.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What a query of the tree is for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Query {
+    pub kind: RayKind,
+    /// Whether it is the first of its ray.
+    pub begins: bool,
+}
+
+impl RayKind {
+    /// Its first query.
+    pub(super) fn begins(self) -> Query {
+        Query { kind: self, begins: true }
+    }
+}
+
+impl Scene {
+    /// The same scene, which counts what a render does. The picture is the same, and takes longer.
+    #[must_use]
+    pub fn counting(self) -> Self {
+        Self { counters: Some(Box::new(Counters::new())), ..self }
+    }
+
+    /// Bytes that the tree takes, and those of meshes.
+    pub fn memory(&self) -> [usize; 2] {
+        let mut known = HashSet::new();
+        let meshes = self.shapes.iter().filter_map(|shape| match shape {
+            Shape::Mesh(mesh) => Some(mesh.data()),
+            _ => None,
+        });
+        let meshes = meshes.filter(|&data| known.insert(std::ptr::from_ref(data)));
+        [self.accel.memory_with_groups(), meshes.map(MeshData::memory).sum()]
+    }
+
+    /// Where it counts.
+    pub fn counters(&self) -> Option<&Counters> {
+        self.counters.as_deref()
+    }
+
+    /// See [`Accel::closest`].
+    #[inline(always)]
+    pub(super) fn closest(&self, query: Query, ray: &Ray, time: f64) -> Option<Hit> {
+        match &self.counters {
+            None => self.accel.closest(ray, time),
+            Some(counters) => counters.closest(&self.accel, query, ray, time),
+        }
+    }
+
+    /// See [`Accel::occluded`].
+    #[inline(always)]
+    pub(super) fn occluded(&self, query: Query, ray: &Ray, time: f64) -> bool {
+        match &self.counters {
+            None => self.accel.occluded(ray, time),
+            Some(counters) => counters.occluded(&self.accel, query, ray, time),
+        }
+    }
+
+    /// See [`Fan::blocked`].
+    #[inline(always)]
+    pub fn blocked(&self, fan: &Fan, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+        match &self.counters {
+            None => fan.blocked(target, time, asked),
+            Some(counters) => counters.blocked(&self.accel, fan, target, time, asked),
+        }
+    }
+
+    /// Every crossing of a range of a ray, see [`Accel::crossings`].
+    #[inline(always)]
+    pub(super) fn crossings(
+        &self,
+        ray: &Ray,
+        time: f64,
+        range: [f64; 2],
+        report: &mut dyn FnMut(Hit, Option<f64>),
+    ) {
+        match &self.counters {
+            None => self.accel.crossings(ray, time, range, report),
+            Some(counters) => counters.crossings(|| self.accel.crossings(ray, time, range, report)),
+        }
+    }
+
+    /// A path of so many segments has ended.
+    #[inline(always)]
+    pub fn path_ended(&self, end: PathEnd, segments: u32) {
+        if let Some(counters) = &self.counters {
+            counters.ended(end, segments);
+        }
+    }
+
+    /// A piece of the picture, which is the work of one thread.
+    pub fn piece<R>(&self, work: impl FnOnce() -> R) -> R {
+        let Some(counters) = &self.counters else { return work() };
+        let began = ThreadTime::now();
+        let result = work();
+        counters.shard().busy += began.elapsed();
+        result
+    }
+}
+
+impl Counters {
+    #[cold]
+    #[inline(never)]
+    fn crossings(&self, query: impl FnOnce()) {
+        let began = Instant::now();
+        query();
+        let plain = began.elapsed().saturating_sub(self.clock);
+        let mut counts = self.shard();
+        let of_kind = &mut counts.rays[RayKind::Contact as usize];
+        of_kind.rays += 1;
+        of_kind.queries += 1;
+        counts.others +=
+            Timing { queries: 1, stands_for: 1, plain, counted: Duration::ZERO }.unless_interrupted();
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn ended(&self, end: PathEnd, segments: u32) {
+        let mut counts = self.shard();
+        counts.ends[end as usize] += 1;
+        counts.segments += u64::from(segments);
+    }
+}

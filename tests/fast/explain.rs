@@ -1,0 +1,127 @@
+//! `abbe explain`: what is told of a sample is what the film has of it.
+
+use crate::common::folder::{Folder, of_repository, stderr, stdout};
+use crate::common::{compiled, described_file, expose, settings};
+use abbe::integrator::{Estimator, Step};
+use abbe::render::{Explained, Settings, Wanted, WavelengthCount, explain};
+use abbe::scene::{CompileOptions, Scene};
+
+fn sum(lists: impl Iterator<Item = Vec<f64>>, lanes: usize) -> Vec<f64> {
+    lists.fold(vec![0.0; lanes], |sum, list| sum.iter().zip(list).map(|(a, b)| a + b).collect())
+}
+
+#[track_caller]
+fn same(a: &[f64], b: &[f64], what: &str) {
+    let size = b.iter().map(|value| value.abs()).fold(1e-300, f64::max);
+    assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9 * size), "{what}: {a:?} for {b:?}");
+}
+
+/// The light that the steps tell of.
+fn told(explained: &Explained) -> Vec<f64> {
+    let parts = explained.steps.iter().filter_map(|told| match &told.step {
+        Step::Found { contribution } | Step::LightSample { contribution, .. } => Some(contribution.clone()),
+        _ => None,
+    });
+    sum(parts, explained.wavelengths.len())
+}
+
+fn at(scene: &Scene, settings: &Settings, pixel: [u32; 2], wanted: Wanted) -> Explained {
+    explain(scene, settings, pixel, wanted).unwrap_or_else(|problem| panic!("{problem}"))
+}
+
+/// Scenes with glass that paths split at, dispersion, surfaces in contact, and media that scatter.
+#[test]
+fn the_samples_of_a_pixel_make_up_what_the_film_has_and_steps_make_up_a_sample() {
+    let mut branches = 0;
+    for file in [
+        "scenes/box/scene.xml",
+        "tests/scenes/agreement/caustics.xml",
+        "tests/scenes/agreement/dispersion.xml",
+        "tests/scenes/agreement/contact.xml",
+        "tests/scenes/agreement/fog.xml",
+    ] {
+        let mut description = described_file(file, &[]);
+        (description.sensor.film.width, description.sensor.film.height) = (16, 12);
+        let scene = compiled(&description, &CompileOptions::default());
+        let pixels = |estimator| if estimator == Estimator::Plain { 2 } else { 1 };
+        for (count, estimator) in [
+            (WavelengthCount::Four, Estimator::Plain),
+            (WavelengthCount::Four, Estimator::Shared),
+            (WavelengthCount::One, Estimator::Plain),
+        ] {
+            let settings = Settings { estimator, ..settings(8, count, 3) };
+            let film = expose(&scene, &settings);
+            let [width, height] = scene.film.extent.whole;
+            let places = [[width / 2, height / 2], [width / 3, 2 * height / 3]];
+            for pixel in places.into_iter().take(pixels(estimator)) {
+                let what = format!("{file}, {estimator:?}, {count}, pixel {pixel:?}");
+                let brightest = at(&scene, &settings, pixel, Wanted::Brightest);
+                let exact = film.combined(pixel[0], pixel[1], [0.0, 1.0, 0.0]).mean;
+                if !scene.features().light_tracing {
+                    let found = brightest.pixel_luminance;
+                    assert!(
+                        (found - exact).abs() <= 1e-5 * exact.abs() + 1e-9,
+                        "{what}: {found}, not {exact}"
+                    );
+                }
+                for number in [0, 5] {
+                    let own = at(&scene, &settings, pixel, Wanted::Sample(number));
+                    assert_eq!((own.pixel, own.sample, own.samples), (pixel, number, 8), "{what}");
+                    let most = brightest.share_of_pixel.abs();
+                    assert!(own.share_of_pixel.abs() <= most * (1.0 + 1e-9), "{what}: {number} is brighter");
+                    same(&told(&own), &own.path_radiance, &what);
+                    branches += own.steps.iter().filter(|t| matches!(t.step, Step::Branch { .. })).count();
+                    match &own.shared {
+                        None => {
+                            assert_eq!(own.path_radiance, own.radiance, "{what}: not the sample's own path");
+                            let begins = &own.steps[0].step;
+                            assert!(!matches!(begins, Step::Scatter { .. } | Step::End { .. }), "{what}");
+                            let ends =
+                                own.steps.iter().filter(|t| matches!(t.step, Step::End { .. })).count();
+                            assert!(ends >= 1, "{what}: no end is told");
+                        }
+                        Some(shared) => {
+                            let parts = shared.parts.iter().map(|part| part.radiance.clone());
+                            let all = sum(parts.chain([shared.own.clone()]), own.radiance.len());
+                            same(&all, &own.radiance, &what);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(branches > 0, "no path splits: nothing is tested of branches");
+}
+
+#[test]
+fn the_program_tells_and_draws_a_sample() {
+    let folder = Folder::new("explain");
+    let scene = of_repository("scenes/box/scene.xml");
+    let ask = |more: &[&str]| {
+        let common = ["explain", &scene, "--size=40x30", "--spp=8", "--estimator=plain"];
+        folder.run(&[&common[..], more].concat())
+    };
+    let output = ask(&["--pixel=20,15", "--brightest", "--svg=path.svg"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let told = stdout(&output);
+    for part in ["pixel ", "hero", "surface: shape", "throughput", "light sample", "ends: "] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let svg = folder.text("path.svg");
+    assert!(svg.contains("<svg") && svg.matches("<circle").count() >= 2, "{svg}");
+    let output = ask(&["--pixel=20,15", "--sample=3", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&stdout(&output)).expect("valid JSON");
+    assert_eq!(json["sample"], 3);
+    assert_eq!(json["wavelengths"].as_array().map(Vec::len), Some(4));
+    assert!(json["steps"].as_array().is_some_and(|steps| steps.iter().any(|step| step["step"] == "end")));
+    for (wrong, expected) in [
+        (vec!["--pixel=40,0"], "no pixel 40,0"),
+        (vec!["--pixel=20,15", "--sample=8"], "8 samples"),
+        (vec!["--pixel=20"], "X,Y"),
+        (vec!["--pixel=20,15", "--svg=path.txt"], ".svg"),
+    ] {
+        let output = ask(&wrong);
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}");
+        assert!(stderr(&output).contains(expected), "{wrong:?}: {}", stderr(&output));
+    }
+}
