@@ -52,10 +52,9 @@ impl Target {
             0 => vec![Quantity::Combined([0.0, 1.0, 0.0])],
             responses => (0..responses).map(Quantity::Response).collect(),
         };
-        let nets = film.nets();
         let (mut sum, mut uncertainty, mut scale) = (0.0, 0.0, 0.0);
         for &quantity in &channels {
-            let (channel, variance, mean) = self.of_channel(film, nets.as_ref(), quantity);
+            let (channel, variance, mean) = self.of_channel(film, quantity);
             sum += channel;
             uncertainty += variance;
             scale += mean;
@@ -73,14 +72,14 @@ impl Target {
     }
 
     /// The sum of the errors over the pixels, its variance, and the sum of the values.
-    fn of_channel(&self, film: &Film, nets: Option<&Film>, quantity: Quantity) -> (f64, f64, f64) {
+    fn of_channel(&self, film: &Film, quantity: Quantity) -> (f64, f64, f64) {
         let (window, measured) = (film.extent.window, film.extent.measured);
-        let variances = |film: &Film| -> Vec<f64> {
+        let variances = |parts: u32| -> Vec<f64> {
             let all = Region::whole(measured.size).pixels();
-            all.map(|[x, y]| film.measured(x, y, quantity).error.powi(2)).collect()
+            all.map(|[x, y]| film.measured_by(parts, x, y, quantity).error.powi(2)).collect()
         };
-        let of_nets = nets.map(variances);
-        let variances = error_bars::calibrated(window.size, measured, &variances(film), of_nets.as_deref());
+        let (of_runs, of_nets) = (variances(film.replicates), film.nets().map(variances));
+        let variances = error_bars::calibrated(window.size, measured, &of_runs, of_nets.as_deref());
         let total: f64 = film.shown().map(|(x, y)| film.measured(x, y, quantity).mean).sum();
         let mean = total / film.extent.shown.pixel_count() as f64;
         let mut tiles: BTreeMap<[u32; 2], f64> = BTreeMap::new();

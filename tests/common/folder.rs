@@ -83,6 +83,23 @@ impl Folder {
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {told}");
         told
     }
+
+    /// Runs a command that must succeed. The most memory that it held, bytes.
+    #[cfg(unix)]
+    #[track_caller]
+    #[allow(clippy::zombie_processes)] // wait4 waits for it
+    pub fn peak_memory(&self, arguments: &[&str]) -> u64 {
+        let child = self.command(arguments).spawn().expect("the program starts");
+        let (mut status, mut usage) = (0, std::mem::MaybeUninit::<libc::rusage>::zeroed());
+        // SAFETY: the process is this one's child, which nobody else waits for; there is room for what is
+        // written, of which every bit is a number.
+        let (waited, usage) = unsafe {
+            (libc::wait4(child.id() as i32, &mut status, 0, usage.as_mut_ptr()), usage.assume_init())
+        };
+        assert_eq!((waited, status), (child.id() as i32, 0), "{arguments:?}");
+        // Linux counts in kilobytes, macOS in bytes.
+        usage.ru_maxrss as u64 * if cfg!(target_os = "macos") { 1 } else { 1024 }
+    }
 }
 
 impl AsRef<Path> for Folder {

@@ -12,6 +12,7 @@ mod contact;
 mod crop;
 mod determinism;
 mod docs;
+mod film;
 mod json;
 mod lenses;
 mod long;

@@ -5,7 +5,7 @@ use super::png_options::PngOptions;
 use super::scene_options::{PictureOptions, SceneOptions};
 use super::stop::stop_on_signal;
 use super::{Failure, print_message};
-use abbe::film::{Film, SpectralBins};
+use abbe::film::{Film, Place, SpectralBins};
 use abbe::integrator::Estimator;
 use abbe::output::{self, Colour, Content, Picture, checkpoint};
 use abbe::render::{Schedule, Settings, WavelengthCount, Work, auxiliary, go_on};
@@ -163,7 +163,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         threads: pool.current_num_threads(),
     };
     let samples = args.long.samples(settings.schedule())?;
-    let work = kept.begin(Work::new(&scene, &settings, samples), &args.long, args.quiet)?;
+    let folder = output::folder_of(&output);
+    let work = Work::new_at(Place::Folder(folder), &scene, &settings, samples)
+        .map_err(|error| no_room_for_bins(folder, &error))?;
+    let work = kept.begin(work, &args.long, args.quiet)?;
     places.refuse_unwritable()?;
     let viewer = args.long.viewer(&output.to_string_lossy())?;
     let stop = stop_on_signal()?;
@@ -279,22 +282,31 @@ fn refuse_repeated_names(
     }
 }
 
-/// Largest film that is begun, bytes.
+/// Largest film that is begun, bytes in memory.
 const LARGEST_FILM: u128 = 32 << 30;
 
 pub(super) fn refuse_what_no_memory_holds(scene: &Scene, settings: &Settings) -> Result<(), Failure> {
     let [width, height] = scene.film.extent.measured.size;
     let replicates = settings.schedule.replicates;
-    let bytes = Film::bytes(width, height, replicates, &settings.extras(scene));
+    // Spectral bins need no memory.
+    let [_, bytes] = Film::bytes(width, height, replicates, &settings.extras(scene));
     if bytes <= LARGEST_FILM {
         return Ok(());
     }
-    let bins = settings.bins.map_or(0, |bins| bins.count);
     Err(Failure::Input(format!(
-        "error: {width}×{height} pixels, {replicates} replicates and {bins} spectral bins take {} GiB of memory\n\
-         help: render parts of it with --crop, or fewer bins",
+        "error: {width}×{height} pixels and {replicates} replicates take {} GiB of memory\n\
+         help: render parts of it with --crop, or fewer replicates",
         bytes >> 30
     )))
+}
+
+/// Where the file that spectral bins are kept in cannot be made.
+pub(super) fn no_room_for_bins(folder: &Path, error: &std::io::Error) -> Failure {
+    Failure::Other(format!(
+        "error: cannot keep the spectral bins of the film in {}: {error}\n\
+         help: write to a folder on another disk, render parts of the picture with --crop, or measure fewer bins",
+        folder.display()
+    ))
 }
 
 pub(super) fn thread_pool(threads: Option<u32>) -> Result<rayon::ThreadPool, Failure> {
