@@ -13,6 +13,7 @@ mod spectrum;
 mod stop;
 mod study;
 mod tev;
+mod view;
 
 use clap::{Parser, Subcommand};
 use std::io::{ErrorKind, Write};
@@ -36,6 +37,7 @@ struct Cli {
 enum Command {
     Render(render::Args),
     Merge(merge::Args),
+    View(view::Args),
     Compare(compare::Args),
     Info(info::Args),
     Spectrum(spectrum::Args),
@@ -77,6 +79,7 @@ pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
         Command::Merge(args) => merge::run(&args),
+        Command::View(args) => view::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Spectrum(args) => spectrum::run(&args),

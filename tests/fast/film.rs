@@ -25,11 +25,11 @@ fn spectral<'a>(more: &[&'a str]) -> Vec<&'a str> {
 fn a_spectral_film_takes_little_memory() {
     let folder = Folder::new("film");
     let scene = of_repository("tests/scenes/agreement/dispersion.xml");
-    let render = |more: &[&str]| [&["render", &scene], &spectral(more)[..]].concat();
-    let peak = folder.peak_memory(&render(&["-o", "whole.exr"]));
+    let peak_of = |more: &[&str]| folder.peak_memory(&[&["render", &scene], &spectral(more)[..]].concat());
+    let peak = peak_of(&["-o", "whole.exr"]);
     assert!(peak < 250 * MIB, "{} MiB", peak / MIB);
     for (samples, part) in [("0..3", "a.checkpoint"), ("3..8", "b.checkpoint")] {
-        let peak = folder.peak_memory(&render(&["--samples", samples, "-o", part]));
+        let peak = peak_of(&["--samples", samples, "-o", part]);
         assert!(peak < 250 * MIB, "{} MiB", peak / MIB);
     }
     let merge = ["merge", "b.checkpoint", "a.checkpoint", "-o", "all.exr", "--no-png", "--quiet"];

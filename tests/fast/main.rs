@@ -21,4 +21,5 @@ mod skips;
 mod solids;
 mod stopped;
 mod study;
+mod view;
 mod worked_examples;

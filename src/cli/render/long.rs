@@ -2,6 +2,7 @@
 
 use super::super::progress::RenderProgress;
 use super::super::tev::Tev;
+use super::super::view::Page;
 use super::super::{Failure, print_message};
 use super::{cannot_write, has_extension, report};
 use abbe::film::Film;
@@ -210,7 +211,16 @@ pub struct Watching<'a> {
     decision: Mutex<Decision>,
     /// `None` where there is no viewer, and where it has gone.
     viewer: Mutex<Option<Tev>>,
+    page: Option<&'a Page>,
+    /// Samples of the whole render.
+    total: u64,
     stop: Arc<AtomicBool>,
+}
+
+/// Who is shown the picture in the making.
+pub struct Viewers<'a> {
+    pub tev: Option<Tev>,
+    pub page: Option<&'a Page>,
 }
 
 /// Why a render ended, if it was not for a signal or its last sample.
@@ -226,7 +236,7 @@ impl<'a> Watching<'a> {
         options: &'a LongOptions,
         work: &Work,
         quiet: bool,
-        viewer: Option<Tev>,
+        viewers: Viewers<'a>,
         stop: Arc<AtomicBool>,
     ) -> Self {
         let film = work.film();
@@ -242,7 +252,9 @@ impl<'a> Watching<'a> {
             replicates: u64::from(film.replicates),
             is_begun: AtomicBool::new(*film.samples_per_pixel().start() > 0),
             decision: Mutex::default(),
-            viewer: Mutex::new(viewer),
+            viewer: Mutex::new(viewers.tev),
+            page: viewers.page,
+            total,
             stop,
         };
         // What goes on may have been good enough.
@@ -321,10 +333,13 @@ impl Progress for Watching<'_> {
     }
 
     fn wants_to_keep(&self) -> bool {
-        self.is_to_be_kept() || self.is_to_be_shown()
+        self.is_to_be_kept() || self.is_to_be_shown() || self.page.is_some_and(Page::is_due)
     }
 
     fn keep(&self, work: &Work) {
+        if let Some(page) = self.page.filter(|page| page.is_due()) {
+            page.show(work, work.film().measured_samples() as f64 / self.total.max(1) as f64);
+        }
         if self.is_to_be_shown() {
             self.show(work.film());
         }
@@ -367,6 +382,11 @@ impl Outcome {
             ("reachedAtMost", reached(|estimate| estimate.at_most)),
             ("confidence", target::CONFIDENCE.to_string()),
         ])
+    }
+
+    /// Whether no signal ended the render.
+    pub fn is_by_itself(&self, work: &Work) -> bool {
+        self.is_met || self.is_out_of_time || work.is_finished()
     }
 
     /// Says whether what was asked for is reached.

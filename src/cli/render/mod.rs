@@ -4,6 +4,7 @@ mod report;
 use super::png_options::PngOptions;
 use super::scene_options::{PictureOptions, SceneOptions};
 use super::stop::stop_on_signal;
+use super::view::{self, Page};
 use super::{Failure, print_message};
 use abbe::film::{Film, Place, SpectralBins};
 use abbe::integrator::Estimator;
@@ -15,10 +16,11 @@ use abbe::scene::{CompileOptions, Scene, compile};
 use abbe::spectrum::colour::Observer;
 use abbe::units::WavelengthRange;
 pub(super) use long::cannot_read;
-use long::{Kept, LongOptions, Watching};
+use long::{Kept, LongOptions, Viewers, Watching};
 use report::distinct;
 pub(super) use report::{counted, sample_count};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
 
 /// Render a scene to an EXR with error bars, and a PNG to look at
 ///
@@ -104,6 +106,11 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    run_shown(args, None)
+}
+
+/// Renders, and shows on a page what is done so far and then the finished picture, until a signal comes.
+pub(super) fn run_shown(args: &Args, page: Option<&Page>) -> Result<(), Failure> {
     let mut description = args.scene.read()?;
     args.apply_to(&mut description);
     let range = args.range.unwrap_or_else(|| description.sensor.film.wavelength_range());
@@ -170,7 +177,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     places.refuse_unwritable()?;
     let viewer = args.long.viewer(&output.to_string_lossy())?;
     let stop = stop_on_signal()?;
-    let long = Watching::new(&kept, &args.long, &work, args.quiet, viewer, stop);
+    let long =
+        Watching::new(&kept, &args.long, &work, args.quiet, Viewers { tev: viewer, page }, stop.clone());
     let work = pool.install(|| go_on(&scene, &settings, work, &long));
     let (outcome, seconds) = long.finish(&work);
     let done = work.film().samples_per_pixel();
@@ -200,10 +208,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if !args.quiet {
         outcome.print(places.checkpoint.as_deref());
     }
+    if let Some(page) = page {
+        let written = places.picture.as_deref().filter(|_| is_shown);
+        let picture = written.map(|path| output::exr::read(path).map_err(|error| cannot_read(path, &error)));
+        page.finished(picture.transpose()?);
+        // Where it was no signal that ended the render, one is still to come.
+        if outcome.is_by_itself(&work) {
+            stop.store(false, Ordering::Relaxed);
+        }
+        view::wait(&stop);
+    }
     outcome.end(&work, is_shown, places.checkpoint.as_deref())
 }
 
 impl Args {
+    pub(super) fn scene_path(&self) -> &Path {
+        &self.scene.scene
+    }
+
     /// What the command line says goes over what the file says.
     fn apply_to(&self, description: &mut Description) {
         let sensor = &mut description.sensor;

@@ -77,8 +77,9 @@ pub fn write_channels(
     super::write_whole(path, &bytes)
 }
 
-/// `S0.550,000000nm`: unpolarised radiance, a decimal comma, six decimals (Fichet et al. 2021).
-fn spectral_channel(nm: f64) -> String {
+/// The name of the channel of a spectral bin whose middle is at `nm`, such as `S0.550,000000nm`: unpolarised
+/// radiance, a decimal comma, six decimals (Fichet et al. 2021).
+pub fn spectral_channel(nm: f64) -> String {
     format!("S0.{nm:.6}nm").replacen('.', "\u{1}", 1).replace('.', ",").replace('\u{1}', ".")
 }
 

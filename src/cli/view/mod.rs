@@ -1,0 +1,61 @@
+//! A picture in a browser, finished or in the making.
+
+mod growing;
+mod server;
+
+use super::render::{self, cannot_read, has_extension};
+use super::stop::stop_on_signal;
+use super::{Failure, print_message};
+use abbe::output::exr;
+pub use growing::Page;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Show a picture in a browser: an EXR, or a scene while it is rendered
+///
+/// Serves a page on this machine alone, at an address that it prints, until Ctrl-C. A scene is rendered as by
+/// abbe render, with the same options and the same files in the end; the page shows the picture as it grows.
+/// Under the cursor it tells all channels, and spectral bins with their standard errors.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Port of the page [default: one that is free]
+    #[arg(long, value_name = "N", default_value = "0", hide_default_value = true)]
+    port: u16,
+
+    /// An EXR file takes none of the options of a render.
+    #[command(flatten)]
+    render: render::Args,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let path = args.render.scene_path();
+    let page = Arc::new(Page::new(&path.to_string_lossy()));
+    if !has_extension(path, "exr") {
+        serve(&page, args.port)?;
+        return render::run_shown(&args.render, Some(&page));
+    }
+    let picture = exr::read(path).map_err(|error| cannot_read(path, &error))?;
+    page.finished(Some(picture));
+    let stop = stop_on_signal()?;
+    serve(&page, args.port)?;
+    wait(&stop);
+    Ok(())
+}
+
+/// Until somebody has seen enough.
+pub fn wait(stop: &AtomicBool) {
+    while !stop.load(Ordering::Relaxed) {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+fn serve(page: &Arc<Page>, port: u16) -> Result<(), Failure> {
+    let address = server::serve(page.clone(), port).map_err(|error| {
+        Failure::Other(format!(
+            "error: cannot serve a page at port {port}: {error}\nhelp: give another --port, or none"
+        ))
+    })?;
+    print_message(&format!("http://{address}/ shows it until Ctrl-C"));
+    Ok(())
+}
