@@ -115,8 +115,9 @@ impl PerceivedDifference {
     }
 }
 
-/// The luminance that makes the reference's mean a middle grey; 1 for a black one.
-fn white(mut luminance: Vec<f64>) -> f64 {
+/// The luminance of white that makes the mean of a picture a middle grey; 1 for a black one. Lamps and glints
+/// do not raise the mean.
+pub fn white(mut luminance: Vec<f64>) -> f64 {
     luminance.sort_by(f64::total_cmp);
     let Some(last) = luminance.len().checked_sub(1) else { return 1.0 };
     let lamp = luminance[last - (LAMPS * last as f64) as usize];

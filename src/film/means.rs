@@ -184,6 +184,20 @@ impl Film {
         }
     }
 
+    /// X, Y and Z of a pixel, and by how much each of `parts` equal runs of replicates is above them, to first
+    /// order. `None` without samples.
+    pub fn colour_by(&self, parts: u32, x: u32, y: u32) -> Option<([f64; 3], Vec<[f64; 3]>)> {
+        let (mut mean, mut deviations) = ([0.0; 3], vec![[0.0; 3]; parts as usize]);
+        for of in 0..3 {
+            let mut weights = [0.0; 3];
+            weights[of] = 1.0;
+            mean[of] = self.linearised(x, y, Quantity::Combined(weights), parts, |part, deviation| {
+                deviations[part][of] = deviation;
+            })?;
+        }
+        Some((mean, deviations))
+    }
+
     /// The mean of a quantity over some pixels. Its error is known with one degree of freedom less than there
     /// are replicates, however many pixels there are. Infinite with a pixel that has no samples, and for no
     /// pixels.

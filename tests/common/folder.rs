@@ -85,20 +85,23 @@ impl Folder {
     }
 
     /// Runs a command that must succeed. The most memory that it held, bytes.
-    #[cfg(unix)]
+    #[cfg(target_os = "linux")]
     #[track_caller]
-    #[allow(clippy::zombie_processes)] // wait4 waits for it
     pub fn peak_memory(&self, arguments: &[&str]) -> u64 {
-        let child = self.command(arguments).spawn().expect("the program starts");
-        let (mut status, mut usage) = (0, std::mem::MaybeUninit::<libc::rusage>::zeroed());
-        // SAFETY: the process is this one's child, which nobody else waits for; there is room for what is
-        // written, of which every bit is a number.
-        let (waited, usage) = unsafe {
-            (libc::wait4(child.id() as i32, &mut status, 0, usage.as_mut_ptr()), usage.assume_init())
-        };
-        assert_eq!((waited, status), (child.id() as i32, 0), "{arguments:?}");
-        // Linux counts in kilobytes, macOS in bytes.
-        usage.ru_maxrss as u64 * if cfg!(target_os = "macos") { 1 } else { 1024 }
+        let mut child = self.command(arguments).spawn().expect("the program starts");
+        let status = format!("/proc/{}/status", child.id());
+        let mut peak = 0;
+        // Asked while it runs: what the system tells afterwards counts what was this process's before the
+        // program began, too.
+        while child.try_wait().expect("it can be waited for").is_none() {
+            let told = std::fs::read_to_string(&status).unwrap_or_default();
+            let line = told.lines().find_map(|line| line.strip_prefix("VmHWM:")?.strip_suffix("kB"));
+            peak = peak.max(line.and_then(|number| number.trim().parse().ok()).unwrap_or(0));
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        assert!(child.wait().expect("it ends").success(), "{arguments:?}");
+        assert!(peak > 0, "{arguments:?}");
+        1024 * peak
     }
 }
 

@@ -1,6 +1,6 @@
 //! Films with many spectral bins: how much memory they take, and that a film in a file is the same as one in
 //! memory.
-#![cfg(unix)]
+#![cfg(target_os = "linux")]
 
 use crate::common::compiled;
 use crate::common::folder::{Folder, of_repository};

@@ -1,6 +1,7 @@
 //! The page that shows a picture: what it tells, and to whom.
 #![cfg(unix)]
 
+use crate::common::browser::{self, Tab};
 use crate::common::folder::Folder;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -169,6 +170,8 @@ fn a_page_shows_a_picture_and_nothing_else() {
     // Other addresses of the machine lead nowhere.
     assert!(TcpStream::connect(("127.0.0.2", port)).is_err());
     assert_eq!(view.end().0, Some(0));
+    let told = folder.ends(2, &["view", "a.exr", "--spp=4"]);
+    assert!(told.contains("--spp: a.exr is shown as it is"), "{told}");
     let told = folder.ends(2, &["view", "made.exr"]);
     assert!(told.contains("cannot read made.exr"), "{told}");
 }
@@ -203,4 +206,61 @@ fn a_page_shows_a_picture_in_the_making() {
     assert_is_pixel(&view, &folder, "a.exr", [20, 17]);
     let (code, told) = view.end();
     assert_eq!(code, Some(0), "{told}");
+}
+
+/// What the page says of the pixel that it tells of: name, value and error as they were sent.
+const TOLD: &str = "[...document.querySelectorAll('#values tr')]\
+    .map(row => [row.dataset.name, +row.dataset.value, +row.dataset.error])";
+
+#[test]
+fn a_browser_shows_a_picture_in_the_making() {
+    let Some(program) = browser::find() else {
+        eprintln!("left out: no chromium on the PATH (validation/study/run installs one)");
+        return;
+    };
+    let (folder, kept) = (Folder::new("browser"), Folder::kept("view-page"));
+    folder.write("made.xml", SCENE);
+    let arguments = ["made.xml", "--spp=1000000", "--time=20s", "--spectral=5", "-o", "a.exr"];
+    let view = View::new(&folder, &arguments);
+    let url = format!("http://127.0.0.1:{}/", view.port);
+    let mut tab = Tab::open(&program, &kept.path("profile"), &url);
+    // It is drawn again and again while the render goes on, and the pixels of the screen change.
+    let pixels = "image.getContext('2d').getImageData(0, 0, 48, 36).data.join()";
+    tab.until("drawn >= 1");
+    let first = tab.value(pixels);
+    tab.until("drawn >= 4");
+    assert_eq!(tab.value("document.body.dataset.done"), "false", "the render has ended too early");
+    assert!(tab.value(pixels) != first);
+    // The mouse is moved to the middle of a pixel.
+    let place = tab.value(
+        "(() => { const box = image.getBoundingClientRect(), edge = box.width / 48; \
+         return [box.x + 20.5 * edge, box.y + 17.5 * edge] })()",
+    );
+    let place: [f64; 2] = serde_json::from_value(place).expect("two numbers");
+    tab.point(place);
+    tab.until("$('values').dataset.x === '20' && $('values').dataset.y === '17'");
+    assert_eq!(tab.value(&format!("{TOLD}.filter(([name]) => isBin(name)).length")), 5);
+    tab.keep(&kept.path("growing.png"));
+    // Once it is done, what is told is what the file has, bit by bit.
+    tab.until("document.body.dataset.done === 'true'");
+    tab.until("$('values').dataset.version === String(state.version)");
+    let picture = folder.picture("a.exr");
+    let at = |name: &str| f64::from(picture.channel(name).expect("a channel")[17 * 48 + 20]);
+    let told: Vec<(String, f64, Option<f64>)> =
+        serde_json::from_value(tab.value(TOLD)).expect("names and numbers");
+    let bins: Vec<_> = told.iter().filter(|(name, ..)| name.starts_with("S0.")).collect();
+    assert_eq!(bins.len(), 5);
+    for (name, value, error) in bins {
+        assert_eq!((*value, *error), (at(name), Some(at(&format!("error.{name}")))), "{name}");
+    }
+    // Keys: the error instead of the colour, and more exposure.
+    tab.press("e");
+    tab.until("$('channel').value === 'error of colour' && planes.length === 3");
+    let before = tab.value("stops").as_f64().expect("a number");
+    tab.press("+");
+    assert_eq!(tab.value("stops").as_f64(), Some(before + 0.5));
+    tab.press("ArrowRight");
+    tab.until("$('values').dataset.x === '21'");
+    tab.keep(&kept.path("done.png"));
+    assert_eq!(view.end().0, Some(0));
 }

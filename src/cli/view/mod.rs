@@ -7,6 +7,8 @@ use super::render::{self, cannot_read, has_extension};
 use super::stop::stop_on_signal;
 use super::{Failure, print_message};
 use abbe::output::exr;
+use clap::CommandFactory;
+use clap::parser::ValueSource;
 pub use growing::Page;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,14 +18,15 @@ use std::time::Duration;
 ///
 /// Serves a page on this machine alone, at an address that it prints, until Ctrl-C. A scene is rendered as by
 /// abbe render, with the same options and the same files in the end; the page shows the picture as it grows.
+/// An EXR file takes no option but --port.
 /// Under the cursor it tells all channels, and spectral bins with their standard errors.
 #[derive(clap::Args)]
+#[group(skip)]
 pub struct Args {
     /// Port of the page [default: one that is free]
     #[arg(long, value_name = "N", default_value = "0", hide_default_value = true)]
     port: u16,
 
-    /// An EXR file takes none of the options of a render.
     #[command(flatten)]
     render: render::Args,
 }
@@ -35,12 +38,31 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         serve(&page, args.port)?;
         return render::run_shown(&args.render, Some(&page));
     }
+    if let Some(option) = option_of_render() {
+        return Err(Failure::Input(format!(
+            "error: --{option}: {} is shown as it is\nhelp: leave it out, or name a scene",
+            path.display()
+        )));
+    }
     let picture = exr::read(path).map_err(|error| cannot_read(path, &error))?;
     page.finished(Some(picture));
     let stop = stop_on_signal()?;
     serve(&page, args.port)?;
     wait(&stop);
     Ok(())
+}
+
+/// An option that was given and says how a scene is rendered.
+fn option_of_render() -> Option<String> {
+    let mut command = super::Cli::command();
+    let matches = command.get_matches_mut();
+    let (name, view) = matches.subcommand()?;
+    let is_given = |option: &&clap::Arg| {
+        view.try_contains_id(option.get_id().as_str()).unwrap_or(false)
+            && view.value_source(option.get_id().as_str()) == Some(ValueSource::CommandLine)
+    };
+    let given = command.find_subcommand(name)?.get_arguments().filter(is_given);
+    given.filter_map(clap::Arg::get_long).find(|&name| name != "port").map(str::to_owned)
 }
 
 /// Until somebody has seen enough.
