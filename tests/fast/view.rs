@@ -226,7 +226,7 @@ fn a_browser_shows_a_picture_in_the_making() {
     let mut tab = Tab::open(&program, &kept.path("profile"), &url);
     // It is drawn again and again while the render goes on, and the pixels of the screen change.
     let pixels = "image.getContext('2d').getImageData(0, 0, 48, 36).data.join()";
-    tab.until("drawn >= 1");
+    tab.until("document.body && document.body.dataset.drawn >= 1");
     let first = tab.value(pixels);
     tab.until("drawn >= 4");
     assert_eq!(tab.value("document.body.dataset.done"), "false", "the render has ended too early");
