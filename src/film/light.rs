@@ -32,10 +32,13 @@ impl LightPaths {
 }
 
 impl Film {
-    /// Adds what one light subpath brought to a replicate of a pixel. `sums` are those of one replicate.
-    pub fn add_light(&mut self, [x, y]: [u32; 2], replicate: u32, sums: &[i64]) {
+    /// Adds what one light subpath brought to channels of a replicate of a pixel.
+    pub fn add_light(&mut self, [x, y]: [u32; 2], replicate: u32, sums: &[(u32, i64)]) {
         let cell = self.index(x, y) * self.replicates as usize + replicate as usize;
-        self.bad.overflow += self.light.sums.add(cell, sums);
+        for &(channel, sum) in sums {
+            let is_lost = self.light.sums.add_to(cell, channel as usize, sum);
+            self.bad.overflow += u64::from(is_lost);
+        }
         // Each comes to a page of its own.
         self.light.sums.of_bins.uses(PAGE);
     }

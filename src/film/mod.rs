@@ -209,10 +209,10 @@ impl Tile {
         self.samples[place] += samples;
     }
 
-    /// What was added since, by channel, of the only pixel and replicate; then they are empty again.
-    pub fn take(&mut self) -> Vec<i64> {
-        let empty = vec![0; self.sums.len()];
-        std::mem::replace(&mut self.sums, empty)
+    /// What was added since to channels of the only pixel and replicate; then they are empty again.
+    pub fn take(&mut self) -> Vec<(u32, i64)> {
+        let sums = (0..).zip(&mut self.sums).filter(|(_, sum)| **sum != 0);
+        sums.map(|(channel, sum)| (channel, std::mem::take(sum))).collect()
     }
 }
 
@@ -276,6 +276,19 @@ impl Sums {
             self.of_first[cell * self.first..][..self.first].iter().chain(bins).copied()
         };
         cells.flat_map(of_cell).collect()
+    }
+
+    /// Adds to a channel of a cell. Whether the sum would have left the range: it stays.
+    fn add_to(&mut self, cell: usize, channel: usize, value: i64) -> bool {
+        let own = match channel.checked_sub(self.first) {
+            None => &mut self.of_first[cell * self.first + channel],
+            Some(bin) => &mut self.of_bins[cell * self.bin_count + bin],
+        };
+        let (next, is_lost) = own.overflowing_add(value);
+        if !is_lost {
+            *own = next;
+        }
+        is_lost
     }
 
     /// Adds to all channels of cells from one on. How many sums would have left the range: they stay.

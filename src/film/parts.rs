@@ -84,7 +84,7 @@ mod tests {
             tile.count(place, 1 + place as u32);
         }
         film.add(&tile);
-        film.add_light([1, 1], 0, &[7, 0, 0, 0]);
+        film.add_light([1, 1], 0, &[(0, 7)]);
         let mut whole = Film::new(6, 4, 2, extras, FixedPoint::for_reference(1.0));
         // All but its first column, twice.
         let region = Region { offset: [3, 0], size: [9, 9] };
