@@ -1,7 +1,7 @@
 use super::png_options::PngOptions;
-use super::render::{cannot_read, cannot_write, counted, has_extension, sample_count};
+use super::render::{cannot_read, cannot_write, counted, has_extension, no_room_for_bins, sample_count};
 use super::{Failure, print, print_message};
-use abbe::film::Film;
+use abbe::film::{Film, Place};
 use abbe::output::checkpoint::merge::{Plan, Refusal, plan};
 use abbe::output::checkpoint::{self, Description, Header, RenderPart};
 use abbe::output::{self, Picture};
@@ -72,8 +72,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         for path in std::iter::once(&args.output).chain(&png) {
             output::refuse_unwritable(path).map_err(|error| cannot_write(path, &error))?;
         }
+        let folder = output::folder_of(&args.output);
+        let film = header
+            .film
+            .film(Place::Folder(folder), plan.extent)
+            .map_err(|error| no_room_for_bins(folder, &error))?;
         let (film, images) = plan
-            .add_up(&header.film, |file| checkpoint::open(&args.parts[file]))
+            .add_up(film, |file| checkpoint::open(&args.parts[file]))
             .map_err(|(file, error)| cannot_read(&args.parts[file], &error))?;
         let failed = |path: &Path| {
             let path = path.to_owned();

@@ -15,6 +15,7 @@ mod spectrum;
 mod stop;
 mod study;
 mod tev;
+mod view;
 
 use clap::{Parser, Subcommand};
 use std::io::{ErrorKind, Write};
@@ -38,6 +39,7 @@ struct Cli {
 enum Command {
     Render(render::Args),
     Merge(merge::Args),
+    View(view::Args),
     Compare(compare::Args),
     Explain(explain::Args),
     Info(info::Args),
@@ -80,6 +82,7 @@ pub fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
         Command::Merge(args) => merge::run(&args),
+        Command::View(args) => view::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Info(args) => info::run(&args),

@@ -3,7 +3,7 @@
 use super::flip::{self, Exposures, Rgb};
 use super::pair::{Pair, rec709};
 use super::{Options, flip::hdr_flip};
-use crate::spectrum::colour::{Xyz, delta_e_2000, rec709_to_xyz};
+use crate::spectrum::colour::{Xyz, assumed_white, delta_e_2000, rec709_to_xyz};
 
 /// How two images of one quantity differ, over the pixels that can be compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -80,12 +80,6 @@ pub struct PerceivedDifference {
     pub hdr_flip_map: Vec<f64>,
 }
 
-/// Luminance of the reference's mean over that of white: a photographer's grey card.
-const GREY: f64 = 0.18;
-
-/// Share of the pixels, the brightest, that do not raise the mean further: lamps and glints.
-const LAMPS: f64 = 0.01;
-
 impl PerceivedDifference {
     pub(super) fn of(pair: &Pair, good: &[bool], options: &Options) -> Option<Self> {
         // What cannot be compared is black in both.
@@ -93,7 +87,7 @@ impl PerceivedDifference {
             .map(|i| if good[i] { pair.xyz(i) } else { Some([Xyz::default(); 2]) })
             .collect::<Option<_>>()?;
         let luminance = both.iter().zip(good).filter(|(_, good)| **good).map(|(both, _)| both[1].y.max(0.0));
-        let white = options.white.unwrap_or_else(|| white(luminance.collect()));
+        let white = options.white.unwrap_or_else(|| assumed_white(luminance.collect()));
         let d65 = rec709_to_xyz([1.0; 3]) * white;
         let count = good.iter().filter(|good| **good).count().max(1) as f64;
         let delta_e =
@@ -113,13 +107,4 @@ impl PerceivedDifference {
         high.iter_mut().zip(good).filter(|(_, good)| !**good).for_each(|(value, _)| *value = f64::NAN);
         Some(Self { white, delta_e, flip, hdr_flip, exposures, pixels_per_degree: ppd, hdr_flip_map: high })
     }
-}
-
-/// The luminance that makes the reference's mean a middle grey; 1 for a black one.
-fn white(mut luminance: Vec<f64>) -> f64 {
-    luminance.sort_by(f64::total_cmp);
-    let Some(last) = luminance.len().checked_sub(1) else { return 1.0 };
-    let lamp = luminance[last - (LAMPS * last as f64) as usize];
-    let mean = luminance.iter().map(|&value| value.min(lamp)).sum::<f64>() / luminance.len() as f64;
-    if mean > 0.0 { mean / GREY } else { 1.0 }
 }

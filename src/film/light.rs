@@ -1,13 +1,14 @@
 //! What light subpaths bring to a film, beside the samples of its pixels.
 
-use super::{Film, FixedPoint};
+use super::{Film, FixedPoint, Sums};
+use std::ops::Range;
 
 /// What light subpaths brought. Any of them may have come to any pixel, so it is their number that their sums
 /// are divided by.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct LightPaths {
     /// Like the film's own; empty where there are none.
-    pub sums: Vec<i64>,
+    pub sums: Sums,
     /// By replicate: how many there were.
     pub count: Vec<u64>,
     /// A path may bring to one pixel what comes to all of them.
@@ -15,35 +16,31 @@ pub(super) struct LightPaths {
 }
 
 impl LightPaths {
-    /// What they brought to a replicate of a pixel, per path: a linear function of the channels, in the unit
-    /// of contributions.
-    pub fn mean(
-        &self,
-        index: usize,
-        replicate: usize,
-        channels: usize,
-        of_sums: impl Fn(&[i64]) -> f64,
-    ) -> f64 {
-        let count = self.count[replicate];
-        if self.sums.is_empty() || count == 0 {
+    pub fn is_empty(&self) -> bool {
+        self.sums.of_first.is_empty()
+    }
+
+    /// What they brought to some replicates of a pixel, per path: a linear function of their sums, in the
+    /// unit of contributions.
+    pub fn mean(&self, replicates: Range<usize>, of_sums: impl Fn(&Sums) -> f64) -> f64 {
+        let count: u64 = self.count[replicates].iter().sum();
+        if self.is_empty() || count == 0 {
             return 0.0;
         }
-        let sums = &self.sums[(index * self.count.len() + replicate) * channels..][..channels];
-        of_sums(sums) * self.scale.quantum / count as f64
+        of_sums(&self.sums) * self.scale.quantum / count as f64
     }
 }
 
 impl Film {
-    /// Adds what one light subpath brought to a replicate of a pixel. `sums` are those of one replicate.
-    pub fn add_light(&mut self, [x, y]: [u32; 2], replicate: u32, sums: &[i64]) {
-        let channels = self.extras.channels();
-        let first = (self.index(x, y) * self.replicates as usize + replicate as usize) * channels;
-        for (sum, &value) in self.light.sums[first..first + channels].iter_mut().zip(sums) {
-            match sum.checked_add(value) {
-                Some(next) => *sum = next,
-                None => self.bad.overflow += 1,
-            }
+    /// Adds what one light subpath brought to channels of a replicate of a pixel.
+    pub fn add_light(&mut self, [x, y]: [u32; 2], replicate: u32, sums: &[(u32, i64)]) {
+        let cell = self.index(x, y) * self.replicates as usize + replicate as usize;
+        for &(channel, sum) in sums {
+            let is_lost = self.light.sums.add_to(cell, channel as usize, sum);
+            self.bad.overflow += u64::from(is_lost);
         }
+        // Each comes to a page of its own.
+        self.light.sums.of_bins.uses(PAGE);
     }
 
     /// Says that a replicate has had so many light subpaths more.
@@ -51,3 +48,6 @@ impl Film {
         self.light.count[replicate as usize] += paths;
     }
 }
+
+/// Integers of a page of memory.
+const PAGE: usize = 4096 / size_of::<i64>();

@@ -4,7 +4,9 @@
 //! neighbouring pixels noise in common. The error of a mean over pixels is therefore that of the replicates'
 //! means over them, not what the pixels' own errors would add up to.
 
-use super::{Extent, Film, FixedPoint, Measured, Region, WEIGHT};
+use super::{Extent, Film, FixedPoint, Measured, Region, Sums, WEIGHT};
+use rayon::prelude::*;
+use smallvec::SmallVec;
 
 /// A linear function of the channels of a film.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +37,87 @@ pub struct PictureNoise {
     pub of_tiles: Option<f64>,
 }
 
+/// What [`Film::noise`] is made of, for several quantities at once and some rows at a time.
+#[derive(Debug)]
+pub struct NoiseSums {
+    of_quantities: Vec<(Quantity, NoiseSum)>,
+    replicates: u32,
+    /// Rows of tiles that are in it.
+    tile_rows: u32,
+}
+
+#[derive(Debug)]
+struct NoiseSum {
+    all: Sum,
+    /// The variances of the sums over whole tiles, and what they would be if pixels were independent.
+    found: f64,
+    independent: f64,
+}
+
+impl NoiseSums {
+    pub fn new(film: &Film, quantities: impl IntoIterator<Item = Quantity>) -> Self {
+        let replicates = film.replicates;
+        let empty =
+            |quantity| (quantity, NoiseSum { all: Sum::new(replicates), found: 0.0, independent: 0.0 });
+        Self { of_quantities: quantities.into_iter().map(empty).collect(), replicates, tile_rows: 0 }
+    }
+
+    /// Adds the tiles that end before a row of what is shown, and are not in it yet. With the last row, all
+    /// of them.
+    pub fn add_up_to(&mut self, film: &Film, row: u32) {
+        let Extent { shown, .. } = film.extent;
+        let is_last = row >= shown.size[1];
+        let end = if is_last { shown.size[1].div_ceil(NOISE_TILE) } else { row / NOISE_TILE };
+        let quantities: Vec<Quantity> = self.of_quantities.iter().map(|&(quantity, _)| quantity).collect();
+        let rows = self.tile_rows..end;
+        self.tile_rows = end.max(self.tile_rows);
+        let found: Vec<Vec<(Region, Vec<Sum>)>> =
+            rows.into_par_iter().map(|row| tiles_of_row(film, &quantities, row)).collect();
+        for (tile, sums) in found.iter().flatten() {
+            let is_whole = tile.pixel_count() == Region::whole([NOISE_TILE; 2]).pixel_count();
+            for ((_, noise), sum) in self.of_quantities.iter_mut().zip(sums) {
+                if is_whole && sum.independent.is_finite() {
+                    noise.found += sum.variance(self.replicates);
+                    noise.independent += sum.independent;
+                }
+                noise.all.merge(sum);
+            }
+        }
+    }
+
+    /// For each quantity, in their order.
+    pub fn told(&self) -> Vec<PictureNoise> {
+        let told = |(_, noise): &(Quantity, NoiseSum)| PictureNoise {
+            mean: noise.all.mean(self.replicates),
+            of_tiles: (noise.independent > 0.0).then(|| noise.found / noise.independent),
+        };
+        self.of_quantities.iter().map(told).collect()
+    }
+}
+
+/// The tiles of a row of them, each with the sums of its pixels.
+fn tiles_of_row(film: &Film, quantities: &[Quantity], row: u32) -> Vec<(Region, Vec<Sum>)> {
+    let Extent { measured, shown, .. } = film.extent;
+    let top = row * NOISE_TILE;
+    let row = Region {
+        offset: [shown.offset[0], shown.offset[1] + top],
+        size: [shown.size[0], NOISE_TILE.min(shown.size[1] - top)],
+    };
+    let of_tile = |tile: Region| {
+        let mut sums: Vec<Sum> = quantities.iter().map(|_| Sum::new(film.replicates)).collect();
+        for [x, y] in tile.pixels().filter_map(|pixel| measured.within(pixel)) {
+            // Pixel by pixel: the bins of a pixel lie together.
+            for (sum, &quantity) in sums.iter_mut().zip(quantities) {
+                sum.add(film, x, y, quantity);
+            }
+        }
+        (tile, sums)
+    };
+    row.tiles(NOISE_TILE).map(of_tile).collect()
+}
+
 /// The sum over some pixels of a quantity.
+#[derive(Debug)]
 struct Sum {
     pixels: f64,
     sum: f64,
@@ -53,13 +135,14 @@ impl Sum {
     /// Adds a pixel. One without samples makes the error infinite.
     fn add(&mut self, film: &Film, x: u32, y: u32, quantity: Quantity) {
         let mut spread = 0.0;
-        let mean = film.linearised(x, y, quantity, |replicate, deviation| {
+        let mean = film.linearised(x, y, quantity, film.replicates, |replicate, deviation| {
             self.deviations[replicate] += deviation;
             spread += deviation * deviation;
         });
         self.pixels += 1.0;
         self.sum += mean.unwrap_or(0.0);
-        self.independent += if mean.is_some() { film.variance(spread) } else { f64::INFINITY };
+        let variance = variance(film.replicates, spread);
+        self.independent += if mean.is_some() { variance } else { f64::INFINITY };
     }
 
     fn merge(&mut self, other: &Self) {
@@ -72,27 +155,47 @@ impl Sum {
     }
 
     /// The variance of the sum.
-    fn variance(&self, film: &Film) -> f64 {
+    fn variance(&self, replicates: u32) -> f64 {
         let spread = self.deviations.iter().map(|deviation| deviation * deviation).sum();
-        if self.independent.is_finite() { film.variance(spread) } else { f64::INFINITY }
+        if self.independent.is_finite() { variance(replicates, spread) } else { f64::INFINITY }
     }
 
-    fn mean(&self, film: &Film) -> Measured {
+    fn mean(&self, replicates: u32) -> Measured {
         if self.pixels == 0.0 {
             return Measured { mean: 0.0, error: f64::INFINITY };
         }
-        Measured { mean: self.sum / self.pixels, error: self.variance(film).sqrt() / self.pixels }
+        Measured { mean: self.sum / self.pixels, error: self.variance(replicates).sqrt() / self.pixels }
     }
 }
 
 impl Film {
     /// A quantity of a pixel.
     pub fn measured(&self, x: u32, y: u32, quantity: Quantity) -> Measured {
+        self.measured_by(self.replicates, x, y, quantity)
+    }
+
+    /// The same with the error that equal runs of replicates tell, which are `parts` in number: see
+    /// [`Self::nets`].
+    pub fn measured_by(&self, parts: u32, x: u32, y: u32, quantity: Quantity) -> Measured {
         let mut spread = 0.0;
-        match self.linearised(x, y, quantity, |_, deviation| spread += deviation * deviation) {
-            Some(mean) => Measured { mean, error: self.variance(spread).sqrt() },
+        match self.linearised(x, y, quantity, parts, |_, deviation| spread += deviation * deviation) {
+            Some(mean) => Measured { mean, error: variance(parts, spread).sqrt() },
             None => Measured { mean: 0.0, error: f64::INFINITY },
         }
+    }
+
+    /// X, Y and Z of a pixel, and by how much each of `parts` equal runs of replicates is above them, to first
+    /// order. `None` without samples.
+    pub fn colour_by(&self, parts: u32, x: u32, y: u32) -> Option<([f64; 3], Vec<[f64; 3]>)> {
+        let (mut mean, mut deviations) = ([0.0; 3], vec![[0.0; 3]; parts as usize]);
+        for of in 0..3 {
+            let mut weights = [0.0; 3];
+            weights[of] = 1.0;
+            mean[of] = self.linearised(x, y, Quantity::Combined(weights), parts, |part, deviation| {
+                deviations[part][of] = deviation;
+            })?;
+        }
+        Some((mean, deviations))
     }
 
     /// The mean of a quantity over some pixels. Its error is known with one degree of freedom less than there
@@ -103,88 +206,86 @@ impl Film {
         for (x, y) in pixels {
             sum.add(self, x, y, quantity);
         }
-        sum.mean(self)
+        sum.mean(self.replicates)
     }
 
     /// What the noise of the pixels that are shown has in common.
     pub fn noise(&self, quantity: Quantity) -> PictureNoise {
-        let Extent { measured, shown, .. } = self.extent;
-        let mut all = Sum::new(self.replicates);
-        let (mut found, mut independent) = (0.0, 0.0);
-        for tile in shown.tiles(NOISE_TILE) {
-            let mut sum = Sum::new(self.replicates);
-            for [x, y] in tile.pixels().filter_map(|pixel| measured.within(pixel)) {
-                sum.add(self, x, y, quantity);
-            }
-            let is_whole = tile.pixel_count() == Region::whole([NOISE_TILE; 2]).pixel_count();
-            if is_whole && sum.independent.is_finite() {
-                found += sum.variance(self);
-                independent += sum.independent;
-            }
-            all.merge(&sum);
-        }
-        PictureNoise { mean: all.mean(self), of_tiles: (independent > 0.0).then(|| found / independent) }
-    }
-
-    /// The variance of the mean of all replicates, whose deviations from it have squares of this sum.
-    /// Infinite for fewer than two.
-    fn variance(&self, spread: f64) -> f64 {
-        let r = f64::from(self.replicates);
-        if self.replicates < 2 { f64::INFINITY } else { spread / (r * (r - 1.0)) }
+        let mut sums = NoiseSums::new(self, [quantity]);
+        sums.add_up_to(self, self.extent.shown.size[1]);
+        sums.told()[0]
     }
 
     /// The mean of a pixel: a linear function of the channels over the sum of the weights. `None` without
-    /// samples. Told of each replicate by how much it is above the mean: what it adds to the ratio, to first
-    /// order.
+    /// samples. Told of each of `parts` equal runs of replicates by how much it is above the mean: what it
+    /// adds to the ratio, to first order.
     fn linearised(
         &self,
         x: u32,
         y: u32,
         quantity: Quantity,
+        parts: u32,
         mut deviates: impl FnMut(usize, f64),
     ) -> Option<f64> {
-        let extras = &self.extras;
-        let of_sums = |sums: &[i64]| match quantity {
-            Quantity::Combined(weights) => (0..3).map(|i| weights[i] * sums[i] as f64).sum::<f64>(),
-            Quantity::Alpha => sums[extras.alpha_channel()] as f64,
-            Quantity::Response(index) => {
-                extras.responses[index] * sums[extras.response_channel(index)] as f64
-            }
-            Quantity::Bin(bin) => sums[extras.bin_channel(bin)] as f64,
-            Quantity::SecondMoment(of) => sums[extras.moment_channel(of)] as f64,
-        };
-        let scale = match quantity {
-            Quantity::Alpha => FixedPoint::SHARE,
-            Quantity::SecondMoment(_) => self.square_scale(),
-            _ => self.scale,
-        };
-        let index = self.index(x, y);
-        let (channels, replicates) = (extras.channels(), self.replicates as usize);
-        let sums = self.sums[index * replicates * channels..][..replicates * channels].chunks_exact(channels);
-        let r = f64::from(self.replicates);
-        let parts = sums.enumerate().map(|(replicate, sums)| {
-            let light = self.light.mean(index, replicate, channels, of_sums);
-            let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
-            [of_sums(sums) * scale.quantum, weight, light]
+        let (index, replicates) = (self.index(x, y), self.replicates as usize);
+        let run = replicates / parts.max(1) as usize;
+        let r = f64::from(parts);
+        let scale = self.scale_of(quantity);
+        let parts = (0..parts as usize).map(|part| {
+            let runs = part * run..(part + 1) * run;
+            let cells = index * replicates + runs.start..index * replicates + runs.end;
+            let of_channel =
+                |sums: &Sums, channel: usize| cells.clone().map(|cell| sums.of(cell, channel)).sum::<i64>();
+            let light = self.light.mean(runs, |sums| self.value(quantity, |c| of_channel(sums, c)));
+            let weight = of_channel(&self.sums, WEIGHT) as f64 * FixedPoint::SHARE.quantum;
+            [self.value(quantity, |c| of_channel(&self.sums, c)) * scale.quantum, weight, light]
         });
+        let parts: SmallVec<[[f64; 3]; 16]> = parts.collect();
         let [sum, weight, light] =
-            parts.clone().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
+            parts.iter().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
         if weight == 0.0 {
             return None;
         }
         let (ratio, light) = (sum / weight, light / r);
-        // With few samples not every replicate has one.
-        let with_samples = parts.clone().filter(|[_, weight, _]| *weight != 0.0).count() as f64;
-        let factor = match self.replicates >= 2 && with_samples < r {
+        // With few samples not every part has one.
+        let with_samples = parts.iter().filter(|[_, weight, _]| *weight != 0.0).count() as f64;
+        let factor = match r >= 2.0 && with_samples < r {
             true => (with_samples / (with_samples - 1.0) * (r - 1.0) / r).sqrt(),
             false => 1.0,
         };
-        for (replicate, [own, own_weight, own_light]) in parts.enumerate() {
+        for (part, [own, own_weight, own_light]) in parts.into_iter().enumerate() {
             let deviation = (own - ratio * own_weight) * (r / weight) + own_light - light;
-            deviates(replicate, if factor.is_finite() { factor * deviation } else { f64::INFINITY });
+            deviates(part, if factor.is_finite() { factor * deviation } else { f64::INFINITY });
         }
         Some(ratio + light)
     }
+
+    /// A quantity, in the unit of its sums, from the sum of each channel.
+    fn value(&self, quantity: Quantity, sum: impl Fn(usize) -> i64) -> f64 {
+        let extras = &self.extras;
+        match quantity {
+            Quantity::Combined(weights) => (0..3).map(|i| weights[i] * sum(i) as f64).sum::<f64>(),
+            Quantity::Alpha => sum(extras.alpha_channel()) as f64,
+            Quantity::Response(index) => extras.responses[index] * sum(extras.response_channel(index)) as f64,
+            Quantity::Bin(bin) => sum(extras.bin_channel(bin)) as f64,
+            Quantity::SecondMoment(of) => sum(extras.moment_channel(of)) as f64,
+        }
+    }
+
+    fn scale_of(&self, quantity: Quantity) -> FixedPoint {
+        match quantity {
+            Quantity::Alpha => FixedPoint::SHARE,
+            Quantity::SecondMoment(_) => self.square_scale(),
+            _ => self.scale,
+        }
+    }
+}
+
+/// The variance of the mean of so many parts, whose deviations from it have squares of this sum. Infinite for
+/// fewer than two.
+fn variance(parts: u32, spread: f64) -> f64 {
+    let r = f64::from(parts);
+    if parts < 2 { f64::INFINITY } else { spread / (r * (r - 1.0)) }
 }
 
 #[cfg(test)]

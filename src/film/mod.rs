@@ -10,6 +10,7 @@
 //! Error bars come from the spread of *replicates*: independently scrambled sequences of samples of the same
 //! length. The spread of single samples would overstate the error of stratified ones.
 
+mod bins;
 mod filter;
 mod fixed_point;
 mod light;
@@ -19,11 +20,13 @@ mod region;
 
 use crate::sampling::mix;
 use crate::units::WavelengthRange;
+use bins::Integers;
+pub use bins::Place;
 pub use filter::{FilterKind, FilterSampler, Footprint};
 pub use fixed_point::FixedPoint;
 use fixed_point::{SMALL, TOO_LARGE};
 use light::LightPaths;
-pub use means::{NOISE_TILE, PictureNoise, Quantity};
+pub use means::{NOISE_TILE, NoiseSums, PictureNoise, Quantity};
 pub use parts::Row;
 pub use region::{Extent, Region};
 use serde::{Deserialize, Serialize};
@@ -85,9 +88,13 @@ pub struct Extras {
 }
 
 impl Extras {
-    /// Channels in all: X, Y and Z and the filter's weights included.
+    /// Channels in all: X, Y and Z and the filter's weights included. Spectral bins are the last.
     pub fn channels(&self) -> usize {
-        self.bin_channel(0) + self.bins.map_or(0, |bins| bins.count)
+        self.bin_channel(0) + self.bin_count()
+    }
+
+    fn bin_count(&self) -> usize {
+        self.bins.map_or(0, |bins| bins.count)
     }
 
     /// The channel of the weights of those samples that meet something, in a film with alpha.
@@ -202,10 +209,10 @@ impl Tile {
         self.samples[place] += samples;
     }
 
-    /// What was added since, by channel, of the only pixel and replicate; then they are empty again.
-    pub fn take(&mut self) -> Vec<i64> {
-        let empty = vec![0; self.sums.len()];
-        std::mem::replace(&mut self.sums, empty)
+    /// What was added since to channels of the only pixel and replicate; then they are empty again.
+    pub fn take(&mut self) -> Vec<(u32, i64)> {
+        let sums = (0..).zip(&mut self.sums).filter(|(_, sum)| **sum != 0);
+        sums.map(|(channel, sum)| (channel, std::mem::take(sum))).collect()
     }
 }
 
@@ -215,7 +222,7 @@ impl Tile {
 /// A pixel is the mean of all samples that its filter reaches, each weighed by it: the sum of the weighed
 /// contributions over the sum of the weights, as in Mitsuba 3. What is even comes out even after a single
 /// sample. The ratio's bias is of the order of its variance, which is far below its error.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Film {
     pub width: u32,
     pub height: u32,
@@ -227,11 +234,81 @@ pub struct Film {
     pub extras: Extras,
     pub bad: BadValues,
     scale: FixedPoint,
-    /// By pixel, replicate and channel.
-    sums: Vec<i64>,
+    sums: Sums,
     /// By pixel: samples taken within it.
     samples: Vec<u32>,
     light: LightPaths,
+}
+
+/// The sums of a film. Spectral bins are apart from the other channels, which are needed more often.
+#[derive(Debug)]
+struct Sums {
+    /// Channels before the spectral bins.
+    first: usize,
+    bin_count: usize,
+    /// By pixel, replicate and channel.
+    of_first: Vec<i64>,
+    /// Likewise.
+    of_bins: Integers,
+}
+
+impl Sums {
+    /// Of so many pixels in each replicate.
+    fn new(cells: usize, extras: &Extras, place: Place) -> std::io::Result<Self> {
+        let (first, bin_count) = (extras.bin_channel(0), extras.bin_count());
+        let of_bins = Integers::new(cells * bin_count, place)?;
+        Ok(Self { first, bin_count, of_first: vec![0; cells * first], of_bins })
+    }
+
+    /// That of a channel, in a cell: a replicate of a pixel.
+    fn of(&self, cell: usize, channel: usize) -> i64 {
+        match channel.checked_sub(self.first) {
+            None => self.of_first[cell * self.first + channel],
+            Some(bin) => self.of_bins[cell * self.bin_count + bin],
+        }
+    }
+
+    /// Those of all channels of some cells, one after another.
+    fn of_all(&self, cells: Range<usize>) -> Vec<i64> {
+        self.of_bins.uses(cells.len() * self.bin_count);
+        let of_cell = |cell: usize| {
+            let bins = &self.of_bins[cell * self.bin_count..][..self.bin_count];
+            self.of_first[cell * self.first..][..self.first].iter().chain(bins).copied()
+        };
+        cells.flat_map(of_cell).collect()
+    }
+
+    /// Adds to a channel of a cell. Whether the sum would have left the range: it stays.
+    fn add_to(&mut self, cell: usize, channel: usize, value: i64) -> bool {
+        let own = match channel.checked_sub(self.first) {
+            None => &mut self.of_first[cell * self.first + channel],
+            Some(bin) => &mut self.of_bins[cell * self.bin_count + bin],
+        };
+        let (next, is_lost) = own.overflowing_add(value);
+        if !is_lost {
+            *own = next;
+        }
+        is_lost
+    }
+
+    /// Adds to all channels of cells from one on. How many sums would have left the range: they stay.
+    fn add(&mut self, cell: usize, sums: &[i64]) -> u64 {
+        let mut overflow = 0;
+        let mut add = |own: &mut [i64], more: &[i64]| {
+            for (own, &more) in own.iter_mut().zip(more) {
+                match own.checked_add(more) {
+                    Some(next) => *own = next,
+                    None => overflow += 1,
+                }
+            }
+        };
+        for (cell, sums) in (cell..).zip(sums.chunks_exact(self.first + self.bin_count)) {
+            let (first, bins) = sums.split_at(self.first);
+            add(&mut self.of_first[cell * self.first..][..self.first], first);
+            add(&mut self.of_bins[cell * self.bin_count..][..self.bin_count], bins);
+        }
+        overflow
+    }
 }
 
 /// Equal bins over a range of wavelengths, each measuring the mean spectral radiance within it.
@@ -274,34 +351,51 @@ impl Film {
 
     /// The measured part of a film. It rounds as the whole does.
     pub fn part(extent: Extent, replicates: u32, extras: Extras, scale: FixedPoint) -> Self {
+        Self::part_at(Place::Memory, extent, replicates, extras, scale)
+            .expect("what is kept in memory needs no file")
+    }
+
+    /// The same with the sums of its spectral bins at a place.
+    ///
+    /// # Errors
+    /// Where there is no room for them.
+    pub fn part_at(
+        place: Place,
+        extent: Extent,
+        replicates: u32,
+        extras: Extras,
+        scale: FixedPoint,
+    ) -> std::io::Result<Self> {
         let [width, height] = extent.measured.size;
         let pixels = width as usize * height as usize;
-        let sums = vec![0; pixels * replicates as usize * extras.channels()];
+        let cells = pixels * replicates as usize;
         let light = LightPaths {
-            sums: if extras.light_paths { sums.clone() } else { Vec::new() },
+            sums: Sums::new(if extras.light_paths { cells } else { 0 }, &extras, place)?,
             count: vec![0; replicates as usize],
             scale: scale.coarser(Region::whole(extent.whole).pixel_count()),
         };
-        Self {
+        Ok(Self {
             width,
             height,
             extent,
             replicates,
             per_net: 1,
-            extras,
             bad: BadValues::default(),
             scale,
-            sums,
+            sums: Sums::new(cells, &extras, place)?,
             samples: vec![0; pixels],
             light,
-        }
+            extras,
+        })
     }
 
-    /// Memory that a film takes, bytes.
-    pub fn bytes(width: u32, height: u32, replicates: u32, extras: &Extras) -> u128 {
+    /// Room that a film takes, bytes: that of its spectral bins, which may be in a file, and all other.
+    pub fn bytes(width: u32, height: u32, replicates: u32, extras: &Extras) -> [u128; 2] {
         let kinds = if extras.light_paths { 2 } else { 1 };
-        let pixel = u128::from(replicates) * extras.channels() as u128 * kinds * size_of::<i64>() as u128;
-        u128::from(width) * u128::from(height) * (pixel + size_of::<u32>() as u128)
+        let pixels = u128::from(width) * u128::from(height);
+        let channel = pixels * u128::from(replicates) * kinds * size_of::<i64>() as u128;
+        let samples = pixels * size_of::<u32>() as u128;
+        [extras.bin_count() as u128 * channel, extras.bin_channel(0) as u128 * channel + samples]
     }
 
     pub fn scale(&self) -> FixedPoint {
@@ -327,49 +421,28 @@ impl Film {
             for ((column, sums), samples) in (0..).zip(sums.chunks_exact(of_pixel)).zip(samples) {
                 let index = self.index(tile.corner[0] + column, tile.corner[1] + row);
                 self.samples[index] += samples;
-                let first = index * self.replicates as usize + tile.replicates.start as usize;
-                let own = &mut self.sums[first * tile.channels..][..of_pixel];
-                for (sum, &value) in own.iter_mut().zip(sums) {
-                    match sum.checked_add(value) {
-                        Some(next) => *sum = next,
-                        None => self.bad.overflow += 1,
-                    }
-                }
+                let cell = index * self.replicates as usize + tile.replicates.start as usize;
+                self.bad.overflow += self.sums.add(cell, sums);
             }
         }
+        self.sums.of_bins.uses(tile.sums.len());
     }
 
-    /// The same film with a replicate for each net. `None` where each is one already, and where there is but
-    /// one.
+    /// How many nets tell the variance by themselves. `None` where each replicate is one already, and where
+    /// there is but one.
     ///
     /// Replicates that are runs of one net complete each other: they tell an error that is too large. That of
     /// independent nets is right on average, but they are few.
-    pub fn nets(&self) -> Option<Self> {
+    pub fn nets(&self) -> Option<u32> {
         let nets = self.replicates / self.per_net;
-        if self.per_net == 1 || nets < 2 {
-            return None;
-        }
-        let channels = self.extras.channels();
-        let merged = |sums: &[i64]| -> Vec<i64> {
-            let of_net = |runs: &[i64]| -> Vec<i64> {
-                (0..channels).map(|c| runs.iter().skip(c).step_by(channels).sum()).collect()
-            };
-            sums.chunks_exact(channels * self.per_net as usize).flat_map(of_net).collect()
-        };
-        let counts = self.light.count.chunks_exact(self.per_net as usize).map(|runs| runs.iter().sum());
-        Some(Self {
-            replicates: nets,
-            per_net: 1,
-            sums: merged(&self.sums),
-            light: LightPaths {
-                sums: merged(&self.light.sums),
-                count: counts.collect(),
-                scale: self.light.scale,
-            },
-            extras: self.extras.clone(),
-            samples: self.samples.clone(),
-            ..*self
-        })
+        (self.per_net > 1 && nets >= 2).then_some(nets)
+    }
+
+    /// Says that the spectral bins of a row were read, which need not stay in memory.
+    pub fn has_used_row(&self) {
+        let row = self.width as usize * self.replicates as usize * self.extras.bin_count();
+        self.sums.of_bins.uses(row);
+        self.light.sums.of_bins.uses(row);
     }
 
     /// How many samples a pixel has.
@@ -403,15 +476,15 @@ impl Film {
 
     /// The same in one replicate alone: what a render of those samples would have shown.
     pub fn of_replicate(&self, x: u32, y: u32, replicate: u32, weights: [f64; 3]) -> f64 {
-        let index = self.index(x, y);
-        let first = (index * self.replicates as usize + replicate as usize) * self.extras.channels();
-        let weight = self.sums[first + WEIGHT] as f64 * FixedPoint::SHARE.quantum;
+        let (index, replicate) = (self.index(x, y), replicate as usize);
+        let cell = index * self.replicates as usize + replicate;
+        let weight = self.sums.of(cell, WEIGHT) as f64 * FixedPoint::SHARE.quantum;
         if weight == 0.0 {
             return 0.0;
         }
-        let weighed = |sums: &[i64]| (0..3).map(|i| weights[i] * sums[i] as f64).sum::<f64>();
-        let light = self.light.mean(index, replicate as usize, self.extras.channels(), weighed);
-        weighed(&self.sums[first..first + 3]) * self.scale.quantum / weight + light
+        let weighed = |sums: &Sums| (0..3).map(|i| weights[i] * sums.of(cell, i) as f64).sum::<f64>();
+        let light = self.light.mean(replicate..replicate + 1, weighed);
+        weighed(&self.sums) * self.scale.quantum / weight + light
     }
 
     /// The fraction of the pixel's samples that meet something, weighed by the filter. Only for a film that

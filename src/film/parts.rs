@@ -23,11 +23,11 @@ impl Film {
     /// A row of the part that is measured, by its number in it.
     pub fn row(&self, y: u32) -> Row {
         let pixels = y as usize * self.width as usize..(y as usize + 1) * self.width as usize;
-        let each = self.sums_per_pixel();
-        let sums = pixels.start * each..pixels.end * each;
+        let replicates = self.replicates as usize;
+        let cells = pixels.start * replicates..pixels.end * replicates;
         Row {
-            sums: self.sums[sums.clone()].to_vec(),
-            light: self.light.sums.get(sums).map_or_else(Vec::new, <[i64]>::to_vec),
+            sums: self.sums.of_all(cells.clone()),
+            light: if self.light.is_empty() { Vec::new() } else { self.light.sums.of_all(cells) },
             samples: self.samples[pixels].to_vec(),
         }
     }
@@ -47,21 +47,13 @@ impl Film {
         for (own, more) in self.samples[to..to + count].iter_mut().zip(&row.samples[from..from + count]) {
             *own += more;
         }
-        let mut overflow = 0;
-        let mut add = |own: &mut [i64], more: &[i64]| {
-            for (own, &more) in own.iter_mut().zip(more) {
-                match own.checked_add(more) {
-                    Some(next) => *own = next,
-                    None => overflow += 1,
-                }
-            }
-        };
-        let of = |first: usize| first * each..(first + count) * each;
-        add(&mut self.sums[of(to)], &row.sums[of(from)]);
-        if !self.light.sums.is_empty() && !row.light.is_empty() {
-            add(&mut self.light.sums[of(to)], &row.light[of(from)]);
+        let (cell, sums) = (to * self.replicates as usize, from * each..(from + count) * each);
+        self.bad.overflow += self.sums.add(cell, &row.sums[sums.clone()]);
+        self.sums.of_bins.uses(sums.len());
+        if !self.light.is_empty() && !row.light.is_empty() {
+            self.bad.overflow += self.light.sums.add(cell, &row.light[sums.clone()]);
+            self.light.sums.of_bins.uses(sums.len());
         }
-        self.bad.overflow += overflow;
     }
 
     /// All samples of all pixels that are measured.
@@ -92,7 +84,7 @@ mod tests {
             tile.count(place, 1 + place as u32);
         }
         film.add(&tile);
-        film.add_light([1, 1], 0, &[7, 0, 0, 0]);
+        film.add_light([1, 1], 0, &[(0, 7)]);
         let mut whole = Film::new(6, 4, 2, extras, FixedPoint::for_reference(1.0));
         // All but its first column, twice.
         let region = Region { offset: [3, 0], size: [9, 9] };

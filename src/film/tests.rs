@@ -67,11 +67,11 @@ fn nets_are_the_sums_of_their_runs() {
     let mut film = exposed(1.0, &[[1.0; 3], [3.0; 3], [2.0; 3], [4.0; 3]]);
     assert!(film.nets().is_none());
     film.per_net = 2;
-    let nets = film.nets().unwrap();
-    let y = [0.0, 1.0, 0.0];
-    assert_eq!([0, 1].map(|net| nets.of_replicate(0, 0, net, y)), [2.0, 3.0]);
-    assert_eq!(nets.combined(0, 0, y), Measured { mean: 2.5, error: 0.5 });
-    assert_eq!(film.combined(0, 0, y).mean, 2.5);
+    // Nets have the means 2 and 3.
+    let y = Quantity::Combined([0.0, 1.0, 0.0]);
+    assert_eq!(film.nets(), Some(2));
+    assert_eq!(film.measured_by(2, 0, 0, y), Measured { mean: 2.5, error: 0.5 });
+    assert_eq!(film.measured(0, 0, y).mean, 2.5);
     film.per_net = 4;
     assert!(film.nets().is_none());
 }

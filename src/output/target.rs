@@ -3,6 +3,7 @@
 
 use super::error_bars;
 use crate::film::{Film, NOISE_TILE, Quantity, Region};
+use crate::spectrum::colour::{Xyz, assumed_white, delta_e_2000, rec709_to_xyz};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
@@ -24,6 +25,9 @@ pub enum ErrorMeasure {
     RelMse,
     /// The mean standard error over the mean value.
     Error,
+    /// The mean over the pixels of the root mean square colour difference CIEDE2000 that the noise makes, with
+    /// the white of `abbe compare`.
+    ColourDifference,
 }
 
 /// An error that a picture is to be below.
@@ -41,6 +45,64 @@ pub struct Estimate {
     pub at_most: f64,
 }
 
+/// Errors of pixels, added up.
+#[derive(Default)]
+struct Sum {
+    errors: f64,
+    /// The sum of the squares of the errors of tiles. What pixels share of their noise they share of its
+    /// estimate, too: a tile is taken as one.
+    squares: f64,
+    /// What they are divided by to be those of the picture.
+    divisor: f64,
+}
+
+impl Sum {
+    /// An error of each pixel that is shown, from its variance.
+    fn over(film: &Film, variances: &[f64], error: impl Fn(u32, u32, f64) -> f64) -> Self {
+        let mut tiles: BTreeMap<[u32; 2], f64> = BTreeMap::new();
+        for (x, y) in film.shown() {
+            let variance = variances[y as usize * film.width as usize + x as usize];
+            *tiles.entry([x / NOISE_TILE, y / NOISE_TILE]).or_insert(0.0) += error(x, y, variance);
+        }
+        let squares = tiles.values().map(|error| error * error).sum();
+        Self { errors: tiles.values().sum(), squares, divisor: 0.0 }
+    }
+
+    /// Root mean square colour differences. Nothing is known of those of a black picture.
+    fn of_colours(film: &Film) -> Self {
+        let luminance = film.shown().map(|(x, y)| film.combined(x, y, [0.0, 1.0, 0.0]).mean.max(0.0));
+        let luminance: Vec<f64> = luminance.collect();
+        let is_black = luminance.iter().all(|&value| value == 0.0);
+        let white = rec709_to_xyz([1.0; 3]) * assumed_white(luminance);
+        let variances = calibrated(film, |parts, x, y| {
+            film.colour_by(parts, x, y).map_or(f64::INFINITY, |(mean, deviations)| {
+                // A replicate deviates by so many times the error of the mean of all, on average.
+                let less = 1.0 / f64::from(parts.saturating_sub(1)).sqrt();
+                let own = Xyz::from(mean).to_lab(white);
+                let difference = |deviation: &[f64; 3]| {
+                    let other = [0, 1, 2].map(|i| mean[i] + less * deviation[i]);
+                    delta_e_2000(own, Xyz::from(other).to_lab(white)).powi(2)
+                };
+                deviations.iter().map(difference).sum::<f64>() / f64::from(parts)
+            })
+        });
+        let sum = Self::over(film, &variances, |_, _, variance| variance.sqrt());
+        let pixels = film.extent.shown.pixel_count() as f64;
+        Self { divisor: if is_black { 0.0 } else { pixels }, ..sum }
+    }
+}
+
+/// The error bars of all pixels that are measured, squared, from what equal runs of replicates, so many in
+/// number, tell of a pixel.
+fn calibrated(film: &Film, variance: impl Fn(u32, u32, u32) -> f64) -> Vec<f64> {
+    let (window, measured) = (film.extent.window, film.extent.measured);
+    let variances = |parts: u32| -> Vec<f64> {
+        Region::whole(measured.size).pixels().map(|[x, y]| variance(parts, x, y)).collect()
+    };
+    let of_nets = film.nets().map(variances);
+    error_bars::calibrated(window.size, measured, &variances(film.replicates), of_nets.as_deref())
+}
+
 impl Target {
     /// The error of what is shown. `None` where there is none to know: without replicates, or of a black
     /// picture.
@@ -48,62 +110,53 @@ impl Target {
         if film.replicates < 2 {
             return None;
         }
+        let sum = match self.measure {
+            ErrorMeasure::RelMse | ErrorMeasure::Error => self.of_channels(film),
+            ErrorMeasure::ColourDifference => Sum::of_colours(film),
+        };
+        // A variance from n degrees of freedom has a relative variance of 2/n, a standard error a quarter of
+        // that.
+        let degrees = f64::from(film.replicates - 1);
+        let relative = match self.measure {
+            ErrorMeasure::RelMse => 2.0 / degrees,
+            ErrorMeasure::Error | ErrorMeasure::ColourDifference => 0.5 / degrees,
+        };
+        let (value, spread) = (sum.errors / sum.divisor, (relative * sum.squares).sqrt() / sum.divisor);
+        let estimate = Estimate { value, at_most: value + QUANTILE * spread };
+        (sum.divisor > 0.0 && estimate.at_most.is_finite()).then_some(estimate)
+    }
+
+    /// Of the luminance, or of all responses.
+    fn of_channels(&self, film: &Film) -> Sum {
         let channels: Vec<Quantity> = match film.extras.responses.len() {
             0 => vec![Quantity::Combined([0.0, 1.0, 0.0])],
             responses => (0..responses).map(Quantity::Response).collect(),
         };
-        let nets = film.nets();
-        let (mut sum, mut uncertainty, mut scale) = (0.0, 0.0, 0.0);
-        for &quantity in &channels {
-            let (channel, variance, mean) = self.of_channel(film, nets.as_ref(), quantity);
-            sum += channel;
-            uncertainty += variance;
-            scale += mean;
-        }
         let pixels = film.extent.shown.pixel_count() as f64;
-        // Errors of the mean are over the mean, of all channels together; those of relMSE are over it
-        // already.
-        let divisor = match self.measure {
-            ErrorMeasure::RelMse => pixels * channels.len() as f64,
-            ErrorMeasure::Error => scale,
-        };
-        let (value, spread) = (sum / divisor, uncertainty.sqrt() / divisor);
-        let estimate = Estimate { value, at_most: value + QUANTILE * spread };
-        (divisor > 0.0 && estimate.at_most.is_finite()).then_some(estimate)
-    }
-
-    /// The sum of the errors over the pixels, its variance, and the sum of the values.
-    fn of_channel(&self, film: &Film, nets: Option<&Film>, quantity: Quantity) -> (f64, f64, f64) {
-        let (window, measured) = (film.extent.window, film.extent.measured);
-        let variances = |film: &Film| -> Vec<f64> {
-            let all = Region::whole(measured.size).pixels();
-            all.map(|[x, y]| film.measured(x, y, quantity).error.powi(2)).collect()
-        };
-        let of_nets = nets.map(variances);
-        let variances = error_bars::calibrated(window.size, measured, &variances(film), of_nets.as_deref());
-        let total: f64 = film.shown().map(|(x, y)| film.measured(x, y, quantity).mean).sum();
-        let mean = total / film.extent.shown.pixel_count() as f64;
-        let mut tiles: BTreeMap<[u32; 2], f64> = BTreeMap::new();
-        for (x, y) in film.shown() {
-            let variance = variances[y as usize * film.width as usize + x as usize];
-            let error = match self.measure {
+        let mut all = Sum::default();
+        for quantity in channels {
+            let variances =
+                calibrated(film, |parts, x, y| film.measured_by(parts, x, y, quantity).error.powi(2));
+            let value = |x, y| film.measured(x, y, quantity).mean;
+            let total: f64 = film.shown().map(|(x, y)| value(x, y)).sum();
+            let mean = total / pixels;
+            // Errors of the mean are over the mean, of all channels together; those of relMSE are over it
+            // already.
+            let (sum, divisor) = match self.measure {
                 ErrorMeasure::RelMse => {
-                    let value = film.measured(x, y, quantity).mean;
-                    variance / (value * value + 0.01 * mean * mean)
+                    let error = |x, y, variance: f64| {
+                        let value = value(x, y);
+                        variance / (value * value + 0.01 * mean * mean)
+                    };
+                    (Sum::over(film, &variances, error), pixels)
                 }
-                ErrorMeasure::Error => variance.sqrt(),
+                _ => (Sum::over(film, &variances, |_, _, variance| variance.sqrt()), total),
             };
-            *tiles.entry([x / NOISE_TILE, y / NOISE_TILE]).or_insert(0.0) += error;
+            all.errors += sum.errors;
+            all.squares += sum.squares;
+            all.divisor += divisor;
         }
-        // A variance from n degrees of freedom has a relative variance of 2/n, a standard error a quarter of
-        // that. What pixels share of their noise they share of its estimate, too: a tile is taken as one.
-        let degrees = f64::from(film.replicates - 1);
-        let relative = match self.measure {
-            ErrorMeasure::RelMse => 2.0 / degrees,
-            ErrorMeasure::Error => 0.5 / degrees,
-        };
-        let squares: f64 = tiles.values().map(|error| error * error).sum();
-        (tiles.values().sum(), relative * squares, total)
+        all
     }
 
     /// Whether it is time to decide whether the picture is good enough: when each replicate has a power of
@@ -123,6 +176,7 @@ impl Target {
         match self.measure {
             ErrorMeasure::RelMse => format!("relmse {value:.2e}"),
             ErrorMeasure::Error => format!("error {:.3} %", 100.0 * value),
+            ErrorMeasure::ColourDifference => format!("ΔE {value:.3}"),
         }
     }
 }
@@ -131,12 +185,15 @@ impl FromStr for Target {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong =
-            || "expected relmse<BOUND or error<BOUND, for example 'relmse<1e-3' or 'error<1%'".to_owned();
+        let wrong = || {
+            "expected relmse<BOUND, error<BOUND or de<BOUND, for example 'relmse<1e-3', 'error<1%' or 'de<0.5'"
+                .to_owned()
+        };
         let (name, bound) = text.split_once('<').ok_or_else(wrong)?;
         let measure = match name.trim() {
             "relmse" => ErrorMeasure::RelMse,
             "error" => ErrorMeasure::Error,
+            "de" => ErrorMeasure::ColourDifference,
             _ => return Err(wrong()),
         };
         let bound = bound.trim();
@@ -151,6 +208,7 @@ impl fmt::Display for Target {
         match self.measure {
             ErrorMeasure::RelMse => write!(f, "relmse<{:e}", self.bound),
             ErrorMeasure::Error => write!(f, "error<{}%", 100.0 * self.bound),
+            ErrorMeasure::ColourDifference => write!(f, "de<{}", self.bound),
         }
     }
 }
@@ -168,7 +226,8 @@ mod tests {
         for wrong in ["relmse>1e-3", "relmse<", "relmse<0", "noise<1", "error<nan", "error<-1%"] {
             assert!(read(wrong).is_err(), "{wrong}");
         }
-        for text in ["relmse<1e-3", "error<1%"] {
+        assert_eq!(read("de<0.5"), Ok(Target { measure: ErrorMeasure::ColourDifference, bound: 0.5 }));
+        for text in ["relmse<1e-3", "error<1%", "de<0.5"] {
             assert_eq!(read(text).map(|target| target.to_string()), Ok(text.to_owned()));
         }
     }
@@ -193,10 +252,22 @@ mod tests {
         let spread = QUANTILE * (2.0f64 / 3.0 / 2.0).sqrt();
         assert!((relmse.at_most / (expected * (1.0 + spread)) - 1.0).abs() < 1e-9, "{relmse:?}");
         assert!((of(ErrorMeasure::Error).value - (1.0f64 / 3.0).sqrt() / 3.0).abs() < 1e-9);
+        // Two replicates are below the mean and two above it, by √3 times the error of the mean.
+        let difference = |of: [f64; 3]| {
+            // The mean of the picture is 18 % of its white.
+            let white = rec709_to_xyz([1.0; 3]) * (3.0 / 0.18);
+            delta_e_2000(Xyz::from([0.0, 3.0, 0.0]).to_lab(white), Xyz::from(of).to_lab(white))
+        };
+        let error = (1.0f64 / 3.0).sqrt();
+        let both = [3.0 - error, 3.0 + error].map(|y| difference([0.0, y, 0.0]).powi(2));
+        let expected = (0.5 * (both[0] + both[1])).sqrt();
+        let found = of(ErrorMeasure::ColourDifference);
+        assert!((found.value / expected - 1.0).abs() < 1e-9, "{found:?} for {expected}");
         let target = Target { measure: ErrorMeasure::RelMse, bound: 0.05 };
         assert!(relmse.value < 0.05 && relmse.at_most > 0.05 && !target.is_met(Some(relmse)));
         assert!(!target.is_met(None));
         let black = Film::new(16, 8, 4, Extras::default(), FixedPoint::for_reference(1.0));
         assert_eq!(target.estimate(&black), None);
+        assert_eq!(Target { measure: ErrorMeasure::ColourDifference, ..target }.estimate(&black), None);
     }
 }

@@ -19,6 +19,9 @@ const NO_PIXEL: u32 = u32::MAX;
 /// Takes what a piece of a pass, by its number, brings to the film.
 type Add<'a> = dyn Fn(usize, &dyn Fn(&mut Film)) + Sync + 'a;
 
+/// A pixel, and what came to which of its channels.
+type Splatted = ([u32; 2], Vec<(u32, i64)>);
+
 pub(super) struct LightPass<'a> {
     caustics: &'a Caustics,
     exposure: &'a Exposure<'a>,
@@ -72,12 +75,7 @@ impl<'a> LightPass<'a> {
         chunks.len()
     }
 
-    fn chunk<const C: usize>(
-        &self,
-        replicate: u32,
-        range: Range<u64>,
-        bad: &mut BadValues,
-    ) -> Vec<([u32; 2], Vec<i64>)> {
+    fn chunk<const C: usize>(&self, replicate: u32, range: Range<u64>, bad: &mut BadValues) -> Vec<Splatted> {
         let Exposure { scene, seed, light_scale, .. } = *self.exposure;
         let Self { filter, .. } = self;
         let mut sums = self.exposure.extras.tile([0, 0], [1, 1], 0..1);

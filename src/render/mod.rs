@@ -25,7 +25,7 @@ use crate::scene::Scene;
 use crate::spectrum::Sampled;
 use allocation::Allocation;
 use exposure::Exposure;
-use groups::{Groups, Members};
+use groups::{BLOCK, Groups, Members};
 use light::LightPass;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
@@ -137,7 +137,10 @@ fn fill<const C: usize>(
     let reach = i64::from(scene.film.filter.reach());
     let reached =
         [0, 1].map(|axis| i64::from(measured.offset[axis]) - reach..measured.end()[axis] as i64 + reach);
-    let blocks: Vec<_> = (0..schedule.nets()).flat_map(|net| groups.blocks(net, reached.clone())).collect();
+    let mut blocks: Vec<_> =
+        (0..schedule.nets()).flat_map(|net| groups.blocks(net, reached.clone())).collect();
+    // Those of all nets side by side, from the top: what the film keeps in a file is gone through once.
+    blocks.sort_by_key(|block| (block.corner[1].div_euclid(i64::from(BLOCK)), block.net));
     let light = scene.caustics().map(|caustics| LightPass::new(caustics, exposure, settings.sampler));
     let work = Mutex::new(work);
     let add = |piece: usize, add: &dyn Fn(&mut Film)| {
@@ -151,8 +154,8 @@ fn fill<const C: usize>(
     while let Some(pass) = next_pass() {
         // The pieces of a pass: light subpaths, and then blocks of pixels.
         let light_pieces = light.as_ref().map_or(0, |light| light.expose::<C>(&pass, &add, progress));
-        // Block by block: what a thread has taken no other can take over, and blocks differ.
-        blocks.par_iter().enumerate().with_max_len(1).for_each(|(number, block)| {
+        // Block by block, in their order: what a thread has taken no other can take over, and blocks differ.
+        blocks.iter().enumerate().par_bridge().for_each(|(number, block)| {
             let piece = light_pieces + number;
             if pass.is_done(piece) || progress.stop().load(Ordering::Relaxed) {
                 return;

@@ -1,7 +1,7 @@
 //! What of a picture is done, and what is still to do.
 
 use super::{Schedule, Settings};
-use crate::film::{Film, FixedPoint};
+use crate::film::{Film, FixedPoint, Place};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -14,7 +14,7 @@ const LONGEST_PASS: u32 = 256;
 /// The samples of a pixel are numbered over the whole picture: with R replicates, sample n is the one of
 /// index n / R of replicate n mod R. So any run of them has its share in each replicate, and runs that follow
 /// one another make up the picture.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Work {
     film: Film,
     schedule: Schedule,
@@ -37,24 +37,45 @@ pub struct Position {
 impl Work {
     /// Nothing done yet of some samples of each pixel, or of all that the settings ask for.
     pub fn new(scene: &Scene, settings: &Settings, samples: Option<Range<u64>>) -> Self {
+        Self::new_at(Place::Memory, scene, settings, samples).expect("what is kept in memory needs no file")
+    }
+
+    /// The same with the sums of spectral bins at a place.
+    ///
+    /// # Errors
+    /// Where there is no room for them.
+    pub fn new_at(
+        place: Place,
+        scene: &Scene,
+        settings: &Settings,
+        samples: Option<Range<u64>>,
+    ) -> std::io::Result<Self> {
         let schedule = settings.schedule();
         let scale = FixedPoint::for_reference(scene.reference_radiance);
-        let mut film = Film::part(scene.film.extent, schedule.replicates, settings.extras(scene), scale);
+        let extras = settings.extras(scene);
+        let mut film = Film::part_at(place, scene.film.extent, schedule.replicates, extras, scale)?;
         film.per_net = schedule.per_net;
         let samples = samples.unwrap_or(0..schedule.samples());
         let index = (samples.start / u64::from(schedule.replicates)) as u32;
-        Self { film, schedule, samples, index, done: Vec::new() }
+        Ok(Self { film, schedule, samples, index, done: Vec::new() })
     }
 
-    /// The same with a film that was exposed up to a position.
-    #[must_use]
-    pub fn at(self, film: Film, position: &Position) -> Self {
+    /// The same with what a film is given that is exposed up to a position.
+    ///
+    /// # Errors
+    /// Those of what gives it.
+    pub fn exposed<E>(
+        mut self,
+        position: &Position,
+        expose: impl FnOnce(&mut Film) -> Result<(), E>,
+    ) -> Result<Self, E> {
+        expose(&mut self.film)?;
         let mut done = Vec::new();
         for run in &position.pieces {
             done.resize(done.len().max(run.end as usize), false);
             done[run.start as usize..run.end as usize].fill(true);
         }
-        Self { film, index: position.index, done, ..self }
+        Ok(Self { index: position.index, done, ..self })
     }
 
     pub fn film(&self) -> &Film {
@@ -221,7 +242,8 @@ mod tests {
         let position = half.position();
         assert_eq!(position, Position { index: 2, pieces: vec![1..3, 5..6] });
         assert_eq!((half.finished(), half.is_finished()), (None, false));
-        let mut again = work(half.schedule, 4..32).at(half.film.clone(), &position);
+        let again = work(half.schedule, 4..32).exposed(&position, |_| Ok::<(), ()>(()));
+        let mut again = again.expect("nothing fails");
         assert_eq!(again.position(), position);
         let pass = again.pass().expect("there is more to do");
         assert_eq!(

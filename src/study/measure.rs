@@ -27,7 +27,7 @@ impl Request {
     fn batch(&self, scene: &crate::scene::Scene, id: &RunId) -> u32 {
         let settings = self.settings(id, Purpose::Run, 0, 1);
         let [width, height] = scene.film.extent.measured.size;
-        let one = Film::bytes(width, height, 1, &settings.extras(scene)).max(1);
+        let one = Film::bytes(width, height, 1, &settings.extras(scene)).iter().sum::<u128>().max(1);
         u32::try_from(LARGEST_FILM / one).unwrap_or(u32::MAX).max(1)
     }
 

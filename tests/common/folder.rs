@@ -83,6 +83,26 @@ impl Folder {
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {told}");
         told
     }
+
+    /// Runs a command that must succeed. The most memory that it held, bytes.
+    #[cfg(target_os = "linux")]
+    #[track_caller]
+    pub fn peak_memory(&self, arguments: &[&str]) -> u64 {
+        let mut child = self.command(arguments).spawn().expect("the program starts");
+        let status = format!("/proc/{}/status", child.id());
+        let mut peak = 0;
+        // Asked while it runs: what the system tells afterwards counts what was this process's before the
+        // program began, too.
+        while child.try_wait().expect("it can be waited for").is_none() {
+            let told = std::fs::read_to_string(&status).unwrap_or_default();
+            let line = told.lines().find_map(|line| line.strip_prefix("VmHWM:")?.strip_suffix("kB"));
+            peak = peak.max(line.and_then(|number| number.trim().parse().ok()).unwrap_or(0));
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        assert!(child.wait().expect("it ends").success(), "{arguments:?}");
+        assert!(peak > 0, "{arguments:?}");
+        1024 * peak
+    }
 }
 
 impl AsRef<Path> for Folder {

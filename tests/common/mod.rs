@@ -2,6 +2,8 @@
 
 #![allow(dead_code)] // each binary uses its own part
 
+#[cfg(unix)]
+pub mod browser;
 pub mod folder;
 pub mod stress;
 

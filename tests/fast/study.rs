@@ -1,6 +1,7 @@
 //! `abbe study` as its users meet it: a folder that can be continued, tables that parse, slopes that theory knows, and a
 //! page that a browser shows.
 
+use crate::common::browser;
 use crate::common::folder::{Folder, of_repository, stderr, stdout};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -220,20 +221,9 @@ const MEASURE: &str = "<script>addEventListener('load', () => { document.body.da
     [...document.querySelectorAll('figure')].map(f => { const r = f.querySelector('svg').getBoundingClientRect(); \
     return [f.id, r.x, r.y, r.width, r.height].join(' ') }).join(';') })</script>";
 
-fn browser() -> Option<PathBuf> {
-    let folders = std::env::var_os("PATH")?;
-    let names = ["chromium", "chromium-browser", "google-chrome"];
-    std::env::split_paths(&folders)
-        .flat_map(|folder| names.map(|name| folder.join(name)))
-        .find(|path| path.is_file())
-}
-
 fn browse(browser: &Path, folder: &Folder, more: &[&str], page: &str) -> Output {
-    Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"])
-        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync"])
-        .args(["--hide-scrollbars", "--window-size=1000,6000"])
-        .arg(format!("--user-data-dir={}", folder.path("profile").display()))
+    browser::headless(browser, &folder.path("profile"))
+        .arg("--window-size=1000,6000")
         .args(more)
         .arg(format!("file://{}", folder.path(page).display()))
         .output()
@@ -243,7 +233,7 @@ fn browse(browser: &Path, folder: &Folder, more: &[&str], page: &str) -> Output 
 /// The page in headless Chromium: every plot has the inks of its curves, every picture the colours of its values.
 #[test]
 fn a_browser_shows_the_page() {
-    let Some(browser) = browser() else {
+    let Some(browser) = browser::find() else {
         eprintln!("left out: no chromium on the PATH (validation/study/run installs one)");
         return;
     };

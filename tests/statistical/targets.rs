@@ -7,6 +7,7 @@ use abbe::output::target::{CONFIDENCE, Target};
 use abbe::render::{NoProgress, Progress, Schedule, Settings, WavelengthCount, Work, go_on, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::Scene;
+use abbe::spectrum::colour::{Xyz, delta_e_2000, rec709_to_xyz};
 use abbe::units::WavelengthRange;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -43,8 +44,13 @@ fn settings(samples: u32, seed: u64) -> Settings {
     }
 }
 
-fn luminance(film: &Film) -> Vec<f64> {
-    film.shown().map(|(x, y)| film.combined(x, y, [0.0, 1.0, 0.0]).mean).collect()
+fn colours(film: &Film) -> Vec<Xyz> {
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    film.shown().map(|(x, y)| Xyz::from(axes.map(|weights| film.combined(x, y, weights).mean))).collect()
+}
+
+fn luminance(colours: &[Xyz]) -> Vec<f64> {
+    colours.iter().map(|colour| colour.y).collect()
 }
 
 fn mean(values: &[f64]) -> f64 {
@@ -68,15 +74,18 @@ fn errors_are_reached_and_pictures_stay_right() {
     let scene = common::scene("tests/scenes/targets.xml", &[], WavelengthRange::VISIBLE);
     // More than thirty times those of the pictures that are judged by it.
     let of_truth = stress::count(1 << 13, 1 << 14);
-    let truth = luminance(&render(&scene, &settings(of_truth, 99_999), &NoProgress::new()));
+    let truth = colours(&render(&scene, &settings(of_truth, 99_999), &NoProgress::new()));
+    let white = rec709_to_xyz([1.0; 3]) * abbe::compare::white(luminance(&truth));
+    let (of_colours, truth) = (truth.clone(), luminance(&truth));
     let scale = mean(&truth);
     // Chance decides whether these take one number of samples or twice that.
-    for text in ["relmse<9e-4", "error<0.85%"] {
+    for text in ["relmse<9e-4", "error<0.85%", "de<0.345"] {
         let target: Target = text.parse().expect("a target");
         let (mut reached, mut means, mut samples) = (0, Vec::new(), Vec::new());
         for seed in 0..seeds {
             let film = ended(&scene, target, seed);
-            let picture = luminance(&film);
+            let seen = colours(&film);
+            let picture = luminance(&seen);
             samples.push(*film.samples_per_pixel().end() as f64);
             means.push(mean(&picture));
             let pairs = || picture.iter().zip(&truth);
@@ -84,6 +93,10 @@ fn errors_are_reached_and_pictures_stay_right() {
                 Some(("relmse", _)) => {
                     let of_pixel = |(a, b): (&f64, &f64)| (a - b) * (a - b) / (b * b + 0.01 * scale * scale);
                     mean(&pairs().map(of_pixel).collect::<Vec<_>>())
+                }
+                Some(("de", _)) => {
+                    let difference = |(a, b): (&Xyz, &Xyz)| delta_e_2000(a.to_lab(white), b.to_lab(white));
+                    mean(&seen.iter().zip(&of_colours).map(difference).collect::<Vec<_>>())
                 }
                 // The mean of a normal deviate's size is √(2/π) of its standard error.
                 _ => mean(&pairs().map(|(a, b)| (a - b).abs()).collect::<Vec<_>>()) / scale * 1.2533,

@@ -2,6 +2,7 @@
 
 use super::super::progress::RenderProgress;
 use super::super::tev::Tev;
+use super::super::view::Page;
 use super::super::{Failure, print_message};
 use super::{cannot_write, has_extension, report};
 use abbe::film::Film;
@@ -46,8 +47,9 @@ pub struct LongOptions {
     samples: Option<Range<u64>>,
 
     /// End when the error of the luminance (or of all responses of a specfilm) is below a bound with 95 %
-    /// confidence: 'relmse<1e-3' (as abbe compare has it) or 'error<1%' (mean standard error over mean). It
-    /// is looked at whenever the samples have doubled. --spp is then the most samples that are taken [default
+    /// confidence: 'relmse<1e-3' (as abbe compare has it), 'error<1%' (mean standard error over mean) or, of
+    /// the colours, 'de<0.5' (the mean of each pixel's root mean square CIEDE2000, with the white of abbe
+    /// compare). It is looked at whenever the samples have doubled. --spp is then the most samples that are taken [default
     /// then: 1048576]
     #[arg(long, value_name = "TARGET")]
     until: Option<Target>,
@@ -214,7 +216,16 @@ pub struct Watching<'a> {
     decision: Mutex<Decision>,
     /// `None` where there is no viewer, and where it has gone.
     viewer: Mutex<Option<Tev>>,
+    page: Option<&'a Page>,
+    /// Samples of the whole render.
+    total: u64,
     stop: Arc<AtomicBool>,
+}
+
+/// Who is shown the picture in the making.
+pub struct Viewers<'a> {
+    pub tev: Option<Tev>,
+    pub page: Option<&'a Page>,
 }
 
 /// Why a render ended, if it was not for a signal or its last sample.
@@ -230,7 +241,7 @@ impl<'a> Watching<'a> {
         options: &'a LongOptions,
         work: &Work,
         quiet: bool,
-        viewer: Option<Tev>,
+        viewers: Viewers<'a>,
         stop: Arc<AtomicBool>,
     ) -> Self {
         let film = work.film();
@@ -246,7 +257,9 @@ impl<'a> Watching<'a> {
             replicates: u64::from(film.replicates),
             is_begun: AtomicBool::new(*film.samples_per_pixel().start() > 0),
             decision: Mutex::default(),
-            viewer: Mutex::new(viewer),
+            viewer: Mutex::new(viewers.tev),
+            page: viewers.page,
+            total,
             stop,
         };
         // What goes on may have been good enough.
@@ -325,10 +338,13 @@ impl Progress for Watching<'_> {
     }
 
     fn wants_to_keep(&self) -> bool {
-        self.is_to_be_kept() || self.is_to_be_shown()
+        self.is_to_be_kept() || self.is_to_be_shown() || self.page.is_some_and(Page::is_due)
     }
 
     fn keep(&self, work: &Work) {
+        if let Some(page) = self.page.filter(|page| page.is_due()) {
+            page.show(work, work.film().measured_samples() as f64 / self.total.max(1) as f64);
+        }
         if self.is_to_be_shown() {
             self.show(work.film());
         }
@@ -376,6 +392,11 @@ impl Outcome {
     /// Whether it ended because it was good enough or out of time, and not for a signal.
     pub fn has_decided(&self) -> bool {
         self.is_met || self.is_out_of_time
+    }
+
+    /// Whether no signal ended the render.
+    pub fn is_by_itself(&self, work: &Work) -> bool {
+        self.has_decided() || work.is_finished()
     }
 
     /// Says whether what was asked for is reached.

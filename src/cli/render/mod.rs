@@ -7,8 +7,9 @@ use super::png_options::PngOptions;
 use super::sampling_options::SamplingOptions;
 use super::scene_options::SceneOptions;
 use super::stop::stop_on_signal;
+use super::view::{self, Page};
 use super::{Failure, print_message};
-use abbe::film::Film;
+use abbe::film::{Film, Place};
 use abbe::output::{self, Colour, Content, Picture, checkpoint};
 use abbe::render::{Settings, Work, auxiliary, go_on};
 use abbe::scene::description::{self, Aov, AovKind, Description, FilmContent, Moments, PixelFormat};
@@ -16,7 +17,7 @@ use abbe::scene::{Scene, compile};
 use abbe::units::WavelengthRange;
 use frames::FrameOptions;
 pub(super) use long::cannot_read;
-use long::{Kept, LongOptions, Watching};
+use long::{Kept, LongOptions, Viewers, Watching};
 use report::distinct;
 pub(super) use report::{counted, sample_count};
 use stats::{Report, Statistics};
@@ -80,6 +81,11 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    run_shown(args, None)
+}
+
+/// Renders, and shows on a page what is done so far and then the finished picture, until a signal comes.
+pub(super) fn run_shown(args: &Args, page: Option<&Page>) -> Result<(), Failure> {
     let began = Instant::now();
     let mut description = args.scene.read()?;
     let read = began.elapsed();
@@ -98,9 +104,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 output,
                 frame: None,
                 stop: &stop_on_signal()?,
+                page,
             },
         );
     };
+    if page.is_some() {
+        return Err(Failure::Input(
+            "error: --frames makes several pictures, and a page shows one\n\
+             help: render them with abbe render, then show one of them with abbe view"
+                .to_owned(),
+        ));
+    }
     // Told before the first frame is rendered.
     frames::path_of_frame(&output, frames.start)?;
     let stop = stop_on_signal()?;
@@ -110,7 +124,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             print_message(&format!("frame {frame}, to {}: {}", frames.end - 1, output.display()));
         }
         let description = &args.frames.of_frame(frame, description.clone());
-        picture(args, &Request { description, range, read, output, frame: Some(frame), stop: &stop })?;
+        picture(
+            args,
+            &Request { description, range, read, output, frame: Some(frame), stop: &stop, page: None },
+        )?;
     }
     Ok(())
 }
@@ -125,10 +142,12 @@ struct Request<'a> {
     /// Which of an animation it is.
     frame: Option<u32>,
     stop: &'a Arc<AtomicBool>,
+    /// Where it is shown meanwhile.
+    page: Option<&'a Page>,
 }
 
 fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
-    let Request { description, range, read, ref output, frame, stop } = *request;
+    let Request { description, range, read, ref output, frame, stop, page } = *request;
     let options = args.sampling.compile_options(range);
     let began = Instant::now();
     let scene = compile(description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
@@ -186,10 +205,14 @@ fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
         return Ok(());
     }
     let samples = args.long.samples(settings.schedule())?;
-    let work = kept.begin(Work::new(&scene, &settings, samples), &args.long, args.quiet)?;
+    let folder = output::folder_of(output);
+    let work = Work::new_at(Place::Folder(folder), &scene, &settings, samples)
+        .map_err(|error| no_room_for_bins(folder, &error))?;
+    let work = kept.begin(work, &args.long, args.quiet)?;
     places.refuse_unwritable()?;
     let viewer = args.long.viewer(&output.to_string_lossy())?;
-    let long = Watching::new(&kept, &args.long, &work, args.quiet, viewer, stop.clone());
+    let long =
+        Watching::new(&kept, &args.long, &work, args.quiet, Viewers { tev: viewer, page }, stop.clone());
     let (work, statistics) = match args.stats {
         true => {
             let statistics = Statistics::new(&scene, &long);
@@ -243,10 +266,24 @@ fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
     if !args.quiet {
         outcome.print(checkpoint);
     }
+    if let Some(page) = page {
+        let written = places.picture.as_deref().filter(|_| is_shown);
+        let picture = written.map(|path| output::exr::read(path).map_err(|error| cannot_read(path, &error)));
+        page.finished(picture.transpose()?);
+        // Where it was no signal that ended the render, one is still to come.
+        if outcome.is_by_itself(&work) {
+            stop.store(false, Ordering::Relaxed);
+        }
+        view::wait(stop);
+    }
     ended
 }
 
 impl Args {
+    pub(super) fn scene_path(&self) -> &Path {
+        &self.scene.scene
+    }
+
     /// Where the EXR goes. Refused before the render rather than after it.
     fn output_path(&self) -> Result<PathBuf, Failure> {
         let path = match &self.output {
@@ -313,22 +350,31 @@ fn refuse_repeated_names(
     }
 }
 
-/// Largest film that is begun, bytes.
+/// Largest film that is begun, bytes in memory.
 const LARGEST_FILM: u128 = 32 << 30;
 
 pub(super) fn refuse_what_no_memory_holds(scene: &Scene, settings: &Settings) -> Result<(), Failure> {
     let [width, height] = scene.film.extent.measured.size;
     let replicates = settings.schedule.replicates;
-    let bytes = Film::bytes(width, height, replicates, &settings.extras(scene));
+    // Spectral bins need no memory.
+    let [_, bytes] = Film::bytes(width, height, replicates, &settings.extras(scene));
     if bytes <= LARGEST_FILM {
         return Ok(());
     }
-    let bins = settings.bins.map_or(0, |bins| bins.count);
     Err(Failure::Input(format!(
-        "error: {width}×{height} pixels, {replicates} replicates and {bins} spectral bins take {} GiB of memory\n\
-         help: render parts of it with --crop, or fewer bins",
+        "error: {width}×{height} pixels and {replicates} replicates take {} GiB of memory\n\
+         help: render parts of it with --crop, or fewer replicates",
         bytes >> 30
     )))
+}
+
+/// Where the file that spectral bins are kept in cannot be made.
+pub(super) fn no_room_for_bins(folder: &Path, error: &std::io::Error) -> Failure {
+    Failure::Other(format!(
+        "error: cannot keep the spectral bins of the film in {}: {error}\n\
+         help: write to a folder on another disk, render parts of the picture with --crop, or measure fewer bins",
+        folder.display()
+    ))
 }
 
 pub(super) fn thread_pool(threads: Option<u32>) -> Result<rayon::ThreadPool, Failure> {

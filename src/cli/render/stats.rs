@@ -48,7 +48,7 @@ impl<'a> Statistics<'a> {
             passes: taken.passes,
             tree,
             meshes,
-            film: Film::bytes(width, height, film.replicates, &settings.extras(self.scene)),
+            film: Film::bytes(width, height, film.replicates, &settings.extras(self.scene)).iter().sum(),
             peak: peak_memory(),
         }
     }

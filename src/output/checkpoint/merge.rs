@@ -174,17 +174,16 @@ fn extent_of<'a>(mut films: impl Iterator<Item = &'a Measures>) -> Extent {
 }
 
 impl Plan {
-    /// Adds up the files that are used, given by their numbers: the film, and the images beside the picture
+    /// Adds up the files that are used, given by their numbers, on a film without samples: that film, and the images beside the picture
     /// where there are some for all of it.
     ///
     /// # Errors
     /// Where a file cannot be read: its number comes with why.
     pub fn add_up(
         &self,
-        measures: &Measures,
+        mut film: Film,
         mut open: impl FnMut(usize) -> std::io::Result<Opened>,
     ) -> Result<(Film, Vec<Auxiliary>), (usize, std::io::Error)> {
-        let mut film = measures.film(self.extent);
         let mut images = Images { extent: self.extent, all: Vec::new(), covered: Vec::new() };
         // Light subpaths are those of the whole picture: what is counted for one pixel is counted for all.
         let pixel = self.holds.first().map(|part| Region { size: [1, 1], ..part.region });

@@ -12,7 +12,7 @@ mod blocks;
 pub mod merge;
 
 use super::{Content, write_through};
-use crate::film::{BadValues, Extent, Extras, Film, FixedPoint, Region, Row};
+use crate::film::{BadValues, Extent, Extras, Film, FixedPoint, Place, Region, Row};
 use crate::render::{Auxiliary, Position, Work};
 use blocks::{Reader, Writer, packed, unpacked};
 use rayon::prelude::*;
@@ -84,11 +84,15 @@ impl Measures {
         Self { extent, replicates, per_net, extras: film.extras.clone(), scale: film.scale() }
     }
 
-    /// A film without samples that measures this, in another part of the picture.
-    pub fn film(&self, extent: Extent) -> Film {
-        let mut film = Film::part(extent, self.replicates, self.extras.clone(), self.scale);
+    /// A film without samples that measures this, in another part of the picture, with the sums of its
+    /// spectral bins at a place.
+    ///
+    /// # Errors
+    /// Where there is no room for them.
+    pub fn film(&self, place: Place, extent: Extent) -> Result<Film> {
+        let mut film = Film::part_at(place, extent, self.replicates, self.extras.clone(), self.scale)?;
         film.per_net = self.per_net;
-        film
+        Ok(film)
     }
 
     fn width(&self) -> usize {
@@ -277,12 +281,13 @@ impl Opened {
     pub fn resumed(self, begun: Work) -> Result<Work> {
         let header = self.header.clone();
         let Some((_, position)) = &header.render else { return Ok(begun) };
-        let mut film = header.film.film(begun.film().extent);
-        self.add_to(&mut film, header.film.extent.measured)?;
-        for (replicate, &paths) in (0..film.replicates).zip(&header.light_paths) {
-            film.count_light(replicate, paths);
-        }
-        Ok(begun.at(film, position))
+        begun.exposed(position, |film| {
+            self.add_to(film, header.film.extent.measured)?;
+            for (replicate, &paths) in (0..film.replicates).zip(&header.light_paths) {
+                film.count_light(replicate, paths);
+            }
+            Ok(())
+        })
     }
 }
 

@@ -1,0 +1,105 @@
+//! Films with many spectral bins: how much memory they take, and that a film in a file is the same as one in
+//! memory.
+#![cfg(target_os = "linux")]
+
+use crate::common::compiled;
+use crate::common::folder::{Folder, of_repository};
+use abbe::film::{Place, SpectralBins};
+use abbe::integrator::Estimator;
+use abbe::output::checkpoint::{self, Description, Header};
+use abbe::output::{self, Colour, Content, Picture};
+use abbe::render::{NoProgress, Schedule, Settings, WavelengthCount, Work, go_on};
+use abbe::sampling::SamplerKind;
+use abbe::scene::{CompileOptions, ReadOptions, read_str};
+use abbe::units::WavelengthRange;
+use std::path::Path;
+
+const MIB: u64 = 1 << 20;
+
+/// 128 × 128 pixels, 8 replicates and 350 bins are 350 MiB of sums; the picture has 701 channels.
+fn spectral<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    [&["--size=128x128", "--spectral=350", "--spp=8", "--max-depth=1", "--no-png", "--quiet"], more].concat()
+}
+
+#[test]
+fn a_spectral_film_takes_little_memory() {
+    let folder = Folder::new("film");
+    let scene = of_repository("tests/scenes/agreement/dispersion.xml");
+    let peak_of = |more: &[&str]| folder.peak_memory(&[&["render", &scene], &spectral(more)[..]].concat());
+    let peak = peak_of(&["-o", "whole.exr"]);
+    assert!(peak < 250 * MIB, "{} MiB", peak / MIB);
+    for (samples, part) in [("0..3", "a.checkpoint"), ("3..8", "b.checkpoint")] {
+        let peak = peak_of(&["--samples", samples, "-o", part]);
+        assert!(peak < 250 * MIB, "{} MiB", peak / MIB);
+    }
+    let merge = ["merge", "b.checkpoint", "a.checkpoint", "-o", "all.exr", "--no-png", "--quiet"];
+    let peak = folder.peak_memory(&merge);
+    assert!(peak < 250 * MIB, "{} MiB", peak / MIB);
+    assert!(folder.bytes("all.exr") == folder.bytes("whole.exr"));
+    // Of the file of bins nothing is left.
+    assert_eq!(folder.files(), ["a.checkpoint", "all.exr", "b.checkpoint", "whole.exr"]);
+}
+
+#[test]
+fn memory_does_not_depend_on_the_number_of_samples() {
+    let folder = Folder::new("samples");
+    let scene = of_repository("tests/scenes/agreement/dispersion.xml");
+    let peak = |spp: &str| {
+        let options = ["--size=2x2", "--spectral=47", "--max-depth=1", "--no-png", "--quiet", "-o", "x.exr"];
+        folder.peak_memory(&[&["render", &scene, "--spp", spp], &options[..]].concat())
+    };
+    let (few, many) = (peak("100"), peak("100000"));
+    assert!(many < few + 8 * MIB, "{} and {} MiB", few / MIB, many / MIB);
+}
+
+/// Light subpaths bring something to this scene, and its filter reaches over the borders of blocks.
+const CAUSTIC: &str = r#"<scene version="3.0.0"><integrator type="path"/>
+    <sensor type="perspective"><float name="fov" value="40"/>
+        <transform name="to_world"><lookat origin="0 -5 2.5" target="0 0 0.4" up="0 0 1"/></transform>
+        <film type="hdrfilm"><integer name="width" value="30"/><integer name="height" value="20"/>
+            <rfilter type="gaussian"/></film>
+    </sensor>
+    <shape type="rectangle"><bsdf type="diffuse"/></shape>
+    <shape type="sphere"><point name="center" x="0" y="0" z="0.6"/><float name="radius" value="0.4"/>
+        <bsdf type="dielectric"/></shape>
+    <shape type="rectangle"><transform name="to_world"><scale value="0.3"/><rotate x="1" angle="180"/>
+        <translate x="0.6" z="2"/></transform>
+        <emitter type="area"><spectrum name="radiance" value="400:1, 700:3"/></emitter></shape></scene>"#;
+
+#[test]
+fn a_film_in_a_file_is_that_in_memory() {
+    let folder = Folder::new("place");
+    let description =
+        read_str(CAUSTIC.to_owned(), Path::new("scene.xml"), &ReadOptions::default()).expect("a scene");
+    let range = WavelengthRange::VISIBLE;
+    let options = CompileOptions { range, spectral: true, ..CompileOptions::default() };
+    let scene = compiled(&description, &options);
+    assert!(scene.caustics().is_some());
+    let settings = Settings {
+        schedule: Schedule::new(16),
+        seed: 3,
+        sampler: SamplerKind::Sobol,
+        wavelengths: WavelengthCount::Four,
+        estimator: Estimator::Shared,
+        // 150 MB of sums, and as many of light subpaths.
+        bins: Some(SpectralBins { range, count: 4000 }),
+    };
+    let path = |name: &str| folder.path(name);
+    for (name, place) in [("memory", Place::Memory), ("file", Place::Folder(folder.as_ref()))] {
+        let begun = Work::new_at(place, &scene, &settings, None).expect("there is room");
+        let work = go_on(&scene, &settings, begun, &NoProgress::new());
+        let film = work.film();
+        let content = Content::Colour(Colour::Rec709);
+        let description = Description { content: content.clone(), moments: None, attributes: Vec::new() };
+        let header = Header::of(&work, &[], &description, 16, &[]);
+        checkpoint::write(&path(&format!("{name}.checkpoint")), &header, film, &[], 2)
+            .expect("it is written");
+        let (auxiliary, attributes) = (Vec::new(), Vec::new());
+        let picture = Picture { film, content, moments: None, auxiliary, attributes };
+        output::exr::write(&path(&format!("{name}.exr")), &picture).expect("it is written");
+    }
+    for end in ["exr", "checkpoint"] {
+        let bytes = |name: &str| folder.bytes(&format!("{name}.{end}"));
+        assert!(bytes("memory") == bytes("file"), "{end}");
+    }
+}
