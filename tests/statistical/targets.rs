@@ -7,7 +7,7 @@ use abbe::output::target::{CONFIDENCE, Target};
 use abbe::render::{NoProgress, Progress, Schedule, Settings, WavelengthCount, Work, go_on, render};
 use abbe::sampling::SamplerKind;
 use abbe::scene::Scene;
-use abbe::spectrum::colour::{Xyz, delta_e_2000, rec709_to_xyz};
+use abbe::spectrum::colour::{Xyz, assumed_white, delta_e_2000, rec709_to_xyz};
 use abbe::units::WavelengthRange;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -75,7 +75,7 @@ fn errors_are_reached_and_pictures_stay_right() {
     // More than thirty times those of the pictures that are judged by it.
     let of_truth = stress::count(1 << 13, 1 << 14);
     let truth = colours(&render(&scene, &settings(of_truth, 99_999), &NoProgress::new()));
-    let white = rec709_to_xyz([1.0; 3]) * abbe::compare::white(luminance(&truth));
+    let white = rec709_to_xyz([1.0; 3]) * assumed_white(luminance(&truth));
     let (of_colours, truth) = (truth.clone(), luminance(&truth));
     let scale = mean(&truth);
     // Chance decides whether these take one number of samples or twice that.
