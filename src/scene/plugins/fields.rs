@@ -337,7 +337,7 @@ impl Kind for Text {
     }
 
     fn read(&self, query: &Query<'_>, name: &'static str) -> Option<String> {
-        query.text(name).map(|text| text.trim().to_owned())
+        query.text(name).map(str::to_owned)
     }
 
     fn value(&self, value: &String) -> Value {

@@ -9,7 +9,7 @@ use crate::scene::source::{Place, SceneError};
 use crate::scene::write::{self, Node, Writer};
 use crate::spectrum::DispersionFormula;
 use crate::spectrum::catalogue::Kind;
-use crate::units::WavelengthRange;
+use std::rc::Rc;
 
 /// The index of Mitsuba 3's default for `int_ior`, `bk7`.
 const BK7: f64 = 1.5046;
@@ -49,11 +49,12 @@ fn constant(place: &Place, value: f64) -> IndexSource {
     IndexSource { place: place.clone(), kind: IndexKind::Constant(value) }
 }
 
-fn write(node: Node, name: &'static str, index: &IndexSource) -> Node {
+fn write(node: Node, name: &'static str, index: &IndexSource, writer: &mut Writer) -> Node {
+    let object = |node| write::Value::Object(Rc::new(node));
     let value = match &index.kind {
         IndexKind::Constant(value) => write::Value::Float(*value),
-        IndexKind::Named(material) => write::spectra::measured(&index.place, material, 1.0),
-        IndexKind::Formula(formula) => write::spectra::formula(&index.place, formula),
+        IndexKind::Named(material) => object(super::textures::measured_node(&index.place, material, writer)),
+        IndexKind::Formula(formula) => object(super::textures::formula_node(&index.place, formula, writer)),
         IndexKind::Tabulated(table) => write::spectra::write(table),
         IndexKind::NormalReflectance { reflectance, slab } => {
             let node = node.spectrum("normal_reflectance", reflectance);
@@ -83,8 +84,8 @@ impl Field for Index {
         Some(read(query, self.name).unwrap_or_else(|| constant(&query.object.place, self.default)))
     }
 
-    fn write(&self, node: Node, index: &IndexSource, _: &mut Writer) -> Node {
-        write(node, self.name, index)
+    fn write(&self, node: Node, index: &IndexSource, writer: &mut Writer) -> Node {
+        write(node, self.name, index, writer)
     }
 }
 
@@ -116,8 +117,8 @@ impl Field for Interior {
         Some(interior(query))
     }
 
-    fn write(&self, node: Node, index: &IndexSource, _: &mut Writer) -> Node {
-        write(node, "int_ior", index)
+    fn write(&self, node: Node, index: &IndexSource, writer: &mut Writer) -> Node {
+        write(node, "int_ior", index, writer)
     }
 }
 
@@ -140,9 +141,9 @@ impl Field for Exterior {
         Some(read(query, "ext_ior"))
     }
 
-    fn write(&self, node: Node, index: &Option<IndexSource>, _: &mut Writer) -> Node {
+    fn write(&self, node: Node, index: &Option<IndexSource>, writer: &mut Writer) -> Node {
         match index {
-            Some(index) => write(node, "ext_ior", index),
+            Some(index) => write(node, "ext_ior", index, writer),
             None => node.remark(self.0),
         }
     }
@@ -231,7 +232,7 @@ fn of_plugin(query: &Query<'_>, name: &'static str, id: ObjectId, place: &Place)
     match object.plugin.as_str() {
         "measured" => {
             let inner = Query::new(reader, id);
-            let material = spectra::measured(&inner);
+            let material = super::textures::Known.read(&inner);
             inner.finish();
             let material = material?;
             spectra::lookup(reader, place, Kind::Dielectric, &material)?;
@@ -268,53 +269,12 @@ fn of_plugin(query: &Query<'_>, name: &'static str, id: ObjectId, place: &Place)
     }
 }
 
-/// `sellmeier`: `b` and `c` (µm²) of n² = 1 + Σ b λ² / (λ² − c). `cauchy`: `coefficients` of
-/// n = A + B / λ² + C / λ⁴ + ..., λ in µm.
+/// The formula of a plugin.
 fn formula(reader: &Reader, id: ObjectId) -> Option<DispersionFormula> {
     let query = Query::new(reader, id);
-    let range = WavelengthRange {
-        min: query.positive("wavelength_min", WavelengthRange::VISIBLE.min),
-        max: query.positive("wavelength_max", WavelengthRange::VISIBLE.max),
-    };
-    let result = if query.object.plugin == "sellmeier" {
-        let b = query.required("b", spectra::numbers(&query, "b"));
-        let c = query.required("c", spectra::numbers(&query, "c"));
-        match (b, c) {
-            (Some(b), Some(c)) if b.len() == c.len() && !b.is_empty() => {
-                let terms: Vec<(f64, f64)> = b.into_iter().zip(c).collect();
-                Some(DispersionFormula::sellmeier(&terms, range))
-            }
-            (Some(b), Some(c)) => {
-                let problem = format!("\"b\" has {} numbers and \"c\" has {}", b.len(), c.len());
-                query.error(SceneError::at(
-                    &query.place("c"),
-                    problem,
-                    "expected as many of one as of the other, at least 1",
-                ));
-                None
-            }
-            _ => None,
-        }
-    } else {
-        let terms = query.required("coefficients", spectra::numbers(&query, "coefficients"));
-        terms.map(|terms| DispersionFormula::cauchy(&terms, range))
-    };
-    let formula = match result? {
-        Ok(formula) => Some(formula),
-        Err(error) => {
-            query.error(
-                SceneError::at(
-                    &query.object.place,
-                    "The formula gives no refractive index",
-                    error.to_string(),
-                )
-                .with_remedy("coefficients are for wavelengths in micrometres"),
-            );
-            None
-        }
-    };
+    let formula = super::textures::index(&query)?;
     query.finish();
-    formula
+    Some(formula)
 }
 
 /// `normal_reflectance` beside or instead of `int_ior`.

@@ -17,6 +17,9 @@ mod reference;
 pub mod samplers;
 pub mod shapes;
 mod spectral;
+#[cfg(test)]
+mod tests;
+pub mod textures;
 pub mod view;
 
 pub use super::read::spectra::Use;
@@ -87,6 +90,8 @@ pub enum Takes {
     Transform,
     /// A `<transform>` or an `<animation>`.
     Placement,
+    /// An `<rgb>`.
+    Rgb,
     /// A `<spectrum>`, `<rgb>`, `<texture>` or number that fits what it is for.
     Spectrum(Use),
     /// A number, the name of a material in a `<string>`, or a `<spectrum>`.
@@ -286,6 +291,8 @@ pub fn plugins() -> Vec<Declaration> {
         shapes::all(),
         bsdfs::declarations(),
         lights::declarations(),
+        textures::declarations(),
+        textures::volumes::declarations(),
         media::declarations(),
         phases::declarations(),
         filters::declarations(),

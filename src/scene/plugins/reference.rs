@@ -4,7 +4,7 @@ use super::{Declaration, Parameter, Takes, Use};
 use std::fmt::Write;
 
 /// Headings of the classes by their elements, with what stands below.
-const CLASSES: [(&str, &str, &str); 7] = [
+const CLASSES: [(&str, &str, &str); 9] = [
     (
         "shape",
         "Shapes",
@@ -12,6 +12,8 @@ const CLASSES: [(&str, &str, &str); 7] = [
     ),
     ("bsdf", "BSDFs", ""),
     ("emitter", "Emitters", "`area` and `directionalarea` stand in shapes, the others in the scene."),
+    ("spectrum", "Spectra and textures", "`<spectrum>` and `<texture>` mean the same."),
+    ("volume", "Volumes", "A volume stands in a medium, or in the texture `volume`."),
     ("medium", "Media", "A medium stands in a shape, as `interior` or `exterior`, or in a sensor."),
     ("phase", "Phase functions", ""),
     ("rfilter", "Reconstruction filters", "A filter stands in a film."),
@@ -81,6 +83,7 @@ impl std::fmt::Display for Takes {
             Self::File => f.write_str("name of a file"),
             Self::Vector => f.write_str("point or vector"),
             Self::Transform => f.write_str("transform"),
+            Self::Rgb => f.write_str("colour"),
             Self::Placement => f.write_str("transform or animation"),
             Self::Spectrum(Use::Normals) => f.write_str("texture of normals"),
             Self::Spectrum(Use::Height) => f.write_str("texture of numbers"),

@@ -1,10 +1,11 @@
 //! Fields of spectra and textures.
 
+use super::textures::volumes;
 use super::{Field, Parameter, Takes};
 use crate::scene::description::{SpectrumKind, SpectrumSource};
 use crate::scene::read::Query;
 use crate::scene::read::spectra::{self, Use};
-use crate::scene::write::{self, Node, Writer};
+use crate::scene::write::{Node, Writer};
 
 /// A spectrum, a texture, a colour or a number.
 #[derive(Clone, Copy)]
@@ -74,10 +75,10 @@ impl Field for Quantity {
     }
 
     /// A grid is written by itself: the texture `volume` around it is for surfaces.
-    fn write(&self, node: Node, value: &SpectrumSource, _: &mut Writer) -> Node {
+    fn write(&self, node: Node, value: &SpectrumSource, writer: &mut Writer) -> Node {
         match &value.kind {
             SpectrumKind::Volume(volume) => {
-                node.named(self.name, write::spectra::volume(&value.place, volume))
+                node.named(self.name, volumes::node(volume, &value.place, writer))
             }
             _ => node.spectrum(self.name, value),
         }

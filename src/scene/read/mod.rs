@@ -17,7 +17,6 @@ pub(super) mod metals;
 pub(super) mod names;
 mod obj;
 mod parsed;
-pub(super) mod patterns;
 mod ply;
 pub(super) mod query;
 mod sensors;
@@ -35,14 +34,13 @@ mod xml;
 use super::description::{
     Bsdf, Description, Integrator, IntegratorKind, Note, Sensor, ShapeGroup, Solid, SpectrumSource,
 };
-use super::plugins::{bsdfs, lights, media, phases};
+use super::plugins::{self, bsdfs, lights, media, phases};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
 use crate::spectrum::catalogue;
 use crate::units::WavelengthRange;
 use files::Search;
-pub(super) use patterns::COLOURS;
 pub(super) use query::Query;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -160,7 +158,7 @@ pub(super) struct Reader {
     /// What several objects may refer to is read once.
     pub(super) bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
-    images: textures::Loaded<Image>,
+    pub(super) images: textures::Loaded<Image>,
     pub(super) grids: textures::Loaded<Grid>,
     meshes: RefCell<BTreeMap<meshes::MeshKey, Option<Arc<MeshData>>>>,
     groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
@@ -318,7 +316,7 @@ impl Reader {
             query.objects(class);
         }
         for (_, id) in query.objects(Class::Volume) {
-            textures::volume_plugin(self, id);
+            plugins::textures::volumes::of_object(self, id);
         }
         for (entry, id) in query.objects(Class::Spectrum) {
             if entry.name.is_some() {
@@ -331,7 +329,7 @@ impl Reader {
                     .with_remedy("give it an id and refer to it with <ref id=\"...\" name=\"...\"/>"),
                 );
             }
-            if !spectra::FORMULAS.contains(&self.tree.get(id).plugin.as_str()) {
+            if !plugins::textures::FORMULAS.contains(&self.tree.get(id).plugin.as_str()) {
                 spectra::plugin(self, id);
             }
         }

@@ -1,8 +1,9 @@
 //! Names: which was probably meant, and which exist in Mitsuba 3 but not here.
 
-use super::super::plugins::{bsdfs, filters, lights, media, phases, samplers, shapes};
+use super::super::plugins::{
+    bsdfs, filters, lights, media, phases, samplers, shapes, textures, textures::volumes,
+};
 use super::super::source::{Place, SceneError};
-use super::patterns::PATTERNS;
 use super::tree::Class;
 
 /// The known name that a mistyped one is most like, if any is like it.
@@ -77,30 +78,9 @@ pub(in crate::scene) fn plugins(class: Class) -> Vec<&'static str> {
         Class::Bsdf => bsdfs::NAMES,
         Class::Emitter => lights::NAMES,
         Class::Medium => media::NAMES,
-        Class::Spectrum => &[
-            "uniform",
-            "regular",
-            "irregular",
-            "d65",
-            "blackbody",
-            "rgb",
-            "srgb",
-            "rawconstant",
-            "bitmap",
-            "checkerboard",
-            "mesh_attribute",
-            "volume",
-            "noise",
-            "turbulence",
-            "marble",
-            "wood",
-            "bands",
-            "measured",
-            "sellmeier",
-            "cauchy",
-        ],
+        Class::Spectrum => textures::NAMES,
         Class::Phase => phases::NAMES,
-        Class::Volume => &["constvolume", "gridvolume"],
+        Class::Volume => volumes::NAMES,
         Class::Scene => &[],
     };
     names.to_vec()
@@ -108,7 +88,7 @@ pub(in crate::scene) fn plugins(class: Class) -> Vec<&'static str> {
 
 /// Whether what a plugin of class [`Class::Spectrum`] describes varies over surfaces.
 pub(in crate::scene) fn is_texture(plugin: &str) -> bool {
-    ["bitmap", "checkerboard", "mesh_attribute", "volume"].contains(&plugin) || PATTERNS.contains(&plugin)
+    textures::TEXTURES.contains(&plugin)
 }
 
 /// The class that has a plugin of this name, here or in Mitsuba 3, for an object with these parameters.

@@ -1,6 +1,7 @@
 //! Spectra of reflectance, emission and absorption, with the checks that each use asks for.
 
 use super::super::description::{RgbRole, SpectrumKind, SpectrumSource};
+use super::super::plugins;
 use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::tree::{Class, Entry, ObjectId, Value};
@@ -152,9 +153,6 @@ impl Use {
     }
 }
 
-/// Spectrum plugins that only make sense as a refractive index.
-pub(in crate::scene) const FORMULAS: [&str; 2] = ["sellmeier", "cauchy"];
-
 /// A constant that the file leaves to the default.
 pub(in crate::scene) fn constant(place: &Place, value: f64) -> SpectrumSource {
     SpectrumSource { place: place.clone(), kind: SpectrumKind::Constant(value), scale: 1.0 }
@@ -235,7 +233,7 @@ fn written(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option
         Value::Object(id)
             if query.object.class == Class::Medium && query.reader.tree.get(*id).class == Class::Volume =>
         {
-            let source = textures::volume_plugin(query.reader, *id)?;
+            let source = plugins::textures::volumes::of_object(query.reader, *id)?;
             Some(SpectrumSource { place, ..source })
         }
         Value::Rgb(rgb) => {
@@ -404,10 +402,10 @@ pub(in crate::scene) fn plugin(reader: &Reader, id: ObjectId) -> Option<Spectrum
         return known.clone();
     }
     let object = reader.tree.get(id);
-    let result = if !names::plugins(Class::Spectrum).contains(&object.plugin.as_str()) {
+    let result = if !plugins::textures::NAMES.contains(&object.plugin.as_str()) {
         reader.unknown_plugin(object);
         None
-    } else if FORMULAS.contains(&object.plugin.as_str()) {
+    } else if plugins::textures::FORMULAS.contains(&object.plugin.as_str()) {
         reader.error(SceneError::at(
             &object.plugin_place,
             format!("\"{}\" is a formula of refractive index", object.plugin),
@@ -416,97 +414,12 @@ pub(in crate::scene) fn plugin(reader: &Reader, id: ObjectId) -> Option<Spectrum
         None
     } else {
         let query = Query::new(reader, id);
-        let kind = kind(&query);
+        let kind = plugins::textures::spectrum(&query);
         query.finish();
         kind.map(|(kind, scale)| SpectrumSource { place: object.place.clone(), kind, scale })
     };
     reader.spectra.borrow_mut().insert(id, result.clone());
     result
-}
-
-fn kind(query: &Query<'_>) -> Option<(SpectrumKind, f64)> {
-    match query.object.plugin.as_str() {
-        "uniform" => {
-            // Mitsuba 3 reads and ignores the range.
-            for name in ["wavelength_min", "wavelength_max"] {
-                if query.float(name).is_some() {
-                    query.reader.remark(
-                        &query.place(name),
-                        format!("{name} of \"uniform\" changes nothing, as in Mitsuba 3"),
-                    );
-                }
-            }
-            query.required("value", query.float("value")).map(|value| (SpectrumKind::Constant(value), 1.0))
-        }
-        "regular" => {
-            let min = query.required("wavelength_min", query.float("wavelength_min"));
-            let max = query.required("wavelength_max", query.float("wavelength_max"));
-            let values = query.required("values", numbers(query, "values"))?;
-            let (min_nm, max_nm) = (min?, max?);
-            match Spectrum::regular(min_nm, max_nm, &values, Extrapolation::Zero) {
-                Ok(_) => lit(query, "values", &values)
-                    .then_some((SpectrumKind::Regular { min_nm, max_nm, values }, 1.0)),
-                Err(error) => refuse_table(query, "values", &error.to_string()),
-            }
-        }
-        "irregular" => {
-            let nm = query.required("wavelengths", numbers(query, "wavelengths"));
-            let values = query.required("values", numbers(query, "values"));
-            let (nm, values) = (nm?, values?);
-            match Spectrum::irregular(&nm, &values, Extrapolation::Zero) {
-                Ok(_) => lit(query, "values", &values)
-                    .then_some((SpectrumKind::Irregular { nm, values, file: None }, 1.0)),
-                Err(error) => refuse_table(query, "wavelengths", &error.to_string()),
-            }
-        }
-        "d65" => {
-            let scale = query.float("scale").unwrap_or(1.0);
-            textures::daylit(query).map(|kind| (kind, scale))
-        }
-        "mesh_attribute" => {
-            let scale = query.float("scale").unwrap_or(1.0);
-            textures::kind(query).map(|kind| (kind, scale))
-        }
-        "blackbody" => blackbody(query).map(|kind| (kind, 1.0)),
-        "measured" => {
-            let name = measured(query);
-            let scale = query.float("scale").unwrap_or(1.0);
-            name.map(|name| (SpectrumKind::Named(name), scale))
-        }
-        _ => textures::kind(query).map(|kind| (kind, 1.0)),
-    }
-}
-
-fn blackbody(query: &Query<'_>) -> Option<SpectrumKind> {
-    let range = WavelengthRange::VISIBLE;
-    let min_nm = query.positive("wavelength_min", range.min);
-    let max_nm = query.positive("wavelength_max", range.max);
-    let kelvin = query.required("temperature", query.float("temperature"))?;
-    if kelvin <= 0.0 {
-        let problem = format!("A black body at {kelvin} K");
-        query.error(SceneError::at(&query.place("temperature"), problem, "expected a temperature above 0 K"));
-        return None;
-    }
-    if min_nm >= max_nm {
-        let problem = format!("The range from {min_nm} to {max_nm} nm is empty");
-        query.error(SceneError::at(
-            &query.object.place,
-            problem,
-            "expected wavelength_min below wavelength_max",
-        ));
-        return None;
-    }
-    Some(SpectrumKind::Blackbody { kelvin, min_nm, max_nm })
-}
-
-/// The name of a measured spectrum or material, with the note that it is an extension.
-pub(in crate::scene) fn measured(query: &Query<'_>) -> Option<String> {
-    let name = query.required("name", query.text("name"))?;
-    query.reader.extension(
-        &query.object.place,
-        format!("type=\"measured\": \"{name}\", one of the measured spectra that come with abbe"),
-    );
-    Some(name.to_owned())
 }
 
 /// Numbers in a string, separated by commas or blanks.
@@ -531,21 +444,7 @@ pub(in crate::scene) fn numbers(query: &Query<'_>, name: &'static str) -> Option
     Some(numbers)
 }
 
-fn refuse_table<T>(query: &Query<'_>, name: &'static str, expected: &str) -> Option<T> {
-    query.error(SceneError::at(&query.place(name), "The table of the spectrum is wrong", expected));
-    None
-}
-
-/// Refuses a table of zeros, as Mitsuba 3 does.
-fn lit(query: &Query<'_>, name: &'static str, values: &[f64]) -> bool {
-    let dark = values.iter().all(|&value| value == 0.0);
-    if dark {
-        query.error(all_zero(&query.place(name)));
-    }
-    !dark
-}
-
-fn all_zero(place: &Place) -> SceneError {
+pub(in crate::scene) fn all_zero(place: &Place) -> SceneError {
     SceneError::at(place, "The spectrum is 0 everywhere", "expected at least one value other than 0")
         .with_remedy("for a constant 0 write <spectrum ... value=\"0\"/>")
 }

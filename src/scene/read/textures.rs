@@ -1,15 +1,10 @@
-//! Textures and colours: plugins that vary over a surface, the files that they name, and what fits where.
+//! Textures and colours: the files that they name, and what fits where.
 
-use super::super::description::{
-    BitmapSource, CheckerboardSource, RgbRole, SpectrumKind, SpectrumSource, VolumeSource,
-};
+use super::super::description::{RgbRole, SpectrumKind, SpectrumSource};
 use super::super::source::{Place, SceneError};
-use super::query::Query;
 use super::spectra::{self, Use};
-use super::tree::{Class, ObjectId, Value};
-use super::{Reader, files, patterns};
-use crate::raster::{Grid, Image, ImageError};
-use crate::texture::{Filter, Wrap};
+use super::{Reader, files};
+use crate::raster::ImageError;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,9 +12,6 @@ use std::sync::Arc;
 
 /// A larger file is refused.
 const LARGEST_FILE: u64 = 2 << 30;
-
-const WRAP_MODES: [(&str, Wrap); 3] =
-    [("repeat", Wrap::Repeat), ("mirror", Wrap::Mirror), ("clamp", Wrap::Clamp)];
 
 /// Files that were read already; `None` for one that is wrong, which was reported.
 #[derive(Debug)]
@@ -51,168 +43,6 @@ impl<T> Loaded<T> {
         self.0.borrow_mut().insert(path.to_owned(), loaded.clone());
         loaded
     }
-}
-
-/// The image that a property names, with its path.
-pub(in crate::scene) fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, Arc<Image>)> {
-    let reader = query.reader;
-    let path = reader.search.find(query.required(name, query.text(name))?);
-    let extension = path.extension().and_then(|extension| extension.to_str());
-    let decode = |bytes: &[u8]| Image::decode(bytes, extension);
-    let image = reader.images.get(reader, &path, &query.place(name), decode)?;
-    Some((path, image))
-}
-
-/// What a plugin of this file describes; `None` where it is wrong, which is reported.
-pub(in crate::scene) fn kind(query: &Query<'_>) -> Option<SpectrumKind> {
-    match query.object.plugin.as_str() {
-        "rgb" => query
-            .required("value", colour(query, "value"))
-            .map(|rgb| SpectrumKind::Rgb { rgb, role: RgbRole::Reflectance }),
-        "srgb" => {
-            let role =
-                if query.boolean("unbounded", false) { RgbRole::Clipped } else { RgbRole::Reflectance };
-            query.required("color", colour(query, "color")).map(|rgb| SpectrumKind::Rgb { rgb, role })
-        }
-        "rawconstant" => query.required("value", raw_constant(query)),
-        "bitmap" => bitmap(query),
-        "checkerboard" => Some(SpectrumKind::Checkerboard(Arc::new(CheckerboardSource {
-            colours: [spectra::part(query, "color0", 0.4)?, spectra::part(query, "color1", 0.2)?],
-            to_uv: query.transform("to_uv"),
-        }))),
-        "mesh_attribute" => mesh_attribute(query),
-        "volume" => volume(query),
-        _ => patterns::kind(query),
-    }
-}
-
-/// What `d65` illuminates, if anything: a colour, or another texture of any name.
-pub(in crate::scene) fn daylit(query: &Query<'_>) -> Option<SpectrumKind> {
-    if query.has("color") {
-        return colour(query, "color").map(|rgb| SpectrumKind::Rgb { rgb, role: RgbRole::Illuminant });
-    }
-    match query.object(Class::Spectrum) {
-        Some((_, id)) => {
-            spectra::plugin(query.reader, id).map(|nested| SpectrumKind::Daylit(Arc::new(nested)))
-        }
-        None => Some(SpectrumKind::D65),
-    }
-}
-
-/// Linear values for the primaries of sRGB, which Mitsuba 3 also takes from a vector.
-fn colour(query: &Query<'_>, name: &'static str) -> Option<[f64; 3]> {
-    let entry = query.entry(name)?;
-    match &entry.value {
-        Value::Rgb(rgb) => Some(*rgb),
-        Value::Vector(vector) if query.object.plugin != "rgb" => Some(vector.to_array()),
-        _ => {
-            query.error(query.wrong_type(entry, name, "<rgb>"));
-            None
-        }
-    }
-}
-
-/// One number, or three that are no colour.
-fn raw_constant(query: &Query<'_>) -> Option<SpectrumKind> {
-    let entry = query.entry("value")?;
-    match &entry.value {
-        Value::Vector(vector) => Some(SpectrumKind::Vector(vector.to_array())),
-        Value::Float(number) => Some(SpectrumKind::Constant(*number)),
-        Value::Integer(number) => Some(SpectrumKind::Constant(*number as f64)),
-        _ => {
-            query.error(query.wrong_type(entry, "value", "<float>, <integer> or <vector>"));
-            None
-        }
-    }
-}
-
-fn bitmap(query: &Query<'_>) -> Option<SpectrumKind> {
-    let found = image(query, "filename");
-    let filters = [("bilinear", Filter::Linear), ("nearest", Filter::Nearest)];
-    let filter = query.choice("filter_type", &filters, false).unwrap_or(Filter::Linear);
-    let wrap = query.choice("wrap_mode", &WRAP_MODES, false).unwrap_or(Wrap::Repeat);
-    let raw = query.boolean("raw", false);
-    let formats = [("auto", false), ("variant", false), ("fp16", true), ("float16", true)];
-    let half = query.choice("format", &formats, false).unwrap_or(false);
-    let to_uv = query.transform("to_uv");
-    query.boolean("accel", true);
-    let (file, image) = found?;
-    Some(SpectrumKind::Bitmap(Arc::new(BitmapSource { file, image, filter, wrap, raw, half, to_uv })))
-}
-
-fn mesh_attribute(query: &Query<'_>) -> Option<SpectrumKind> {
-    let name = query.required("name", query.text("name"))?;
-    if !name.starts_with("vertex_") && !name.starts_with("face_") {
-        query.error(
-            SceneError::at(
-                &query.place("name"),
-                format!("\"{name}\" is not the name of an attribute"),
-                "expected a name that begins with vertex_ or face_",
-            )
-            .with_remedy(format!(
-                "write vertex_{name} for values of the vertices, face_{name} for those of the faces"
-            )),
-        );
-        return None;
-    }
-    Some(SpectrumKind::MeshAttribute { name: name.to_owned() })
-}
-
-fn volume(query: &Query<'_>) -> Option<SpectrumKind> {
-    let entry = query.required("volume", query.entry("volume"))?;
-    match entry.value {
-        Value::Object(id) if query.reader.tree.get(id).class == Class::Volume => {
-            volume_plugin(query.reader, id).map(|source| source.kind)
-        }
-        _ => {
-            query.error(query.wrong_type(entry, "volume", "<volume>"));
-            None
-        }
-    }
-}
-
-/// A `<volume>`, wherever it stands. One that is the same everywhere is a spectrum.
-pub(in crate::scene) fn volume_plugin(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
-    let query = Query::new(reader, id);
-    let to_world = query.transform("to_world");
-    let source = match query.object.plugin.as_str() {
-        // Where it is the same everywhere, its place does not matter.
-        "constvolume" => spectra::part(&query, "value", 1.0),
-        "gridvolume" => grid_volume(&query, to_world).map(|volume| SpectrumSource {
-            place: query.object.place.clone(),
-            kind: SpectrumKind::Volume(Arc::new(volume)),
-            scale: 1.0,
-        }),
-        _ => {
-            reader.unknown_plugin(query.object);
-            return None;
-        }
-    };
-    query.finish();
-    source
-}
-
-fn grid_volume(query: &Query<'_>, to_world: crate::geometry::Transform) -> Option<VolumeSource> {
-    let reader = query.reader;
-    let name = query.required("filename", query.text("filename"));
-    let filters = [("trilinear", Filter::Linear), ("nearest", Filter::Nearest)];
-    let filter = query.choice("filter_type", &filters, false).unwrap_or(Filter::Linear);
-    let wrap = query.choice("wrap_mode", &WRAP_MODES, false).unwrap_or(Wrap::Clamp);
-    let raw = query.boolean("raw", false);
-    let use_grid_bbox = query.boolean("use_grid_bbox", false);
-    query.boolean("accel", true);
-    let file = reader.search.find(name?);
-    let place = query.place("filename");
-    let grid = reader.grids.get(reader, &file, &place, Grid::decode)?;
-    if use_grid_bbox && crate::texture::from_box(grid.corners).is_none() {
-        query.error(SceneError::at(
-            &place,
-            "The box of the grid is flat",
-            "expected a box that has a volume",
-        ));
-        return None;
-    }
-    Some(VolumeSource { file, grid, to_world, filter, wrap, raw, use_grid_bbox })
 }
 
 /// Whether the values depend on the place on a surface.

@@ -156,7 +156,8 @@ impl Grammar {
         };
         for declaration in abbe::scene::plugins() {
             let plugin = Self::declared(&declaration);
-            plugins.insert((declaration.element, declaration.name.to_owned()), plugin);
+            let element = if declaration.element == "spectrum" { "texture" } else { declaration.element };
+            plugins.insert((element, declaration.name.to_owned()), plugin);
         }
         let is_declared: BTreeSet<&str> = plugins.keys().map(|(element, _)| *element).collect();
         for element in OBJECTS.into_iter().filter(|element| !is_declared.contains(element)) {
@@ -194,6 +195,7 @@ impl Grammar {
                 }
                 Takes::Text | Takes::Numbers | Takes::Points(_) | Takes::File => &["string"],
                 Takes::Vector => &["point"],
+                Takes::Rgb => &["rgb"],
                 Takes::Transform => &["transform"],
                 Takes::Placement => &["transform", "animation"],
                 Takes::Spectrum(_) => &["float", "rgb", "spectrum", "texture"],

@@ -10,9 +10,9 @@ use crate::raster::Image;
 use crate::scene::description::{Animation, Light, LightKind, SpectrumKind, SpectrumSource};
 use crate::scene::read::query::capital;
 use crate::scene::read::spectra::Use;
-use crate::scene::read::{Class, Entry, ObjectId, Query, Reader, Value, patterns, textures};
+use crate::scene::read::{Class, Entry, ObjectId, Query, Reader, Value, textures};
 use crate::scene::source::SceneError;
-use crate::scene::write::{Node, Writer, spectra};
+use crate::scene::write::{Node, Writer};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -21,6 +21,7 @@ use std::sync::Arc;
 const LOOSEST_LENGTH: f64 = 1e-3;
 
 /// What an emitter is.
+#[expect(clippy::large_enum_variant, reason = "it lives while a light is read or written")]
 pub enum Emitter {
     /// What stands by itself.
     Alone(LightKind),
@@ -288,7 +289,7 @@ impl Field for Picture {
     }
 
     fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
-        let (file, image) = textures::image(query, "filename")?;
+        let (file, image) = super::textures::image(query, "filename")?;
         let [width, height] = [image.width, image.height];
         if (width < 2 || height < 3) && (width, height) != (1, 1) {
             query.error(
@@ -308,8 +309,8 @@ impl Field for Picture {
         Some((file, image))
     }
 
-    fn write(&self, node: Node, (file, image): &Self::Value, _: &mut Writer) -> Node {
-        node.with("filename", spectra::picture(file, image))
+    fn write(&self, node: Node, (file, image): &Self::Value, writer: &mut Writer) -> Node {
+        super::textures::Picture("").write(node, &(file.clone(), image.clone()), writer)
     }
 }
 
@@ -478,7 +479,7 @@ fn slide_varies(query: &Query<'_>, emitter: Emitter) -> Option<Emitter> {
     let Emitter::Alone(LightKind::Spot { texture, .. }) = &emitter else { return Some(emitter) };
     let slide = |source: &SpectrumSource| {
         let nowhere =
-            matches!(source.kind, SpectrumKind::MeshAttribute { .. }) || patterns::is_in_space(source);
+            matches!(source.kind, SpectrumKind::MeshAttribute { .. }) || super::textures::is_in_space(source);
         textures::varies(source) && !nowhere
     };
     if let Some(texture) = texture.as_ref().filter(|texture| !slide(texture)) {
@@ -498,7 +499,7 @@ fn slide_varies(query: &Query<'_>, emitter: Emitter) -> Option<Emitter> {
 fn looked_up_in_uv(query: &Query<'_>, emitter: Emitter) -> Option<Emitter> {
     let Emitter::Alone(LightKind::Projector { irradiance, .. }) = &emitter else { return Some(emitter) };
     if matches!(irradiance.kind, SpectrumKind::MeshAttribute { .. } | SpectrumKind::Volume(_))
-        || patterns::is_in_space(irradiance)
+        || super::textures::is_in_space(irradiance)
     {
         query.error(SceneError::at(
             &irradiance.place,

@@ -21,6 +21,7 @@ pub fn deformed(query: &Query<'_>, mut shape: ShapeKind) -> Option<ShapeKind> {
     match mesh.deformed(&all) {
         Ok(made) => {
             *mesh = Arc::new(made);
+            *text = text.trim().to_owned();
             Some(shape)
         }
         Err(error) => {

@@ -102,14 +102,10 @@ fn documented(row: &str) -> Vec<String> {
 
 #[test]
 fn the_scene_format_lists_what_is_read() {
-    for (row, class) in
-        [("textures", Class::Spectrum), ("integrators", Class::Integrator), ("volumes", Class::Volume)]
-    {
-        let names = documented(row);
-        assert!(!names.is_empty(), "docs/scene-format.md has no row of {row}");
-        for name in names {
-            assert!(plugins(class).contains(&name.as_str()), "docs/scene-format.md has {row} {name}");
-        }
+    let names = documented("integrators");
+    assert!(!names.is_empty(), "docs/scene-format.md has no row of integrators");
+    for name in names {
+        assert!(plugins(Class::Integrator).contains(&name.as_str()), "docs/scene-format.md has {name}");
     }
 }
 
