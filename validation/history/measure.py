@@ -180,37 +180,6 @@ def zone_plate(abbe):
         print(f"  {sampler}: {np.sqrt(((y - truth) ** 2).mean()) / truth.mean():.3f} of the mean")
 
 
-def triangles(abbe):
-    """Silhouette of a sphere of triangles against the sphere's."""
-    phi = (1 + math.sqrt(5)) / 2
-    points = [(0, a, b * phi) for a in (-1, 1) for b in (-1, 1)]
-    points = np.array(points + [(b, 0, a) for _, a, b in points] + [(a, b, 0) for _, a, b in points])
-    near = {frozenset((i, j)) for i in range(12) for j in range(i) if np.linalg.norm(points[i] - points[j]) < 2.1}
-    faces = [
-        (i, j, k)
-        for i in range(12)
-        for j in range(i)
-        for k in range(j)
-        if {frozenset((i, j)), frozenset((j, k)), frozenset((i, k))} <= near
-    ]
-    corners = np.array([[points[i] for i in face] for face in faces])
-    for _ in range(5):
-        a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-        ab, bc, ca = a + b, b + c, c + a
-        middles = [m * (np.linalg.norm(a, axis=1) / np.linalg.norm(m, axis=1))[:, None] for m in (ab, bc, ca)]
-        ab, bc, ca = middles
-        corners = np.concatenate([np.stack(t, axis=1) for t in [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]])
-        unit = corners / np.linalg.norm(corners, axis=2, keepdims=True)
-        name = abbe.folder / "ball.obj"
-        vertices = "".join(f"v {x:.9f} {y:.9f} {z:.9f}\n" for x, y, z in unit.reshape(-1, 3))
-        name.write_text(vertices + "".join(f"f {3 * i + 1} {3 * i + 2} {3 * i + 3}\n" for i in range(len(unit))))
-        black = '<bsdf type="diffuse"><spectrum name="reflectance" value="0"/></bsdf>'
-        scene = f'{flat(256, 256)}{FURNACE}<shape type="obj"><string name="filename" value="{name}"/>{black}</shape>'
-        channels, _ = abbe.render(scene, "--spp", 64)
-        y = luminance(channels)
-        print(f"  {len(unit)} triangles: area {(1 - y.mean()) / (math.pi / 4) - 1:+.2%}")
-
-
 def mirrors(abbe):
     """What comes by way of 30 mirrors that each reflect 0.9."""
     mirror = """<bsdf type="conductor"><string name="material" value="none"/>
@@ -230,7 +199,7 @@ def mirrors(abbe):
         print(f"  {what}: {channels['Y'].mean() / scale:.4f} ± {channels['error.Y'].mean() / scale:.4f}, 0.9³⁰ = {0.9**30:.4f}")
 
 
-CLAIMS = [comb, samples, together, copper, morphine, diamond, zone_plate, triangles, mirrors]
+CLAIMS = [comb, samples, together, copper, morphine, diamond, zone_plate, mirrors]
 
 
 def main():

@@ -36,7 +36,7 @@ def room(claim, depth):
 
 
 def share(stats):
-    """Of the time in ray queries; a render may be too short for it to be known."""
+    """The share of the time in ray queries; a render may be too short for it to be known."""
     known = stats["share_of_ray_queries"]
     return "–" if known is None else f"{known:.0%}"
 
