@@ -236,7 +236,7 @@ fn shells_complete_and_the_manual_has_a_page_for_each_command() {
         assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", stderr(&output));
         String::from_utf8(output.stdout).expect("text")
     };
-    let commands = ["render", "compare", "info", "spectrum", "study", "completions", "man"];
+    let commands = ["render", "merge", "view", "compare", "info", "spectrum", "study", "completions", "man"];
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = printed(&["completions", shell]);
         for word in commands.iter().chain(&["spp", "fail-if", "reference"]) {

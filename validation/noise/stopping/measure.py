@@ -91,16 +91,21 @@ def main():
                 means.append(luminance.mean())
                 counts.append(samples)
                 errors.append(reached(arguments.abbe, target, picture, path, luminance, truth))
+            if max(counts) >= arguments.truth // 4:
+                rows.append(f"| {name} | `{target}` | not within {arguments.truth // 4} samples | | |")
+                print(rows[-1], flush=True)
+                continue
             n, sigma = len(means), np.std(means, ddof=1)
             share = np.mean(np.array(errors) < bound(target))
             bias, slack = (np.mean(means) - truth.mean()) / sigma, np.sqrt(1 / n + np.mean(counts) / of_truth)
             pooled[target].append((share, bias, slack, n))
             rows.append(f"| {name} | `{target}` | {np.mean(counts):.0f} | {100 * share:.0f} % | {signed(bias, 2)} ± {slack:.2f} |")
             print(rows[-1], flush=True)
+    chosen = f" --scenes {arguments.scenes}" if wanted else ""
     text = ["# Ending at an error", "", __doc__.split("\n\n")[0], ""]
-    text += [f"`validation/noise/stopping/measure.py --seeds {arguments.seeds} --truth {arguments.truth}`, pictures of {SIZE} pixels."]
-    text += ["Bias is that of the mean luminance of the pictures, in standard errors of such a mean, with its own standard error.", ""]
-    text += [f"| all {len(pooled[TARGETS[0]])} scenes | reached (at least {100 * CONFIDENCE:.0f} % is said) | bias | mean square of bias over its standard error |", "|---|---|---|---|"]
+    text += [f"`validation/noise/stopping/measure.py --seeds {arguments.seeds} --truth {arguments.truth}{chosen}`, pictures of {SIZE} pixels."]
+    text += ["Bias is that of the mean luminance of the pictures, in standard errors of such a mean, with its own standard error.", "The targets of a scene share its truth, and where they end at the same number of samples its pictures.", ""]
+    text += [f"| all scenes | reached (at least {100 * CONFIDENCE:.0f} % is said) | bias | mean square of bias over its standard error |", "|---|---|---|---|"]
     for target, found in pooled.items():
         share, bias, slack, n = map(np.array, zip(*found))
         weight = 1 / slack**2
