@@ -49,8 +49,8 @@ struct Plugin {
     required: BTreeSet<String>,
     /// Words that a string may be.
     choices: BTreeMap<String, Vec<String>>,
-    /// Objects that it holds without asking for their names.
-    holds: Vec<&'static str>,
+    /// Objects that it holds without asking for their names, and whether it is little without them.
+    holds: Vec<(&'static str, bool)>,
     /// Properties as scenes of the repository write them.
     examples: BTreeMap<String, Vec<String>>,
 }
@@ -181,7 +181,7 @@ impl Grammar {
         for parameter in declaration.parameters.iter().chain(&declaration.common) {
             let types: &[&'static str] = match &parameter.takes {
                 Takes::Object(held) if parameter.name.is_empty() => {
-                    plugin.holds.push(*held);
+                    plugin.holds.push((*held, parameter.is_required));
                     continue;
                 }
                 Takes::Object(held) => &[*held],
@@ -268,7 +268,7 @@ impl Grammar {
             let complaints = ask(&format!(r#"<{held} type="{typical}"/>"#));
             let refused = |problem: &str| problem.contains("cannot hold a") || is_unknown(problem);
             if !complaints.iter().any(|error| refused(&error.problem)) {
-                plugin.holds.push(held);
+                plugin.holds.push((held, (element, held) == ("sensor", "film") || element == held));
             }
         }
         plugin
@@ -333,7 +333,9 @@ impl Grammar {
             "bsdf" | "medium" => {
                 let object = object.replacen("id=\"it\"", "name=\"interior\"", 1);
                 let shape = ["sphere", "rectangle", "cube", "cylinder"][writer.random.below(4)];
-                around("shape", &format!(r#"<shape type="{shape}">{object}</shape>{extra}"#))
+                // Light gets into a medium only through what lets it through.
+                let bsdf = if *element == "medium" { r#"<bsdf type="null"/>"# } else { "" };
+                around("shape", &format!(r#"<shape type="{shape}">{bsdf}{object}</shape>{extra}"#))
             }
             "emitter" if name.contains("area") => {
                 around("shape", &format!(r#"<shape type="sphere">{object}</shape>{extra}"#))
@@ -412,17 +414,13 @@ impl Writer<'_> {
             let of_type = types[self.random.below(types.len())];
             text += &self.property(plugin, property, of_type, depth);
         }
-        for held in &plugin.holds {
-            let is_needed = matches!(
-                (element, *held),
-                ("bsdf", "bsdf") | ("phase", "phase") | ("sensor", "film" | "sensor")
-            );
-            let chance = if is_needed { 2 } else { 6 };
+        for (held, is_needed) in &plugin.holds {
             if *held == "film" && self.random.below(2) == 0 {
                 text += SMALLEST_FILM;
                 continue;
             }
-            if depth >= 4 || self.left == 0 || self.random.below(chance) > 0 {
+            let is_left_out = if *is_needed { self.random.below(6) == 0 } else { self.random.below(6) > 0 };
+            if depth >= 4 || self.left == 0 || is_left_out {
                 continue;
             }
             text += &self.any(held, "id=\"of\"", depth + 1).replace(" id=\"of\"", "");
