@@ -197,7 +197,7 @@ impl Report {
         writeln!(text)?;
         writeln!(text, "pilots         {:12} rays, which are not counted above", self.pilots.rays())?;
         if let Some(share) = counts.share_of_queries() {
-            writeln!(text, "ray queries    {:11.1}% of the time of all threads", 100.0 * share)?;
+            writeln!(text, "ray queries    at most {:.1}% of the time of all threads", 100.0 * share)?;
         }
         writeln!(text, "bad values     {:12}", self.bad)?;
         let mib = |bytes: f64| bytes / f64::from(1 << 20);

@@ -14,7 +14,7 @@ from transport_common import film, integrator, scene, spectrum
 
 METHOD = """`abbe render --stats --json` counts queries and what each took. Numbers that are known are checked: one camera ray for each sample; kinds that sum
 to all; paths between mirrors of a room that nothing leaves and nothing absorbs, whose length is the limit that is given. The rest is told in tables. The share
-of the time is estimated from queries that are timed as they are where nobody counts; it is no more than told, for it depends on the machine."""
+of the time is an upper bound, from queries that are timed as they are where nobody counts; it is no more than told, for it depends on the machine."""
 DATA = """J. Arvo and D. Kirk in A. Glassner (ed.), An Introduction to Ray Tracing (1989), section 6.2, after T. Whitted (1980); G. Wyvill, Practical Ray
 Tracing (1995), sections 7.1 and 7.3. Spheres: random places in a cube, radius 0.3 of their spacing; seed 1."""
 
