@@ -140,7 +140,7 @@ mod tests {
         let count = IN_MEMORY / size_of::<i64>() + 1;
         let mut integers = Integers::new(count, Place::Folder(&folder)).expect("there is room");
         assert!(matches!(integers.kept, Kept::File(_)));
-        let number = |i: usize| i as i64 * 0x1234_5678_9abc - 5;
+        let number = |i: usize| (i as i64).wrapping_mul(0x1234_5678_9abc) - 5;
         for i in (0..count).step_by(4099) {
             assert_eq!(integers[i], 0);
             integers[i] = number(i);
