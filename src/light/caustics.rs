@@ -57,8 +57,8 @@ impl Caustics {
         self.casters.seen_from(point)
     }
 
-    /// The light's factor of the ratio of densities, that of light subpaths over that of camera paths, for subpaths that begin at a point of a light in a direction. Zero
-    /// where none do.
+    /// The light's factor of the ratio of densities, that of light subpaths over that of camera paths, for
+    /// subpaths that begin at a point of a light in a direction. Zero where none do.
     pub fn from_light(&self, light: u32, point: &SurfacePoint, direction: Vec3) -> f64 {
         let Ok(at) = self.sources.binary_search_by_key(&light, |source| source.light) else { return 0.0 };
         let cos = direction.dot(point.normal);

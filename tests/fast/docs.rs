@@ -145,26 +145,6 @@ fn the_reference_of_the_scene_format_is_current() {
     }
 }
 
-/// The rooms of the map in CONTRIBUTING.md: what stands between backticks in the first column of its table.
-fn mapped() -> BTreeSet<String> {
-    let page = read(&root().join("CONTRIBUTING.md"));
-    let (_, map) = page.split_once("## The map").expect("a map");
-    let (map, _) = map.split_once("\n## ").expect("a section behind it");
-    let cells = map.lines().filter_map(|line| line.strip_prefix('|')?.split('|').next());
-    cells.flat_map(code).map(str::to_owned).collect()
-}
-
-#[test]
-fn the_map_shows_every_room_and_no_other() {
-    let entries = std::fs::read_dir(root().join("src")).expect("the sources");
-    let rooms: BTreeSet<String> = entries
-        .map(|entry| {
-            entry.expect("an entry").path().file_stem().expect("a name").to_string_lossy().into_owned()
-        })
-        .collect();
-    assert_eq!(mapped(), rooms);
-}
-
 /// The index of the documentation and the front page lead to every page.
 #[test]
 fn no_page_is_hidden() {
