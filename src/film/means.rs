@@ -184,8 +184,8 @@ impl Film {
         }
     }
 
-    /// X, Y and Z of a pixel, and by how much each of `parts` equal runs of replicates is above them, to first
-    /// order. `None` without samples.
+    /// X, Y and Z of a pixel, and by how much each of `parts` equal runs of replicates is above them, to
+    /// first order. `None` without samples.
     pub fn colour_by(&self, parts: u32, x: u32, y: u32) -> Option<([f64; 3], Vec<[f64; 3]>)> {
         let (mut mean, mut deviations) = ([0.0; 3], vec![[0.0; 3]; parts as usize]);
         for of in 0..3 {

@@ -26,8 +26,8 @@ pub enum ErrorMeasure {
     RelMse,
     /// The mean standard error over the mean value.
     Error,
-    /// The mean over the pixels of the root mean square colour difference CIEDE2000 that the noise makes, with
-    /// the white of `abbe compare`.
+    /// The mean over the pixels of the root mean square colour difference CIEDE2000 that the noise makes,
+    /// with the white of `abbe compare`.
     ColourDifference,
 }
 
@@ -127,7 +127,7 @@ impl Target {
         (sum.divisor > 0.0 && estimate.at_most.is_finite()).then_some(estimate)
     }
 
-    /// Of the luminance, or of all responses.
+    /// Errors of the luminance, or of all responses.
     fn of_channels(&self, film: &Film) -> Sum {
         let channels: Vec<Quantity> = match film.extras.responses.len() {
             0 => vec![Quantity::Combined([0.0, 1.0, 0.0])],

@@ -1,5 +1,5 @@
-//! The EXR file: the picture, its standard errors, its spectral bins and how it was made. The only folder that
-//! names the exr crate.
+//! The EXR file: the picture, its standard errors, its spectral bins and how it was made. The only folder
+//! that names the exr crate.
 //!
 //! Channels are 32-bit floats. `R G B` (linear Rec. 709) or `X Y Z` or `Y`, with `A` where the film has
 //! alpha, or the responses of the film under their own names; `error.*` with one standard error of each (see
