@@ -253,7 +253,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// Sums of zero for so many pixels in each replicate.
+    /// Zeros, for so many replicates of pixels.
     fn new(cells: usize, extras: &Extras, place: Place) -> std::io::Result<Self> {
         let (first, bin_count) = (extras.bin_channel(0), extras.bin_count());
         let of_bins = Integers::new(cells * bin_count, place)?;

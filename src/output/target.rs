@@ -126,7 +126,7 @@ impl Target {
         (sum.divisor > 0.0 && estimate.at_most.is_finite()).then_some(estimate)
     }
 
-    /// The errors of the luminance, or of all responses.
+    /// Errors of the luminance, or of all responses.
     fn of_channels(&self, film: &Film) -> Sum {
         let channels: Vec<Quantity> = match film.extras.responses.len() {
             0 => vec![Quantity::Combined([0.0, 1.0, 0.0])],

@@ -81,7 +81,7 @@ fn answer(page: &Page, request: &Request, address: SocketAddr) -> Answer {
     }
 }
 
-/// What the page says of the pixel that `x=X&y=Y` names.
+/// The pixel that `x=X&y=Y` asks for.
 fn pixel(page: &Page, query: &str) -> Option<Answer> {
     let (x, y) = query.split_once('&')?;
     let number = |text: &str, name: &str| text.strip_prefix(name)?.parse().ok();

@@ -174,8 +174,8 @@ fn extent_of<'a>(mut films: impl Iterator<Item = &'a Measures>) -> Extent {
 }
 
 impl Plan {
-    /// Adds up the files that are used, given by their numbers, on a film without samples: that film, and
-    /// the images beside the picture where there are some for all of it.
+    /// Adds up the files that are used, given by their numbers, on a film without samples: that film, and the
+    /// images beside the picture where there are some for all of it.
     ///
     /// # Errors
     /// Where a file cannot be read: its number comes with why.
