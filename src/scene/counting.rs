@@ -169,8 +169,8 @@ impl Counts {
     }
 
     /// The share of the time that goes into ray queries, estimated from the times of some of them, as it is
-    /// where nobody counts. It is an upper bound: what is timed does not overlap with what is before and after
-    /// it. `None` where nothing was timed.
+    /// where nobody counts. It is an upper bound: what is timed does not overlap with what is before and
+    /// after it. `None` where nothing was timed.
     pub fn share_of_queries(&self) -> Option<f64> {
         let timings = self.rays.iter().map(|of_kind| of_kind.timing).chain([self.others]);
         let [queries, counting] = timings.fold([0.0; 2], |[queries, counting], timing| {
