@@ -10,7 +10,7 @@ import math
 import numpy as np
 from harness.claim import Planted
 from harness.plots import plt
-from transport_common import film, integrator, scene, spectrum
+from transport_common import film, integrator, scene, shape, spectrum
 
 METHOD = """`abbe render --stats --json` counts queries and what each took. Numbers that are known are checked: one camera ray for each sample; kinds that sum
 to all; paths between mirrors of a room that nothing leaves and nothing absorbs, whose length is the limit that is given. The rest is told in tables. The share
@@ -29,7 +29,8 @@ def counted(claim, file, *options):
 def room(claim, depth):
     """A room of white walls, of which the camera sees the inside: no path leaves it, and none is absorbed."""
     camera = f'<sensor type="perspective"><float name="fov" value="60"/>{film(16, 16)}</sensor>'
-    walls = '<shape type="cube"><boolean name="flip_normals" value="true"/><transform name="to_world"><scale value="3"/></transform><bsdf type="conductor"><string name="material" value="none"/></bsdf></shape>'
+    mirror = '<boolean name="flip_normals" value="true"/><bsdf type="conductor"><string name="material" value="none"/></bsdf>'
+    walls = shape("cube", '<scale value="3"/>', mirror)
     lamp = f'<emitter type="point"><point name="position" x="1" y="1" z="1"/>{spectrum("intensity", 1)}</emitter>'
     limits = f'<integrator type="path"><integer name="max_depth" value="{depth}"/><integer name="rr_depth" value="1000"/></integrator>'
     return scene(claim.work / "room.xml", limits, camera, lamp, walls)
@@ -51,7 +52,8 @@ def spheres(claim, count):
         f'<shape type="sphere"><point name="center" x="{x:.7f}" y="{y:.7f}" z="{z:.7f}"/><float name="radius" value="{radius:.7f}"/><ref id="grey"/></shape>\n'
         for x, y, z in places
     )
-    camera = f'<sensor type="perspective"><float name="fov" value="35"/><transform name="to_world"><lookat origin="0, 0, 2" target="0, 0, 0" up="0, 1, 0"/></transform>{film(64, 64)}</sensor>'
+    view = '<float name="fov" value="35"/><transform name="to_world"><lookat origin="0, 0, 2" target="0, 0, 0" up="0, 1, 0"/></transform>'
+    camera = f'<sensor type="perspective">{view}{film(64, 64)}</sensor>'
     sky = f'<emitter type="constant">{spectrum("radiance", 1)}</emitter>'
     return scene(claim.work / f"spheres-{count}.xml", integrator("path", 4), camera, sky, diffuse, balls)
 
@@ -81,7 +83,8 @@ def run(claim):
         rows.append((count, f"{tests:.2f}", f"{nodes:.2f}", f"{rays['camera']['rays'] / stats['all_rays']:.0%}", share(stats)))
         claim.holds(f"{count} spheres: tests of objects for a ray", tests < 15, f"{tests:.2f}", "< 15", "twice as many")
     claim.holds("kinds of rays add up, and each sample has one camera ray", not any(sums), f"{len(sums)} sums", "exactly", "one ray")
-    claim.table(("spheres", "tests of objects", "nodes", "camera rays of all", "time in queries"), rows, "For each query of the tree; paths of at most 4 segments.")
+    header = ("spheres", "tests of objects", "nodes", "camera rays of all", "time in queries")
+    claim.table(header, rows, "For each query of the tree; paths of at most 4 segments.")
 
     from harness.abbe import ROOT
 
@@ -90,7 +93,8 @@ def run(claim):
         stats = counted(claim, ROOT / "scenes/box/scene.xml", "--spp", 16, "--size", "64x64", "--max-depth", depth, "--estimator", "plain")
         box.append(stats)
     per_sample = [stats["all_rays"] / stats["samples"] for stats in box]
-    claim.holds("rays of a sample grow with the depth of paths, and level off", all(a <= b for a, b in zip(per_sample, per_sample[1:])), f"{per_sample[-1]:.1f} at 16")
+    growing = all(a <= b for a, b in zip(per_sample, per_sample[1:]))
+    claim.holds("rays of a sample grow with the depth of paths", growing, f"{per_sample[-1]:.1f} at 16", "never fewer", "one ray")
     claim.table(
         ("depth", "rays of a sample", "camera rays of all", "mean segments", "time in queries"),
         [

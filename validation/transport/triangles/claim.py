@@ -42,7 +42,8 @@ def subdivided(faces):
 
 def silhouette(claim, shape, spp):
     """Area of what hides the sky, and its standard error."""
-    camera = f'<sensor type="orthographic"><transform name="to_world"><scale value="{VIEW}"/><lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/></transform>{film(SIZE, SIZE)}</sensor>'
+    view = f'<scale value="{VIEW}"/><lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/>'
+    camera = f'<sensor type="orthographic"><transform name="to_world">{view}</transform>{film(SIZE, SIZE)}</sensor>'
     sky = f'<emitter type="constant">{spectrum("radiance", 1)}</emitter>'
     file = scene(claim.work / "ball.xml", integrator("path", 2), camera, sky, shape)
     _, radiance, errors = claim.abbe.render(file, spp, 3, ("--spectral", 1, "--range", "555:556")).spectrum()
