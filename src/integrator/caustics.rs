@@ -56,7 +56,7 @@ pub(super) struct FirstSurface {
 impl Caustics {
     /// The camera's factor of the ratio of densities, that of light subpaths over that of camera paths. Zero
     /// where light subpaths do not come.
-    fn from_camera(&self, scene: &Scene, first: &FirstSurface, time: f64) -> f64 {
+    fn camera_factor(&self, scene: &Scene, first: &FirstSurface, time: f64) -> f64 {
         let FirstSurface { point, leaves, density } = first;
         // Through the middle of the lens: any place will do where both techniques take the same.
         let Some(seen) = scene.camera.project(point.position, [0.5; 2], time) else { return 0.0 };
@@ -74,7 +74,7 @@ impl Caustics {
         from_light: f64,
         time: f64,
     ) -> f64 {
-        power_heuristic(1.0, from_light * self.from_camera(scene, first, time))
+        power_heuristic(1.0, from_light * self.camera_factor(scene, first, time))
     }
 }
 
@@ -154,8 +154,8 @@ fn splat_from<'a, const C: usize>(
         return None;
     }
     let first = FirstSurface { point: hit.point, leaves, density: value.density.sum() / C as f64 };
-    let by_camera = caustics.from_camera(scene, &first, *time);
-    let by_light = caustics.from_light(subpath.source, &subpath.start, subpath.toward);
+    let by_camera = caustics.camera_factor(scene, &first, *time);
+    let by_light = caustics.light_factor(subpath.source, &subpath.start, subpath.toward);
     let weight = power_heuristic(by_light * by_camera, 1.0);
     if weight == 0.0 {
         return None;

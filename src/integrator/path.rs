@@ -488,7 +488,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         });
         let mut shared = None;
         if let (PreviousSample::Discrete, Some(caustics)) = (&self.last, scene.caustics()) {
-            let from_light = || caustics.from_light(light_hit.light, &hit.point, -ray.direction);
+            let from_light = || caustics.light_factor(light_hit.light, &hit.point, -ray.direction);
             match &self.beside_light_subpaths {
                 Beside::Nothing => {}
                 Beside::First(first) => {

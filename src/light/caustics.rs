@@ -59,7 +59,7 @@ impl Caustics {
 
     /// The light's factor of the ratio of densities, that of light subpaths over that of camera paths, for
     /// subpaths that begin at a point of a light in a direction. Zero where none do.
-    pub fn from_light(&self, light: u32, point: &SurfacePoint, direction: Vec3) -> f64 {
+    pub fn light_factor(&self, light: u32, point: &SurfacePoint, direction: Vec3) -> f64 {
         let Ok(at) = self.sources.binary_search_by_key(&light, |source| source.light) else { return 0.0 };
         let cos = direction.dot(point.normal);
         if cos <= 0.0 {
