@@ -97,6 +97,8 @@
 
 pub mod units;
 
+pub mod lanes;
+
 pub mod geometry;
 pub mod stats;
 
@@ -105,7 +107,6 @@ pub mod plot;
 pub mod sampling;
 pub mod spectrum;
 
-pub mod lanes;
 pub mod raster;
 
 pub mod bsdf;

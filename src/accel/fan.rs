@@ -2,14 +2,15 @@
 
 use super::Accel;
 use super::few::{Few, Sides};
-use super::segments::Points;
-use crate::geometry::SurfacePoint;
+use super::segments::FanSegments;
+use crate::geometry::{Points, SurfacePoint};
 use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH, lanes_of, part};
+use wide::f64x4;
 
 /// Surface points, one for each lane, and what is known of them before it is asked what they see.
 pub struct Fan<'a> {
     accel: &'a Accel,
-    points: [Points; REGISTERS],
+    points: [Points<f64x4>; REGISTERS],
     few: Option<FewSides<'a>>,
 }
 
@@ -23,19 +24,14 @@ struct FewSides<'a> {
 
 impl Accel {
     /// Points that are to be asked, a time for each lane, what they see.
-    pub fn fan<'p>(&self, points: impl Iterator<Item = &'p SurfacePoint>) -> Fan<'_> {
-        let mut lanes = [Points::NONE; REGISTERS];
-        let mut unsure = 0;
-        for (lane, point) in points.take(LANES).enumerate() {
-            lanes[lane / WIDTH].set(lane, point);
-            let sure = self.few.as_ref().is_some_and(|few| few.is_sure(point));
-            unsure |= Mask::from(!sure) << lane;
-        }
+    pub fn fan(&self, points: &[Points<f64x4>; REGISTERS]) -> Fan<'_> {
         let few = self.few.as_ref().map(|few| {
-            let sides = few.sides(&lanes.map(|points| points.position));
+            let sides = few.sides(&points.each_ref().map(|points| points.position));
+            let is_unsure = |&lane: &usize| !few.is_sure(&points[lane / WIDTH].get(lane));
+            let unsure = (0..LANES).filter(is_unsure).fold(0, |mask, lane| mask | 1 << lane);
             FewSides { few, sides, unsure }
         });
-        Fan { accel: self, points: lanes, few }
+        Fan { accel: self, points: *points, few }
     }
 }
 
@@ -74,7 +70,7 @@ impl Fan<'_> {
 
     fn blocked_by_few(&self, known: &FewSides, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
         let FewSides { few, sides, .. } = known;
-        let segments = self.points.each_ref().map(|points| points.segments_to(target));
+        let segments = self.points.each_ref().map(|points| FanSegments::new(points, target));
         let (mut exist, mut sound) = (0, 0);
         for (register, segments) in segments.iter().enumerate() {
             exist |= segments.exist << (WIDTH * register);

@@ -13,11 +13,18 @@
 //! - The line then passes the triangle as near. Along a line v changes in proportion to h, so v(e) h(o) -
 //!   v(o) h(e) lies between 0 and h(o) - h(e) up to that distance times (|v(o)| + |v(e)| + the gradient of v
 //!   times |h(o) - h(e)|). Rounding to `f32` adds less than 2⁻²⁰ (|v(o)| + |v(e)| + 1).
+//!
+//! Rays are tested likewise, in `f64`. In node space the ray o + t d meets the plane where t = -h(o) / h(d), and
+//! there v = (v(o) h(d) - h(o) v(d)) / h(d). From origins up to [`FARTHEST`] away the exact test's point is
+//! within some thousand roundings, 2⁻⁴², of the plane, and the numbers here err by less: [`RAY_MARGIN`] is
+//! far more.
 
 use super::node::NodeSpace;
 use super::packet::Packet;
+use super::rays::{Hits, KnownTriangle, Rays};
+use super::segments::RayLanes;
 use crate::geometry::{SurfacePoint, Vec3};
-use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH};
+use crate::lanes::{LANES, Mask, REGISTERS, Real, Truth, Vec3Lanes, WIDTH, part};
 use smallvec::{SmallVec, smallvec};
 use wide::{f32x8, f64x4};
 
@@ -26,6 +33,13 @@ const MOST: usize = 64;
 
 /// By how much the tests err toward a hit, in node space.
 pub(super) const MARGIN: f32 = 1.0 / (1 << 18) as f32;
+
+/// By how much the tests of rays err toward a hit, in node space.
+const RAY_MARGIN: f64 = 1.0 / (1u64 << 36) as f64;
+
+/// The greatest coordinate of a ray's origin, in node space, for which that holds, and more than any distance
+/// from there to a surface.
+const FARTHEST: (f64, f64) = (16.0, 64.0);
 
 /// The least sine of an angle, and the least altitude in node space, of a triangle whose plane is known well
 /// enough.
@@ -38,7 +52,7 @@ const GREATEST: (f64, f64) = (1.001, 1e-7);
 /// Triangles that lie in one parallelogram.
 #[derive(Clone, Debug)]
 struct Facet {
-    triangles: SmallVec<[[Vec3; 3]; 2]>,
+    triangles: SmallVec<[KnownTriangle; 2]>,
     /// Height, v and w of a place in node space: gradient and value at its origin. `None` where they are not
     /// known well enough.
     functions: Option<[(Vec3, f64); 3]>,
@@ -50,8 +64,16 @@ struct Facet {
 #[derive(Clone, Debug)]
 pub(super) struct Tested {
     pub triangles: SmallVec<[[Vec3; 3]; 2]>,
-    /// What v and w are uncertain by, times the margin.
+    /// Their numbers among all triangles.
+    numbers: SmallVec<[f64; 2]>,
+    /// Height, v and w of a place in node space: gradient and value at its origin.
+    functions: [(Vec3, f64); 3],
+    /// Whether a ray that leaves one of its triangles cannot meet any of them: they are of one mesh, whose
+    /// bound on errors is for all of it.
+    is_left_whole: bool,
+    /// What v and w are uncertain by for segments, times the margin, and for rays.
     pub slack: [f32; 2],
+    ray_slack: [f64; 2],
     /// Whether every segment is tested.
     pub always: bool,
 }
@@ -59,6 +81,8 @@ pub(super) struct Tested {
 #[derive(Clone, Debug)]
 pub(super) struct Few {
     space: NodeSpace,
+    /// In the order of their shapes and of their own numbers.
+    triangles: Vec<KnownTriangle>,
     pub facets: Vec<Tested>,
     /// The functions of four facets: x, y and z of the gradient, and the value at the origin.
     functions: Vec<[[f64x4; 4]; 3]>,
@@ -83,20 +107,22 @@ impl Few {
             return None;
         }
         let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length_squared();
-        let mut triangles: Vec<[Vec3; 3]> = packets.iter().flat_map(Packet::triangles).collect();
-        triangles.retain(|&triangle| triangle[0] != triangle[1] || area(triangle) > 0.0);
+        let mut triangles: Vec<KnownTriangle> = packets.iter().flat_map(Packet::triangles).collect();
+        triangles.retain(|KnownTriangle { vertices, .. }| vertices[0] != vertices[1] || area(*vertices) > 0.0);
         if triangles.is_empty() || triangles.len() > MOST {
             return None;
         }
+        triangles.sort_by_key(|known| (known.shape, known.triangle));
         let mut facets = Vec::new();
-        while let Some(first) = triangles.pop() {
-            let joined = triangles.iter().enumerate().find_map(|(index, second)| {
+        let mut left = triangles.clone();
+        while let Some(first) = left.pop() {
+            let joined = left.iter().enumerate().find_map(|(index, second)| {
                 let facet = Facet::new(space, smallvec![first, *second])?;
                 (facet.waste < 0.01).then_some((index, facet))
             });
             facets.push(match joined {
                 Some((index, facet)) => {
-                    triangles.remove(index);
+                    left.remove(index);
                     facet
                 }
                 None => Facet::new(space, smallvec![first]).unwrap_or(Facet {
@@ -117,11 +143,82 @@ impl Few {
             })
         });
         let functions = functions.collect();
-        Some(Self { space: *space, facets: facets.into_iter().map(Facet::tested).collect(), functions })
+        let facets = facets.into_iter().map(|facet| facet.tested(&triangles)).collect();
+        Some(Self { space: *space, triangles, facets, functions })
     }
 
     pub fn memory(&self) -> usize {
-        size_of_val(&self.facets[..]) + size_of_val(&self.functions[..])
+        size_of_val(&self.facets[..]) + size_of_val(&self.functions[..]) + size_of_val(&self.triangles[..])
+    }
+
+    pub fn triangles(&self) -> &[KnownTriangle] {
+        &self.triangles
+    }
+
+    /// The nearest hit of each ray that is asked for; see [`super::Accel::closest`].
+    pub fn closest(&self, rays: &Rays, asked: Mask, hits: &mut Hits) {
+        for register in 0..REGISTERS {
+            let wanted = part(asked, register);
+            if wanted == 0 {
+                continue;
+            }
+            let ray = FewRays::new(self, rays, register, wanted);
+            let (mut nearest, mut number) = (rays.t_max[register], f64x4::splat(-1.0));
+            let (mut facet_met, mut v, mut w) = (number, f64x4::ZERO, f64x4::ZERO);
+            for (index, facet) in (0u32..).zip(&self.facets) {
+                let index = f64x4::splat(f64::from(index));
+                let Some(candidates) = ray.candidates(facet, index, nearest) else { continue };
+                for (triangle, &own) in facet.triangles.iter().zip(&facet.numbers) {
+                    let Some(found) = ray.lanes.cross(triangle) else { continue };
+                    let own = f64x4::splat(own);
+                    // The order of the facets must not decide between hits at the same distance.
+                    let nearer = found.t.lt(nearest) | found.t.eq(nearest) & own.lt(number);
+                    let hit = candidates & found.inside & found.t.ge(f64x4::ZERO) & nearer;
+                    if hit.mask() == 0 {
+                        continue;
+                    }
+                    nearest = f64x4::choose(hit, found.t, nearest);
+                    number = f64x4::choose(hit, own, number);
+                    facet_met = f64x4::choose(hit, index, facet_met);
+                    v = f64x4::choose(hit, found.v / found.determinant, v);
+                    w = f64x4::choose(hit, found.w / found.determinant, w);
+                }
+            }
+            hits.met |= number.ge(f64x4::ZERO).mask() << (WIDTH * register);
+            hits.t[register] = nearest;
+            hits.known[register] = number;
+            hits.facet[register] = facet_met;
+            hits.barycentric[0][register] = v;
+            hits.barycentric[1][register] = w;
+        }
+    }
+
+    /// Which of the rays that are asked for meet anything; see [`super::Accel::occluded`].
+    pub fn occluded(&self, rays: &Rays, asked: Mask) -> Mask {
+        let mut occluded = 0;
+        for register in 0..REGISTERS {
+            let wanted = part(asked, register);
+            if wanted == 0 {
+                continue;
+            }
+            let mut ray = FewRays::new(self, rays, register, wanted);
+            let t_max = rays.t_max[register];
+            for (index, facet) in (0u32..).zip(&self.facets) {
+                let index = f64x4::splat(f64::from(index));
+                let Some(candidates) = ray.candidates(facet, index, t_max) else { continue };
+                for triangle in &facet.triangles {
+                    let Some(found) = ray.lanes.cross(triangle) else { continue };
+                    let hit =
+                        candidates & found.inside & found.t.ge(f64x4::ZERO) & found.t.lt(t_max);
+                    ray.wanted = ray.wanted & !hit;
+                }
+                if ray.wanted.mask() == 0 {
+                    break;
+                }
+            }
+            occluded |= (wanted & !ray.wanted.mask()) << (WIDTH * register);
+        }
+        occluded
     }
 
     /// Whether the bounds hold for rays from or to a point.
@@ -176,6 +273,73 @@ impl Few {
     }
 }
 
+/// The rays of one register that are asked for.
+struct FewRays {
+    wanted: Truth,
+    lanes: RayLanes,
+    /// In node space; distances along the ray are `scale` times those of the world.
+    origin: Vec3Lanes,
+    direction: Vec3Lanes,
+    scale: f64x4,
+    leaves: f64x4,
+    /// Those from so near that the bounds hold.
+    sure: Truth,
+}
+
+impl FewRays {
+    #[inline(always)]
+    fn new(few: &Few, rays: &Rays, register: usize, wanted: Mask) -> Self {
+        let (origin, direction) = (rays.origin[register], rays.direction[register]);
+        // As for single rays: what is not near unit length is none.
+        let sound = direction.length_squared().le(f64x4::splat(4.0));
+        let lanes = RayLanes::new(origin, direction);
+        let origin = few.space.place_lanes(origin);
+        let far = origin.x.abs().greater(origin.y.abs()).greater(origin.z.abs());
+        Self {
+            wanted: Truth::of(wanted) & sound,
+            lanes,
+            // The second of two is taken where one is not a number: z is the last.
+            sure: far.le(f64x4::splat(FARTHEST.0)) & origin.x.eq(origin.x) & origin.y.eq(origin.y),
+            origin,
+            direction,
+            scale: f64x4::splat(few.space.scale()),
+            leaves: rays.leaves[register],
+        }
+    }
+
+    /// The lanes that may hit a facet up to a distance. `None` where there are none.
+    #[inline(always)]
+    fn candidates(&self, facet: &Tested, index: f64x4, nearest: f64x4) -> Option<Truth> {
+        let own = self.leaves.eq(index);
+        let wanted = if facet.is_left_whole { self.wanted & !own } else { self.wanted };
+        if facet.always {
+            return (wanted.mask() != 0).then_some(wanted);
+        }
+        let of = |(gradient, value): (Vec3, f64)| {
+            let gradient = Vec3Lanes::of(gradient);
+            (gradient.dot(self.origin) + f64x4::splat(value), gradient.dot(self.direction))
+        };
+        let (height, rate) = of(facet.functions[0]);
+        let margin = f64x4::splat(RAY_MARGIN);
+        let fall = rate.abs();
+        // Toward the plane, as far as it is ahead.
+        let ahead = -height * f64x4::ONE.copysign(rate);
+        let reach = (nearest * self.scale).lesser(f64x4::splat(FARTHEST.1));
+        let mut near = ahead.ge(-margin) & ahead.le(reach * fall + margin);
+        if (wanted & (near | !self.sure)).mask() == 0 {
+            return None;
+        }
+        for (function, slack) in facet.functions[1..].iter().zip(facet.ray_slack) {
+            let (value, change) = of(*function);
+            let place = value * fall + ahead * change;
+            let slack = f64x4::splat(slack);
+            near = near & place.ge(-slack) & place.le(fall + slack);
+        }
+        let candidates = wanted & (near | !self.sure);
+        (candidates.mask() != 0).then_some(candidates)
+    }
+}
+
 #[inline(always)]
 fn halves(values: &[f32; LANES]) -> [f32x8; 2] {
     let half = |first: usize| f32x8::new(std::array::from_fn(|lane| values[first + lane]));
@@ -223,9 +387,9 @@ impl Sides {
 
 impl Facet {
     /// `None` where the triangles do not lie in one plane, or it is not known well enough.
-    fn new(space: &NodeSpace, triangles: SmallVec<[[Vec3; 3]; 2]>) -> Option<Self> {
+    fn new(space: &NodeSpace, triangles: SmallVec<[KnownTriangle; 2]>) -> Option<Self> {
         let placed: SmallVec<[[Vec3; 3]; 2]> =
-            triangles.iter().map(|triangle| triangle.map(|vertex| space.place(vertex))).collect();
+            triangles.iter().map(|known| known.vertices.map(|vertex| space.place(vertex))).collect();
         let of_corner = |corner: usize| {
             let [a, b, c] = [0, 1, 2].map(|turn| placed[0][(corner + turn) % 3]);
             Self::functions(&placed, [a, b - a, c - a])
@@ -264,14 +428,23 @@ impl Facet {
         Some([(normal, -corner.dot(normal)), along(e, f), along(f, e)])
     }
 
-    fn tested(self) -> Tested {
+    fn tested(self, all: &[KnownTriangle]) -> Tested {
         // The distance of a place from where the ray is, in units of the margin, and the heights that it is
         // multiplied by.
-        let slack = |gradient: Vec3| (2.0 + gradient.length()) as f32;
+        let slack = |gradient: Vec3| 2.0 + gradient.length();
+        let of = |slack: &dyn Fn(Vec3) -> f64| {
+            self.functions.map_or([0.0; 2], |[_, (v, _), (w, _)]| [slack(v), slack(w)])
+        };
+        let number = |known: &KnownTriangle| all.iter().position(|other| other == known).unwrap_or(0) as f64;
         Tested {
-            slack: self.functions.map_or([0.0; 2], |[_, (v, _), (w, _)]| [slack(v), slack(w)]),
+            slack: of(&slack).map(|slack| slack as f32),
+            // v and its change along the ray are at most its gradient times the greatest distances.
+            ray_slack: of(&|gradient| RAY_MARGIN * (2.0 + 64.0 * gradient.length())),
             always: self.functions.is_none(),
-            triangles: self.triangles,
+            functions: self.functions.unwrap_or([(Vec3::ZERO, 0.0); 3]),
+            is_left_whole: self.triangles.iter().all(|known| known.shape == self.triangles[0].shape),
+            numbers: self.triangles.iter().map(number).collect(),
+            triangles: self.triangles.iter().map(|known| known.vertices).collect(),
         }
     }
 }

@@ -15,6 +15,7 @@ mod line;
 mod memory;
 mod node;
 mod packet;
+mod rays;
 mod segments;
 mod stack;
 mod surfaces;
@@ -28,6 +29,7 @@ use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Pieces, RaySpace, 
 pub use fan::Fan;
 use few::Few;
 pub use instance::Instance;
+pub use rays::{Hits, KnownTriangle, NO_FACET, Rays};
 use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
 use packet::{Packet, PacketRay};

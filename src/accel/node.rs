@@ -45,7 +45,7 @@ impl NodeSpace {
     }
 
     pub fn place_lanes(&self, world: Vec3Lanes) -> Vec3Lanes {
-        (world - Vec3Lanes::splat(self.centre)) * f64x4::splat(self.scale)
+        (world - Vec3Lanes::of(self.centre)) * f64x4::splat(self.scale)
     }
 
     pub fn scale(&self) -> f64 {

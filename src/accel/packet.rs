@@ -1,5 +1,6 @@
 //! Four triangles, tested at once; see [`crate::shape::RaySpace`] for the test.
 
+use super::KnownTriangle;
 use crate::geometry::Vec3;
 use crate::shape::{Hit, NO_INSTANCE, RaySpace};
 use std::hint::black_box;
@@ -55,11 +56,14 @@ impl Packet {
         self.triangle[lane] = triangle;
     }
 
-    /// The vertices of its triangles, those of unused lanes among them.
-    pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> {
-        (0..WIDTH).map(|lane| {
-            self.vertices
-                .map(|vertex| Vec3::from_array(vertex.map(|coordinates| f64::from(coordinates[lane]))))
+    /// Its triangles, those of unused lanes among them.
+    pub fn triangles(&self) -> impl Iterator<Item = KnownTriangle> {
+        (0..WIDTH).map(|lane| KnownTriangle {
+            vertices: self
+                .vertices
+                .map(|vertex| Vec3::from_array(vertex.map(|coordinates| f64::from(coordinates[lane])))),
+            shape: self.shape[lane],
+            triangle: self.triangle[lane],
         })
     }
 

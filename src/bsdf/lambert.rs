@@ -23,7 +23,7 @@ impl<const C: usize> Lambert<C> {
     }
 
     pub(super) fn sample(&self, toward_eye: Vec3, u: [f64; 2]) -> Option<Scatter<C>> {
-        let toward_light = warp::cosine_hemisphere(u);
+        let toward_light = Vec3::from(warp::cosine_hemisphere(u));
         if toward_eye.z <= 0.0 || toward_light.z <= 0.0 {
             return None;
         }
@@ -58,7 +58,7 @@ impl<const C: usize> DiffuseTransmitter<C> {
     }
 
     pub(super) fn sample(&self, toward_eye: Vec3, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
-        let up = warp::cosine_hemisphere(u);
+        let up = Vec3::from(warp::cosine_hemisphere(u));
         let transmitted = lobe >= self.probability(self.reflectance).hero();
         let fraction = if transmitted { self.transmittance } else { self.reflectance };
         let probability = self.probability(fraction);

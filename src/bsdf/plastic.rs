@@ -63,7 +63,7 @@ impl<const C: usize> Plastic<C> {
                 transmitted: false,
             });
         }
-        let toward_light = warp::cosine_hemisphere(u);
+        let toward_light = Vec3::from(warp::cosine_hemisphere(u));
         let Evaluation { f_cos, density } =
             self.diffuse(toward_eye, toward_light, mirror.map(|mirror| 1.0 - mirror));
         Scatter::with_density(toward_light, f_cos, density, false)

@@ -153,7 +153,7 @@ impl<const C: usize> RoughPlastic<C> {
         let toward_light = if lobe < self.coat_probability(toward_eye).hero() {
             reflected(toward_eye, self.coat.microfacets.sample_visible(toward_eye, u))
         } else {
-            warp::cosine_hemisphere(u)
+            Vec3::from(warp::cosine_hemisphere(u))
         };
         let Evaluation { f_cos, density } = self.evaluate(toward_eye, toward_light);
         Scatter::with_density(toward_light, f_cos, density, false)

@@ -55,7 +55,7 @@ impl IrradianceMeter {
         let place = self.window.fractions(film).map(|x| x.clamp(0.0, 1.0 - f64::EPSILON));
         let at = self.surface.point_at_uv(place)?;
         let frame = Frame::around(at.surface.shading_normal);
-        let direction = frame.to_world(warp::cosine_hemisphere(direction_u)).normalize();
+        let direction = frame.to_world(Vec3::from(warp::cosine_hemisphere(direction_u))).normalize();
         Some((at.surface.point.ray(direction), PI * self.per_area / at.density))
     }
 }

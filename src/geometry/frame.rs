@@ -1,4 +1,5 @@
 use super::Vec3;
+use crate::lanes::{Real, Vector};
 
 /// A right-handed orthonormal basis whose z axis is a given normal.
 #[derive(Clone, Copy, Debug)]
@@ -9,17 +10,10 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Any frame around the unit vector `normal`
-    /// (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
+    /// Any frame around the unit vector `normal`; see [`axes_around`].
     pub fn around(normal: Vec3) -> Self {
-        let sign = 1f64.copysign(normal.z);
-        let a = -1.0 / (sign + normal.z);
-        let b = normal.x * normal.y * a;
-        Self {
-            x: Vec3::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
-            y: Vec3::new(b, sign + normal.y * normal.y * a, -normal.y),
-            z: normal,
-        }
+        let [x, y] = axes_around(Vector::of(normal)).map(Vec3::from);
+        Self { x, y, z: normal }
     }
 
     /// The frame around `normal` whose x axis lies along `tangent` projected into the surface;
@@ -39,6 +33,20 @@ impl Frame {
     pub fn to_world(&self, local: Vec3) -> Vec3 {
         self.x * local.x + self.y * local.y + self.z * local.z
     }
+}
+
+/// Two axes that make a right-handed orthonormal basis with the unit vector `normal` as the third
+/// (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
+#[inline(always)]
+pub fn axes_around<R: Real>(normal: Vector<R>) -> [Vector<R>; 2] {
+    let one = R::of(1.0);
+    let sign = one.copysign(normal.z);
+    let a = -one / (sign + normal.z);
+    let b = normal.x * normal.y * a;
+    [
+        Vector::new(one + sign * normal.x * normal.x * a, sign * b, -sign * normal.x),
+        Vector::new(b, sign + normal.y * normal.y * a, -normal.y),
+    ]
 }
 
 #[cfg(test)]

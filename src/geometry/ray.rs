@@ -1,4 +1,4 @@
-use super::Vec3;
+use super::{Points, Vec3};
 
 /// A half line. A hit counts at 0 ≤ t < `t_max`: rays start from origins that are already off
 /// their surface (see [`SurfacePoint::leave`]), so there is no minimum distance.
@@ -62,14 +62,7 @@ impl SurfacePoint {
     /// Directions and lengths are those of the segment between the two offset points, so nothing
     /// behind either surface is crossed. `None` when the two coincide.
     pub fn segment_to(&self, target: &SurfacePoint) -> Option<Ray> {
-        let toward = target.position - self.position;
-        let origin = self.leave(toward);
-        // A target's error bound is for rays that start on it. Seen from afar, the direction, the
-        // differences and products of the intersection test and t round in proportion to the distance.
-        let error = target.error + 16.0 * f64::EPSILON * toward.length();
-        let end = SurfacePoint { error, ..*target }.leave(-toward);
-        let length = (end - origin).length();
-        (length > 0.0).then(|| Ray { origin, direction: (end - origin) / length, t_max: length })
+        Points::<f64>::of(self).segments_to(&Points::of(target)).ray()
     }
 }
 

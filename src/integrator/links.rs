@@ -1,28 +1,40 @@
 //! Which first surfaces of a group see a next one, and what each of them gets of it. Each first surface has a
 //! lane.
 
-use super::shared::{First, Next};
+use super::bundle::{Bundle, Setting};
+use super::surfaces::{Evaluations, Surfaces};
 use crate::accel::Fan;
+use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::lanes::{self, LANES, Mask, REGISTERS, Row, SampledLanes, Vec3Lanes, WIDTH, lanes_of, only, part};
-use crate::material::Shading;
-use crate::scene::Scene;
-use crate::spectrum::{Sampled, Wavelengths};
+use crate::lanes::{self, Mask, REGISTERS, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
+use crate::light::Receivers;
+use crate::spectrum::{Sampled, SampledLanes};
 use std::f64::consts::FRAC_1_PI;
 use wide::f64x4;
 
 /// The first surfaces of a group.
 pub(super) struct Firsts<'a, const C: usize> {
-    scene: &'a Scene,
-    time: f64,
-    wavelengths: &'a Wavelengths<C>,
-    pub surfaces: &'a [First<C>],
+    setting: &'a Setting<'a, C>,
+    /// The paths as they come to the surfaces.
+    bundle: &'a Bundle<C>,
+    pub surfaces: &'a Surfaces<C>,
+    /// Those that share.
+    pub all: Mask,
+    pub receivers: Receivers,
     fan: Fan<'a>,
-    /// Those whose value and density are throughput · reflectance / π and 1 / π, times the cosine at the
-    /// normal.
-    diffuse: Mask,
-    normals: [Vec3Lanes; REGISTERS],
+    /// Of diffuse ones, throughput · reflectance: value and density are this / π and 1 / π, times the cosine
+    /// at the normal.
     reflected: SampledLanes<C>,
+}
+
+/// A next surface, or a place beyond the scene, and how it was found.
+#[derive(Clone, Copy)]
+pub(super) struct Next {
+    /// By which of the first surfaces.
+    pub owner: usize,
+    /// In which direction from there.
+    pub direction: Vec3,
+    pub point: SurfacePoint,
 }
 
 /// From the first surfaces to a next one that they see.
@@ -56,36 +68,45 @@ struct Found {
 }
 
 /// How a next surface scatters light from a direction toward each of the first surfaces.
-pub(super) struct Values<const C: usize> {
-    pub f_cos: SampledLanes<C>,
-    pub density: SampledLanes<C>,
+pub(super) enum Values<const C: usize> {
+    /// It is diffuse.
+    Same(Evaluation<C>),
+    Each(Box<Evaluations<C>>),
 }
 
 impl<'a, const C: usize> Firsts<'a, C> {
     pub fn new(
-        scene: &'a Scene,
-        time: f64,
-        wavelengths: &'a Wavelengths<C>,
-        surfaces: &'a [First<C>],
+        setting: &'a Setting<'a, C>,
+        bundle: &'a Bundle<C>,
+        surfaces: &'a Surfaces<C>,
+        all: Mask,
     ) -> Self {
-        let (mut diffuse, mut normals) = (0, [Vec3Lanes::ZERO; REGISTERS]);
-        let mut reflected = SampledLanes::ZERO;
-        for (lane, first) in surfaces.iter().enumerate().take(LANES) {
-            if let Some((normal, reflectance)) = first.shading.diffuse() {
-                diffuse |= 1 << lane;
-                normals[lane / WIDTH].set(lane, normal);
-                reflected.set(lane, &(first.path.throughput * reflectance));
+        let mut reflected = surfaces.reflectance.clone();
+        for (reflected, throughput) in reflected.0.iter_mut().zip(&bundle.throughput.0) {
+            for register in 0..REGISTERS {
+                reflected[register] *= throughput[register];
             }
         }
-        let fan = scene.fan(surfaces.iter().map(|first| &first.hit.point));
-        Self { scene, time, wavelengths, surfaces, fan, diffuse, normals, reflected }
+        let fan = setting.scene.fan(&surfaces.hits.point);
+        Self { setting, bundle, surfaces, all, receivers: surfaces.receivers(), fan, reflected }
+    }
+
+    /// The density, for each wavelength as the hero, with which a first surface scatters in a direction.
+    pub fn density_of_direction(&self, lane: usize, direction: Vec3) -> f64 {
+        match self.surfaces.shading(lane) {
+            Some(shading) => shading.evaluate(direction).density.sum(),
+            None => {
+                let normal = self.surfaces.normal[lane / WIDTH % REGISTERS].get(lane);
+                C as f64 * normal.dot(direction).max(0.0) * FRAC_1_PI
+            }
+        }
     }
 
     /// The first surfaces that see a next one.
     pub fn links(&self, next: &Next) -> Links<C> {
-        let target = &next.hit.point;
-        let (position, normal) = (Vec3Lanes::splat(target.position), Vec3Lanes::splat(target.normal));
-        let side = f64x4::splat(next.ray.direction.dot(target.normal));
+        let target = &next.point;
+        let (position, normal) = (Vec3Lanes::of(target.position), Vec3Lanes::of(target.normal));
+        let side = f64x4::splat(next.direction.dot(target.normal));
         let mut toward_first = [Vec3Lanes::ZERO; REGISTERS];
         // Geometry factors |cos| / d² at the next surface, and for diffuse surfaces times cos / π.
         let (mut geometry, mut share): (Row, Row) = (lanes::ZERO, lanes::ZERO);
@@ -99,24 +120,25 @@ impl<'a, const C: usize> Firsts<'a, C> {
             // The other side of a surface is another one.
             let faces =
                 (cos * side).simd_gt(f64x4::ZERO) & geometry[register].simd_lt(f64x4::splat(f64::INFINITY));
-            let near = direction.dot(self.normals[register]);
+            let near = direction.dot(self.surfaces.normal[register]);
             share[register] = near * f64x4::splat(FRAC_1_PI) * geometry[register];
             facing |= faces.to_bitmask() << (WIDTH * register);
             linked |= (faces & near.simd_gt(f64x4::ZERO)).to_bitmask() << (WIDTH * register);
             toward_first[register] = -direction;
         }
         let found = Found { owner: next.owner, toward_first, geometry, share, facing, linked };
-        let hidden = |linked| self.scene.blocked(&self.fan, target, self.time, linked);
+        let Setting { scene, time, .. } = *self.setting;
+        let hidden = |linked| scene.blocked(&self.fan, target, time, linked);
         self.linked(found, hidden, |point| point.segment_to(target))
     }
 
     /// The first surfaces that see the environment in a direction that one of them, the owner, has sampled.
     /// Densities and geometry are per steradian.
     pub fn links_beyond(&self, owner: usize, direction: Vec3) -> Links<C> {
-        let toward = Vec3Lanes::splat(direction);
+        let toward = Vec3Lanes::of(direction);
         let (mut share, mut linked) = (lanes::ZERO, 0);
         for (register, share) in share.iter_mut().enumerate() {
-            let cos = toward.dot(self.normals[register]);
+            let cos = toward.dot(self.surfaces.normal[register]);
             *share = cos * f64x4::splat(FRAC_1_PI);
             linked |= cos.simd_gt(f64x4::ZERO).to_bitmask() << (WIDTH * register);
         }
@@ -128,9 +150,10 @@ impl<'a, const C: usize> Firsts<'a, C> {
             facing: Mask::MAX,
             linked,
         };
+        let Setting { scene, time, wavelengths, .. } = *self.setting;
         let sees = |lane: &usize| {
-            let (ray, media) = (self.fan.point(*lane).ray(direction), &self.surfaces[*lane].path.media.here);
-            !self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths).is_zero()
+            let (ray, media) = (self.fan.point(*lane).ray(direction), self.bundle.media(*lane, self.setting));
+            !scene.transmittance_between_surfaces(&ray, time, &media.here, wavelengths).is_zero()
         };
         let hidden = |linked| linked & !lanes_of(linked).filter(sees).fold(0, |mask, lane| mask | 1 << lane);
         self.linked(found, hidden, |point| Some(point.ray(direction)))
@@ -145,33 +168,32 @@ impl<'a, const C: usize> Firsts<'a, C> {
         way: impl Fn(&SurfacePoint) -> Option<Ray>,
     ) -> Links<C> {
         let Found { owner, toward_first, geometry, share, facing, linked } = found;
-        let linked = linked & self.diffuse;
+        let linked = linked & self.surfaces.diffuse & self.all;
         let mut links =
             Links { linked, toward_first, geometry, reach: SampledLanes::ZERO, density: SampledLanes::ZERO };
-        let all = (1 << self.surfaces.len()) - 1;
-        for lane in lanes_of(facing & all & !self.diffuse) {
-            let first = &self.surfaces[lane];
-            let value = first.shading.evaluate(-links.toward_first(lane));
+        for lane in lanes_of(facing & self.all & self.surfaces.others) {
+            let Some(shading) = self.surfaces.shading(lane) else { continue };
+            let value = shading.evaluate(-links.toward_first(lane));
             if !(value.density.is_zero() && value.f_cos.is_zero()) {
                 links.linked |= 1 << lane;
                 let geometry = lanes::get(&geometry, lane);
-                links.reach.set(lane, &(first.path.throughput * value.f_cos * geometry));
+                links.reach.set(lane, &(self.bundle.throughput.get(lane) * value.f_cos * geometry));
                 links.density.set(lane, &(value.density * geometry));
             }
         }
-        if !self.scene.features().interface_events() {
+        if !self.setting.scene.features().interface_events() {
             // What sampled a place sees it.
             links.linked &= !hidden(links.linked & !(1 << owner));
         }
         for register in 0..REGISTERS {
-            let diffuse = part(self.diffuse, register);
-            let share = only(part(links.linked, register) & diffuse, share[register]);
-            let rough = part(links.linked, register) & !diffuse;
+            let diffuse = part(self.surfaces.diffuse, register);
+            let share = Truth::of(part(links.linked, register) & diffuse).only(share[register]);
+            let rough = Truth::of(part(links.linked, register) & !diffuse);
             for wavelength in 0..C {
                 let reach = &mut links.reach.0[wavelength][register];
-                *reach = only(rough, *reach) + self.reflected.0[wavelength][register] * share;
+                *reach = rough.only(*reach) + self.reflected.0[wavelength][register] * share;
                 let density = &mut links.density.0[wavelength][register];
-                *density = only(rough, *density) + share;
+                *density = rough.only(*density) + share;
             }
         }
         self.attenuate(owner, way, &mut links);
@@ -180,17 +202,18 @@ impl<'a, const C: usize> Firsts<'a, C> {
 
     /// Takes account of what is on the way but for opaque surfaces.
     fn attenuate(&self, owner: usize, way: impl Fn(&SurfacePoint) -> Option<Ray>, links: &mut Links<C>) {
-        let features = self.scene.features();
-        let every = features.interface_events() || features.absorption;
-        for lane in lanes_of(if every { links.linked } else { links.linked & 1 << owner }) {
-            let media = &self.surfaces[lane].path.media.here;
+        let Setting { scene, time, wavelengths, .. } = *self.setting;
+        let features = scene.features();
+        if !features.interface_events() && !features.absorption {
+            return;
+        }
+        for lane in lanes_of(links.linked) {
+            let media = &self.bundle.media(lane, self.setting).here;
             let between = match way(&self.fan.point(lane)) {
                 Some(ray) if !features.interface_events() => {
-                    self.scene.transmittance(media, &ray, self.wavelengths).unwrap_or(Sampled::ONE)
+                    scene.transmittance(media, &ray, wavelengths).unwrap_or(Sampled::ONE)
                 }
-                Some(ray) => {
-                    self.scene.transmittance_between_surfaces(&ray, self.time, media, self.wavelengths)
-                }
+                Some(ray) => scene.transmittance_between_surfaces(&ray, time, media, wavelengths),
                 None => Sampled::ZERO,
             };
             if between != Sampled::ONE {
@@ -217,21 +240,59 @@ impl<const C: usize> Links<C> {
 }
 
 impl<const C: usize> Values<C> {
-    pub fn new(shading: &Shading<C>, links: &Links<C>, toward_light: Vec3) -> Self {
+    /// Of the surface that a lane has met.
+    pub fn new(surfaces: &Surfaces<C>, lane: usize, links: &Links<C>, toward_light: Vec3) -> Self {
+        let Some(shading) = surfaces.shading(lane) else {
+            let cos = surfaces.normal[lane / WIDTH % REGISTERS].get(lane).dot(toward_light);
+            if surfaces.diffuse >> lane & 1 == 0 || cos <= 0.0 {
+                return Self::Same(Evaluation::ZERO);
+            }
+            let density = cos * FRAC_1_PI;
+            let f_cos = surfaces.reflectance.get(lane) * density;
+            return Self::Same(Evaluation { f_cos, density: Sampled::splat(density) });
+        };
         if shading.is_diffuse() {
-            let value = shading.evaluate(toward_light);
-            return Self {
-                f_cos: SampledLanes::splat(&value.f_cos),
-                density: SampledLanes::splat(&value.density),
-            };
+            return Self::Same(shading.evaluate(toward_light));
         }
-        let mut values = Self { f_cos: SampledLanes::ZERO, density: SampledLanes::ZERO };
+        let mut values = Evaluations { f_cos: SampledLanes::ZERO, density: SampledLanes::ZERO };
         for lane in lanes_of(links.linked) {
             let value = shading.evaluate_from(links.toward_first(lane), toward_light);
             values.f_cos.set(lane, &value.f_cos);
             values.density.set(lane, &value.density);
         }
-        values
+        Self::Each(Box::new(values))
+    }
+
+    /// What the sensor gets of the light, over all first surfaces.
+    pub fn reach(&self, links: &Links<C>) -> Sampled<C> {
+        match self {
+            Self::Same(value) => links.reach.sum() * value.f_cos,
+            Self::Each(values) => links.reach.dot(&values.f_cos),
+        }
+    }
+
+    /// The density of the next surface together with that of the direction, over all first surfaces. `prior`:
+    /// that of the next surface.
+    pub fn joint(&self, links: &Links<C>, prior: Sampled<C>) -> Sampled<C> {
+        match self {
+            Self::Same(value) => prior * value.density,
+            Self::Each(values) => links.density.dot(&values.density),
+        }
+    }
+
+    /// Gives each first surface its part of some light.
+    pub fn give(&self, links: &Links<C>, light: &Sampled<C>, shared: &mut SampledLanes<C>) {
+        match self {
+            Self::Same(value) => links.reach.add_times(&(value.f_cos * *light), shared),
+            Self::Each(values) => links.reach.add_to(&values.f_cos, light, shared),
+        }
+    }
+
+    pub fn f_cos(&self, lane: usize) -> Sampled<C> {
+        match self {
+            Self::Same(value) => value.f_cos,
+            Self::Each(values) => values.f_cos.get(lane),
+        }
     }
 }
 

@@ -1,10 +1,12 @@
 //! Light transport: the radiance that arrives along a camera ray.
 
+mod bundle;
 mod caustics;
 mod links;
 mod observe;
 mod path;
 mod shared;
+mod surfaces;
 mod volume;
 mod walk;
 

@@ -19,6 +19,7 @@ use super::caustics::{self, FirstSurface};
 use super::observe::{Observe, Step, Unseen, axes, known, list};
 use crate::bsdf::Scatter;
 use crate::geometry::Ray;
+use crate::lanes::Real;
 use crate::light::{LightSample, Receiver};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
@@ -160,7 +161,43 @@ pub(super) fn observed_radiance<const C: usize, O: Observe>(
     RadianceSample { radiance, alpha_hit: path.alpha_hit }
 }
 
+/// A path that was one of several until now; see [`super::bundle`].
+pub(super) struct Parted<const C: usize> {
+    pub time: f64,
+    pub depth: u32,
+    pub throughput: Sampled<C>,
+    pub ratio: Sampled<C>,
+    pub last: PreviousSample<C>,
+    pub media: Media,
+    pub beside_light_subpaths: Beside,
+    pub prior_throughput: f64,
+}
+
 impl<const C: usize> Path<C> {
+    /// All surfaces that it has met have scattered it with a density.
+    pub(super) fn parted(parted: Parted<C>) -> Self {
+        let Parted { time, depth, throughput, ratio, last, media, beside_light_subpaths, prior_throughput } =
+            parted;
+        Self {
+            time,
+            depth,
+            vertex: depth,
+            throughput,
+            ratio,
+            last,
+            media,
+            eta_scale: 1.0,
+            beside_light_subpaths,
+            contested: SmallVec::new(),
+            may_split: false,
+            branch_weight: 1.0,
+            camera_visible: false,
+            alpha_hit: true,
+            prior_throughput,
+            seen: Unseen,
+        }
+    }
+
     pub(super) fn from_camera(scene: &Scene, ray: &Ray, time: f64) -> Self {
         Self::seen_by(Unseen, scene, ray, time)
     }
@@ -758,10 +795,9 @@ fn late_survival_in_media(depth: u32) -> f64 {
 
 /// Weight of a technique of density `own` beside one of density `other`, with exponent 2 (Veach, *Robust
 /// Monte Carlo Methods for Light Transport Simulation*, 1997, sec. 9.2.2).
-pub(super) fn power_heuristic(own: f64, other: f64) -> f64 {
-    if own == 0.0 {
-        return 0.0;
-    }
+#[inline(always)]
+pub(super) fn power_heuristic<R: Real>(own: R, other: R) -> R {
     let ratio = other / own;
-    1.0 / (1.0 + ratio * ratio)
+    let weight = R::of(1.0) / (R::of(1.0) + ratio * ratio);
+    R::choose(own.eq(R::of(0.0)), R::of(0.0), weight)
 }

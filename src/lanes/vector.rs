@@ -1,54 +1,94 @@
-use super::WIDTH;
-use crate::geometry::Vec3;
+use super::{Real, WIDTH};
+use glam::DVec3;
 use std::ops::{Add, Mul, Neg, Sub};
 use wide::f64x4;
 
-/// Vectors of the lanes of one register.
+/// A vector of numbers that a formula is written for.
 #[derive(Clone, Copy, Debug)]
-pub struct Vec3Lanes {
-    pub x: f64x4,
-    pub y: f64x4,
-    pub z: f64x4,
+pub struct Vector<R> {
+    pub x: R,
+    pub y: R,
+    pub z: R,
+}
+
+/// Vectors of the lanes of one register.
+pub type Vec3Lanes = Vector<f64x4>;
+
+impl<R: Real> Vector<R> {
+    #[inline(always)]
+    pub fn new(x: R, y: R, z: R) -> Self {
+        Self { x, y, z }
+    }
+
+    /// The same vector in all lanes.
+    #[inline(always)]
+    pub fn of(vector: DVec3) -> Self {
+        Self { x: R::of(vector.x), y: R::of(vector.y), z: R::of(vector.z) }
+    }
+
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> R {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    #[inline(always)]
+    pub fn length_squared(self) -> R {
+        self.dot(self)
+    }
+
+    #[inline(always)]
+    pub fn length(self) -> R {
+        self.length_squared().sqrt()
+    }
+
+    /// With length 1.
+    #[inline(always)]
+    pub fn normalize(self) -> Self {
+        self * (R::of(1.0) / self.length())
+    }
+
+    #[inline(always)]
+    pub fn choose(truth: R::Truth, yes: Self, no: Self) -> Self {
+        Self {
+            x: R::choose(truth, yes.x, no.x),
+            y: R::choose(truth, yes.y, no.y),
+            z: R::choose(truth, yes.z, no.z),
+        }
+    }
 }
 
 impl Vec3Lanes {
     pub const ZERO: Self = Self { x: f64x4::ZERO, y: f64x4::ZERO, z: f64x4::ZERO };
 
     #[inline(always)]
-    pub fn splat(vector: Vec3) -> Self {
-        Self { x: f64x4::splat(vector.x), y: f64x4::splat(vector.y), z: f64x4::splat(vector.z) }
-    }
-
-    #[inline(always)]
-    pub fn get(&self, lane: usize) -> Vec3 {
+    pub fn get(&self, lane: usize) -> DVec3 {
         let [x, y, z] = [self.x, self.y, self.z].map(|numbers| numbers.as_array()[lane % WIDTH]);
-        Vec3::new(x, y, z)
+        DVec3::new(x, y, z)
     }
 
     #[inline(always)]
-    pub fn set(&mut self, lane: usize, vector: Vec3) {
+    pub fn set(&mut self, lane: usize, vector: DVec3) {
         self.x.as_mut_array()[lane % WIDTH] = vector.x;
         self.y.as_mut_array()[lane % WIDTH] = vector.y;
         self.z.as_mut_array()[lane % WIDTH] = vector.z;
     }
+}
 
+impl From<DVec3> for Vector<f64> {
     #[inline(always)]
-    pub fn dot(self, other: Self) -> f64x4 {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-
-    #[inline(always)]
-    pub fn length_squared(self) -> f64x4 {
-        self.dot(self)
-    }
-
-    #[inline(always)]
-    pub fn length(self) -> f64x4 {
-        self.length_squared().sqrt()
+    fn from(vector: DVec3) -> Self {
+        Self::of(vector)
     }
 }
 
-impl Add for Vec3Lanes {
+impl From<Vector<f64>> for DVec3 {
+    #[inline(always)]
+    fn from(vector: Vector<f64>) -> Self {
+        Self::new(vector.x, vector.y, vector.z)
+    }
+}
+
+impl<R: Real> Add for Vector<R> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -56,7 +96,7 @@ impl Add for Vec3Lanes {
     }
 }
 
-impl Sub for Vec3Lanes {
+impl<R: Real> Sub for Vector<R> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -64,15 +104,15 @@ impl Sub for Vec3Lanes {
     }
 }
 
-impl Mul<f64x4> for Vec3Lanes {
+impl<R: Real> Mul<R> for Vector<R> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, factor: f64x4) -> Self {
+    fn mul(self, factor: R) -> Self {
         Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
     }
 }
 
-impl Neg for Vec3Lanes {
+impl<R: Real> Neg for Vector<R> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {

@@ -144,7 +144,7 @@ impl Aim {
     pub fn sample(&self, choice: f64, u: [f64; 2]) -> Option<(Vec3, f64)> {
         match self {
             Self::Everywhere { normal } => {
-                let local = warp::cosine_hemisphere(u);
+                let local = Vec3::from(warp::cosine_hemisphere(u));
                 let direction = Frame::around(*normal).to_world(local).try_normalize()?;
                 (local.z > 0.0).then_some((direction, local.z * FRAC_1_PI))
             }

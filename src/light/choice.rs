@@ -60,7 +60,7 @@ pub(super) struct Choice {
 
 /// What is estimated at each vertex.
 #[derive(Clone, Debug)]
-enum Head {
+pub(super) enum Head {
     Light(u32),
     /// A light of many parts.
     Divided {
@@ -75,7 +75,7 @@ enum Head {
 }
 
 #[derive(Clone, Debug)]
-struct Near {
+pub(super) struct Near {
     tree: Tree,
     /// Light and part of each emitter.
     emitters: Vec<(u32, u32)>,
@@ -84,7 +84,7 @@ struct Near {
 }
 
 #[derive(Clone, Debug)]
-struct Distant {
+pub(super) struct Distant {
     lights: Vec<u32>,
     choice: PiecewiseConstant,
     irradiance: f64,
@@ -93,6 +93,10 @@ struct Distant {
 impl Choice {
     pub fn is_empty(&self) -> bool {
         self.heads.is_empty()
+    }
+
+    pub fn heads(&self) -> &[Head] {
+        &self.heads
     }
 
     pub fn new(lights: &Lights, setting: &Setting) -> Self {

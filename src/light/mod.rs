@@ -11,6 +11,7 @@ mod choice;
 mod environment;
 mod environment_map;
 mod guide;
+mod lanes;
 mod projector;
 pub mod sky;
 mod spot;
@@ -24,6 +25,7 @@ pub use caustics::{Caustics, Source as CausticSource};
 pub use choice::Setting;
 pub use environment::Environment;
 pub use environment_map::{EnvironmentMap, Texel};
+pub use lanes::{LightSamples, Receivers};
 pub use projector::Projector;
 pub use sky::Sky;
 pub use spot::Spot;
@@ -34,6 +36,7 @@ use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 use crate::texture::{Texture, TexturePoint};
 use choice::{Choice, Chosen};
 use guide::Guides;
+use lanes::OnlyRectangle;
 use tree::Bound;
 
 /// A light within the scene, or one whose light comes from one direction.
@@ -111,6 +114,8 @@ pub struct Lights {
     placed: Vec<Option<Placed>>,
     environment: Option<Environment>,
     choice: Choice,
+    /// Where there is but one lamp, of a kind that is sampled for several surfaces at once.
+    only_rectangle: Option<OnlyRectangle>,
 }
 
 impl Lights {
@@ -134,8 +139,9 @@ impl Lights {
                 geometry.follow(radiance, &nm, setting.during[0]);
             }
         }
-        let mut all = Self { lights, placed, environment, choice: Choice::default() };
+        let mut all = Self { lights, placed, environment, ..Self::default() };
         all.choice = Choice::new(&all, setting);
+        all.only_rectangle = OnlyRectangle::new(&all);
         all
     }
 

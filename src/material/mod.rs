@@ -5,6 +5,7 @@
 //! frame: [`Shading`]. Between nested materials one is chosen at random, with the probability that is its
 //! weight.
 
+mod even;
 mod metal;
 mod normal_map;
 mod plastic;
@@ -12,6 +13,7 @@ mod principled;
 mod roughness;
 mod shading;
 
+pub use even::Even;
 pub use metal::Metal;
 pub use normal_map::{NormalMap, NormalMapping};
 pub use plastic::PlasticMaterial;

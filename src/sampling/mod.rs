@@ -23,11 +23,13 @@ use bluenoise::Layout;
 use cells::Cells;
 pub use density::Density;
 pub use grid::PiecewiseConstantGrid;
+use crate::lanes::{self, LANES, Row, WIDTH, ZERO};
 use poisson::Patterns;
 use serde::{Deserialize, Serialize};
 use sobol::Role;
 use std::fmt;
 pub use table::PiecewiseConstant;
+use wide::f64x4;
 
 /// How sample values are made. All kinds are interchangeable: they differ in noise, never in expectation, but
 /// for the regular grid, which has no expectation.
@@ -241,6 +243,36 @@ impl Stream<'_> {
         }
     }
 
+    /// The values of a set of several streams of one sampler, for each its lane: what [`Self::draw`] gives.
+    /// There are at most [`LANES`] streams; the values of lanes without one have no meaning.
+    pub fn draw_in_lanes(streams: &[Self], dimensions: Dimensions) -> [Row; 4] {
+        let mut values = [ZERO; 4];
+        let Some(first) = streams.first() else { return values };
+        let alike = streams.iter().all(|stream| stream.key == first.key);
+        if first.kind != SamplerKind::Sobol || !alike {
+            for (lane, stream) in streams.iter().enumerate() {
+                for (row, value) in values.iter_mut().zip(stream.draw(dimensions)) {
+                    lanes::set(row, lane, value);
+                }
+            }
+            return values;
+        }
+        let mut indices = [0; LANES];
+        for (index, stream) in indices.iter_mut().zip(streams) {
+            *index = stream.index;
+        }
+        let set = dimensions.set();
+        let (order, role) = first.order_of(set);
+        let bits =
+            sobol::scrambled_in_lanes(&indices, first.sampler.length, order, role, first.key_of(set));
+        for (row, bits) in values.iter_mut().zip(bits) {
+            for (register, bits) in row.iter_mut().zip(bits.chunks_exact(WIDTH)) {
+                *register = f64x4::new(std::array::from_fn(|lane| unit(bits[lane])));
+            }
+        }
+        values
+    }
+
     /// A value of one dimension, moved within its stratum, so that what is left of it modulo 1 / `parts` is
     /// well spread, too: as finely as in a sequence `parts` times as long. For companions at equal steps from
     /// a value, which would else fall close to those of other values.
@@ -413,6 +445,27 @@ mod tests {
                 quarters.iter().all(|&n| f64::abs(f64::from(n) - 25.0) < 3.4 * 4.33),
                 "{kind}: {quarters:?}"
             );
+        }
+    }
+
+    #[test]
+    fn lanes_have_the_values_of_their_streams() {
+        for (name, kind) in SamplerKind::NAMES {
+            for members in [1, 16] {
+                let sampler = Sampler::new(kind, 3, 64).for_groups(members);
+                let stream = |number: u32| {
+                    let member = Member { origin: [4, 8], number: number % members };
+                    sampler.member_stream(member, [4 + number, 8], 1, 5 + number / members)
+                };
+                let streams: Vec<Stream> = (0..11).map(stream).collect();
+                for set in SETS {
+                    let values = Stream::draw_in_lanes(&streams, set);
+                    for (lane, stream) in streams.iter().enumerate() {
+                        let of_lane = values.each_ref().map(|row| lanes::get(row, lane));
+                        assert_eq!(of_lane, stream.draw(set), "{name}, {members} members, {set:?}");
+                    }
+                }
+            }
         }
     }
 

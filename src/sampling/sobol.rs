@@ -9,6 +9,7 @@
 //! Every aligned run of 2ᵏ indices is perfectly stratified in each dimension, and in the pair (0, 1) of the
 //! film and of padded sets, for up to 2³² points.
 
+use crate::lanes::LANES;
 use wide::u32x4;
 
 /// Primitive polynomials and initial direction numbers of the dimensions after the first as (degree, inner
@@ -165,6 +166,32 @@ pub(super) fn of_shuffled(index: u32, role: Role, key: u64) -> [u32; 4] {
     let [a, b] = [super::mix(key ^ 1), super::mix(key ^ 2)];
     let seeds = u32x4::new([a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32]);
     owen(u32x4::new(point(index, role)), seeds).to_array().map(u32::reverse_bits)
+}
+
+/// [`scrambled`] for several indices of a sequence, by dimension.
+#[inline]
+pub(super) fn scrambled_in_lanes(
+    indices: &[u32; LANES],
+    length: u32,
+    order: u64,
+    role: Role,
+    key: u64,
+) -> [[u32; LANES]; 4] {
+    let within = !u32::MAX.checked_shr(length).unwrap_or(0);
+    let mut values = [[0; LANES]; 4];
+    for lane in 0..LANES {
+        let bits = point(owen_one(indices[lane], order as u32) & within, role);
+        for (row, bits) in values.iter_mut().zip(bits) {
+            row[lane] = bits;
+        }
+    }
+    let [a, b] = [super::mix(key ^ 1), super::mix(key ^ 2)];
+    for (row, seed) in values.iter_mut().zip([a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32]) {
+        for value in row {
+            *value = owen_one(*value, seed).reverse_bits();
+        }
+    }
+    values
 }
 
 #[cfg(test)]

@@ -2,22 +2,22 @@
 
 use crate::geometry::Vec3;
 use crate::geometry::angle::{sin_cos, sin_cos_of_eighth};
+use crate::lanes::{Real, Vector};
 use std::f64::consts::TAU;
 
 /// A point of the unit disk, uniform in area, neighbours staying neighbours
 /// (Shirley and Chiu, "A low distortion map between disk and square", JGT 2(3), 1997).
-pub fn disk(u: [f64; 2]) -> [f64; 2] {
-    let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    if a == 0.0 && b == 0.0 {
-        return [0.0, 0.0];
-    }
-    if a.abs() > b.abs() {
-        let (sin, cos) = sin_cos_of_eighth(b / a);
-        [a * cos, a * sin]
-    } else {
-        let (sin, cos) = sin_cos_of_eighth(a / b);
-        [b * sin, b * cos]
-    }
+#[inline(always)]
+pub fn disk<R: Real>(u: [R; 2]) -> [R; 2] {
+    let [a, b] = u.map(|u| R::of(2.0) * u - R::of(1.0));
+    let is_wide = a.abs().gt(b.abs());
+    let (radius, turn) = (R::choose(is_wide, a, b), R::choose(is_wide, b / a, a / b));
+    let (sin, cos) = sin_cos_of_eighth(turn);
+    // The centre alone has no angle.
+    let is_centre = radius.eq(R::of(0.0));
+    let (along, across) = (radius * cos, radius * sin);
+    let point = [R::choose(is_wide, along, across), R::choose(is_wide, across, along)];
+    point.map(|c| R::choose(is_centre, R::of(0.0), c))
 }
 
 /// A point of a regular polygon with its corners on the unit circle, uniform in area, neighbours staying
@@ -42,9 +42,10 @@ pub fn polygon(u: [f64; 2], corners: u32, rotation: f64) -> [f64; 2] {
 }
 
 /// A direction around +z with density cos θ / π per steradian.
-pub fn cosine_hemisphere(u: [f64; 2]) -> Vec3 {
+#[inline(always)]
+pub fn cosine_hemisphere<R: Real>(u: [R; 2]) -> Vector<R> {
     let [x, y] = disk(u);
-    Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
+    Vector::new(x, y, (R::of(1.0) - x * x - y * y).greater(R::of(0.0)).sqrt())
 }
 
 /// The unit vector at an angle of this cosine to +z, `v` of a turn around it.

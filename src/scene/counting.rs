@@ -2,7 +2,7 @@
 //! each query of the tree; the queries themselves are the same code.
 
 use super::scene::Scene;
-use crate::accel::{Accel, Fan, Tests};
+use crate::accel::{Hits, Rays, Accel, Fan, Tests};
 use crate::geometry::{Ray, SurfacePoint};
 use crate::lanes::{Mask, lanes_of};
 use crate::shape::{Hit, MeshData, Shape};
@@ -371,6 +371,28 @@ impl Scene {
         }
     }
 
+    /// See [`Accel::closest_of`].
+    #[inline(always)]
+    pub(super) fn closest_in_lanes(&self, query: Query, rays: &Rays, time: f64, asked: Mask) -> Hits {
+        let Some(counters) = &self.counters else { return self.accel.closest_of(rays, time, asked) };
+        let mut hits = Hits::NONE;
+        for lane in lanes_of(asked) {
+            if let Some(hit) = counters.closest(&self.accel, query, &rays.get(lane), time) {
+                hits.set(lane, &hit);
+            }
+        }
+        hits
+    }
+
+    /// The lanes asked for in which anything at all is in the way of the shadow ray.
+    #[inline(always)]
+    pub fn occluded_in_lanes(&self, rays: &Rays, time: f64, asked: Mask) -> Mask {
+        let Some(counters) = &self.counters else { return self.accel.occluded_of(rays, time, asked) };
+        let query = RayKind::Shadow.begins();
+        let occluded = |lane: &usize| counters.occluded(&self.accel, query, &rays.get(*lane), time);
+        lanes_of(asked).filter(occluded).fold(0, |mask, lane| mask | 1 << lane)
+    }
+
     /// See [`Accel::occluded`].
     #[inline(always)]
     pub(super) fn occluded(&self, query: Query, ray: &Ray, time: f64) -> bool {
@@ -409,6 +431,14 @@ impl Scene {
     pub fn path_ended(&self, end: PathEnd, segments: u32) {
         if let Some(counters) = &self.counters {
             counters.ended(end, segments);
+        }
+    }
+
+    /// The paths of some lanes, each of so many segments, have ended.
+    #[inline(always)]
+    pub fn paths_ended(&self, end: PathEnd, segments: u32, lanes: Mask) {
+        if let Some(counters) = &self.counters {
+            lanes_of(lanes).for_each(|_| counters.ended(end, segments));
         }
     }
 

@@ -3,11 +3,13 @@
 use super::coincident::{Contacts, InterfaceEvent};
 use super::counting::{Counters, Query, RayKind};
 use super::description::Note;
+use super::lanes::{EvenSurfaces, KnownSurface};
 use super::{Integrator, Limits};
 use crate::accel::{Accel, Fan};
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{Extent, FilterKind, FilterSampler};
-use crate::geometry::{Frame, Ray, SurfacePoint, Vec3};
+use crate::geometry::{Frame, Points, Ray, SurfacePoint, Vec3};
+use crate::lanes::REGISTERS;
 use crate::light::{Caustics, LightHit, Lights};
 use crate::material::{Exterior, MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
@@ -16,6 +18,7 @@ use crate::shape::{AtRest, Hit, Parametrisation, Shape};
 use crate::spectrum::colour::Observer;
 use crate::spectrum::{Spectrum, WavelengthDensity, Wavelengths};
 use crate::texture::{MeshPoint, TexturePoint};
+use wide::f64x4;
 
 /// Everything that rendering reads.
 #[derive(Debug)]
@@ -41,6 +44,9 @@ pub struct Scene {
     pub(super) shapes: Vec<Shape>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) materials: Materials,
+    /// The triangles of a scene that consists of few, and what sides of surfaces look like all over.
+    pub(super) known: Vec<KnownSurface>,
+    pub(super) even: EvenSurfaces,
     pub(super) bodies: Vec<Body>,
     pub(super) contacts: Contacts,
     /// `None` where a medium does nothing.
@@ -235,9 +241,9 @@ pub struct Intersection {
     /// The light that the surface is, if it is one.
     pub light: Option<u32>,
     pub(super) hit: Hit,
-    time: f64,
+    pub(super) time: f64,
     /// Whether the ray comes from the side that the normal points to.
-    from_front: bool,
+    pub(super) from_front: bool,
     /// Whether several bodies end or begin here.
     pub(super) coincident: bool,
 }
@@ -430,8 +436,8 @@ impl Scene {
         self.occluded(kind.begins(), ray, time)
     }
 
-    /// Surface points, at most sixteen, that are to be asked what they see of others.
-    pub fn fan<'p>(&self, points: impl Iterator<Item = &'p SurfacePoint>) -> Fan<'_> {
+    /// Surface points, one for each lane, that are to be asked what they see of others.
+    pub fn fan(&self, points: &[Points<f64x4>; REGISTERS]) -> Fan<'_> {
         self.accel.fan(points)
     }
 

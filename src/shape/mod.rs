@@ -43,7 +43,7 @@ pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use grid_shape::GridShape;
 pub use heightfield::{HeightData, HeightField, Terrain};
-pub use mesh::{Deformation, Mesh, MeshAttribute, MeshData, compute_vertex_normals};
+pub use mesh::{Deformation, Mesh, MeshAttribute, MeshData, RectangleSurface, compute_vertex_normals};
 pub use patch::{ControlNet, Patches};
 pub use pieces::Pieces;
 pub use profile_or_implicit::{

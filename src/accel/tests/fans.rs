@@ -1,12 +1,12 @@
 //! Fans answer what one ray after the other does.
 
 use super::*;
-use crate::accel::segments::Points;
+use crate::geometry::Points;
 use crate::lanes::{LANES, REGISTERS, WIDTH};
 use crate::shape::RaySpace;
 
 /// A room with two blocks and a lamp.
-fn room() -> Vec<Shape> {
+pub(super) fn room() -> Vec<Shape> {
     let square = |turn: DQuat, at: Vec3, size: f64| {
         let place = DMat4::from_scale_rotation_translation(Vec3::splat(size), turn, at);
         Shape::Mesh(Mesh::rectangle(&Transform::new(place).unwrap(), false).unwrap())
@@ -31,7 +31,7 @@ fn room() -> Vec<Shape> {
 }
 
 /// Needles of many widths.
-fn slivers(random: &mut Random) -> Mesh {
+pub(super) fn slivers(random: &mut Random) -> Mesh {
     let mut data = MeshData::default();
     for i in 0..20u32 {
         let width = 10f64.powi(random.random_range(-9..0));
@@ -43,7 +43,7 @@ fn slivers(random: &mut Random) -> Mesh {
     Mesh::new(data).unwrap()
 }
 
-fn placed(shapes: &[Shape], place: &Transform) -> Vec<Shape> {
+pub(super) fn placed(shapes: &[Shape], place: &Transform) -> Vec<Shape> {
     let moved = |shape: &Shape| match shape {
         Shape::Mesh(mesh) => Shape::Mesh(Mesh::new(mesh.data().transformed(place)).unwrap()),
         _ => unreachable!("meshes alone"),
@@ -52,7 +52,7 @@ fn placed(shapes: &[Shape], place: &Transform) -> Vec<Shape> {
 }
 
 /// On a surface, at its edges and vertices, or anywhere with any bound on its error.
-fn any_point(shapes: &[Shape], place: &Transform, scale: f64, random: &mut Random) -> SurfacePoint {
+pub(super) fn any_point(shapes: &[Shape], place: &Transform, scale: f64, random: &mut Random) -> SurfacePoint {
     let Shape::Mesh(mesh) = &shapes[random.random_range(0..shapes.len())] else { unreachable!("a mesh") };
     let triangle = random.random_range(0..mesh.triangle_count() as u32);
     let barycentric = match random.random_range(0..4) {
@@ -101,7 +101,9 @@ fn fans_see_what_single_rays_see() {
             if random.random_range(0..20) == 0 {
                 points[3].position.x = f64::NAN;
             }
-            let fan = accel.fan(points.iter());
+            let mut lanes = [Points::NONE; REGISTERS];
+            points.iter().enumerate().for_each(|(lane, point)| lanes[lane / WIDTH].set(lane, point));
+            let fan = accel.fan(&lanes);
             for _ in 0..10 {
                 let target = match random.random_range(0..10) {
                     0 => points[random.random_range(0..LANES)],

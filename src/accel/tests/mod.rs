@@ -1,4 +1,5 @@
 mod fans;
+mod rays;
 mod instances;
 
 use super::{Accel, Tests};

@@ -145,7 +145,7 @@ fn bases() -> &'static Table<1, 7> {
             let mut sums = [0.0; 7];
             for &(first, first_weight) in &rule {
                 for &(second, second_weight) in &rule {
-                    let light = warp::cosine_hemisphere([first, second]);
+                    let light = Vec3::from(warp::cosine_hemisphere([first, second]));
                     let Some(m) = (eye + light).try_normalize() else { continue };
                     let cos_half = eye.dot(m).clamp(0.0, 1.0);
                     let weight = first_weight * second_weight;

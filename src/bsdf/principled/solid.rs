@@ -123,7 +123,7 @@ impl<const C: usize> Principled<C> {
         let eye = if above { toward_eye } else { flipped(toward_eye) };
         let (lobe, rest) = choose(self.lobes(eye.z, above)[0], lobe)?;
         let (light, transmitted) = match lobe {
-            DIFFUSE => (warp::cosine_hemisphere(u), false),
+            DIFFUSE => (Vec3::from(warp::cosine_hemisphere(u)), false),
             COAT => (reflected(eye, ClearCoat::new(self.clearcoat_gloss).sample(u)), false),
             _ => {
                 let m = self.base.microfacets(1.0).sample_visible(eye, u);

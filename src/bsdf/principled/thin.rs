@@ -118,7 +118,7 @@ impl<const C: usize> PrincipledThin<C> {
         let (lobe, _) = choose(self.lobes(eye.z)[0], lobe)?;
         let transmitted = lobe == DIFFUSE_TRANSMISSION || lobe == STRAIGHT;
         let up = match lobe {
-            DIFFUSE_REFLECTION | DIFFUSE_TRANSMISSION => warp::cosine_hemisphere(u),
+            DIFFUSE_REFLECTION | DIFFUSE_TRANSMISSION => Vec3::from(warp::cosine_hemisphere(u)),
             _ => reflected(eye, self.facets(transmitted).sample_visible(eye, u)),
         };
         // A direction below the surface would meet another facet, and is lost.

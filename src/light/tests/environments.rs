@@ -115,7 +115,7 @@ fn a_plane_receives_the_same_by_light_samples_and_by_scattering() {
         for _ in 0..300_000 {
             let (direction, p) = environment.sample(numbers.pair()).unwrap();
             by_light.push(environment.radiance(direction, &[NM]).hero() * direction.z.max(0.0) / p);
-            let direction = warp::cosine_hemisphere(numbers.pair());
+            let direction = Vec3::from(warp::cosine_hemisphere(numbers.pair()));
             by_scattering.push(environment.radiance(direction, &[NM]).hero() * PI);
         }
         let test = welch(&by_light.estimate(), &by_scattering.estimate());

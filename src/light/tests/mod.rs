@@ -1,5 +1,6 @@
 mod choice;
 mod environments;
+mod lanes;
 mod textured;
 
 use super::{AreaGeometry, Environment, Light, LightHit, Lights, Receiver, Setting};

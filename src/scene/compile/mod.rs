@@ -23,6 +23,7 @@ mod tests;
 pub(super) use shapes::{bounds as bounds_of_shape, place as place_shape};
 pub(super) use spectra::index as index_of_source;
 
+use super::lanes::{EvenSurfaces, KnownSurface};
 use super::description::{self, Description, IntegratorKind, Note, ShapeKind};
 use super::scene::{Features, Scene, Surface};
 use super::source::{Place, SceneError, SceneErrors};
@@ -256,6 +257,8 @@ impl Compiler<'_> {
         };
         Ok(Scene {
             counters: None,
+            known: KnownSurface::all(&accel, &shapes, &surfaces),
+            even: EvenSurfaces::new(&materials, &surfaces),
             observer: self.options.observer,
             integrator,
             limits,

@@ -4,6 +4,7 @@ mod build;
 mod deform;
 mod exact;
 mod normals;
+mod rectangle_surface;
 mod sampling;
 
 use super::areas::AreaDistribution;
@@ -15,6 +16,7 @@ use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
 pub use deform::Deformation;
 use exact::Exact;
 pub use normals::compute_vertex_normals;
+pub use rectangle_surface::RectangleSurface;
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
 

@@ -135,7 +135,7 @@ impl Mesh {
 }
 
 /// Where the vertices of [`Mesh::rectangle`] lie on the unit square.
-const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+pub(super) const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
 /// Weights of the second and third vertex, uniform over the triangle.
 fn square_to_triangle([x, y]: [f64; 2]) -> [f64; 2] {

@@ -22,7 +22,7 @@ fn directions_and_disks_follow_their_densities() {
         let cosine = sphere_chi_square(
             cells,
             COUNT as u64,
-            |_| values.next().map(|[u, v, ..]| warp::cosine_hemisphere([u, v])),
+            |_| values.next().map(|[u, v, ..]| Vec3::from(warp::cosine_hemisphere([u, v]))),
             |direction: Vec3| direction.z.max(0.0) / PI,
         );
         assert!(cosine.p_value > level, "{name}, cosine: {cosine}");

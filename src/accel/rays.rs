@@ -1,0 +1,149 @@
+//! Rays of several paths, one for each lane, and what they meet.
+
+use super::Accel;
+use super::few::Few;
+use crate::geometry::{Ray, Vec3};
+use crate::lanes::{LANES, Mask, REGISTERS, Row, Vec3Lanes, WIDTH, ZERO, get, lanes_of, set};
+use crate::shape::{Hit, NO_INSTANCE};
+use wide::f64x4;
+
+/// A ray for each lane. Directions have unit length.
+#[derive(Clone, Debug)]
+pub struct Rays {
+    pub origin: [Vec3Lanes; REGISTERS],
+    pub direction: [Vec3Lanes; REGISTERS],
+    pub t_max: Row,
+    /// The facet of a small scene that each ray leaves, as [`Hits::facet`] says it: its own plane is not
+    /// asked again. [`NO_FACET`] where it leaves none.
+    pub leaves: Row,
+}
+
+/// See [`Rays::leaves`].
+pub const NO_FACET: f64 = -1.0;
+
+/// What the rays of some lanes have met first.
+#[derive(Clone, Debug)]
+pub struct Hits {
+    /// The lanes that have met anything.
+    pub met: Mask,
+    pub t: Row,
+    /// Weights of the triangle's second and third vertex; see [`Hit::barycentric`].
+    pub barycentric: [Row; 2],
+    /// The triangle of a small scene, by its number in [`Accel::few_triangles`], and its facet. [`NO_FACET`]
+    /// where it is none.
+    pub known: Row,
+    pub facet: Row,
+    shape: [u32; LANES],
+    triangle: [u32; LANES],
+    instance: [u32; LANES],
+}
+
+/// A triangle of a small scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownTriangle {
+    pub vertices: [Vec3; 3],
+    /// As in [`Hit`].
+    pub shape: u32,
+    pub triangle: u32,
+}
+
+impl Rays {
+    /// Rays without end that leave no facet.
+    pub const NONE: Self = Self {
+        origin: [Vec3Lanes::ZERO; REGISTERS],
+        direction: [Vec3Lanes::ZERO; REGISTERS],
+        t_max: [f64x4::new([f64::INFINITY; WIDTH]); REGISTERS],
+        leaves: [f64x4::new([NO_FACET; WIDTH]); REGISTERS],
+    };
+
+    pub fn get(&self, lane: usize) -> Ray {
+        let register = lane / WIDTH % REGISTERS;
+        Ray {
+            origin: self.origin[register].get(lane),
+            direction: self.direction[register].get(lane),
+            t_max: get(&self.t_max, lane),
+        }
+    }
+
+    pub fn set(&mut self, lane: usize, ray: &Ray) {
+        let register = lane / WIDTH % REGISTERS;
+        self.origin[register].set(lane, ray.origin);
+        self.direction[register].set(lane, ray.direction);
+        set(&mut self.t_max, lane, ray.t_max);
+    }
+}
+
+impl Hits {
+    pub const NONE: Self = Self {
+        met: 0,
+        t: ZERO,
+        barycentric: [ZERO; 2],
+        known: [f64x4::new([NO_FACET; WIDTH]); REGISTERS],
+        facet: [f64x4::new([NO_FACET; WIDTH]); REGISTERS],
+        shape: [0; LANES],
+        triangle: [0; LANES],
+        instance: [NO_INSTANCE; LANES],
+    };
+
+    pub fn get(&self, lane: usize) -> Hit {
+        Hit {
+            t: get(&self.t, lane),
+            shape: self.shape[lane % LANES],
+            triangle: self.triangle[lane % LANES],
+            instance: self.instance[lane % LANES],
+            barycentric: self.barycentric.each_ref().map(|row| get(row, lane)),
+        }
+    }
+
+    pub fn set(&mut self, lane: usize, hit: &Hit) {
+        self.met |= 1 << lane;
+        set(&mut self.t, lane, hit.t);
+        for (row, weight) in self.barycentric.iter_mut().zip(hit.barycentric) {
+            set(row, lane, weight);
+        }
+        self.identify(lane, hit.shape, hit.triangle, hit.instance);
+    }
+
+    fn identify(&mut self, lane: usize, shape: u32, triangle: u32, instance: u32) {
+        self.shape[lane % LANES] = shape;
+        self.triangle[lane % LANES] = triangle;
+        self.instance[lane % LANES] = instance;
+    }
+}
+
+impl Accel {
+    /// The triangles of a scene that consists of few, in the order of their shapes and their own. Empty for
+    /// other scenes.
+    pub fn few_triangles(&self) -> &[KnownTriangle] {
+        self.few.as_ref().map_or(&[], Few::triangles)
+    }
+
+    /// [`Accel::closest`] of the lanes asked for.
+    pub fn closest_of(&self, rays: &Rays, time: f64, asked: Mask) -> Hits {
+        let mut hits = Hits::NONE;
+        let Some(few) = &self.few else {
+            for lane in lanes_of(asked) {
+                if let Some(hit) = self.closest(&rays.get(lane), time) {
+                    hits.set(lane, &hit);
+                }
+            }
+            return hits;
+        };
+        few.closest(rays, asked, &mut hits);
+        for lane in lanes_of(hits.met) {
+            let KnownTriangle { shape, triangle, .. } = few.triangles()[get(&hits.known, lane) as usize];
+            hits.identify(lane, shape, triangle, NO_INSTANCE);
+        }
+        hits
+    }
+
+    /// The lanes asked for whose ray is [`Accel::occluded`].
+    pub fn occluded_of(&self, rays: &Rays, time: f64, asked: Mask) -> Mask {
+        match &self.few {
+            Some(few) => few.occluded(rays, asked),
+            None => lanes_of(asked)
+                .filter(|&lane| self.occluded(&rays.get(lane), time))
+                .fold(0, |mask, lane| mask | 1 << lane),
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! How the surfaces that the paths of a bundle have met scatter. Diffuse ones do it in lanes, all others one
+//! by one.
+
+use crate::bsdf::{Evaluation, Scatter};
+use crate::geometry::{Vec3, axes_around};
+use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
+use crate::light::Receivers;
+use crate::material::Shading;
+use crate::sampling::{Density, warp};
+use crate::scene::Intersections;
+use crate::spectrum::{Sampled, SampledLanes};
+use std::f64::consts::FRAC_1_PI;
+use wide::f64x4;
+
+/// Where the rays of some lanes have met surfaces, and how these scatter.
+pub(super) struct Surfaces<const C: usize> {
+    pub hits: Intersections,
+    /// Diffuse ones that are seen from the side on which they scatter.
+    pub diffuse: Mask,
+    /// Those that [`Self::shading`] tells of.
+    pub others: Mask,
+    /// Of the diffuse ones, the normal on that side, and the reflectance.
+    pub normal: [Vec3Lanes; REGISTERS],
+    pub reflectance: SampledLanes<C>,
+    /// By lane; empty where there are no others.
+    shadings: Vec<Option<Shading<C>>>,
+}
+
+/// Values of BSDFs; see [`Evaluation`].
+pub(super) struct Evaluations<const C: usize> {
+    pub f_cos: SampledLanes<C>,
+    pub density: SampledLanes<C>,
+}
+
+/// Sampled directions; see [`Scatter`].
+pub(super) struct Scatters<const C: usize> {
+    /// Lanes that scatter with a density.
+    pub spread: Mask,
+    /// Lanes that scatter in a single direction, or to the other side: their path goes on alone.
+    pub apart: Vec<(usize, Scatter<C>)>,
+    pub toward_light: [Vec3Lanes; REGISTERS],
+    pub weight: SampledLanes<C>,
+    /// The hero's.
+    pub density: Row,
+    pub ratio: SampledLanes<C>,
+}
+
+impl<const C: usize> Surfaces<C> {
+    /// With nothing known yet of how they scatter.
+    pub fn new(hits: Intersections) -> Self {
+        Self {
+            hits,
+            diffuse: 0,
+            others: 0,
+            normal: [Vec3Lanes::ZERO; REGISTERS],
+            reflectance: SampledLanes::ZERO,
+            shadings: Vec::new(),
+        }
+    }
+
+    pub fn set_diffuse(&mut self, lane: usize, normal: Vec3, reflectance: &Sampled<C>) {
+        self.diffuse |= 1 << lane;
+        self.normal[lane / WIDTH % REGISTERS].set(lane, normal);
+        self.reflectance.set(lane, reflectance);
+    }
+
+    pub fn set_other(&mut self, lane: usize, shading: Shading<C>) {
+        self.others |= 1 << lane;
+        self.shadings.resize_with(LANES, || None);
+        self.shadings[lane] = Some(shading);
+    }
+
+    /// Of the lanes among [`Self::others`].
+    pub fn shading(&self, lane: usize) -> Option<&Shading<C>> {
+        self.shadings.get(lane)?.as_ref()
+    }
+
+    /// Whether paths are shared between the surface of a lane and others: it scatters with a density, back to
+    /// the side that light comes from.
+    pub fn shares(&self, lane: usize) -> bool {
+        self.shading(lane).is_none_or(|shading| !shading.bsdf.is_discrete() && !shading.bsdf.transmits())
+    }
+
+    /// All that scatter anything.
+    pub fn scattering(&self) -> Mask {
+        self.diffuse | self.others
+    }
+
+    /// As lights are chosen for them.
+    pub fn receivers(&self) -> Receivers {
+        let mut facing = self.normal;
+        for lane in lanes_of(self.others) {
+            if let Some(shading) = self.shading(lane) {
+                facing[lane / WIDTH % REGISTERS].set(lane, shading.receiving_side());
+            }
+        }
+        Receivers { point: self.hits.point, facing }
+    }
+
+    /// The values for light from a direction for each lane, and the densities of sampling it. Zero in lanes
+    /// that are not asked for.
+    #[inline(always)]
+    pub fn evaluate(&self, toward_light: &[Vec3Lanes; REGISTERS], asked: Mask) -> Evaluations<C> {
+        let mut values = Evaluations { f_cos: SampledLanes::ZERO, density: SampledLanes::ZERO };
+        for register in 0..REGISTERS {
+            let cos = self.normal[register].dot(toward_light[register]);
+            let lit = Truth::of(part(asked & self.diffuse, register)) & cos.gt(f64x4::ZERO);
+            let density = lit.only(cos * f64x4::splat(FRAC_1_PI));
+            for wavelength in 0..C {
+                values.density.0[wavelength][register] = density;
+                values.f_cos.0[wavelength][register] =
+                    self.reflectance.0[wavelength][register] * density;
+            }
+        }
+        for lane in lanes_of(asked & self.others) {
+            let Some(shading) = self.shading(lane) else { continue };
+            let Evaluation { f_cos, density } =
+                shading.evaluate(toward_light[lane / WIDTH % REGISTERS].get(lane));
+            values.f_cos.set(lane, &f_cos);
+            values.density.set(lane, &density);
+        }
+        values
+    }
+
+    /// A direction for each lane that is asked for; see [`Shading::sample`]. `u`: direction (0, 1), lobe (2).
+    #[inline(always)]
+    pub fn sample(&self, u: &[Row; 4], asked: Mask) -> Scatters<C> {
+        let mut scatters = Scatters {
+            spread: 0,
+            apart: Vec::new(),
+            toward_light: [Vec3Lanes::ZERO; REGISTERS],
+            weight: self.reflectance.clone(),
+            density: ZERO,
+            ratio: SampledLanes::ONE,
+        };
+        for register in 0..REGISTERS {
+            let wanted = part(asked & self.diffuse, register);
+            if wanted == 0 {
+                continue;
+            }
+            let local = warp::cosine_hemisphere([u[0][register], u[1][register]]);
+            let normal = self.normal[register];
+            let [x, y] = axes_around(normal);
+            scatters.toward_light[register] = (x * local.x + y * local.y + normal * local.z).normalize();
+            scatters.density[register] = local.z * f64x4::splat(FRAC_1_PI);
+            scatters.spread |= (local.z.gt(f64x4::ZERO).mask() & wanted) << (WIDTH * register);
+        }
+        for lane in lanes_of(asked & self.others) {
+            let [u, v, lobe] = [0, 1, 2].map(|value| get(&u[value], lane));
+            let Some(scatter) = self.shading(lane).and_then(|shading| shading.sample(lobe, [u, v])) else {
+                continue;
+            };
+            match scatter.density {
+                Density::PerSolidAngle(density) if !scatter.transmitted => {
+                    scatters.spread |= 1 << lane;
+                    scatters.toward_light[lane / WIDTH % REGISTERS].set(lane, scatter.toward_light);
+                    scatters.weight.set(lane, &scatter.weight);
+                    scatters.ratio.set(lane, &scatter.ratio);
+                    set(&mut scatters.density, lane, density);
+                }
+                _ => scatters.apart.push((lane, scatter)),
+            }
+        }
+        scatters
+    }
+}

@@ -1,0 +1,288 @@
+use super::{Mask, WIDTH};
+use std::fmt::Debug;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use wide::f64x4;
+
+/// Real numbers that a formula is written for: one `f64`, or several side by side.
+///
+/// Every operation is that of `f64` in each lane, so a formula has the same bits for one number and for many.
+pub trait Real:
+    Copy
+    + Debug
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Whether something holds, lane by lane.
+    type Truth: Copy + BitAnd<Output = Self::Truth> + BitOr<Output = Self::Truth> + Not<Output = Self::Truth>;
+
+    /// The same number in all lanes.
+    fn of(value: f64) -> Self;
+    fn sqrt(self) -> Self;
+    fn abs(self) -> Self;
+    /// The size of this number with the sign of another.
+    fn copysign(self, sign: Self) -> Self;
+    fn round_ties_even(self) -> Self;
+    /// The lesser of two numbers; the second where either is not a number.
+    fn lesser(self, other: Self) -> Self;
+    /// The greater of two numbers; the second where either is not a number.
+    fn greater(self, other: Self) -> Self;
+    fn lt(self, other: Self) -> Self::Truth;
+    fn le(self, other: Self) -> Self::Truth;
+    fn gt(self, other: Self) -> Self::Truth;
+    fn ge(self, other: Self) -> Self::Truth;
+    fn eq(self, other: Self) -> Self::Truth;
+    fn choose(truth: Self::Truth, yes: Self, no: Self) -> Self;
+}
+
+impl Real for f64 {
+    type Truth = bool;
+
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        self.copysign(sign)
+    }
+
+    #[inline(always)]
+    fn round_ties_even(self) -> Self {
+        self.round_ties_even()
+    }
+
+    #[inline(always)]
+    fn lesser(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn greater(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+
+    #[inline(always)]
+    fn le(self, other: Self) -> bool {
+        self <= other
+    }
+
+    #[inline(always)]
+    fn gt(self, other: Self) -> bool {
+        self > other
+    }
+
+    #[inline(always)]
+    fn ge(self, other: Self) -> bool {
+        self >= other
+    }
+
+    #[inline(always)]
+    fn eq(self, other: Self) -> bool {
+        self == other
+    }
+
+    #[inline(always)]
+    fn choose(truth: bool, yes: Self, no: Self) -> Self {
+        if truth { yes } else { no }
+    }
+}
+
+impl Real for f64x4 {
+    type Truth = Truth;
+
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        Self::splat(value)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        let bit = Self::splat(-0.0);
+        self.abs() | (sign & bit)
+    }
+
+    #[inline(always)]
+    fn round_ties_even(self) -> Self {
+        self.round_ties_even()
+    }
+
+    #[inline(always)]
+    fn lesser(self, other: Self) -> Self {
+        self.fast_min(other)
+    }
+
+    #[inline(always)]
+    fn greater(self, other: Self) -> Self {
+        self.fast_max(other)
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> Truth {
+        Truth(self.simd_lt(other))
+    }
+
+    #[inline(always)]
+    fn le(self, other: Self) -> Truth {
+        Truth(self.simd_le(other))
+    }
+
+    #[inline(always)]
+    fn gt(self, other: Self) -> Truth {
+        Truth(self.simd_gt(other))
+    }
+
+    #[inline(always)]
+    fn ge(self, other: Self) -> Truth {
+        Truth(self.simd_ge(other))
+    }
+
+    #[inline(always)]
+    fn eq(self, other: Self) -> Truth {
+        Truth(self.simd_eq(other))
+    }
+
+    #[inline(always)]
+    fn choose(truth: Truth, yes: Self, no: Self) -> Self {
+        truth.0.select(yes, no)
+    }
+}
+
+/// Whether something holds in each lane of a register: all bits of the lane, or none.
+#[derive(Clone, Copy, Debug)]
+pub struct Truth(f64x4);
+
+impl Truth {
+    /// The lanes of a register that a mask of its own lanes names.
+    #[inline(always)]
+    pub fn of(mask: Mask) -> Self {
+        Self(f64x4::new(MASKS[mask as usize % MASKS.len()]))
+    }
+
+    /// A bit for each lane.
+    #[inline(always)]
+    pub fn mask(self) -> Mask {
+        self.0.to_bitmask()
+    }
+
+    /// The numbers of these lanes, and 0 in the others.
+    #[inline(always)]
+    pub fn only(self, numbers: f64x4) -> f64x4 {
+        self.0 & numbers
+    }
+}
+
+impl BitAnd for Truth {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+
+impl BitOr for Truth {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl Not for Truth {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0)
+    }
+}
+
+/// All bits of the lanes that are set in the index.
+const MASKS: [[f64; WIDTH]; 1 << WIDTH] = {
+    let mut masks = [[0.0; WIDTH]; 1 << WIDTH];
+    let mut mask = 0;
+    while mask < masks.len() {
+        let mut lane = 0;
+        while lane < WIDTH {
+            if mask >> lane & 1 == 1 {
+                masks[mask][lane] = f64::from_bits(u64::MAX);
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    masks
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers of all kinds, in pairs.
+    fn pairs() -> Vec<[f64; 2]> {
+        let numbers = [0.0, -0.0, 1.0, -1.5, 2.5, 1e300, -1e-300, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
+        numbers.iter().flat_map(|&a| numbers.iter().map(move |&b| [a, b])).collect()
+    }
+
+    #[test]
+    fn each_lane_is_what_one_number_is() {
+        type Of<R> = fn(R, R) -> R;
+        fn all<R: Real>() -> [Of<R>; 9] {
+            [
+                |a, b| a.lesser(b),
+                |a, b| a.greater(b),
+                |a, b| a.copysign(b),
+                |a, _| a.abs().sqrt(),
+                |a, _| a.round_ties_even(),
+                |a, b| R::choose(a.lt(b) & !a.eq(b), a, b),
+                |a, b| R::choose(a.le(b) | a.gt(b), a, b),
+                |a, b| R::choose(a.ge(b), a, b),
+                |a, b| (a + b) * (a - b) / b,
+            ]
+        }
+        for (one, many) in all::<f64>().into_iter().zip(all::<f64x4>()) {
+            for [a, b] in pairs() {
+                let expected = one(a, b);
+                for value in many(f64x4::splat(a), f64x4::splat(b)).to_array() {
+                    let same = value.to_bits() == expected.to_bits() || value.is_nan() && expected.is_nan();
+                    assert!(same, "{a} {b}: {value} {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn truths_are_masks() {
+        assert_eq!(Truth::of(0b1010).only(f64x4::new([1.0, 2.0, f64::NAN, 4.0])).to_array(), [
+            0.0, 2.0, 0.0, 4.0
+        ]);
+        assert_eq!((Truth::of(0b1010) & !Truth::of(0b0010) | Truth::of(1)).mask(), 0b1001);
+    }
+}

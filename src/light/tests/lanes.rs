@@ -1,0 +1,61 @@
+//! Light samples in lanes are those of one surface after the other.
+
+use super::*;
+use crate::lanes::{LANES, Row, WIDTH, ZERO, get, set};
+use crate::light::Receivers;
+use crate::shape::Mesh;
+
+#[test]
+fn light_samples_in_lanes_are_those_of_each_surface() {
+    let mut numbers = Numbers::new(5);
+    let rectangle = |turn: f64| {
+        let place = placed(0.7, Vec3::new(0.1, 0.2, 1.0), turn);
+        (Shape::Mesh(Mesh::rectangle(&place, false).unwrap()), grey(2.0))
+    };
+    let point = Light::Point { position: Vec3::new(0.3, -1.0, 1.0), intensity: Spectrum::Constant(3.0) };
+    let worlds = [
+        World::new(vec![rectangle(0.3)], Vec::new(), None),
+        World::new(vec![rectangle(2.9)], vec![point.clone()], None),
+        World::new(Vec::new(), vec![point], None),
+        World::new(Vec::new(), Vec::new(), Some(Environment::Constant(Spectrum::ONE))),
+    ];
+    let (mut found, mut none, mut far) = (0, 0, 0);
+    for (number, world) in worlds.iter().enumerate() {
+        for round in 0..200 {
+            let reach = if round % 4 == 0 { 20.0 } else { 1.5 };
+            let mut receivers = Receivers::NONE;
+            let mut u: [Row; 2] = [ZERO; 2];
+            for lane in 0..LANES {
+                let position = Vec3::from_array(std::array::from_fn(|_| numbers.between(-reach, reach)));
+                let normal = uniform_direction(numbers.pair());
+                let error = 1e-12 * numbers.next();
+                receivers.point[lane / WIDTH].set(lane, &SurfacePoint { position, normal, error });
+                receivers.facing[lane / WIDTH].set(lane, normal);
+                set(&mut u[0], lane, numbers.next());
+                set(&mut u[1], lane, numbers.next());
+            }
+            let asked = 0b1110_1111_1111_0111;
+            let samples = world.lights.sample_in_lanes(&receivers, 0.0, &world.wavelengths, asked, &u);
+            assert_eq!(samples.found & !asked, 0);
+            for lane in (0..LANES).filter(|lane| asked >> lane & 1 == 1) {
+                let values = u.each_ref().map(|row| get(row, lane));
+                let expected =
+                    world.lights.sample(&receivers.get(lane), 0.0, &world.wavelengths, values);
+                assert_eq!(samples.found >> lane & 1 == 1, expected.is_some(), "world {number}");
+                let Some(expected) = expected else {
+                    none += 1;
+                    continue;
+                };
+                let ray = samples.rays.get(lane);
+                assert_eq!(ray.origin, expected.shadow_ray.origin, "world {number}");
+                assert_eq!(ray.direction, expected.shadow_ray.direction, "world {number}");
+                assert_eq!(ray.t_max, expected.shadow_ray.t_max, "world {number}");
+                assert_eq!(samples.radiance.get(lane), expected.radiance);
+                assert_eq!(samples.density_of(lane), expected.density);
+                found += 1;
+                far += u32::from(number == 0 && round % 4 == 0);
+            }
+        }
+    }
+    assert!(found > 4000 && none > 1000 && far > 200, "{found} found, {none} not, {far} from afar");
+}

@@ -1,0 +1,55 @@
+//! Diffuse materials that look the same all over a surface: what groups of paths look up once.
+
+use super::{Material, MaterialId, Materials};
+use crate::spectrum::Spectrum;
+
+/// What is known of one side of a surface, whatever the place on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Even<'a> {
+    /// Diffuse with this reflectance.
+    Diffuse(&'a Spectrum),
+    /// Black.
+    Black,
+}
+
+impl Materials {
+    /// The front or the back of a material, if it is even. `None` for all others.
+    pub fn even(&self, id: MaterialId, front: bool) -> Option<Even<'_>> {
+        match self.get(id) {
+            Material::TwoSided { front: shown, .. } if front => self.even(*shown, true),
+            // The back is seen from its own front.
+            Material::TwoSided { back, .. } => self.even(*back, true),
+            Material::Diffuse { reflectance } => {
+                let spectrum = reflectance.uniform()?;
+                Some(if front { Even::Diffuse(spectrum) } else { Even::Black })
+            }
+            Material::Black => Some(Even::Black),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::texture::Texture;
+
+    #[test]
+    fn two_sided_materials_show_each_side_from_its_front() {
+        let mut materials = Materials::default();
+        let mut diffuse = |value: f64| {
+            materials.add(Material::Diffuse { reflectance: Texture::Uniform(Spectrum::Constant(value)) })
+        };
+        let [light, dark] = [0.8, 0.1].map(&mut diffuse);
+        let both = materials.add(Material::TwoSided { front: light, back: dark });
+        let mirror = materials.add(Material::Null);
+        let seen = |id, front| match materials.even(id, front) {
+            Some(Even::Diffuse(spectrum)) => Some(spectrum.at(550.0)),
+            Some(Even::Black) => Some(0.0),
+            None => None,
+        };
+        assert_eq!([seen(both, true), seen(both, false)], [Some(0.8), Some(0.1)]);
+        assert_eq!([seen(dark, true), seen(dark, false)], [Some(0.1), Some(0.0)]);
+        assert_eq!([seen(mirror, true), seen(mirror, false)], [None, None]);
+    }
+}

@@ -1,0 +1,227 @@
+//! What the rays of several paths meet, one path for each lane.
+
+use super::counting::RayKind;
+use super::scene::{Intersection, Scene, Surface};
+use crate::accel::{Accel, Hits, NO_FACET, Rays};
+use crate::geometry::{Points, Vec3};
+use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, part, set};
+use crate::material::{Even, MaterialId, Materials};
+use crate::shape::Shape;
+use crate::spectrum::Spectrum;
+use std::collections::HashMap;
+use wide::f64x4;
+
+/// Where the rays of some lanes have met surfaces; see [`Intersection`].
+#[derive(Clone, Debug)]
+pub struct Intersections {
+    pub met: Mask,
+    pub point: [Points<f64x4>; REGISTERS],
+    /// Shading normals of the front.
+    pub shading_normal: [Vec3Lanes; REGISTERS],
+    /// The lanes that have met a light.
+    pub on_light: Mask,
+    /// The facets that rays from there leave; see [`Rays::leaves`].
+    pub facet: Row,
+    hits: Hits,
+    time: f64,
+    from_front: Mask,
+    coincident: Mask,
+}
+
+/// A triangle of a scene that consists of few: what a hit of it gives but for the place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct KnownSurface {
+    origin: Vec3,
+    edges: [Vec3; 2],
+    normal: Vec3,
+    error: f64,
+    is_light: bool,
+    /// Whether its shading normal is that of the triangle.
+    is_flat: bool,
+}
+
+/// How surfaces scatter, as far as that is the same all over them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct EvenSurfaces {
+    /// By shape, front and back.
+    sides: Vec<[Side; 2]>,
+    pub reflectances: Vec<Spectrum>,
+}
+
+/// One side of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Diffuse, with the reflectance of this number; see [`Scene::reflectances`].
+    Diffuse(u32),
+    Black,
+    /// Anything else: [`Scene::shade`] tells.
+    Other,
+}
+
+impl Intersections {
+    /// None, at a time.
+    pub fn none(time: f64) -> Self {
+        Self {
+            met: 0,
+            point: [Points::NONE; REGISTERS],
+            shading_normal: [Vec3Lanes::ZERO; REGISTERS],
+            on_light: 0,
+            facet: [f64x4::splat(NO_FACET); REGISTERS],
+            hits: Hits::NONE,
+            time,
+            from_front: 0,
+            coincident: 0,
+        }
+    }
+
+    /// Puts in what one lane has met.
+    pub fn set(&mut self, lane: usize, hit: &Intersection) {
+        let (bit, register) = (1 << lane, lane / WIDTH % REGISTERS);
+        let put = |mask: &mut Mask, holds: bool| *mask = *mask & !bit | if holds { bit } else { 0 };
+        self.met |= bit;
+        self.point[register].set(lane, &hit.point);
+        self.shading_normal[register].set(lane, hit.shading_normal);
+        put(&mut self.on_light, hit.light.is_some());
+        put(&mut self.from_front, hit.from_front);
+        put(&mut self.coincident, hit.coincident);
+        set(&mut self.facet, lane, NO_FACET);
+        self.hits.set(lane, &hit.hit);
+        set(&mut self.hits.t, lane, hit.t);
+    }
+
+    /// What one lane has met.
+    pub fn get(&self, scene: &Scene, lane: usize) -> Intersection {
+        let register = lane / WIDTH % REGISTERS;
+        let hit = self.hits.get(lane);
+        Intersection {
+            t: hit.t,
+            point: self.point[register].get(lane),
+            shading_normal: self.shading_normal[register].get(lane),
+            light: scene.surfaces[hit.shape as usize].light,
+            hit,
+            time: self.time,
+            from_front: self.from_front >> lane & 1 == 1,
+            coincident: self.coincident >> lane & 1 == 1,
+        }
+    }
+}
+
+impl KnownSurface {
+    /// Those of [`Accel::few_triangles`].
+    pub fn all(accel: &Accel, shapes: &[Shape], surfaces: &[Surface]) -> Vec<Self> {
+        let known = accel.few_triangles().iter().filter_map(|known| {
+            let Shape::Mesh(mesh) = &shapes[known.shape as usize] else { return None };
+            let [a, b, c] = mesh.triangle(known.triangle);
+            let found = mesh.surface(known.triangle, [0.0; 2]);
+            Some(Self {
+                origin: a,
+                edges: [b - a, c - a],
+                normal: found.point.normal,
+                error: found.point.error,
+                is_light: surfaces[known.shape as usize].light.is_some(),
+                is_flat: mesh.data().normals.is_none(),
+            })
+        });
+        known.collect()
+    }
+}
+
+impl EvenSurfaces {
+    pub fn new(materials: &Materials, surfaces: &[Surface]) -> Self {
+        let mut even = Self::default();
+        let mut numbers: HashMap<(MaterialId, bool), Side> = HashMap::new();
+        for surface in surfaces {
+            let sides = [true, false].map(|front| {
+                *numbers.entry((surface.material, front)).or_insert_with(|| {
+                    match materials.even(surface.material, front) {
+                        None => Side::Other,
+                        Some(Even::Black) => Side::Black,
+                        Some(Even::Diffuse(reflectance)) => {
+                            even.reflectances.push(reflectance.clone());
+                            Side::Diffuse(even.reflectances.len() as u32 - 1)
+                        }
+                    }
+                })
+            });
+            even.sides.push(sides);
+        }
+        even
+    }
+}
+
+impl Scene {
+    /// Where the rays of the lanes asked for first meet a surface, if each surface that a ray meets is one:
+    /// see [`Self::meets_at_once`].
+    pub fn intersect_in_lanes(
+        &self,
+        rays: &Rays,
+        time: f64,
+        kind: RayKind,
+        asked: Mask,
+    ) -> Intersections {
+        let hits = self.closest_in_lanes(kind.begins(), rays, time, asked);
+        let mut found = Intersections { met: hits.met, facet: hits.facet, hits, ..Intersections::none(time) };
+        let mut left = 0;
+        for register in 0..REGISTERS {
+            let met = part(found.met, register);
+            if met == 0 {
+                continue;
+            }
+            let known = found.hits.known[register];
+            let is_known = known.ge(f64x4::ZERO).mask() & met;
+            if is_known == 0 {
+                left |= met << (WIDTH * register);
+                continue;
+            }
+            let records = known.to_array().map(|number| &self.known[number.max(0.0) as usize]);
+            let row = |of: fn(&KnownSurface) -> f64| f64x4::new(records.map(of));
+            let vector = |of: fn(&KnownSurface) -> Vec3| {
+                let [a, b, c, d] = records.map(of);
+                Vec3Lanes {
+                    x: f64x4::new([a.x, b.x, c.x, d.x]),
+                    y: f64x4::new([a.y, b.y, c.y, d.y]),
+                    z: f64x4::new([a.z, b.z, c.z, d.z]),
+                }
+            };
+            let [v, w] = [0, 1].map(|weight| found.hits.barycentric[weight][register]);
+            let (ab, ac) = (vector(|known| known.edges[0]), vector(|known| known.edges[1]));
+            let normal = vector(|known| known.normal);
+            found.point[register] = Points {
+                position: vector(|known| known.origin) + ab * v + ac * w,
+                normal,
+                error: row(|known| known.error),
+            };
+            found.shading_normal[register] = normal;
+            let from_front = rays.direction[register].dot(normal).lt(f64x4::ZERO).mask();
+            let mask = |of: fn(&KnownSurface) -> bool| {
+                (0..WIDTH).fold(0, |mask, lane| mask | Mask::from(of(records[lane])) << lane) & met
+            };
+            found.on_light |= mask(|known| known.is_light) << (WIDTH * register);
+            found.from_front |= (from_front & met) << (WIDTH * register);
+            left |= (met & !(is_known & mask(|known| known.is_flat))) << (WIDTH * register);
+        }
+        for lane in lanes_of(left) {
+            let facet = get(&found.facet, lane);
+            let (hit, ray) = (found.hits.get(lane), rays.get(lane));
+            found.set(lane, &self.intersection(&hit, &ray, time));
+            set(&mut found.facet, lane, facet);
+        }
+        found
+    }
+
+    /// How the side of a surface that a lane has met scatters.
+    pub fn side(&self, hits: &Intersections, lane: usize, front: bool) -> Side {
+        self.even.sides[hits.hits.get(lane).shape as usize][usize::from(!front)]
+    }
+
+    /// Those of even diffuse sides, by their numbers.
+    pub fn reflectances(&self) -> &[Spectrum] {
+        &self.even.reflectances
+    }
+
+    /// Whether a ray of a kind meets no surface that is none.
+    pub fn meets_at_once(&self, kind: RayKind) -> bool {
+        let hides = kind == RayKind::Camera && self.limits.hide_emitters;
+        !hides && !self.features.interface_events()
+    }
+}
