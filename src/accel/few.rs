@@ -13,33 +13,21 @@
 //! - The line then passes the triangle as near. Along a line v changes in proportion to h, so v(e) h(o) -
 //!   v(o) h(e) lies between 0 and h(o) - h(e) up to that distance times (|v(o)| + |v(e)| + the gradient of v
 //!   times |h(o) - h(e)|). Rounding to `f32` adds less than 2⁻²⁰ (|v(o)| + |v(e)| + 1).
-//!
-//! Rays are tested likewise, in `f64`. In node space the ray o + t d meets the plane where t = -h(o) / h(d), and
-//! there v = (v(o) h(d) - h(o) v(d)) / h(d). From origins up to [`FARTHEST`] away the exact test's point is
-//! within some thousand roundings, 2⁻⁴², of the plane, and the numbers here err by less: [`RAY_MARGIN`] is
-//! far more.
 
 use super::node::NodeSpace;
 use super::packet::Packet;
-use super::rays::{Hits, KnownTriangle, Rays};
-use super::segments::RayLanes;
+use super::few_rays::RayFacet;
+use super::rays::KnownTriangle;
 use crate::geometry::{SurfacePoint, Vec3};
-use crate::lanes::{LANES, Mask, REGISTERS, Real, Truth, Vec3Lanes, WIDTH, part};
+use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH};
 use smallvec::{SmallVec, smallvec};
 use wide::{f32x8, f64x4};
 
 /// Most triangles of a small scene: with more a tree is faster.
-const MOST: usize = 64;
+pub(super) const MOST: usize = 64;
 
 /// By how much the tests err toward a hit, in node space.
 pub(super) const MARGIN: f32 = 1.0 / (1 << 18) as f32;
-
-/// By how much the tests of rays err toward a hit, in node space.
-const RAY_MARGIN: f64 = 1.0 / (1u64 << 36) as f64;
-
-/// The greatest coordinate of a ray's origin, in node space, for which that holds, and more than any distance
-/// from there to a surface.
-const FARTHEST: (f64, f64) = (16.0, 64.0);
 
 /// The least sine of an angle, and the least altitude in node space, of a triangle whose plane is known well
 /// enough.
@@ -65,22 +53,18 @@ struct Facet {
 pub(super) struct Tested {
     pub triangles: SmallVec<[[Vec3; 3]; 2]>,
     /// Their numbers among all triangles.
-    numbers: SmallVec<[f64; 2]>,
-    /// Height, v and w of a place in node space: gradient and value at its origin.
-    functions: [(Vec3, f64); 3],
-    /// Whether a ray that leaves one of its triangles cannot meet any of them: they are of one mesh, whose
-    /// bound on errors is for all of it.
-    is_left_whole: bool,
-    /// What v and w are uncertain by for segments, times the margin, and for rays.
+    pub numbers: SmallVec<[f64; 2]>,
+    /// What rays ask for.
+    pub rays: RayFacet,
+    /// What v and w are uncertain by, times the margin.
     pub slack: [f32; 2],
-    ray_slack: [f64; 2],
     /// Whether every segment is tested.
     pub always: bool,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct Few {
-    space: NodeSpace,
+    pub space: NodeSpace,
     /// In the order of their shapes and of their own numbers.
     triangles: Vec<KnownTriangle>,
     pub facets: Vec<Tested>,
@@ -155,72 +139,6 @@ impl Few {
         &self.triangles
     }
 
-    /// The nearest hit of each ray that is asked for; see [`super::Accel::closest`].
-    pub fn closest(&self, rays: &Rays, asked: Mask, hits: &mut Hits) {
-        for register in 0..REGISTERS {
-            let wanted = part(asked, register);
-            if wanted == 0 {
-                continue;
-            }
-            let ray = FewRays::new(self, rays, register, wanted);
-            let (mut nearest, mut number) = (rays.t_max[register], f64x4::splat(-1.0));
-            let (mut facet_met, mut v, mut w) = (number, f64x4::ZERO, f64x4::ZERO);
-            for (index, facet) in (0u32..).zip(&self.facets) {
-                let index = f64x4::splat(f64::from(index));
-                let Some(candidates) = ray.candidates(facet, index, nearest) else { continue };
-                for (triangle, &own) in facet.triangles.iter().zip(&facet.numbers) {
-                    let Some(found) = ray.lanes.cross(triangle) else { continue };
-                    let own = f64x4::splat(own);
-                    // The order of the facets must not decide between hits at the same distance.
-                    let nearer = found.t.lt(nearest) | found.t.eq(nearest) & own.lt(number);
-                    let hit = candidates & found.inside & found.t.ge(f64x4::ZERO) & nearer;
-                    if hit.mask() == 0 {
-                        continue;
-                    }
-                    nearest = f64x4::choose(hit, found.t, nearest);
-                    number = f64x4::choose(hit, own, number);
-                    facet_met = f64x4::choose(hit, index, facet_met);
-                    v = f64x4::choose(hit, found.v / found.determinant, v);
-                    w = f64x4::choose(hit, found.w / found.determinant, w);
-                }
-            }
-            hits.met |= number.ge(f64x4::ZERO).mask() << (WIDTH * register);
-            hits.t[register] = nearest;
-            hits.known[register] = number;
-            hits.facet[register] = facet_met;
-            hits.barycentric[0][register] = v;
-            hits.barycentric[1][register] = w;
-        }
-    }
-
-    /// Which of the rays that are asked for meet anything; see [`super::Accel::occluded`].
-    pub fn occluded(&self, rays: &Rays, asked: Mask) -> Mask {
-        let mut occluded = 0;
-        for register in 0..REGISTERS {
-            let wanted = part(asked, register);
-            if wanted == 0 {
-                continue;
-            }
-            let mut ray = FewRays::new(self, rays, register, wanted);
-            let t_max = rays.t_max[register];
-            for (index, facet) in (0u32..).zip(&self.facets) {
-                let index = f64x4::splat(f64::from(index));
-                let Some(candidates) = ray.candidates(facet, index, t_max) else { continue };
-                for triangle in &facet.triangles {
-                    let Some(found) = ray.lanes.cross(triangle) else { continue };
-                    let hit =
-                        candidates & found.inside & found.t.ge(f64x4::ZERO) & found.t.lt(t_max);
-                    ray.wanted = ray.wanted & !hit;
-                }
-                if ray.wanted.mask() == 0 {
-                    break;
-                }
-            }
-            occluded |= (wanted & !ray.wanted.mask()) << (WIDTH * register);
-        }
-        occluded
-    }
-
     /// Whether the bounds hold for rays from or to a point.
     pub fn is_sure(&self, point: &SurfacePoint) -> bool {
         let (distance, offset) = GREATEST;
@@ -273,81 +191,14 @@ impl Few {
     }
 }
 
-/// The rays of one register that are asked for.
-struct FewRays {
-    wanted: Truth,
-    lanes: RayLanes,
-    /// In node space; distances along the ray are `scale` times those of the world.
-    origin: Vec3Lanes,
-    direction: Vec3Lanes,
-    scale: f64x4,
-    leaves: f64x4,
-    /// Those from so near that the bounds hold.
-    sure: Truth,
-}
-
-impl FewRays {
-    #[inline(always)]
-    fn new(few: &Few, rays: &Rays, register: usize, wanted: Mask) -> Self {
-        let (origin, direction) = (rays.origin[register], rays.direction[register]);
-        // As for single rays: what is not near unit length is none.
-        let sound = direction.length_squared().le(f64x4::splat(4.0));
-        let lanes = RayLanes::new(origin, direction);
-        let origin = few.space.place_lanes(origin);
-        let far = origin.x.abs().greater(origin.y.abs()).greater(origin.z.abs());
-        Self {
-            wanted: Truth::of(wanted) & sound,
-            lanes,
-            // The second of two is taken where one is not a number: z is the last.
-            sure: far.le(f64x4::splat(FARTHEST.0)) & origin.x.eq(origin.x) & origin.y.eq(origin.y),
-            origin,
-            direction,
-            scale: f64x4::splat(few.space.scale()),
-            leaves: rays.leaves[register],
-        }
-    }
-
-    /// The lanes that may hit a facet up to a distance. `None` where there are none.
-    #[inline(always)]
-    fn candidates(&self, facet: &Tested, index: f64x4, nearest: f64x4) -> Option<Truth> {
-        let own = self.leaves.eq(index);
-        let wanted = if facet.is_left_whole { self.wanted & !own } else { self.wanted };
-        if facet.always {
-            return (wanted.mask() != 0).then_some(wanted);
-        }
-        let of = |(gradient, value): (Vec3, f64)| {
-            let gradient = Vec3Lanes::of(gradient);
-            (gradient.dot(self.origin) + f64x4::splat(value), gradient.dot(self.direction))
-        };
-        let (height, rate) = of(facet.functions[0]);
-        let margin = f64x4::splat(RAY_MARGIN);
-        let fall = rate.abs();
-        // Toward the plane, as far as it is ahead.
-        let ahead = -height * f64x4::ONE.copysign(rate);
-        let reach = (nearest * self.scale).lesser(f64x4::splat(FARTHEST.1));
-        let mut near = ahead.ge(-margin) & ahead.le(reach * fall + margin);
-        if (wanted & (near | !self.sure)).mask() == 0 {
-            return None;
-        }
-        for (function, slack) in facet.functions[1..].iter().zip(facet.ray_slack) {
-            let (value, change) = of(*function);
-            let place = value * fall + ahead * change;
-            let slack = f64x4::splat(slack);
-            near = near & place.ge(-slack) & place.le(fall + slack);
-        }
-        let candidates = wanted & (near | !self.sure);
-        (candidates.mask() != 0).then_some(candidates)
-    }
-}
-
 #[inline(always)]
-fn halves(values: &[f32; LANES]) -> [f32x8; 2] {
+pub(super) fn halves(values: &[f32; LANES]) -> [f32x8; 2] {
     let half = |first: usize| f32x8::new(std::array::from_fn(|lane| values[first + lane]));
     [half(0), half(LANES / 2)]
 }
 
 #[inline(always)]
-fn mask(halves: [f32x8; 2]) -> Mask {
+pub(super) fn mask(halves: [f32x8; 2]) -> Mask {
     halves[0].to_bitmask() | halves[1].to_bitmask() << (LANES / 2)
 }
 
@@ -431,20 +282,28 @@ impl Facet {
     fn tested(self, all: &[KnownTriangle]) -> Tested {
         // The distance of a place from where the ray is, in units of the margin, and the heights that it is
         // multiplied by.
-        let slack = |gradient: Vec3| 2.0 + gradient.length();
-        let of = |slack: &dyn Fn(Vec3) -> f64| {
-            self.functions.map_or([0.0; 2], |[_, (v, _), (w, _)]| [slack(v), slack(w)])
-        };
+        let slack = |gradient: Vec3| (2.0 + gradient.length()) as f32;
         let number = |known: &KnownTriangle| all.iter().position(|other| other == known).unwrap_or(0) as f64;
+        let shape = self.triangles[0].shape;
+        let rays = RayFacet::new(
+            self.functions.as_ref(),
+            self.triangles.iter().all(|known| known.shape == shape),
+            self.is_covered(),
+        );
         Tested {
-            slack: of(&slack).map(|slack| slack as f32),
-            // v and its change along the ray are at most its gradient times the greatest distances.
-            ray_slack: of(&|gradient| RAY_MARGIN * (2.0 + 64.0 * gradient.length())),
+            slack: self.functions.map_or([0.0; 2], |[_, (v, _), (w, _)]| [slack(v), slack(w)]),
             always: self.functions.is_none(),
-            functions: self.functions.unwrap_or([(Vec3::ZERO, 0.0); 3]),
-            is_left_whole: self.triangles.iter().all(|known| known.shape == self.triangles[0].shape),
+            rays,
             numbers: self.triangles.iter().map(number).collect(),
             triangles: self.triangles.iter().map(|known| known.vertices).collect(),
         }
+    }
+
+    /// Whether every line that passes well within the parallelogram meets one of its triangles: two that
+    /// share their diagonal and leave nothing over.
+    fn is_covered(&self) -> bool {
+        let [first, second] = self.triangles.as_slice() else { return false };
+        let shared = first.vertices.iter().filter(|vertex| second.vertices.contains(vertex)).count();
+        shared == 2 && self.waste < 1e-6
     }
 }

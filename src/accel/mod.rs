@@ -9,6 +9,7 @@ mod build;
 mod collapse;
 mod fan;
 mod few;
+mod few_rays;
 mod grow;
 mod instance;
 mod line;

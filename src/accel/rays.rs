@@ -118,23 +118,24 @@ impl Accel {
         self.few.as_ref().map_or(&[], Few::triangles)
     }
 
-    /// [`Accel::closest`] of the lanes asked for.
-    pub fn closest_of(&self, rays: &Rays, time: f64, asked: Mask) -> Hits {
-        let mut hits = Hits::NONE;
+    /// [`Accel::closest`] of the lanes asked for. What was in `hits` before is overwritten or left out.
+    pub fn closest_of(&self, rays: &Rays, time: f64, asked: Mask, hits: &mut Hits) {
+        hits.met = 0;
         let Some(few) = &self.few else {
+            hits.known = Hits::NONE.known;
+            hits.facet = Hits::NONE.facet;
             for lane in lanes_of(asked) {
                 if let Some(hit) = self.closest(&rays.get(lane), time) {
                     hits.set(lane, &hit);
                 }
             }
-            return hits;
+            return;
         };
-        few.closest(rays, asked, &mut hits);
+        few.closest(rays, asked, hits);
         for lane in lanes_of(hits.met) {
             let KnownTriangle { shape, triangle, .. } = few.triangles()[get(&hits.known, lane) as usize];
             hits.identify(lane, shape, triangle, NO_INSTANCE);
         }
-        hits
     }
 
     /// The lanes asked for whose ray is [`Accel::occluded`].

@@ -13,8 +13,9 @@ use super::surfaces::{Scatters, Surfaces};
 use crate::accel::Rays;
 use crate::bsdf::Scatter;
 use crate::geometry::Ray;
-use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, lanes_of, part};
-use crate::light::{Environment, LightSamples, Receivers};
+use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, lanes_of, part, set};
+use crate::light::{Environment, LightSamples, Receiver, Receivers};
+use crate::material::Shading;
 use crate::medium::Media;
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Intersections, PathEnd, RayKind, Scene, Side, Techniques};
@@ -23,25 +24,36 @@ use smallvec::SmallVec;
 use std::borrow::Cow;
 use wide::f64x4;
 
-/// What all paths of a bundle have in common.
-pub(super) struct Setting<'a, const C: usize> {
-    pub scene: &'a Scene,
-    pub time: f64,
+/// One sample of each pixel of a group, with what is known of its wavelengths before the paths are followed.
+pub(super) struct Turn<'a, const C: usize> {
     pub wavelengths: &'a Wavelengths<C>,
-    /// Sample values of each lane.
-    pub streams: &'a [Stream<'a>],
-    /// Reflectances of even surfaces at the wavelengths, by their numbers: those of few, once and for all.
-    reflectances: SmallVec<[Sampled<C>; 8]>,
-    /// Whether a segment leads through nothing, and what it meets is a surface.
-    is_plain: bool,
+    pub time: f64,
+    /// Sample values of each lane; those without a path have some, too.
+    streams: [Stream<'a>; LANES],
+    /// Reflectances of even surfaces, by their numbers: those of few, once and for all.
+    reflectances: SmallVec<[Sampled<C>; LOOKED_UP]>,
+    /// See [`crate::light::Lights::only_radiance`].
+    only_radiance: Sampled<C>,
 }
 
 /// Up to this number of reflectances are looked up before any is asked for.
 const LOOKED_UP: usize = 8;
 
+/// Where the path of a lane has begun: the number of its turn, and its lane there.
+#[derive(Clone, Copy)]
+struct Source<'a, const C: usize> {
+    turn: &'a Turn<'a, C>,
+    number: usize,
+    lane: usize,
+}
+
 /// What has become of the paths so far; see [`Path`] for the same of one.
 #[derive(Clone)]
-pub(super) struct Bundle<const C: usize> {
+pub(super) struct Bundle<'a, const C: usize> {
+    scene: &'a Scene,
+    /// When all of it happens.
+    time: f64,
+    sources: [Source<'a, C>; LANES],
     /// Paths that go on along their rays.
     pub alive: Mask,
     pub rays: Rays,
@@ -57,42 +69,56 @@ pub(super) struct Bundle<const C: usize> {
     pub prior_throughput: Row,
     /// Whether the paths are suffixes that several first surfaces share.
     pub is_shared: bool,
+    /// Whether a segment leads through nothing, and what it meets is a surface.
+    is_plain: bool,
     /// By lane, where segments are not plain.
     media: Vec<Media>,
-    /// What paths that have left the bundle have found that light subpaths compete for, and the light's part
-    /// in the ratio of the densities.
-    pub contested: Vec<(usize, Sampled<C>, f64)>,
+    only_radiance: SampledLanes<C>,
+    /// Light that has come along the rays, weighed by all that was before.
+    pub arriving: SampledLanes<C>,
+    /// What paths that have left the bundle have found that light subpaths compete for: the light, and its
+    /// part in the ratio of the densities, by the number of the turn and the lane there.
+    pub contested: Vec<(usize, usize, Sampled<C>, f64)>,
 }
 
-impl<'a, const C: usize> Setting<'a, C> {
+impl<'a, const C: usize> Turn<'a, C> {
     pub fn new(
-        scene: &'a Scene,
+        scene: &Scene,
         time: f64,
         wavelengths: &'a Wavelengths<C>,
-        streams: &'a [Stream<'a>],
+        streams: [Stream<'a>; LANES],
     ) -> Self {
-        let features = scene.features();
         let reflectances = scene.reflectances().iter().take(LOOKED_UP);
         Self {
-            scene,
-            time,
             wavelengths,
+            time,
             streams,
             reflectances: reflectances.map(|spectrum| spectrum.sample(&wavelengths.nm)).collect(),
-            is_plain: !features.medium_stack && !features.absorption && !features.interface_events(),
+            only_radiance: scene.lights.only_radiance(&wavelengths.nm),
         }
     }
 
-    fn reflectance(&self, number: u32) -> Sampled<C> {
+    fn reflectance(&self, scene: &Scene, number: u32) -> Sampled<C> {
         match self.reflectances.get(number as usize) {
             Some(reflectance) => *reflectance,
-            None => self.scene.reflectances()[number as usize].sample(&self.wavelengths.nm),
+            None => scene.reflectances()[number as usize].sample(&self.wavelengths.nm),
         }
     }
+}
 
+impl<'a, const C: usize> Bundle<'a, C> {
     /// Paths from a camera, along rays for the lanes in their order.
-    pub fn from_camera<'r>(&self, rays: impl Iterator<Item = &'r Ray>) -> Bundle<C> {
-        let mut bundle = Bundle {
+    pub fn from_camera<'r>(
+        scene: &'a Scene,
+        turn: &'a Turn<'a, C>,
+        number: usize,
+        rays: impl Iterator<Item = &'r Ray>,
+    ) -> Self {
+        let features = scene.features();
+        let mut bundle = Self {
+            scene,
+            time: turn.time,
+            sources: std::array::from_fn(|lane| Source { turn, number, lane }),
             alive: 0,
             rays: Rays::NONE,
             depth: 0,
@@ -103,22 +129,43 @@ impl<'a, const C: usize> Setting<'a, C> {
             prior_over_density: ZERO,
             prior_throughput: [f64x4::ONE; REGISTERS],
             is_shared: false,
+            is_plain: !features.medium_stack && !features.absorption && !features.interface_events(),
             media: Vec::new(),
+            only_radiance: SampledLanes::splat(&turn.only_radiance),
+            arriving: SampledLanes::ZERO,
             contested: Vec::new(),
         };
         for (lane, ray) in rays.enumerate() {
             bundle.alive |= 1 << lane;
             bundle.rays.set(lane, ray);
-            if !self.is_plain {
-                bundle.media.push(self.scene.media_at_sensor(ray, self.time));
+            if !bundle.is_plain {
+                bundle.media.push(scene.media_at_sensor(ray, turn.time));
             }
         }
         bundle
     }
 
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
+    /// Whether paths of another bundle that has come as far may go on in this one.
+    pub fn may_merge(&self, other: &Self) -> bool {
+        self.depth == other.depth && (self.time == other.time || !self.scene.features().motion)
+    }
+
+    fn stream(&self, lane: usize) -> &'a Stream<'a> {
+        let Source { turn, lane, .. } = self.sources[lane];
+        &turn.streams[lane]
+    }
+
+    fn wavelengths(&self, lane: usize) -> &'a Wavelengths<C> {
+        self.sources[lane].turn.wavelengths
+    }
+
     /// The values of a set for all lanes.
     pub fn draw(&self, dimensions: Dimensions) -> [Row; 4] {
-        Stream::draw_in_lanes(self.streams, dimensions)
+        Stream::draw_in_lanes(&std::array::from_fn(|lane| self.stream(lane)), dimensions)
     }
 
     /// Those of a branch of each path; the first has the path's own.
@@ -126,19 +173,14 @@ impl<'a, const C: usize> Setting<'a, C> {
         if branch == 0 {
             return self.draw(dimensions);
         }
-        let streams: SmallVec<[Stream; LANES]> =
-            self.streams.iter().map(|stream| stream.branch(branch)).collect();
-        Stream::draw_in_lanes(&streams, dimensions)
+        let streams: [Stream; LANES] = std::array::from_fn(|lane| self.stream(lane).branch(branch));
+        Stream::draw_in_lanes(&streams.each_ref(), dimensions)
     }
-}
 
-impl<const C: usize> Bundle<C> {
-    pub fn media<'m>(&'m self, lane: usize, setting: &Setting<C>) -> Cow<'m, Media> {
+    pub fn media(&self, lane: usize) -> Cow<'_, Media> {
         match self.media.get(lane) {
             Some(media) => Cow::Borrowed(media),
-            None => Cow::Owned(
-                setting.scene.media_at_sensor(&self.rays.get(lane), setting.time),
-            ),
+            None => Cow::Owned(self.scene.media_at_sensor(&self.rays.get(lane), self.time)),
         }
     }
 
@@ -147,11 +189,10 @@ impl<const C: usize> Bundle<C> {
     }
 
     /// The path of a lane, to be followed alone.
-    pub fn path(&self, setting: &Setting<C>, lane: usize) -> Path<C> {
-        let Setting { scene, time, .. } = *setting;
-        let ray = self.rays.get(lane);
+    pub fn path(&self, lane: usize) -> Path<C> {
+        let (scene, ray) = (self.scene, self.rays.get(lane));
         if self.depth == 0 {
-            let mut path = Path::from_camera(scene, &ray, time);
+            let mut path = Path::from_camera(scene, &ray, self.time);
             path.throughput = self.throughput.get(lane);
             if let Some(media) = self.media.get(lane) {
                 path.media.clone_from(media);
@@ -168,39 +209,35 @@ impl<const C: usize> Bundle<C> {
             }),
         };
         Path::parted(Parted {
-            time,
+            time: self.time,
             depth: self.depth,
             throughput: self.throughput.get(lane),
             ratio: self.ratio.get(lane),
-            last: self.previous(lane),
-            media: self.media(lane, setting).into_owned(),
+            last: PreviousSample::Scattered {
+                from: self.from.get(lane),
+                prior_over_density: get(&self.prior_over_density, lane),
+                by_scattering: self.ratio.get(lane),
+            },
+            media: self.media(lane).into_owned(),
             beside_light_subpaths: beside,
             prior_throughput: get(&self.prior_throughput, lane),
         })
     }
 
-    /// How the ray of a lane was sampled.
-    fn previous(&self, lane: usize) -> PreviousSample<C> {
-        match self.depth {
-            0 => PreviousSample::Camera,
-            _ => PreviousSample::Scattered {
-                from: self.from.get(lane),
-                prior_over_density: get(&self.prior_over_density, lane),
-                by_scattering: self.ratio.get(lane),
-            },
-        }
+    pub fn arrives(&mut self, lane: usize, light: Sampled<C>) {
+        self.arriving.set(lane, &(self.arriving.get(lane) + light));
     }
 
     /// To the next surfaces; see [`Path::advance`]. The lanes that meet none have left the scene.
-    pub fn advance(&mut self, setting: &Setting<C>) -> Intersections {
-        let Setting { scene, time, wavelengths, is_plain, .. } = *setting;
-        if is_plain && scene.meets_at_once(self.kind()) {
-            return scene.intersect_in_lanes(&self.rays, time, self.kind(), self.alive);
+    pub fn advance(&mut self, found: &mut Intersections) {
+        let scene = self.scene;
+        if self.is_plain && scene.meets_at_once(self.kind()) {
+            return scene.intersect_in_lanes(&self.rays, self.time, self.kind(), self.alive, found);
         }
-        let mut found = Intersections::none(time);
+        found.clear(self.time);
         for lane in lanes_of(self.alive) {
-            let mut path = self.path(setting, lane);
-            if let Some(hit) = path.advance(scene, &self.rays.get(lane), wavelengths) {
+            let mut path = self.path(lane);
+            if let Some(hit) = path.advance(scene, &self.rays.get(lane), self.wavelengths(lane)) {
                 found.set(lane, &hit);
             }
             self.throughput.set(lane, &path.throughput);
@@ -208,326 +245,388 @@ impl<const C: usize> Bundle<C> {
                 *media = path.media;
             }
         }
-        found
     }
 
-    /// Light from beyond the scene along the rays of some lanes; see [`Path::escaped`].
-    pub fn escaped(&self, setting: &Setting<C>, lanes: Mask, arriving: &mut SampledLanes<C>) {
-        let Setting { scene, wavelengths, .. } = *setting;
+    /// Light from beyond the scene along the rays that meet no surface, whose paths end; see
+    /// [`Path::escaped`].
+    pub fn escape(&mut self, hits: &Intersections) {
+        let scene = self.scene;
+        let gone = self.alive & !hits.met;
+        self.alive &= hits.met;
+        scene.paths_ended(PathEnd::Escaped, self.depth + 1, gone);
         let hidden = self.depth == 0 && scene.limits.hide_emitters;
         let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return };
-        // What light samples do not look for has the weight 1.
-        let even = match environment {
-            Environment::Constant(radiance) if lanes != 0 => Some(radiance.sample(&wavelengths.nm)),
-            _ => None,
-        };
-        for lane in lanes_of(lanes) {
-            let ray = self.rays.get(lane);
-            let light = match even {
-                Some(radiance) => {
-                    self.throughput.get(lane) * radiance * (1.0 / self.ratio.get(lane).sum())
+        for lane in lanes_of(gone) {
+            let wavelengths = self.wavelengths(lane);
+            let light = match environment {
+                // What light samples do not look for has the weight 1.
+                Environment::Constant(radiance) => {
+                    let weight = 1.0 / self.ratio.get(lane).sum();
+                    self.throughput.get(lane) * radiance.sample(&wavelengths.nm) * weight
                 }
-                None => self.path(setting, lane).escaped(scene, &ray, wavelengths),
+                _ => self.path(lane).escaped(scene, &self.rays.get(lane), wavelengths),
             };
-            arriving.set(lane, &(arriving.get(lane) + light));
+            self.arrives(lane, light);
         }
     }
 
     /// Light that the surfaces emit along the rays; see [`Path::emitted`].
-    pub fn emitted(&self, setting: &Setting<C>, hits: &Intersections, arriving: &mut SampledLanes<C>) {
-        let Setting { scene, wavelengths, .. } = *setting;
+    pub fn emit(&mut self, hits: &Intersections) {
         for lane in lanes_of(hits.on_light & self.alive) {
-            let hit = hits.get(scene, lane);
-            let light =
-                self.path(setting, lane).emitted(scene, &self.rays.get(lane), &hit, wavelengths);
-            arriving.set(lane, &(arriving.get(lane) + light));
+            let (hit, ray) = (hits.get(self.scene, lane), self.rays.get(lane));
+            let light = self.path(lane).emitted(self.scene, &ray, &hit, self.wavelengths(lane));
+            self.arrives(lane, light);
         }
     }
 
     /// Whether the paths have as many segments as they may.
-    pub fn is_last(&self, scene: &Scene) -> bool {
-        self.depth + 1 >= scene.limits.max_depth
+    pub fn is_last(&self) -> bool {
+        self.depth + 1 >= self.scene.limits.max_depth
     }
 
-    /// How the surfaces scatter; see [`Path::shade`].
-    pub fn shade(&self, setting: &Setting<C>, hits: Intersections) -> Surfaces<C> {
-        let Setting { scene, wavelengths, streams, .. } = *setting;
-        let mut surfaces = Surfaces::new(hits);
+    /// How the surfaces scatter that were met; see [`Path::shade`]. Paths end where nothing is scattered.
+    pub fn shade(&mut self, surfaces: &mut Surfaces<C>) {
+        let scene = self.scene;
+        surfaces.clear();
         let mut seen_from_front = 0;
         for register in 0..REGISTERS {
             let normal = surfaces.hits.shading_normal[register];
             let toward = self.rays.direction[register].dot(normal);
             seen_from_front |= toward.lt(f64x4::ZERO).mask() << (WIDTH * register);
             // On the side that is seen.
-            let side = f64x4::ONE.copysign(-toward);
-            surfaces.normal[register] = normal * side;
+            surfaces.normal[register] = normal * f64x4::ONE.copysign(-toward);
         }
         for lane in lanes_of(surfaces.hits.met & self.alive) {
             match scene.side(&surfaces.hits, lane, seen_from_front >> lane & 1 == 1) {
                 Side::Diffuse(number) => {
+                    let reflectance = self.sources[lane].turn.reflectance(scene, number);
                     surfaces.diffuse |= 1 << lane;
-                    surfaces.reflectance.set(lane, &setting.reflectance(number));
+                    surfaces.reflectance.set(lane, &reflectance);
                 }
                 Side::Black => {}
-                Side::Other => {
-                    let hit = surfaces.hits.get(scene, lane);
-                    let choice = match scene.features().choices {
-                        true => streams[lane].draw(Dimensions::Light(self.depth))[3],
-                        false => 0.0,
-                    };
-                    let toward_eye = -self.rays.get(lane).direction;
-                    let media = self.media(lane, setting);
-                    let shading = scene.shade(&hit, toward_eye, &media, wavelengths, choice);
-                    match shading.diffuse() {
-                        Some((normal, reflectance)) => surfaces.set_diffuse(lane, normal, &reflectance),
-                        None => surfaces.set_other(lane, shading),
-                    }
-                }
+                Side::Other => surfaces.set(lane, self.shading(lane, &surfaces.hits.get(scene, lane))),
             }
         }
-        surfaces
+        let absorbed = self.alive & !surfaces.scattering();
+        self.end(PathEnd::Absorbed, absorbed);
+        self.alive &= !absorbed;
     }
 
-    /// Light samples for the surfaces of some lanes; see [`Path::light_sample`].
-    pub fn light_samples(
-        &self,
-        setting: &Setting<C>,
-        surfaces: &Surfaces<C>,
-        u: &[Row; 4],
-        asked: Mask,
-    ) -> LightSamples<C> {
-        let Setting { scene, time, wavelengths, .. } = *setting;
-        let none = self.is_last(scene) || scene.lights.is_empty();
-        let asked = if none { 0 } else { asked & surfaces.scattering() };
-        let mut samples =
-            scene.lights.sample_in_lanes(&surfaces.receivers(), time, wavelengths, asked, &[u[0], u[1]]);
-        samples.rays.leaves = surfaces.hits.facet;
-        samples
+    fn shading(&self, lane: usize, hit: &Intersection) -> Shading<C> {
+        let scene = self.scene;
+        let choice = match scene.features().choices {
+            true => self.stream(lane).draw(Dimensions::Light(self.depth))[3],
+            false => 0.0,
+        };
+        let toward_eye = -self.rays.get(lane).direction;
+        scene.shade(hit, toward_eye, &self.media(lane), &self.wavelengths(lane), choice)
     }
 
-    /// Light that reaches the surfaces straight from lights, and on by scattering; see [`Path::direct_light`].
+    /// Light samples for the surfaces; see [`Path::light_sample`].
+    pub fn sample_lights(&self, surfaces: &Surfaces<C>, u: &[Row; 4], samples: &mut LightSamples<C>) {
+        let lights = &self.scene.lights;
+        if self.is_last() || lights.is_empty() {
+            samples.found = 0;
+            return;
+        }
+        let (receivers, values) = (surfaces.receivers(), [u[0], u[1]]);
+        let wavelengths = |lane: usize| self.wavelengths(lane);
+        let only = &self.only_radiance;
+        lights.sample_in_lanes(&receivers, self.time, wavelengths, only, self.alive, &values, samples);
+        samples.rays.leaves = *surfaces.hits.facet();
+    }
+
+    /// Light that reaches the surfaces straight from lights, and on by scattering, times a weight; see
+    /// [`Path::direct_light`].
     pub fn direct_light(
-        &self,
-        setting: &Setting<C>,
+        &mut self,
         surfaces: &Surfaces<C>,
         u: &[Row; 4],
-        asked: Mask,
-    ) -> SampledLanes<C> {
-        let mut light = SampledLanes::ZERO;
-        let samples = self.light_samples(setting, surfaces, u, asked);
+        weight: f64,
+        samples: &mut LightSamples<C>,
+    ) {
+        self.sample_lights(surfaces, u, samples);
         if samples.found == 0 {
-            return light;
+            return;
         }
         let values = surfaces.evaluate(&samples.rays.direction, samples.found);
         let prior = self.ratio.sum_of_each();
         let by_scattering = self.ratio.dot_of_each(&values.density);
-        let weights = light_sample_weights(setting.scene, &samples, &prior, &by_scattering);
+        let weights = light_sample_weights(self.scene, samples, &prior, &by_scattering);
+        let mut light = values.f_cos;
         for wavelength in 0..C {
             for register in 0..REGISTERS {
                 let found = Truth::of(part(samples.found, register));
-                light.0[wavelength][register] = found.only(
+                let light = &mut light.0[wavelength][register];
+                *light = found.only(
                     self.throughput.0[wavelength][register]
-                        * values.f_cos.0[wavelength][register]
+                        * *light
                         * samples.radiance.0[wavelength][register]
                         * weights[register],
                 );
             }
         }
         let wanted = light.nonzero() & samples.found;
-        self.attenuate(setting, surfaces, &samples.rays, wanted, &mut light);
-        light
+        self.attenuate(surfaces, &samples.rays, wanted, &mut light);
+        light.add_times(&Sampled::splat(weight), &mut self.arriving);
     }
 
     /// Takes account of what is in the way of shadow rays; see [`Path::visibility`].
     pub fn attenuate(
         &self,
-        setting: &Setting<C>,
         surfaces: &Surfaces<C>,
         shadow_rays: &Rays,
         asked: Mask,
         light: &mut SampledLanes<C>,
     ) {
-        let Setting { scene, time, wavelengths, is_plain, .. } = *setting;
-        if is_plain && !scene.features().transparent_shadows {
-            light.keep(!scene.occluded_in_lanes(shadow_rays, time, asked));
+        let scene = self.scene;
+        if self.is_plain && !scene.features().transparent_shadows {
+            light.keep(!scene.occluded_in_lanes(shadow_rays, self.time, asked));
             return;
         }
         for lane in lanes_of(asked) {
-            let (path, hit) = (self.path(setting, lane), surfaces.hits.get(scene, lane));
+            let (path, hit) = (self.path(lane), surfaces.hits.get(scene, lane));
             let (ray, shadow_ray) = (self.rays.get(lane), shadow_rays.get(lane));
-            let visibility = path.visibility(scene, &ray, &hit, &shadow_ray, wavelengths);
+            let visibility = path.visibility(scene, &ray, &hit, &shadow_ray, self.wavelengths(lane));
             light.set(lane, &(light.get(lane) * visibility));
         }
     }
 
-    /// Leaves the surfaces of some lanes in the directions that were sampled there; see [`Path::leave`].
-    pub fn leave(&mut self, surfaces: &Surfaces<C>, scatters: &Scatters<C>, lanes: Mask) {
+    /// Leaves the surfaces in the directions that were sampled there, in which alone paths go on; see
+    /// [`Path::leave`].
+    pub fn leave(&mut self, surfaces: &Surfaces<C>, scatters: &Scatters<C>) {
         let prior = self.ratio.sum_of_each();
         for register in 0..REGISTERS {
             for wavelength in 0..C {
                 let throughput = &mut self.throughput.0[wavelength][register];
                 *throughput = *throughput * scatters.weight.0[wavelength][register];
-                let ratio = &mut self.ratio.0[wavelength][register];
-                *ratio = *ratio * scatters.ratio.0[wavelength][register];
             }
             self.prior_over_density[register] = prior[register] / scatters.density[register];
             let direction = scatters.toward_light[register];
             self.rays.origin[register] = surfaces.hits.point[register].leave(direction);
             self.rays.direction[register] = direction;
-            self.rays.t_max[register] = f64x4::splat(f64::INFINITY);
         }
-        self.rays.leaves = surfaces.hits.facet;
+        for lane in lanes_of(surfaces.others & scatters.spread) {
+            self.ratio.set(lane, &(self.ratio.get(lane) * scatters.ratio.get(lane)));
+        }
+        self.rays.leaves = *surfaces.hits.facet();
         self.density = scatters.density;
         self.from = surfaces.receivers();
         self.depth += 1;
-        self.alive = lanes;
+        self.alive = scatters.spread;
     }
 
     /// Ends paths by Russian roulette, by a value for each lane; see [`Path::survival`].
-    pub fn survive(&mut self, scene: &Scene, values: &Row) {
-        let (mut kept, roulette) = (self.throughput.nonzero() & self.alive, self.depth >= scene.limits.rr_depth);
-        scene.paths_ended(PathEnd::Absorbed, self.depth, self.alive & !kept);
-        if roulette {
-            let late = f64x4::splat(late_survival(self.depth));
-            let sums = self.ratio.sum_of_each();
-            let mut died = 0;
-            for register in 0..REGISTERS {
-                let (mut most, mut alive) = (f64x4::splat(f64::NEG_INFINITY), f64x4::ZERO);
-                for wavelength in 0..C {
-                    most = self.throughput.0[wavelength][register].greater(most);
-                    let goes_along = self.ratio.0[wavelength][register].gt(f64x4::ZERO);
-                    alive = alive + goes_along.only(f64x4::ONE);
-                }
-                let throughput = alive * most / sums[register] * self.prior_throughput[register];
-                let survival = throughput.lesser(late);
-                died |= (!values[register].lt(survival)).mask() << (WIDTH * register);
-                for wavelength in 0..C {
-                    let throughput = &mut self.throughput.0[wavelength][register];
-                    *throughput = *throughput / survival;
-                }
-            }
-            scene.paths_ended(PathEnd::Roulette, self.depth, kept & died);
-            kept &= !died;
+    pub fn survive(&mut self, values: &Row) {
+        let scene = self.scene;
+        let carrying = self.throughput.nonzero();
+        self.end_before_next(PathEnd::Absorbed, self.alive & !carrying);
+        self.alive &= carrying;
+        if self.depth < scene.limits.rr_depth {
+            return;
         }
-        self.alive = kept;
+        let late = f64x4::splat(late_survival(self.depth));
+        let sums = self.ratio.sum_of_each();
+        let mut survive = 0;
+        for register in 0..REGISTERS {
+            let (mut most, mut alive) = (f64x4::splat(f64::NEG_INFINITY), f64x4::ZERO);
+            for wavelength in 0..C {
+                most = self.throughput.0[wavelength][register].greater(most);
+                let goes_along = self.ratio.0[wavelength][register].gt(f64x4::ZERO);
+                alive = alive + goes_along.only(f64x4::ONE);
+            }
+            let throughput = alive * most / sums[register] * self.prior_throughput[register];
+            let survival = throughput.lesser(late);
+            survive |= values[register].lt(survival).mask() << (WIDTH * register);
+            for wavelength in 0..C {
+                let throughput = &mut self.throughput.0[wavelength][register];
+                *throughput = *throughput / survival;
+            }
+        }
+        self.end_before_next(PathEnd::Roulette, self.alive & !survive);
+        self.alive &= survive;
     }
 
-    /// Goes on along the rays to the ends of the paths. Light that comes along them, weighed by all that was
-    /// before.
-    pub fn follow(&mut self, setting: &Setting<C>) -> SampledLanes<C> {
-        let Setting { scene, .. } = *setting;
-        let mut arriving = SampledLanes::ZERO;
-        while self.alive != 0 {
-            let hits = self.advance(setting);
-            let gone = self.alive & !hits.met;
-            self.escaped(setting, gone, &mut arriving);
-            scene.paths_ended(PathEnd::Escaped, self.depth + 1, gone);
-            self.alive &= hits.met;
-            self.emitted(setting, &hits, &mut arriving);
-            let is_last = self.is_last(scene);
-            // Past the last segment light may still pass surfaces as if there were none.
-            if is_last && !scene.features().transparent_shadows {
-                scene.paths_ended(PathEnd::MaxDepth, self.depth + 1, self.alive);
-                return arriving;
-            }
-            let surfaces = self.shade(setting, hits);
-            scene.paths_ended(PathEnd::Absorbed, self.depth + 1, self.alive & !surfaces.scattering());
-            self.alive &= surfaces.scattering();
-            for lane in lanes_of(surfaces.others & self.alive) {
-                if !surfaces.shares(lane) {
-                    self.alive &= !(1 << lane);
-                    let (light, _) = self.go_on_alone(setting, &surfaces, lane);
-                    arriving.set(lane, &(arriving.get(lane) + light));
-                }
-            }
-            if is_last {
-                scene.paths_ended(PathEnd::MaxDepth, self.depth + 1, self.alive);
-                return arriving;
-            }
-            if self.alive == 0 {
-                return arriving;
-            }
-            let light = setting.draw(Dimensions::Light(self.depth));
-            arriving.add(&self.direct_light(setting, &surfaces, &light, self.alive));
-            let u = setting.draw(Dimensions::Scattering(self.depth));
-            let scatters = surfaces.sample(&u, self.alive);
-            self.end_absorbed(scene, &scatters);
-            for (lane, scatter) in &scatters.apart {
-                let light = self.scatter_alone(setting, &surfaces, *lane, scatter, get(&u[3], *lane));
-                arriving.set(*lane, &(arriving.get(*lane) + light));
-            }
-            self.leave(&surfaces, &scatters, scatters.spread);
-            self.survive(scene, &u[3]);
+    /// One step along the rays: to the next surfaces, with the light from there, and on from them.
+    pub fn step(&mut self, scratch: &mut Scratch<C>) {
+        let Scratch { surfaces, samples } = scratch;
+        self.advance(&mut surfaces.hits);
+        self.escape(&surfaces.hits);
+        self.emit(&surfaces.hits);
+        let is_last = self.is_last();
+        // Past the last segment light may still pass surfaces as if there were none.
+        if is_last && !self.scene.features().transparent_shadows {
+            return self.stop();
         }
-        arriving
+        self.shade(surfaces);
+        for lane in lanes_of(surfaces.others & self.alive) {
+            if !surfaces.shares(lane) {
+                let (light, _) = self.go_on_alone(surfaces, lane);
+                self.arrives(lane, light);
+            }
+        }
+        if is_last {
+            return self.stop();
+        }
+        if self.alive == 0 {
+            return;
+        }
+        self.direct_light(surfaces, &self.draw(Dimensions::Light(self.depth)), 1.0, samples);
+        let u = self.draw(Dimensions::Scattering(self.depth));
+        let scatters = surfaces.sample(&u, self.alive);
+        self.end_absorbed(&scatters);
+        for (lane, scatter) in &scatters.apart {
+            let light = self.scatter_alone(surfaces, *lane, scatter, get(&u[3], *lane));
+            self.arrives(*lane, light);
+        }
+        self.leave(surfaces, &scatters);
+        self.survive(&u[3]);
+    }
+
+    /// All paths have as many segments as they may.
+    pub fn stop(&mut self) {
+        self.end(PathEnd::MaxDepth, self.alive);
+        self.alive = 0;
     }
 
     /// Some paths end before they leave the surface that they have met.
-    pub fn end(&self, scene: &Scene, end: PathEnd, lanes: Mask) {
-        scene.paths_ended(end, self.depth + 1, lanes);
+    pub fn end(&self, end: PathEnd, lanes: Mask) {
+        self.scene.paths_ended(end, self.depth + 1, lanes);
     }
 
     /// They end when they would go on along a new segment.
-    pub fn end_before_next(&self, scene: &Scene, end: PathEnd, lanes: Mask) {
-        scene.paths_ended(end, self.depth, lanes);
+    pub fn end_before_next(&self, end: PathEnd, lanes: Mask) {
+        self.scene.paths_ended(end, self.depth, lanes);
     }
 
     /// The lanes that scatter nothing end where they are.
-    pub fn end_absorbed(&self, scene: &Scene, scatters: &Scatters<C>) {
+    pub fn end_absorbed(&self, scatters: &Scatters<C>) {
         let apart = scatters.apart.iter().fold(0, |mask, (lane, _)| mask | 1 << lane);
-        scene.paths_ended(PathEnd::Absorbed, self.depth + 1, self.alive & !(scatters.spread | apart));
+        self.end(PathEnd::Absorbed, self.alive & !(scatters.spread | apart));
     }
 
-    /// Follows the path of a lane from a surface to its end. What it finds, and whether it meets what alpha
-    /// counts.
-    pub fn go_on_alone(
+    /// The path of a lane leaves the bundle at a surface and is followed to its end. What it finds, and whether
+    /// it meets what alpha counts.
+    pub fn go_on_alone(&mut self, surfaces: &Surfaces<C>, lane: usize) -> (Sampled<C>, bool) {
+        self.alive &= !(1 << lane);
+        let (hit, ray) = (surfaces.hits.get(self.scene, lane), self.rays.get(lane));
+        let Some(shading) = surfaces.shading(lane) else { return (Sampled::ZERO, false) };
+        self.follow_from(lane, &ray, &hit, shading)
+    }
+
+    /// Past the last segment: what is left to do at a surface for the path of a lane.
+    pub fn end_alone(&mut self, hits: &Intersections, lane: usize) -> (Sampled<C>, bool) {
+        let (hit, ray) = (hits.get(self.scene, lane), self.rays.get(lane));
+        let (wavelengths, stream) = (self.wavelengths(lane), self.stream(lane));
+        let path = self.path(lane);
+        match path.shade(self.scene, &ray, &hit, wavelengths, stream) {
+            Some(shading) => self.follow_from(lane, &ray, &hit, &shading),
+            None => (Sampled::ZERO, path.alpha_hit),
+        }
+    }
+
+    /// The same with how the surface scatters.
+    fn follow_from(
         &mut self,
-        setting: &Setting<C>,
-        surfaces: &Surfaces<C>,
         lane: usize,
+        ray: &Ray,
+        hit: &Intersection,
+        shading: &Shading<C>,
     ) -> (Sampled<C>, bool) {
-        let Setting { scene, wavelengths, streams, .. } = *setting;
-        let (hit, ray) = (surfaces.hits.get(scene, lane), self.rays.get(lane));
-        let mut path = self.path(setting, lane);
+        let (wavelengths, stream) = (self.wavelengths(lane), self.stream(lane));
+        let mut path = self.path(lane);
         let mut light = Sampled::ZERO;
-        if let Some(shading) = surfaces.shading(lane)
-            && let Some(ray) =
-                path.go_on(scene, &ray, &hit, shading, wavelengths, &streams[lane], &mut light)
-        {
-            light += path.follow(scene, ray, wavelengths, &streams[lane]);
+        if let Some(ray) = path.go_on(self.scene, ray, hit, shading, wavelengths, stream, &mut light) {
+            light += path.follow(self.scene, ray, wavelengths, stream);
         }
         self.keep_contested(lane, &mut path);
         (light, path.alpha_hit)
     }
 
-    /// The same from where it has been scattered. `survival` is the value that decides whether it survives.
+    /// Follows a path that has left its first surface in a single direction, which decides alone.
+    pub fn follow_single(&self, surfaces: &Surfaces<C>, lane: usize, scatter: &Scatter<C>) -> Sampled<C> {
+        let Some(shading) = surfaces.shading(lane) else { return Sampled::ZERO };
+        let mut path = self.path(lane);
+        let ray = path.leave(self.scene, &surfaces.hits.get(self.scene, lane), shading, scatter);
+        path.follow(self.scene, ray, self.wavelengths(lane), self.stream(lane))
+    }
+
+    /// Follows a path from where it has been scattered. `survival` is the value that decides whether it
+    /// survives.
     pub fn scatter_alone(
         &mut self,
-        setting: &Setting<C>,
         surfaces: &Surfaces<C>,
         lane: usize,
         scatter: &Scatter<C>,
         survival: f64,
     ) -> Sampled<C> {
-        let Setting { scene, wavelengths, streams, .. } = *setting;
         let Some(shading) = surfaces.shading(lane) else { return Sampled::ZERO };
-        let hit: Intersection = surfaces.hits.get(scene, lane);
-        let mut path = self.path(setting, lane);
-        let ray = path.leave(scene, &hit, shading, scatter);
-        let kept = path.survival(scene);
+        let mut path = self.path(lane);
+        let ray = path.leave(self.scene, &surfaces.hits.get(self.scene, lane), shading, scatter);
+        let kept = path.survival(self.scene);
         if survival >= kept {
-            path.end_before_next(scene, kept);
+            path.end_before_next(self.scene, kept);
             return Sampled::ZERO;
         }
         path.throughput /= kept;
-        let light = path.follow(scene, ray, wavelengths, &streams[lane]);
+        let light = path.follow(self.scene, ray, self.wavelengths(lane), self.stream(lane));
         self.keep_contested(lane, &mut path);
         light
     }
 
     fn keep_contested(&mut self, lane: usize, path: &mut Path<C>) {
+        let Source { number, lane, .. } = self.sources[lane];
         let contested = std::mem::take(&mut path.contested);
-        self.contested.extend(contested.into_iter().map(|(light, part)| (lane, light, part)));
+        self.contested.extend(contested.into_iter().map(|(light, part)| (number, lane, light, part)));
+    }
+
+    /// What came to a lane, by the number of its turn and its lane there.
+    pub fn found(&self, lane: usize) -> (usize, usize, Sampled<C>) {
+        let Source { number, lane: of_turn, .. } = self.sources[lane];
+        (number, of_turn, self.arriving.get(lane))
+    }
+
+    /// Takes the path of a lane of another bundle, which has come as far, into a lane whose own has ended.
+    pub fn take(&mut self, lane: usize, other: &mut Self, from: usize) {
+        self.sources[lane] = other.sources[from];
+        self.rays.set(lane, &other.rays.get(from));
+        set(&mut self.rays.leaves, lane, get(&other.rays.leaves, from));
+        let (register, [to, of]) = (lane / WIDTH, [&mut self.from, &mut other.from]);
+        let Receiver { point, facing } = of.get(from);
+        to.point[register].set(lane, &point);
+        to.facing[register].set(lane, facing);
+        for (own, other) in [
+            (&mut self.throughput, &other.throughput),
+            (&mut self.ratio, &other.ratio),
+            (&mut self.only_radiance, &other.only_radiance),
+            (&mut self.arriving, &other.arriving),
+        ] {
+            own.set(lane, &other.get(from));
+        }
+        for (own, other) in [
+            (&mut self.density, &other.density),
+            (&mut self.prior_over_density, &other.prior_over_density),
+            (&mut self.prior_throughput, &other.prior_throughput),
+        ] {
+            set(own, lane, get(other, from));
+        }
+        if let (Some(own), Some(other)) = (self.media.get_mut(lane), other.media.get(from)) {
+            own.clone_from(other);
+        }
+        self.alive |= 1 << lane;
+        other.alive &= !(1 << from);
+    }
+}
+
+/// What a step fills and the next one fills again.
+pub(super) struct Scratch<const C: usize> {
+    pub surfaces: Surfaces<C>,
+    pub samples: LightSamples<C>,
+}
+
+impl<const C: usize> Scratch<C> {
+    pub fn new() -> Self {
+        Self { surfaces: Surfaces::new(), samples: LightSamples::NONE }
     }
 }
 
@@ -545,7 +644,7 @@ fn light_sample_weights<const C: usize>(
             let density = samples.density_of(lane);
             let weight =
                 light_sample_weight(scene, density, get(prior, lane), || get(by_scattering, lane));
-            crate::lanes::set(&mut weights, lane, weight);
+            set(&mut weights, lane, weight);
         }
         return weights;
     }

@@ -1,22 +1,25 @@
 //! Which first surfaces of a group see a next one, and what each of them gets of it. Each first surface has a
 //! lane.
 
-use super::bundle::{Bundle, Setting};
+use super::bundle::{Bundle, Turn};
+use super::caustics::FirstSurface;
 use super::surfaces::{Evaluations, Surfaces};
 use crate::accel::Fan;
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::lanes::{self, Mask, REGISTERS, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
 use crate::light::Receivers;
+use crate::scene::Scene;
 use crate::spectrum::{Sampled, SampledLanes};
 use std::f64::consts::FRAC_1_PI;
 use wide::f64x4;
 
 /// The first surfaces of a group.
 pub(super) struct Firsts<'a, const C: usize> {
-    setting: &'a Setting<'a, C>,
+    pub scene: &'a Scene,
+    pub turn: &'a Turn<'a, C>,
     /// The paths as they come to the surfaces.
-    bundle: &'a Bundle<C>,
+    pub bundle: &'a Bundle<'a, C>,
     pub surfaces: &'a Surfaces<C>,
     /// Those that share.
     pub all: Mask,
@@ -76,10 +79,10 @@ pub(super) enum Values<const C: usize> {
 
 impl<'a, const C: usize> Firsts<'a, C> {
     pub fn new(
-        setting: &'a Setting<'a, C>,
-        bundle: &'a Bundle<C>,
+        scene: &'a Scene,
+        turn: &'a Turn<'a, C>,
+        bundle: &'a Bundle<'a, C>,
         surfaces: &'a Surfaces<C>,
-        all: Mask,
     ) -> Self {
         let mut reflected = surfaces.reflectance.clone();
         for (reflected, throughput) in reflected.0.iter_mut().zip(&bundle.throughput.0) {
@@ -87,12 +90,22 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 reflected[register] *= throughput[register];
             }
         }
-        let fan = setting.scene.fan(&surfaces.hits.point);
-        Self { setting, bundle, surfaces, all, receivers: surfaces.receivers(), fan, reflected }
+        let fan = scene.fan(&surfaces.hits.point);
+        let (all, receivers) = (bundle.alive, surfaces.receivers());
+        Self { scene, turn, bundle, surfaces, all, receivers, fan, reflected }
     }
 
-    /// The density, for each wavelength as the hero, with which a first surface scatters in a direction.
-    pub fn density_of_direction(&self, lane: usize, direction: Vec3) -> f64 {
+    /// The weight, beside light subpaths that reach a first surface, of what it gets of a suffix.
+    pub fn weight_beside_light_subpaths(&self, links: &Links<C>, lane: usize, from_light: f64) -> f64 {
+        let Some(caustics) = self.scene.caustics() else { return 1.0 };
+        let leaves = -links.toward_first(lane);
+        let density = self.density_of_direction(lane, leaves) / C as f64;
+        let point = self.receivers.get(lane).point;
+        caustics.weight_beside(self.scene, &FirstSurface { point, leaves, density }, from_light, self.turn.time)
+    }
+
+    /// The density with which a first surface scatters in a direction, over the wavelengths as the hero.
+    fn density_of_direction(&self, lane: usize, direction: Vec3) -> f64 {
         match self.surfaces.shading(lane) {
             Some(shading) => shading.evaluate(direction).density.sum(),
             None => {
@@ -127,7 +140,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
             toward_first[register] = -direction;
         }
         let found = Found { owner: next.owner, toward_first, geometry, share, facing, linked };
-        let Setting { scene, time, .. } = *self.setting;
+        let (scene, time) = (self.scene, self.turn.time);
         let hidden = |linked| scene.blocked(&self.fan, target, time, linked);
         self.linked(found, hidden, |point| point.segment_to(target))
     }
@@ -150,9 +163,10 @@ impl<'a, const C: usize> Firsts<'a, C> {
             facing: Mask::MAX,
             linked,
         };
-        let Setting { scene, time, wavelengths, .. } = *self.setting;
+        let (scene, Turn { time, wavelengths, .. }) = (self.scene, self.turn);
+        let time = *time;
         let sees = |lane: &usize| {
-            let (ray, media) = (self.fan.point(*lane).ray(direction), self.bundle.media(*lane, self.setting));
+            let (ray, media) = (self.fan.point(*lane).ray(direction), self.bundle.media(*lane));
             !scene.transmittance_between_surfaces(&ray, time, &media.here, wavelengths).is_zero()
         };
         let hidden = |linked| linked & !lanes_of(linked).filter(sees).fold(0, |mask, lane| mask | 1 << lane);
@@ -181,7 +195,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 links.density.set(lane, &(value.density * geometry));
             }
         }
-        if !self.setting.scene.features().interface_events() {
+        if !self.scene.features().interface_events() {
             // What sampled a place sees it.
             links.linked &= !hidden(links.linked & !(1 << owner));
         }
@@ -202,13 +216,14 @@ impl<'a, const C: usize> Firsts<'a, C> {
 
     /// Takes account of what is on the way but for opaque surfaces.
     fn attenuate(&self, owner: usize, way: impl Fn(&SurfacePoint) -> Option<Ray>, links: &mut Links<C>) {
-        let Setting { scene, time, wavelengths, .. } = *self.setting;
+        let (scene, Turn { time, wavelengths, .. }) = (self.scene, self.turn);
+        let time = *time;
         let features = scene.features();
         if !features.interface_events() && !features.absorption {
             return;
         }
         for lane in lanes_of(links.linked) {
-            let media = &self.bundle.media(lane, self.setting).here;
+            let media = &self.bundle.media(lane).here;
             let between = match way(&self.fan.point(lane)) {
                 Some(ray) if !features.interface_events() => {
                     scene.transmittance(media, &ray, wavelengths).unwrap_or(Sampled::ONE)

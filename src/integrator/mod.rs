@@ -5,6 +5,7 @@ mod caustics;
 mod links;
 mod observe;
 mod path;
+mod pool;
 mod shared;
 mod surfaces;
 mod volume;
@@ -18,7 +19,7 @@ use crate::spectrum::{Sampled, Wavelengths};
 pub use caustics::{Splat, light_subpath};
 use observe::Record;
 pub use observe::{Step, Told};
-pub use shared::{Sight, parts_of_group, radiance_of_group};
+pub use shared::{GroupSample, Sight, TOGETHER, parts_of_group, radiance_of_group};
 
 impl Limits {
     /// Whether rays that meet no surface count as having met something.

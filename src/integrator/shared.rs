@@ -21,15 +21,14 @@
 //! sum over what is shared and what is not is that of the path tracer.
 
 use super::RadianceSample;
-use super::bundle::{Bundle, Setting};
-use super::caustics::FirstSurface;
+use super::bundle::{Bundle, Scratch, Turn};
 use super::links::{Firsts, Links, Next, Values};
 use super::path::{PreviousSample, light_sample_weight};
+use super::pool::{Found, follow};
 use super::surfaces::Surfaces;
-use crate::bsdf::Scatter;
 use crate::geometry::{Ray, Vec3};
 use crate::lanes::{LANES, Mask, WIDTH, get, lanes_of, set};
-use crate::light::{LightHit, Receiver};
+use crate::light::{LightSamples, Receiver};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{PathEnd, Scene};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
@@ -44,34 +43,39 @@ pub struct Sight<'a> {
     pub stream: Stream<'a>,
 }
 
-/// Adds to each pixel of a group the spectral radiance along its camera ray, as [`super::radiance`] gives it
-/// for one alone. `seen` is by the members' numbers; `light_samples` says how many each first surface takes.
-/// There are at most [`LANES`] sights.
+/// One sample of each pixel of a group: the camera rays, at most [`LANES`], with what they share.
+#[derive(Clone, Copy, Debug)]
+pub struct GroupSample<'a, const C: usize> {
+    pub sights: &'a [Sight<'a>],
+    pub time: f64,
+    pub wavelengths: &'a Wavelengths<C>,
+}
+
+/// Adds to each pixel of a group the spectral radiance along its camera rays, as [`super::radiance`] gives it
+/// for one alone: for each sample, by the members' numbers. `light_samples` says how many each first surface
+/// takes. That several samples are asked for at once makes no difference but in time.
 pub fn radiance_of_group<const C: usize>(
     scene: &Scene,
-    sights: &[Sight],
-    time: f64,
-    wavelengths: &Wavelengths<C>,
+    samples: &[GroupSample<C>],
     light_samples: u32,
-    seen: &mut [RadianceSample<C>],
+    seen: &mut [&mut [RadianceSample<C>]],
 ) {
-    share(scene, sights, time, wavelengths, light_samples, seen, |_, _| {});
+    share(scene, samples, light_samples, seen, |_, _| {});
 }
 
 /// The parts of what [`radiance_of_group`] gives a pixel: its own, and what comes of the path of each member.
 pub fn parts_of_group<const C: usize>(
     scene: &Scene,
-    sights: &[Sight],
-    time: f64,
-    wavelengths: &Wavelengths<C>,
+    sample: GroupSample<C>,
     light_samples: u32,
     member: usize,
 ) -> (Sampled<C>, Vec<(usize, Sampled<C>)>) {
+    let sights = sample.sights;
     let members = 1 + sights.iter().map(|sight| sight.member).max().unwrap_or(0);
     let mut seen = vec![RadianceSample::NOTHING; members.max(member + 1)];
     let (mut parts, mut before) = (Vec::<(usize, Sampled<C>)>::new(), Sampled::ZERO);
     let lane = sights.iter().position(|sight| sight.member == member);
-    share(scene, sights, time, wavelengths, light_samples, &mut seen, |owner, shared| {
+    share(scene, &[sample], light_samples, &mut [&mut seen], |owner, shared| {
         let Some(lane) = lane else { return };
         let (owner, sum) = (sights[owner].member, shared.get(lane));
         let part = sum - before;
@@ -87,340 +91,333 @@ pub fn parts_of_group<const C: usize>(
 /// `told` is called when something that the path of a lane has found was shared, with what all have got so
 /// far.
 #[inline(always)]
-fn share<const C: usize>(
+fn share<'s, const C: usize>(
     scene: &Scene,
-    sights: &[Sight],
-    time: f64,
-    wavelengths: &Wavelengths<C>,
+    samples: &[GroupSample<'s, C>],
     light_samples: u32,
-    seen: &mut [RadianceSample<C>],
-    told: impl FnMut(usize, &SampledLanes<C>),
+    seen: &mut [&mut [RadianceSample<C>]],
+    mut told: impl FnMut(usize, &SampledLanes<C>),
 ) {
-    debug_assert!(sights.len() <= LANES);
-    let streams: SmallVec<[Stream; LANES]> = sights.iter().map(|sight| sight.stream).collect();
-    let setting = Setting::new(scene, time, wavelengths, &streams);
-    let mut bundle = setting.from_camera(sights.iter().map(|sight| &sight.ray));
-    let mut own = SampledLanes::ZERO;
-    let surfaces = first_surfaces(&setting, &mut bundle, light_samples, &mut own);
-    for (lane, sight) in sights.iter().enumerate() {
-        seen[sight.member].alpha_hit = surfaces.alpha_hit >> lane & 1 == 1;
+    let turn = |(number, sample): (usize, &GroupSample<'s, C>)| {
+        let sights = sample.sights;
+        debug_assert!(sights.len() <= LANES);
+        let last = sights.last()?.stream;
+        let streams = std::array::from_fn(|lane| sights.get(lane).map_or(last, |sight| sight.stream));
+        Some((number, Turn::new(scene, sample.time, sample.wavelengths, streams)))
+    };
+    let turns: Vec<(usize, Turn<C>)> = samples.iter().enumerate().filter_map(turn).collect();
+    let mut scratch = Scratch::new();
+    let (mut firsts, mut suffixes) = (Vec::new(), Vec::new());
+    for (number, turn) in &turns {
+        let (number, sights) = (*number, samples[*number].sights);
+        let rays = sights.iter().map(|sight| &sight.ray);
+        let mut bundle = Bundle::from_camera(scene, turn, number, rays);
+        let mut surfaces = Surfaces::new();
+        let alpha_hit = first_surfaces(&mut bundle, light_samples, &mut surfaces, &mut scratch);
+        for (lane, sight) in sights.iter().enumerate() {
+            seen[number][sight.member].alpha_hit = alpha_hit >> lane & 1 == 1;
+        }
+        firsts.push((number, turn, bundle, surfaces));
     }
-    let FirstSurfaces { surfaces, .. } = surfaces;
-    let firsts = Firsts::new(&setting, &bundle, &surfaces, bundle.alive);
-    let mut sharing =
-        Sharing { setting: &setting, firsts: &firsts, own, shared: SampledLanes::ZERO, told };
-    if bundle.alive != 0 {
-        sharing.next_surfaces(bundle.clone());
+    let firsts: Vec<(usize, Firsts<C>)> = firsts
+        .iter()
+        .map(|(number, turn, bundle, surfaces)| (*number, Firsts::new(scene, turn, bundle, surfaces)))
+        .collect();
+    let mut sharing: Vec<Sharing<C>> = firsts.iter().map(|(number, firsts)| Sharing::new(*number, firsts)).collect();
+    for group in &mut sharing {
+        if group.firsts.all != 0 {
+            suffixes.extend(group.next_surfaces(&mut scratch, &mut told));
+        }
     }
-    for (lane, sight) in sights.iter().enumerate() {
-        seen[sight.member].radiance += sharing.own.get(lane) + sharing.shared.get(lane);
+    let found = follow(suffixes, &mut scratch, samples.len());
+    for group in &mut sharing {
+        group.share_suffixes(&found, &mut told);
+        let sights = samples[group.number].sights;
+        for (lane, sight) in sights.iter().enumerate() {
+            let light = group.own.get(lane) + group.firsts.bundle.arriving.get(lane);
+            seen[group.number][sight.member].radiance += light + group.shared.get(lane);
+        }
     }
 }
 
-struct FirstSurfaces<const C: usize> {
-    surfaces: Surfaces<C>,
-    /// Lanes whose path has met what alpha counts.
-    alpha_hit: Mask,
-}
+/// Samples of a group that are usually worked on together.
+pub const TOGETHER: usize = 4;
 
 /// The first surfaces of the camera rays, with the light that reaches them straight. Where one does not share,
-/// its path is followed to its end. Those that share stay alive.
+/// its path is followed to its end. Those that share stay alive. The lanes whose path has met what alpha
+/// counts.
 fn first_surfaces<const C: usize>(
-    setting: &Setting<C>,
     bundle: &mut Bundle<C>,
     light_samples: u32,
-    own: &mut SampledLanes<C>,
-) -> FirstSurfaces<C> {
-    let Setting { scene, wavelengths, streams, .. } = *setting;
-    let sky_covers = scene.limits.sky_covers(scene);
-    let mut alpha_hit = if sky_covers { bundle.alive } else { 0 };
-    let hits = bundle.advance(setting);
-    let gone = bundle.alive & !hits.met;
-    bundle.escaped(setting, gone, own);
-    scene.paths_ended(PathEnd::Escaped, 1, gone);
-    bundle.alive &= hits.met;
-    bundle.emitted(setting, &hits, own);
-    if bundle.is_last(scene) {
+    surfaces: &mut Surfaces<C>,
+    scratch: &mut Scratch<C>,
+) -> Mask {
+    let scene = bundle.scene();
+    let mut alpha_hit = if scene.limits.sky_covers(scene) { bundle.alive } else { 0 };
+    bundle.advance(&mut surfaces.hits);
+    bundle.escape(&surfaces.hits);
+    bundle.emit(&surfaces.hits);
+    if bundle.is_last() {
         // What little there is to do is done by each path for itself.
         for lane in lanes_of(bundle.alive) {
-            let (hit, ray) = (hits.get(scene, lane), bundle.rays.get(lane));
-            let mut path = bundle.path(setting, lane);
-            let Some(shading) = path.shade(scene, &ray, &hit, wavelengths, &streams[lane]) else { continue };
-            let mut light = Sampled::ZERO;
-            if let Some(ray) = path.go_on(scene, &ray, &hit, &shading, wavelengths, &streams[lane], &mut light)
-            {
-                light += path.follow(scene, ray, wavelengths, &streams[lane]);
-            }
-            own.set(lane, &(own.get(lane) + light));
-            alpha_hit |= Mask::from(path.alpha_hit) << lane;
+            let (light, covers) = bundle.end_alone(&surfaces.hits, lane);
+            bundle.arrives(lane, light);
+            alpha_hit |= Mask::from(covers) << lane;
         }
         bundle.alive = 0;
-        return FirstSurfaces { surfaces: Surfaces::new(hits), alpha_hit };
-    }
-    let surfaces = bundle.shade(setting, hits);
-    for lane in lanes_of(surfaces.others & bundle.alive) {
-        if surfaces.shares(lane) {
-            continue;
-        }
-        bundle.alive &= !(1 << lane);
-        let (light, covers) = bundle.go_on_alone(setting, &surfaces, lane);
-        own.set(lane, &(own.get(lane) + light));
-        alpha_hit |= Mask::from(covers) << lane;
+        return alpha_hit;
     }
     alpha_hit |= bundle.alive;
-    scene.paths_ended(PathEnd::Absorbed, 1, bundle.alive & !surfaces.scattering());
-    bundle.alive &= surfaces.scattering();
-    let mut direct = SampledLanes::ZERO;
-    for branch in 0..light_samples {
-        let u = setting.draw_branch(Dimensions::Light(0), branch);
-        direct.add(&bundle.direct_light(setting, &surfaces, &u, bundle.alive));
+    bundle.shade(surfaces);
+    for lane in lanes_of(surfaces.others & bundle.alive) {
+        if !surfaces.shares(lane) {
+            let (light, covers) = bundle.go_on_alone(surfaces, lane);
+            bundle.arrives(lane, light);
+            alpha_hit &= !(Mask::from(!covers) << lane);
+        }
     }
-    direct.add_times(&Sampled::splat(1.0 / f64::from(light_samples)), own);
-    FirstSurfaces { surfaces, alpha_hit }
+    for branch in 0..light_samples {
+        let u = bundle.draw_branch(Dimensions::Light(0), branch);
+        bundle.direct_light(surfaces, &u, 1.0 / f64::from(light_samples), &mut scratch.samples);
+    }
+    alpha_hit
 }
 
-/// What a group shares.
-struct Sharing<'a, const C: usize, T> {
-    setting: &'a Setting<'a, C>,
+/// What a group shares of one sample.
+struct Sharing<'a, const C: usize> {
+    number: usize,
     firsts: &'a Firsts<'a, C>,
-    /// What each pixel has for itself.
+    /// What each pixel has for itself of what it has met after its first surface.
     own: SampledLanes<C>,
     /// What it has got of the paths of all.
     shared: SampledLanes<C>,
-    told: T,
+    /// The first surfaces that see each next one.
+    links: Box<[Option<Links<C>>; LANES]>,
+    /// Suffixes that are shared, by their owners: how the next surface scatters toward the first ones, and
+    /// the density of the hero.
+    suffixes: SmallVec<[(usize, Values<C>, f64); LANES]>,
 }
 
-/// A next surface whose suffix is shared, and the first surfaces that see it.
-struct Served<const C: usize> {
-    owner: usize,
-    links: Links<C>,
-    /// The density of the next surface, over all first surfaces.
-    prior: Sampled<C>,
-}
+impl<'a, const C: usize> Sharing<'a, C> {
+    fn new(number: usize, firsts: &'a Firsts<'a, C>) -> Self {
+        Self {
+            number,
+            firsts,
+            own: SampledLanes::ZERO,
+            shared: SampledLanes::ZERO,
+            links: Box::new([const { None }; LANES]),
+            suffixes: SmallVec::new(),
+        }
+    }
 
-impl<const C: usize, T: FnMut(usize, &SampledLanes<C>)> Sharing<'_, C, T> {
-    /// The next surfaces that scattering at the first ones leads to, and what they bring to all of them.
-    fn next_surfaces(&mut self, mut bundle: Bundle<C>) {
-        let Setting { scene, .. } = *self.setting;
-        let surfaces = self.firsts.surfaces;
-        let u = self.setting.draw(Dimensions::Scattering(0));
-        let scatters = surfaces.sample(&u, bundle.alive);
-        bundle.end_absorbed(scene, &scatters);
+    /// The next surfaces that scattering at the first ones leads to, and what they bring to all of them but
+    /// for their suffixes, which go on from there.
+    fn next_surfaces(
+        &mut self,
+        scratch: &mut Scratch<C>,
+        told: &mut impl FnMut(usize, &SampledLanes<C>),
+    ) -> Option<Bundle<'a, C>> {
+        let firsts = self.firsts;
+        let scene = firsts.scene;
+        let mut bundle = firsts.bundle.clone();
+        bundle.arriving = SampledLanes::ZERO;
+        let scatters = firsts.surfaces.sample(&bundle.draw(Dimensions::Scattering(0)), bundle.alive);
+        bundle.end_absorbed(&scatters);
         for (lane, scatter) in &scatters.apart {
-            let light = self.follow_single(&bundle, *lane, scatter);
-            self.keep(*lane, light);
+            let light = bundle.follow_single(firsts.surfaces, *lane, scatter);
+            bundle.arrives(*lane, light);
         }
-        bundle.leave(surfaces, &scatters, scatters.spread);
-        let hits = bundle.advance(self.setting);
-        for lane in lanes_of(bundle.alive & !hits.met) {
-            self.share_environment(lane, bundle.rays.get(lane).direction);
+        bundle.leave(firsts.surfaces, &scatters);
+        let Scratch { surfaces, samples } = scratch;
+        bundle.advance(&mut surfaces.hits);
+        let gone = bundle.alive & !surfaces.hits.met;
+        for lane in lanes_of(gone) {
+            self.share_environment(lane, bundle.rays.get(lane).direction, told);
         }
-        scene.paths_ended(PathEnd::Escaped, bundle.depth + 1, bundle.alive & !hits.met);
-        bundle.alive &= hits.met;
-        let mut links: [Option<Links<C>>; LANES] = [const { None }; LANES];
-        for lane in lanes_of(hits.on_light & bundle.alive) {
-            let (hit, ray) = (hits.get(scene, lane), bundle.rays.get(lane));
+        bundle.end(PathEnd::Escaped, gone);
+        bundle.alive &= !gone;
+        for lane in lanes_of(surfaces.hits.on_light & bundle.alive) {
+            let (hit, ray) = (surfaces.hits.get(scene, lane), bundle.rays.get(lane));
             if let Some(light_hit) = hit.on_light().filter(|_| ray.direction.dot(hit.point.normal) < 0.0) {
                 let next = Next { owner: lane, direction: ray.direction, point: hit.point };
-                let links = links[lane].insert(self.firsts.links(&next));
-                let place = scene.texture_point(&hit);
-                let nm = &self.setting.wavelengths.nm;
-                let radiance = scene.lights.radiance(light_hit.light, &place, nm);
-                share_emission(self.setting, self.firsts, &light_hit, links, &radiance, &mut self.shared);
-                (self.told)(lane, &self.shared);
+                let links = self.links[lane].insert(firsts.links(&next));
+                let Turn { wavelengths, time, .. } = firsts.turn;
+                let radiance =
+                    scene.lights.radiance(light_hit.light, &scene.texture_point(&hit), &wavelengths.nm);
+                share_light(firsts, links, &radiance, &mut self.shared, |from| {
+                    scene.lights.density(&light_hit, from, *time, wavelengths)
+                });
+                told(lane, &self.shared);
             }
         }
-        let is_last = bundle.is_last(scene);
-        if is_last && !scene.features().transparent_shadows {
-            scene.paths_ended(PathEnd::MaxDepth, bundle.depth + 1, bundle.alive);
-            return;
-        }
-        let surfaces = bundle.shade(self.setting, hits);
-        for lane in lanes_of(surfaces.others & bundle.alive) {
-            let is_turning = surfaces.shading(lane).is_some_and(|shading| shading.turns_with_eye());
-            if is_last || is_turning || !surfaces.shares(lane) {
-                bundle.alive &= !(1 << lane);
-                let (light, _) = bundle.go_on_alone(self.setting, &surfaces, lane);
-                self.keep(lane, light);
+        let is_last = bundle.is_last();
+        if !is_last || scene.features().transparent_shadows {
+            bundle.shade(surfaces);
+            for lane in lanes_of(surfaces.others & bundle.alive) {
+                let is_turning = surfaces.shading(lane).is_some_and(|shading| shading.turns_with_eye());
+                if is_last || is_turning || !surfaces.shares(lane) {
+                    let (light, _) = bundle.go_on_alone(surfaces, lane);
+                    bundle.arrives(lane, light);
+                }
             }
         }
         if is_last {
-            scene.paths_ended(PathEnd::MaxDepth, bundle.depth + 1, bundle.alive);
-            return;
+            bundle.stop();
+            self.own.add(&bundle.arriving);
+            return None;
         }
-        scene.paths_ended(PathEnd::Absorbed, bundle.depth + 1, bundle.alive & !surfaces.scattering());
-        bundle.alive &= surfaces.scattering();
-        let mut served: SmallVec<[Served<C>; LANES]> = SmallVec::new();
+        let mut priors: SmallVec<[(usize, Sampled<C>); LANES]> = SmallVec::new();
         for owner in lanes_of(bundle.alive) {
-            let links = links[owner].take().unwrap_or_else(|| {
+            let links = self.links[owner].get_or_insert_with(|| {
                 let point = surfaces.hits.point[owner / WIDTH].get(owner);
-                self.firsts.links(&Next { owner, direction: bundle.rays.get(owner).direction, point })
+                let direction = bundle.rays.direction[owner / WIDTH].get(owner);
+                firsts.links(&Next { owner, direction, point })
             });
+            // The density of the next surface, over all first surfaces.
             let prior = links.density.sum();
             if prior.hero() > 0.0 {
-                served.push(Served { owner, links, prior });
+                priors.push((owner, prior));
             } else {
+                bundle.end(PathEnd::Absorbed, 1 << owner);
                 bundle.alive &= !(1 << owner);
-                bundle.end(scene, PathEnd::Absorbed, 1 << owner);
             }
         }
-        self.light(&bundle, &surfaces, &served);
-        self.suffixes(bundle, &surfaces, &served);
-    }
-
-    fn keep(&mut self, lane: usize, light: Sampled<C>) {
-        self.own.set(lane, &(self.own.get(lane) + light));
-    }
-
-    /// Follows a path that leaves its first surface in a single direction.
-    fn follow_single(&self, bundle: &Bundle<C>, lane: usize, scatter: &Scatter<C>) -> Sampled<C> {
-        let Setting { scene, wavelengths, streams, .. } = *self.setting;
-        let surfaces = self.firsts.surfaces;
-        let Some(shading) = surfaces.shading(lane) else { return Sampled::ZERO };
-        let mut path = bundle.path(self.setting, lane);
-        let ray = path.leave(scene, &surfaces.hits.get(scene, lane), shading, scatter);
-        path.follow(scene, ray, wavelengths, &streams[lane])
+        self.light(&bundle, surfaces, &priors, samples, told);
+        self.begin_suffixes(&mut bundle, surfaces, &priors);
+        self.own.add(&bundle.arriving);
+        bundle.arriving = SampledLanes::ZERO;
+        Some(bundle)
     }
 
     /// Gives each first surface what comes from beyond the scene in a direction in which one of them
     /// scatters.
-    fn share_environment(&mut self, owner: usize, direction: Vec3) {
-        let Setting { scene, time, wavelengths, .. } = *self.setting;
-        let Some(environment) = scene.lights.environment() else { return };
+    fn share_environment(
+        &mut self,
+        owner: usize,
+        direction: Vec3,
+        told: &mut impl FnMut(usize, &SampledLanes<C>),
+    ) {
+        let firsts = self.firsts;
+        let (lights, Turn { wavelengths, time, .. }) = (&firsts.scene.lights, firsts.turn);
+        let Some(environment) = lights.environment() else { return };
         let radiance = environment.radiance(direction, &wavelengths.nm);
         if radiance.is_zero() {
             return;
         }
-        let links = self.firsts.links_beyond(owner, direction);
-        share_light(self.setting, self.firsts, &links, &radiance, &mut self.shared, |from| {
-            scene.lights.environment_density(from, direction, time, wavelengths)
+        let links = firsts.links_beyond(owner, direction);
+        share_light(firsts, &links, &radiance, &mut self.shared, |from| {
+            lights.environment_density(from, direction, *time, wavelengths)
         });
-        (self.told)(owner, &self.shared);
+        told(owner, &self.shared);
     }
 
-    /// Gives each first surface the light that reaches the next ones straight from lights.
-    fn light(&mut self, bundle: &Bundle<C>, surfaces: &Surfaces<C>, served: &[Served<C>]) {
-        let Setting { scene, .. } = *self.setting;
-        let u = self.setting.draw(Dimensions::Light(bundle.depth));
-        let samples = bundle.light_samples(self.setting, surfaces, &u, bundle.alive);
+    /// Gives each first surface the light that reaches the next ones straight from lights. `priors`: the next
+    /// ones, by their owners, with their densities.
+    fn light(
+        &mut self,
+        bundle: &Bundle<C>,
+        surfaces: &Surfaces<C>,
+        priors: &[(usize, Sampled<C>)],
+        samples: &mut LightSamples<C>,
+        told: &mut impl FnMut(usize, &SampledLanes<C>),
+    ) {
+        bundle.sample_lights(surfaces, &bundle.draw(Dimensions::Light(bundle.depth)), samples);
         let mut arriving = SampledLanes::ZERO;
         let mut values: SmallVec<[(usize, Values<C>); LANES]> = SmallVec::new();
-        for (number, Served { owner, links, prior }) in served.iter().enumerate() {
-            if samples.found >> owner & 1 == 0 {
+        for &(owner, prior) in priors {
+            let Some(links) = self.links[owner].as_ref().filter(|_| samples.found >> owner & 1 == 1) else {
                 continue;
-            }
-            let toward_light = samples.rays.direction[owner / WIDTH].get(*owner);
-            let value = Values::new(surfaces, *owner, links, toward_light);
+            };
+            let toward_light = samples.rays.direction[owner / WIDTH].get(owner);
+            let value = Values::new(surfaces, owner, links, toward_light);
             if value.reach(links).is_zero() {
                 continue;
             }
-            let weight = light_sample_weight(scene, samples.density_of(*owner), prior.sum(), || {
-                value.joint(links, *prior).sum()
+            let density = samples.density_of(owner);
+            let weight = light_sample_weight(self.firsts.scene, density, prior.sum(), || {
+                value.joint(links, prior).sum()
             });
             if weight != 0.0 {
-                arriving.set(*owner, &(samples.radiance.get(*owner) * weight));
-                values.push((number, value));
+                arriving.set(owner, &(samples.radiance.get(owner) * weight));
+                values.push((owner, value));
             }
         }
         let wanted = arriving.nonzero();
-        bundle.attenuate(self.setting, surfaces, &samples.rays, wanted, &mut arriving);
-        for (number, value) in &values {
-            let Served { owner, links, .. } = &served[*number];
+        bundle.attenuate(surfaces, &samples.rays, wanted, &mut arriving);
+        for (owner, value) in &values {
             let light = arriving.get(*owner);
-            if !light.is_zero() {
+            if let Some(links) = self.links[*owner].as_ref().filter(|_| !light.is_zero()) {
                 value.give(links, &light, &mut self.shared);
-                (self.told)(*owner, &self.shared);
+                told(*owner, &self.shared);
             }
         }
     }
 
-    /// Gives each first surface what comes to the next ones along the directions in which these scatter; to
-    /// the owner alone what comes in single directions.
-    fn suffixes(&mut self, mut bundle: Bundle<C>, surfaces: &Surfaces<C>, served: &[Served<C>]) {
-        let Setting { scene, .. } = *self.setting;
-        let u = self.setting.draw(Dimensions::Scattering(bundle.depth));
+    /// Begins what comes to the next ones along the directions in which these scatter. What comes in single
+    /// directions is the owner's alone.
+    fn begin_suffixes(
+        &mut self,
+        bundle: &mut Bundle<C>,
+        surfaces: &Surfaces<C>,
+        priors: &[(usize, Sampled<C>)],
+    ) {
+        let u = bundle.draw(Dimensions::Scattering(bundle.depth));
         let scatters = surfaces.sample(&u, bundle.alive);
-        bundle.end_absorbed(scene, &scatters);
+        bundle.end_absorbed(&scatters);
         for (lane, scatter) in &scatters.apart {
-            let light = bundle.scatter_alone(self.setting, surfaces, *lane, scatter, get(&u[3], *lane));
-            self.keep(*lane, light);
+            let light = bundle.scatter_alone(surfaces, *lane, scatter, get(&u[3], *lane));
+            bundle.arrives(*lane, light);
         }
-        // Their paths are not shared: what light subpaths compete for, each has weighed for itself.
-        debug_assert!(bundle.contested.is_empty());
-        bundle.leave(surfaces, &scatters, scatters.spread);
+        bundle.leave(surfaces, &scatters);
         bundle.is_shared = true;
         bundle.throughput = SampledLanes::ONE;
-        let mut values: SmallVec<[(usize, Values<C>, f64); LANES]> = SmallVec::new();
-        for (number, Served { owner, links, prior }) in served.iter().enumerate() {
-            let owner = *owner;
-            if bundle.alive >> owner & 1 == 0 {
-                continue;
-            }
+        for &(owner, prior) in priors.iter().filter(|(owner, _)| scatters.spread >> owner & 1 == 1) {
+            let Some(links) = &self.links[owner] else { continue };
             let value = Values::new(surfaces, owner, links, bundle.rays.get(owner).direction);
             // The density of the next surface together with the direction in which the path goes on from it,
             // over all first surfaces.
-            let joint = value.joint(links, *prior);
+            let joint = value.joint(links, prior);
             let suffix = value.reach(links);
             if joint.hero() <= 0.0 || suffix.is_zero() {
+                bundle.end_before_next(PathEnd::Absorbed, 1 << owner);
                 bundle.alive &= !(1 << owner);
-                bundle.end_before_next(scene, PathEnd::Absorbed, 1 << owner);
                 continue;
             }
             let alive = joint.0.iter().filter(|&&density| density > 0.0).count() as f64;
             set(&mut bundle.prior_throughput, owner, alive * suffix.max() / joint.sum());
             bundle.ratio.set(owner, &(joint / joint.hero()));
             set(&mut bundle.prior_over_density, owner, prior.sum() / joint.hero());
-            values.push((number, value, joint.hero()));
+            self.suffixes.push((owner, value, joint.hero()));
         }
-        bundle.survive(scene, &u[3]);
-        let arriving = bundle.follow(self.setting);
-        for (number, value, density) in &values {
-            let Served { owner, links, .. } = &served[*number];
-            let light = arriving.get(*owner);
+        bundle.survive(&u[3]);
+    }
+
+    /// Gives each first surface what the suffixes have found.
+    fn share_suffixes(&mut self, found: &Found<C>, told: &mut impl FnMut(usize, &SampledLanes<C>)) {
+        for (owner, value, density) in &self.suffixes {
+            let Some(links) = &self.links[*owner] else { continue };
+            let light = found.arriving[self.number].get(*owner);
             if !light.is_zero() {
                 value.give(links, &(light / *density), &mut self.shared);
             }
-            for (_, light, from_light) in bundle.contested.iter().filter(|(lane, ..)| lane == owner) {
+            let is_own = |contested: &&(usize, usize, Sampled<C>, f64)| {
+                (contested.0, contested.1) == (self.number, *owner)
+            };
+            for (_, _, light, from_light) in found.contested.iter().filter(is_own) {
                 for lane in lanes_of(links.linked) {
                     let carried = links.reach.get(lane) * value.f_cos(lane) / *density;
-                    let weight = self.weight_beside_light_subpaths(links, lane, *from_light);
+                    let weight = self.firsts.weight_beside_light_subpaths(links, lane, *from_light);
                     self.shared.set(lane, &(self.shared.get(lane) + carried * *light * weight));
                 }
             }
-            (self.told)(*owner, &self.shared);
+            told(*owner, &self.shared);
         }
     }
-
-    /// The weight, beside light subpaths that reach a first surface, of what it gets of a suffix.
-    fn weight_beside_light_subpaths(&self, links: &Links<C>, lane: usize, from_light: f64) -> f64 {
-        let Setting { scene, time, .. } = *self.setting;
-        let Some(caustics) = scene.caustics() else { return 1.0 };
-        let leaves = -links.toward_first(lane);
-        let density = self.firsts.density_of_direction(lane, leaves) / C as f64;
-        let point = self.firsts.receivers.get(lane).point;
-        caustics.weight_beside(scene, &FirstSurface { point, leaves, density }, from_light, time)
-    }
-}
-
-/// Gives each first surface what a light emits toward it that one of them has met.
-fn share_emission<const C: usize>(
-    setting: &Setting<C>,
-    firsts: &Firsts<C>,
-    light_hit: &LightHit,
-    links: &Links<C>,
-    radiance: &Sampled<C>,
-    shared: &mut SampledLanes<C>,
-) {
-    let Setting { scene, time, wavelengths, .. } = *setting;
-    share_light(setting, firsts, links, radiance, shared, |from| {
-        scene.lights.density(light_hit, from, time, wavelengths)
-    });
 }
 
 /// Gives each first surface its part of some light that scattering found. It is weighed against light
 /// samples, which find it with a density per steradian.
 fn share_light<const C: usize>(
-    setting: &Setting<C>,
     firsts: &Firsts<C>,
     links: &Links<C>,
     radiance: &Sampled<C>,
@@ -441,7 +438,7 @@ fn share_light<const C: usize>(
                 prior_over_density: C as f64,
                 by_scattering: links.density_of_direction(lane),
             };
-            choice.weight_beside_lights(setting.scene, |_| by_light)
+            choice.weight_beside_lights(firsts.scene, |_| by_light)
         } else {
             1.0
         };

@@ -2,13 +2,13 @@
 //! by one.
 
 use crate::bsdf::{Evaluation, Scatter};
-use crate::geometry::{Vec3, axes_around};
+use crate::geometry::axes_around;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
 use crate::light::Receivers;
 use crate::material::Shading;
 use crate::sampling::{Density, warp};
 use crate::scene::Intersections;
-use crate::spectrum::{Sampled, SampledLanes};
+use crate::spectrum::SampledLanes;
 use std::f64::consts::FRAC_1_PI;
 use wide::f64x4;
 
@@ -19,7 +19,7 @@ pub(super) struct Surfaces<const C: usize> {
     pub diffuse: Mask,
     /// Those that [`Self::shading`] tells of.
     pub others: Mask,
-    /// Of the diffuse ones, the normal on that side, and the reflectance.
+    /// The side from which light counts: of the diffuse ones their normal. And their reflectance.
     pub normal: [Vec3Lanes; REGISTERS],
     pub reflectance: SampledLanes<C>,
     /// By lane; empty where there are no others.
@@ -46,10 +46,9 @@ pub(super) struct Scatters<const C: usize> {
 }
 
 impl<const C: usize> Surfaces<C> {
-    /// With nothing known yet of how they scatter.
-    pub fn new(hits: Intersections) -> Self {
+    pub fn new() -> Self {
         Self {
-            hits,
+            hits: Intersections::NONE,
             diffuse: 0,
             others: 0,
             normal: [Vec3Lanes::ZERO; REGISTERS],
@@ -58,14 +57,23 @@ impl<const C: usize> Surfaces<C> {
         }
     }
 
-    pub fn set_diffuse(&mut self, lane: usize, normal: Vec3, reflectance: &Sampled<C>) {
-        self.diffuse |= 1 << lane;
-        self.normal[lane / WIDTH % REGISTERS].set(lane, normal);
-        self.reflectance.set(lane, reflectance);
+    /// Leaves out how surfaces scatter that were met before.
+    pub fn clear(&mut self) {
+        (self.diffuse, self.others) = (0, 0);
+        self.shadings.clear();
     }
 
-    pub fn set_other(&mut self, lane: usize, shading: Shading<C>) {
+    /// Puts in how the surface of a lane scatters.
+    pub fn set(&mut self, lane: usize, shading: Shading<C>) {
+        let normal = &mut self.normal[lane / WIDTH % REGISTERS];
+        if let Some((towards_eye, reflectance)) = shading.diffuse() {
+            self.diffuse |= 1 << lane;
+            normal.set(lane, towards_eye);
+            self.reflectance.set(lane, &reflectance);
+            return;
+        }
         self.others |= 1 << lane;
+        normal.set(lane, shading.receiving_side());
         self.shadings.resize_with(LANES, || None);
         self.shadings[lane] = Some(shading);
     }
@@ -88,13 +96,7 @@ impl<const C: usize> Surfaces<C> {
 
     /// As lights are chosen for them.
     pub fn receivers(&self) -> Receivers {
-        let mut facing = self.normal;
-        for lane in lanes_of(self.others) {
-            if let Some(shading) = self.shading(lane) {
-                facing[lane / WIDTH % REGISTERS].set(lane, shading.receiving_side());
-            }
-        }
-        Receivers { point: self.hits.point, facing }
+        Receivers { point: self.hits.point, facing: self.normal }
     }
 
     /// The values for light from a direction for each lane, and the densities of sampling it. Zero in lanes

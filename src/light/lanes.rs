@@ -7,7 +7,7 @@ use crate::geometry::Points;
 use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
 use crate::sampling::Density;
 use crate::shape::{RectangleSurface, Shape};
-use crate::spectrum::{SampledLanes, Spectrum, Wavelengths};
+use crate::spectrum::{Sampled, SampledLanes, Spectrum, Wavelengths};
 use wide::f64x4;
 
 /// Places that lights may light, one for each lane; see [`Receiver`].
@@ -33,6 +33,7 @@ pub struct LightSamples<const C: usize> {
 #[derive(Clone, Debug)]
 pub(super) struct OnlyRectangle {
     surface: RectangleSurface,
+    area: f64,
     light: usize,
 }
 
@@ -46,6 +47,14 @@ impl Receivers {
 }
 
 impl<const C: usize> LightSamples<C> {
+    pub const NONE: Self = Self {
+        found: 0,
+        rays: Rays::NONE,
+        radiance: SampledLanes::ZERO,
+        density: ZERO,
+        discrete: 0,
+    };
+
     /// That of a lane.
     pub fn density_of(&self, lane: usize) -> Density {
         match self.discrete >> lane & 1 {
@@ -63,7 +72,8 @@ impl OnlyRectangle {
         let Light::Area { geometry, radiance, .. } = &lights.lights[light] else { return None };
         let Shape::Mesh(mesh) = &geometry.shape else { return None };
         let is_plain = geometry.stands_alone() && geometry.guides.is_none() && radiance.uniform().is_some();
-        Some(Self { surface: mesh.rectangle_surface().filter(|_| is_plain)?, light })
+        let surface = mesh.rectangle_surface().filter(|_| is_plain && geometry.area() > 0.0)?;
+        Some(Self { surface, area: geometry.area(), light })
     }
 
     fn radiance<'a>(&self, lights: &'a Lights) -> Option<&'a Spectrum> {
@@ -73,66 +83,79 @@ impl OnlyRectangle {
         }
     }
 
-    /// Samples by solid angle. The lanes that the rectangle is too far from for that.
+    /// Samples by solid angle where that pays, and else by area.
     fn sample<const C: usize>(
         &self,
         from: &Receivers,
         asked: Mask,
         u: &[Row; 2],
         samples: &mut LightSamples<C>,
-    ) -> Mask {
-        let mut left = 0;
+    ) {
+        let rectangle = self.surface.rectangle();
         for register in 0..REGISTERS {
             let wanted = part(asked, register);
             if wanted == 0 {
                 continue;
             }
             let points = &from.point[register];
-            let rectangle = self.surface.rectangle();
-            let (seen, usable) = rectangle.project(points.position);
-            let usable = usable & rectangle.is_near(points.position);
-            let target = self.surface.points(seen.sample([u[0][register], u[1][register]]));
-            let front = target.normal.dot(points.position - target.position).gt(f64x4::ZERO);
+            let u = [u[0][register], u[1][register]];
+            let near = rectangle.is_near(points.position);
+            let (mut place, mut density, mut by_angle) = (u, f64x4::ZERO, near);
+            if near.mask() & wanted != 0 {
+                let (seen, usable) = rectangle.project(points.position);
+                by_angle = by_angle & usable;
+                let of_angle = seen.sample(u);
+                place = [0, 1].map(|axis| f64x4::choose(by_angle, of_angle[axis], u[axis]));
+                density = f64x4::ONE / seen.solid_angle();
+            }
+            let target = self.surface.points(place);
+            let toward = target.position - points.position;
+            let squared = toward.length_squared();
+            let facing = toward.dot(target.normal);
+            let of_area = squared * squared.sqrt() / facing.abs() * f64x4::splat(1.0 / self.area);
+            density = f64x4::choose(by_angle, density, of_area);
             let segment = points.segments_to(&target);
-            let found = (usable & front & segment.length.gt(f64x4::ZERO)).mask() & wanted;
-            samples.found |= found << (WIDTH * register);
+            let found = facing.lt(f64x4::ZERO)
+                & density.gt(f64x4::ZERO)
+                & density.lt(f64x4::splat(f64::INFINITY))
+                & segment.length.gt(f64x4::ZERO);
+            samples.found |= (found.mask() & wanted) << (WIDTH * register);
             samples.rays.origin[register] = segment.origin;
             samples.rays.direction[register] = segment.direction;
             samples.rays.t_max[register] = segment.length;
-            samples.density[register] = f64x4::ONE / seen.solid_angle();
-            left |= (wanted & !usable.mask()) << (WIDTH * register);
+            samples.density[register] = density;
         }
-        left
     }
 }
 
 impl Lights {
-    /// [`Lights::sample`] for the lanes asked for.
-    pub fn sample_in_lanes<const C: usize>(
+    /// What the lamp emits that all light samples go to, at the wavelengths (nm) of a path: the same from all
+    /// over it. Zero where there is no such lamp.
+    pub fn only_radiance<const C: usize>(&self, nm: &[f64; C]) -> Sampled<C> {
+        let only = self.only_rectangle.as_ref().and_then(|only| only.radiance(self));
+        only.map_or(Sampled::ZERO, |spectrum| spectrum.sample(nm))
+    }
+
+    /// [`Lights::sample`] for the lanes asked for. `only_radiance` is [`Self::only_radiance`] for each lane.
+    pub fn sample_in_lanes<'w, const C: usize>(
         &self,
         from: &Receivers,
         time: f64,
-        wavelengths: &Wavelengths<C>,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+        only_radiance: &SampledLanes<C>,
         asked: Mask,
         u: &[Row; 2],
-    ) -> LightSamples<C> {
-        let mut samples = LightSamples {
-            found: 0,
-            rays: Rays::NONE,
-            radiance: SampledLanes::ZERO,
-            density: ZERO,
-            discrete: 0,
-        };
-        let mut left = asked;
-        if let Some(only) = &self.only_rectangle
-            && let Some(spectrum) = only.radiance(self)
-        {
-            left = only.sample(from, asked, u, &mut samples);
-            samples.radiance = SampledLanes::splat(&spectrum.sample(&wavelengths.nm));
+        samples: &mut LightSamples<C>,
+    ) {
+        (samples.found, samples.discrete) = (0, 0);
+        if let Some(only) = &self.only_rectangle {
+            only.sample(from, asked, u, samples);
+            samples.radiance.clone_from(only_radiance);
+            return;
         }
-        for lane in lanes_of(left) {
+        for lane in lanes_of(asked) {
             let u = u.each_ref().map(|row| get(row, lane));
-            let Some(sample) = self.sample(&from.get(lane), time, wavelengths, u) else { continue };
+            let Some(sample) = self.sample(&from.get(lane), time, wavelengths(lane), u) else { continue };
             samples.found |= 1 << lane;
             samples.rays.set(lane, &sample.shadow_ray);
             samples.radiance.set(lane, &sample.radiance);
@@ -141,6 +164,5 @@ impl Lights {
                 Density::Discrete => samples.discrete |= 1 << lane,
             }
         }
-        samples
     }
 }

@@ -4,7 +4,7 @@ use super::exposure::{Aimed, Exposure, Turn};
 use super::groups::{Block, Pixel};
 use super::{Measures, NoProgress, Plan, Settings, with_exposure};
 use crate::film::{Extent, Film, FixedPoint, Region};
-use crate::integrator::{self, RadianceSample, Sight, Told};
+use crate::integrator::{self, Sight, Told};
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::Sampled;
 use serde::Serialize;
@@ -220,10 +220,8 @@ impl Exposure<'_> {
         if weight == 0.0 {
             return (0.0, 0.0);
         }
-        let mut seen: SmallVec<[RadianceSample<C>; 16]> =
-            SmallVec::from_elem(RadianceSample::NOTHING, candidate.group.len());
-        self.see(&aimed, &mut seen);
-        let measured = seen[candidate.member].radiance * aimed.samples[candidate.member].weight;
+        let seen = self.see(std::slice::from_ref(&aimed), candidate.group.len());
+        let measured = seen[0][candidate.member].radiance * aimed.samples[candidate.member].weight;
         (self.luminance(&measured, &aimed), weight)
     }
 
@@ -244,18 +242,13 @@ impl Exposure<'_> {
         let Some(Sight { ray, .. }) = sight_of(*member) else {
             return Err("the sensor measures nothing at the sample's place".to_owned());
         };
-        let mut seen: SmallVec<[RadianceSample<C>; 16]> =
-            SmallVec::from_elem(RadianceSample::NOTHING, group.len());
-        self.see(&aimed, &mut seen);
-        let radiance = seen[*member].radiance;
+        let radiance = self.see(std::slice::from_ref(&aimed), group.len())[0][*member].radiance;
         let of_member = |member: usize| group[member].place.map(|place| place as u32);
         let (mut told, mut shared) = (*member, None);
         if self.plan != Plan::PLAIN {
             let (own, mut parts) = integrator::parts_of_group(
                 self.scene,
-                &aimed.sights,
-                aimed.time,
-                &aimed.wavelengths,
+                aimed.of_group(),
                 self.plan.light_samples,
                 *member,
             );

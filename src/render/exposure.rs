@@ -4,7 +4,7 @@ use super::allocation::{Allocation, Samplers, Share};
 use super::groups::{BLOCK, Block, Groups, Pixel};
 use super::{Plan, Schedule, admit};
 use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile};
-use crate::integrator::{self, RadianceSample, Sight};
+use crate::integrator::{self, GroupSample, RadianceSample, Sight, TOGETHER};
 use crate::sampling::{Dimensions, Member, mix};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
@@ -57,6 +57,16 @@ pub(super) struct Sample<const C: usize> {
     key: u64,
 }
 
+/// What camera rays lead to, by the members' numbers.
+pub(super) type Seen<const C: usize> = SmallVec<[RadianceSample<C>; 16]>;
+
+impl<const C: usize> Aimed<'_, C> {
+    /// As the integrator takes them.
+    pub fn of_group(&self) -> GroupSample<'_, C> {
+        GroupSample { sights: &self.sights, time: self.time, wavelengths: &self.wavelengths }
+    }
+}
+
 /// A channel and what is added to it.
 pub(super) type Contributions = SmallVec<[(usize, f64); 8]>;
 
@@ -98,12 +108,19 @@ impl Exposure<'_> {
             if !group.iter().any(|pixel| self.counts(pixel)) {
                 continue;
             }
-            for run in 0..self.schedule.per_net {
-                for index in taken(run) {
-                    let index = run * of_run + index;
-                    let turn = Turn { net: block.net, index, replicate: first + run, share };
-                    self.group::<C>(&group, turn, tile);
+            let of_run = |run: u32| taken(run).map(move |index| (run, run * of_run + index));
+            let mut turns = (0..self.schedule.per_net).flat_map(of_run).map(|(run, index)| Turn {
+                net: block.net,
+                index,
+                replicate: first + run,
+                share,
+            });
+            loop {
+                let some: SmallVec<[Turn; TOGETHER]> = turns.by_ref().take(TOGETHER).collect();
+                if some.is_empty() {
+                    break;
                 }
+                self.group::<C>(&group, &some, tile);
             }
             for pixel in &group {
                 if let Some(place) = self.place_of(pixel.place, tile) {
@@ -148,16 +165,16 @@ impl Exposure<'_> {
         tile.place(x?, y?)
     }
 
-    /// One sample of each pixel of a group.
-    fn group<const C: usize>(&self, group: &[Pixel], turn: Turn, tile: &mut Tile) {
-        let aimed = self.aim::<C>(group, turn);
-        let mut seen: SmallVec<[RadianceSample<C>; 16]> =
-            SmallVec::from_elem(RadianceSample::NOTHING, group.len());
-        self.see(&aimed, &mut seen);
-        for ((pixel, sample), seen) in group.iter().zip(&aimed.samples).zip(&mut seen) {
-            if self.counts(pixel) {
-                admit(&mut seen.radiance, &mut tile.bad);
-                self.splat(sample, seen, &aimed.wavelengths, turn, tile);
+    /// Some samples of each pixel of a group.
+    fn group<const C: usize>(&self, group: &[Pixel], turns: &[Turn], tile: &mut Tile) {
+        let aimed: SmallVec<[Aimed<C>; TOGETHER]> =
+            turns.iter().map(|&turn| self.aim::<C>(group, turn)).collect();
+        for (&turn, (aimed, mut seen)) in turns.iter().zip(aimed.iter().zip(self.see(&aimed, group.len()))) {
+            for ((pixel, sample), seen) in group.iter().zip(&aimed.samples).zip(&mut seen) {
+                if self.counts(pixel) {
+                    admit(&mut seen.radiance, &mut tile.bad);
+                    self.splat(sample, seen, &aimed.wavelengths, turn, tile);
+                }
             }
         }
     }
@@ -204,18 +221,24 @@ impl Exposure<'_> {
         Aimed { wavelengths, time, samples, sights }
     }
 
-    /// What the camera rays lead to, by the members' numbers.
-    #[inline(always)]
-    pub fn see<const C: usize>(&self, aimed: &Aimed<C>, seen: &mut [RadianceSample<C>]) {
-        let (scene, Aimed { wavelengths, time, sights, .. }) = (self.scene, aimed);
+    /// What the camera rays of samples of a group lead to, each by the members' numbers.
+    pub fn see<const C: usize>(&self, aimed: &[Aimed<C>], members: usize) -> SmallVec<[Seen<C>; TOGETHER]> {
+        let mut seen: SmallVec<[Seen<C>; TOGETHER]> =
+            aimed.iter().map(|_| SmallVec::from_elem(RadianceSample::NOTHING, members)).collect();
         if self.plan == Plan::PLAIN {
-            for Sight { member, ray, stream } in sights {
-                seen[*member] = integrator::radiance(scene, *ray, *time, wavelengths, stream);
+            for (Aimed { wavelengths, time, sights, .. }, seen) in aimed.iter().zip(&mut seen) {
+                for Sight { member, ray, stream } in sights {
+                    seen[*member] = integrator::radiance(self.scene, *ray, *time, wavelengths, stream);
+                }
             }
-        } else {
-            let light_samples = self.plan.light_samples;
-            integrator::radiance_of_group(scene, sights, *time, wavelengths, light_samples, seen);
+            return seen;
         }
+        let samples: SmallVec<[GroupSample<C>; TOGETHER]> = aimed.iter().map(Aimed::of_group).collect();
+        let mut of_samples: SmallVec<[&mut [RadianceSample<C>]; TOGETHER]> =
+            seen.iter_mut().map(|seen| &mut seen[..]).collect();
+        integrator::radiance_of_group(self.scene, &samples, self.plan.light_samples, &mut of_samples);
+        drop(of_samples);
+        seen
     }
 
     /// Adds a sample to all pixels that its filter reaches.

@@ -243,13 +243,12 @@ impl Stream<'_> {
         }
     }
 
-    /// The values of a set of several streams of one sampler, for each its lane: what [`Self::draw`] gives.
-    /// There are at most [`LANES`] streams; the values of lanes without one have no meaning.
-    pub fn draw_in_lanes(streams: &[Self], dimensions: Dimensions) -> [Row; 4] {
-        let mut values = [ZERO; 4];
-        let Some(first) = streams.first() else { return values };
+    /// The values of a set of streams of one sampler, one for each lane: what [`Self::draw`] gives.
+    pub fn draw_in_lanes(streams: &[&Self; LANES], dimensions: Dimensions) -> [Row; 4] {
+        let first = streams[0];
         let alike = streams.iter().all(|stream| stream.key == first.key);
         if first.kind != SamplerKind::Sobol || !alike {
+            let mut values = [ZERO; 4];
             for (lane, stream) in streams.iter().enumerate() {
                 for (row, value) in values.iter_mut().zip(stream.draw(dimensions)) {
                     lanes::set(row, lane, value);
@@ -257,10 +256,8 @@ impl Stream<'_> {
             }
             return values;
         }
-        let mut indices = [0; LANES];
-        for (index, stream) in indices.iter_mut().zip(streams) {
-            *index = stream.index;
-        }
+        let mut values = [ZERO; 4];
+        let indices = streams.map(|stream| stream.index);
         let set = dimensions.set();
         let (order, role) = first.order_of(set);
         let bits =
@@ -457,9 +454,9 @@ mod tests {
                     let member = Member { origin: [4, 8], number: number % members };
                     sampler.member_stream(member, [4 + number, 8], 1, 5 + number / members)
                 };
-                let streams: Vec<Stream> = (0..11).map(stream).collect();
+                let streams: [Stream; LANES] = std::array::from_fn(|number| stream(number as u32));
                 for set in SETS {
-                    let values = Stream::draw_in_lanes(&streams, set);
+                    let values = Stream::draw_in_lanes(&streams.each_ref(), set);
                     for (lane, stream) in streams.iter().enumerate() {
                         let of_lane = values.each_ref().map(|row| lanes::get(row, lane));
                         assert_eq!(of_lane, stream.draw(set), "{name}, {members} members, {set:?}");

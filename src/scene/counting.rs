@@ -373,15 +373,21 @@ impl Scene {
 
     /// See [`Accel::closest_of`].
     #[inline(always)]
-    pub(super) fn closest_in_lanes(&self, query: Query, rays: &Rays, time: f64, asked: Mask) -> Hits {
-        let Some(counters) = &self.counters else { return self.accel.closest_of(rays, time, asked) };
-        let mut hits = Hits::NONE;
+    pub(super) fn closest_in_lanes(
+        &self,
+        query: Query,
+        rays: &Rays,
+        time: f64,
+        asked: Mask,
+        hits: &mut Hits,
+    ) {
+        let Some(counters) = &self.counters else { return self.accel.closest_of(rays, time, asked, hits) };
+        hits.clone_from(&Hits::NONE);
         for lane in lanes_of(asked) {
             if let Some(hit) = counters.closest(&self.accel, query, &rays.get(lane), time) {
                 hits.set(lane, &hit);
             }
         }
-        hits
     }
 
     /// The lanes asked for in which anything at all is in the way of the shadow ray.

@@ -4,7 +4,7 @@ use super::counting::RayKind;
 use super::scene::{Intersection, Scene, Surface};
 use crate::accel::{Accel, Hits, NO_FACET, Rays};
 use crate::geometry::{Points, Vec3};
-use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, part, set};
+use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, lanes_of, part, set};
 use crate::material::{Even, MaterialId, Materials};
 use crate::shape::Shape;
 use crate::spectrum::Spectrum;
@@ -20,8 +20,6 @@ pub struct Intersections {
     pub shading_normal: [Vec3Lanes; REGISTERS],
     /// The lanes that have met a light.
     pub on_light: Mask,
-    /// The facets that rays from there leave; see [`Rays::leaves`].
-    pub facet: Row,
     hits: Hits,
     time: f64,
     from_front: Mask,
@@ -59,34 +57,44 @@ pub enum Side {
 }
 
 impl Intersections {
-    /// None, at a time.
-    pub fn none(time: f64) -> Self {
-        Self {
-            met: 0,
-            point: [Points::NONE; REGISTERS],
-            shading_normal: [Vec3Lanes::ZERO; REGISTERS],
-            on_light: 0,
-            facet: [f64x4::splat(NO_FACET); REGISTERS],
-            hits: Hits::NONE,
-            time,
-            from_front: 0,
-            coincident: 0,
-        }
+    pub const NONE: Self = Self {
+        met: 0,
+        point: [Points::NONE; REGISTERS],
+        shading_normal: [Vec3Lanes::ZERO; REGISTERS],
+        on_light: 0,
+        hits: Hits::NONE,
+        time: 0.0,
+        from_front: 0,
+        coincident: 0,
+    };
+
+    /// Leaves out what was met before, at a time.
+    pub fn clear(&mut self, time: f64) {
+        (self.met, self.time) = (0, time);
+    }
+
+    /// The facets that rays from there leave; see [`Rays::leaves`].
+    pub fn facet(&self) -> &Row {
+        &self.hits.facet
     }
 
     /// Puts in what one lane has met.
     pub fn set(&mut self, lane: usize, hit: &Intersection) {
+        self.met |= 1 << lane;
+        self.hits.set(lane, &hit.hit);
+        set(&mut self.hits.t, lane, hit.t);
+        set(&mut self.hits.facet, lane, NO_FACET);
+        self.set_point(lane, hit);
+    }
+
+    fn set_point(&mut self, lane: usize, hit: &Intersection) {
         let (bit, register) = (1 << lane, lane / WIDTH % REGISTERS);
         let put = |mask: &mut Mask, holds: bool| *mask = *mask & !bit | if holds { bit } else { 0 };
-        self.met |= bit;
         self.point[register].set(lane, &hit.point);
         self.shading_normal[register].set(lane, hit.shading_normal);
         put(&mut self.on_light, hit.light.is_some());
         put(&mut self.from_front, hit.from_front);
         put(&mut self.coincident, hit.coincident);
-        set(&mut self.facet, lane, NO_FACET);
-        self.hits.set(lane, &hit.hit);
-        set(&mut self.hits.t, lane, hit.t);
     }
 
     /// What one lane has met.
@@ -151,16 +159,19 @@ impl EvenSurfaces {
 
 impl Scene {
     /// Where the rays of the lanes asked for first meet a surface, if each surface that a ray meets is one:
-    /// see [`Self::meets_at_once`].
+    /// see [`Self::meets_at_once`]. What was in `found` before is overwritten or left out.
     pub fn intersect_in_lanes(
         &self,
         rays: &Rays,
         time: f64,
         kind: RayKind,
         asked: Mask,
-    ) -> Intersections {
-        let hits = self.closest_in_lanes(kind.begins(), rays, time, asked);
-        let mut found = Intersections { met: hits.met, facet: hits.facet, hits, ..Intersections::none(time) };
+        found: &mut Intersections,
+    ) {
+        found.time = time;
+        self.closest_in_lanes(kind.begins(), rays, time, asked, &mut found.hits);
+        found.met = found.hits.met;
+        (found.on_light, found.from_front, found.coincident) = (0, 0, 0);
         let mut left = 0;
         for register in 0..REGISTERS {
             let met = part(found.met, register);
@@ -201,12 +212,9 @@ impl Scene {
             left |= (met & !(is_known & mask(|known| known.is_flat))) << (WIDTH * register);
         }
         for lane in lanes_of(left) {
-            let facet = get(&found.facet, lane);
             let (hit, ray) = (found.hits.get(lane), rays.get(lane));
-            found.set(lane, &self.intersection(&hit, &ray, time));
-            set(&mut found.facet, lane, facet);
+            found.set_point(lane, &self.intersection(&hit, &ray, time));
         }
-        found
     }
 
     /// How the side of a surface that a lane has met scatters.

@@ -66,7 +66,8 @@ fn rays_in_lanes_meet_what_single_rays_meet() {
                 }
             }
             let asked: Mask = random.random_range(0..1 << LANES);
-            let found = accel.closest_of(&rays, 0.0, asked);
+            let mut found = hits.clone();
+            accel.closest_of(&rays, 0.0, asked, &mut found);
             let occluded = accel.occluded_of(&rays, 0.0, asked);
             assert_eq!((found.met | occluded) & !asked, 0);
             for lane in (0..LANES).filter(|lane| asked >> lane & 1 == 1) {

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::lanes::{LANES, Row, WIDTH, ZERO, get, set};
-use crate::light::Receivers;
+use crate::light::{LightSamples, Receivers};
+use crate::spectrum::SampledLanes;
 use crate::shape::Mesh;
 
 #[test]
@@ -35,7 +36,10 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
                 set(&mut u[1], lane, numbers.next());
             }
             let asked = 0b1110_1111_1111_0111;
-            let samples = world.lights.sample_in_lanes(&receivers, 0.0, &world.wavelengths, asked, &u);
+            let only = SampledLanes::splat(&world.lights.only_radiance(&world.wavelengths.nm));
+            let mut samples = LightSamples::NONE;
+            let of = |_| &world.wavelengths;
+            world.lights.sample_in_lanes(&receivers, 0.0, of, &only, asked, &u, &mut samples);
             assert_eq!(samples.found & !asked, 0);
             for lane in (0..LANES).filter(|lane| asked >> lane & 1 == 1) {
                 let values = u.each_ref().map(|row| get(row, lane));

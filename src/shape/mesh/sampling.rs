@@ -68,6 +68,11 @@ impl Mesh {
         if area.is_nan() || area <= 0.0 {
             return None;
         }
+        if self.rectangle.is_some() {
+            let (triangle, barycentric) = self.rectangle_place(u);
+            let surface = self.surface(triangle, barycentric);
+            return Some(AreaSample { surface, triangle, barycentric, density: 1.0 / area });
+        }
         let (triangle, fraction) = self.areas().choose(u[0]);
         let triangle = triangle as u32;
         // The square folded along its diagonal, and corrected for the fold (as in

@@ -1,0 +1,290 @@
+//! Rays in lanes against the facets of a small scene.
+//!
+//! In node space the ray o + t d meets the plane of a facet where t = -h(o) / h(d), and there v = (v(o) h(d) -
+//! h(o) v(d)) / h(d); see [`super::few`] for h, v and w. Multiplied by |h(d)|, nothing of this is divided.
+//!
+//! In `f32`, with u = 2⁻²⁴, origins up to [`FARTHEST`] away and a gradient of length g, a value at the origin
+//! errs by less than 48 u g, and one for the direction by less than 4 u g. Distances are below 16. So h(o) errs
+//! by less than 2⁻¹⁸, and v |h(d)| by less than 2⁻¹⁶ g. What the exact test finds is closer to that than
+//! rounding here: [`MARGIN`] is four times the one, and as a factor of 1 + g four times the other. A line that
+//! passes farther within a covered facet than that is sure to meet it.
+
+use super::few::{Few, MOST, Tested, halves, mask};
+use super::rays::{Hits, Rays};
+use super::segments::RayLanes;
+use crate::geometry::Vec3;
+use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, part};
+use smallvec::SmallVec;
+use wide::{f32x8, f64x4};
+
+/// By how much the tests err toward a hit.
+const MARGIN: f32 = 1.0 / (1 << 14) as f32;
+
+/// The greatest coordinate of an origin, in node space, for which the bounds hold, and more than any distance
+/// from there to a surface.
+const FARTHEST: (f32, f32) = (8.0, 16.0);
+
+/// Stands for no facet among those that rays leave.
+const ALWAYS: f32 = -2.0;
+
+/// What rays ask of a facet.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RayFacet {
+    /// Of height, v and w: the gradient, and the value at the origin of node space.
+    functions: [[f32; 4]; 3],
+    /// What v and w are uncertain by.
+    slack: [f32; 2],
+    /// Whether a ray that leaves one of its triangles cannot meet any of them: they are of one mesh, whose
+    /// bound on errors is for all of it.
+    is_left_whole: bool,
+    is_covered: bool,
+}
+
+impl RayFacet {
+    /// `functions`: gradient and value of height, v and w, where they are known.
+    pub fn new(functions: Option<&[(Vec3, f64); 3]>, is_left_whole: bool, is_covered: bool) -> Self {
+        let none = [(Vec3::ZERO, 0.0); 3];
+        let functions = functions.unwrap_or(&none);
+        let single = |(gradient, value): (Vec3, f64)| {
+            [gradient.x as f32, gradient.y as f32, gradient.z as f32, value as f32]
+        };
+        let slack = |(gradient, _): (Vec3, f64)| MARGIN * (1.0 + gradient.length() as f32);
+        Self {
+            functions: functions.map(single),
+            slack: [slack(functions[1]), slack(functions[2])],
+            is_left_whole,
+            is_covered,
+        }
+    }
+}
+
+/// Rays as facets ask for them, in two halves of the lanes.
+struct Halves {
+    /// In node space.
+    origin: [[f32x8; 3]; 2],
+    direction: [[f32x8; 3]; 2],
+    /// How far they go.
+    reach: [f32x8; 2],
+    leaves: [f32x8; 2],
+    /// Lanes from so near that the bounds hold.
+    sure: [f32x8; 2],
+}
+
+/// What is known of the rays at one facet.
+struct AtFacet {
+    /// Lanes that may meet it within their reach, and lanes that are sure to.
+    near: [f32x8; 2],
+    within: [f32x8; 2],
+    /// Bounds of the distance, where it is met.
+    low: [f32x8; 2],
+    high: [f32x8; 2],
+}
+
+#[inline(always)]
+fn single(row: &Row) -> [f32x8; 2] {
+    let mut values = [0.0; LANES];
+    for (register, numbers) in row.iter().enumerate() {
+        for (lane, &number) in numbers.as_array().iter().enumerate() {
+            values[WIDTH * register + lane] = number as f32;
+        }
+    }
+    halves(&values)
+}
+
+impl Halves {
+    #[inline(always)]
+    fn new(few: &Few, rays: &Rays) -> Self {
+        let places = rays.origin.map(|origin| few.space.place_lanes(origin));
+        let of_axis = |of: fn(&crate::lanes::Vec3Lanes) -> f64x4, vectors: &[_; REGISTERS]| {
+            single(&vectors.each_ref().map(of))
+        };
+        let axes = |vectors: &[_; REGISTERS]| {
+            let [x, y, z] = [of_axis(|v| v.x, vectors), of_axis(|v| v.y, vectors), of_axis(|v| v.z, vectors)];
+            [0, 1].map(|half| [x[half], y[half], z[half]])
+        };
+        let scale = f64x4::splat(few.space.scale());
+        let farthest = f32x8::splat(FARTHEST.1);
+        let origin = axes(&places);
+        let bound = f32x8::splat(FARTHEST.0);
+        let sure = origin.map(|[x, y, z]| {
+            x.abs().simd_le(bound) & y.abs().simd_le(bound) & z.abs().simd_le(bound)
+        });
+        Self {
+            origin,
+            direction: axes(&rays.direction),
+            reach: single(&rays.t_max.map(|t| t * scale)).map(|reach| reach.fast_min(farthest)),
+            leaves: single(&rays.leaves),
+            sure,
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, facet: &RayFacet, number: usize) -> AtFacet {
+        let number = f32x8::splat(if facet.is_left_whole { number as f32 } else { ALWAYS });
+        let margin = f32x8::splat(MARGIN);
+        let none = [f32x8::ZERO; 2];
+        let mut at = AtFacet { near: none, within: none, low: none, high: none };
+        for half in 0..2 {
+            let dot = |[x, y, z, _]: [f32; 4], [a, b, c]: [f32x8; 3]| {
+                a * f32x8::splat(x) + b * f32x8::splat(y) + c * f32x8::splat(z)
+            };
+            let value = |function: usize| {
+                let function = facet.functions[function];
+                dot(function, self.origin[half]) + f32x8::splat(function[3])
+            };
+            let change = |function: usize| dot(facet.functions[function], self.direction[half]);
+            let (height, rate) = (value(0), change(0));
+            let fall = rate.abs();
+            // Toward the plane, as far as it is ahead.
+            let ahead = -(height ^ (rate & f32x8::splat(-0.0)));
+            let reach = self.reach[half] * fall;
+            let is_other = self.leaves[half].simd_ne(number);
+            let mut met = is_other & ahead.simd_ge(-margin) & ahead.simd_le(reach + margin);
+            let mut inside = met & ahead.simd_ge(margin) & (ahead + margin).simd_le(reach - margin);
+            for (function, slack) in [1, 2].into_iter().zip(facet.slack) {
+                let place = value(function) * fall + ahead * change(function);
+                let slack = f32x8::splat(slack);
+                met = met & place.simd_ge(-slack) & place.simd_le(fall + slack);
+                inside = inside & place.simd_ge(slack) & place.simd_le(fall - slack);
+            }
+            at.near[half] = met;
+            if facet.is_covered {
+                at.within[half] = inside & fall.simd_ge(margin + margin) & self.sure[half];
+            }
+            at.low[half] = (ahead - margin) / (fall + margin);
+            at.high[half] = (ahead + margin) / (fall - margin);
+        }
+        at
+    }
+}
+
+/// Lanes whose directions are near unit length: as for single rays, nothing else meets anything.
+#[inline(always)]
+fn sound(rays: &Rays) -> Mask {
+    let mut sound = 0;
+    for (register, direction) in rays.direction.iter().enumerate() {
+        let is_sound = direction.length_squared().le(f64x4::splat(4.0));
+        sound |= is_sound.mask() << (WIDTH * register);
+    }
+    sound
+}
+
+impl Few {
+    /// The nearest hit of each ray that is asked for; see [`super::Accel::closest`].
+    pub fn closest(&self, rays: &Rays, asked: Mask, hits: &mut Hits) {
+        let asked = asked & sound(rays);
+        let halves = Halves::new(self, rays);
+        let unsure = asked & !mask(halves.sure);
+        // Lanes that may meet each facet, and from what distance on.
+        let mut found: SmallVec<[(Mask, [f32x8; 2]); MOST]> = SmallVec::new();
+        // The nearest facet that is surely met.
+        let mut high = [f32x8::splat(f32::INFINITY); 2];
+        for (number, facet) in self.facets.iter().enumerate() {
+            let at = halves.at(&facet.rays, number);
+            found.push(match facet.always {
+                true => (asked, [f32x8::ZERO; 2]),
+                false => (asked & mask(at.near) | unsure, at.low),
+            });
+            for half in 0..2 {
+                let bound = at.within[half].select(at.high[half], f32x8::splat(f32::INFINITY));
+                high[half] = high[half].fast_min(bound);
+            }
+        }
+        let mut nearest = Nearest::new(rays);
+        let rays: [RayLanes; REGISTERS] =
+            std::array::from_fn(|register| RayLanes::new(rays.origin[register], rays.direction[register]));
+        for (number, (facet, (lanes, low))) in self.facets.iter().zip(&found).enumerate() {
+            let nearer = mask([0, 1].map(|half| low[half].simd_le(high[half])));
+            let lanes = lanes & (nearer | unsure);
+            if lanes != 0 {
+                nearest.test(facet, number, &rays, lanes);
+            }
+        }
+        for register in 0..REGISTERS {
+            let met = nearest.number[register].ge(f64x4::ZERO).mask();
+            hits.met |= met << (WIDTH * register);
+        }
+        hits.t = nearest.t;
+        hits.known = nearest.number;
+        hits.facet = nearest.facet;
+        hits.barycentric = nearest.barycentric;
+    }
+
+    /// Which of the rays that are asked for meet anything; see [`super::Accel::occluded`].
+    pub fn occluded(&self, rays: &Rays, asked: Mask) -> Mask {
+        let asked = asked & sound(rays);
+        let halves = Halves::new(self, rays);
+        let unsure = asked & !mask(halves.sure);
+        let mut candidates: SmallVec<[Mask; MOST]> = SmallVec::new();
+        let mut occluded = 0;
+        for (number, facet) in self.facets.iter().enumerate() {
+            let at = halves.at(&facet.rays, number);
+            candidates.push(if facet.always { asked } else { asked & mask(at.near) | unsure });
+            occluded |= mask(at.within) & asked;
+        }
+        for (facet, &candidates) in self.facets.iter().zip(&candidates) {
+            let lanes = candidates & !occluded;
+            if lanes == 0 {
+                continue;
+            }
+            for register in 0..REGISTERS {
+                let lanes = part(lanes, register);
+                if lanes == 0 {
+                    continue;
+                }
+                let ray = RayLanes::new(rays.origin[register], rays.direction[register]);
+                for triangle in &facet.triangles {
+                    let Some(found) = ray.cross(triangle) else { continue };
+                    let in_range = found.t.ge(f64x4::ZERO) & found.t.lt(rays.t_max[register]);
+                    occluded |= ((found.inside & in_range).mask() & lanes) << (WIDTH * register);
+                }
+            }
+        }
+        occluded
+    }
+}
+
+/// The nearest hits so far.
+struct Nearest {
+    t: Row,
+    /// Triangle and facet; -1 for none.
+    number: Row,
+    facet: Row,
+    barycentric: [Row; 2],
+}
+
+impl Nearest {
+    fn new(rays: &Rays) -> Self {
+        let none = [f64x4::splat(-1.0); REGISTERS];
+        Self { t: rays.t_max, number: none, facet: none, barycentric: [[f64x4::ZERO; REGISTERS]; 2] }
+    }
+
+    /// Tests the triangles of a facet against the rays of some lanes.
+    #[inline(always)]
+    fn test(&mut self, facet: &Tested, number: usize, rays: &[RayLanes; REGISTERS], lanes: Mask) {
+        for register in 0..REGISTERS {
+            let lanes = part(lanes, register);
+            if lanes == 0 {
+                continue;
+            }
+            for (triangle, &own) in facet.triangles.iter().zip(&facet.numbers) {
+                let Some(found) = rays[register].cross(triangle) else { continue };
+                let own = f64x4::splat(own);
+                let (nearest, known) = (self.t[register], self.number[register]);
+                // The order of the facets must not decide between hits at the same distance.
+                let nearer = found.t.lt(nearest) | found.t.eq(nearest) & own.lt(known);
+                let hit = Truth::of(lanes) & found.inside & found.t.ge(f64x4::ZERO) & nearer;
+                if hit.mask() == 0 {
+                    continue;
+                }
+                self.t[register] = f64x4::choose(hit, found.t, nearest);
+                self.number[register] = f64x4::choose(hit, own, known);
+                self.facet[register] =
+                    f64x4::choose(hit, f64x4::splat(number as f64), self.facet[register]);
+                for (row, part) in self.barycentric.iter_mut().zip([found.v, found.w]) {
+                    row[register] = f64x4::choose(hit, part / found.determinant, row[register]);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Suffixes of the paths of several samples of a group, followed together: as paths end, those that go on are
+//! moved into fewer bundles.
+
+use super::bundle::{Bundle, Scratch};
+use crate::lanes::{LANES, Mask, lanes_of};
+use crate::spectrum::{Sampled, SampledLanes};
+
+/// What suffixes have found.
+pub(super) struct Found<const C: usize> {
+    /// By the number of the sample.
+    pub arriving: Vec<SampledLanes<C>>,
+    /// See [`Bundle::contested`].
+    pub contested: Vec<(usize, usize, Sampled<C>, f64)>,
+}
+
+/// Follows paths to their ends. All bundles have come as far as one another.
+pub(super) fn follow<const C: usize>(
+    mut bundles: Vec<Bundle<C>>,
+    scratch: &mut Scratch<C>,
+    samples: usize,
+) -> Found<C> {
+    let mut found = Found { arriving: vec![SampledLanes::ZERO; samples], contested: Vec::new() };
+    let may_merge = bundles.windows(2).all(|two| two[0].may_merge(&two[1]));
+    loop {
+        if may_merge {
+            gather(&mut bundles, &mut found);
+        }
+        bundles.retain_mut(|bundle| {
+            if bundle.alive == 0 {
+                found.take(bundle, Mask::MAX);
+            }
+            bundle.alive != 0
+        });
+        if bundles.is_empty() {
+            return found;
+        }
+        bundles.iter_mut().for_each(|bundle| bundle.step(scratch));
+    }
+}
+
+impl<const C: usize> Found<C> {
+    /// Keeps what has come to some lanes of a bundle, and what its paths have found besides.
+    fn take(&mut self, bundle: &mut Bundle<C>, lanes: Mask) {
+        for lane in lanes_of(lanes & ((1 << LANES) - 1)) {
+            let (number, of_turn, light) = bundle.found(lane);
+            if !light.is_zero() {
+                self.arriving[number].set(of_turn, &light);
+            }
+            bundle.arriving.set(lane, &Sampled::ZERO);
+        }
+        self.contested.append(&mut bundle.contested);
+    }
+}
+
+/// Moves paths out of the last bundles as long as the others have room for all of theirs, and within the
+/// last one that is left to its first lanes.
+fn gather<const C: usize>(bundles: &mut Vec<Bundle<C>>, found: &mut Found<C>) {
+    let alive = |bundles: &[Bundle<C>]| bundles.iter().map(|bundle| bundle.alive.count_ones()).sum::<u32>();
+    while bundles.len() > 1 && alive(bundles) as usize <= LANES * (bundles.len() - 1) {
+        let Some(mut last) = bundles.pop() else { return };
+        let leaving = last.alive;
+        found.take(&mut last, !leaving);
+        let mut paths = lanes_of(leaving);
+        for bundle in bundles.iter_mut() {
+            let free = !bundle.alive & ((1 << LANES) - 1);
+            for (lane, from) in lanes_of(free).zip(&mut paths) {
+                found.take(bundle, 1 << lane);
+                bundle.take(lane, &mut last, from);
+            }
+        }
+        found.contested.append(&mut last.contested);
+    }
+}
