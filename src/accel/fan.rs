@@ -1,10 +1,11 @@
 //! Segments from several surface points to one other, all at once.
 
 use super::Accel;
-use super::few::{Few, Sides};
+use super::few::{Crossing, Few, MOST, Sides};
 use super::segments::FanSegments;
 use crate::geometry::{Points, SurfacePoint};
-use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH, lanes_of, part};
+use crate::lanes::{LANES, Mask, REGISTERS, Row, Vec3Lanes, WIDTH, get, lanes_of, part};
+use smallvec::SmallVec;
 use wide::f64x4;
 
 /// Surface points, one for each lane, and what is known of them before it is asked what they see.
@@ -20,16 +21,34 @@ struct FewSides<'a> {
     sides: Vec<Sides>,
     /// Those that nothing is known of.
     unsure: Mask,
+    /// By facet, those that lie in it.
+    own: SmallVec<[Mask; MOST]>,
+}
+
+/// A surface point that is to be seen from others.
+#[derive(Clone, Copy, Debug)]
+pub struct Target<'p> {
+    pub point: &'p SurfacePoint,
+    /// The facet of a small scene that it lies in, as [`super::Hits::facet`] says it.
+    pub facet: f64,
 }
 
 impl Accel {
-    /// Points that are to be asked, a time for each lane, what they see.
-    pub fn fan(&self, points: &[Points<f64x4>; REGISTERS]) -> Fan<'_> {
+    /// Points that are to be asked, a time for each lane, what they see. `facets` are those of a small scene
+    /// that they lie in.
+    pub fn fan(&self, points: &[Points<f64x4>; REGISTERS], facets: &Row) -> Fan<'_> {
         let few = self.few.as_ref().map(|few| {
+            let mut own: SmallVec<[Mask; MOST]> = SmallVec::from_elem(0, few.facets.len());
+            for lane in 0..LANES {
+                // None is less than all.
+                if let Some(own) = own.get_mut(get(facets, lane) as isize as usize) {
+                    *own |= 1 << lane;
+                }
+            }
             let sides = few.sides(&points.each_ref().map(|points| points.position));
             let is_unsure = |&lane: &usize| !few.is_sure(&points[lane / WIDTH].get(lane));
             let unsure = (0..LANES).filter(is_unsure).fold(0, |mask, lane| mask | 1 << lane);
-            FewSides { few, sides, unsure }
+            FewSides { few, sides, unsure, own }
         });
         Fan { accel: self, points: *points, few }
     }
@@ -53,10 +72,10 @@ impl Fan<'_> {
 
     /// The lanes among those asked for whose segment to a target is occluded or does not exist. Segments are
     /// those of [`SurfacePoint::segment_to`], and the answers those of [`Accel::occluded`].
-    pub fn blocked(&self, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+    pub fn blocked(&self, target: &Target, time: f64, asked: Mask) -> Mask {
         match &self.few {
             Some(few) => self.blocked_by_few(few, target, time, asked),
-            None => self.blocked_one_by_one(target, time, asked),
+            None => self.blocked_one_by_one(target.point, time, asked),
         }
     }
 
@@ -68,28 +87,38 @@ impl Fan<'_> {
         lanes_of(asked).filter(blocked).fold(0, |mask, lane| mask | 1 << lane)
     }
 
-    fn blocked_by_few(&self, known: &FewSides, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+    fn blocked_by_few(&self, known: &FewSides, target: &Target, time: f64, asked: Mask) -> Mask {
         let FewSides { few, sides, .. } = known;
-        let segments = self.points.each_ref().map(|points| FanSegments::new(points, target));
+        let segments = self.points.each_ref().map(|points| FanSegments::new(points, target.point));
         let (mut exist, mut sound) = (0, 0);
         for (register, segments) in segments.iter().enumerate() {
             exist |= segments.exist << (WIDTH * register);
             sound |= segments.sound << (WIDTH * register);
         }
         let mut blocked = asked & !exist;
-        blocked |= self.blocked_one_by_one(target, time, asked & exist & !sound);
-        let mut open = asked & exist & sound;
-        let unsure = if few.is_sure(target) { known.unsure } else { Mask::MAX };
-        let ends = few.seen(target.position);
+        blocked |= self.blocked_one_by_one(target.point, time, asked & exist & !sound);
+        let open = asked & exist & sound;
+        let unsure = if few.is_sure(target.point) { known.unsure } else { Mask::MAX };
+        let ends = few.seen(target.point.position);
+        let mut candidates: SmallVec<[Mask; MOST]> = SmallVec::new();
         for (index, (facet, sides)) in few.facets.iter().zip(sides).enumerate() {
             let end = &ends[index / WIDTH];
-            let [height, v, w] = [0, 1, 2].map(|function| end[WIDTH * function + index % WIDTH]);
-            let always = if facet.always { Mask::MAX } else { unsure };
-            let mut candidates = open & (sides.apart(height) | always);
+            let end = [0, 1, 2].map(|function| end[WIDTH * function + index % WIDTH]);
+            let Crossing { near, within } = sides.crossing(end, facet.slack);
+            // What a segment leaves, and what it ends before, it does not cross.
+            let own = if facet.rays.is_left_whole() { known.own[index] } else { 0 };
+            let is_end = facet.rays.is_left_whole() && target.facet == index as f64;
+            let near = if is_end { 0 } else { near & !own };
+            candidates.push(if facet.always { open } else { open & (near | unsure) });
+            if facet.rays.is_covered() {
+                blocked |= open & within & near & !unsure;
+            }
+        }
+        for (facet, &candidates) in few.facets.iter().zip(&candidates) {
+            let candidates = candidates & !blocked;
             if candidates == 0 {
                 continue;
             }
-            candidates &= sides.crossing(height, [v, w], facet.slack) | always;
             for (register, segments) in segments.iter().enumerate() {
                 if part(candidates, register) == 0 {
                     continue;
@@ -98,10 +127,6 @@ impl Fan<'_> {
                     let met = segments.meet(triangle) & part(candidates, register);
                     blocked |= met << (WIDTH * register);
                 }
-            }
-            open &= !blocked;
-            if open == 0 {
-                break;
             }
         }
         blocked

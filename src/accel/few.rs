@@ -1,23 +1,22 @@
 //! The triangles of a small scene, and from which places segments to another one may meet them.
 //!
 //! Triangles that together make up a parallelogram are one facet. A facet has three linear functions of a
-//! place x: its height over the plane and two coordinates v and w in it, each from 0 to 1 in the facet. A
-//! segment from o to e meets the plane where v = (v(e) h(o) - v(o) h(e)) / (h(o) - h(e)).
+//! place x: its height over the plane, and two coordinates v and w in it, each from 0 to 1 in the facet. A
+//! segment from o to e meets the plane at the fraction t = h(o) / (h(o) - h(e)) of its way, where
+//! v = v(o) + t (v(e) - v(o)).
 //!
 //! The functions are computed in `f64` and rounded to `f32`, in node space: places and distances are at most
-//! 4 there, and rounding changes a height by less than 2⁻²². What the exact test finds is never left out:
-//! - Where it finds a hit, the ray's point at the computed distance is, whatever the angle, no farther from
-//!   the plane than some hundred roundings of `f64`, as for the offset of rays from meshes. So not both ends
-//!   of the segment are higher than [`MARGIN`] on the same side. Triangles with too small an angle for that
-//!   are always tested.
-//! - The line then passes the triangle as near. Along a line v changes in proportion to h, so v(e) h(o) -
-//!   v(o) h(e) lies between 0 and h(o) - h(e) up to that distance times (|v(o)| + |v(e)| + the gradient of v
-//!   times |h(o) - h(e)|). Rounding to `f32` adds less than 2⁻²⁰ (|v(o)| + |v(e)| + 1).
+//! 4 there, so a height errs by less than 2⁻²², and v by less than 2⁻²² (1 + g) where its gradient has the
+//! length g. So t errs by less than 2⁻²⁰ / |h(o) - h(e)|, and v by less than 2⁻¹⁸ (1 + g) / |h(o) - h(e)|:
+//! [`MARGIN`] is four times that. Where the exact test finds a hit, the ray's point at the computed distance
+//! is, whatever the angle, no farther from the plane than some hundred roundings of `f64`, as for the offset
+//! of rays from meshes, and the line passes the triangle as near: far less than rounding here. Triangles with
+//! too small an angle for that are always tested.
 
 use super::node::NodeSpace;
 use super::packet::Packet;
 use super::few_rays::RayFacet;
-use super::rays::KnownTriangle;
+use super::rays::{KnownTriangle, NO_FACET};
 use crate::geometry::{SurfacePoint, Vec3};
 use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH};
 use smallvec::{SmallVec, smallvec};
@@ -26,8 +25,8 @@ use wide::{f32x8, f64x4};
 /// Most triangles of a small scene: with more a tree is faster.
 pub(super) const MOST: usize = 64;
 
-/// By how much the tests err toward a hit, in node space.
-pub(super) const MARGIN: f32 = 1.0 / (1 << 18) as f32;
+/// By how much the tests err toward a hit, where the gradient is small and the heights differ by 1.
+const MARGIN: f32 = 1.0 / (1 << 16) as f32;
 
 /// The least sine of an angle, and the least altitude in node space, of a triangle whose plane is known well
 /// enough.
@@ -56,8 +55,8 @@ pub(super) struct Tested {
     pub numbers: SmallVec<[f64; 2]>,
     /// What rays ask for.
     pub rays: RayFacet,
-    /// What v and w are uncertain by, times the margin.
-    pub slack: [f32; 2],
+    /// What v, w and the fraction of a segment's way are uncertain by, times the difference of the heights.
+    pub slack: f32,
     /// Whether every segment is tested.
     pub always: bool,
 }
@@ -75,13 +74,13 @@ pub(super) struct Few {
 /// A point in the coordinates of each facet.
 pub(super) type PointAtFacets = SmallVec<[[f32; WIDTH * 3]; 8]>;
 
-/// Where the places of all lanes lie for a facet.
-pub(super) struct Sides {
-    /// Surely before the plane, and surely behind it.
-    front: Mask,
-    back: Mask,
-    height: [f32x8; 2],
-    across: [[f32x8; 2]; 2],
+/// Where the places of all lanes lie for a facet: their heights, v and w.
+pub(super) struct Sides([[f32x8; 2]; 3]);
+
+/// Which segments may cross a facet, and which are sure to.
+pub(super) struct Crossing {
+    pub near: Mask,
+    pub within: Mask,
 }
 
 impl Few {
@@ -139,6 +138,16 @@ impl Few {
         &self.triangles
     }
 
+    /// See [`super::Accel::facet_of`].
+    pub fn facet_of(&self, shape: u32, triangle: u32) -> f64 {
+        let is_it = |known: &KnownTriangle| (known.shape, known.triangle) == (shape, triangle);
+        let number = self.triangles.iter().position(is_it).map(|number| number as f64);
+        let facet = self.facets.iter().position(|facet| {
+            number.is_some_and(|number| facet.numbers.contains(&number))
+        });
+        facet.map_or(NO_FACET, |facet| facet as f64)
+    }
+
     /// Whether the bounds hold for rays from or to a point.
     pub fn is_sure(&self, point: &SurfacePoint) -> bool {
         let (distance, offset) = GREATEST;
@@ -179,13 +188,7 @@ impl Few {
                 }
                 halves(&values)
             });
-            let margin = f32x8::splat(MARGIN);
-            Sides {
-                front: mask([height[0].simd_gt(margin), height[1].simd_gt(margin)]),
-                back: mask([height[0].simd_lt(-margin), height[1].simd_lt(-margin)]),
-                height,
-                across: [v, w],
-            }
+            Sides([height, v, w])
         };
         (0..self.facets.len()).map(of_facet).collect()
     }
@@ -203,36 +206,27 @@ pub(super) fn mask(halves: [f32x8; 2]) -> Mask {
 }
 
 impl Sides {
-    /// From which places a segment to one of this height may meet the plane.
+    /// From which places a segment to one other crosses the facet, by the height, v and w of that; also from
+    /// what is no number. `slack`: [`Tested::slack`].
     #[inline(always)]
-    pub fn apart(&self, height: f32) -> Mask {
-        let same = if height > MARGIN {
-            self.front
-        } else if height < -MARGIN {
-            self.back
-        } else {
-            0
-        };
-        !same
-    }
-
-    /// From which places the line may meet the facet: also from what is no number.
-    #[inline(always)]
-    pub fn crossing(&self, height: f32, across: [f32; 2], slack: [f32; 2]) -> Mask {
-        let end = f32x8::splat(height);
-        !mask([0, 1].map(|half| {
-            let start = self.height[half];
-            let rise = start - end;
-            let (least, most) = (rise.fast_min(f32x8::ZERO), rise.fast_max(f32x8::ZERO));
-            let beyond = |axis: usize| {
-                let from = self.across[axis][half];
-                let place = f32x8::splat(across[axis]).mul_sub(start, from * end);
-                let uncertain =
-                    (from.abs() + f32x8::splat(across[axis].abs() + slack[axis])) * f32x8::splat(MARGIN);
-                place.simd_lt(least - uncertain) | place.simd_gt(most + uncertain)
-            };
-            beyond(0) | beyond(1)
-        }))
+    pub fn crossing(&self, end: [f32; 3], slack: f32) -> Crossing {
+        let end = end.map(f32x8::splat);
+        let (mut missed, mut within) = ([f32x8::ZERO; 2], [f32x8::ZERO; 2]);
+        for half in 0..2 {
+            let [height, v, w] = self.0.map(|function| function[half]);
+            let inverse = f32x8::ONE / (height - end[0]);
+            // The fraction of the way at which it meets the plane.
+            let t = height * inverse;
+            let slack = inverse.abs() * f32x8::splat(slack);
+            let inside = [(v, end[1]), (w, end[2])].map(|(start, end)| {
+                let place = (end - start).mul_add(t, start);
+                place.fast_min(f32x8::ONE - place)
+            });
+            let inside = inside[0].fast_min(inside[1]).fast_min(t).fast_min(f32x8::ONE - t);
+            missed[half] = inside.simd_lt(-slack);
+            within[half] = inside.simd_gt(slack);
+        }
+        Crossing { near: !mask(missed), within: mask(within) }
     }
 }
 
@@ -280,9 +274,7 @@ impl Facet {
     }
 
     fn tested(self, all: &[KnownTriangle]) -> Tested {
-        // The distance of a place from where the ray is, in units of the margin, and the heights that it is
-        // multiplied by.
-        let slack = |gradient: Vec3| (2.0 + gradient.length()) as f32;
+        let steepest = self.functions.map_or(0.0, |[_, (v, _), (w, _)]| v.length().max(w.length()));
         let number = |known: &KnownTriangle| all.iter().position(|other| other == known).unwrap_or(0) as f64;
         let shape = self.triangles[0].shape;
         let rays = RayFacet::new(
@@ -291,7 +283,7 @@ impl Facet {
             self.is_covered(),
         );
         Tested {
-            slack: self.functions.map_or([0.0; 2], |[_, (v, _), (w, _)]| [slack(v), slack(w)]),
+            slack: MARGIN * (1.0 + steepest as f32),
             always: self.functions.is_none(),
             rays,
             numbers: self.triangles.iter().map(number).collect(),

@@ -1,13 +1,13 @@
 //! Rays in lanes against the facets of a small scene.
 //!
-//! In node space the ray o + t d meets the plane of a facet where t = -h(o) / h(d), and there v = (v(o) h(d) -
-//! h(o) v(d)) / h(d); see [`super::few`] for h, v and w. Multiplied by |h(d)|, nothing of this is divided.
+//! In node space the ray o + t d meets the plane of a facet at t = -h(o) / h(d), where v = v(o + t d); see
+//! [`super::few`] for h, v and w. These are tested in `f32`, and what may be met is tested exactly.
 //!
-//! In `f32`, with u = 2⁻²⁴, origins up to [`FARTHEST`] away and a gradient of length g, a value at the origin
-//! errs by less than 48 u g, and one for the direction by less than 4 u g. Distances are below 16. So h(o) errs
-//! by less than 2⁻¹⁸, and v |h(d)| by less than 2⁻¹⁶ g. What the exact test finds is closer to that than
-//! rounding here: [`MARGIN`] is four times the one, and as a factor of 1 + g four times the other. A line that
-//! passes farther within a covered facet than that is sure to meet it.
+//! With u = 2⁻²⁴, origins up to [`FARTHEST`] away and a gradient of length g, a value at the origin errs by less
+//! than 77 u g, and the change along the ray by less than 5 u g. So t, as far as it counts, errs by less than
+//! 160 u / |h(d)|, and v by less than 320 u (1 + g) / |h(d)|: [`MARGIN`] is twice that. A line that passes
+//! farther within a covered facet than that is sure to meet it. What the exact test finds is closer to the
+//! facet than rounding here, and multiply-adds may be fused or not: candidates may differ, but not the answer.
 
 use super::few::{Few, MOST, Tested, halves, mask};
 use super::rays::{Hits, Rays};
@@ -17,8 +17,8 @@ use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, part};
 use smallvec::SmallVec;
 use wide::{f32x8, f64x4};
 
-/// By how much the tests err toward a hit.
-const MARGIN: f32 = 1.0 / (1 << 14) as f32;
+/// By how much the tests err toward a hit, where the gradient is small and the ray perpendicular.
+const MARGIN: f32 = 640.0 / (1 << 24) as f32;
 
 /// The greatest coordinate of an origin, in node space, for which the bounds hold, and more than any distance
 /// from there to a surface.
@@ -32,8 +32,8 @@ const ALWAYS: f32 = -2.0;
 pub(super) struct RayFacet {
     /// Of height, v and w: the gradient, and the value at the origin of node space.
     functions: [[f32; 4]; 3],
-    /// What v and w are uncertain by.
-    slack: [f32; 2],
+    /// What t, v and w are uncertain by, times |h(d)|.
+    slack: f32,
     /// Whether a ray that leaves one of its triangles cannot meet any of them: they are of one mesh, whose
     /// bound on errors is for all of it.
     is_left_whole: bool,
@@ -48,13 +48,25 @@ impl RayFacet {
         let single = |(gradient, value): (Vec3, f64)| {
             [gradient.x as f32, gradient.y as f32, gradient.z as f32, value as f32]
         };
-        let slack = |(gradient, _): (Vec3, f64)| MARGIN * (1.0 + gradient.length() as f32);
+        let steepest = functions[1..].iter().fold(0.0f64, |most, (gradient, _)| most.max(gradient.length()));
         Self {
             functions: functions.map(single),
-            slack: [slack(functions[1]), slack(functions[2])],
+            slack: MARGIN * (1.0 + steepest as f32),
             is_left_whole,
             is_covered,
         }
+    }
+}
+
+impl RayFacet {
+    /// Whether what leaves one of its triangles, or ends before it, cannot meet any of them.
+    pub fn is_left_whole(&self) -> bool {
+        self.is_left_whole
+    }
+
+    /// Whether every line that passes well within it meets one of its triangles.
+    pub fn is_covered(&self) -> bool {
+        self.is_covered
     }
 }
 
@@ -66,6 +78,7 @@ struct Halves {
     /// How far they go.
     reach: [f32x8; 2],
     leaves: [f32x8; 2],
+    arrives: [f32x8; 2],
     /// Lanes from so near that the bounds hold.
     sure: [f32x8; 2],
 }
@@ -114,6 +127,7 @@ impl Halves {
             direction: axes(&rays.direction),
             reach: single(&rays.t_max.map(|t| t * scale)).map(|reach| reach.fast_min(farthest)),
             leaves: single(&rays.leaves),
+            arrives: single(&rays.arrives),
             sure,
         }
     }
@@ -121,38 +135,42 @@ impl Halves {
     #[inline(always)]
     fn at(&self, facet: &RayFacet, number: usize) -> AtFacet {
         let number = f32x8::splat(if facet.is_left_whole { number as f32 } else { ALWAYS });
-        let margin = f32x8::splat(MARGIN);
         let none = [f32x8::ZERO; 2];
         let mut at = AtFacet { near: none, within: none, low: none, high: none };
         for half in 0..2 {
-            let dot = |[x, y, z, _]: [f32; 4], [a, b, c]: [f32x8; 3]| {
-                a * f32x8::splat(x) + b * f32x8::splat(y) + c * f32x8::splat(z)
+            let dot = |function: usize, [x, y, z]: [f32x8; 3]| {
+                let [a, b, c, _] = facet.functions[function].map(f32x8::splat);
+                x.mul_add(a, y.mul_add(b, z * c))
             };
-            let value = |function: usize| {
-                let function = facet.functions[function];
-                dot(function, self.origin[half]) + f32x8::splat(function[3])
+            let value = |function: usize, place: [f32x8; 3]| {
+                let [a, b, c, constant] = facet.functions[function].map(f32x8::splat);
+                place[0].mul_add(a, place[1].mul_add(b, place[2].mul_add(c, constant)))
             };
-            let change = |function: usize| dot(facet.functions[function], self.direction[half]);
-            let (height, rate) = (value(0), change(0));
-            let fall = rate.abs();
-            // Toward the plane, as far as it is ahead.
-            let ahead = -(height ^ (rate & f32x8::splat(-0.0)));
-            let reach = self.reach[half] * fall;
-            let is_other = self.leaves[half].simd_ne(number);
-            let mut met = is_other & ahead.simd_ge(-margin) & ahead.simd_le(reach + margin);
-            let mut inside = met & ahead.simd_ge(margin) & (ahead + margin).simd_le(reach - margin);
-            for (function, slack) in [1, 2].into_iter().zip(facet.slack) {
-                let place = value(function) * fall + ahead * change(function);
-                let slack = f32x8::splat(slack);
-                met = met & place.simd_ge(-slack) & place.simd_le(fall + slack);
-                inside = inside & place.simd_ge(slack) & place.simd_le(fall - slack);
-            }
-            at.near[half] = met;
-            if facet.is_covered {
-                at.within[half] = inside & fall.simd_ge(margin + margin) & self.sure[half];
-            }
-            at.low[half] = (ahead - margin) / (fall + margin);
-            at.high[half] = (ahead + margin) / (fall - margin);
+            let (origin, direction) = (self.origin[half], self.direction[half]);
+            let inverse = f32x8::ONE / dot(0, direction);
+            let t = -value(0, origin) * inverse;
+            let slack = inverse.abs() * f32x8::splat(facet.slack);
+            let [x, y, z] = [0, 1, 2].map(|axis: usize| direction[axis].mul_add(t, origin[axis]));
+            // How far within the facet, in units of its edges.
+            let within = [1, 2].map(|function| {
+                let place = value(function, [x, y, z]);
+                place.fast_min(f32x8::ONE - place)
+            });
+            let within = within[0].fast_min(within[1]);
+            let (low, high) = (t - slack, t + slack);
+            // Also what is no number may be met.
+            let own = self.leaves[half].simd_eq(number) | self.arrives[half].simd_eq(number);
+            let missed = own
+                | within.simd_lt(-slack)
+                | high.simd_lt(f32x8::ZERO)
+                | low.simd_gt(self.reach[half]);
+            at.near[half] = !missed;
+            at.within[half] = within.simd_gt(slack) & low.simd_gt(f32x8::ZERO) & !missed;
+            at.within[half] &= high.simd_lt(self.reach[half]) & self.sure[half];
+            (at.low[half], at.high[half]) = (low, high);
+        }
+        if !facet.is_covered {
+            at.within = none;
         }
         at
     }

@@ -27,7 +27,7 @@ mod watch;
 use crate::geometry::{Bounds, Ray, Vec3};
 use crate::shape::solid::Solid;
 use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Pieces, RaySpace, Shape, SurfaceHit};
-pub use fan::Fan;
+pub use fan::{Fan, Target};
 use few::Few;
 pub use instance::Instance;
 pub use rays::{Hits, KnownTriangle, NO_FACET, Rays};

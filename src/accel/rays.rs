@@ -16,6 +16,8 @@ pub struct Rays {
     /// The facet of a small scene that each ray leaves, as [`Hits::facet`] says it: its own plane is not
     /// asked again. [`NO_FACET`] where it leaves none.
     pub leaves: Row,
+    /// The facet that each ray ends before: likewise.
+    pub arrives: Row,
 }
 
 /// See [`Rays::leaves`].
@@ -54,6 +56,7 @@ impl Rays {
         direction: [Vec3Lanes::ZERO; REGISTERS],
         t_max: [f64x4::new([f64::INFINITY; WIDTH]); REGISTERS],
         leaves: [f64x4::new([NO_FACET; WIDTH]); REGISTERS],
+        arrives: [f64x4::new([NO_FACET; WIDTH]); REGISTERS],
     };
 
     pub fn get(&self, lane: usize) -> Ray {
@@ -116,6 +119,12 @@ impl Accel {
     /// other scenes.
     pub fn few_triangles(&self) -> &[KnownTriangle] {
         self.few.as_ref().map_or(&[], Few::triangles)
+    }
+
+    /// The facet that a triangle of a small scene belongs to, by the numbers of its shape and its own.
+    /// [`NO_FACET`] where it is none.
+    pub fn facet_of(&self, shape: u32, triangle: u32) -> f64 {
+        self.few.as_ref().map_or(NO_FACET, |few| few.facet_of(shape, triangle))
     }
 
     /// [`Accel::closest`] of the lanes asked for. What was in `hits` before is overwritten or left out.

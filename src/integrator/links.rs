@@ -4,7 +4,7 @@
 use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
 use super::surfaces::{Evaluations, Surfaces};
-use crate::accel::Fan;
+use crate::accel::{Fan, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::lanes::{self, Mask, REGISTERS, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
@@ -38,6 +38,8 @@ pub(super) struct Next {
     /// In which direction from there.
     pub direction: Vec3,
     pub point: SurfacePoint,
+    /// See [`Target::facet`].
+    pub facet: f64,
 }
 
 /// From the first surfaces to a next one that they see.
@@ -90,7 +92,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 reflected[register] *= throughput[register];
             }
         }
-        let fan = scene.fan(&surfaces.hits.point);
+        let fan = scene.fan(&surfaces.hits.point, surfaces.hits.facet());
         let (all, receivers) = (bundle.alive, surfaces.receivers());
         Self { scene, turn, bundle, surfaces, all, receivers, fan, reflected }
     }
@@ -141,7 +143,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
         }
         let found = Found { owner: next.owner, toward_first, geometry, share, facing, linked };
         let (scene, time) = (self.scene, self.turn.time);
-        let hidden = |linked| scene.blocked(&self.fan, target, time, linked);
+        let hidden = |linked| scene.blocked(&self.fan, &Target { point: target, facet: next.facet }, time, linked);
         self.linked(found, hidden, |point| point.segment_to(target))
     }
 
@@ -313,39 +315,44 @@ impl<const C: usize> Values<C> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::path::Path;
+    use super::super::bundle::Scratch;
     use super::*;
-    use crate::sampling::{Density, Dimensions, Sampler, SamplerKind};
+    use crate::lanes::{LANES, get};
+    use crate::material::Shading;
+    use crate::sampling::{Dimensions, Sampler, SamplerKind};
     use crate::scene::{CompileOptions, ReadOptions, compile, read};
+    use crate::spectrum::Wavelengths;
 
-    /// What of a next surface's radiance a first one gets, and the density with which it samples it.
+    /// What of a next surface's radiance a first one gets, and the density with which it samples it. `shading`:
+    /// how the first one scatters.
     fn link(
-        scene: &Scene,
-        first: &First<4>,
+        firsts: &Firsts<4>,
+        shading: &Shading<4>,
+        lane: usize,
         next: &Next,
-        owns: bool,
         wavelengths: &Wavelengths<4>,
     ) -> Option<(Sampled<4>, Sampled<4>)> {
-        let (from, target) = (&first.hit.point, &next.hit.point);
+        let (scene, owns) = (firsts.scene, lane == next.owner);
+        let (from, target) = (firsts.receivers.get(lane).point, &next.point);
         let between = target.position - from.position;
         let direction = between.normalize();
         let cos = direction.dot(target.normal);
         let geometry = cos.abs() / between.length_squared();
-        if cos * next.ray.direction.dot(target.normal) <= 0.0 || !geometry.is_finite() {
+        if cos * next.direction.dot(target.normal) <= 0.0 || !geometry.is_finite() {
             return None;
         }
-        let value = first.shading.evaluate(direction);
+        let value = shading.evaluate(direction);
         if value.density.is_zero() && value.f_cos.is_zero() {
             return None;
         }
-        let media = &first.path.media.here;
+        let media = firsts.bundle.media(lane);
         let ray = from.segment_to(target)?;
         let between = if owns && !scene.features().interface_events() {
-            scene.transmittance(media, &ray, wavelengths).unwrap_or(Sampled::ONE)
+            scene.transmittance(&media.here, &ray, wavelengths).unwrap_or(Sampled::ONE)
         } else {
-            scene.transmittance_between_surfaces(&ray, 0.0, media, wavelengths)
+            scene.transmittance_between_surfaces(&ray, 0.0, &media.here, wavelengths)
         };
-        let reach = first.path.throughput * value.f_cos * between * geometry;
+        let reach = firsts.bundle.throughput.get(lane) * value.f_cos * between * geometry;
         (owns || !between.is_zero()).then(|| (reach, value.density * geometry))
     }
 
@@ -368,36 +375,47 @@ mod tests {
             let size = scene.film.extent.whole;
             let (mut seen, mut hidden) = (0, 0);
             for group in 0..100 {
-                let mut firsts = Vec::new();
-                for lane in 0..LANES as u32 {
-                    let stream = sampler.stream([lane, group], 0, 0);
-                    let [x, y, ..] = stream.draw(Dimensions::Camera);
-                    let place = [x * f64::from(size[0]), y * f64::from(size[1])];
-                    let Some(sensor) = scene.sensor_ray(place, 0.0, &stream) else { continue };
-                    let mut path = Path::from_camera(&scene, &sensor.ray, 0.0);
-                    let mut light = Sampled::ZERO;
-                    let Some(hit) = path.meet(&scene, &sensor.ray, &wavelengths, &mut light) else {
-                        continue;
-                    };
-                    let shading = path.shade(&scene, &sensor.ray, &hit, &wavelengths, &stream);
-                    firsts.extend(shading.map(|shading| First { sight: lane as usize, path, hit, shading }));
-                }
-                let lanes = Firsts::new(&scene, 0.0, &wavelengths, &firsts);
-                for (owner, first) in firsts.iter().enumerate() {
-                    let stream = sampler.stream([first.sight as u32, group], 0, 0);
-                    let [u, v, lobe, _] = stream.draw(Dimensions::Scattering(0));
-                    let Some(scatter) = first.shading.sample(lobe, [u, v]) else { continue };
-                    let mut path = first.path.clone();
-                    let ray = path.leave(&scene, &first.hit, &first.shading, &scatter);
-                    let mut light = Sampled::ZERO;
-                    let Some(hit) = path.meet(&scene, &ray, &wavelengths, &mut light) else { continue };
-                    if scatter.density == Density::Discrete || scatter.transmitted {
-                        continue;
-                    }
-                    let next = Next { owner, ray: &ray, hit: &hit };
-                    let links = lanes.links(&next);
-                    for (lane, first) in firsts.iter().enumerate() {
-                        let expected = link(&scene, first, &next, lane == owner, &wavelengths);
+                let streams = std::array::from_fn(|lane| sampler.stream([lane as u32, group], 0, 0));
+                let rays: Vec<_> = streams
+                    .iter()
+                    .filter_map(|stream| {
+                        let [x, y, ..] = stream.draw(Dimensions::Camera);
+                        let place = [x * f64::from(size[0]), y * f64::from(size[1])];
+                        Some(scene.sensor_ray(place, 0.0, stream)?.ray)
+                    })
+                    .collect();
+                assert_eq!(rays.len(), LANES);
+                let turn = Turn::new(&scene, 0.0, &wavelengths, streams);
+                let mut bundle = Bundle::from_camera(&scene, &turn, 0, rays.iter());
+                let (mut surfaces, mut scratch) = (Surfaces::new(), Scratch::<4>::new());
+                bundle.advance(&mut surfaces.hits);
+                bundle.escape(&surfaces.hits);
+                let shadings: Vec<Option<Shading<4>>> = (0..LANES)
+                    .map(|lane| {
+                        let met = bundle.alive >> lane & 1 == 1;
+                        let path = bundle.path(lane);
+                        let hit = met.then(|| surfaces.hits.get(&scene, lane))?;
+                        path.shade(&scene, &rays[lane], &hit, &wavelengths, &streams[lane])
+                    })
+                    .collect();
+                bundle.shade(&mut surfaces);
+                bundle.alive &= !lanes_of(bundle.alive)
+                    .filter(|&lane| !surfaces.shares(lane))
+                    .fold(0, |mask, lane| mask | 1 << lane);
+                let firsts = Firsts::new(&scene, &turn, &bundle, &surfaces);
+                let mut nexts = bundle.clone();
+                let u = nexts.draw(Dimensions::Scattering(0));
+                nexts.leave(&surfaces, &surfaces.sample(&u, bundle.alive));
+                let hits = &mut scratch.surfaces.hits;
+                nexts.advance(hits);
+                for owner in lanes_of(nexts.alive & hits.met) {
+                    let point = hits.get(&scene, owner).point;
+                    let direction = nexts.rays.get(owner).direction;
+                    let next = Next { owner, direction, point, facet: get(hits.facet(), owner) };
+                    let links = firsts.links(&next);
+                    for lane in lanes_of(bundle.alive) {
+                        let Some(shading) = &shadings[lane] else { continue };
+                        let expected = link(&firsts, shading, lane, &next, &wavelengths);
                         let linked = links.linked >> lane & 1 == 1;
                         assert_eq!(linked, expected.is_some(), "{name}: lane {lane} of group {group}");
                         let (reach, density) = expected.unwrap_or((Sampled::ZERO, Sampled::ZERO));

@@ -19,7 +19,7 @@ use crate::spectrum::{Sampled, Wavelengths};
 pub use caustics::{Splat, light_subpath};
 use observe::Record;
 pub use observe::{Step, Told};
-pub use shared::{GroupSample, Sight, TOGETHER, parts_of_group, radiance_of_group};
+pub use shared::{GroupSample, Sight, TOGETHER, Workspace, parts_of_group, radiance_of_group};
 
 impl Limits {
     /// Whether rays that meet no surface count as having met something.

@@ -59,8 +59,9 @@ pub fn radiance_of_group<const C: usize>(
     samples: &[GroupSample<C>],
     light_samples: u32,
     seen: &mut [&mut [RadianceSample<C>]],
+    workspace: &mut Workspace<C>,
 ) {
-    share(scene, samples, light_samples, seen, |_, _| {});
+    share(scene, samples, light_samples, seen, workspace, |_, _| {});
 }
 
 /// The parts of what [`radiance_of_group`] gives a pixel: its own, and what comes of the path of each member.
@@ -75,7 +76,7 @@ pub fn parts_of_group<const C: usize>(
     let mut seen = vec![RadianceSample::NOTHING; members.max(member + 1)];
     let (mut parts, mut before) = (Vec::<(usize, Sampled<C>)>::new(), Sampled::ZERO);
     let lane = sights.iter().position(|sight| sight.member == member);
-    share(scene, &[sample], light_samples, &mut [&mut seen], |owner, shared| {
+    share(scene, &[sample], light_samples, &mut [&mut seen], &mut Workspace::default(), |owner, shared| {
         let Some(lane) = lane else { return };
         let (owner, sum) = (sights[owner].member, shared.get(lane));
         let part = sum - before;
@@ -96,6 +97,7 @@ fn share<'s, const C: usize>(
     samples: &[GroupSample<'s, C>],
     light_samples: u32,
     seen: &mut [&mut [RadianceSample<C>]],
+    workspace: &mut Workspace<C>,
     mut told: impl FnMut(usize, &SampledLanes<C>),
 ) {
     let turn = |(number, sample): (usize, &GroupSample<'s, C>)| {
@@ -106,37 +108,55 @@ fn share<'s, const C: usize>(
         Some((number, Turn::new(scene, sample.time, sample.wavelengths, streams)))
     };
     let turns: Vec<(usize, Turn<C>)> = samples.iter().enumerate().filter_map(turn).collect();
-    let mut scratch = Scratch::new();
-    let (mut firsts, mut suffixes) = (Vec::new(), Vec::new());
-    for (number, turn) in &turns {
-        let (number, sights) = (*number, samples[*number].sights);
+    let Workspace { scratch, surfaces, links } = workspace;
+    surfaces.resize_with(turns.len(), Surfaces::new);
+    links.resize_with(turns.len(), Vec::new);
+    let mut bundles = Vec::with_capacity(turns.len());
+    for ((number, turn), surfaces) in turns.iter().zip(surfaces.iter_mut()) {
+        let sights = samples[*number].sights;
         let rays = sights.iter().map(|sight| &sight.ray);
-        let mut bundle = Bundle::from_camera(scene, turn, number, rays);
-        let mut surfaces = Surfaces::new();
-        let alpha_hit = first_surfaces(&mut bundle, light_samples, &mut surfaces, &mut scratch);
+        let mut bundle = Bundle::from_camera(scene, turn, *number, rays);
+        let alpha_hit = first_surfaces(&mut bundle, light_samples, surfaces, scratch);
         for (lane, sight) in sights.iter().enumerate() {
-            seen[number][sight.member].alpha_hit = alpha_hit >> lane & 1 == 1;
+            seen[*number][sight.member].alpha_hit = alpha_hit >> lane & 1 == 1;
         }
-        firsts.push((number, turn, bundle, surfaces));
+        bundles.push(bundle);
     }
-    let firsts: Vec<(usize, Firsts<C>)> = firsts
+    let firsts: Vec<Firsts<C>> = turns
         .iter()
-        .map(|(number, turn, bundle, surfaces)| (*number, Firsts::new(scene, turn, bundle, surfaces)))
+        .zip(bundles.iter().zip(surfaces.iter()))
+        .map(|((_, turn), (bundle, surfaces))| Firsts::new(scene, turn, bundle, surfaces))
         .collect();
-    let mut sharing: Vec<Sharing<C>> = firsts.iter().map(|(number, firsts)| Sharing::new(*number, firsts)).collect();
-    for group in &mut sharing {
-        if group.firsts.all != 0 {
-            suffixes.extend(group.next_surfaces(&mut scratch, &mut told));
+    let mut suffixes = Vec::with_capacity(turns.len());
+    let mut groups = Vec::with_capacity(turns.len());
+    for ((firsts, links), (number, _)) in firsts.iter().zip(links.iter_mut()).zip(&turns) {
+        let mut sharing = Sharing::new(*number, firsts, links);
+        if firsts.all != 0 {
+            sharing.next_surfaces(scratch, &mut suffixes, &mut told);
         }
+        groups.push(sharing);
     }
-    let found = follow(suffixes, &mut scratch, samples.len());
-    for group in &mut sharing {
+    let found = follow(suffixes, scratch, samples.len());
+    for group in &mut groups {
         group.share_suffixes(&found, &mut told);
-        let sights = samples[group.number].sights;
-        for (lane, sight) in sights.iter().enumerate() {
+        for (lane, sight) in samples[group.number].sights.iter().enumerate() {
             let light = group.own.get(lane) + group.firsts.bundle.arriving.get(lane);
             seen[group.number][sight.member].radiance += light + group.shared.get(lane);
         }
+    }
+}
+
+/// What is filled anew for each group, and too large to ask for memory each time.
+pub struct Workspace<const C: usize> {
+    scratch: Scratch<C>,
+    /// First surfaces, and links to next ones, by sample.
+    surfaces: Vec<Surfaces<C>>,
+    links: Vec<Vec<Option<Links<C>>>>,
+}
+
+impl<const C: usize> Default for Workspace<C> {
+    fn default() -> Self {
+        Self { scratch: Scratch::new(), surfaces: Vec::new(), links: Vec::new() }
     }
 }
 
@@ -192,20 +212,22 @@ struct Sharing<'a, const C: usize> {
     /// What it has got of the paths of all.
     shared: SampledLanes<C>,
     /// The first surfaces that see each next one.
-    links: Box<[Option<Links<C>>; LANES]>,
+    links: &'a mut Vec<Option<Links<C>>>,
     /// Suffixes that are shared, by their owners: how the next surface scatters toward the first ones, and
     /// the density of the hero.
     suffixes: SmallVec<[(usize, Values<C>, f64); LANES]>,
 }
 
 impl<'a, const C: usize> Sharing<'a, C> {
-    fn new(number: usize, firsts: &'a Firsts<'a, C>) -> Self {
+    fn new(number: usize, firsts: &'a Firsts<'a, C>, links: &'a mut Vec<Option<Links<C>>>) -> Self {
+        links.resize_with(LANES, || None);
+        links.iter_mut().for_each(|links| *links = None);
         Self {
             number,
             firsts,
             own: SampledLanes::ZERO,
             shared: SampledLanes::ZERO,
-            links: Box::new([const { None }; LANES]),
+            links,
             suffixes: SmallVec::new(),
         }
     }
@@ -215,8 +237,9 @@ impl<'a, const C: usize> Sharing<'a, C> {
     fn next_surfaces(
         &mut self,
         scratch: &mut Scratch<C>,
+        suffixes: &mut Vec<Bundle<'a, C>>,
         told: &mut impl FnMut(usize, &SampledLanes<C>),
-    ) -> Option<Bundle<'a, C>> {
+    ) {
         let firsts = self.firsts;
         let scene = firsts.scene;
         let mut bundle = firsts.bundle.clone();
@@ -239,7 +262,8 @@ impl<'a, const C: usize> Sharing<'a, C> {
         for lane in lanes_of(surfaces.hits.on_light & bundle.alive) {
             let (hit, ray) = (surfaces.hits.get(scene, lane), bundle.rays.get(lane));
             if let Some(light_hit) = hit.on_light().filter(|_| ray.direction.dot(hit.point.normal) < 0.0) {
-                let next = Next { owner: lane, direction: ray.direction, point: hit.point };
+                let facet = get(surfaces.hits.facet(), lane);
+                let next = Next { owner: lane, direction: ray.direction, point: hit.point, facet };
                 let links = self.links[lane].insert(firsts.links(&next));
                 let Turn { wavelengths, time, .. } = firsts.turn;
                 let radiance =
@@ -264,14 +288,15 @@ impl<'a, const C: usize> Sharing<'a, C> {
         if is_last {
             bundle.stop();
             self.own.add(&bundle.arriving);
-            return None;
+            return;
         }
         let mut priors: SmallVec<[(usize, Sampled<C>); LANES]> = SmallVec::new();
         for owner in lanes_of(bundle.alive) {
             let links = self.links[owner].get_or_insert_with(|| {
                 let point = surfaces.hits.point[owner / WIDTH].get(owner);
                 let direction = bundle.rays.direction[owner / WIDTH].get(owner);
-                firsts.links(&Next { owner, direction, point })
+                let facet = get(surfaces.hits.facet(), owner);
+                firsts.links(&Next { owner, direction, point, facet })
             });
             // The density of the next surface, over all first surfaces.
             let prior = links.density.sum();
@@ -286,7 +311,7 @@ impl<'a, const C: usize> Sharing<'a, C> {
         self.begin_suffixes(&mut bundle, surfaces, &priors);
         self.own.add(&bundle.arriving);
         bundle.arriving = SampledLanes::ZERO;
-        Some(bundle)
+        suffixes.push(bundle);
     }
 
     /// Gives each first surface what comes from beyond the scene in a direction in which one of them

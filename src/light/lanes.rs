@@ -2,7 +2,7 @@
 
 use super::choice::Head;
 use super::{Light, Lights, Receiver};
-use crate::accel::Rays;
+use crate::accel::{NO_FACET, Rays};
 use crate::geometry::Points;
 use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
 use crate::sampling::Density;
@@ -35,6 +35,8 @@ pub(super) struct OnlyRectangle {
     surface: RectangleSurface,
     area: f64,
     light: usize,
+    /// The facet that it is, where the scene consists of few; see [`Rays::arrives`].
+    facet: f64,
 }
 
 impl Receivers {
@@ -73,7 +75,7 @@ impl OnlyRectangle {
         let Shape::Mesh(mesh) = &geometry.shape else { return None };
         let is_plain = geometry.stands_alone() && geometry.guides.is_none() && radiance.uniform().is_some();
         let surface = mesh.rectangle_surface().filter(|_| is_plain && geometry.area() > 0.0)?;
-        Some(Self { surface, area: geometry.area(), light })
+        Some(Self { surface, area: geometry.area(), light, facet: NO_FACET })
     }
 
     fn radiance<'a>(&self, lights: &'a Lights) -> Option<&'a Spectrum> {
@@ -124,11 +126,19 @@ impl OnlyRectangle {
             samples.rays.direction[register] = segment.direction;
             samples.rays.t_max[register] = segment.length;
             samples.density[register] = density;
+            samples.rays.arrives[register] = f64x4::splat(self.facet);
         }
     }
 }
 
 impl Lights {
+    /// Says which facet of a small scene the lamp is that all light samples go to, by `facet_of` a light.
+    pub fn set_facet(&mut self, facet_of: impl Fn(usize) -> f64) {
+        if let Some(only) = &mut self.only_rectangle {
+            only.facet = facet_of(only.light);
+        }
+    }
+
     /// What the lamp emits that all light samples go to, at the wavelengths (nm) of a path: the same from all
     /// over it. Zero where there is no such lamp.
     pub fn only_radiance<const C: usize>(&self, nm: &[f64; C]) -> Sampled<C> {

@@ -4,7 +4,7 @@ use super::exposure::{Aimed, Exposure, Turn};
 use super::groups::{Block, Pixel};
 use super::{Measures, NoProgress, Plan, Settings, with_exposure};
 use crate::film::{Extent, Film, FixedPoint, Region};
-use crate::integrator::{self, Sight, Told};
+use crate::integrator::{self, Sight, Told, Workspace};
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::Sampled;
 use serde::Serialize;
@@ -220,7 +220,7 @@ impl Exposure<'_> {
         if weight == 0.0 {
             return (0.0, 0.0);
         }
-        let seen = self.see(std::slice::from_ref(&aimed), candidate.group.len());
+        let seen = self.see(std::slice::from_ref(&aimed), candidate.group.len(), &mut Workspace::default());
         let measured = seen[0][candidate.member].radiance * aimed.samples[candidate.member].weight;
         (self.luminance(&measured, &aimed), weight)
     }
@@ -242,7 +242,7 @@ impl Exposure<'_> {
         let Some(Sight { ray, .. }) = sight_of(*member) else {
             return Err("the sensor measures nothing at the sample's place".to_owned());
         };
-        let radiance = self.see(std::slice::from_ref(&aimed), group.len())[0][*member].radiance;
+        let radiance = self.see(std::slice::from_ref(&aimed), group.len(), &mut Workspace::default())[0][*member].radiance;
         let of_member = |member: usize| group[member].place.map(|place| place as u32);
         let (mut told, mut shared) = (*member, None);
         if self.plan != Plan::PLAIN {

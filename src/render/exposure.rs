@@ -4,7 +4,7 @@ use super::allocation::{Allocation, Samplers, Share};
 use super::groups::{BLOCK, Block, Groups, Pixel};
 use super::{Plan, Schedule, admit};
 use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile};
-use crate::integrator::{self, GroupSample, RadianceSample, Sight, TOGETHER};
+use crate::integrator::{self, GroupSample, RadianceSample, Sight, TOGETHER, Workspace};
 use crate::sampling::{Dimensions, Member, mix};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
@@ -102,7 +102,7 @@ impl Exposure<'_> {
         let [even, each]: [u32; 2] = (0..self.schedule.per_net)
             .map(|run| [indices(first + run).len() as u32, taken(run).len() as u32])
             .fold([0; 2], |[even, each], [e, t]| [even + e, each + t]);
-        let mut samples = 0;
+        let (mut samples, mut workspace) = (0, Workspace::<C>::default());
         for group in self.groups.of(block) {
             let group = self.on_film(group);
             if !group.iter().any(|pixel| self.counts(pixel)) {
@@ -120,7 +120,7 @@ impl Exposure<'_> {
                 if some.is_empty() {
                     break;
                 }
-                self.group::<C>(&group, &some, tile);
+                self.group(&group, &some, &mut workspace, tile);
             }
             for pixel in &group {
                 if let Some(place) = self.place_of(pixel.place, tile) {
@@ -166,10 +166,17 @@ impl Exposure<'_> {
     }
 
     /// Some samples of each pixel of a group.
-    fn group<const C: usize>(&self, group: &[Pixel], turns: &[Turn], tile: &mut Tile) {
+    fn group<const C: usize>(
+        &self,
+        group: &[Pixel],
+        turns: &[Turn],
+        workspace: &mut Workspace<C>,
+        tile: &mut Tile,
+    ) {
         let aimed: SmallVec<[Aimed<C>; TOGETHER]> =
             turns.iter().map(|&turn| self.aim::<C>(group, turn)).collect();
-        for (&turn, (aimed, mut seen)) in turns.iter().zip(aimed.iter().zip(self.see(&aimed, group.len()))) {
+        let seen = self.see(&aimed, group.len(), workspace);
+        for (&turn, (aimed, mut seen)) in turns.iter().zip(aimed.iter().zip(seen)) {
             for ((pixel, sample), seen) in group.iter().zip(&aimed.samples).zip(&mut seen) {
                 if self.counts(pixel) {
                     admit(&mut seen.radiance, &mut tile.bad);
@@ -222,7 +229,12 @@ impl Exposure<'_> {
     }
 
     /// What the camera rays of samples of a group lead to, each by the members' numbers.
-    pub fn see<const C: usize>(&self, aimed: &[Aimed<C>], members: usize) -> SmallVec<[Seen<C>; TOGETHER]> {
+    pub fn see<const C: usize>(
+        &self,
+        aimed: &[Aimed<C>],
+        members: usize,
+        workspace: &mut Workspace<C>,
+    ) -> SmallVec<[Seen<C>; TOGETHER]> {
         let mut seen: SmallVec<[Seen<C>; TOGETHER]> =
             aimed.iter().map(|_| SmallVec::from_elem(RadianceSample::NOTHING, members)).collect();
         if self.plan == Plan::PLAIN {
@@ -236,7 +248,8 @@ impl Exposure<'_> {
         let samples: SmallVec<[GroupSample<C>; TOGETHER]> = aimed.iter().map(Aimed::of_group).collect();
         let mut of_samples: SmallVec<[&mut [RadianceSample<C>]; TOGETHER]> =
             seen.iter_mut().map(|seen| &mut seen[..]).collect();
-        integrator::radiance_of_group(self.scene, &samples, self.plan.light_samples, &mut of_samples);
+        let light_samples = self.plan.light_samples;
+        integrator::radiance_of_group(self.scene, &samples, light_samples, &mut of_samples, workspace);
         drop(of_samples);
         seen
     }

@@ -2,8 +2,8 @@
 //! each query of the tree; the queries themselves are the same code.
 
 use super::scene::Scene;
-use crate::accel::{Hits, Rays, Accel, Fan, Tests};
-use crate::geometry::{Ray, SurfacePoint};
+use crate::accel::{Accel, Fan, Hits, Rays, Target, Tests};
+use crate::geometry::Ray;
 use crate::lanes::{Mask, lanes_of};
 use crate::shape::{Hit, MeshData, Shape};
 use cpu_time::ThreadTime;
@@ -294,7 +294,7 @@ impl Counters {
 
     #[cold]
     #[inline(never)]
-    fn blocked(&self, accel: &Accel, fan: &Fan, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+    fn blocked(&self, accel: &Accel, fan: &Fan, target: &Target, time: f64, asked: Mask) -> Mask {
         let segments = u64::from(asked.count_ones());
         let began = Instant::now();
         let blocked = fan.blocked(target, time, asked);
@@ -302,7 +302,7 @@ impl Counters {
         let tests = Cell::new(Tests::default());
         let began = Instant::now();
         if !fan.is_at_once() {
-            for segment in lanes_of(asked).filter_map(|lane| fan.point(lane).segment_to(target)) {
+            for segment in lanes_of(asked).filter_map(|lane| fan.point(lane).segment_to(target.point)) {
                 accel.occluded_counting(&segment, time, &tests);
             }
         }
@@ -410,7 +410,7 @@ impl Scene {
 
     /// See [`Fan::blocked`].
     #[inline(always)]
-    pub fn blocked(&self, fan: &Fan, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+    pub fn blocked(&self, fan: &Fan, target: &Target, time: f64, asked: Mask) -> Mask {
         match &self.counters {
             None => fan.blocked(target, time, asked),
             Some(counters) => counters.blocked(&self.accel, fan, target, time, asked),

@@ -9,7 +9,7 @@ use crate::accel::{Accel, Fan};
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::{Extent, FilterKind, FilterSampler};
 use crate::geometry::{Frame, Points, Ray, SurfacePoint, Vec3};
-use crate::lanes::REGISTERS;
+use crate::lanes::{REGISTERS, Row};
 use crate::light::{Caustics, LightHit, Lights};
 use crate::material::{Exterior, MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
@@ -437,8 +437,8 @@ impl Scene {
     }
 
     /// Surface points, one for each lane, that are to be asked what they see of others.
-    pub fn fan(&self, points: &[Points<f64x4>; REGISTERS]) -> Fan<'_> {
-        self.accel.fan(points)
+    pub fn fan(&self, points: &[Points<f64x4>; REGISTERS], facets: &Row) -> Fan<'_> {
+        self.accel.fan(points, facets)
     }
 
     /// Keeps account of the body that a ray enters or leaves by passing through a surface.

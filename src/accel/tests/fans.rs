@@ -1,6 +1,7 @@
 //! Fans answer what one ray after the other does.
 
 use super::*;
+use crate::accel::{Hits, NO_FACET, Target};
 use crate::geometry::Points;
 use crate::lanes::{LANES, REGISTERS, WIDTH};
 use crate::shape::RaySpace;
@@ -103,14 +104,14 @@ fn fans_see_what_single_rays_see() {
             }
             let mut lanes = [Points::NONE; REGISTERS];
             points.iter().enumerate().for_each(|(lane, point)| lanes[lane / WIDTH].set(lane, point));
-            let fan = accel.fan(&lanes);
+            let fan = accel.fan(&lanes, &Hits::NONE.facet);
             for _ in 0..10 {
                 let target = match random.random_range(0..10) {
                     0 => points[random.random_range(0..LANES)],
                     _ => any_point(&shapes, &place, scale, &mut random),
                 };
                 let asked = random.random_range(0..1 << LANES);
-                let answer = fan.blocked(&target, 0.0, asked);
+                let answer = fan.blocked(&Target { point: &target, facet: NO_FACET }, 0.0, asked);
                 for (lane, point) in points.iter().enumerate() {
                     let segment = point.segment_to(&target);
                     let expected = segment.is_none_or(|segment| accel.occluded(&segment, 0.0));
@@ -149,8 +150,8 @@ fn few_facets_are_candidates_in_vain() {
         let target = anywhere();
         let seen = few.seen(target.position);
         for (index, (facet, sides)) in few.facets.iter().zip(&sides).enumerate() {
-            let [height, v, w] = [0, 1, 2].map(|f| seen[index / WIDTH][WIDTH * f + index % WIDTH]);
-            let mask = sides.apart(height) & sides.crossing(height, [v, w], facet.slack);
+            let end = [0, 1, 2].map(|f| seen[index / WIDTH][WIDTH * f + index % WIDTH]);
+            let mask = sides.crossing(end, facet.slack).near;
             candidates += (mask & ((1 << LANES) - 1)).count_ones();
             for point in &points {
                 let ray = RaySpace::new(&point.segment_to(&target).unwrap());

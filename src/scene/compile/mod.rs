@@ -27,6 +27,7 @@ use super::lanes::{EvenSurfaces, KnownSurface};
 use super::description::{self, Description, IntegratorKind, Note, ShapeKind};
 use super::scene::{Features, Scene, Surface};
 use super::source::{Place, SceneError, SceneErrors};
+use crate::accel::NO_FACET;
 use crate::film::Region;
 use crate::geometry::{Transform, Vec3};
 use crate::light::{self, Light, Lights};
@@ -189,7 +190,11 @@ impl Compiler<'_> {
             _ => self.wavelengths(&responses, &lights, environment.as_ref(), scene_radius),
         };
         let choice = light::Setting { during, density: &wavelengths };
-        let lights = Lights::new(lights, environment, moving_lights, &choice);
+        let mut lights = Lights::new(lights, environment, moving_lights, &choice);
+        lights.set_facet(|light| {
+            let shape = surfaces.iter().position(|surface| surface.light == Some(light as u32));
+            shape.map_or(NO_FACET, |shape| accel.facet_of(shape as u32, 0))
+        });
         let limits = Limits {
             max_depth: description.integrator.max_depth.unwrap_or(u32::MAX),
             rr_depth: description.integrator.rr_depth,
