@@ -47,9 +47,7 @@ pub(super) fn build(
     }
     drop(surfaces);
     accel.instances = instances;
-    if accel.others.is_empty() {
-        accel.few = Few::new(&accel.packets, &accel.space);
-    }
+    accel.few = Few::new(&accel.packets, &accel.others, &accel.space);
     accel
 }
 

@@ -129,6 +129,14 @@ impl Fan<'_> {
                 }
             }
         }
+        for (_, sphere) in &few.spheres {
+            let open = open & !blocked;
+            for (register, segments) in segments.iter().enumerate() {
+                if part(open, register) != 0 {
+                    blocked |= (segments.meet_sphere(sphere) & part(open, register)) << (WIDTH * register);
+                }
+            }
+        }
         blocked
     }
 }

@@ -16,8 +16,10 @@
 use super::node::NodeSpace;
 use super::packet::Packet;
 use super::few_rays::RayFacet;
-use super::rays::{KnownTriangle, NO_FACET};
+use super::Other;
+use super::rays::{NO_FACET, Primitive};
 use crate::geometry::{SurfacePoint, Vec3};
+use crate::shape::{Shape, Sphere};
 use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH};
 use smallvec::{SmallVec, smallvec};
 use wide::{f32x8, f64x4};
@@ -36,10 +38,17 @@ const LEAST: (f64, f64) = (1e-4, 1e-7);
 /// bounds hold.
 const GREATEST: (f64, f64) = (1.001, 1e-7);
 
+/// A triangle of a small scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FewTriangle {
+    pub vertices: [Vec3; 3],
+    pub primitive: Primitive,
+}
+
 /// Triangles that lie in one parallelogram.
 #[derive(Clone, Debug)]
 struct Facet {
-    triangles: SmallVec<[KnownTriangle; 2]>,
+    triangles: SmallVec<[FewTriangle; 2]>,
     /// Height, v and w of a place in node space: gradient and value at its origin. `None` where they are not
     /// known well enough.
     functions: Option<[(Vec3, f64); 3]>,
@@ -64,9 +73,11 @@ pub(super) struct Tested {
 #[derive(Clone, Debug)]
 pub(super) struct Few {
     pub space: NodeSpace,
-    /// In the order of their shapes and of their own numbers.
-    triangles: Vec<KnownTriangle>,
+    /// In their order, by which hits tell them.
+    primitives: Vec<Primitive>,
     pub facets: Vec<Tested>,
+    /// With their numbers among the primitives.
+    pub spheres: Vec<(f64, Sphere)>,
     /// The functions of four facets: x, y and z of the gradient, and the value at the origin.
     functions: Vec<[[f64x4; 4]; 3]>,
 }
@@ -84,20 +95,29 @@ pub(super) struct Crossing {
 }
 
 impl Few {
-    /// `None` of too many, and of none.
-    pub fn new(packets: &[Packet], space: &NodeSpace) -> Option<Self> {
-        if packets.len() > MOST {
+    /// `None` of too many, of none, and where there is anything but triangles and spheres.
+    pub fn new(packets: &[Packet], others: &[(u32, Other)], space: &NodeSpace) -> Option<Self> {
+        if packets.len() + others.len() > MOST {
             return None;
         }
+        let sphere = |(shape, other): &(u32, Other)| match other {
+            Other::Shape(Shape::Sphere(sphere)) => {
+                Some((Primitive { shape: *shape, triangle: 0 }, sphere.clone()))
+            }
+            _ => None,
+        };
+        let spheres: Vec<(Primitive, Sphere)> = others.iter().map(sphere).collect::<Option<_>>()?;
         let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length_squared();
-        let mut triangles: Vec<KnownTriangle> = packets.iter().flat_map(Packet::triangles).collect();
-        triangles.retain(|KnownTriangle { vertices, .. }| vertices[0] != vertices[1] || area(*vertices) > 0.0);
-        if triangles.is_empty() || triangles.len() > MOST {
+        let mut triangles: Vec<FewTriangle> = packets.iter().flat_map(Packet::triangles).collect();
+        triangles.retain(|FewTriangle { vertices, .. }| vertices[0] != vertices[1] || area(*vertices) > 0.0);
+        let mut primitives: Vec<Primitive> = triangles.iter().map(|triangle| triangle.primitive).collect();
+        primitives.extend(spheres.iter().map(|(primitive, _)| *primitive));
+        if primitives.is_empty() || primitives.len() > MOST {
             return None;
         }
-        triangles.sort_by_key(|known| (known.shape, known.triangle));
+        primitives.sort();
         let mut facets = Vec::new();
-        let mut left = triangles.clone();
+        let mut left = triangles;
         while let Some(first) = left.pop() {
             let joined = left.iter().enumerate().find_map(|(index, second)| {
                 let facet = Facet::new(space, smallvec![first, *second])?;
@@ -126,25 +146,25 @@ impl Few {
             })
         });
         let functions = functions.collect();
-        let facets = facets.into_iter().map(|facet| facet.tested(&triangles)).collect();
-        Some(Self { space: *space, triangles, facets, functions })
+        let facets = facets.into_iter().map(|facet| facet.tested(&primitives)).collect();
+        let numbered = |(primitive, sphere)| (number_of(&primitives, &primitive), sphere);
+        let spheres = spheres.into_iter().map(numbered).collect();
+        Some(Self { space: *space, primitives, facets, spheres, functions })
     }
 
     pub fn memory(&self) -> usize {
-        size_of_val(&self.facets[..]) + size_of_val(&self.functions[..]) + size_of_val(&self.triangles[..])
+        let functions = size_of_val(&self.facets[..]) + size_of_val(&self.functions[..]);
+        functions + size_of_val(&self.primitives[..]) + size_of_val(&self.spheres[..])
     }
 
-    pub fn triangles(&self) -> &[KnownTriangle] {
-        &self.triangles
+    pub fn primitives(&self) -> &[Primitive] {
+        &self.primitives
     }
 
     /// See [`super::Accel::facet_of`].
-    pub fn facet_of(&self, shape: u32, triangle: u32) -> f64 {
-        let is_it = |known: &KnownTriangle| (known.shape, known.triangle) == (shape, triangle);
-        let number = self.triangles.iter().position(is_it).map(|number| number as f64);
-        let facet = self.facets.iter().position(|facet| {
-            number.is_some_and(|number| facet.numbers.contains(&number))
-        });
+    pub fn facet_of(&self, primitive: &Primitive) -> f64 {
+        let number = number_of(&self.primitives, primitive);
+        let facet = self.facets.iter().position(|facet| facet.numbers.contains(&number));
         facet.map_or(NO_FACET, |facet| facet as f64)
     }
 
@@ -230,9 +250,14 @@ impl Sides {
     }
 }
 
+/// The place of a primitive among all; [`NO_FACET`] where it is none of them.
+fn number_of(all: &[Primitive], primitive: &Primitive) -> f64 {
+    all.iter().position(|other| other == primitive).map_or(NO_FACET, |number| number as f64)
+}
+
 impl Facet {
     /// `None` where the triangles do not lie in one plane, or it is not known well enough.
-    fn new(space: &NodeSpace, triangles: SmallVec<[KnownTriangle; 2]>) -> Option<Self> {
+    fn new(space: &NodeSpace, triangles: SmallVec<[FewTriangle; 2]>) -> Option<Self> {
         let placed: SmallVec<[[Vec3; 3]; 2]> =
             triangles.iter().map(|known| known.vertices.map(|vertex| space.place(vertex))).collect();
         let of_corner = |corner: usize| {
@@ -273,13 +298,13 @@ impl Facet {
         Some([(normal, -corner.dot(normal)), along(e, f), along(f, e)])
     }
 
-    fn tested(self, all: &[KnownTriangle]) -> Tested {
+    fn tested(self, all: &[Primitive]) -> Tested {
         let steepest = self.functions.map_or(0.0, |[_, (v, _), (w, _)]| v.length().max(w.length()));
-        let number = |known: &KnownTriangle| all.iter().position(|other| other == known).unwrap_or(0) as f64;
-        let shape = self.triangles[0].shape;
+        let number = |known: &FewTriangle| number_of(all, &known.primitive);
+        let shape = self.triangles[0].primitive.shape;
         let rays = RayFacet::new(
             self.functions.as_ref(),
-            self.triangles.iter().all(|known| known.shape == shape),
+            self.functions.is_some() && self.triangles.iter().all(|known| known.primitive.shape == shape),
             self.is_covered(),
         );
         Tested {

@@ -10,10 +10,11 @@
 //! facet than rounding here, and multiply-adds may be fused or not: candidates may differ, but not the answer.
 
 use super::few::{Few, MOST, Tested, halves, mask};
-use super::rays::{Hits, Rays};
+use super::rays::{Hits, NO_FACET, Rays};
 use super::segments::RayLanes;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, part};
+use crate::shape::Sphere;
 use smallvec::SmallVec;
 use wide::{f32x8, f64x4};
 
@@ -209,14 +210,17 @@ impl Few {
             }
         }
         let mut nearest = Nearest::new(rays);
-        let rays: [RayLanes; REGISTERS] =
+        let tested: [RayLanes; REGISTERS] =
             std::array::from_fn(|register| RayLanes::new(rays.origin[register], rays.direction[register]));
         for (number, (facet, (lanes, low))) in self.facets.iter().zip(&found).enumerate() {
             let nearer = mask([0, 1].map(|half| low[half].simd_le(high[half])));
             let lanes = lanes & (nearer | unsure);
             if lanes != 0 {
-                nearest.test(facet, number, &rays, lanes);
+                nearest.test(facet, number, &tested, lanes);
             }
+        }
+        for (number, sphere) in &self.spheres {
+            nearest.test_sphere(sphere, *number, rays, asked);
         }
         for register in 0..REGISTERS {
             let met = nearest.number[register].ge(f64x4::ZERO).mask();
@@ -255,6 +259,16 @@ impl Few {
                     let Some(found) = ray.cross(triangle) else { continue };
                     let in_range = found.t.ge(f64x4::ZERO) & found.t.lt(rays.t_max[register]);
                     occluded |= ((found.inside & in_range).mask() & lanes) << (WIDTH * register);
+                }
+            }
+        }
+        for (_, sphere) in &self.spheres {
+            let open = asked & !occluded;
+            for register in 0..REGISTERS {
+                if part(open, register) != 0 {
+                    let (t, met) = sphere.distance(rays.origin[register], rays.direction[register]);
+                    let met = (met & t.lt(rays.t_max[register])).mask() & part(open, register);
+                    occluded |= met << (WIDTH * register);
                 }
             }
         }
@@ -302,6 +316,30 @@ impl Nearest {
                 for (row, part) in self.barycentric.iter_mut().zip([found.v, found.w]) {
                     row[register] = f64x4::choose(hit, part / found.determinant, row[register]);
                 }
+            }
+        }
+    }
+
+    /// The same of a sphere.
+    #[inline(always)]
+    fn test_sphere(&mut self, sphere: &Sphere, own: f64, rays: &Rays, lanes: Mask) {
+        for register in 0..REGISTERS {
+            let lanes = part(lanes, register);
+            if lanes == 0 {
+                continue;
+            }
+            let own = f64x4::splat(own);
+            let (t, met) = sphere.distance(rays.origin[register], rays.direction[register]);
+            let (nearest, known) = (self.t[register], self.number[register]);
+            let hit = Truth::of(lanes) & met & (t.lt(nearest) | t.eq(nearest) & own.lt(known));
+            if hit.mask() == 0 {
+                continue;
+            }
+            self.t[register] = f64x4::choose(hit, t, nearest);
+            self.number[register] = f64x4::choose(hit, own, known);
+            self.facet[register] = f64x4::choose(hit, f64x4::splat(NO_FACET), self.facet[register]);
+            for row in &mut self.barycentric {
+                row[register] = (!hit).only(row[register]);
             }
         }
     }

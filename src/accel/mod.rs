@@ -30,7 +30,7 @@ use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Pieces, RaySpace, 
 pub use fan::{Fan, Target};
 use few::Few;
 pub use instance::Instance;
-pub use rays::{Hits, KnownTriangle, NO_FACET, Rays};
+pub use rays::{Hits, NO_FACET, Primitive, Rays};
 use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
 use packet::{Packet, PacketRay};

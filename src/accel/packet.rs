@@ -1,6 +1,7 @@
 //! Four triangles, tested at once; see [`crate::shape::RaySpace`] for the test.
 
-use super::KnownTriangle;
+use super::Primitive;
+use super::few::FewTriangle;
 use crate::geometry::Vec3;
 use crate::shape::{Hit, NO_INSTANCE, RaySpace};
 use std::hint::black_box;
@@ -57,13 +58,12 @@ impl Packet {
     }
 
     /// Its triangles, those of unused lanes among them.
-    pub fn triangles(&self) -> impl Iterator<Item = KnownTriangle> {
-        (0..WIDTH).map(|lane| KnownTriangle {
+    pub fn triangles(&self) -> impl Iterator<Item = FewTriangle> {
+        (0..WIDTH).map(|lane| FewTriangle {
             vertices: self
                 .vertices
                 .map(|vertex| Vec3::from_array(vertex.map(|coordinates| f64::from(coordinates[lane])))),
-            shape: self.shape[lane],
-            triangle: self.triangle[lane],
+            primitive: Primitive { shape: self.shape[lane], triangle: self.triangle[lane] },
         })
     }
 

@@ -2,7 +2,7 @@
 
 use super::Accel;
 use super::few::Few;
-use crate::geometry::{Ray, Vec3};
+use crate::geometry::Ray;
 use crate::lanes::{LANES, Mask, REGISTERS, Row, Vec3Lanes, WIDTH, ZERO, get, lanes_of, set};
 use crate::shape::{Hit, NO_INSTANCE};
 use wide::f64x4;
@@ -31,8 +31,8 @@ pub struct Hits {
     pub t: Row,
     /// Weights of the triangle's second and third vertex; see [`Hit::barycentric`].
     pub barycentric: [Row; 2],
-    /// The triangle of a small scene, by its number in [`Accel::few_triangles`], and its facet. [`NO_FACET`]
-    /// where it is none.
+    /// What a small scene has been met at, by its number in [`Accel::few_primitives`], and the facet that it
+    /// belongs to. [`NO_FACET`] where it is none.
     pub known: Row,
     pub facet: Row,
     shape: [u32; LANES],
@@ -40,10 +40,9 @@ pub struct Hits {
     instance: [u32; LANES],
 }
 
-/// A triangle of a small scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KnownTriangle {
-    pub vertices: [Vec3; 3],
+/// A triangle, or a sphere, of a small scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Primitive {
     /// As in [`Hit`].
     pub shape: u32,
     pub triangle: u32,
@@ -115,16 +114,15 @@ impl Hits {
 }
 
 impl Accel {
-    /// The triangles of a scene that consists of few, in the order of their shapes and their own. Empty for
-    /// other scenes.
-    pub fn few_triangles(&self) -> &[KnownTriangle] {
-        self.few.as_ref().map_or(&[], Few::triangles)
+    /// The triangles and spheres of a scene that consists of few, in their order. Empty for other scenes.
+    pub fn few_primitives(&self) -> &[Primitive] {
+        self.few.as_ref().map_or(&[], Few::primitives)
     }
 
-    /// The facet that a triangle of a small scene belongs to, by the numbers of its shape and its own.
-    /// [`NO_FACET`] where it is none.
+    /// The facet that a triangle of a small scene belongs to. [`NO_FACET`] where it is none.
     pub fn facet_of(&self, shape: u32, triangle: u32) -> f64 {
-        self.few.as_ref().map_or(NO_FACET, |few| few.facet_of(shape, triangle))
+        let primitive = Primitive { shape, triangle };
+        self.few.as_ref().map_or(NO_FACET, |few| few.facet_of(&primitive))
     }
 
     /// [`Accel::closest`] of the lanes asked for. What was in `hits` before is overwritten or left out.
@@ -142,7 +140,7 @@ impl Accel {
         };
         few.closest(rays, asked, hits);
         for lane in lanes_of(hits.met) {
-            let KnownTriangle { shape, triangle, .. } = few.triangles()[get(&hits.known, lane) as usize];
+            let Primitive { shape, triangle } = few.primitives()[get(&hits.known, lane) as usize];
             hits.identify(lane, shape, triangle, NO_INSTANCE);
         }
     }

@@ -3,6 +3,7 @@
 
 use crate::geometry::{Points, Segments, SurfacePoint, Vec3};
 use crate::lanes::{Mask, Real, Truth, Vec3Lanes};
+use crate::shape::Sphere;
 use wide::f64x4;
 
 /// Rays of one register as triangles ask for them.
@@ -16,6 +17,7 @@ pub(super) struct RayLanes {
 /// Segments from each point to the same other one.
 pub(super) struct FanSegments {
     rays: RayLanes,
+    direction: Vec3Lanes,
     length: f64x4,
     /// Lanes whose segment has a length.
     pub exist: Mask,
@@ -40,10 +42,18 @@ impl FanSegments {
         let Segments { origin, direction, length } = points.segments_to(&Points::of(target));
         Self {
             rays: RayLanes::new(origin, direction),
+            direction,
             length,
             exist: length.simd_gt(f64x4::ZERO).to_bitmask(),
             sound: direction.length_squared().simd_le(f64x4::splat(4.0)).to_bitmask(),
         }
+    }
+
+    /// Which of them meet a sphere.
+    #[inline(always)]
+    pub fn meet_sphere(&self, sphere: &Sphere) -> Mask {
+        let (t, met) = sphere.distance(self.rays.origin, self.direction);
+        (met & t.lt(self.length)).mask()
     }
 
     /// Which of them meet a triangle.

@@ -1,8 +1,9 @@
 //! Opaque metal, smooth and rough.
 
-use super::microfacet::Microfacets;
+use super::microfacet::{Ggx, Microfacets};
 use super::{Evaluation, Scatter, flipped, fresnel};
 use crate::geometry::Vec3;
+use crate::lanes::{Real, Vector};
 use crate::sampling::Density;
 use crate::spectrum::Sampled;
 
@@ -47,6 +48,43 @@ pub struct RoughConductor<const C: usize> {
     pub microfacets: Microfacets,
 }
 
+/// What facets of a GGX distribution reflect from one direction to another, but for the Fresnel reflectance.
+#[derive(Clone, Copy, Debug)]
+pub struct FacetReflection<R> {
+    /// `D G / (4 cos θ_eye)`; zero where nothing is reflected.
+    pub value: R,
+    /// Of sampling the direction, sr⁻¹.
+    pub density: R,
+    /// Between the facet's normal and the directions.
+    pub cos: R,
+}
+
+impl<R: Real> FacetReflection<R> {
+    /// From `eye` to `light`, in the local frame. Both graze the surface from opposite sides where no facet can
+    /// be told.
+    #[inline(always)]
+    pub fn between(facets: &Ggx<R>, eye: Vector<R>, light: Vector<R>) -> Self {
+        let zero = R::of(0.0);
+        let sum = eye + light;
+        let length = sum.length();
+        let found = Self::about(facets, eye, light, sum * (R::of(1.0) / length));
+        let reflects = eye.z.gt(zero) & light.z.gt(zero) & length.gt(zero);
+        let only = |number: R| R::choose(reflects, number, zero);
+        Self { value: only(found.value), density: only(found.density), ..found }
+    }
+
+    /// By way of the facets of normal `m`, from above.
+    #[inline(always)]
+    pub fn about(facets: &Ggx<R>, eye: Vector<R>, light: Vector<R>, m: Vector<R>) -> Self {
+        let (zero, one, four) = (R::of(0.0), R::of(1.0), R::of(4.0));
+        let cos = eye.dot(m).greater(zero).lesser(one);
+        let value = facets.d(m) * (facets.g1(eye, m) * facets.g1(light, m)) / (four * eye.z);
+        // Reflection about m turns its steradians into 4 (v·m) of the reflected ray's.
+        let density = facets.visible(eye, m) / (four * cos);
+        Self { value, density: R::choose(cos.gt(zero), density, zero), cos }
+    }
+}
+
 impl<const C: usize> RoughConductor<C> {
     pub(super) fn evaluate(&self, toward_eye: Vec3, toward_light: Vec3) -> Evaluation<C> {
         if toward_eye.z <= 0.0 || toward_light.z <= 0.0 {
@@ -81,6 +119,12 @@ impl<const C: usize> RoughConductor<C> {
 
     /// Value and density of going from one direction to the other by way of the facet `m`.
     fn at(&self, toward_eye: Vec3, toward_light: Vec3, m: Vec3) -> Evaluation<C> {
+        if let Some(ggx) = self.microfacets.ggx() {
+            let [eye, light, m] = [toward_eye, toward_light, m].map(Vector::of);
+            let FacetReflection { value, density, cos } = FacetReflection::about(&ggx, eye, light, m);
+            let f_cos = self.facet.reflectance(cos) * value;
+            return Evaluation { f_cos, density: Sampled::splat(density) };
+        }
         let cos = toward_eye.dot(m).clamp(0.0, 1.0);
         let fresnel = self.facet.reflectance(cos);
         let facets = self.microfacets.d(m) * self.microfacets.g(toward_eye, toward_light, m);

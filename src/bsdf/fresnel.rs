@@ -17,6 +17,8 @@
 //!
 //! Reference: Born and Wolf, "Principles of Optics", 7th ed., sections 1.5.2 and 14.2.
 
+use crate::lanes::Real;
+
 /// What a smooth interface between two dielectrics does with a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interface {
@@ -56,37 +58,31 @@ pub fn dielectric(cos_incident: f64, eta: f64) -> Interface {
 ///
 /// `cos_incident` is in [0, 1]; `n` ≥ 0 and `k` ≥ 0 are relative to the (real) index outside.
 /// With k = 0 it equals [`dielectric`]. A purely imaginary index (n = 0) reflects everything.
-pub fn conductor(cos_incident: f64, n: f64, k: f64) -> f64 {
-    if n == 0.0 {
-        return 1.0;
-    }
+#[inline(always)]
+pub fn conductor<R: Real>(cos_incident: R, n: R, k: R) -> R {
+    let (zero, half, one) = (R::of(0.0), R::of(0.5), R::of(1.0));
     let c = cos_incident;
     // a + ib = √((n + ik)² − sin² θ)
     let real = squared_g(c, n, k);
     let half_imaginary = n * k;
-    let modulus = (real * real + 4.0 * half_imaginary * half_imaginary).sqrt();
-    let (a, b) = if real >= 0.0 {
-        let a = (0.5 * (modulus + real)).sqrt();
-        (a, if a > 0.0 { half_imaginary / a } else { 0.0 })
-    } else {
-        let b = (0.5 * (modulus - real)).sqrt();
-        (half_imaginary / b, b)
-    };
+    let modulus = (real * real + R::of(4.0) * half_imaginary * half_imaginary).sqrt();
+    let large = (half * (modulus + real.abs())).sqrt();
+    let small = R::choose(large.gt(zero), half_imaginary / large, zero);
+    let is_real = real.ge(zero);
+    let (a, b) = (R::choose(is_real, large, small), R::choose(is_real, small, large));
     // |m² − 1|² and the squared moduli of the denominators, m = n + ik.
     let k2 = k * k;
-    let step = ((n - 1.0) * (n - 1.0) + k2) * ((n + 1.0) * (n + 1.0) + k2);
-    if step == 0.0 {
-        return 0.0;
-    }
+    let step = ((n - one) * (n - one) + k2) * ((n + one) * (n + one) + k2);
     let s_root = (c + a) * (c + a) + b * b;
     let r_s = step / (s_root * s_root);
     let real_m2 = (n - k) * (n + k);
-    let imaginary_m2 = 2.0 * half_imaginary;
+    let imaginary_m2 = R::of(2.0) * half_imaginary;
     let (x, y) = (real_m2 * c + a, imaginary_m2 * c + b);
     let p_root = x * x + y * y;
     let (x, y) = (brewster(c, real_m2), imaginary_m2 * c * c);
     let r_p = step * ((x * x + y * y) / (p_root * p_root));
-    (0.5 * (r_s + r_p)).min(1.0)
+    let reflectance = (half * (r_s + r_p)).lesser(one);
+    R::choose(n.eq(zero), one, R::choose(step.eq(zero), zero, reflectance))
 }
 
 /// The fraction of diffuse light (radiance the same from all directions) that a smooth interface between two
@@ -110,13 +106,19 @@ pub fn diffuse_reflectance(eta: f64) -> f64 {
 
 /// `n² − k² − sin² θ`, arranged so that it keeps its digits both near the normal (small n) and
 /// near grazing incidence (n near 1).
-fn squared_g(c: f64, n: f64, k: f64) -> f64 {
-    if c > 0.7 { (n - k) * (n + k) - (1.0 - c) * (1.0 + c) } else { (n - 1.0) * (n + 1.0) - k * k + c * c }
+#[inline(always)]
+fn squared_g<R: Real>(c: R, n: R, k: R) -> R {
+    let one = R::of(1.0);
+    let steep = (n - k) * (n + k) - (one - c) * (one + c);
+    let flat = (n - one) * (n + one) - k * k + c * c;
+    R::choose(c.gt(R::of(0.7)), steep, flat)
 }
 
 /// `(m² + 1) cos² θ − 1`, arranged in the same way: it vanishes at Brewster's angle.
-fn brewster(c: f64, m2: f64) -> f64 {
-    if c > 0.7 { m2 * c * c - (1.0 - c) * (1.0 + c) } else { (m2 + 1.0) * c * c - 1.0 }
+#[inline(always)]
+fn brewster<R: Real>(c: R, m2: R) -> R {
+    let one = R::of(1.0);
+    R::choose(c.gt(R::of(0.7)), m2 * c * c - (one - c) * (one + c), (m2 + one) * c * c - one)
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@
 //! Heitz, "Understanding the Masking-Shadowing Function", JCGT 3(2), 2014.
 
 use crate::geometry::{Vec3, angle};
+use crate::lanes::{Real, Vector};
 use statrs::function::erf::{erf, erf_inv, erfc};
 use std::f64::consts::{FRAC_1_PI, FRAC_2_SQRT_PI, TAU};
 
@@ -24,6 +25,52 @@ pub enum Distribution {
     Beckmann,
     /// Trowbridge and Reitz 1975, called GGX by Walter et al. 2007: long tails.
     Ggx,
+}
+
+/// Facets of the distribution [`Distribution::Ggx`] by their two roughnesses, for formulas of one surface or of
+/// several. Functions are those of [`Microfacets`].
+#[derive(Clone, Copy, Debug)]
+pub struct Ggx<R> {
+    pub alpha: [R; 2],
+}
+
+impl<R: Real> Ggx<R> {
+    #[inline(always)]
+    pub fn d(&self, m: Vector<R>) -> R {
+        let (u, v) = (m.x / self.alpha[0], m.y / self.alpha[1]);
+        let root = u * u + v * v + m.z * m.z;
+        let density = R::of(1.0) / (root * root);
+        let d = R::of(FRAC_1_PI) * density / (self.alpha[0] * self.alpha[1]);
+        R::choose(m.z.gt(R::of(0.0)), d, R::of(0.0))
+    }
+
+    #[inline(always)]
+    pub fn g1(&self, v: Vector<R>, m: Vector<R>) -> R {
+        let zero = R::of(0.0);
+        let g1 = R::of(2.0) * v.z / (v.z + length(v.z, self.spread(v)));
+        R::choose(v.dot(m).gt(zero) & v.z.gt(zero), g1, zero)
+    }
+
+    #[inline(always)]
+    pub fn visible(&self, v: Vector<R>, m: Vector<R>) -> R {
+        self.d(m) * v.dot(m).greater(R::of(0.0)) / self.projected_area(v)
+    }
+
+    #[inline(always)]
+    pub fn sample_visible(&self, v: Vector<R>, u: [R; 2]) -> Vector<R> {
+        let m = sample_unit_ggx(Vector::new(self.alpha[0] * v.x, self.alpha[1] * v.y, v.z).normalize(), u);
+        Vector::new(self.alpha[0] * m.x, self.alpha[1] * m.y, m.z).normalize()
+    }
+
+    #[inline(always)]
+    fn projected_area(&self, v: Vector<R>) -> R {
+        R::of(0.5) * (v.z + length(v.z, self.spread(v)))
+    }
+
+    #[inline(always)]
+    fn spread(&self, v: Vector<R>) -> R {
+        length(self.alpha[0] * v.x, self.alpha[1] * v.y)
+    }
 }
 
 /// A distribution of facet normals with its two roughnesses.
@@ -45,6 +92,12 @@ impl Microfacets {
         Self { distribution, alpha_u: alpha_u.max(Self::MIN_ALPHA), alpha_v: alpha_v.max(Self::MIN_ALPHA) }
     }
 
+    /// The facets, if their distribution is GGX.
+    pub fn ggx(&self) -> Option<Ggx<f64>> {
+        let is_ggx = self.distribution == Distribution::Ggx;
+        is_ggx.then_some(Ggx { alpha: [self.alpha_u, self.alpha_v] })
+    }
+
     /// Whether the two roughnesses differ.
     pub fn is_anisotropic(&self) -> bool {
         self.alpha_u != self.alpha_v
@@ -53,21 +106,17 @@ impl Microfacets {
     /// D(m): area of facets per area of surface and steradian of normals, so that
     /// `∫ D(m) m.z dm = 1`.
     pub fn d(&self, m: Vec3) -> f64 {
+        if let Some(ggx) = self.ggx() {
+            return ggx.d(m.into());
+        }
         if m.z <= 0.0 {
             return 0.0;
         }
         let (u, v) = (m.x / self.alpha_u, m.y / self.alpha_v);
         let slope2 = u * u + v * v;
         let z2 = m.z * m.z;
-        let density = match self.distribution {
-            // Beyond this slope the exponential vanishes; so does z⁴, at worst.
-            Distribution::Beckmann if slope2 >= 700.0 * z2 => 0.0,
-            Distribution::Beckmann => (-slope2 / z2).exp() / (z2 * z2),
-            Distribution::Ggx => {
-                let root = slope2 + z2;
-                1.0 / (root * root)
-            }
-        };
+        // Beyond this slope the exponential vanishes; so does z⁴, at worst.
+        let density = if slope2 >= 700.0 * z2 { 0.0 } else { (-slope2 / z2).exp() / (z2 * z2) };
         FRAC_1_PI * density / (self.alpha_u * self.alpha_v)
     }
 
@@ -77,20 +126,18 @@ impl Microfacets {
     /// For Beckmann this is the rational approximation of Walter et al. 2007 (within 0.4 % of
     /// Smith's function), because that is what the rough surfaces of Mitsuba 3 mean.
     pub fn g1(&self, v: Vec3, m: Vec3) -> f64 {
+        if let Some(ggx) = self.ggx() {
+            return ggx.g1(v.into(), m.into());
+        }
         if v.dot(m) <= 0.0 || v.z <= 0.0 {
             return 0.0;
         }
         let spread = self.spread(v);
-        match self.distribution {
-            Distribution::Beckmann => {
-                if v.z >= 1.6 * spread {
-                    return 1.0;
-                }
-                let a = v.z / spread;
-                a * (3.535 + 2.181 * a) / (1.0 + a * (2.276 + 2.577 * a))
-            }
-            Distribution::Ggx => 2.0 * v.z / (v.z + length(v.z, spread)),
+        if v.z >= 1.6 * spread {
+            return 1.0;
         }
+        let a = v.z / spread;
+        a * (3.535 + 2.181 * a) / (1.0 + a * (2.276 + 2.577 * a))
     }
 
     /// G(a, b, m) = G1(a, m) G1(b, m): masking and shadowing taken as independent, as Mitsuba does.
@@ -107,30 +154,28 @@ impl Microfacets {
     /// A facet normal with density [`Self::visible`] from two uniform numbers in [0, 1).
     /// `v.z` must be positive.
     pub fn sample_visible(&self, v: Vec3, u: [f64; 2]) -> Vec3 {
+        if let Some(ggx) = self.ggx() {
+            return ggx.sample_visible(v.into(), u).into();
+        }
         // Stretching space by the roughness makes the surface isotropic with roughness 1.
         let stretched = Vec3::new(self.alpha_u * v.x, self.alpha_v * v.y, v.z).normalize();
-        let m = match self.distribution {
-            Distribution::Beckmann => sample_unit_beckmann(stretched, u),
-            Distribution::Ggx => sample_unit_ggx(stretched, u),
-        };
+        let m = sample_unit_beckmann(stretched, u);
         Vec3::new(self.alpha_u * m.x, self.alpha_v * m.y, m.z).normalize()
     }
 
     /// `∫ D(m) max(0, v·m) dm`: the facets seen from `v`, projected, per area of surface.
     /// This is v.z over Smith's exact G1, but finite at grazing directions.
     fn projected_area(&self, v: Vec3) -> f64 {
-        let spread = self.spread(v);
-        match self.distribution {
-            Distribution::Beckmann => {
-                let a = v.z / spread;
-                // Beyond a = 6 no facet is hidden: 1 − erf(6) is below the precision of f64.
-                if a > 6.0 || spread == 0.0 {
-                    return v.z;
-                }
-                0.5 * (v.z * (1.0 + erf(a)) + spread * FRAC_1_SQRT_PI * (-a * a).exp())
-            }
-            Distribution::Ggx => 0.5 * (v.z + length(v.z, spread)),
+        if let Some(ggx) = self.ggx() {
+            return ggx.projected_area(v.into());
         }
+        let spread = self.spread(v);
+        let a = v.z / spread;
+        // Beyond a = 6 no facet is hidden: 1 − erf(6) is below the precision of f64.
+        if a > 6.0 || spread == 0.0 {
+            return v.z;
+        }
+        0.5 * (v.z * (1.0 + erf(a)) + spread * FRAC_1_SQRT_PI * (-a * a).exp())
     }
 
     /// sin θ times the roughness in the azimuth of `v`.
@@ -142,13 +187,15 @@ impl Microfacets {
 /// A visible normal of the GGX distribution with roughness 1: the facets seen are those of a
 /// hemisphere, and reflecting `v` about them covers a spherical cap uniformly
 /// (Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023).
-fn sample_unit_ggx(v: Vec3, u: [f64; 2]) -> Vec3 {
-    let up = 1.0 + v.z;
+#[inline(always)]
+fn sample_unit_ggx<R: Real>(v: Vector<R>, u: [R; 2]) -> Vector<R> {
+    let one = R::of(1.0);
+    let up = one + v.z;
     // The cap point's z is rest − v.z and sin² θ = (1 − z)(1 + z), both without cancellation.
-    let rest = (1.0 - u[1]) * up;
-    let sin = (u[1] * up * ((1.0 - v.z).max(0.0) + rest)).sqrt();
-    let (sin_phi, cos_phi) = angle::sin_cos(TAU * u[0]);
-    Vec3::new(sin * cos_phi + v.x, sin * sin_phi + v.y, rest)
+    let rest = (one - u[1]) * up;
+    let sin = (u[1] * up * ((one - v.z).greater(R::of(0.0)) + rest)).sqrt();
+    let (sin_phi, cos_phi) = angle::sin_cos(R::of(TAU) * u[0]);
+    Vector::new(sin * cos_phi + v.x, sin * sin_phi + v.y, rest)
 }
 
 /// A visible normal of the Beckmann distribution with roughness 1, not normalised, z = 1.
@@ -165,7 +212,8 @@ fn sample_unit_beckmann(v: Vec3, u: [f64; 2]) -> Vec3 {
 }
 
 /// √(a² + b²) for numbers whose squares neither overflow nor matter where they underflow.
-fn length(a: f64, b: f64) -> f64 {
+#[inline(always)]
+fn length<R: Real>(a: R, b: R) -> R {
     (a * a + b * b).sqrt()
 }
 

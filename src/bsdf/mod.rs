@@ -23,10 +23,10 @@ mod rough_dielectric;
 mod rough_plastic;
 mod thin_dielectric;
 
-pub use conductor::{Conductor, RoughConductor};
+pub use conductor::{Conductor, FacetReflection, RoughConductor};
 pub use dielectric::Dielectric;
 pub use lambert::{DiffuseTransmitter, Lambert};
-pub use microfacet::Microfacets;
+pub use microfacet::{Ggx, Microfacets};
 pub use plastic::{DiffuseBase, Plastic};
 pub use principled::{Albedo, Extent, Principled, PrincipledBase, PrincipledThin};
 pub use rough_dielectric::RoughDielectric;

@@ -381,7 +381,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
     ) {
         let scene = self.scene;
         if self.is_plain && !scene.features().transparent_shadows {
-            light.keep(!scene.occluded_in_lanes(shadow_rays, self.time, asked));
+            light.keep(!scene.occluded_in_lanes(RayKind::Shadow, shadow_rays, self.time, asked));
             return;
         }
         for lane in lanes_of(asked) {

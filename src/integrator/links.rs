@@ -4,12 +4,13 @@
 use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
 use super::surfaces::{Evaluations, Surfaces};
-use crate::accel::{Fan, Target};
+use super::metals::Metals;
+use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::lanes::{self, Mask, REGISTERS, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
 use crate::light::Receivers;
-use crate::scene::Scene;
+use crate::scene::{RayKind, Scene};
 use crate::spectrum::{Sampled, SampledLanes};
 use std::f64::consts::FRAC_1_PI;
 use wide::f64x4;
@@ -167,11 +168,22 @@ impl<'a, const C: usize> Firsts<'a, C> {
         };
         let (scene, Turn { time, wavelengths, .. }) = (self.scene, self.turn);
         let time = *time;
-        let sees = |lane: &usize| {
-            let (ray, media) = (self.fan.point(*lane).ray(direction), self.bundle.media(*lane));
-            !scene.transmittance_between_surfaces(&ray, time, &media.here, wavelengths).is_zero()
+        let hidden = |linked| {
+            if !scene.features().interface_events() && !scene.features().absorption {
+                let mut rays = Rays::NONE;
+                for (register, points) in self.surfaces.hits.point.iter().enumerate() {
+                    rays.origin[register] = points.leave(toward);
+                    rays.direction[register] = toward;
+                }
+                rays.leaves = *self.surfaces.hits.facet();
+                return scene.occluded_in_lanes(RayKind::Shared, &rays, time, linked);
+            }
+            let sees = |lane: &usize| {
+                let (ray, media) = (self.fan.point(*lane).ray(direction), self.bundle.media(*lane));
+                !scene.transmittance_between_surfaces(&ray, time, &media.here, wavelengths).is_zero()
+            };
+            linked & !lanes_of(linked).filter(sees).fold(0, |mask, lane| mask | 1 << lane)
         };
-        let hidden = |linked| linked & !lanes_of(linked).filter(sees).fold(0, |mask, lane| mask | 1 << lane);
         self.linked(found, hidden, |point| Some(point.ray(direction)))
     }
 
@@ -187,14 +199,18 @@ impl<'a, const C: usize> Firsts<'a, C> {
         let linked = linked & self.surfaces.diffuse & self.all;
         let mut links =
             Links { linked, toward_first, geometry, reach: SampledLanes::ZERO, density: SampledLanes::ZERO };
-        for lane in lanes_of(facing & self.all & self.surfaces.others) {
-            let Some(shading) = self.surfaces.shading(lane) else { continue };
-            let value = shading.evaluate(-links.toward_first(lane));
-            if !(value.density.is_zero() && value.f_cos.is_zero()) {
-                links.linked |= 1 << lane;
-                let geometry = lanes::get(&geometry, lane);
-                links.reach.set(lane, &(self.bundle.throughput.get(lane) * value.f_cos * geometry));
-                links.density.set(lane, &(value.density * geometry));
+        let rough = facing & self.all & self.surfaces.others;
+        if rough != 0 {
+            let values = self.surfaces.evaluate(&toward_first.map(|direction| -direction), rough);
+            links.linked |= rough & (values.f_cos.nonzero() | values.density.nonzero());
+            for wavelength in 0..C {
+                for register in 0..REGISTERS {
+                    let (f_cos, density) =
+                        (values.f_cos.0[wavelength][register], values.density.0[wavelength][register]);
+                    let throughput = self.bundle.throughput.0[wavelength][register];
+                    links.reach.0[wavelength][register] = throughput * f_cos * geometry[register];
+                    links.density.0[wavelength][register] = density * geometry[register];
+                }
             }
         }
         if !self.scene.features().interface_events() {
@@ -271,7 +287,13 @@ impl<const C: usize> Values<C> {
         if shading.is_diffuse() {
             return Self::Same(shading.evaluate(toward_light));
         }
-        let mut values = Evaluations { f_cos: SampledLanes::ZERO, density: SampledLanes::ZERO };
+        let mut values = Evaluations::ZERO;
+        if let Some(metal) = shading.rough_metal() {
+            let toward_light = [Vec3Lanes::of(toward_light); REGISTERS];
+            let metal = Metals::splat(&metal);
+            metal.evaluate_from(&links.toward_first, &toward_light, links.linked, &mut values);
+            return Self::Each(Box::new(values));
+        }
         for lane in lanes_of(links.linked) {
             let value = shading.evaluate_from(links.toward_first(lane), toward_light);
             values.f_cos.set(lane, &value.f_cos);

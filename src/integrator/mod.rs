@@ -3,6 +3,7 @@
 mod bundle;
 mod caustics;
 mod links;
+mod metals;
 mod observe;
 mod path;
 mod pool;

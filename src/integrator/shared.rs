@@ -28,7 +28,7 @@ use super::pool::{Found, follow};
 use super::surfaces::Surfaces;
 use crate::geometry::{Ray, Vec3};
 use crate::lanes::{LANES, Mask, WIDTH, get, lanes_of, set};
-use crate::light::{LightSamples, Receiver};
+use crate::light::{Environment, LightSamples, Receiver};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{PathEnd, Scene};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
@@ -330,6 +330,15 @@ impl<'a, const C: usize> Sharing<'a, C> {
             return;
         }
         let links = firsts.links_beyond(owner, direction);
+        if let Environment::Constant(_) = environment {
+            // No light sample looks for it.
+            let density = links.density.sum().sum();
+            if density > 0.0 {
+                links.reach.add_times(&(radiance / density), &mut self.shared);
+                told(owner, &self.shared);
+            }
+            return;
+        }
         share_light(firsts, &links, &radiance, &mut self.shared, |from| {
             lights.environment_density(from, direction, *time, wavelengths)
         });

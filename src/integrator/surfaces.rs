@@ -1,6 +1,7 @@
 //! How the surfaces that the paths of a bundle have met scatter. Diffuse ones do it in lanes, all others one
 //! by one.
 
+use super::metals::{Metals, Reflected};
 use crate::bsdf::{Evaluation, Scatter};
 use crate::geometry::axes_around;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
@@ -17,8 +18,9 @@ pub(super) struct Surfaces<const C: usize> {
     pub hits: Intersections,
     /// Diffuse ones that are seen from the side on which they scatter.
     pub diffuse: Mask,
-    /// Those that [`Self::shading`] tells of.
+    /// Those that [`Self::shading`] tells of, rough metals among them.
     pub others: Mask,
+    metals: Metals<C>,
     /// The side from which light counts: of the diffuse ones their normal. And their reflectance.
     pub normal: [Vec3Lanes; REGISTERS],
     pub reflectance: SampledLanes<C>,
@@ -30,6 +32,10 @@ pub(super) struct Surfaces<const C: usize> {
 pub(super) struct Evaluations<const C: usize> {
     pub f_cos: SampledLanes<C>,
     pub density: SampledLanes<C>,
+}
+
+impl<const C: usize> Evaluations<C> {
+    pub const ZERO: Self = Self { f_cos: SampledLanes::ZERO, density: SampledLanes::ZERO };
 }
 
 /// Sampled directions; see [`Scatter`].
@@ -51,6 +57,7 @@ impl<const C: usize> Surfaces<C> {
             hits: Intersections::NONE,
             diffuse: 0,
             others: 0,
+            metals: Metals::new(),
             normal: [Vec3Lanes::ZERO; REGISTERS],
             reflectance: SampledLanes::ZERO,
             shadings: Vec::new(),
@@ -59,7 +66,7 @@ impl<const C: usize> Surfaces<C> {
 
     /// Leaves out how surfaces scatter that were met before.
     pub fn clear(&mut self) {
-        (self.diffuse, self.others) = (0, 0);
+        (self.diffuse, self.others, self.metals.lanes) = (0, 0, 0);
         self.shadings.clear();
     }
 
@@ -74,6 +81,9 @@ impl<const C: usize> Surfaces<C> {
         }
         self.others |= 1 << lane;
         normal.set(lane, shading.receiving_side());
+        if let Some(metal) = shading.rough_metal() {
+            self.metals.set(lane, &metal);
+        }
         self.shadings.resize_with(LANES, || None);
         self.shadings[lane] = Some(shading);
     }
@@ -103,7 +113,7 @@ impl<const C: usize> Surfaces<C> {
     /// that are not asked for.
     #[inline(always)]
     pub fn evaluate(&self, toward_light: &[Vec3Lanes; REGISTERS], asked: Mask) -> Evaluations<C> {
-        let mut values = Evaluations { f_cos: SampledLanes::ZERO, density: SampledLanes::ZERO };
+        let mut values = Evaluations::ZERO;
         for register in 0..REGISTERS {
             let cos = self.normal[register].dot(toward_light[register]);
             let lit = Truth::of(part(asked & self.diffuse, register)) & cos.gt(f64x4::ZERO);
@@ -114,7 +124,8 @@ impl<const C: usize> Surfaces<C> {
                     self.reflectance.0[wavelength][register] * density;
             }
         }
-        for lane in lanes_of(asked & self.others) {
+        self.metals.evaluate(toward_light, asked, &mut values);
+        for lane in lanes_of(asked & self.others & !self.metals.lanes) {
             let Some(shading) = self.shading(lane) else { continue };
             let Evaluation { f_cos, density } =
                 shading.evaluate(toward_light[lane / WIDTH % REGISTERS].get(lane));
@@ -147,7 +158,23 @@ impl<const C: usize> Surfaces<C> {
             scatters.density[register] = local.z * f64x4::splat(FRAC_1_PI);
             scatters.spread |= (local.z.gt(f64x4::ZERO).mask() & wanted) << (WIDTH * register);
         }
-        for lane in lanes_of(asked & self.others) {
+        for register in 0..REGISTERS {
+            let wanted = part(asked & self.metals.lanes, register);
+            if wanted == 0 {
+                continue;
+            }
+            let Reflected { lanes, toward_light, density, weight } =
+                self.metals.sample(register, [u[0][register], u[1][register]], wanted);
+            scatters.spread |= lanes << (WIDTH * register);
+            let metals = Truth::of(wanted);
+            let direction = &mut scatters.toward_light[register];
+            *direction = Vec3Lanes::choose(metals, toward_light, *direction);
+            scatters.density[register] = f64x4::choose(metals, density, scatters.density[register]);
+            for (row, weight) in scatters.weight.0.iter_mut().zip(weight) {
+                row[register] = f64x4::choose(metals, weight, row[register]);
+            }
+        }
+        for lane in lanes_of(asked & self.others & !self.metals.lanes) {
             let [u, v, lobe] = [0, 1, 2].map(|value| get(&u[value], lane));
             let Some(scatter) = self.shading(lane).and_then(|shading| shading.sample(lobe, [u, v])) else {
                 continue;

@@ -20,7 +20,7 @@ pub use plastic::PlasticMaterial;
 pub(crate) use principled::LEAST_INDEX;
 pub use principled::{PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial};
 pub use roughness::RoughnessTextures;
-pub use shading::{Shading, ShadingPoint};
+pub use shading::{RoughMetal, Shading, ShadingPoint};
 
 use crate::bsdf::{
     Bsdf, Conductor, Dielectric, DiffuseTransmitter, Lambert, RoughConductor, RoughDielectric, ThinDielectric,

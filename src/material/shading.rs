@@ -2,7 +2,7 @@
 
 use super::normal_map::ShadowTerminator;
 use super::{Exterior, Material, MaterialId, Materials};
-use crate::bsdf::{Bsdf, Evaluation, Scatter};
+use crate::bsdf::{Bsdf, Conductor, Evaluation, Ggx, RoughConductor, Scatter};
 use crate::geometry::{Frame, Vec3};
 use crate::sampling::decide;
 use crate::spectrum::Sampled;
@@ -31,6 +31,16 @@ pub struct Shading<const C: usize> {
     /// In that frame.
     toward_eye: Vec3,
     terminators: SmallVec<[ShadowTerminator; 1]>,
+}
+
+/// A rough metal at one point, as lanes take it.
+#[derive(Clone, Copy, Debug)]
+pub struct RoughMetal<const C: usize> {
+    pub facet: Conductor<C>,
+    pub facets: Ggx<f64>,
+    pub frame: Frame,
+    /// In the frame.
+    pub toward_eye: Vec3,
 }
 
 impl Materials {
@@ -179,6 +189,13 @@ impl<const C: usize> Shading<C> {
             }
             _ => None,
         }
+    }
+
+    /// Of a rough metal with facets of the distribution GGX that is seen from above.
+    pub fn rough_metal(&self) -> Option<RoughMetal<C>> {
+        let Bsdf::RoughConductor(RoughConductor { facet, microfacets }) = &self.bsdf else { return None };
+        let facets = microfacets.ggx().filter(|_| !self.turns_with_eye() && self.toward_eye.z > 0.0)?;
+        Some(RoughMetal { facet: *facet, facets, frame: self.frame, toward_eye: self.toward_eye })
     }
 
     fn factor(&self, toward_light: Vec3) -> f64 {

@@ -390,11 +390,11 @@ impl Scene {
         }
     }
 
-    /// The lanes asked for in which anything at all is in the way of the shadow ray.
+    /// The lanes asked for in which anything at all is in the way of a ray of a kind.
     #[inline(always)]
-    pub fn occluded_in_lanes(&self, rays: &Rays, time: f64, asked: Mask) -> Mask {
+    pub fn occluded_in_lanes(&self, kind: RayKind, rays: &Rays, time: f64, asked: Mask) -> Mask {
         let Some(counters) = &self.counters else { return self.accel.occluded_of(rays, time, asked) };
-        let query = RayKind::Shadow.begins();
+        let query = kind.begins();
         let occluded = |lane: &usize| counters.occluded(&self.accel, query, &rays.get(*lane), time);
         lanes_of(asked).filter(occluded).fold(0, |mask, lane| mask | 1 << lane)
     }

@@ -115,20 +115,30 @@ impl Intersections {
 }
 
 impl KnownSurface {
-    /// Those of [`Accel::few_triangles`].
+    /// Stands for what is no triangle.
+    const NONE: Self = Self {
+        origin: Vec3::ZERO,
+        edges: [Vec3::ZERO; 2],
+        normal: Vec3::Z,
+        error: 0.0,
+        is_light: false,
+        is_flat: false,
+    };
+
+    /// Those of [`Accel::few_primitives`].
     pub fn all(accel: &Accel, shapes: &[Shape], surfaces: &[Surface]) -> Vec<Self> {
-        let known = accel.few_triangles().iter().filter_map(|known| {
-            let Shape::Mesh(mesh) = &shapes[known.shape as usize] else { return None };
-            let [a, b, c] = mesh.triangle(known.triangle);
-            let found = mesh.surface(known.triangle, [0.0; 2]);
-            Some(Self {
+        let known = accel.few_primitives().iter().map(|primitive| {
+            let Shape::Mesh(mesh) = &shapes[primitive.shape as usize] else { return Self::NONE };
+            let [a, b, c] = mesh.triangle(primitive.triangle);
+            let found = mesh.surface(primitive.triangle, [0.0; 2]);
+            Self {
                 origin: a,
                 edges: [b - a, c - a],
                 normal: found.point.normal,
                 error: found.point.error,
-                is_light: surfaces[known.shape as usize].light.is_some(),
+                is_light: surfaces[primitive.shape as usize].light.is_some(),
                 is_flat: mesh.data().normals.is_none(),
-            })
+            }
         });
         known.collect()
     }

@@ -4,6 +4,7 @@ use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
 use super::sphere::{ball_error, unit_ball_line, unit_ball_roots};
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
+use crate::lanes::Vector;
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3, angle};
 use glam::{DMat4, DVec4};
 use std::f64::consts::TAU;
@@ -62,7 +63,11 @@ impl Cylinder {
         if speed == 0.0 {
             return None;
         }
-        let (near, far) = unit_ball_roots(origin.with_z(0.0), across / speed)?;
+        let (start, along) = (Vector::of(origin.with_z(0.0)), Vector::of(across / speed));
+        let ([near, far], met) = unit_ball_roots::<f64>(start, along);
+        if !met {
+            return None;
+        }
         [near / speed, far / speed].into_iter().find(|&t| {
             let z = origin.z + t * direction.z;
             t >= 0.0 && t < ray.t_max && (0.0..=1.0).contains(&z)

@@ -4,6 +4,7 @@ use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, ShapeSample, SurfaceHit};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3, angle};
+use crate::lanes::{Real, Vector};
 use crate::sampling::quadrature::gauss_legendre;
 use std::f64::consts::{PI, TAU};
 
@@ -40,11 +41,22 @@ impl Sphere {
 
     /// Nearest distance with 0 ≤ t < `ray.t_max`.
     pub fn intersect(&self, ray: &Ray) -> Option<f64> {
-        let direction = self.placement.pose.local_vector(ray.direction);
+        let (t, met) = self.distance::<f64>(Vector::of(ray.origin), Vector::of(ray.direction));
+        (met && t < ray.t_max).then_some(t)
+    }
+
+    /// The nearest distance along rays that is not negative, and whether there is one.
+    #[inline(always)]
+    pub fn distance<R: Real>(&self, origin: Vector<R>, direction: Vector<R>) -> (R, R::Truth) {
+        let pose = &self.placement.pose;
+        let [x, y, z] = [pose.inverse.x_axis, pose.inverse.y_axis, pose.inverse.z_axis].map(Vector::of);
+        let to_local = |world: Vector<R>| x * world.x + y * world.y + z * world.z;
+        let direction = to_local(direction);
         let speed = direction.length();
-        let (near, far) = unit_ball_roots(self.placement.pose.local_point(ray.origin), direction / speed)?;
-        let t = if near >= 0.0 { near } else { far } / speed;
-        (t >= 0.0 && t < ray.t_max).then_some(t)
+        let unit = Vector::new(direction.x / speed, direction.y / speed, direction.z / speed);
+        let ([near, far], met) = unit_ball_roots(to_local(origin - Vector::of(pose.origin)), unit);
+        let t = R::choose(near.ge(R::of(0.0)), near, far) / speed;
+        (t, met & t.ge(R::of(0.0)))
     }
 
     /// Both crossings along the whole line.
@@ -198,27 +210,28 @@ impl Cone {
 /// The discriminant is r² - |o + t_c d|² with t_c the parameter nearest to the centre, which is free of
 /// the cancellation of b² - c far away. The root of smaller magnitude is c / q, so that its sign is that of
 /// c = |o|² - 1: a ray that starts outside never finds itself inside, however flat it leaves.
-pub(super) fn unit_ball_roots(origin: Vec3, direction: Vec3) -> Option<(f64, f64)> {
-    let c = origin.length_squared() - 1.0;
+#[inline(always)]
+pub(super) fn unit_ball_roots<R: Real>(origin: Vector<R>, direction: Vector<R>) -> ([R; 2], R::Truth) {
+    let zero = R::of(0.0);
+    let c = origin.length_squared() - R::of(1.0);
     let closest = -origin.dot(direction);
-    if c > 0.0 && closest <= 0.0 {
-        return None;
-    }
-    let discriminant = 1.0 - (origin + direction * closest).length_squared();
-    if discriminant <= 0.0 {
-        return None;
-    }
-    let q = closest + discriminant.sqrt().copysign(closest);
+    let leads_away = c.gt(zero) & closest.le(zero);
+    let discriminant = R::of(1.0) - (origin + direction * closest).length_squared();
+    let q = closest + discriminant.greater(zero).sqrt().copysign(closest);
     let other = c / q;
-    Some((q.min(other), q.max(other)))
+    ([q.lesser(other), q.greater(other)], discriminant.gt(zero) & !leads_away)
 }
 
 /// The same for the whole line: its ends are exchanged where it leads away.
 pub(super) fn unit_ball_line(origin: Vec3, direction: Vec3) -> Option<(f64, f64)> {
+    let roots = |direction: Vec3| {
+        let ([near, far], met) = unit_ball_roots::<f64>(Vector::of(origin), Vector::of(direction));
+        met.then_some((near, far))
+    };
     if origin.dot(direction) <= 0.0 {
-        return unit_ball_roots(origin, direction);
+        return roots(direction);
     }
-    unit_ball_roots(origin, -direction).map(|(near, far)| (-far, -near))
+    roots(-direction).map(|(near, far)| (-far, -near))
 }
 
 /// Bound on the error of both roots: that of coordinates changes the discriminant D by no more than twice as

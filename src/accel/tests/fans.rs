@@ -47,14 +47,19 @@ pub(super) fn slivers(random: &mut Random) -> Mesh {
 pub(super) fn placed(shapes: &[Shape], place: &Transform) -> Vec<Shape> {
     let moved = |shape: &Shape| match shape {
         Shape::Mesh(mesh) => Shape::Mesh(Mesh::new(mesh.data().transformed(place)).unwrap()),
-        _ => unreachable!("meshes alone"),
+        Shape::Sphere(sphere) => {
+            let (centre, radius) = (sphere.bounds().centre(), sphere.radius().unwrap());
+            Shape::Sphere(Sphere::new(place, centre, radius, false).unwrap())
+        }
+        _ => unreachable!("meshes and spheres alone"),
     };
     shapes.iter().map(moved).collect()
 }
 
 /// On a surface, at its edges and vertices, or anywhere with any bound on its error.
 pub(super) fn any_point(shapes: &[Shape], place: &Transform, scale: f64, random: &mut Random) -> SurfacePoint {
-    let Shape::Mesh(mesh) = &shapes[random.random_range(0..shapes.len())] else { unreachable!("a mesh") };
+    let meshes = shapes.iter().filter(|shape| matches!(shape, Shape::Mesh(_))).count();
+    let Shape::Mesh(mesh) = &shapes[random.random_range(0..meshes)] else { unreachable!("meshes first") };
     let triangle = random.random_range(0..mesh.triangle_count() as u32);
     let barycentric = match random.random_range(0..4) {
         0 => [0.0, 1.0],
@@ -80,7 +85,7 @@ fn fans_see_what_single_rays_see() {
     let mut random = random(11);
     let (mut open, mut blocked) = (0, 0);
     for round in 0..300 {
-        let shapes = match round % 6 {
+        let mut shapes = match round % 6 {
             0 => room(),
             1 => vec![Shape::Mesh(soup(random.random_range(1..60), 0.8, &mut random))],
             2 => vec![Shape::Mesh(soup(60, 0.1, &mut random)), Shape::Mesh(soup(3, 1e-5, &mut random))],
@@ -88,6 +93,10 @@ fn fans_see_what_single_rays_see() {
             4 => vec![Shape::Mesh(Mesh::cube(&Transform::IDENTITY, false).unwrap())],
             _ => vec![Shape::Mesh(soup(200, 0.3, &mut random))],
         };
+        if round % 4 == 1 {
+            let sphere = Sphere::new(&Transform::IDENTITY, 0.4 * in_cube(&mut random), 0.3, false);
+            shapes.push(Shape::Sphere(sphere.unwrap()));
+        }
         let (scale, offset) =
             [(1.0, 0.0), (1e-30, 0.0), (1e-6, 0.0), (1e6, 0.0), (1e15, 0.0), (1.0, 1e3), (1e-3, 1.0)]
                 [random.random_range(0..7)];
