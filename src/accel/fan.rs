@@ -4,7 +4,7 @@ use super::Accel;
 use super::few::{Crossing, Few, MOST, Sides};
 use super::segments::FanSegments;
 use crate::geometry::{Points, SurfacePoint};
-use crate::lanes::{LANES, Mask, REGISTERS, Row, Vec3Lanes, WIDTH, get, lanes_of, part};
+use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, part};
 use smallvec::SmallVec;
 use wide::f64x4;
 
@@ -89,15 +89,17 @@ impl Fan<'_> {
 
     fn blocked_by_few(&self, known: &FewSides, target: &Target, time: f64, asked: Mask) -> Mask {
         let FewSides { few, sides, .. } = known;
-        let segments = self.points.each_ref().map(|points| FanSegments::new(points, target.point));
-        let (mut exist, mut sound) = (0, 0);
-        for (register, segments) in segments.iter().enumerate() {
-            exist |= segments.exist << (WIDTH * register);
-            sound |= segments.sound << (WIDTH * register);
+        let position = Vec3Lanes::of(target.point.position);
+        let mut far = 0;
+        for (register, points) in self.points.iter().enumerate() {
+            // Offsets and rounding make no difference to whether such a segment exists.
+            let least = (points.error + f64x4::splat(target.point.error)) * f64x4::splat(100.0);
+            let squared = (position - points.position).length_squared();
+            let is_far = squared.gt(least * least) & squared.gt(f64x4::splat(f64::MIN_POSITIVE));
+            far |= is_far.mask() << (WIDTH * register);
         }
-        let mut blocked = asked & !exist;
-        blocked |= self.blocked_one_by_one(target.point, time, asked & exist & !sound);
-        let open = asked & exist & sound;
+        let mut blocked = self.blocked_one_by_one(target.point, time, asked & !far);
+        let open = asked & far;
         let unsure = if few.is_sure(target.point) { known.unsure } else { Mask::MAX };
         let ends = few.seen(target.point.position);
         let mut candidates: SmallVec<[Mask; MOST]> = SmallVec::new();
@@ -114,6 +116,12 @@ impl Fan<'_> {
                 blocked |= open & within & near & !unsure;
             }
         }
+        let tested = candidates.iter().fold(0, |all, candidates| all | candidates) & !blocked;
+        let tested = if few.spheres.is_empty() { tested } else { open & !blocked };
+        if tested == 0 {
+            return blocked;
+        }
+        let segments = self.points.each_ref().map(|points| FanSegments::new(points, target.point));
         for (facet, &candidates) in few.facets.iter().zip(&candidates) {
             let candidates = candidates & !blocked;
             if candidates == 0 {

@@ -250,6 +250,17 @@ impl Sides {
     }
 }
 
+/// Whether rounding moves the exact test's hit by less than the offset with which rays leave: that grows with
+/// the inverse of the least sine of an angle.
+fn is_well_shaped(triangle: &FewTriangle) -> bool {
+    const LEAST_SINE: f64 = 0.05;
+    (0..3).all(|corner| {
+        let [a, b, c] = [0, 1, 2].map(|turn| triangle.vertices[(corner + turn) % 3]);
+        let (e, f) = (b - a, c - a);
+        e.cross(f).length() >= LEAST_SINE * e.length() * f.length()
+    })
+}
+
 /// The place of a primitive among all; [`NO_FACET`] where it is none of them.
 fn number_of(all: &[Primitive], primitive: &Primitive) -> f64 {
     all.iter().position(|other| other == primitive).map_or(NO_FACET, |number| number as f64)
@@ -304,7 +315,7 @@ impl Facet {
         let shape = self.triangles[0].primitive.shape;
         let rays = RayFacet::new(
             self.functions.as_ref(),
-            self.functions.is_some() && self.triangles.iter().all(|known| known.primitive.shape == shape),
+            self.triangles.iter().all(|known| known.primitive.shape == shape && is_well_shaped(known)),
             self.is_covered(),
         );
         Tested {

@@ -19,10 +19,6 @@ pub(super) struct FanSegments {
     rays: RayLanes,
     direction: Vec3Lanes,
     length: f64x4,
-    /// Lanes whose segment has a length.
-    pub exist: Mask,
-    /// Lanes whose direction is near unit length, which that of the shortest may not be.
-    pub sound: Mask,
 }
 
 /// Where the lines of the rays meet a triangle.
@@ -44,8 +40,6 @@ impl FanSegments {
             rays: RayLanes::new(origin, direction),
             direction,
             length,
-            exist: length.simd_gt(f64x4::ZERO).to_bitmask(),
-            sound: direction.length_squared().simd_le(f64x4::splat(4.0)).to_bitmask(),
         }
     }
 

@@ -58,6 +58,16 @@ pub(super) struct Links<const C: usize> {
     pub density: SampledLanes<C>,
 }
 
+impl<const C: usize> Links<C> {
+    pub const NONE: Self = Self {
+        linked: 0,
+        toward_first: [Vec3Lanes::ZERO; REGISTERS],
+        geometry: lanes::ZERO,
+        reach: SampledLanes::ZERO,
+        density: SampledLanes::ZERO,
+    };
+}
+
 /// What is known of a place that first surfaces may see before it is known which ones do.
 struct Found {
     /// The first surface that sampled it.
@@ -119,7 +129,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
     }
 
     /// The first surfaces that see a next one.
-    pub fn links(&self, next: &Next) -> Links<C> {
+    pub fn links(&self, next: &Next, links: &mut Links<C>) {
         let target = &next.point;
         let (position, normal) = (Vec3Lanes::of(target.position), Vec3Lanes::of(target.normal));
         let side = f64x4::splat(next.direction.dot(target.normal));
@@ -145,12 +155,12 @@ impl<'a, const C: usize> Firsts<'a, C> {
         let found = Found { owner: next.owner, toward_first, geometry, share, facing, linked };
         let (scene, time) = (self.scene, self.turn.time);
         let hidden = |linked| scene.blocked(&self.fan, &Target { point: target, facet: next.facet }, time, linked);
-        self.linked(found, hidden, |point| point.segment_to(target))
+        self.linked(&found, hidden, |point| point.segment_to(target), links);
     }
 
     /// The first surfaces that see the environment in a direction that one of them, the owner, has sampled.
     /// Densities and geometry are per steradian.
-    pub fn links_beyond(&self, owner: usize, direction: Vec3) -> Links<C> {
+    pub fn links_beyond(&self, owner: usize, direction: Vec3, links: &mut Links<C>) {
         let toward = Vec3Lanes::of(direction);
         let (mut share, mut linked) = (lanes::ZERO, 0);
         for (register, share) in share.iter_mut().enumerate() {
@@ -184,23 +194,25 @@ impl<'a, const C: usize> Firsts<'a, C> {
             };
             linked & !lanes_of(linked).filter(sees).fold(0, |mask, lane| mask | 1 << lane)
         };
-        self.linked(found, hidden, |point| Some(point.ray(direction)))
+        self.linked(&found, hidden, |point| Some(point.ray(direction)), links);
     }
 
     /// Makes links of what was found where nothing is in the way. `hidden` says of some surfaces which ones
     /// an opaque surface surely hides; `way` leads from one to what they see.
     fn linked(
         &self,
-        found: Found,
+        found: &Found,
         hidden: impl FnOnce(Mask) -> Mask,
         way: impl Fn(&SurfacePoint) -> Option<Ray>,
-    ) -> Links<C> {
-        let Found { owner, toward_first, geometry, share, facing, linked } = found;
-        let linked = linked & self.surfaces.diffuse & self.all;
-        let mut links =
-            Links { linked, toward_first, geometry, reach: SampledLanes::ZERO, density: SampledLanes::ZERO };
+        links: &mut Links<C>,
+    ) {
+        let &Found { owner, ref toward_first, ref geometry, ref share, facing, linked } = found;
+        links.linked = linked & self.surfaces.diffuse & self.all;
+        (links.toward_first, links.geometry) = (*toward_first, *geometry);
         let rough = facing & self.all & self.surfaces.others;
-        if rough != 0 {
+        if rough == 0 {
+            (links.reach, links.density) = (SampledLanes::ZERO, SampledLanes::ZERO);
+        } else {
             let values = self.surfaces.evaluate(&toward_first.map(|direction| -direction), rough);
             links.linked |= rough & (values.f_cos.nonzero() | values.density.nonzero());
             for wavelength in 0..C {
@@ -228,8 +240,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 *density = rough.only(*density) + share;
             }
         }
-        self.attenuate(owner, way, &mut links);
-        links
+        self.attenuate(owner, way, links);
     }
 
     /// Takes account of what is on the way but for opaque surfaces.
@@ -434,7 +445,8 @@ mod tests {
                     let point = hits.get(&scene, owner).point;
                     let direction = nexts.rays.get(owner).direction;
                     let next = Next { owner, direction, point, facet: get(hits.facet(), owner) };
-                    let links = firsts.links(&next);
+                    let mut links = Links::NONE;
+                    firsts.links(&next, &mut links);
                     for lane in lanes_of(bundle.alive) {
                         let Some(shading) = &shadings[lane] else { continue };
                         let expected = link(&firsts, shading, lane, &next, &wavelengths);

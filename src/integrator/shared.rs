@@ -151,7 +151,7 @@ pub struct Workspace<const C: usize> {
     scratch: Scratch<C>,
     /// First surfaces, and links to next ones, by sample.
     surfaces: Vec<Surfaces<C>>,
-    links: Vec<Vec<Option<Links<C>>>>,
+    links: Vec<Vec<Links<C>>>,
 }
 
 impl<const C: usize> Default for Workspace<C> {
@@ -211,23 +211,25 @@ struct Sharing<'a, const C: usize> {
     own: SampledLanes<C>,
     /// What it has got of the paths of all.
     shared: SampledLanes<C>,
-    /// The first surfaces that see each next one.
-    links: &'a mut Vec<Option<Links<C>>>,
+    /// The first surfaces that see each next one, by its owner.
+    links: &'a mut [Links<C>],
+    /// Those that are known.
+    known: Mask,
     /// Suffixes that are shared, by their owners: how the next surface scatters toward the first ones, and
     /// the density of the hero.
     suffixes: SmallVec<[(usize, Values<C>, f64); LANES]>,
 }
 
 impl<'a, const C: usize> Sharing<'a, C> {
-    fn new(number: usize, firsts: &'a Firsts<'a, C>, links: &'a mut Vec<Option<Links<C>>>) -> Self {
-        links.resize_with(LANES, || None);
-        links.iter_mut().for_each(|links| *links = None);
+    fn new(number: usize, firsts: &'a Firsts<'a, C>, links: &'a mut Vec<Links<C>>) -> Self {
+        links.resize_with(LANES, || Links::NONE);
         Self {
             number,
             firsts,
             own: SampledLanes::ZERO,
             shared: SampledLanes::ZERO,
             links,
+            known: 0,
             suffixes: SmallVec::new(),
         }
     }
@@ -264,11 +266,12 @@ impl<'a, const C: usize> Sharing<'a, C> {
             if let Some(light_hit) = hit.on_light().filter(|_| ray.direction.dot(hit.point.normal) < 0.0) {
                 let facet = get(surfaces.hits.facet(), lane);
                 let next = Next { owner: lane, direction: ray.direction, point: hit.point, facet };
-                let links = self.links[lane].insert(firsts.links(&next));
+                firsts.links(&next, &mut self.links[lane]);
+                self.known |= 1 << lane;
                 let Turn { wavelengths, time, .. } = firsts.turn;
                 let radiance =
                     scene.lights.radiance(light_hit.light, &scene.texture_point(&hit), &wavelengths.nm);
-                share_light(firsts, links, &radiance, &mut self.shared, |from| {
+                share_light(firsts, &self.links[lane], &radiance, &mut self.shared, |from| {
                     scene.lights.density(&light_hit, from, *time, wavelengths)
                 });
                 told(lane, &self.shared);
@@ -292,14 +295,14 @@ impl<'a, const C: usize> Sharing<'a, C> {
         }
         let mut priors: SmallVec<[(usize, Sampled<C>); LANES]> = SmallVec::new();
         for owner in lanes_of(bundle.alive) {
-            let links = self.links[owner].get_or_insert_with(|| {
+            if self.known >> owner & 1 == 0 {
                 let point = surfaces.hits.point[owner / WIDTH].get(owner);
                 let direction = bundle.rays.direction[owner / WIDTH].get(owner);
                 let facet = get(surfaces.hits.facet(), owner);
-                firsts.links(&Next { owner, direction, point, facet })
-            });
+                firsts.links(&Next { owner, direction, point, facet }, &mut self.links[owner]);
+            }
             // The density of the next surface, over all first surfaces.
-            let prior = links.density.sum();
+            let prior = self.links[owner].density.sum();
             if prior.hero() > 0.0 {
                 priors.push((owner, prior));
             } else {
@@ -329,7 +332,8 @@ impl<'a, const C: usize> Sharing<'a, C> {
         if radiance.is_zero() {
             return;
         }
-        let links = firsts.links_beyond(owner, direction);
+        let links = &mut self.links[owner];
+        firsts.links_beyond(owner, direction, links);
         if let Environment::Constant(_) = environment {
             // No light sample looks for it.
             let density = links.density.sum().sum();
@@ -339,7 +343,7 @@ impl<'a, const C: usize> Sharing<'a, C> {
             }
             return;
         }
-        share_light(firsts, &links, &radiance, &mut self.shared, |from| {
+        share_light(firsts, links, &radiance, &mut self.shared, |from| {
             lights.environment_density(from, direction, *time, wavelengths)
         });
         told(owner, &self.shared);
@@ -359,9 +363,10 @@ impl<'a, const C: usize> Sharing<'a, C> {
         let mut arriving = SampledLanes::ZERO;
         let mut values: SmallVec<[(usize, Values<C>); LANES]> = SmallVec::new();
         for &(owner, prior) in priors {
-            let Some(links) = self.links[owner].as_ref().filter(|_| samples.found >> owner & 1 == 1) else {
+            if samples.found >> owner & 1 == 0 {
                 continue;
-            };
+            }
+            let links = &self.links[owner];
             let toward_light = samples.rays.direction[owner / WIDTH].get(owner);
             let value = Values::new(surfaces, owner, links, toward_light);
             if value.reach(links).is_zero() {
@@ -380,8 +385,8 @@ impl<'a, const C: usize> Sharing<'a, C> {
         bundle.attenuate(surfaces, &samples.rays, wanted, &mut arriving);
         for (owner, value) in &values {
             let light = arriving.get(*owner);
-            if let Some(links) = self.links[*owner].as_ref().filter(|_| !light.is_zero()) {
-                value.give(links, &light, &mut self.shared);
+            if !light.is_zero() {
+                value.give(&self.links[*owner], &light, &mut self.shared);
                 told(*owner, &self.shared);
             }
         }
@@ -406,7 +411,7 @@ impl<'a, const C: usize> Sharing<'a, C> {
         bundle.is_shared = true;
         bundle.throughput = SampledLanes::ONE;
         for &(owner, prior) in priors.iter().filter(|(owner, _)| scatters.spread >> owner & 1 == 1) {
-            let Some(links) = &self.links[owner] else { continue };
+            let links = &self.links[owner];
             let value = Values::new(surfaces, owner, links, bundle.rays.get(owner).direction);
             // The density of the next surface together with the direction in which the path goes on from it,
             // over all first surfaces.
@@ -429,7 +434,7 @@ impl<'a, const C: usize> Sharing<'a, C> {
     /// Gives each first surface what the suffixes have found.
     fn share_suffixes(&mut self, found: &Found<C>, told: &mut impl FnMut(usize, &SampledLanes<C>)) {
         for (owner, value, density) in &self.suffixes {
-            let Some(links) = &self.links[*owner] else { continue };
+            let links = &self.links[*owner];
             let light = found.arriving[self.number].get(*owner);
             if !light.is_zero() {
                 value.give(links, &(light / *density), &mut self.shared);

@@ -237,6 +237,11 @@ impl Scene {
         &self.even.reflectances
     }
 
+    /// Whether it consists of few triangles and spheres, which are tested for all lanes at once.
+    pub fn is_small(&self) -> bool {
+        !self.known.is_empty()
+    }
+
     /// Whether a ray of a kind meets no surface that is none.
     pub fn meets_at_once(&self, kind: RayKind) -> bool {
         let hides = kind == RayKind::Camera && self.limits.hide_emitters;
