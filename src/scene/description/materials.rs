@@ -167,7 +167,7 @@ pub enum ConductorIndex {
         n: SpectrumSource,
         k: SpectrumSource,
     },
-    /// A metal of the catalogue, n and k together.
+    /// A metal of the catalogue, n and k together, by the name that the file has for it.
     Named {
         place: Place,
         name: String,
