@@ -135,6 +135,25 @@ impl<K: Kind<Value: PartialEq>> Field for Optional<K> {
     }
 }
 
+/// A value of a plugin that no parameter of it changes.
+pub struct Fixed<T>(pub T);
+
+impl<T: Clone> Field for Fixed<T> {
+    type Value = T;
+
+    fn parameters(&self) -> Vec<Parameter> {
+        Vec::new()
+    }
+
+    fn read(&self, _: &Query<'_>) -> Option<T> {
+        Some(self.0.clone())
+    }
+
+    fn write(&self, node: Node, _: &T, _: &mut Writer) -> Node {
+        node
+    }
+}
+
 /// A number.
 pub struct Float {
     range: Range,
@@ -251,7 +270,7 @@ impl Kind for Boolean {
     }
 
     fn read(&self, query: &Query<'_>, name: &'static str) -> Option<bool> {
-        query.boolean_given(name)
+        query.boolean(name)
     }
 
     fn value(&self, value: &bool) -> Value {
@@ -374,33 +393,42 @@ pub struct Ignored {
     takes: Takes,
     /// `None` where nobody would expect that it changed anything.
     why: Option<&'static str>,
+    /// Whether messages list it among what a plugin takes.
+    is_listed: bool,
 }
 
 /// `why` may be empty.
 pub const fn ignored(name: &'static str, takes: Takes, why: &'static str) -> Ignored {
-    Ignored { name, takes, why: Some(why) }
+    Ignored { name, takes, why: Some(why), is_listed: false }
 }
 
 impl Ignored {
     /// Says nothing of it.
     pub const fn silent(mut self) -> Self {
         self.why = None;
+        self.listed()
+    }
+
+    /// Lists it in messages on mistyped names.
+    pub const fn listed(mut self) -> Self {
+        self.is_listed = true;
         self
     }
 
     /// Checks its type and remarks on it.
     pub fn read(&self, query: &Query<'_>) {
-        if self.why.is_some() && !query.has(self.name) {
+        let is_given = query.has(self.name);
+        if !is_given && !self.is_listed {
             return;
         }
         match self.takes {
             Takes::Float(_) => drop(query.float(self.name)),
             Takes::Integer(least, most) => drop(query.integer(self.name, least, most)),
-            Takes::Boolean => drop(query.boolean_given(self.name)),
+            Takes::Boolean => drop(query.boolean(self.name)),
             Takes::Transform => drop(query.transform(self.name)),
             _ => drop(query.text(self.name)),
         }
-        let Some(why) = self.why else { return };
+        let (true, Some(why)) = (is_given, self.why) else { return };
         let why = if why.is_empty() { String::new() } else { format!(": {why}") };
         query.reader.remark(&query.place(self.name), format!("{} changes nothing{why}", self.name));
     }

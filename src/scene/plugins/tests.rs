@@ -18,7 +18,11 @@ fn property(parameter: &Parameter) -> String {
         Takes::Transform | Takes::Placement => format!(r#"<transform name="{name}"/>"#),
         Takes::Spectrum(_) | Takes::Index => value("float", "0.5"),
         Takes::Object(element) => {
-            let plugin = if *element == "volume" { "constvolume" } else { "homogeneous" };
+            let plugin = match *element {
+                "volume" => "constvolume",
+                "shape" => "sphere",
+                _ => "homogeneous",
+            };
             format!(r#"<{element} name="{name}" type="{plugin}"/>"#)
         }
     }
@@ -31,7 +35,8 @@ fn said_of(plugin: &Declaration, inside: &str) -> String {
     let within = |outer: &str| format!(r#"<sensor type="perspective"/><shape type="sphere">{outer}</shape>"#);
     let named = |role: &str, object: &str| object.replacen(' ', &format!(r#" name="{role}" "#), 1);
     let scene = match *element {
-        "sampler" => format!(r#"<sensor type="perspective">{object}</sensor>"#),
+        "sensor" if *name == "irradiancemeter" => format!(r#"<shape type="sphere">{object}</shape>"#),
+        "film" | "sampler" => format!(r#"<sensor type="perspective">{object}</sensor>"#),
         "rfilter" => format!(r#"<sensor type="perspective"><film type="hdrfilm">{object}</film></sensor>"#),
         "emitter" if name.ends_with("area") => within(&object),
         "medium" => within(&named("interior", &object)),
