@@ -39,10 +39,12 @@ impl Extras {
         WEIGHT + 1 + usize::from(self.alpha) + of
     }
 
+    /// The channel of a response of the sensor, counted from 0.
     pub fn response_channel(&self, response: usize) -> usize {
         self.moment_channel(if self.moments { 3 } else { 0 }) + response
     }
 
+    /// The channel of a spectral bin, counted from 0.
     pub fn bin_channel(&self, bin: usize) -> usize {
         self.response_channel(self.responses.len()) + bin
     }

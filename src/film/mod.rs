@@ -46,10 +46,12 @@ pub struct BadValues {
 }
 
 impl BadValues {
+    /// Values of all kinds.
     pub fn total(self) -> u64 {
         self.not_a_number + self.infinite + self.negative + self.overflow
     }
 
+    /// Adds the counts of another render or thread.
     pub fn add(&mut self, other: Self) {
         self.not_a_number += other.not_a_number;
         self.infinite += other.infinite;
@@ -104,6 +106,7 @@ pub struct Measured {
 }
 
 impl Film {
+    /// An empty film of this size in pixels.
     pub fn new(width: u32, height: u32, replicates: u32, extras: Extras, scale: FixedPoint) -> Self {
         Self::part(Extent::whole([width, height]), replicates, extras, scale)
     }
@@ -157,6 +160,7 @@ impl Film {
         [extras.bin_count() as u128 * channel, extras.bin_channel(0) as u128 * channel + samples]
     }
 
+    /// Scale of the sums.
     pub fn scale(&self) -> FixedPoint {
         self.scale
     }

@@ -59,6 +59,7 @@ impl Tile {
         self.add(place, replicate, WEIGHT, weight, FixedPoint::SHARE);
     }
 
+    /// Number of its pixels.
     pub fn pixel_count(&self) -> usize {
         self.samples.len()
     }

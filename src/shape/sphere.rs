@@ -7,6 +7,7 @@ use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3, angle};
 use crate::sampling::quadrature::gauss_legendre;
 use std::f64::consts::{PI, TAU};
 
+/// A sphere, which a transform may stretch.
 #[derive(Clone, Debug)]
 pub struct Sphere {
     placement: Placement,
@@ -93,6 +94,7 @@ impl Sphere {
         }
     }
 
+    /// A box around it.
     pub fn bounds(&self) -> Bounds {
         let half = self.placement.half_extents(3);
         Bounds { min: self.placement.pose.origin - half, max: self.placement.pose.origin + half }
@@ -109,6 +111,7 @@ impl Sphere {
         self.placement.scale
     }
 
+    /// Area of its surface.
     pub fn area(&self) -> f64 {
         self.area
     }
@@ -122,6 +125,7 @@ impl Sphere {
         AreaSample::analytic(self.surface_at(local.normalize()), self.local_area_density(local))
     }
 
+    /// Density per area with which a sample is the point.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         self.local_area_density(self.placement.pose.local_point(point.position))
     }

@@ -3,14 +3,21 @@ use std::path::Path;
 
 /// A property as a file could have it.
 fn property(parameter: &Parameter) -> String {
+    properties(parameter).remove(0)
+}
+
+/// The same with each word of a choice.
+fn properties(parameter: &Parameter) -> Vec<String> {
     let name = parameter.name;
     let value = |element: &str, value: &str| format!(r#"<{element} name="{name}" value="{value}"/>"#);
-    match &parameter.takes {
+    if let Takes::Choice(words) = &parameter.takes {
+        return words.iter().map(|word| value("string", word)).collect();
+    }
+    vec![match &parameter.takes {
         Takes::Float(_) => value("float", "0.5"),
         Takes::Integer(..) => value("integer", "1"),
         Takes::Boolean => value("boolean", "true"),
-        Takes::Choice(words) => value("string", words[0]),
-        Takes::Text | Takes::File => value("string", "nothing"),
+        Takes::Text | Takes::File | Takes::Choice(_) => value("string", "nothing"),
         Takes::Numbers => value("string", "1, 2"),
         Takes::Points(count) => value("string", &"1 2 3"[..2 * count - 1]),
         Takes::Vector => value("vector", "1, 2, 3"),
@@ -25,7 +32,7 @@ fn property(parameter: &Parameter) -> String {
             };
             format!(r#"<{element} name="{name}" type="{plugin}"/>"#)
         }
-    }
+    }]
 }
 
 /// What reading a scene with one object of a plugin says about it.
@@ -75,8 +82,9 @@ fn what_is_declared_is_read() {
                 said.contains(&format!("has no property \"{}\"", parameter.name))
             };
             // Some mean something only beside another.
-            let beside =
-                |other: &&&Parameter| !std::ptr::eq(**other, *parameter) && !refused(&property(other));
+            let beside = |other: &&&Parameter| {
+                !std::ptr::eq(**other, *parameter) && properties(other).iter().any(|other| !refused(other))
+            };
             if refused("") && !named().any(|other| beside(&other)) {
                 wrong.push(format!("{} {}: {}", plugin.element, plugin.name, parameter.name));
             }

@@ -1,5 +1,5 @@
-//! What scenes are made of: the plugins as they are declared ([`abbe::scene::plugins`]), so that what is added
-//! is tried without being named here, and properties as the scenes of the repository write them.
+//! What scenes are made of: the plugins as they are declared ([`abbe::scene::plugins`]), so that what is
+//! added is tried without being named here, and properties as the scenes of the repository write them.
 
 use super::change::Random;
 use abbe::scene::{Declaration, Takes};

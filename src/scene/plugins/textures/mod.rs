@@ -3,32 +3,51 @@
 mod colours;
 mod formulas;
 mod images;
+mod parts;
 mod patterns;
-mod plugin;
 mod tables;
 pub mod volumes;
 
 use super::fields::{Boolean, Choices, Float, Numbers};
-use super::{
-    Field, Ignored, Parameter, Range, Simple, Takes, boolean, choice, declare, float, ignored, numbers,
-};
+use super::{Ignored, Range, Simple, Takes, boolean, choice, declare, float, ignored, numbers};
 use crate::scene::description::{
-    BitmapSource, CheckerboardSource, ProceduralSource, SpectrumKind, SpectrumSource,
+    BitmapSource, CheckerboardSource, ProceduralSource, RgbRole, SpectrumKind, SpectrumSource,
 };
-use crate::scene::read::spectra::{self, Use};
-use crate::scene::read::{Class, Query, Value};
-use crate::scene::source::{Place, SceneError};
+use crate::scene::read::{Class, Query};
+use crate::scene::source::Place;
 use crate::scene::write::{Node, Writer};
 use crate::spectrum::{DispersionFormula, FormulaKind};
 use crate::texture::{Filter, Pattern, Wrap};
-use colours::{Colour, Raw, Shone};
+use colours::{Colour, Lit, Raw, Shone};
 use formulas::{CAUCHY, Formula, GREATEST_WAVELENGTH, LEAST_WAVELENGTH, SELLMEIER};
 use images::Placed;
 pub use images::{Picture, image};
+pub use parts::Known;
+use parts::{InSpace, Part, of_a_mesh, spread};
 pub use patterns::is_in_space;
 use patterns::{Bent, Colours, Octaves, Space};
-use plugin::Plugin;
+use std::sync::Arc;
 use tables::{a_range, equally_spaced, everywhere, table};
+
+/// A spectrum as its plugin has it.
+pub enum Plugin {
+    Uniform(f64),
+    Regular { min_nm: f64, max_nm: f64, values: Vec<f64> },
+    Irregular { nm: Vec<f64>, values: Vec<f64> },
+    D65 { lit: Lit, scale: f64 },
+    Blackbody { kelvin: f64, min_nm: f64, max_nm: f64 },
+    Rgb([f64; 3]),
+    Srgb { rgb: [f64; 3], unbounded: bool },
+    RawConstant(SpectrumKind),
+    Bitmap(BitmapSource),
+    Checkerboard(CheckerboardSource),
+    MeshAttribute { name: String, scale: f64 },
+    Volume(SpectrumKind),
+    Procedural(ProceduralSource),
+    Measured { name: String, scale: f64 },
+    Sellmeier(DispersionFormula),
+    Cauchy(DispersionFormula),
+}
 
 declare! {
     Class::Spectrum => Plugin;
@@ -190,6 +209,73 @@ const fn mixing(default: bool) -> Simple<Boolean> {
     boolean("interpolate", default, "whether colours are mixed, and not each the only one over its part")
 }
 
+impl Plugin {
+    /// The plugin that stands for a spectrum.
+    fn of(source: &SpectrumSource) -> Self {
+        let SpectrumSource { kind, scale, .. } = source;
+        let scale = *scale;
+        let scaled = |values: &[f64]| values.iter().map(|value| value * scale).collect::<Vec<_>>();
+        match kind {
+            SpectrumKind::Constant(value) => Self::Uniform(value * scale),
+            SpectrumKind::Irregular { nm, values, .. } => {
+                Self::Irregular { nm: nm.clone(), values: scaled(values) }
+            }
+            SpectrumKind::Regular { min_nm, max_nm, values } => {
+                Self::Regular { min_nm: *min_nm, max_nm: *max_nm, values: scaled(values) }
+            }
+            SpectrumKind::D65 => Self::D65 { lit: Lit::Nothing, scale },
+            SpectrumKind::Rgb { rgb, role: RgbRole::Illuminant } => {
+                Self::D65 { lit: Lit::Colour(*rgb), scale }
+            }
+            SpectrumKind::Daylit(nested) => Self::D65 { lit: Lit::Texture(nested.clone()), scale },
+            SpectrumKind::Blackbody { kelvin, min_nm, max_nm } => {
+                Self::Blackbody { kelvin: *kelvin, min_nm: *min_nm, max_nm: *max_nm }
+            }
+            SpectrumKind::Rgb { rgb, role } => Self::Srgb { rgb: *rgb, unbounded: *role == RgbRole::Clipped },
+            SpectrumKind::Vector(_) => Self::RawConstant(kind.clone()),
+            SpectrumKind::Bitmap(source) => Self::Bitmap((**source).clone()),
+            SpectrumKind::Checkerboard(source) => Self::Checkerboard((**source).clone()),
+            SpectrumKind::MeshAttribute { name } => Self::MeshAttribute { name: name.clone(), scale },
+            SpectrumKind::Volume(_) => Self::Volume(kind.clone()),
+            SpectrumKind::Procedural(source) => Self::Procedural((**source).clone()),
+            SpectrumKind::Named(name) => Self::Measured { name: name.clone(), scale },
+        }
+    }
+
+    /// The spectrum with a factor on it; `None` for a formula of an index.
+    fn spectrum(self) -> Option<(SpectrumKind, f64)> {
+        let kind = match self {
+            Self::Uniform(value) => SpectrumKind::Constant(value),
+            Self::Regular { min_nm, max_nm, values } => SpectrumKind::Regular { min_nm, max_nm, values },
+            Self::Irregular { nm, values } => SpectrumKind::Irregular { nm, values, file: None },
+            Self::D65 { lit, scale } => {
+                let kind = match lit {
+                    Lit::Nothing => SpectrumKind::D65,
+                    Lit::Colour(rgb) => SpectrumKind::Rgb { rgb, role: RgbRole::Illuminant },
+                    Lit::Texture(nested) => SpectrumKind::Daylit(nested),
+                };
+                return Some((kind, scale));
+            }
+            Self::Blackbody { kelvin, min_nm, max_nm } => SpectrumKind::Blackbody { kelvin, min_nm, max_nm },
+            Self::Rgb(rgb) => SpectrumKind::Rgb { rgb, role: RgbRole::Reflectance },
+            Self::Srgb { rgb, unbounded } => {
+                let role = if unbounded { RgbRole::Clipped } else { RgbRole::Reflectance };
+                SpectrumKind::Rgb { rgb, role }
+            }
+            Self::RawConstant(kind) | Self::Volume(kind) => kind,
+            Self::Bitmap(source) => SpectrumKind::Bitmap(Arc::new(source)),
+            Self::Checkerboard(source) => SpectrumKind::Checkerboard(Arc::new(source)),
+            Self::MeshAttribute { name, scale } => {
+                return Some((SpectrumKind::MeshAttribute { name }, scale));
+            }
+            Self::Procedural(source) => SpectrumKind::Procedural(Arc::new(source)),
+            Self::Measured { name, scale } => return Some((SpectrumKind::Named(name), scale)),
+            Self::Sellmeier(_) | Self::Cauchy(_) => return None,
+        };
+        Some((kind, 1.0))
+    }
+}
+
 /// What the plugin that is asked describes, with a factor; `None` where it is wrong, which is reported.
 pub fn spectrum(query: &Query<'_>) -> Option<(SpectrumKind, f64)> {
     read(query)?.spectrum()
@@ -220,105 +306,4 @@ pub fn formula_node(place: &Place, formula: &DispersionFormula, writer: &mut Wri
 /// A material of the catalogue.
 pub fn measured_node(place: &Place, name: &str, writer: &mut Writer) -> Node {
     write(&Plugin::Measured { name: name.to_owned(), scale: 1.0 }, place, writer)
-}
-
-/// A part of a texture, with its name, default and documentation.
-struct Part(&'static str, f64, &'static str);
-
-impl Field for Part {
-    type Value = SpectrumSource;
-
-    fn parameters(&self) -> Vec<Parameter> {
-        let part = Parameter::new(self.0, Takes::Spectrum(Use::Part));
-        vec![Parameter { default: self.1.to_string(), doc: self.2, ..part }]
-    }
-
-    fn read(&self, query: &Query<'_>) -> Option<SpectrumSource> {
-        spectra::part(query, self.0, self.1)
-    }
-
-    fn write(&self, node: Node, part: &SpectrumSource, _: &mut Writer) -> Node {
-        node.spectrum(self.0, part)
-    }
-}
-
-/// The volume that a texture shows.
-struct InSpace;
-
-impl Field for InSpace {
-    type Value = SpectrumKind;
-
-    fn parameters(&self) -> Vec<Parameter> {
-        let volume = Parameter::new("volume", Takes::Object("volume"));
-        vec![Parameter { is_required: true, doc: "the values", ..volume }]
-    }
-
-    fn read(&self, query: &Query<'_>) -> Option<SpectrumKind> {
-        let entry = query.required("volume", query.entry("volume"))?;
-        match entry.value {
-            Value::Object(id) if query.reader.tree.get(id).class == Class::Volume => {
-                volumes::of_object(query.reader, id).map(|source| source.kind)
-            }
-            _ => {
-                query.error(query.wrong_type(entry, "volume", "<volume>"));
-                None
-            }
-        }
-    }
-
-    fn write(&self, node: Node, kind: &SpectrumKind, writer: &mut Writer) -> Node {
-        let SpectrumKind::Volume(source) = kind else { return node };
-        let volume = volumes::node(source, &node.place, writer);
-        node.named("volume", volume)
-    }
-}
-
-/// The name of a measured spectrum or material.
-pub struct Known;
-
-impl Field for Known {
-    type Value = String;
-
-    fn parameters(&self) -> Vec<Parameter> {
-        let doc = "its name, of those that `abbe spectrum --list` shows";
-        vec![Parameter { is_required: true, doc, ..Parameter::new("name", Takes::Text) }]
-    }
-
-    fn read(&self, query: &Query<'_>) -> Option<String> {
-        let name = query.required("name", query.text("name"))?;
-        query.reader.extension(
-            &query.object.place,
-            format!("type=\"measured\": \"{name}\", one of the measured spectra that come with abbe"),
-        );
-        Some(name.to_owned())
-    }
-
-    fn write(&self, node: Node, name: &String, _: &mut Writer) -> Node {
-        node.text("name", name.clone())
-    }
-}
-
-fn of_a_mesh(query: &Query<'_>, plugin: Plugin) -> Option<Plugin> {
-    let Plugin::MeshAttribute { name, .. } = &plugin else { return Some(plugin) };
-    if !name.starts_with("vertex_") && !name.starts_with("face_") {
-        query.error(
-            SceneError::at(
-                &query.place("name"),
-                format!("\"{name}\" is not the name of an attribute"),
-                "expected a name that begins with vertex_ or face_",
-            )
-            .with_remedy(format!(
-                "write vertex_{name} for values of the vertices, face_{name} for those of the faces"
-            )),
-        );
-        return None;
-    }
-    Some(plugin)
-}
-
-fn spread(query: &Query<'_>, plugin: Plugin) -> Option<Plugin> {
-    if let Plugin::Procedural(source) = &plugin {
-        patterns::ascending(query, source.range);
-    }
-    Some(plugin)
 }
