@@ -1,8 +1,8 @@
 //! Writes a description as a tree of nodes in the words of Mitsuba 3: the plugin and parameter names that a
 //! scene file would have, with the defaults filled in. The outline, the JSON and the hash use this one tree.
 //!
-//! A new kind of object needs one arm in the file of its class. What it writes has to read back as the same
-//! kind: the JSON is a scene file too.
+//! Plugins are written by their declarations ([`super::plugins`]); here are the scene itself, solids, groups
+//! and instances. What is written has to read back as the same: the JSON is a scene file too.
 
 mod shapes;
 pub(super) mod spectra;
