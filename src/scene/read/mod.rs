@@ -1,8 +1,8 @@
 //! Reading scene files: Mitsuba 3's XML, with extensions, or the same as JSON, into a [`Description`].
 //!
 //! `xml` and `json` turn the text into a tree of objects with typed properties. The declarations of
-//! [`super::plugins`] then ask those objects for what they know, and what is left over is reported. Errors are
-//! collected, so that one run tells of all that are independent of one another.
+//! [`super::plugins`] then ask those objects for what they know, and what is left over is reported. Errors
+//! are collected, so that one run tells of all that are independent of one another.
 
 pub(super) mod aovs;
 pub(super) mod attributes;
