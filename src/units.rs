@@ -45,10 +45,12 @@ impl WavelengthRange {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
+    /// Its extent, nm.
     pub fn width(self) -> f64 {
         self.max - self.min
     }
 
+    /// Whether a wavelength lies in it; both ends do.
     pub fn contains(self, nm: f64) -> bool {
         (self.min..=self.max).contains(&nm)
     }

@@ -1,10 +1,10 @@
 //! What a path is made of, piece by piece.
 //!
-//! `cargo bench --bench kernels` times all, `cargo bench --bench kernels -- bsdf` those of a group. An iteration is a batch of
-//! [`BATCH`] operations, or a small picture where the items are samples.
+//! `cargo bench --bench kernels` times all, `cargo bench --bench kernels -- bsdf` those of a group. An
+//! iteration is a batch of [`BATCH`] operations, or a small picture where the items are samples.
 //!
-//! `-- --list-kernels` and `-- --repeat TIMES GROUP NAME` are for `validation/speed`, which counts the instructions of an iteration and
-//! measures the processor time of many.
+//! `-- --list-kernels` and `-- --repeat TIMES GROUP NAME` are for `validation/speed`, which counts the
+//! instructions of an iteration and measures the processor time of many.
 
 mod bsdfs;
 mod paths;

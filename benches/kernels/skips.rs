@@ -1,8 +1,8 @@
-//! The renderer leaves out the features that a scene does not ask for (`Features`). These kernels switch them on all the same:
-//! the difference to "nothing more" is what leaving each of them out is worth.
+//! The renderer leaves out the features that a scene does not ask for (`Features`). These kernels switch them
+//! on all the same: the difference to "nothing more" is what leaving each of them out is worth.
 //!
-//! The loop does not branch on the other features: what does not disperse, is not rough or does not move is another kind of
-//! material, spectrum or transform.
+//! The loop does not branch on the other features: what does not disperse, is not rough or does not move is
+//! another kind of material, spectrum or transform.
 
 use super::Kernel;
 use super::paths::{compiled, picture};

@@ -48,6 +48,7 @@ pub enum FisheyeProjection {
 }
 
 impl FisheyeProjection {
+    /// Each with the name that scene files have for it.
     pub const NAMES: [(&str, Self); 4] = [
         ("equidistant", Self::Equidistant),
         ("equisolid", Self::Equisolid),
@@ -81,6 +82,7 @@ impl Angular {
         Self { placed, map, film, near, far }
     }
 
+    /// Whether the camera moves while the shutter is open.
     pub fn is_moving(&self) -> bool {
         self.placed.is_moving()
     }

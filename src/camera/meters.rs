@@ -19,6 +19,7 @@ impl RadianceMeter {
         Self { origin, direction: direction.normalize() }
     }
 
+    /// The ray along which it measures.
     pub fn ray(&self) -> Ray {
         Ray::new(self.origin, self.direction)
     }

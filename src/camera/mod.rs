@@ -95,6 +95,7 @@ pub struct SensorRay<'a> {
 }
 
 impl Camera {
+    /// A camera with one view on its whole film.
     pub fn single(view: View) -> Self {
         Self { views: vec![view], columns: None }
     }
@@ -105,6 +106,7 @@ impl Camera {
         Self { views, columns: Some(Columns { window, film }) }
     }
 
+    /// Its views, from left to right.
     pub fn views(&self) -> &[View] {
         &self.views
     }

@@ -36,6 +36,7 @@ impl SensorPlane {
         Self { placed, film, pixel: width / film[0], stop }
     }
 
+    /// Whether the film moves while the shutter is open.
     pub fn is_moving(&self) -> bool {
         self.placed.is_moving()
     }

@@ -88,6 +88,7 @@ pub struct ProjectiveSettings {
 }
 
 impl Projective {
+    /// The camera of these settings.
     pub fn new(settings: ProjectiveSettings) -> Self {
         let [width, height] = settings.film;
         let [px, py] = settings.principal_point;
@@ -109,6 +110,7 @@ impl Projective {
         matches!(self.projection, Projection::ThinLens(_))
     }
 
+    /// Whether the camera moves while the shutter is open.
     pub fn is_moving(&self) -> bool {
         self.placed.is_moving()
     }

@@ -10,6 +10,7 @@ pub const TILE: usize = crate::film::NOISE_TILE as usize;
 
 /// A bias of the detectable size would be found at this level with this power.
 pub const LEVEL: f64 = 0.05;
+/// Probability with which a bias of the detectable size is found.
 pub const POWER: f64 = 0.9;
 
 /// Cells of the histogram of p-values.

@@ -55,6 +55,7 @@ struct NoiseSum {
 }
 
 impl NoiseSums {
+    /// Sums for some quantities of a film.
     pub fn new(film: &Film, quantities: impl IntoIterator<Item = Quantity>) -> Self {
         let replicates = film.replicates;
         let empty =

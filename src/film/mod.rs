@@ -11,26 +11,29 @@
 //! length. The spread of single samples would overstate the error of stratified ones.
 
 mod bins;
+mod extras;
 mod filter;
 mod fixed_point;
 mod light;
 mod means;
 mod parts;
 mod region;
+mod sums;
+mod tile;
 
-use crate::sampling::mix;
-use crate::units::WavelengthRange;
-use bins::Integers;
 pub use bins::Place;
+use extras::WEIGHT;
+pub use extras::{Extras, SpectralBins};
 pub use filter::{FilterKind, FilterSampler, Footprint};
 pub use fixed_point::FixedPoint;
-use fixed_point::{SMALL, TOO_LARGE};
 use light::LightPaths;
 pub use means::{NOISE_TILE, NoiseSums, PictureNoise, Quantity};
 pub use parts::Row;
 pub use region::{Extent, Region};
 use serde::{Deserialize, Serialize};
-use std::ops::{Range, RangeInclusive};
+use std::ops::RangeInclusive;
+use sums::Sums;
+pub use tile::Tile;
 
 /// How many values could not be used, over a whole render. All zero when nothing is wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,10 +46,12 @@ pub struct BadValues {
 }
 
 impl BadValues {
+    /// Values of all kinds.
     pub fn total(self) -> u64 {
         self.not_a_number + self.infinite + self.negative + self.overflow
     }
 
+    /// Adds the counts of another render or thread.
     pub fn add(&mut self, other: Self) {
         self.not_a_number += other.not_a_number;
         self.infinite += other.infinite;
@@ -66,153 +71,6 @@ impl BadValues {
             return true;
         }
         false
-    }
-}
-
-/// The channel of the filter's weights: X, Y and Z are before it.
-const WEIGHT: usize = 3;
-
-/// What a film measures beside X, Y and Z.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Extras {
-    /// The fraction of the samples that meet something.
-    pub alpha: bool,
-    /// The second moments of X, Y and Z over the samples.
-    pub moments: bool,
-    /// For each further channel of the sensor the integral of its response, nm: what is added to the channel
-    /// is over it.
-    pub responses: Vec<f64>,
-    pub bins: Option<SpectralBins>,
-    /// Whether light subpaths bring something, too.
-    pub light_paths: bool,
-}
-
-impl Extras {
-    /// Channels in all: X, Y and Z and the filter's weights included. Spectral bins are the last.
-    pub fn channels(&self) -> usize {
-        self.bin_channel(0) + self.bin_count()
-    }
-
-    fn bin_count(&self) -> usize {
-        self.bins.map_or(0, |bins| bins.count)
-    }
-
-    /// The channel of the weights of those samples that meet something, in a film with alpha.
-    pub fn alpha_channel(&self) -> usize {
-        WEIGHT + 1
-    }
-
-    /// The channel of the second moment of X, Y or Z, in a film that measures them.
-    pub fn moment_channel(&self, of: usize) -> usize {
-        WEIGHT + 1 + usize::from(self.alpha) + of
-    }
-
-    pub fn response_channel(&self, response: usize) -> usize {
-        self.moment_channel(if self.moments { 3 } else { 0 }) + response
-    }
-
-    pub fn bin_channel(&self, bin: usize) -> usize {
-        self.response_channel(self.responses.len()) + bin
-    }
-
-    /// Empty sums for some pixels of a film that measures this, of a run of replicates.
-    pub fn tile(&self, corner: [u32; 2], size: [u32; 2], replicates: Range<u32>) -> Tile {
-        let (channels, pixels) = (self.channels(), size[0] as usize * size[1] as usize);
-        Tile {
-            corner,
-            size,
-            channels,
-            sums: vec![0; pixels * replicates.len() * channels],
-            replicates,
-            samples: vec![0; pixels],
-            rounding: 0.0,
-            bad: BadValues::default(),
-        }
-    }
-}
-
-/// Sums over some samples of the pixels of a rectangle, for a run of replicates: work that a thread does by
-/// itself before the film gets it.
-#[derive(Clone, Debug)]
-pub struct Tile {
-    /// The upper left pixel, on the film.
-    corner: [u32; 2],
-    size: [u32; 2],
-    replicates: Range<u32>,
-    channels: usize,
-    /// By pixel, replicate and channel.
-    sums: Vec<i64>,
-    /// By pixel.
-    samples: Vec<u32>,
-    /// In [0, 1): decides how small contributions of the sample are rounded.
-    rounding: f64,
-    pub bad: BadValues,
-}
-
-impl Tile {
-    /// Begins what a sample brings to a pixel. What `key` is made from says which sample and which pixel:
-    /// contributions round alike in whatever order they come.
-    pub fn begin(&mut self, key: u64) {
-        self.rounding = (mix(key) >> 11) as f64 * (0.5 * f64::EPSILON);
-    }
-
-    /// Where in the tile a pixel of the film is; `None` where it is outside.
-    pub fn place(&self, x: u32, y: u32) -> Option<usize> {
-        let [column, row] = [x.wrapping_sub(self.corner[0]), y.wrapping_sub(self.corner[1])];
-        (column < self.size[0] && row < self.size[1]).then(|| (row * self.size[0] + column) as usize)
-    }
-
-    /// Adds a sample's finite contribution to a channel of a replicate, at a place. One too large for the
-    /// fixed point is counted and left out.
-    #[inline]
-    pub fn add(&mut self, place: usize, replicate: u32, channel: usize, value: f64, scale: FixedPoint) {
-        let exact = value * scale.per_quantum;
-        let quanta = if exact.abs() >= SMALL || exact == 0.0 {
-            exact.round_ties_even()
-        } else {
-            (exact + self.rounding).floor()
-        };
-        let of_replicate = place * self.replicates.len() + (replicate - self.replicates.start) as usize;
-        let sum = &mut self.sums[of_replicate * self.channels + channel];
-        match sum.checked_add(quanta as i64).filter(|_| quanta.abs() < TOO_LARGE) {
-            Some(next) => *sum = next,
-            None => self.bad.overflow += 1,
-        }
-    }
-
-    /// Adds the weight that the filter gives a sample.
-    #[inline]
-    pub fn weigh(&mut self, place: usize, replicate: u32, weight: f64) {
-        self.add(place, replicate, WEIGHT, weight, FixedPoint::SHARE);
-    }
-
-    pub fn pixel_count(&self) -> usize {
-        self.samples.len()
-    }
-
-    /// The mean of Y at a place in a replicate, or of all responses where the sensor has its own. Zero
-    /// without samples.
-    pub fn brightness(&self, place: usize, replicate: u32, scale: FixedPoint, extras: &Extras) -> f64 {
-        let of_replicate = place * self.replicates.len() + (replicate - self.replicates.start) as usize;
-        let sums = &self.sums[of_replicate * self.channels..][..self.channels];
-        let channels = match extras.responses.len() {
-            0 => 1..2,
-            responses => extras.response_channel(0)..extras.response_channel(responses),
-        };
-        let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
-        let sum = sums[channels].iter().map(|&sum| sum as f64).sum::<f64>() * scale.quantum;
-        if weight == 0.0 { 0.0 } else { sum / weight }
-    }
-
-    /// Says that a pixel has had so many samples more.
-    pub fn count(&mut self, place: usize, samples: u32) {
-        self.samples[place] += samples;
-    }
-
-    /// What was added since to channels of the only pixel and replicate; then they are empty again.
-    pub fn take(&mut self) -> Vec<(u32, i64)> {
-        let sums = (0..).zip(&mut self.sums).filter(|(_, sum)| **sum != 0);
-        sums.map(|(channel, sum)| (channel, std::mem::take(sum))).collect()
     }
 }
 
@@ -240,103 +98,6 @@ pub struct Film {
     light: LightPaths,
 }
 
-/// The sums of a film. Spectral bins are apart from the other channels, which are needed more often.
-#[derive(Debug)]
-struct Sums {
-    /// Channels before the spectral bins.
-    first: usize,
-    bin_count: usize,
-    /// By pixel, replicate and channel.
-    of_first: Vec<i64>,
-    /// Likewise.
-    of_bins: Integers,
-}
-
-impl Sums {
-    /// Zeros, for so many replicates of pixels.
-    fn new(cells: usize, extras: &Extras, place: Place) -> std::io::Result<Self> {
-        let (first, bin_count) = (extras.bin_channel(0), extras.bin_count());
-        let of_bins = Integers::new(cells * bin_count, place)?;
-        Ok(Self { first, bin_count, of_first: vec![0; cells * first], of_bins })
-    }
-
-    /// That of a channel, in a cell: a replicate of a pixel.
-    fn of(&self, cell: usize, channel: usize) -> i64 {
-        match channel.checked_sub(self.first) {
-            None => self.of_first[cell * self.first + channel],
-            Some(bin) => self.of_bins[cell * self.bin_count + bin],
-        }
-    }
-
-    /// Those of all channels of some cells, one after another.
-    fn of_all(&self, cells: Range<usize>) -> Vec<i64> {
-        self.of_bins.uses(cells.len() * self.bin_count);
-        let of_cell = |cell: usize| {
-            let bins = &self.of_bins[cell * self.bin_count..][..self.bin_count];
-            self.of_first[cell * self.first..][..self.first].iter().chain(bins).copied()
-        };
-        cells.flat_map(of_cell).collect()
-    }
-
-    /// Adds to a channel of a cell. Whether the sum would have left the range: it stays.
-    fn add_to(&mut self, cell: usize, channel: usize, value: i64) -> bool {
-        let own = match channel.checked_sub(self.first) {
-            None => &mut self.of_first[cell * self.first + channel],
-            Some(bin) => &mut self.of_bins[cell * self.bin_count + bin],
-        };
-        let (next, is_lost) = own.overflowing_add(value);
-        if !is_lost {
-            *own = next;
-        }
-        is_lost
-    }
-
-    /// Adds to all channels of cells from one on. How many sums would have left the range: they stay.
-    fn add(&mut self, cell: usize, sums: &[i64]) -> u64 {
-        let mut overflow = 0;
-        let mut add = |own: &mut [i64], more: &[i64]| {
-            for (own, &more) in own.iter_mut().zip(more) {
-                match own.checked_add(more) {
-                    Some(next) => *own = next,
-                    None => overflow += 1,
-                }
-            }
-        };
-        for (cell, sums) in (cell..).zip(sums.chunks_exact(self.first + self.bin_count)) {
-            let (first, bins) = sums.split_at(self.first);
-            add(&mut self.of_first[cell * self.first..][..self.first], first);
-            add(&mut self.of_bins[cell * self.bin_count..][..self.bin_count], bins);
-        }
-        overflow
-    }
-}
-
-/// Equal bins over a range of wavelengths, each measuring the mean spectral radiance within it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SpectralBins {
-    pub range: WavelengthRange,
-    pub count: usize,
-}
-
-impl SpectralBins {
-    /// nm.
-    pub fn width(&self) -> f64 {
-        self.range.width() / self.count as f64
-    }
-
-    /// The middle of a bin, nm.
-    pub fn centre(&self, bin: usize) -> f64 {
-        self.range.min + (bin as f64 + 0.5) * self.width()
-    }
-
-    /// The bin of a wavelength; the upper end of the range belongs to the last.
-    pub fn of(&self, nm: f64) -> Option<usize> {
-        let bin = ((nm - self.range.min) / self.width()).floor();
-        let inside = self.range.contains(nm);
-        inside.then(|| (bin as usize).min(self.count - 1))
-    }
-}
-
 /// A mean and its standard error; the error is infinite where fewer than two replicates were taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
@@ -345,6 +106,7 @@ pub struct Measured {
 }
 
 impl Film {
+    /// An empty film of this size in pixels.
     pub fn new(width: u32, height: u32, replicates: u32, extras: Extras, scale: FixedPoint) -> Self {
         Self::part(Extent::whole([width, height]), replicates, extras, scale)
     }
@@ -398,6 +160,7 @@ impl Film {
         [extras.bin_count() as u128 * channel, extras.bin_channel(0) as u128 * channel + samples]
     }
 
+    /// Scale of the sums.
     pub fn scale(&self) -> FixedPoint {
         self.scale
     }

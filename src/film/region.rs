@@ -21,6 +21,7 @@ impl Region {
         [0, 1].map(|axis| u64::from(self.offset[axis]) + u64::from(self.size[axis]))
     }
 
+    /// Number of its pixels.
     pub fn pixel_count(self) -> u64 {
         u64::from(self.size[0]) * u64::from(self.size[1])
     }

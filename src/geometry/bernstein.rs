@@ -135,6 +135,7 @@ impl Range {
             .fold(Self(f64::INFINITY, f64::NEG_INFINITY), |range, &c| Self(range.0.min(c), range.1.max(c)))
     }
 
+    /// Whether 0 lies between its ends, which are included.
     pub fn has_zero(self) -> bool {
         self.0 <= 0.0 && self.1 >= 0.0
     }

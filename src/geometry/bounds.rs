@@ -8,16 +8,20 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The box of no point; its union with another is that other.
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
+    /// The smallest box around points.
     pub fn of(points: impl IntoIterator<Item = Vec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, |bounds, point| bounds.including(point))
     }
 
+    /// The smallest box around it and a point.
     pub fn including(self, point: Vec3) -> Self {
         Self { min: self.min.min(point), max: self.max.max(point) }
     }
 
+    /// The smallest box around both.
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
@@ -48,6 +52,7 @@ impl Bounds {
         (self.min - other.max).max(other.min - self.max).max_element()
     }
 
+    /// Whether it holds no point.
     pub fn is_empty(self) -> bool {
         self.min.cmpgt(self.max).any()
     }
@@ -68,6 +73,7 @@ impl Bounds {
         size.x * size.y + size.y * size.z + size.z * size.x
     }
 
+    /// The point in the middle.
     pub fn centre(self) -> Vec3 {
         0.5 * (self.min + self.max)
     }

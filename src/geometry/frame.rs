@@ -26,10 +26,12 @@ impl Frame {
         }
     }
 
+    /// A vector of the world in this frame.
     pub fn to_local(&self, world: Vec3) -> Vec3 {
         Vec3::new(self.x.dot(world), self.y.dot(world), self.z.dot(world))
     }
 
+    /// A vector of this frame in the world.
     pub fn to_world(&self, local: Vec3) -> Vec3 {
         self.x * local.x + self.y * local.y + self.z * local.z
     }

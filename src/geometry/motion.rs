@@ -255,10 +255,12 @@ impl Placed {
         }
     }
 
+    /// Whether its pose changes over time.
     pub fn is_moving(&self) -> bool {
         matches!(self.place, PoseOverTime::Moving(_))
     }
 
+    /// The pose at a time; that of the nearest keyframe before the first and after the last.
     pub fn at(&self, time: f64) -> Pose {
         match &self.place {
             PoseOverTime::Still(pose) => *pose,

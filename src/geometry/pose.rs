@@ -13,24 +13,29 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The pose of what a transform places.
     pub fn new(to_world: &Transform) -> Self {
         let matrix = to_world.matrix();
         let linear = DMat3::from_mat4(matrix);
         Self { origin: matrix.w_axis.truncate(), linear, inverse: linear.inverse() }
     }
 
+    /// A point of the world in local coordinates.
     pub fn local_point(&self, world: Vec3) -> Vec3 {
         self.inverse * (world - self.origin)
     }
 
+    /// A vector of the world in local coordinates.
     pub fn local_vector(&self, world: Vec3) -> Vec3 {
         self.inverse * world
     }
 
+    /// A local point in the world.
     pub fn world_point(&self, local: Vec3) -> Vec3 {
         self.origin + self.linear * local
     }
 
+    /// A local vector in the world.
     pub fn world_vector(&self, local: Vec3) -> Vec3 {
         self.linear * local
     }

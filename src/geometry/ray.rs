@@ -11,10 +11,12 @@ pub struct Ray {
 }
 
 impl Ray {
+    /// A ray without end.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction, t_max: f64::INFINITY }
     }
 
+    /// The point at a distance from the origin.
     pub fn at(&self, t: f64) -> Vec3 {
         self.origin + self.direction * t
     }
@@ -39,6 +41,7 @@ impl SurfacePoint {
         self.position + self.normal * self.error.copysign(direction.dot(self.normal))
     }
 
+    /// The ray that leaves the point in a direction, from beyond its error.
     pub fn ray(&self, direction: Vec3) -> Ray {
         Ray::new(self.leave(direction), direction)
     }

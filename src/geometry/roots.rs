@@ -9,6 +9,7 @@
 
 use smallvec::SmallVec;
 
+/// A root of a polynomial or function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root {
     pub t: f64,

@@ -9,6 +9,7 @@ pub struct Transform {
 }
 
 impl Transform {
+    /// The transform that changes nothing.
     pub const IDENTITY: Self = Self { matrix: DMat4::IDENTITY, inverse: DMat4::IDENTITY };
 
     /// `None` where the matrix is singular, not affine or not finite.
@@ -22,10 +23,12 @@ impl Transform {
         (affine && regular && matrix.is_finite() && inverse.is_finite()).then_some(Self { matrix, inverse })
     }
 
+    /// Moves by an offset.
     pub fn translation(offset: Vec3) -> Self {
         Self { matrix: DMat4::from_translation(offset), inverse: DMat4::from_translation(-offset) }
     }
 
+    /// Scales by a factor around the origin.
     pub fn scale(factor: f64) -> Self {
         Self {
             matrix: DMat4::from_scale(Vec3::splat(factor)),
@@ -38,14 +41,17 @@ impl Transform {
         Self { matrix: next.matrix * self.matrix, inverse: self.inverse * next.inverse }
     }
 
+    /// The transform that undoes it.
     pub fn inverse(&self) -> Self {
         Self { matrix: self.inverse, inverse: self.matrix }
     }
 
+    /// Its matrix, for column vectors.
     pub fn matrix(&self) -> DMat4 {
         self.matrix
     }
 
+    /// Takes a point to its place.
     pub fn point(&self, point: Vec3) -> Vec3 {
         self.matrix.transform_point3(point)
     }
@@ -60,6 +66,7 @@ impl Transform {
         DMat3::from_mat4(self.inverse).transpose() * normal
     }
 
+    /// Whether it changes the handedness.
     pub fn mirrors(&self) -> bool {
         DMat3::from_mat4(self.matrix).determinant() < 0.0
     }

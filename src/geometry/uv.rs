@@ -5,8 +5,10 @@
 pub struct UvTransform(pub [[f64; 3]; 2]);
 
 impl UvTransform {
+    /// The transform that changes nothing.
     pub const IDENTITY: Self = Self([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
 
+    /// Takes surface coordinates to those of the texture.
     pub fn apply(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         self.0.map(|[a, b, c]| a * u + b * v + c)
     }

@@ -19,6 +19,7 @@ pub struct Axis {
 }
 
 impl Axis {
+    /// An axis with its title, unit included.
     pub fn new(title: &str, scale: Scale) -> Self {
         Self { title: title.to_owned(), scale, range: None, ticks: Vec::new() }
     }

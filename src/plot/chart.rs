@@ -12,6 +12,7 @@ pub struct Chart {
     pub band: Vec<Strip>,
 }
 
+/// Points of one kind, joined by a line where that is asked for.
 #[derive(Clone, Debug)]
 pub struct Series {
     /// Not in the legend if empty.
@@ -35,6 +36,7 @@ pub struct Point {
 }
 
 impl Point {
+    /// A point without error bar.
     pub fn new(x: f64, y: f64) -> Self {
         Self { x, y, low: y, high: y }
     }
@@ -53,6 +55,7 @@ pub enum Marker {
 }
 
 impl Marker {
+    /// All of them.
     pub const ALL: [Self; 7] =
         [Self::Disk, Self::Square, Self::Triangle, Self::Diamond, Self::Wedge, Self::Plus, Self::Star];
 
@@ -115,6 +118,7 @@ const BAND: f64 = 14.0;
 const LETTER: f64 = 6.9;
 
 impl Chart {
+    /// Draws it.
     pub fn draw(&self) -> Drawing {
         let points = || self.series.iter().flat_map(|series| &series.points);
         let x = Settled::new(&self.x, points().map(|point| point.x));

@@ -77,6 +77,7 @@ impl Drawing {
         ));
     }
 
+    /// Draws a filled disk.
     pub fn disk(&mut self, [x, y]: [f64; 2], radius: f64, ink: &str) {
         self.element(format_args!(
             "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\" fill=\"{ink}\" stroke=\"white\" stroke-width=\"0.8\"/>"
@@ -99,6 +100,7 @@ impl Drawing {
         ));
     }
 
+    /// Writes a heading that begins at a point.
     pub fn heading(&mut self, [x, y]: [f64; 2], text: &str) {
         self.element(format_args!(
             "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"15\" font-weight=\"600\">{}</text>",

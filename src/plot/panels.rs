@@ -25,6 +25,7 @@ pub struct Panel {
     pub values: Vec<f64>,
 }
 
+/// How values become colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Colours {
     /// Dark to bright (viridis).
@@ -55,6 +56,7 @@ const HEAD: f64 = 42.0;
 const GAP: f64 = 14.0;
 
 impl Panels {
+    /// Draws them side by side.
     pub fn draw(&self) -> Drawing {
         let columns = self.panels.len().clamp(1, 3);
         let inner = WIDTH - 2.0 * MARGIN - BAR;

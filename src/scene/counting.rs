@@ -31,9 +31,11 @@ pub enum RayKind {
 }
 
 impl RayKind {
+    /// All kinds.
     pub const ALL: [Self; 6] =
         [Self::Camera, Self::Scattered, Self::Shadow, Self::LightTracing, Self::Shared, Self::Contact];
 
+    /// What `--stats` calls it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "camera",
@@ -60,8 +62,10 @@ pub enum PathEnd {
 }
 
 impl PathEnd {
+    /// All ends.
     pub const ALL: [Self; 4] = [Self::Escaped, Self::Absorbed, Self::Roulette, Self::MaxDepth];
 
+    /// What `--stats` calls it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Escaped => "escaped",
@@ -142,10 +146,12 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// The counts of rays of a kind.
     pub fn of(&self, kind: RayKind) -> &RayCounts {
         &self.rays[kind as usize]
     }
 
+    /// Number of paths that ended so.
     pub fn ended(&self, end: PathEnd) -> u64 {
         self.ends[end as usize]
     }

@@ -257,6 +257,7 @@ impl Intersection {
 }
 
 impl Scene {
+    /// What the scene needs, and so what the renderer skips.
     pub fn features(&self) -> Features {
         self.features
     }

@@ -66,10 +66,12 @@ pub struct SceneError {
 }
 
 impl SceneError {
+    /// An error at a place, with what was expected there.
     pub fn at(place: &Place, problem: impl Into<String>, expected: impl Into<String>) -> Self {
         Self { place: Some(place.clone()), problem: problem.into(), expected: expected.into(), remedy: None }
     }
 
+    /// The same with what to do about it.
     pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into());
         self

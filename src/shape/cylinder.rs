@@ -126,12 +126,14 @@ impl Cylinder {
         }
     }
 
+    /// A box around it.
     pub fn bounds(&self) -> Bounds {
         let half = self.placement.half_extents(2);
         let (bottom, top) = (self.placement.pose.origin, self.placement.pose.world_point(Vec3::Z));
         Bounds { min: bottom.min(top) - half, max: bottom.max(top) + half }
     }
 
+    /// Area of its surface.
     pub fn area(&self) -> f64 {
         self.area
     }
@@ -143,6 +145,7 @@ impl Cylinder {
         AreaSample::analytic(self.surface_at(outward, u[0]), self.local_area_density(outward))
     }
 
+    /// Density per area with which a sample is the point.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         let local = self.placement.pose.local_point(point.position).with_z(0.0);
         self.local_area_density(local.try_normalize().unwrap_or(Vec3::X))

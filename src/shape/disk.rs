@@ -83,11 +83,13 @@ impl Disk {
         }
     }
 
+    /// A box around it.
     pub fn bounds(&self) -> Bounds {
         let half = self.placement.half_extents(2);
         Bounds { min: self.placement.pose.origin - half, max: self.placement.pose.origin + half }
     }
 
+    /// Area of its surface.
     pub fn area(&self) -> f64 {
         self.area
     }
@@ -105,6 +107,7 @@ impl Disk {
         AreaSample::analytic(self.surface_at(radius * cos, radius * sin), self.area_density())
     }
 
+    /// Density per area of samples: one over the area.
     pub fn area_density(&self) -> f64 {
         1.0 / self.area
     }

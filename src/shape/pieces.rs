@@ -21,6 +21,7 @@ impl Pieces {
         }
     }
 
+    /// Number of pieces.
     pub fn count(&self) -> usize {
         match self {
             Self::Curves(curves) => curves.segment_count(),
@@ -28,6 +29,7 @@ impl Pieces {
         }
     }
 
+    /// A box around a piece.
     pub fn bounds(&self, piece: u32) -> Bounds {
         match self {
             Self::Curves(curves) => curves.segment_bounds(piece),

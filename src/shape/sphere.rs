@@ -8,6 +8,7 @@ use crate::lanes::{Real, Vector};
 use crate::sampling::quadrature::gauss_legendre;
 use std::f64::consts::{PI, TAU};
 
+/// A sphere, which a transform may stretch.
 #[derive(Clone, Debug)]
 pub struct Sphere {
     placement: Placement,
@@ -105,6 +106,7 @@ impl Sphere {
         }
     }
 
+    /// A box around it.
     pub fn bounds(&self) -> Bounds {
         let half = self.placement.half_extents(3);
         Bounds { min: self.placement.pose.origin - half, max: self.placement.pose.origin + half }
@@ -121,6 +123,7 @@ impl Sphere {
         self.placement.scale
     }
 
+    /// Area of its surface.
     pub fn area(&self) -> f64 {
         self.area
     }
@@ -134,6 +137,7 @@ impl Sphere {
         AreaSample::analytic(self.surface_at(local.normalize()), self.local_area_density(local))
     }
 
+    /// Density per area with which a sample is the point.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         self.local_area_density(self.placement.pose.local_point(point.position))
     }

@@ -148,6 +148,7 @@ impl Torus {
         AreaSample::analytic(self.surface_at(around * self.major, outward), self.local_density(outward))
     }
 
+    /// Density per area with which a sample is the point.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         self.local_density(self.placement.pose.local_normal(point.normal).normalize_or_zero())
     }

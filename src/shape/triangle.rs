@@ -38,6 +38,7 @@ fn side_of_edge(q: [f64; 3], p: [f64; 3]) -> Side {
     if side == 0 { order(p[0], q[0]) } else { side }
 }
 
+/// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
     pub t: f64,
@@ -46,6 +47,7 @@ pub struct TriangleHit {
 }
 
 impl RaySpace {
+    /// The space in which a ray runs along z from the origin.
     #[inline]
     pub fn new(ray: &Ray) -> Self {
         let d = ray.direction.to_array();

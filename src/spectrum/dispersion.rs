@@ -221,6 +221,7 @@ impl DispersionFormula {
         Self::new(FormulaKind::Cauchy, &coefficients, stated)
     }
 
+    /// Which formula it is.
     pub fn kind(&self) -> FormulaKind {
         self.kind
     }

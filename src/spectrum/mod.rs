@@ -49,7 +49,9 @@ pub enum Spectrum {
 }
 
 impl Spectrum {
+    /// 0 at all wavelengths.
     pub const ZERO: Self = Self::Constant(0.0);
+    /// 1 at all wavelengths.
     pub const ONE: Self = Self::Constant(1.0);
 
     /// A table of `values` at equal steps from `min` to `max` nm, both included.

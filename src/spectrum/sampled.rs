@@ -5,9 +5,12 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Index, IndexMut, Mul, MulAssign, 
 pub struct Sampled<const C: usize>(pub [f64; C]);
 
 impl<const C: usize> Sampled<C> {
+    /// 0 at all wavelengths.
     pub const ZERO: Self = Self([0.0; C]);
+    /// 1 at all wavelengths.
     pub const ONE: Self = Self([1.0; C]);
 
+    /// The same value at all wavelengths.
     pub fn splat(value: f64) -> Self {
         Self([value; C])
     }
@@ -19,6 +22,7 @@ impl<const C: usize> Sampled<C> {
         Self(lanes)
     }
 
+    /// The value at the hero wavelength.
     pub fn hero(&self) -> f64 {
         self.0[0]
     }
@@ -33,24 +37,29 @@ impl<const C: usize> Sampled<C> {
         Self(lanes)
     }
 
+    /// A function of each value.
     #[inline]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self::from_fn(|lane| f(self.0[lane]))
     }
 
+    /// A function of each pair of values.
     #[inline]
     pub fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self::from_fn(|lane| f(self.0[lane], other.0[lane]))
     }
 
+    /// The sum of the values.
     pub fn sum(self) -> f64 {
         self.0.iter().sum()
     }
 
+    /// The greatest of the values.
     pub fn max(self) -> f64 {
         self.0.iter().fold(f64::NEG_INFINITY, |a, &b| if b > a { b } else { a })
     }
 
+    /// Whether all values are 0.
     pub fn is_zero(&self) -> bool {
         self.0.iter().all(|&value| value == 0.0)
     }

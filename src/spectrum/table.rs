@@ -61,6 +61,7 @@ impl Table {
         &self.values
     }
 
+    /// What it is beyond its ends.
     pub fn outside(&self) -> Extrapolation {
         self.outside
     }

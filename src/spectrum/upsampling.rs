@@ -54,6 +54,7 @@ impl Sigmoid {
         2.0 * half * (0..cells as usize).map(cell).sum::<f64>()
     }
 
+    /// Whether it is the same at all wavelengths.
     pub fn is_constant(&self) -> bool {
         let [a, b, _] = self.coefficients;
         a == 0.0 && b == 0.0

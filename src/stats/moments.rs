@@ -10,6 +10,7 @@ pub struct Moments {
 }
 
 impl Moments {
+    /// Adds a value.
     pub fn push(&mut self, value: f64) {
         self.count += 1;
         let before = value - self.mean;
@@ -33,6 +34,7 @@ impl Moments {
         }
     }
 
+    /// Number of values.
     pub fn count(&self) -> u64 {
         self.count
     }

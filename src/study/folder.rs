@@ -64,14 +64,17 @@ impl Folder {
         self.write(STUDY, &serde_json::to_vec_pretty(&header)?)
     }
 
+    /// The path of a file in it.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
 
+    /// The path of the reference picture of a case.
     pub fn reference(&self, case: usize) -> PathBuf {
         self.file(&format!("reference-case{case}.exr"))
     }
 
+    /// Writes a file as a whole or not at all.
     pub fn write(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
         write_whole(&self.file(name), bytes)
     }
@@ -86,6 +89,7 @@ impl Folder {
         (run.id == *id).then_some(run)
     }
 
+    /// Keeps what a run has found.
     pub fn keep(&self, run: &Run) -> io::Result<()> {
         self.write(&Self::run_file(&run.id), &serde_json::to_vec(run)?)
     }

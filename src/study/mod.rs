@@ -11,6 +11,7 @@
 pub mod fit;
 mod folder;
 mod measure;
+/// The picture that runs are compared with.
 pub mod reference;
 pub mod report;
 mod spectra;
@@ -88,6 +89,7 @@ pub struct RunId {
 }
 
 impl RunId {
+    /// What plots and files call it.
     pub fn name(&self) -> String {
         let Self { case, sampler, samples_per_pixel, wavelengths_per_path } = self;
         format!("case{case}-{sampler}-c{wavelengths_per_path}-{samples_per_pixel}spp")

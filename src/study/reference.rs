@@ -28,6 +28,7 @@ pub struct Reference {
     pub own_relmse: Option<f64>,
 }
 
+/// Why a picture is no reference.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ReferenceError {
     /// Width and height.
@@ -39,6 +40,10 @@ pub enum ReferenceError {
 }
 
 impl Reference {
+    /// A reference of the luminances `y`, row by row, with their standard errors if they are known.
+    ///
+    /// # Errors
+    /// Where the numbers are no picture of this width, or no reference.
     pub fn new(width: usize, y: Vec<f64>, error: Option<&[f64]>) -> Result<Self, ReferenceError> {
         let pixels = y.len().max(1) as f64;
         let mean = y.iter().sum::<f64>() / pixels;

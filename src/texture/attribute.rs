@@ -4,6 +4,7 @@ use super::TexturePoint;
 use crate::shape::{Mesh, MeshAttribute};
 use crate::spectrum::{Sampled, upsample};
 
+/// What the vertices or faces of a mesh carry.
 #[derive(Clone, Debug)]
 pub struct Attribute {
     /// Name with the prefix `vertex_` or `face_`.
@@ -33,10 +34,12 @@ impl Attribute {
         a * (1.0 - v - w) + b * v + c * w
     }
 
+    /// The value where a texture without wavelength is asked for.
     pub fn value(&self, at: &TexturePoint) -> f64 {
         self.rgb(at)[0]
     }
 
+    /// The three numbers at a point as they are.
     pub fn rgb(&self, at: &TexturePoint) -> [f64; 3] {
         let (Some((mesh, index)), Some(place)) = (self.find(at), at.mesh) else { return [0.0; 3] };
         mesh.attribute_at(index, place.triangle, place.barycentric).map(|value| value * self.scale)

@@ -139,6 +139,7 @@ impl Bitmap {
         }
     }
 
+    /// The three channels at a point as they are.
     pub fn rgb(&self, at: &TexturePoint) -> [f64; 3] {
         match &self.texels {
             Texels::Raw(values) => {
@@ -177,6 +178,7 @@ impl Bitmap {
         self.size.map(|side| side as u32)
     }
 
+    /// Whether all texels are 0.
     pub fn is_zero(&self) -> bool {
         self.least == 0.0 && self.greatest == 0.0
     }

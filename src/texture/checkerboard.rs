@@ -4,6 +4,7 @@ use super::{Lines, Texture, TexturePoint};
 use crate::geometry::UvTransform;
 use crate::spectrum::Sampled;
 
+/// Two textures in turn over u and v.
 #[derive(Clone, Debug)]
 pub struct Checkerboard {
     /// The first is at the origin.

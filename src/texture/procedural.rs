@@ -90,10 +90,12 @@ impl Procedural {
         }
     }
 
+    /// The values at the wavelengths of a path.
     pub fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Sampled<C> {
         self.blend(at, |colour| colour.sample(at, nm))
     }
 
+    /// The value of a pattern without wavelength.
     pub fn value(&self, at: &TexturePoint) -> f64 {
         self.blend(at, |colour| colour.value(at))
     }

@@ -58,6 +58,7 @@ impl Volume {
         &self.to_local
     }
 
+    /// How values between cells are found.
     pub fn filter(&self) -> Filter {
         self.filter
     }
@@ -121,6 +122,7 @@ impl Volume {
         }
     }
 
+    /// The three numbers at a point as they are.
     pub fn rgb(&self, at: &TexturePoint) -> [f64; 3] {
         self.rgb_at(self.to_local.point(at.position))
     }
@@ -133,10 +135,12 @@ impl Volume {
         })
     }
 
+    /// The mean of each channel over the grid.
     pub fn mean(&self) -> [f64; 3] {
         self.mean
     }
 
+    /// No value is above it.
     pub fn max_bound(&self) -> f64 {
         self.greatest
     }

@@ -191,7 +191,9 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 #[test]
 fn comments_are_short_and_begin_with_what_they_are_about() {
     let mut files = Vec::new();
-    sources(&root().join("src"), &mut files);
+    for folder in ["src", "benches"] {
+        sources(&root().join(folder), &mut files);
+    }
     assert!(files.len() > 150, "only {} files were found", files.len());
     let mut wrong = Vec::new();
     for file in files {

@@ -74,6 +74,10 @@ class Abbe:
         channels = {name: channel.pixels.astype(np.float64) for name, channel in file.channels().items()}
         return Picture(channels, dict(file.header()))
 
+    def info(self, scene):
+        """What `abbe info --json` prints of a scene file."""
+        return self._run([self.binary, "info", scene, "--json"])
+
     def spectrum(self, *words):
         """What `abbe spectrum` prints."""
         return self._run([self.binary, "spectrum", *words])

@@ -79,6 +79,7 @@ pub struct Measures {
 }
 
 impl Measures {
+    /// What a film measures.
     pub fn of(film: &Film) -> Self {
         let (extent, replicates, per_net) = (film.extent, film.replicates, film.per_net);
         Self { extent, replicates, per_net, extras: film.extras.clone(), scale: film.scale() }

@@ -10,6 +10,7 @@ use crate::scene::description::{
     self, Alpha, Bsdf, BsdfKind, ConductorIndex, IndexSource, MetalAssumption, NormalMapShading, Roughness,
     ShapeDescription, SpectrumKind, SpectrumSource,
 };
+use crate::scene::read::metals;
 use crate::scene::scene::{Role, Surface};
 use crate::scene::source::SceneError;
 use crate::shape;
@@ -276,7 +277,7 @@ impl MaterialCompiler {
                 let [n, k] = [n, k].map(|source| spectra::texture(source, &self.shift));
                 return Ok(Metal::Index { n: n?.held(), k: k?.held() });
             }
-            ConductorIndex::Named { place, name } => catalogue::conductor(name)
+            ConductorIndex::Named { place, name } => catalogue::conductor(metals::in_catalogue(name))
                 .map_err(|unknown| SceneError::at(place, unknown.to_string(), "the name of a conductor"))?,
             ConductorIndex::NormalReflectance { reflectance, assumption } => {
                 let texture = spectra::texture(reflectance, &self.shift)?.held();

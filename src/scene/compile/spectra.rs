@@ -35,12 +35,7 @@ pub(super) fn spectrum(source: &SpectrumSource) -> Result<Spectrum, SceneError> 
         SpectrumKind::Named(name) => named(&source.place, name)?,
         SpectrumKind::Rgb { rgb, role } => colour(&source.place, *rgb, *role)?,
         SpectrumKind::Daylit(nested) => product(&spectrum(nested)?, &d65(&source.place)?),
-        SpectrumKind::Vector(_)
-        | SpectrumKind::Bitmap(_)
-        | SpectrumKind::Checkerboard(_)
-        | SpectrumKind::MeshAttribute { .. }
-        | SpectrumKind::Volume(_)
-        | SpectrumKind::Procedural(_) => {
+        _ => {
             return Err(SceneError::at(
                 &source.place,
                 "A texture stands where nothing can vary over a surface",

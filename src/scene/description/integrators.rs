@@ -3,6 +3,7 @@
 use crate::scene::Techniques;
 use crate::scene::source::Place;
 
+/// What is computed, and by which method.
 #[derive(Clone, Debug)]
 pub struct Integrator {
     pub place: Place,
@@ -20,6 +21,7 @@ pub struct Integrator {
     pub moments: Option<Moments>,
 }
 
+/// How light is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntegratorKind {
     /// To pass through a surface that is not there (a mask, `null`) is a segment of its own, and light
@@ -107,10 +109,12 @@ impl AovKind {
         ("cost", Self::Cost),
     ];
 
+    /// The kind of this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(known, _)| *known == name).map(|&(_, kind)| kind)
     }
 
+    /// The name that files and the command line have for it.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(_, kind)| *kind == self).map_or("", |&(name, _)| name)
     }

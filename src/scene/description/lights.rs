@@ -9,12 +9,14 @@ use crate::scene::source::Place;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+/// A light that is no shape's surface.
 #[derive(Clone, Debug)]
 pub struct Light {
     pub place: Place,
     pub kind: LightKind,
 }
 
+/// What a light sends out, and from where.
 #[derive(Clone, Debug)]
 pub enum LightKind {
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.

@@ -5,6 +5,7 @@ use crate::bsdf::microfacet::Distribution;
 use crate::scene::source::Place;
 use std::sync::Arc;
 
+/// How a surface scatters.
 #[derive(Clone, Debug)]
 pub struct Bsdf {
     pub place: Place,
@@ -13,6 +14,7 @@ pub struct Bsdf {
     pub kind: BsdfKind,
 }
 
+/// How a surface scatters, by Mitsuba's models.
 #[derive(Clone, Debug)]
 pub enum BsdfKind {
     Diffuse {
@@ -159,6 +161,7 @@ pub struct NormalMapShading {
     pub use_shadowing_function: bool,
 }
 
+/// The complex index of refraction of a metal, n + i k.
 #[derive(Clone, Debug)]
 pub enum ConductorIndex {
     /// Mitsuba's `material="none"`: reflects everything.
@@ -167,7 +170,7 @@ pub enum ConductorIndex {
         n: SpectrumSource,
         k: SpectrumSource,
     },
-    /// A metal of the catalogue, n and k together.
+    /// A metal of the catalogue, n and k together, by the name that the file has for it.
     Named {
         place: Place,
         name: String,
@@ -190,12 +193,14 @@ pub enum MetalAssumption {
     KnownIndex(SpectrumSource),
 }
 
+/// Roughness of a surface of microfacets.
 #[derive(Clone, Debug)]
 pub struct Roughness {
     pub distribution: Distribution,
     pub alpha: Alpha,
 }
 
+/// Roughness along the tangents: the slope of the microfacets.
 #[derive(Clone, Debug)]
 pub enum Alpha {
     Isotropic(SpectrumSource),

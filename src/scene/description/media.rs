@@ -17,12 +17,14 @@ pub struct Medium {
     pub phase: Phase,
 }
 
+/// In what directions a medium scatters.
 #[derive(Clone, Debug)]
 pub struct Phase {
     pub place: Place,
     pub kind: PhaseKind,
 }
 
+/// Phase functions.
 #[derive(Clone, Debug)]
 pub enum PhaseKind {
     Isotropic,

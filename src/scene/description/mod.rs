@@ -32,6 +32,7 @@ pub use spectra::{
 use super::source::{Place, Sources};
 use crate::units::WavelengthRange;
 
+/// What a scene file says.
 #[derive(Clone, Debug)]
 pub struct Description {
     pub sources: Sources,
@@ -69,6 +70,7 @@ pub struct Note {
 }
 
 impl Note {
+    /// A remark at a place.
     pub fn new(place: &Place, text: String) -> Self {
         Self { place: place.clone(), text, beyond: None }
     }

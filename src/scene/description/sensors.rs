@@ -10,6 +10,7 @@ use crate::sampling::SamplerKind;
 use crate::scene::source::Place;
 use std::sync::Arc;
 
+/// What measures, with its film and sampler.
 #[derive(Clone, Debug)]
 pub struct Sensor {
     pub place: Place,
@@ -26,6 +27,7 @@ pub struct Sensor {
     pub shutter: Shutter,
 }
 
+/// What a sensor measures, and from where.
 #[derive(Clone, Debug)]
 pub enum SensorKind {
     /// `perspective` and `thinlens`.
@@ -101,6 +103,7 @@ pub enum DistantTarget {
     Surface(Arc<ShapeDescription>),
 }
 
+/// How wide a camera sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldOfView {
     Degrees {
@@ -111,6 +114,7 @@ pub enum FieldOfView {
     FocalLength(f64),
 }
 
+/// The side of the film that an angle of view goes by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FovAxis {
     X,
@@ -120,6 +124,7 @@ pub enum FovAxis {
     Larger,
 }
 
+/// A thin lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     pub aperture: Aperture,
@@ -140,6 +145,7 @@ pub enum Aperture {
     Stop(f64),
 }
 
+/// What is exposed.
 #[derive(Clone, Debug)]
 pub struct Film {
     pub place: Place,
@@ -171,12 +177,14 @@ pub enum FilmContent {
     Responses(Vec<FilmChannel>),
 }
 
+/// A channel of a film with responses of its own.
 #[derive(Clone, Debug)]
 pub struct FilmChannel {
     pub name: String,
     pub response: SpectrumSource,
 }
 
+/// The part of a film that is exposed, pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crop {
     pub x: u32,
@@ -185,6 +193,7 @@ pub struct Crop {
     pub height: u32,
 }
 
+/// The channels of a film that measures colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelFormat {
     Rgb,
@@ -192,6 +201,7 @@ pub enum PixelFormat {
     Luminance,
 }
 
+/// Where sample values come from, and how many samples are taken.
 #[derive(Clone, Debug)]
 pub struct Sampler {
     pub place: Place,

@@ -13,6 +13,7 @@ use crate::shape::{
 use std::path::PathBuf;
 use std::sync::Arc;
 
+/// A shape with its material, its media and the light that it sends out.
 #[derive(Clone, Debug)]
 pub struct ShapeDescription {
     pub place: Place,
@@ -32,12 +33,14 @@ pub struct ShapeDescription {
     pub priority: Option<Priority>,
 }
 
+/// Which of overlapping transparent bodies counts: the highest.
 #[derive(Clone, Debug)]
 pub struct Priority {
     pub place: Place,
     pub value: i32,
 }
 
+/// The geometry of a shape in its own coordinates.
 #[derive(Clone, Debug)]
 pub enum ShapeKind {
     Sphere {

@@ -18,6 +18,7 @@ pub struct SpectrumSource {
     pub scale: f64,
 }
 
+/// A function of wavelength, which may vary over a surface or in space.
 #[derive(Clone, Debug)]
 pub enum SpectrumKind {
     Constant(f64),
@@ -78,6 +79,7 @@ pub enum RgbRole {
     Illuminant,
 }
 
+/// An image on the coordinates u and v.
 #[derive(Clone, Debug)]
 pub struct BitmapSource {
     pub file: PathBuf,
@@ -91,6 +93,7 @@ pub struct BitmapSource {
     pub to_uv: Transform,
 }
 
+/// Two textures in turn.
 #[derive(Clone, Debug)]
 pub struct CheckerboardSource {
     /// Colours at the origin, and beside it.
@@ -177,6 +180,7 @@ pub struct IndexSource {
     pub kind: IndexKind,
 }
 
+/// How an index is given.
 #[derive(Clone, Debug)]
 pub enum IndexKind {
     Constant(f64),

@@ -116,6 +116,9 @@ impl Writer {
             node.properties.iter().filter_map(|property| property.name.as_deref().map(str::to_owned)),
         );
         for property in &node.properties {
+            if is_scene && let Value::Object(object) = &property.value {
+                self.groups_of(object, &mut used);
+            }
             let key = match (property.name.as_deref(), &property.value) {
                 (Some(name), _) => name.to_owned(),
                 (None, Value::Object(object)) => self.key_of(object, is_scene, &mut used),
@@ -128,10 +131,27 @@ impl Writer {
         self.close('}');
     }
 
+    /// Writes the shape groups that an instance shows, as far as they are not written already: Mitsuba 3
+    /// looks for them in the scene itself.
+    fn groups_of(&mut self, instance: &Node, used: &mut BTreeSet<String>) {
+        for property in &instance.properties {
+            let Value::Object(group) = &property.value else { continue };
+            let is_new = group.id.as_ref().is_some_and(|id| !self.node.contains(id));
+            if group.plugin == "shapegroup" && is_new {
+                let key = self.key_of(group, true, used);
+                self.comma();
+                self.key(&key);
+                self.object(group, Some(&key));
+            }
+        }
+    }
+
     /// The key of an object without name: its id, or its class, numbered where others have it already.
     fn key_of(&mut self, object: &Rc<Node>, in_scene: bool, used: &mut BTreeSet<String>) -> String {
         if let Some(id) = &object.id
             && in_scene
+            // Mitsuba 3 keeps dots for paths of keys.
+            && !id.contains('.')
             && !self.node.contains(id)
             && used.insert(id.clone())
         {

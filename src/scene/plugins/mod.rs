@@ -8,13 +8,16 @@
 
 pub mod bsdfs;
 mod fields;
+pub mod films;
 pub mod filters;
 mod indices;
+pub mod integrators;
 pub mod lights;
 pub mod media;
 pub mod phases;
 mod reference;
 pub mod samplers;
+pub mod sensors;
 pub mod shapes;
 mod spectral;
 #[cfg(test)]
@@ -295,6 +298,9 @@ pub fn plugins() -> Vec<Declaration> {
         textures::volumes::declarations(),
         media::declarations(),
         phases::declarations(),
+        integrators::declarations(),
+        sensors::declarations(),
+        films::declarations(),
         filters::declarations(),
         samplers::declarations(),
     ]

@@ -4,7 +4,7 @@ use super::{Declaration, Parameter, Takes, Use};
 use std::fmt::Write;
 
 /// Headings of the classes by their elements, with what stands below.
-const CLASSES: [(&str, &str, &str); 9] = [
+const CLASSES: [(&str, &str, &str); 12] = [
     (
         "shape",
         "Shapes",
@@ -16,6 +16,9 @@ const CLASSES: [(&str, &str, &str); 9] = [
     ("volume", "Volumes", "A volume stands in a medium, or in the texture `volume`."),
     ("medium", "Media", "A medium stands in a shape, as `interior` or `exterior`, or in a sensor."),
     ("phase", "Phase functions", ""),
+    ("integrator", "Integrators", ""),
+    ("sensor", "Sensors", ""),
+    ("film", "Films", "A film stands in a sensor."),
     ("rfilter", "Reconstruction filters", "A filter stands in a film."),
     ("sampler", "Samplers", "A sampler stands in a sensor."),
 ];
@@ -30,10 +33,14 @@ pub fn reference() -> String {
         if !below.is_empty() {
             let _ = write!(text, "{below}\n\n");
         }
-        for plugin in &plugins {
+        for (index, plugin) in plugins.iter().enumerate() {
             let mark = if plugin.is_extension { " *(extension)*" } else { "" };
             let _ = write!(text, "**`{}`**{mark}: {}\n\n", plugin.name, plugin.doc);
-            table(&mut text, &plugin.parameters);
+            // A table once is enough for those that are the same.
+            let before = index.checked_sub(1).map(|before| &plugins[before].parameters);
+            if plugin.doc != "the same" || before != Some(&plugin.parameters) {
+                table(&mut text, &plugin.parameters);
+            }
         }
         if let Some(first) = plugins.iter().find(|plugin| !plugin.common.is_empty()) {
             let all = plugins.iter().all(|plugin| !plugin.common.is_empty());

@@ -3,14 +3,21 @@ use std::path::Path;
 
 /// A property as a file could have it.
 fn property(parameter: &Parameter) -> String {
+    properties(parameter).remove(0)
+}
+
+/// The same with each word of a choice.
+fn properties(parameter: &Parameter) -> Vec<String> {
     let name = parameter.name;
     let value = |element: &str, value: &str| format!(r#"<{element} name="{name}" value="{value}"/>"#);
-    match &parameter.takes {
+    if let Takes::Choice(words) = &parameter.takes {
+        return words.iter().map(|word| value("string", word)).collect();
+    }
+    vec![match &parameter.takes {
         Takes::Float(_) => value("float", "0.5"),
         Takes::Integer(..) => value("integer", "1"),
         Takes::Boolean => value("boolean", "true"),
-        Takes::Choice(words) => value("string", words[0]),
-        Takes::Text | Takes::File => value("string", "nothing"),
+        Takes::Text | Takes::File | Takes::Choice(_) => value("string", "nothing"),
         Takes::Numbers => value("string", "1, 2"),
         Takes::Points(count) => value("string", &"1 2 3"[..2 * count - 1]),
         Takes::Vector => value("vector", "1, 2, 3"),
@@ -18,10 +25,14 @@ fn property(parameter: &Parameter) -> String {
         Takes::Transform | Takes::Placement => format!(r#"<transform name="{name}"/>"#),
         Takes::Spectrum(_) | Takes::Index => value("float", "0.5"),
         Takes::Object(element) => {
-            let plugin = if *element == "volume" { "constvolume" } else { "homogeneous" };
+            let plugin = match *element {
+                "volume" => "constvolume",
+                "shape" => "sphere",
+                _ => "homogeneous",
+            };
             format!(r#"<{element} name="{name}" type="{plugin}"/>"#)
         }
-    }
+    }]
 }
 
 /// What reading a scene with one object of a plugin says about it.
@@ -31,7 +42,8 @@ fn said_of(plugin: &Declaration, inside: &str) -> String {
     let within = |outer: &str| format!(r#"<sensor type="perspective"/><shape type="sphere">{outer}</shape>"#);
     let named = |role: &str, object: &str| object.replacen(' ', &format!(r#" name="{role}" "#), 1);
     let scene = match *element {
-        "sampler" => format!(r#"<sensor type="perspective">{object}</sensor>"#),
+        "sensor" if *name == "irradiancemeter" => format!(r#"<shape type="sphere">{object}</shape>"#),
+        "film" | "sampler" => format!(r#"<sensor type="perspective">{object}</sensor>"#),
         "rfilter" => format!(r#"<sensor type="perspective"><film type="hdrfilm">{object}</film></sensor>"#),
         "emitter" if name.ends_with("area") => within(&object),
         "medium" => within(&named("interior", &object)),
@@ -70,8 +82,9 @@ fn what_is_declared_is_read() {
                 said.contains(&format!("has no property \"{}\"", parameter.name))
             };
             // Some mean something only beside another.
-            let beside =
-                |other: &&&Parameter| !std::ptr::eq(**other, *parameter) && !refused(&property(other));
+            let beside = |other: &&&Parameter| {
+                !std::ptr::eq(**other, *parameter) && properties(other).iter().any(|other| !refused(other))
+            };
             if refused("") && !named().any(|other| beside(&other)) {
                 wrong.push(format!("{} {}: {}", plugin.element, plugin.name, parameter.name));
             }

@@ -7,7 +7,7 @@ use super::query::Query;
 use std::collections::BTreeSet;
 
 /// What `aovs` lists: pairs `name:type`, apart by commas or blanks.
-pub(super) fn read(query: &Query<'_>) -> Vec<Aov> {
+pub(in crate::scene) fn read(query: &Query<'_>) -> Vec<Aov> {
     let place = query.place("aovs");
     let Some(list) = query.text("aovs") else {
         if !query.has("aovs") {
@@ -33,7 +33,7 @@ pub(super) fn read(query: &Query<'_>) -> Vec<Aov> {
 }
 
 /// Refuses names that channels of the picture have, and names given twice.
-pub(super) fn check(query: &Query<'_>, aovs: &[Aov]) {
+pub(in crate::scene) fn check(query: &Query<'_>, aovs: &[Aov]) {
     let place = query.place("aovs");
     let mut taken = BTreeSet::new();
     for aov in aovs {

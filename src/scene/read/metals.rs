@@ -119,9 +119,7 @@ pub(in crate::scene) fn named(query: &Query<'_>, place: &Place, name: &str) -> C
     {
         return tables;
     }
-    // Mitsuba's "Ni_palik" is nickel.
-    let known = name.strip_suffix("_palik").filter(|_| MITSUBA.contains(&name)).unwrap_or(name);
-    if let Ok(entry) = catalogue::lookup(Kind::Conductor, known) {
+    if let Ok(entry) = catalogue::lookup(Kind::Conductor, in_catalogue(name)) {
         reader.assumption(
             place,
             format!(
@@ -144,7 +142,12 @@ pub(in crate::scene) fn named(query: &Query<'_>, place: &Place, name: &str) -> C
     } else {
         spectra::lookup(reader, place, Kind::Conductor, name);
     }
-    ConductorIndex::Named { place: place.clone(), name: known.to_owned() }
+    ConductorIndex::Named { place: place.clone(), name: name.to_owned() }
+}
+
+/// What the catalogue calls a metal: Mitsuba's "Ni_palik" is nickel.
+pub(in crate::scene) fn in_catalogue(name: &str) -> &str {
+    name.strip_suffix("_palik").filter(|_| MITSUBA.contains(&name)).unwrap_or(name)
 }
 
 /// The tables of a folder; `None` where it has none of that name.

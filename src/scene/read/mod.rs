@@ -1,16 +1,14 @@
 //! Reading scene files: Mitsuba 3's XML, with extensions, or the same as JSON, into a [`Description`].
 //!
-//! `xml` and `json` turn the text into a tree of objects with typed properties; one file per class then asks
-//! those objects for what they know, and says what is left over. Errors are collected, so that one run tells
-//! of all that are independent of one another.
+//! `xml` and `json` turn the text into a tree of objects with typed properties. The declarations of
+//! [`super::plugins`] then ask those objects for what they know, and what is left over is reported. Errors
+//! are collected, so that one run tells of all that are independent of one another.
 
-mod aovs;
+pub(super) mod aovs;
 pub(super) mod attributes;
 mod facing;
 pub(super) mod files;
-mod films;
 mod groups;
-mod integrators;
 mod json;
 pub(super) mod meshes;
 pub(super) mod metals;
@@ -19,7 +17,6 @@ mod obj;
 mod parsed;
 mod ply;
 pub(super) mod query;
-mod sensors;
 mod serialized;
 pub(super) mod solids;
 mod spd;
@@ -29,12 +26,11 @@ mod tests;
 pub(super) mod textures;
 mod transforms;
 mod tree;
+mod whole;
 mod xml;
 
-use super::description::{
-    Bsdf, Description, Integrator, IntegratorKind, Note, Sensor, ShapeGroup, Solid, SpectrumSource,
-};
-use super::plugins::{self, bsdfs, lights, media, phases};
+use super::description::{Bsdf, Description, Note, Sensor, ShapeGroup, Solid, SpectrumSource};
+use super::plugins::{self, bsdfs, integrators, lights, media, phases, sensors};
 use super::source::{Place, SceneError, SceneErrors, Sources};
 use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
@@ -172,7 +168,7 @@ impl Reader {
     }
 
     /// Whether the scene has an animation anywhere.
-    fn anything_moves(&self) -> bool {
+    pub(super) fn anything_moves(&self) -> bool {
         let mut entries = self.tree.objects.iter().flat_map(|object| &object.entries);
         entries.any(|entry| matches!(entry.value, tree::Value::Animation(_)))
     }
@@ -211,11 +207,7 @@ impl Reader {
     /// `None` where something without which there is no scene is missing or wrong.
     fn scene(&self) -> Option<Description> {
         let query = Query::new(self, Tree::ROOT);
-        let place = query.object.place.clone();
-        let integrator = match query.object(Class::Integrator) {
-            Some((_, id)) => integrators::read(self, id),
-            None => integrators::default(&place),
-        };
+        let integrator = integrators::of_scene(&query);
         let sensor = self.sensor(&query);
         let groups::Found { shapes, solids, instances } = groups::read(self, &query);
         let lights = self.lights(&query);
@@ -229,8 +221,7 @@ impl Reader {
         }
         let parts = solids.iter().chain(grouped_solids).flat_map(Solid::leaves);
         let all: Vec<_> = shapes.iter().chain(grouped).chain(parts).collect();
-        self.media_under(&integrator, all.iter().copied());
-        integrators::check_light_tracing(self, all.iter().copied());
+        whole::check(self, &integrator, &all);
         Some(Description {
             sources: Sources::default(),
             integrator,
@@ -332,23 +323,6 @@ impl Reader {
             if !plugins::textures::FORMULAS.contains(&self.tree.get(id).plugin.as_str()) {
                 spectra::plugin(self, id);
             }
-        }
-    }
-
-    /// Says where a medium means more here than in Mitsuba 3.
-    fn media_under<'a>(
-        &self,
-        integrator: &Integrator,
-        shapes: impl Iterator<Item = &'a super::description::ShapeDescription>,
-    ) {
-        if !matches!(integrator.kind, IntegratorKind::Path | IntegratorKind::Direct) {
-            return;
-        }
-        for medium in shapes.flat_map(|shape| [&shape.interior, &shape.exterior]).flatten() {
-            self.assumption(
-                &medium.place,
-                "the medium counts, although Mitsuba 3's path and direct would ignore it".to_owned(),
-            );
         }
     }
 }

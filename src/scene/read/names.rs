@@ -1,7 +1,8 @@
 //! Names: which was probably meant, and which exist in Mitsuba 3 but not here.
 
 use super::super::plugins::{
-    bsdfs, filters, lights, media, phases, samplers, shapes, textures, textures::volumes,
+    bsdfs, films, filters, integrators, lights, media, phases, samplers, sensors, shapes, textures,
+    textures::volumes,
 };
 use super::super::source::{Place, SceneError};
 use super::tree::Class;
@@ -43,35 +44,9 @@ pub(in crate::scene) fn either(names: &[&str]) -> String {
 /// The plugins that can be read, by class.
 pub(in crate::scene) fn plugins(class: Class) -> Vec<&'static str> {
     let names: &[&str] = match class {
-        Class::Integrator => &[
-            "path",
-            "direct",
-            "volpath",
-            "volpathmis",
-            "ptracer",
-            "depth",
-            "aov",
-            "moment",
-            "prb",
-            "prb_basic",
-            "prb_projective",
-            "prbvolpath",
-            "direct_projective",
-            "walk",
-        ],
-        Class::Sensor => &[
-            "perspective",
-            "thinlens",
-            "orthographic",
-            "fisheye",
-            "panorama",
-            "sensorplane",
-            "radiancemeter",
-            "irradiancemeter",
-            "distant",
-            "batch",
-        ],
-        Class::Film => &["hdrfilm", "specfilm"],
+        Class::Integrator => integrators::NAMES,
+        Class::Sensor => sensors::NAMES,
+        Class::Film => films::NAMES,
         Class::Sampler => samplers::NAMES,
         Class::Filter => filters::NAMES,
         Class::Shape => return shapes::names(),

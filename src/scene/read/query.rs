@@ -15,6 +15,8 @@ use std::sync::Arc;
 pub(in crate::scene) struct Query<'a> {
     pub reader: &'a Reader,
     pub object: &'a Object,
+    /// The shape that a sensor stands in.
+    pub shape: Option<ObjectId>,
     used: RefCell<Vec<bool>>,
     asked: RefCell<Vec<&'static str>>,
 }
@@ -23,7 +25,12 @@ impl<'a> Query<'a> {
     pub fn new(reader: &'a Reader, id: ObjectId) -> Self {
         let object = reader.tree.get(id);
         let used = RefCell::new(vec![false; object.entries.len()]);
-        Self { reader, object, used, asked: RefCell::default() }
+        Self { reader, object, shape: None, used, asked: RefCell::default() }
+    }
+
+    /// The same for a sensor in a shape.
+    pub fn within(self, shape: Option<ObjectId>) -> Self {
+        Self { shape, ..self }
     }
 
     /// The property of this name, whatever its type. `None` where it is absent or reported already.
@@ -122,11 +129,7 @@ impl<'a> Query<'a> {
         None
     }
 
-    pub fn boolean(&self, name: &'static str, default: bool) -> bool {
-        self.boolean_given(name).unwrap_or(default)
-    }
-
-    pub fn boolean_given(&self, name: &'static str) -> Option<bool> {
+    pub fn boolean(&self, name: &'static str) -> Option<bool> {
         self.typed(name, "<boolean>", |value| match value {
             Value::Boolean(value) => Some(*value),
             _ => None,

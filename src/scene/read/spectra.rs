@@ -81,6 +81,7 @@ impl Use {
         }
     }
 
+    /// What messages expect.
     pub fn expected(self) -> &'static str {
         match self {
             Self::Reflectance | Self::Albedo | Self::Fraction => "expected values from 0 to 1",
@@ -93,6 +94,7 @@ impl Use {
         }
     }
 
+    /// Whether a value is possible.
     pub fn allows(self, value: f64) -> bool {
         match self {
             Self::Reflectance | Self::Albedo | Self::Fraction => (0.0..=1.0).contains(&value),
@@ -130,6 +132,7 @@ impl Use {
         }
     }
 
+    /// What to do about a value that is not allowed.
     pub fn remedy(self, value: f64) -> &'static str {
         match self {
             Self::Reflectance if (2.0..=100.0).contains(&value) => {
@@ -359,15 +362,8 @@ fn extremes(
             let (least, greatest) = spectrum.bounds(WavelengthRange::VISIBLE);
             Some(vec![(None, least), (None, greatest)])
         }
-        // Checked by themselves.
-        SpectrumKind::Rgb { .. }
-        | SpectrumKind::Vector(_)
-        | SpectrumKind::Bitmap(_)
-        | SpectrumKind::Checkerboard(_)
-        | SpectrumKind::MeshAttribute { .. }
-        | SpectrumKind::Volume(_)
-        | SpectrumKind::Procedural(_)
-        | SpectrumKind::Daylit(_) => Some(Vec::new()),
+        // Colours and textures are checked by themselves.
+        _ => Some(Vec::new()),
     }
 }
 

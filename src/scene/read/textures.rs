@@ -48,13 +48,16 @@ impl<T> Loaded<T> {
 /// Whether the values depend on the place on a surface.
 pub(in crate::scene) fn varies(source: &SpectrumSource) -> bool {
     match &source.kind {
-        SpectrumKind::Bitmap(_)
-        | SpectrumKind::Checkerboard(_)
-        | SpectrumKind::MeshAttribute { .. }
-        | SpectrumKind::Volume(_)
-        | SpectrumKind::Procedural(_) => true,
+        SpectrumKind::Constant(_)
+        | SpectrumKind::Irregular { .. }
+        | SpectrumKind::Regular { .. }
+        | SpectrumKind::D65
+        | SpectrumKind::Blackbody { .. }
+        | SpectrumKind::Named(_)
+        | SpectrumKind::Rgb { .. }
+        | SpectrumKind::Vector(_) => false,
         SpectrumKind::Daylit(nested) => varies(nested),
-        _ => false,
+        _ => true,
     }
 }
 

@@ -1,21 +1,17 @@
 //! Writes a description as a tree of nodes in the words of Mitsuba 3: the plugin and parameter names that a
 //! scene file would have, with the defaults filled in. The outline, the JSON and the hash use this one tree.
 //!
-//! A new kind of object needs one arm in the file of its class. What it writes has to read back as the same
-//! kind: the JSON is a scene file too.
+//! Plugins are written by their declarations ([`super::plugins`]); here are the scene itself, solids, groups
+//! and instances. What is written has to read back as the same: the JSON is a scene file too.
 
-mod sensors;
 mod shapes;
 pub(super) mod spectra;
 
-use super::description::{
-    Animation, Bsdf, Description, Integrator, IntegratorKind, Moments, ShapeGroup, SpectrumSource,
-};
-use super::plugins;
+use super::description::{Animation, Bsdf, Description, ShapeGroup, SpectrumSource};
+use super::plugins::{integrators, lights, sensors};
 use super::read::Class;
 use super::source::Place;
 use crate::geometry::{Transform, Vec3};
-use crate::scene::Techniques;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -166,19 +162,20 @@ pub(super) struct Writer {
 pub(super) fn scene(description: &Description) -> Node {
     let mut writer = Writer::default();
     let place = Place { file: description.sensor.place.file, span: 0..0 };
-    let mut scene = Node::new(Class::Scene, "scene", &place).child(integrator(&description.integrator));
+    let integrator = integrators::node(&description.integrator, &mut writer);
+    let mut scene = Node::new(Class::Scene, "scene", &place).child(integrator);
     // An irradiance meter stands in its shape.
     let meter = sensors::surface(&description.sensor);
-    let sensor = sensors::write(&mut writer, &description.sensor);
+    let sensor = sensors::node(&description.sensor, &mut writer);
     let mut sensor = Some(sensor);
     if meter.is_none() {
         scene = sensor.take().into_iter().fold(scene, Node::child);
     }
     for light in &description.lights {
-        scene = scene.child(plugins::lights::node(light, &mut writer));
+        scene = scene.child(lights::node(light, &mut writer));
     }
     for shape in &description.shapes {
-        let node = plugins::shapes::node(shape, &mut writer);
+        let node = super::plugins::shapes::node(shape, &mut writer);
         let own = sensor.take_if(|_| meter.is_some_and(|surface| surface.place == shape.place));
         scene = scene.child(own.into_iter().fold(node, Node::child));
     }
@@ -189,52 +186,4 @@ pub(super) fn scene(description: &Description) -> Node {
         scene = scene.child(shapes::instance(&mut writer, instance));
     }
     scene
-}
-
-/// With what goes around it: a `moment` within an `aov`.
-fn integrator(integrator: &Integrator) -> Node {
-    let named = |node: Node, name: &str, inner: Node| {
-        node.property(Some(Cow::Owned(name.to_owned())), Value::Object(Rc::new(inner)), None)
-    };
-    let around = |plugin| Node::new(Class::Integrator, plugin, &integrator.place);
-    let mut node = transport(integrator);
-    let mut name = "image";
-    let mut within_aov = !integrator.aovs.is_empty();
-    if let Some(Moments { within, of }) = &integrator.moments {
-        node = named(around("moment"), of, node);
-        name = within.as_deref().unwrap_or(name);
-        within_aov |= within.is_some();
-    }
-    if within_aov {
-        let pairs = integrator.aovs.iter().map(|aov| format!("{}:{}", aov.name, aov.kind.name()));
-        let list = pairs.collect::<Vec<_>>().join(", ");
-        node = named(around("aov").text("aovs", list), name, node);
-    }
-    node
-}
-
-fn transport(integrator: &Integrator) -> Node {
-    let plugin = match integrator.kind {
-        IntegratorKind::Path => "path",
-        IntegratorKind::Direct => "direct",
-        IntegratorKind::VolPath => "volpath",
-        IntegratorKind::Walk => "walk",
-        IntegratorKind::Depth => "depth",
-    };
-    let node = Node::new(Class::Integrator, plugin, &integrator.place);
-    if integrator.kind == IntegratorKind::Depth {
-        return node;
-    }
-    if integrator.kind == IntegratorKind::Direct {
-        let samples = |left_out| i64::from(integrator.techniques != left_out);
-        return node
-            .integer("emitter_samples", samples(Techniques::Scattering))
-            .integer("bsdf_samples", samples(Techniques::LightSamples))
-            .boolean("hide_emitters", integrator.hide_emitters);
-    }
-    let node = node
-        .integer("max_depth", integrator.max_depth.map_or(-1, i64::from))
-        .integer("rr_depth", integrator.rr_depth)
-        .boolean("hide_emitters", integrator.hide_emitters);
-    if integrator.max_depth.is_none() { node.remark("paths are of any length") } else { node }
 }

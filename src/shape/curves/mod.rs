@@ -233,6 +233,7 @@ impl Curves {
         Ok(Self { segments, inward: flip_normals })
     }
 
+    /// Number of segments of all curves.
     pub fn segment_count(&self) -> usize {
         match &self.segments {
             Segments::Linear(links) => links.len(),
@@ -366,6 +367,7 @@ impl Curves {
         }
     }
 
+    /// A box around a segment.
     pub fn segment_bounds(&self, segment: u32) -> Bounds {
         let (middle, bounds) = match &self.segments {
             Segments::Linear(links) => {
@@ -378,6 +380,7 @@ impl Curves {
         Bounds { min: middle + bounds.min, max: middle + bounds.max }
     }
 
+    /// A box around all of it.
     pub fn bounds(&self) -> Bounds {
         Bounds::of_all((0..self.segment_count() as u32).map(|segment| self.segment_bounds(segment)))
     }

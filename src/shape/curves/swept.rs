@@ -221,6 +221,7 @@ impl SweptSphere {
         Some(AreaSample { triangle: part, ..AreaSample::analytic(self.surface_at(local, part), density) })
     }
 
+    /// Density per area with which a sample is the point.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         let normal = self.placement.pose.local_normal(point.normal).normalize_or_zero();
         self.local_area_density(self.placement.pose.local_point(point.position), normal)

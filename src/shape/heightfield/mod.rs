@@ -376,6 +376,7 @@ impl HeightField {
         bounds
     }
 
+    /// Whether it is a body: whether it has a bottom.
     pub fn is_closed(&self) -> bool {
         self.solid
     }

@@ -117,6 +117,7 @@ impl HeightField {
         1.0 / self.areas.total()
     }
 
+    /// Density per area with which a sample is the point.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         let local = self.placement.pose.local_point(point.position);
         let normal = self.placement.pose.local_normal(point.normal);

@@ -26,6 +26,7 @@ pub struct Terrain {
 }
 
 impl Terrain {
+    /// Most levels of detail: 2^levels cells a side.
     pub const MOST_LEVELS: u32 = 11;
 
     /// Heights from 0 to 1.

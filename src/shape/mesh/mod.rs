@@ -91,6 +91,10 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// A mesh of these triangles.
+    ///
+    /// # Errors
+    /// Where its indices, normals or coordinates do not fit its vertices.
     pub fn new(data: MeshData) -> Result<Self, ShapeError> {
         validate(&data)?;
         let used =
@@ -108,10 +112,12 @@ impl Mesh {
         })
     }
 
+    /// Number of triangles.
     pub fn triangle_count(&self) -> usize {
         self.data.indices.len()
     }
 
+    /// What it was made of.
     pub fn data(&self) -> &MeshData {
         &self.data
     }
@@ -123,6 +129,7 @@ impl Mesh {
         [at(a), at(b), at(c)]
     }
 
+    /// The corners of a triangle.
     #[inline]
     pub fn triangle(&self, triangle: u32) -> [Vec3; 3] {
         if let Some(exact) = &self.exact {

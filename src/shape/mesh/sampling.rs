@@ -49,6 +49,7 @@ impl Mesh {
         self.areas().total()
     }
 
+    /// Area of a triangle.
     pub fn triangle_area(&self, triangle: u32) -> f64 {
         let [a, b, c] = self.triangle(triangle);
         0.5 * (b - a).cross(c - a).length()
@@ -101,6 +102,7 @@ impl Mesh {
         Some(AreaSample { surface, density: 1.0 / area, triangle, barycentric })
     }
 
+    /// Density per area of samples: one over the area.
     pub fn area_density(&self) -> f64 {
         let area = self.area();
         if area > 0.0 { 1.0 / area } else { 0.0 }

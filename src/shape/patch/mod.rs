@@ -99,6 +99,7 @@ impl Patches {
         Ok(Self { shared, inward: flip_normals != mirrors })
     }
 
+    /// Number of patches.
     pub fn count(&self) -> usize {
         self.shared.patches.len()
     }
@@ -163,10 +164,12 @@ impl Patches {
         Parametrisation { uv: hit.barycentric, tangent, bitangent }
     }
 
+    /// A box around a patch.
     pub fn patch_bounds(&self, patch: u32) -> Bounds {
         self.shared.patches[patch as usize].bounds
     }
 
+    /// A box around all patches.
     pub fn bounds(&self) -> Bounds {
         Bounds::of_all(self.shared.patches.iter().map(|patch| patch.bounds))
     }

@@ -99,6 +99,7 @@ impl Form {
     }
 }
 
+/// A shape of a profile or of an implicit function, placed in the scene.
 #[derive(Clone, Debug)]
 pub struct ProfileOrImplicit {
     form: Form,
@@ -200,6 +201,7 @@ impl ProfileOrImplicit {
         SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal: normal }
     }
 
+    /// Coordinates and tangents at a point of a part.
     pub fn parametrisation(&self, position: Vec3, part: u32) -> Parametrisation {
         let local = self.placement.pose.local_point(position);
         let (uv, along) = self.form.local().parametrisation(local, part);
@@ -207,6 +209,7 @@ impl ProfileOrImplicit {
         Parametrisation { uv, tangent, bitangent }
     }
 
+    /// A box around it.
     pub fn bounds(&self) -> Bounds {
         let linear = self.placement.pose.linear;
         let reach = |sign: f64| {
@@ -240,6 +243,7 @@ impl ProfileOrImplicit {
         Some(AreaSample { triangle: part, ..AreaSample::analytic(self.surface_at(local, part), density) })
     }
 
+    /// Density per area with which a sample is the point.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         if let Some(facets) = &self.facets {
             return 1.0 / facets.area();

@@ -23,6 +23,7 @@ use std::f64::consts::TAU;
 /// one.
 const CURVED: u32 = 0;
 
+/// A quadric, cut off where it has no end, with or without caps.
 #[derive(Clone, Debug)]
 pub struct Quadric {
     /// Below zero inside.
@@ -198,6 +199,7 @@ impl Quadric {
         }
     }
 
+    /// A box around it.
     pub fn bounds(&self) -> Bounds {
         let linear = self.placement.pose.linear;
         let (mut min, mut max) = (Vec3::ZERO, Vec3::ZERO);
@@ -225,6 +227,7 @@ impl Quadric {
         Some(AreaSample { triangle: part, ..AreaSample::analytic(self.surface_at(local, part), density) })
     }
 
+    /// Density per area with which a sample is the point.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         let normal = self.placement.pose.local_normal(point.normal).normalize_or_zero();
         self.local_area_density(self.placement.pose.local_point(point.position), normal)

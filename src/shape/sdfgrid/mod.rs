@@ -283,10 +283,12 @@ impl SdfGrid {
         SurfaceHit { point: SurfacePoint { position, normal, error }, shading_normal }
     }
 
+    /// A box around it.
     pub fn bounds(&self) -> Bounds {
         self.bounds
     }
 
+    /// Whether the surface lies within the grid.
     pub fn is_closed(&self) -> bool {
         self.data.is_closed()
     }
@@ -335,6 +337,7 @@ impl SdfGrid {
         Some(AreaSample { surface, triangle: cell, barycentric: [0.0; 2], density })
     }
 
+    /// Density per area with which a sample is the point.
     pub fn area_density(&self, point: &SurfacePoint) -> f64 {
         let normal = self.placement.pose.local_normal(point.normal) / self.cells();
         let normal = normal.normalize_or_zero();

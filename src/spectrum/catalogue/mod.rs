@@ -42,6 +42,7 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// All of them.
     pub const ALL: [Self; 6] = [
         Self::Illuminant,
         Self::Reflectance,
@@ -51,6 +52,7 @@ impl Kind {
         Self::Sensitivity,
     ];
 
+    /// The word for it, as `abbe spectrum --kind` takes it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Illuminant => "illuminant",

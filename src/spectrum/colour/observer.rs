@@ -76,6 +76,7 @@ impl Observer {
         Self { name, start: nm[0], end: nm[nm.len() - 1], values }
     }
 
+    /// The name that the command line has for it.
     pub fn name(&self) -> &'static str {
         self.name
     }

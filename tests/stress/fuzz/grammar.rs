@@ -1,9 +1,8 @@
-//! What scenes are made of. Most plugins are declared ([`abbe::scene::plugins`]). The others are learned from the reader itself:
-//! it is asked about every word of its own source text, as a plugin and as a property, and its answers say which there are and
-//! what they take. So what is added is tried without being named here.
+//! What scenes are made of: the plugins as they are declared ([`abbe::scene::plugins`]), so that what is
+//! added is tried without being named here, and properties as the scenes of the repository write them.
 
 use super::change::Random;
-use abbe::scene::{Declaration, ReadOptions, Takes, read_str};
+use abbe::scene::{Declaration, Takes};
 use roxmltree::{Document, Node};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -55,10 +54,11 @@ struct Plugin {
     examples: BTreeMap<String, Vec<String>>,
 }
 
-/// Everything that was learned.
+/// All plugins.
 #[derive(Debug)]
 pub struct Grammar {
     plugins: BTreeMap<(&'static str, String), Plugin>,
+    /// Names of plugins and properties, and what strings may be.
     words: Vec<String>,
 }
 
@@ -90,86 +90,18 @@ fn opening(element: &str, plugin: &str) -> String {
     }
 }
 
-/// Objects that may stand in one without a name, as a rule, and one of each.
-fn may_hold(element: &str) -> &'static [(&'static str, &'static str)] {
-    match element {
-        "sensor" => &[
-            ("film", "hdrfilm"),
-            ("sampler", "independent"),
-            ("medium", "homogeneous"),
-            ("sensor", "perspective"),
-        ],
-        "film" => &[("rfilter", "box")],
-        "texture" => &[("texture", "checkerboard")],
-        "integrator" => &[("integrator", "path")],
-        _ => &[],
-    }
-}
-
-/// What the reader says against a scene.
-fn complaints(text: String) -> Vec<abbe::scene::SceneError> {
-    match read_str(text, Path::new("scene.xml"), &ReadOptions::default()) {
-        Ok(_) => Vec::new(),
-        Err(errors) => errors.errors,
-    }
-}
-
-fn quoted(text: &str) -> Option<&str> {
-    text.split('"').rev().nth(1)
-}
-
-/// The words of the reader's source text: whatever stands in quotes and could be a name.
-fn words() -> Vec<String> {
-    let mut found = BTreeSet::new();
-    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/scene");
-    let mut folders = vec![sources.join("read"), sources.join("plugins")];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).expect("the reader's source text") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let text = std::fs::read_to_string(&path).expect("a source file");
-            let is_word = |word: &&str| {
-                let inner = |c: char| c.is_ascii_alphanumeric() || c == '_';
-                (1..=32).contains(&word.len()) && word.chars().all(inner)
-            };
-            found.extend(text.split('"').filter(is_word).map(str::to_owned));
-        }
-    }
-    found.into_iter().collect()
-}
-
 impl Grammar {
-    /// Asks for everything; `scenes` are texts with the folders that their files are relative to.
+    /// `scenes` are texts with the folders that their files are relative to.
     pub fn learned<'a>(scenes: impl Iterator<Item = (&'a str, &'a Path)>) -> Self {
-        let words = words();
-        let mut plugins = BTreeMap::new();
-        let is_known = |element: &str, word: &str| {
-            let object = format!("{}</{element}>", opening(element, word));
-            let unknown = |problem: &str| {
-                quoted(problem) == Some(word)
-                    && (problem.starts_with("There is no ") || problem.ends_with("is not supported"))
-            };
-            !complaints(around(element, &object)).iter().any(|error| unknown(&error.problem))
-        };
+        let (mut plugins, mut words) = (BTreeMap::new(), BTreeSet::new());
         for declaration in abbe::scene::plugins() {
             let plugin = Self::declared(&declaration);
+            words.insert(declaration.name.to_owned());
+            words.extend(plugin.properties.keys().chain(plugin.choices.values().flatten()).cloned());
             let element = if declaration.element == "spectrum" { "texture" } else { declaration.element };
             plugins.insert((element, declaration.name.to_owned()), plugin);
         }
-        let is_declared: BTreeSet<&str> = plugins.keys().map(|(element, _)| *element).collect();
-        for element in OBJECTS.into_iter().filter(|element| !is_declared.contains(element)) {
-            // Where anything goes nothing is to be learned.
-            if is_known(element, "zzz") {
-                continue;
-            }
-            for word in words.iter().filter(|word| is_known(element, word)) {
-                plugins.insert((element, word.clone()), Self::plugin(element, word, &words));
-            }
-        }
-        let mut grammar = Self { plugins, words };
+        let mut grammar = Self { plugins, words: words.into_iter().collect() };
         for (text, folder) in scenes {
             grammar.take_examples(text, folder);
         }
@@ -181,7 +113,8 @@ impl Grammar {
         for parameter in declaration.parameters.iter().chain(&declaration.common) {
             let types: &[&'static str] = match &parameter.takes {
                 Takes::Object(held) if parameter.name.is_empty() => {
-                    plugin.holds.push((*held, parameter.is_required));
+                    // What sensors without a picture ask for stands in a film.
+                    plugin.holds.push((*held, parameter.is_required || *held == "film"));
                     continue;
                 }
                 Takes::Object(held) => &[*held],
@@ -201,75 +134,12 @@ impl Grammar {
                 Takes::Spectrum(_) => &["float", "rgb", "spectrum", "texture"],
                 Takes::Index => &["float", "string", "spectrum", "texture"],
             };
+            // The channels of a film have any names.
+            let name = if parameter.name.is_empty() { "band1" } else { parameter.name };
             if parameter.is_required {
-                plugin.required.insert(parameter.name.to_owned());
+                plugin.required.insert(name.to_owned());
             }
-            plugin.properties.insert(parameter.name.to_owned(), types.to_vec());
-        }
-        plugin
-    }
-
-    fn plugin(element: &'static str, name: &str, words: &[String]) -> Plugin {
-        let mut plugin = Plugin::default();
-        let ask = |inside: &str| {
-            complaints(around(element, &format!("{}{inside}</{element}>", opening(element, name))))
-        };
-        let is_unknown = |problem: &str| problem.contains(" has no property \"");
-        // In two ways, since some are asked for only where others are right.
-        for (_, template) in [PLAIN[0], PLAIN[3]] {
-            let all: String = words.iter().map(|word| template.replace("NAME", word)).collect();
-            let refused = ask(&all);
-            let refused: BTreeSet<&str> = refused
-                .iter()
-                .filter(|error| is_unknown(&error.problem))
-                .filter_map(|error| quoted(&error.problem))
-                .collect();
-            for word in words.iter().filter(|word| !refused.contains(word.as_str())) {
-                plugin.properties.entry(word.clone()).or_default();
-            }
-        }
-        // Where an object is refused as a whole, only examples tell of its properties.
-        if plugin.properties.len() == words.len() {
-            plugin.properties.clear();
-        }
-        for (word, types) in &mut plugin.properties {
-            let wrong = |problem: &str| problem.contains(" has the wrong type") || is_unknown(problem);
-            for (of_type, template) in PLAIN {
-                let complaints = ask(&template.replace("NAME", word));
-                if !complaints.iter().any(|e| wrong(&e.problem) && e.problem.contains(&format!("\"{word}\"")))
-                {
-                    types.push(of_type);
-                }
-                let unknown =
-                    complaints.iter().find(|error| error.problem.contains("\"zzz\" is not a value of"));
-                if let Some(unknown) = unknown {
-                    let known = unknown.expected.trim_start_matches("expected ").replace(" or ", ", ");
-                    plugin.choices.insert(word.clone(), known.split(", ").map(str::to_owned).collect());
-                }
-            }
-            for object in ["texture", "volume", "medium"] {
-                let plugin = ["checkerboard", "constvolume", "homogeneous"]
-                    [["texture", "volume", "medium"].iter().position(|it| *it == object).unwrap_or(0)];
-                let complaints = ask(&format!(r#"<{object} type="{plugin}" name="{word}"/>"#));
-                if !complaints
-                    .iter()
-                    .any(|error| wrong(&error.problem) || error.problem.contains("cannot hold"))
-                {
-                    types.push(object);
-                }
-            }
-        }
-        plugin.properties.retain(|_, types| !types.is_empty());
-        let missing = ask("");
-        let missing =
-            missing.iter().filter(|e| e.problem.contains(" has no \"")).filter_map(|e| quoted(&e.problem));
-        plugin.required = missing.map(str::to_owned).collect();
-        for &(held, typical) in may_hold(element) {
-            let complaints = ask(&format!(r#"<{held} type="{typical}"/>"#));
-            let refused = |problem: &str| problem.contains("cannot hold a") || is_unknown(problem);
-            if !complaints.iter().any(|error| refused(&error.problem)) {
-                plugin.holds.push((held, (element, held) == ("sensor", "film") || element == held));
-            }
+            plugin.properties.entry(name.to_owned()).or_default().extend(types);
         }
         plugin
     }

@@ -15,7 +15,8 @@ thread_local! {
 }
 
 #[allow(unsafe_code, reason = "an allocator is unsafe by its nature")]
-// SAFETY: every call goes to the system's allocator as it is. The counters allocate nothing and have no destructor.
+// SAFETY: every call goes to the system's allocator as it is. The counters allocate nothing and have no
+// destructor.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         let now = ALLOCATED.get() + layout.size() as isize;
@@ -33,7 +34,8 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// What comes of something, the CPU time that it takes, and the most memory that it has beyond what there was.
+/// What comes of something, the CPU time that it takes, and the most memory that it has beyond what there
+/// was.
 pub fn measured<T>(run: impl FnOnce() -> T) -> (T, Duration, usize) {
     let before = ALLOCATED.get();
     PEAK.set(before);

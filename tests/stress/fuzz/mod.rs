@@ -1,10 +1,11 @@
-//! Files with mistakes that nobody thought of: what the repository has, changed at random, and scenes made of everything that
-//! the reader knows. Nothing panics, nothing takes long, and memory stays within a small factor of what is read. What is
-//! accepted is compiled, now and then rendered, and comes back from its own JSON.
+//! Files with mistakes that nobody thought of: what the repository has, changed at random, and scenes made of
+//! everything that the reader knows. Nothing panics, nothing takes long, and memory stays within a small
+//! factor of what is read. What is accepted is compiled, now and then rendered, and comes back from its own
+//! JSON.
 //!
-//! The cases are numbered, and each is the same in every run. `ABBE_STRESS=full` tries a million. `ABBE_FUZZ_CASES`
-//! sets how many are tried and `ABBE_FUZZ_START` from which on. A case runs on one thread, so that its time and its
-//! memory are told from those of what else runs.
+//! The cases are numbered, and each is the same in every run. `ABBE_STRESS=full` tries a million.
+//! `ABBE_FUZZ_CASES` sets how many are tried and `ABBE_FUZZ_START` from which on. A case runs on one thread,
+//! so that its time and its memory are told from those of what else runs.
 
 mod change;
 mod grammar;
@@ -35,13 +36,15 @@ const LONGEST: Duration = Duration::from_secs(5);
 const LEAST_MEMORY: usize = 16 << 20;
 const MEMORY_FACTOR: usize = 100;
 
-/// An image of one colour may be a thousandth as long as its texels; these are held as bytes, as floats and as spectra.
+/// An image of one colour may be a thousandth as long as its texels; these are held as bytes, as floats and
+/// as spectra.
 const IMAGE_FACTOR: usize = 1100 * (1 + 3 * 4);
 
 /// A scene may ask for terrain of 2²² points in a word, which is computed in complex numbers.
 const TERRAIN_MEMORY: usize = 48 << 22;
 
-/// And a mesh to be cut into 2²⁰ triangles, each of which takes less than this when it is ready to be rendered.
+/// And a mesh to be cut into 2²⁰ triangles, each of which takes less than this when it is ready to be
+/// rendered.
 const SUBDIVIDED_MEMORY: usize = 400 << 20;
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,5 @@
-//! Files whose content is compressed or has checksums: changes are made inside, so that more than the first check sees them.
+//! Files whose content is compressed or has checksums: changes are made inside, so that more than the first
+//! check sees them.
 
 use super::Kind;
 use super::change::Random;

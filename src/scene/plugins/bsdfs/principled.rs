@@ -1,6 +1,6 @@
 //! "Principled" surfaces, with and without a body.
 
-use crate::scene::description::{BsdfKind, PrincipledBase};
+use crate::scene::description::{BsdfKind, PrincipledBase, SpectrumSource};
 use crate::scene::plugins::spectral::{Spectral, spectrum};
 use crate::scene::plugins::{Field, Ignored, Parameter, Range, Takes, ignored};
 use crate::scene::read::Query;
@@ -68,7 +68,11 @@ impl Field for Base {
             &base.sheen_tint,
             &base.flatness,
         ];
-        Self::FIELDS.iter().zip(values).fold(node, |node, (field, value)| field.write(node, value, writer))
+        // Mitsuba 3 takes a surface that states `spec_trans` for one that transmits, whatever its value.
+        let is_left_out =
+            |value: &SpectrumSource| std::ptr::eq(value, &base.spec_trans) && value.constant() == Some(0.0);
+        let fields = Self::FIELDS.iter().zip(values).filter(|(_, value)| !is_left_out(value));
+        fields.fold(node, |node, (field, value)| field.write(node, value, writer))
     }
 }
 

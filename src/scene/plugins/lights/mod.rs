@@ -1,24 +1,20 @@
 //! Emitters.
 
+mod pictures;
+mod placements;
 mod sunsky;
 
 use super::spectral::{Emission, OptionalSpectral, required};
 use super::view::View;
 use super::{Field, Ignored, Parameter, Range, Simple, Takes, boolean, declare, fields, float, ignored};
-use crate::geometry::{Transform, Vec3};
-use crate::raster::Image;
-use crate::scene::description::{Animation, Light, LightKind, SpectrumKind, SpectrumSource};
+use crate::scene::description::{Light, LightKind, SpectrumSource};
 use crate::scene::read::query::capital;
 use crate::scene::read::spectra::Use;
-use crate::scene::read::{Class, Entry, ObjectId, Query, Reader, Value, textures};
+use crate::scene::read::{Class, Entry, ObjectId, Query, Reader, Value};
 use crate::scene::source::SceneError;
 use crate::scene::write::{Node, Writer};
-use std::path::PathBuf;
-use std::sync::Arc;
-
-/// By how much the length of a transformed axis may differ from 1: transforms are often written with few
-/// digits.
-const LOOSEST_LENGTH: f64 = 1e-3;
+use pictures::{Picture, looked_up_in_uv, slide_varies};
+use placements::{Position, Rigid, Travel, Turned};
 
 /// What an emitter is.
 #[expect(clippy::large_enum_variant, reason = "it lives while a light is read or written")]
@@ -113,10 +109,6 @@ const WEIGHT: Ignored = ignored("sampling_weight", Takes::Float(Range::NOT_NEGAT
 
 fn common() -> Vec<Parameter> {
     vec![WEIGHT.parameter()]
-}
-
-fn to_world(takes: Takes, doc: &'static str) -> Parameter {
-    Parameter { doc, ..Parameter::new("to_world", takes) }
 }
 
 /// An emitter that stands by itself. `None` where it is wrong, which is reported.
@@ -241,202 +233,6 @@ fn sampling_weight(query: &Query<'_>) -> Option<f64> {
     Some(weight)
 }
 
-/// `to_world` of light from beyond the scene, which has no place and no size.
-fn rotation(query: &Query<'_>) -> Transform {
-    let to_world = query.transform("to_world");
-    if !to_world.is_rigid(LOOSEST_LENGTH) {
-        query.error(
-            SceneError::at(
-                &query.place("to_world"),
-                "The transform of light from all around scales",
-                "expected a transform that only rotates",
-            )
-            .with_remedy("leave out <scale>: it would not make the surroundings larger, only distort them"),
-        );
-        return Transform::IDENTITY;
-    }
-    to_world
-}
-
-/// `to_world` of light from all around.
-struct Turned;
-
-impl Field for Turned {
-    type Value = Transform;
-
-    fn parameters(&self) -> Vec<Parameter> {
-        vec![to_world(Takes::Transform, "how it is turned")]
-    }
-
-    fn read(&self, query: &Query<'_>) -> Option<Transform> {
-        Some(rotation(query))
-    }
-
-    fn write(&self, node: Node, to_world: &Transform, _: &mut Writer) -> Node {
-        node.transform("to_world", to_world)
-    }
-}
-
-/// The picture of an environment map.
-struct Picture;
-
-impl Field for Picture {
-    type Value = (PathBuf, Arc<Image>);
-
-    fn parameters(&self) -> Vec<Parameter> {
-        let doc = "image of directions, longitude across and latitude up";
-        vec![Parameter { is_required: true, doc, ..Parameter::new("filename", Takes::File) }]
-    }
-
-    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
-        let (file, image) = super::textures::image(query, "filename")?;
-        let [width, height] = [image.width, image.height];
-        if (width < 2 || height < 3) && (width, height) != (1, 1) {
-            query.error(
-                SceneError::at(
-                    &query.place("filename"),
-                    format!("A picture of {width} × {height} pixels cannot surround a scene"),
-                    "expected at least 2 columns and 3 rows, or a single pixel",
-                )
-                .with_remedy("the first and the last row are the poles"),
-            );
-            return None;
-        }
-        if image.values.iter().any(|&value| value < 0.0) {
-            let text = "negative values of the picture count as 0, as in Mitsuba 3";
-            query.reader.assumption(&query.place("filename"), text.to_owned());
-        }
-        Some((file, image))
-    }
-
-    fn write(&self, node: Node, (file, image): &Self::Value, writer: &mut Writer) -> Node {
-        super::textures::Picture("").write(node, &(file.clone(), image.clone()), writer)
-    }
-}
-
-/// What moves a light, if anything does.
-type Motion = Option<Arc<Animation>>;
-
-/// `to_world` of a light that shines in some directions more than in others.
-struct Rigid;
-
-impl Field for Rigid {
-    type Value = (Transform, Motion);
-
-    fn parameters(&self) -> Vec<Parameter> {
-        vec![to_world(Takes::Placement, "where it stands and how it is turned")]
-    }
-
-    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
-        let (to_world, motion) = query.placement();
-        if let Some(motion) = &motion
-            && motion.keys.iter().any(|(_, to_world)| !to_world.is_rigid(LOOSEST_LENGTH))
-        {
-            let problem = "The light is scaled while it moves";
-            let error =
-                SceneError::at(&motion.place, problem, "expected keyframes that only rotate and move");
-            query.error(error.with_remedy("leave out <scale>: it would change what the light's angles mean"));
-        }
-        Some((to_world, motion))
-    }
-
-    fn write(&self, node: Node, (to_world, motion): &Self::Value, _: &mut Writer) -> Node {
-        node.placement(to_world, motion)
-    }
-}
-
-/// Where a point light is.
-struct Position;
-
-impl Field for Position {
-    type Value = (Vec3, Motion);
-
-    fn parameters(&self) -> Vec<Parameter> {
-        let position = Parameter::new("position", Takes::Vector);
-        vec![
-            Parameter { default: "(0, 0, 0)".to_owned(), doc: "where it stands", ..position },
-            to_world(Takes::Placement, "instead of `position`"),
-        ]
-    }
-
-    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
-        let (to_world, motion) = query.placement();
-        let position = query.vector("position");
-        if position.is_some() && query.has("to_world") {
-            query.error(SceneError::at(
-                &query.place("position"),
-                "The position is given twice",
-                "expected either position or to_world",
-            ));
-        }
-        Some((position.unwrap_or_else(|| to_world.point(Vec3::ZERO)), motion))
-    }
-
-    fn write(&self, node: Node, (position, motion): &Self::Value, _: &mut Writer) -> Node {
-        match motion {
-            None => node.vector("position", *position),
-            Some(_) => node.placement(&Transform::IDENTITY, motion),
-        }
-    }
-}
-
-/// Where directional light goes.
-struct Travel;
-
-impl Field for Travel {
-    type Value = (Vec3, Motion);
-
-    fn parameters(&self) -> Vec<Parameter> {
-        let direction = Parameter::new("direction", Takes::Vector);
-        vec![
-            Parameter { default: "(0, 0, 1)".to_owned(), doc: "where it goes", ..direction },
-            to_world(Takes::Placement, "instead of `direction`: where it takes +z"),
-        ]
-    }
-
-    fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
-        let (to_world, motion) = Rigid.read(query)?;
-        let direction = query.vector("direction");
-        if direction.is_some() && query.has("to_world") {
-            query.error(SceneError::at(
-                &query.place("direction"),
-                "The direction is given twice",
-                "expected either direction or to_world",
-            ));
-        }
-        let along = to_world.vector(Vec3::Z);
-        if direction.is_none() && (along.length() - 1.0).abs() > LOOSEST_LENGTH {
-            query.error(
-                SceneError::at(
-                    &query.place("to_world"),
-                    "The directional light's transform scales",
-                    "expected a transform that keeps the length of the z axis",
-                )
-                .with_remedy(
-                    "Mitsuba 3 would take the length for a part of the angle at which surfaces are lit; scale the irradiance instead",
-                ),
-            );
-        }
-        let travels = direction.unwrap_or(along);
-        if travels.try_normalize().is_none() {
-            query.error(SceneError::at(
-                &query.place("direction"),
-                "The light travels nowhere: its direction has no length",
-                "expected a direction such as 0 0 -1",
-            ));
-            return None;
-        }
-        Some((travels, motion))
-    }
-
-    fn write(&self, node: Node, (travels, motion): &Self::Value, _: &mut Writer) -> Node {
-        match motion {
-            None => node.vector("direction", *travels),
-            Some(_) => node.placement(&Transform::IDENTITY, motion),
-        }
-    }
-}
-
 /// Where a spot ends, and where it begins to fall off.
 struct Cone;
 
@@ -472,40 +268,4 @@ impl Field for Cone {
     fn write(&self, node: Node, (cutoff, beam): &(f64, f64), _: &mut Writer) -> Node {
         node.float("cutoff_angle", *cutoff).float("beam_width", *beam)
     }
-}
-
-/// Refuses a slide that is the same everywhere, or that needs a surface.
-fn slide_varies(query: &Query<'_>, emitter: Emitter) -> Option<Emitter> {
-    let Emitter::Alone(LightKind::Spot { texture, .. }) = &emitter else { return Some(emitter) };
-    let slide = |source: &SpectrumSource| {
-        let nowhere =
-            matches!(source.kind, SpectrumKind::MeshAttribute { .. }) || super::textures::is_in_space(source);
-        textures::varies(source) && !nowhere
-    };
-    if let Some(texture) = texture.as_ref().filter(|texture| !slide(texture)) {
-        query.error(
-            SceneError::at(
-                &texture.place,
-                "The texture of a spot must vary",
-                "expected a texture such as a bitmap",
-            )
-            .with_remedy("what is the same everywhere is the intensity"),
-        );
-    }
-    Some(emitter)
-}
-
-/// Refuses a picture that needs a surface.
-fn looked_up_in_uv(query: &Query<'_>, emitter: Emitter) -> Option<Emitter> {
-    let Emitter::Alone(LightKind::Projector { irradiance, .. }) = &emitter else { return Some(emitter) };
-    if matches!(irradiance.kind, SpectrumKind::MeshAttribute { .. } | SpectrumKind::Volume(_))
-        || super::textures::is_in_space(irradiance)
-    {
-        query.error(SceneError::at(
-            &irradiance.place,
-            "A projector has no surface and no place to look its picture up at",
-            "expected a bitmap, a checkerboard, or what is the same everywhere",
-        ));
-    }
-    Some(emitter)
 }

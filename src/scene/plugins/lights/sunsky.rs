@@ -1,6 +1,6 @@
 //! `sunsky`: the sky's parameters and the sun's place, given or computed.
 
-use super::rotation;
+use super::placements::rotation;
 use crate::geometry::{Transform, Vec3};
 use crate::light::sky::{self, SunTime};
 use crate::scene::plugins::fields::{Float, Integer};

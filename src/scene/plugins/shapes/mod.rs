@@ -333,9 +333,9 @@ fn one(query: Query<'_>, around: &Inherited) -> Option<ShapeDescription> {
 pub fn node(shape: &ShapeDescription, writer: &mut Writer) -> Node {
     let id = shape.id.clone().filter(|id| writer.shapes.insert(id.clone()));
     let node = write(&shape.kind, &shape.place, writer).id(&id).placement(&shape.to_world, &shape.motion);
-    // Mitsuba 3's curves don't know the word.
+    // Mitsuba 3's curves and grids of distances don't know the word.
     let node = match shape.kind {
-        ShapeKind::Curves { solid: false, .. } if !shape.flip_normals => node,
+        ShapeKind::Curves { solid: false, .. } | ShapeKind::Distances { .. } if !shape.flip_normals => node,
         _ => FLIP_NORMALS.write(node, &shape.flip_normals, writer),
     };
     let node = node.child(bsdfs::node(&shape.bsdf, writer));

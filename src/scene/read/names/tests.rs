@@ -91,24 +91,6 @@ fn the_reader_accepts_what_is_listed_and_nothing_that_is_said_to_be_missing() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// A row of the page on the scene format, as the names between its backticks.
-fn documented(row: &str) -> Vec<String> {
-    let page = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene-format.md");
-    let page = std::fs::read_to_string(page).unwrap();
-    let line = page.lines().find(|line| line.starts_with(&format!("| {row} |"))).unwrap_or_default();
-    let code = line.split('`').skip(1).step_by(2).flat_map(str::split_whitespace);
-    code.map(str::to_owned).collect()
-}
-
-#[test]
-fn the_scene_format_lists_what_is_read() {
-    let names = documented("integrators");
-    assert!(!names.is_empty(), "docs/scene-format.md has no row of integrators");
-    for name in names {
-        assert!(plugins(Class::Integrator).contains(&name.as_str()), "docs/scene-format.md has {name}");
-    }
-}
-
 #[test]
 fn a_mistyped_plugin_gets_a_hint() {
     for (class, wrong, right) in [

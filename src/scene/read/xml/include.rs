@@ -8,7 +8,8 @@ use super::super::super::source::{Place, SceneError};
 use super::super::attributes::{Attribute, start_tag};
 use super::super::files;
 use super::super::tree::{DEEPEST, ObjectId};
-use super::{Builder, Step, lenient, malformed};
+use super::malformed::malformed;
+use super::{Builder, Step, lenient};
 use roxmltree::{Document, Node};
 use std::path::{Path, PathBuf};
 
