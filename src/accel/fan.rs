@@ -106,11 +106,14 @@ impl Fan<'_> {
         for (index, (facet, sides)) in few.facets.iter().zip(sides).enumerate() {
             let end = &ends[index / WIDTH];
             let end = [0, 1, 2].map(|function| end[WIDTH * function + index % WIDTH]);
-            let Crossing { near, within } = sides.crossing(end, facet.slack);
+            let Crossing { near, within, slanted } = sides.crossing(end, facet.slack);
             // What a segment leaves, and what it ends before, it does not cross.
-            let own = if facet.rays.is_left_whole() { known.own[index] } else { 0 };
-            let is_end = facet.rays.is_left_whole() && target.facet == index as f64;
-            let near = if is_end { 0 } else { near & !own };
+            let own = match facet.rays.is_left_whole() {
+                true if target.facet == index as f64 => slanted,
+                true => known.own[index] & slanted,
+                false => 0,
+            };
+            let near = near & !own;
             candidates.push(if facet.always { open } else { open & (near | unsure) });
             if facet.rays.is_covered() {
                 blocked |= open & within & near & !unsure;

@@ -15,7 +15,7 @@
 
 use super::node::NodeSpace;
 use super::packet::Packet;
-use super::few_rays::RayFacet;
+use super::few_rays::{ALONG, RayFacet};
 use super::Other;
 use super::rays::{NO_FACET, Primitive};
 use crate::geometry::{SurfacePoint, Vec3};
@@ -92,6 +92,8 @@ pub(super) struct Sides([[f32x8; 2]; 3]);
 pub(super) struct Crossing {
     pub near: Mask,
     pub within: Mask,
+    /// Those that do not run along it: what lies in it is on one side.
+    pub slanted: Mask,
 }
 
 impl Few {
@@ -231,7 +233,7 @@ impl Sides {
     #[inline(always)]
     pub fn crossing(&self, end: [f32; 3], slack: f32) -> Crossing {
         let end = end.map(f32x8::splat);
-        let (mut missed, mut within) = ([f32x8::ZERO; 2], [f32x8::ZERO; 2]);
+        let [mut missed, mut within, mut slanted] = [[f32x8::ZERO; 2]; 3];
         for half in 0..2 {
             let [height, v, w] = self.0.map(|function| function[half]);
             let inverse = f32x8::ONE / (height - end[0]);
@@ -245,8 +247,9 @@ impl Sides {
             let inside = inside[0].fast_min(inside[1]).fast_min(t).fast_min(f32x8::ONE - t);
             missed[half] = inside.simd_lt(-slack);
             within[half] = inside.simd_gt(slack);
+            slanted[half] = inverse.abs().simd_lt(f32x8::splat(ALONG));
         }
-        Crossing { near: !mask(missed), within: mask(within) }
+        Crossing { near: !mask(missed), within: mask(within), slanted: mask(slanted) }
     }
 }
 
