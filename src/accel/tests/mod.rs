@@ -1,5 +1,6 @@
 mod fans;
 mod instances;
+mod nested;
 
 use super::{Accel, Tests};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
