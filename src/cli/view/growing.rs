@@ -172,8 +172,8 @@ impl Page {
         picture.channel(name)
     }
 
-    /// All channels of a pixel: at once where they are known, else as soon as the render can tell them. `None`
-    /// outside of the picture.
+    /// All channels of a pixel: at once where they are known, else as soon as the render can tell them.
+    /// `None` outside of the picture.
     ///
     /// # Errors
     /// As of [`Self::channel`].

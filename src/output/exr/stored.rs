@@ -3,10 +3,10 @@
 use super::reading::{checked, damaged, decoded};
 use exr::block::reader::{ChunksReader, Reader};
 use exr::block::{BlockIndex, UncompressedBlock};
-use exr::error::UnitResult;
 use exr::meta::MetaData;
 use exr::meta::attribute::{ChannelDescription, SampleType};
 use exr::prelude::*;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{BufReader, Seek};
@@ -113,10 +113,7 @@ impl Stored {
         let known = self.kept().blocks.iter().any(|block| holds(&block.index));
         if !known {
             let mut blocks = Vec::new();
-            self.for_blocks(holds, |_, block| {
-                blocks.push(block);
-                Ok(())
-            })?;
+            self.for_blocks(holds, |_, block| blocks.push(block))?;
             self.kept().blocks = blocks;
         }
         let kept = self.kept();
@@ -154,7 +151,6 @@ impl Stored {
                     let samples = line.value.chunks_exact(kind.bytes_per_sample());
                     row.iter_mut().zip(samples).for_each(|(value, sample)| *value = number(kind, sample));
                 }
-                Ok(())
             },
         )?;
         Ok(channels.into_iter().map(Arc::from).collect())
@@ -164,15 +160,27 @@ impl Stored {
     fn for_blocks(
         &self,
         wanted: impl Fn(&BlockIndex) -> bool,
-        mut take: impl FnMut(&MetaData, UncompressedBlock) -> UnitResult,
+        mut take: impl FnMut(&MetaData, UncompressedBlock),
     ) -> std::io::Result<()> {
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.rewind()?;
         let reader = Reader::read_from_buffered(BufReader::new(&mut *file), false).map_err(damaged)?;
         let is_wanted =
             |block: &BlockIndex| block.layer == self.layer && block.level == Vec2(0, 0) && wanted(block);
-        let chunks = reader.filter_chunks(false, |_, _, block| is_wanted(&block)).map_err(damaged)?;
-        chunks.decompress_parallel(false, &mut take).map_err(damaged)
+        let mut chunks = reader.filter_chunks(false, |_, _, block| is_wanted(&block)).map_err(damaged)?;
+        // As many at once as there are threads, and by these: threads that come and go, as the crate's own
+        // do, leave memory behind.
+        loop {
+            let some = chunks.by_ref().take(rayon::current_num_threads()).collect::<Result<Vec<_>>>();
+            let some = some.map_err(damaged)?;
+            if some.is_empty() {
+                return Ok(());
+            }
+            let meta = chunks.meta_data();
+            let decode = |chunk| UncompressedBlock::decompress_chunk(chunk, meta, false);
+            let blocks = some.into_par_iter().map(decode).collect::<Result<Vec<_>>>().map_err(damaged)?;
+            blocks.into_iter().for_each(|block| take(meta, block));
+        }
     }
 
     fn kept(&self) -> MutexGuard<'_, Kept> {

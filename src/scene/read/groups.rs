@@ -16,10 +16,13 @@ pub(super) struct Found {
     pub shapes: Vec<ShapeDescription>,
     pub solids: Vec<Solid>,
     pub instances: Vec<Instance>,
+    /// Whether the object is a shapegroup.
+    of_group: bool,
 }
 
 pub(super) fn read(reader: &Reader, query: &Query<'_>) -> Found {
-    let mut found = Found::default();
+    let of_group = query.object.plugin == "shapegroup";
+    let mut found = Found { of_group, ..Found::default() };
     collect(reader, query, &mut found);
     found
 }
@@ -29,7 +32,7 @@ fn collect(reader: &Reader, query: &Query<'_>, found: &mut Found) {
         match reader.tree.get(id).plugin.as_str() {
             "merge" => merge(reader, id, found),
             // What an instance shows; by itself it shows nothing.
-            "shapegroup" if query.object.plugin == "shapegroup" => {
+            "shapegroup" if found.of_group => {
                 let problem = "A shapegroup within a shapegroup shows nothing";
                 let expected = "expected shapes and instances in a group";
                 let error = SceneError::at(&reader.tree.get(id).place, problem, expected);
@@ -38,8 +41,22 @@ fn collect(reader: &Reader, query: &Query<'_>, found: &mut Found) {
             "shapegroup" => drop(group(reader, id)),
             "instance" => found.instances.extend(instance(reader, id)),
             plugin if solids::operation(plugin).is_some() => found.solids.extend(solids::read(reader, id)),
-            _ => found.shapes.extend(shapes::of_scene(reader, id)),
+            _ => {
+                if found.of_group {
+                    refuse_sensors(&Query::new(reader, id));
+                }
+                found.shapes.extend(shapes::of_scene(reader, id));
+            }
         }
+    }
+}
+
+/// A sensor measures where its shape stands, which a group leaves open.
+fn refuse_sensors(query: &Query<'_>) {
+    for (entry, _) in query.objects(Class::Sensor) {
+        let problem = "A sensor on a shape within a shapegroup";
+        let error = SceneError::at(&entry.place, problem, "expected no sensor in a group, as in Mitsuba 3");
+        query.error(error.with_remedy("put the shape directly into the scene"));
     }
 }
 
@@ -130,7 +147,7 @@ fn group(reader: &Reader, id: ObjectId) -> Arc<ShapeGroup> {
         let error = SceneError::at(&query.place("to_world"), problem, "expected none");
         query.error(error.with_remedy("transform its shapes or its instances"));
     }
-    let Found { shapes, solids, instances } = read(reader, &query);
+    let Found { shapes, solids, instances, .. } = read(reader, &query);
     refuse_surface(&query);
     for inner in &instances {
         reader.extension(&inner.place, "an instance within a shapegroup".to_owned());

@@ -217,7 +217,7 @@ impl Reader {
             None => integrators::default(&place),
         };
         let sensor = self.sensor(&query);
-        let groups::Found { shapes, solids, instances } = groups::read(self, &query);
+        let groups::Found { shapes, solids, instances, .. } = groups::read(self, &query);
         let lights = self.lights(&query);
         self.definitions(&query);
         query.finish();

@@ -132,8 +132,8 @@ fn a_quadrilateral() {
     assert!(close(v, 3.0 / 13.0, 1e-14), "{v}");
     let (low, high) = (p00.lerp(p10, u[0].t), p01.lerp(p11, u[0].t));
     assert!(near(low.lerp(high, v), point, 1e-13));
-    // The same as a patch, whose control points lie at thirds of the way: a ray that comes along the normal meets
-    // it there, and has these coordinates.
+    // The same as a patch, whose control points lie at thirds of the way: a ray that comes along the normal
+    // meets it there, and has these coordinates.
     let third = |i: usize| (i % 4) as f64 / 3.0;
     let net = std::array::from_fn(|i| p00.lerp(p10, third(i)).lerp(p01.lerp(p11, third(i)), third(i / 4)));
     let patch = Shape::Patches(Patches::new(&Transform::IDENTITY, &[net], false).unwrap());

@@ -1,5 +1,5 @@
-//! Lights in groups (an extension). Each place where instances show one is a light of its own, with a shape of
-//! its own: light samples choose between places, and a hit says by its shape which of them was met.
+//! Lights in groups (an extension). Each place where instances show one is a light of its own, with a shape
+//! of its own: light samples choose between places, and a hit says by its shape which of them was met.
 
 use super::Keys;
 use crate::geometry::Transform;
