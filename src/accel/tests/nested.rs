@@ -18,7 +18,7 @@ struct Group {
 
 #[derive(Clone)]
 enum Place {
-    Still(Transform),
+    Still(Box<Transform>),
     Moving(Motion),
 }
 
@@ -76,13 +76,14 @@ fn chains(groups: &[Group], group: usize, at: DMat4, time: f64, found: &mut Vec<
 /// Three levels, with shapes at each of them, and motion at two.
 fn mixed(random: &mut Random) -> (Vec<Shape>, Vec<Group>) {
     let mut shapes = mixture(2, 0.2, random);
-    let mut ranges = vec![0..shapes.len()];
+    let mut ranges = Vec::new();
+    ranges.push(0..shapes.len());
     for _ in 0..3 {
         let from = shapes.len();
         shapes.extend(mixture(4, 0.4, random));
         ranges.push(from..shapes.len());
     }
-    let mut still = |inner: usize| (inner, Place::Still(any_placement(0.8, random)));
+    let mut still = |inner: usize| (inner, Place::Still(Box::new(any_placement(0.8, random))));
     let (ab, ac, bc, bd, cd, ad) = (still(0), still(0), still(1), still(1), still(2), still(0));
     let (more_ab, more_cd) = (still(0), still(2));
     let turned = |x: f64, degrees: f64| {

@@ -36,7 +36,7 @@ fn collect(reader: &Reader, query: &Query<'_>, found: &mut Found) {
                 let problem = "A shapegroup within a shapegroup shows nothing";
                 let expected = "expected shapes and instances in a group";
                 let error = SceneError::at(&reader.tree.get(id).place, problem, expected);
-                query.error(error.with_remedy("put an <shape type=\"instance\"> around it to show it here"));
+                query.error(error.with_remedy("put a <shape type=\"instance\"> around it to show it here"));
             }
             "shapegroup" => drop(group(reader, id)),
             "instance" => found.instances.extend(instance(reader, id)),
@@ -101,6 +101,7 @@ fn instance(reader: &Reader, id: ObjectId) -> Option<Instance> {
             error.with_remedy("write <shape type=\"shapegroup\" id=\"...\"> and <ref id=\"...\"/> in here"),
         );
     };
+    let is_told = query.has_broken();
     query.finish();
     match found[..] {
         [(_, id)] if reader.tree.get(id).plugin == "shapegroup" => {
@@ -110,6 +111,8 @@ fn instance(reader: &Reader, id: ObjectId) -> Option<Instance> {
             wrong("An instance shows a shapegroup, no other shape");
             None
         }
+        // What is wrong with the reference is told already.
+        [] if is_told => None,
         [] => {
             wrong("The instance shows nothing");
             None

@@ -13,7 +13,7 @@ use crate::scene::description::ShapeDescription;
 use crate::scene::source::{Place, SceneError};
 use crate::shape;
 use crate::shape::solid::{Carried, Leaf, Solid, Tree};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -235,7 +235,8 @@ impl<'a> Groups<'a> {
             let of_own = shapes[own.clone()].iter().map(shape::Shape::bounds);
             let bounds = Bounds::of_all(of_own.chain(shown.iter().map(|shown| shown.bounds)));
             let mut all: Vec<usize> = own.clone().collect();
-            shown.iter().for_each(|shown| all.extend(&shown.shapes[..]));
+            let within: BTreeSet<usize> = shown.iter().map(|shown| shown.group).collect();
+            within.iter().for_each(|&inner| all.extend(&contents[inner].shapes[..]));
             all.sort_unstable();
             all.dedup();
             let moved = to_traced.point(Vec3::ZERO).length();
