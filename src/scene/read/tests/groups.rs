@@ -47,7 +47,8 @@ fn what_mitsuba_refuses_in_groups_is_refused() {
     }
 }
 
-/// Mitsuba 3.9.1 refuses these: "Nested instancing is not permitted", "Instancing of emitters is not supported".
+/// Mitsuba 3.9.1 refuses these: "Nested instancing is not permitted", "Instancing of emitters is not
+/// supported".
 #[test]
 fn groups_in_groups_and_lights_in_groups_are_extensions() {
     let scene = scene(&format!(
