@@ -5,6 +5,7 @@ use super::few::Few;
 use super::grow::{Tree, grow};
 use super::memory::in_large_pages;
 use super::node::{Child, Node, NodeSpace};
+use super::numbering::Numbering;
 use super::packet::WIDTH;
 use super::surfaces::Surfaces;
 use super::{Accel, Instance};
@@ -36,6 +37,7 @@ pub(super) fn build(
         few: None,
         others: Vec::new(),
         instances: Vec::new(),
+        numbering: Numbering::new(&instances),
         bounds,
         stack_size: 0,
     };

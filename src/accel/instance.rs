@@ -1,11 +1,11 @@
 //! A group of shapes somewhere else, as often as one likes: the group has a tree of its own, in its own
 //! coordinates, and a ray is taken there. What moves is such a group, and the ray is taken to where it is at
-//! the ray's time.
+//! the ray's time. A group may show other groups: a ray is taken from one to the next.
 
 use super::Accel;
 use super::watch::Watch;
 use crate::geometry::{Bounds, Placed, Pose, Ray, Transform, Vec3};
-use crate::shape::{AtRest, Hit, Parametrisation, Shape, SurfaceHit};
+use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Shape, SurfaceHit};
 use std::sync::Arc;
 
 /// A group where its transform puts it.
@@ -136,37 +136,42 @@ impl Instance {
         });
     }
 
-    /// The surface of `shape`, one of the group's, where `ray` hit it.
+    /// The surface where `ray` hit it, of one of the group's shapes or of what the group shows: the hit
+    /// carries what the group knows it by. `shapes` are all to which hits refer.
     #[inline(never)]
-    pub(super) fn surface(&self, shape: &Shape, hit: &Hit, ray: &Ray, time: f64) -> SurfaceHit {
+    pub(super) fn surface(&self, shapes: &[Shape], hit: &Hit, ray: &Ray, time: f64) -> SurfaceHit {
         let pose = self.placed.at(time);
         let (local_ray, scale) = self.local(&pose, ray);
-        let local = shape.surface(&Hit { t: hit.t * scale, ..*hit }, &local_ray);
+        let local = self.group.surface(shapes, &Hit { t: hit.t * scale, ..*hit }, &local_ray, time);
         let point = self.placed.surface_point(&pose, &local.point, self.reach);
         let shading_normal = pose.world_normal(local.shading_normal).try_normalize().unwrap_or(point.normal);
         SurfaceHit { point, shading_normal }
     }
 
-    /// The coordinates of a point of `shape`, one of the group's, and where it is at rest.
+    /// The coordinates of a point of the group's, as in [`Self::surface`], and where it is at rest.
     #[inline(never)]
     pub(super) fn parametrisation(
         &self,
-        shape: &Shape,
+        shapes: &[Shape],
         hit: &Hit,
         position: Vec3,
         time: f64,
     ) -> (Parametrisation, AtRest) {
         let pose = self.placed.at(time);
         let position = pose.local_point(position);
-        let local = shape.parametrisation(hit, position);
+        let (local, inner) = self.group.parametrisation(shapes, hit, position, time);
         let here = Parametrisation {
             uv: local.uv,
             tangent: pose.world_vector(local.tangent),
             bitangent: pose.world_vector(local.bitangent),
         };
-        let at_rest = AtRest {
-            position: self.rest.world_point(position),
-            tangents: [local.tangent, local.bitangent].map(|tangent| self.rest.world_vector(tangent)),
+        // The innermost instance says where it is at rest.
+        let at_rest = match hit.instance {
+            NO_INSTANCE => AtRest {
+                position: self.rest.world_point(position),
+                tangents: [local.tangent, local.bitangent].map(|tangent| self.rest.world_vector(tangent)),
+            },
+            _ => inner,
         };
         (here, at_rest)
     }

@@ -72,7 +72,8 @@ impl Accel {
             Other::Piece { pieces, piece } => report_within(pieces.crossings(*piece, ray)),
             Other::Instance { during: [start, end] } if *start <= time && time <= *end => {
                 self.instances[index as usize].crossings(ray, time, [from, to], &mut |hit, error| {
-                    report(Hit { instance: index, ..hit }, error);
+                    let instance = self.numbering.joined(index, hit.instance);
+                    report(Hit { instance, ..hit }, error);
                 });
             }
             Other::Instance { .. } => {}

@@ -15,6 +15,7 @@ mod instance;
 mod line;
 mod memory;
 mod node;
+mod numbering;
 mod packet;
 mod rays;
 mod segments;
@@ -33,6 +34,7 @@ pub use instance::Instance;
 pub use rays::{Hits, NO_FACET, Primitive, Rays};
 use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
+use numbering::Numbering;
 use packet::{Packet, PacketRay};
 use stack::{Stack, Waiting};
 use std::cell::Cell;
@@ -54,6 +56,8 @@ pub struct Accel {
     /// With their indices in the lists that were built from; in the order of the leaves.
     others: Vec<(u32, Other)>,
     instances: Vec<Instance>,
+    /// How hits tell instances within instances apart.
+    numbering: Numbering,
     /// Around everything, in world space.
     bounds: Bounds,
     /// The most entries that a traversal can have waiting.
@@ -88,7 +92,18 @@ impl Accel {
     /// A group's tree: its hits carry indices that begin with `first`. Shapes that are parts of solids are
     /// met with these alone.
     pub fn of_group(shapes: &[Shape], first: u32, solids: &[Arc<Solid>]) -> Self {
-        build::build(shapes, first, solids, Vec::new(), [0.0; 2])
+        Self::of_group_with_instances(shapes, first, solids, Vec::new(), [0.0; 2])
+    }
+
+    /// The same for a group that shows others, for rays of times while a shutter is open.
+    pub fn of_group_with_instances(
+        shapes: &[Shape],
+        first: u32,
+        solids: &[Arc<Solid>],
+        instances: Vec<Instance>,
+        shutter: [f64; 2],
+    ) -> Self {
+        build::build(shapes, first, solids, instances, shutter)
     }
 
     /// A tree of shapes, solids and instances of groups, for rays of times while a shutter is open. Shapes
@@ -113,8 +128,25 @@ impl Accel {
         let shape = &shapes[hit.shape as usize];
         match hit.instance {
             NO_INSTANCE => shape.surface(hit, ray),
-            instance => self.instances[instance as usize].surface(shape, hit, ray, time),
+            _ => {
+                let (instance, inner) = self.numbering.split(hit.instance);
+                let hit = Hit { instance: inner, ..*hit };
+                self.instances[instance as usize].surface(shapes, &hit, ray, time)
+            }
         }
+    }
+
+    /// Which of this tree's own instances shows a hit that carries `instance`.
+    pub fn own_instance(&self, instance: u32) -> u32 {
+        match instance {
+            NO_INSTANCE => NO_INSTANCE,
+            _ => self.numbering.split(instance).0,
+        }
+    }
+
+    /// How many instances there are if those within others are counted as often as they are shown.
+    pub fn instance_count(&self) -> u64 {
+        self.numbering.count
     }
 
     /// The coordinates of the point `position` that [`Accel::surface`] gave for a hit, and where that is at
@@ -132,7 +164,11 @@ impl Accel {
                 let here = shape.parametrisation(hit, position);
                 (here, AtRest { position, tangents: [here.tangent, here.bitangent] })
             }
-            instance => self.instances[instance as usize].parametrisation(shape, hit, position, time),
+            _ => {
+                let (instance, inner) = self.numbering.split(hit.instance);
+                let hit = Hit { instance: inner, ..*hit };
+                self.instances[instance as usize].parametrisation(shapes, &hit, position, time)
+            }
         }
     }
 
@@ -171,7 +207,8 @@ impl Accel {
     pub fn memory(&self) -> usize {
         let tree = size_of_val(&self.nodes[..]) + size_of_val(&self.packets[..]);
         let few = self.few.as_ref().map_or(0, Few::memory);
-        tree + few + size_of_val(&self.others[..]) + size_of_val(&self.instances[..])
+        let instances = size_of_val(&self.instances[..]) + self.numbering.memory();
+        tree + few + size_of_val(&self.others[..]) + instances
     }
 
     /// Bytes held with groups, each once.
@@ -301,7 +338,8 @@ impl Accel {
         // Up to and with the nearest: of equally near ones it is not the order of leaves that decides.
         let t_max = nearest.map_or(ray.t_max, |hit| hit.t.next_up());
         let hit = self.instances[index as usize].closest(&Ray { t_max, ..*ray }, time, watch)?;
-        (hit.t < ray.t_max).then_some(Hit { instance: index, ..hit })
+        let instance = self.numbering.joined(index, hit.instance);
+        (hit.t < ray.t_max).then_some(Hit { instance, ..hit })
     }
 
     fn occluded_with(&self, ray: &Ray, time: f64, mut stack: Stack, watch: impl Watch) -> bool {

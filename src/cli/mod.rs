@@ -2,6 +2,7 @@
 
 mod compare;
 mod explain;
+mod faults;
 mod info;
 mod merge;
 mod png_options;
@@ -79,6 +80,7 @@ fn print(text: &str) -> Result<(), Failure> {
 // Not inlined: nothing of it may move before the check of the processor.
 #[inline(never)]
 pub fn main() -> ExitCode {
+    faults::watch();
     let outcome = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
         Command::Merge(args) => merge::run(&args),

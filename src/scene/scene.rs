@@ -408,7 +408,8 @@ impl Scene {
 
     /// The number of the shape that was met, from 1: that of the instance that shows it, if one does.
     pub fn shape_number(&self, hit: &Intersection) -> u32 {
-        let instance = self.numbers.instances.get(hit.hit.instance as usize).copied().unwrap_or(0);
+        let instance = self.accel.own_instance(hit.hit.instance);
+        let instance = self.numbers.instances.get(instance as usize).copied().unwrap_or(0);
         if instance > 0 { instance } else { self.numbers.surfaces[hit.hit.shape as usize] }
     }
 

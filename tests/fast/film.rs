@@ -3,7 +3,7 @@
 #![cfg(target_os = "linux")]
 
 use crate::common::compiled;
-use crate::common::folder::{Folder, of_repository};
+use crate::common::folder::{Folder, of_repository, stderr};
 use abbe::film::{Place, SpectralBins};
 use abbe::integrator::Estimator;
 use abbe::output::checkpoint::{self, Description, Header};
@@ -102,4 +102,60 @@ fn a_film_in_a_file_is_that_in_memory() {
         let bytes = |name: &str| folder.bytes(&format!("{name}.{end}"));
         assert!(bytes("memory") == bytes("file"), "{end}");
     }
+}
+
+/// A film for which the disk has no room is refused before the first sample; where files may grow up to a
+/// limit alone, the system would end the program by a signal.
+#[test]
+#[allow(unsafe_code, reason = "a call of the operating system")]
+fn a_film_without_room_is_refused_before_the_render() {
+    use std::os::unix::process::CommandExt;
+    let folder = Folder::new("room");
+    let scene = of_repository("tests/scenes/agreement/dispersion.xml");
+    let mut command = folder.command(&[&["render", &scene, "-o", "x.exr"], &spectral(&[])[..]].concat());
+    // SAFETY: between fork and exec nothing but one system call is made.
+    unsafe {
+        command.pre_exec(|| {
+            let limit = libc::rlimit { rlim_cur: 200 * MIB, rlim_max: 200 * MIB };
+            match libc::setrlimit(libc::RLIMIT_FSIZE, &raw const limit) {
+                0 => Ok(()),
+                _ => Err(std::io::Error::last_os_error()),
+            }
+        });
+    }
+    let output = command.output().expect("the program starts");
+    let told = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("cannot keep the spectral bins of the film") && told.contains("help: "), "{told}");
+    assert!(folder.files().is_empty(), "{:?}", folder.files());
+}
+
+/// A disk may fail, or turn out to be full, when the film is under way: then the system sends a signal, as is
+/// done here. What was kept before goes on to the same picture.
+#[test]
+#[allow(unsafe_code, reason = "a call of the operating system")]
+fn a_disk_that_fails_ends_the_render_with_a_message() {
+    let folder = Folder::new("fails");
+    let scene = of_repository("tests/scenes/agreement/dispersion.xml");
+    let options = |more: &[&'static str]| {
+        let own = ["--size=32x32", "--spectral=47", "--max-depth=3", "--spp=512", "--no-png", "--quiet"];
+        [&["render", scene.as_str()], &own[..], more].concat()
+    };
+    folder.ends(0, &options(&["-o", "whole.exr"]));
+    let mut command = folder.command(&options(&["-o", "x.exr", "--resume", "--checkpoint-every=0.01s"]));
+    let child = command.stderr(std::process::Stdio::piped()).spawn().expect("the program starts");
+    let began = std::time::Instant::now();
+    while !folder.exists("x.checkpoint") {
+        assert!(began.elapsed().as_secs() < 60, "{:?}", folder.files());
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    // SAFETY: the process is a child that nobody has waited for yet.
+    unsafe { libc::kill(child.id() as i32, libc::SIGBUS) };
+    let output = child.wait_with_output().expect("it ends");
+    let told = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains("its disk is full or has failed") && told.contains("--resume"), "{told}");
+    assert!(!folder.exists("x.exr"));
+    folder.ends(0, &options(&["-o", "x.exr", "--resume"]));
+    assert!(folder.bytes("x.exr") == folder.bytes("whole.exr"));
 }

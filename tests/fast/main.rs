@@ -15,6 +15,7 @@ mod docs;
 mod explain;
 mod film;
 mod frames;
+mod groups;
 mod json;
 mod lenses;
 mod long;

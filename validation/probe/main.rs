@@ -3,6 +3,7 @@
 
 mod colour;
 mod optics;
+mod stopping;
 
 use serde::Deserialize;
 use std::io::stdin;
@@ -12,6 +13,7 @@ use std::io::stdin;
 enum Question {
     Colour(colour::Question),
     Optics(optics::Question),
+    Stopping(stopping::Question),
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,6 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let answer = match serde_json::from_str(&line?)? {
             Question::Colour(question) => colour::answer(question)?,
             Question::Optics(question) => optics::answer(question)?,
+            Question::Stopping(question) => stopping::answer(question)?,
         };
         println!("{answer}");
     }

@@ -268,7 +268,8 @@ fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
     }
     if let Some(page) = page {
         let written = places.picture.as_deref().filter(|_| is_shown);
-        let picture = written.map(|path| output::exr::read(path).map_err(|error| cannot_read(path, &error)));
+        let open = |path| output::exr::Stored::open(path).map_err(|error| cannot_read(path, &error));
+        let picture = written.map(open);
         page.finished(picture.transpose()?);
         // Where it was no signal that ended the render, one is still to come.
         if outcome.is_by_itself(&work) {

@@ -2,7 +2,7 @@
 
 use abbe::film::{Film, Quantity};
 use abbe::output::Colour;
-use abbe::output::exr::Channels;
+use abbe::output::exr::{Channels, Stored};
 use abbe::render::Work;
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,7 +28,7 @@ pub struct Page {
 }
 
 struct Shown {
-    picture: Arc<Channels>,
+    picture: Arc<Seen>,
     /// How many pictures there were before it.
     version: u64,
     progress: f64,
@@ -41,12 +41,53 @@ struct Shown {
     next: Instant,
 }
 
+/// What there is to see.
+enum Seen {
+    /// Channels of a render under way.
+    Growing(Channels),
+    /// A file, read as far as it is asked for.
+    Stored(Stored),
+}
+
+/// What is looked at first, and so is read on one way through a file.
+const COLOURS: [&str; 8] = ["R", "G", "B", "A", "error.R", "error.G", "error.B", "samples"];
+
+impl Seen {
+    fn size(&self) -> [usize; 2] {
+        match self {
+            Self::Growing(picture) => [picture.width, picture.height],
+            Self::Stored(picture) => [picture.width, picture.height],
+        }
+    }
+
+    fn names(&self) -> Vec<&str> {
+        match self {
+            Self::Growing(picture) => picture.channels.iter().map(|(name, _)| name.as_str()).collect(),
+            Self::Stored(picture) => picture.names().iter().map(String::as_str).collect(),
+        }
+    }
+
+    /// The values of a channel as little-endian 32-bit floats.
+    fn channel(&self, name: &str) -> std::io::Result<Option<Vec<u8>>> {
+        let bytes = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        match self {
+            Self::Growing(picture) => Ok(picture.channel(name).map(bytes)),
+            Self::Stored(picture) => {
+                // A bin is looked at with its error.
+                let error = format!("error.{name}");
+                let likely = if COLOURS.contains(&name) { &COLOURS[..] } else { &[error.as_str()][..] };
+                Ok(picture.channel(name, likely)?.map(|values| bytes(&values)))
+            }
+        }
+    }
+}
+
 impl Page {
     pub fn new(title: &str) -> Self {
         let nothing =
             Channels { width: 0, height: 0, channels: Vec::new(), half: Vec::new(), attributes: Vec::new() };
         let shown = Shown {
-            picture: Arc::new(nothing),
+            picture: Arc::new(Seen::Growing(nothing)),
             version: 0,
             progress: 0.0,
             is_done: false,
@@ -84,7 +125,7 @@ impl Page {
         }
         if is_time {
             let began = Instant::now();
-            let picture = Arc::new(colours(film));
+            let picture = Arc::new(Seen::Growing(colours(film)));
             let mut shown = self.shown();
             shown.picture = picture;
             shown.version += 1;
@@ -94,10 +135,10 @@ impl Page {
     }
 
     /// Nothing more comes. What is shown from now on, if it is not the last that was.
-    pub fn finished(&self, picture: Option<Channels>) {
+    pub fn finished(&self, picture: Option<Stored>) {
         let mut shown = self.shown();
         if let Some(picture) = picture {
-            shown.picture = Arc::new(picture);
+            shown.picture = Arc::new(Seen::Stored(picture));
             shown.version += 1;
         }
         (shown.is_done, shown.progress) = (true, 1.0);
@@ -109,43 +150,59 @@ impl Page {
     pub fn state(&self) -> Value {
         let mut shown = self.shown();
         shown.heard = Some(Instant::now());
-        let names: Vec<&str> = shown.picture.channels.iter().map(|(name, _)| name.as_str()).collect();
+        let [width, height] = shown.picture.size();
         json!({
             "title": self.title,
-            "width": shown.picture.width,
-            "height": shown.picture.height,
+            "width": width,
+            "height": height,
             "version": shown.version,
             "progress": shown.progress,
             "done": shown.is_done,
-            "channels": names,
+            "channels": shown.picture.names(),
         })
     }
 
-    /// The values of a channel as little-endian 32-bit floats, row by row from the top.
-    pub fn channel(&self, name: &str) -> Option<Vec<u8>> {
+    /// The values of a channel as little-endian 32-bit floats, row by row from the top; `None` where there is
+    /// no such channel.
+    ///
+    /// # Errors
+    /// Where the file that is shown can't be read any more.
+    pub fn channel(&self, name: &str) -> std::io::Result<Option<Vec<u8>>> {
         let picture = self.shown().picture.clone();
-        let values = picture.channel(name)?;
-        Some(values.iter().flat_map(|value| value.to_le_bytes()).collect())
+        picture.channel(name)
     }
 
     /// All channels of a pixel: at once where they are known, else as soon as the render can tell them.
-    pub fn pixel(&self, pixel @ [x, y]: [u32; 2]) -> Option<Receiver<Value>> {
+    /// `None` outside of the picture.
+    ///
+    /// # Errors
+    /// As of [`Self::channel`].
+    pub fn pixel(&self, pixel @ [x, y]: [u32; 2]) -> std::io::Result<Option<Receiver<Value>>> {
         let mut shown = self.shown();
-        let (width, height) = (shown.picture.width, shown.picture.height);
+        let [width, height] = shown.picture.size();
         if x as usize >= width || y as usize >= height {
-            return None;
+            return Ok(None);
         }
         let (answer, answered) = channel();
         if shown.is_done {
-            let place = y as usize * width + x as usize;
-            let values = shown.picture.channels.iter().map(|(name, values)| (name.clone(), values[place]));
+            let picture = shown.picture.clone();
+            drop(shown);
+            let place = pixel.map(|x| x as usize);
+            let values: Vec<f32> = match &*picture {
+                Seen::Growing(picture) => {
+                    let index = place[1] * width + place[0];
+                    picture.channels.iter().map(|(_, values)| values[index]).collect()
+                }
+                Seen::Stored(picture) => picture.pixel(place)?,
+            };
+            let names = picture.names().into_iter().map(str::to_owned);
             // It is received below.
-            let _ = answer.send(told(values));
+            let _ = answer.send(told(names.zip(values)));
         } else {
             shown.questions.push((pixel, answer));
             self.is_asked.store(true, Ordering::Relaxed);
         }
-        Some(answered)
+        Ok(Some(answered))
     }
 }
 

@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             path.display()
         )));
     }
-    let picture = exr::read(path).map_err(|error| cannot_read(path, &error))?;
+    let picture = exr::Stored::open(path).map_err(|error| cannot_read(path, &error))?;
     page.finished(Some(picture));
     let stop = stop_on_signal()?;
     serve(&page, args.port)?;

@@ -72,9 +72,12 @@ fn answer(page: &Page, request: &Request, address: SocketAddr) -> Answer {
         "/" => told("text/html; charset=utf-8", HTML.as_bytes().to_vec()),
         "/state" => json(&page.state()),
         "/channel" => {
-            let channel =
-                decoded(query.strip_prefix("name=").unwrap_or("")).and_then(|name| page.channel(&name));
-            channel.map_or_else(|| refusal(404), |values| told("application/octet-stream", values))
+            let name = decoded(query.strip_prefix("name=").unwrap_or(""));
+            match name.map(|name| page.channel(&name)) {
+                Some(Ok(Some(values))) => told("application/octet-stream", values),
+                Some(Err(_)) => refusal(500),
+                Some(Ok(None)) | None => refusal(404),
+            }
         }
         "/pixel" => pixel(page, query).unwrap_or_else(|| refusal(404)),
         _ => refusal(404),
@@ -85,8 +88,8 @@ fn answer(page: &Page, request: &Request, address: SocketAddr) -> Answer {
 fn pixel(page: &Page, query: &str) -> Option<Answer> {
     let (x, y) = query.split_once('&')?;
     let number = |text: &str, name: &str| text.strip_prefix(name)?.parse().ok();
-    let answered = page.pixel([number(x, "x=")?, number(y, "y=")?])?;
-    Some(answered.recv_timeout(PATIENCE).map_or_else(|_| refusal(503), |value| json(&value)))
+    let Ok(answered) = page.pixel([number(x, "x=")?, number(y, "y=")?]) else { return Some(refusal(500)) };
+    Some(answered?.recv_timeout(PATIENCE).map_or_else(|_| refusal(503), |value| json(&value)))
 }
 
 fn json(value: &serde_json::Value) -> Answer {

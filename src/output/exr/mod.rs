@@ -9,6 +9,7 @@
 
 mod bands;
 mod reading;
+mod stored;
 mod writing;
 
 use super::{Content, Picture, error_bars};
@@ -19,6 +20,7 @@ use smallvec::SmallVec;
 use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
+pub use stored::Stored;
 pub use writing::write;
 
 /// What the channels of light are, by name.

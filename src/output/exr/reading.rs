@@ -52,19 +52,8 @@ impl Channels {
 /// tests and comparisons.
 pub fn read(path: &Path) -> std::io::Result<Channels> {
     let bytes = std::fs::read(path)?;
-    let damaged =
-        |error: exr::error::Error| std::io::Error::other(format!("not a readable OpenEXR file: {error}"));
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(damaged)?;
-    for header in &meta.headers {
-        let pixels = header.layer_size.area() as u64;
-        // Compressed data are rarely smaller than this fraction of what they stand for; a damaged header asks
-        // for anything.
-        if pixels.saturating_mul(header.channels.bytes_per_pixel as u64) / MOST_COMPRESSED
-            > bytes.len() as u64
-        {
-            return Err(std::io::Error::other("the file is far shorter than the picture that it announces"));
-        }
-    }
+    checked(&meta, bytes.len() as u64)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -92,11 +81,28 @@ pub fn read(path: &Path) -> std::io::Result<Channels> {
     Ok(Channels { width: size.0, height: size.1, channels: named.collect(), half, attributes })
 }
 
+pub(super) fn damaged(error: exr::error::Error) -> std::io::Error {
+    std::io::Error::other(format!("not a readable OpenEXR file: {error}"))
+}
+
+/// Refuses a header that announces a picture that a file of so many bytes can't hold.
+pub(super) fn checked(meta: &exr::meta::MetaData, bytes: u64) -> std::io::Result<()> {
+    for header in &meta.headers {
+        let pixels = header.layer_size.area() as u64;
+        // Compressed data are rarely smaller than this fraction of what they stand for; a damaged header asks
+        // for anything.
+        if pixels.saturating_mul(header.channels.bytes_per_pixel as u64) / MOST_COMPRESSED > bytes {
+            return Err(std::io::Error::other("the file is far shorter than the picture that it announces"));
+        }
+    }
+    Ok(())
+}
+
 /// How many times larger than its file a picture may be: what the compressions of the format reach on a
 /// picture that is of one colour.
 const MOST_COMPRESSED: u64 = 2048;
 
 /// The inverse of [`utf8`].
-fn decoded(text: &Text) -> String {
+pub(super) fn decoded(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }

@@ -49,10 +49,10 @@ impl Setting<'_> {
         }
         let smooth = |shape: usize| surfaces[shape].smooth;
         let own = (0..own).filter(|&i| smooth(i)).map(|i| Caster::of(&self.shapes[i]));
-        let instances = self.groups.placed_boxes(self.shapes, self.shift).into_iter();
-        let instances = instances.filter(|(range, ..)| range.clone().any(smooth));
-        let casters =
-            Casters::new(own.chain(instances.map(|(_, bounds, _)| Caster::around(bounds))).collect());
+        let shown = self.groups.shown(&self.groups.contents(self.shapes), self.shift);
+        let instances = shown.iter().filter(|shown| shown.shapes.iter().any(|&shape| smooth(shape)));
+        let instances = instances.map(|shown| Caster::around(shown.bounds));
+        let casters = Casters::new(own.chain(instances).collect());
         let [width, height] = self.film.map(u64::from);
         Caustics::new(casters, self.sources(surfaces), width * height)
     }

@@ -1,22 +1,128 @@
 //! Which shapes may have faces in common, and whether bodies may overlap, going by planes that part them.
 
-use super::groups::Groups;
+use super::groups::{Content, Groups, Shown};
 use crate::geometry::{Bounds, Transform, Vec3};
 use crate::medium::{Body, Refraction};
 use crate::scene::coincident::{Contact, Contacts, Partner};
 use crate::scene::scene::Surface;
 use crate::shape::Shape;
-use std::ops::Range;
+use std::rc::Rc;
 
-/// Something that stands by itself: one of the scene's own shapes, or all that an instance shows.
+/// Something that stands by itself: a shape of the scene or of a group, or all that an instance shows.
 struct Item {
-    shapes: Range<usize>,
+    shapes: Shapes,
     partner: Partner,
     /// How far its surfaces may be from where they are met.
     error: f64,
     /// Whether it holds a closed body, and whether it holds any surface that encloses something.
     has_closed: bool,
     has_body: bool,
+    /// Whether it shows more than one surface, or one more than once.
+    several: bool,
+}
+
+enum Shapes {
+    One(usize),
+    All(Rc<[usize]>),
+}
+
+impl Shapes {
+    fn list(&self) -> &[usize] {
+        match self {
+            Self::One(shape) => std::slice::from_ref(shape),
+            Self::All(shapes) => shapes,
+        }
+    }
+}
+
+/// What is known of shapes by themselves.
+struct Known<'a> {
+    shapes: &'a [Shape],
+    surfaces: &'a [Surface],
+    bodies: &'a [Body],
+    /// Typical errors and placement errors.
+    errors: Vec<f64>,
+    rounding: Vec<f64>,
+}
+
+/// The largest errors within a group, in its coordinates, and whether it shows more than one surface.
+#[derive(Clone, Copy)]
+struct Errors {
+    error: f64,
+    rounding: f64,
+    several: bool,
+}
+
+impl Known<'_> {
+    fn is_body(&self, shape: usize) -> bool {
+        self.surfaces[shape].body.is_some()
+    }
+
+    fn is_closed(&self, shape: usize) -> bool {
+        self.surfaces[shape].body.is_some_and(|body| self.bodies[body as usize].closed)
+    }
+
+    fn single(&self, shape: usize, bounds: Bounds) -> Item {
+        Item {
+            shapes: Shapes::One(shape),
+            partner: Partner::new(bounds, self.errors[shape], self.rounding[shape]),
+            error: self.errors[shape] + self.rounding[shape],
+            has_closed: self.is_closed(shape),
+            has_body: self.is_body(shape),
+            several: false,
+        }
+    }
+
+    /// What an instance shows, in coordinates whose origin has been moved so far.
+    fn shown(&self, shown: &Shown, within: &[Errors], moved: f64) -> Item {
+        let Errors { error, rounding, several } = within[shown.group];
+        let error = shown.stretch * error;
+        let bounds = shown.bounds;
+        let placed = 64.0 * f64::EPSILON * (bounds.min.abs().max(bounds.max.abs()).length() + moved);
+        let rounding = shown.stretch * rounding + placed;
+        let any = |of: &dyn Fn(usize) -> bool| shown.shapes.iter().any(|&shape| of(shape));
+        Item {
+            has_closed: any(&|shape| self.is_closed(shape)),
+            has_body: any(&|shape| self.is_body(shape)),
+            partner: Partner::new(bounds, error, rounding),
+            error: error + rounding,
+            shapes: Shapes::All(shown.shapes.clone()),
+            several,
+        }
+    }
+
+    /// For each group, in whose order those within it come first.
+    fn errors_within(&self, contents: &[Content]) -> Vec<Errors> {
+        let mut within: Vec<Errors> = Vec::new();
+        for content in contents {
+            let largest = |of: &[f64]| of[content.own.clone()].iter().copied().fold(0.0, f64::max);
+            let (mut error, mut rounding) = (largest(&self.errors), largest(&self.rounding));
+            for shown in content.shown.iter().filter(|shown| !shown.bounds.is_empty()) {
+                let item = self.shown(shown, &within, content.moved);
+                let inner = shown.stretch * within[shown.group].error;
+                error = error.max(inner);
+                rounding = rounding.max(item.error - inner);
+            }
+            let inner = content.shown.iter().map(|shown| 1 + usize::from(within[shown.group].several));
+            let several = content.own.len() + inner.sum::<usize>() > 1;
+            within.push(Errors { error, rounding, several });
+        }
+        within
+    }
+
+    /// Whether nothing but the direction of the light says which of two bodies counts.
+    fn unordered(&self, a: usize, b: usize) -> bool {
+        let body = |shape: usize| self.surfaces[shape].body.map(|body| &self.bodies[body as usize]);
+        let (Some(a), Some(b)) = (body(a), body(b)) else { return false };
+        let accounts = [a, b].iter().any(|body| body.refraction == Refraction::Surroundings);
+        accounts && a.priority == b.priority && a.index_class != b.index_class
+    }
+}
+
+/// Where one box holds the other, the bodies most often lie within one another, the inner one entered last
+/// from everywhere.
+fn cross(a: Bounds, b: Bounds) -> bool {
+    !a.contains(b) && !b.contains(a)
 }
 
 /// What the shapes of a scene may do to one another.
@@ -47,127 +153,130 @@ pub(super) fn nearness(
     surfaces: &[Surface],
     bodies: &[Body],
 ) -> Nearness {
-    let is_body = |shape: usize| surfaces[shape].body.is_some();
-    let is_closed = |shape: usize| surfaces[shape].body.is_some_and(|body| bodies[body as usize].closed);
-    if !(0..shapes.len()).any(is_body) {
+    let moved = shift.point(Vec3::ZERO).length();
+    let known = Known {
+        shapes,
+        surfaces,
+        bodies,
+        errors: shapes.iter().map(Shape::typical_error).collect(),
+        rounding: shapes.iter().map(|shape| shape.placement_error(moved)).collect(),
+    };
+    if !(0..shapes.len()).any(|shape| known.is_body(shape)) {
         return Nearness::none();
     }
-    let moved = shift.point(Vec3::ZERO).length();
-    let rounding: Vec<f64> = shapes.iter().map(|shape| shape.placement_error(moved)).collect();
-    let errors: Vec<f64> = shapes.iter().map(Shape::typical_error).collect();
-    let own = (0..groups.own()).map(|i| Item {
-        shapes: i..i + 1,
-        partner: match groups.moves(i) {
-            true => Partner::new(EVERYWHERE, errors[i], rounding[i]),
-            false => Partner::new(shapes[i].bounds(), errors[i], rounding[i]),
-        },
-        error: errors[i] + rounding[i],
-        has_closed: is_closed(i),
-        has_body: is_body(i),
+    let contents = groups.contents(shapes);
+    let within = known.errors_within(&contents);
+    let own = (0..groups.own()).map(|i| {
+        let bounds = if groups.moves(i) { EVERYWHERE } else { shapes[i].bounds() };
+        known.single(i, bounds)
     });
-    let instances = groups.placed_boxes(shapes, shift).into_iter().map(|(shapes_of, bounds, stretch)| {
-        let largest = |of: &dyn Fn(usize) -> f64| shapes_of.clone().map(of).fold(0.0, f64::max);
-        let error = stretch * largest(&|i| errors[i]);
-        let placed = 64.0 * f64::EPSILON * (bounds.min.abs().max(bounds.max.abs()).length() + moved);
-        let rounding = stretch * largest(&|i| rounding[i]) + placed;
-        Item {
-            has_closed: shapes_of.clone().any(is_closed),
-            has_body: shapes_of.clone().any(is_body),
-            partner: Partner::new(bounds, error, rounding),
-            error: error + rounding,
-            shapes: shapes_of,
-        }
-    });
+    let shown = groups.shown(&contents, shift);
+    let instances = shown.iter().map(|shown| known.shown(shown, &within, moved));
     let items: Vec<Item> = own.chain(instances).filter(|item| !item.partner.bounds.is_empty()).collect();
-    // The scene's own shape that an item is, where it stands still.
-    let single = |item: &Item| {
-        let shape = item.shapes.start;
-        (item.shapes.len() == 1 && shape < groups.own() && !groups.moves(shape)).then(|| &shapes[shape])
+    // The scene's own shape that an item is.
+    let single = |item: &Item| match item.shapes {
+        Shapes::One(shape) => Some(shape),
+        Shapes::All(_) => None,
     };
-    let own_body = |item: &Item| match item.shapes.start < groups.own() {
-        true => surfaces[item.shapes.start].body,
-        false => None,
-    };
+    let own_body = |item: &Item| single(item).and_then(|shape| surfaces[shape].body);
+    let still = |item: &Item| single(item).filter(|&shape| !groups.moves(shape)).map(|shape| &shapes[shape]);
     let mut found: Vec<Vec<Partner>> = vec![Vec::new(); shapes.len()];
     let mut near = Nearness::none();
-    // Where one box holds the other, the bodies most often lie within one another, the inner one entered last
-    // from everywhere.
-    let cross = |a: Bounds, b: Bounds| !a.contains(b) && !b.contains(a);
-    let unordered = |a: usize, b: usize| {
-        let [Some(a), Some(b)] = [a, b].map(|shape| surfaces[shape].body.map(|body| &bodies[body as usize]))
-        else {
-            return false;
-        };
-        let accounts = [a, b].iter().any(|body| body.refraction == Refraction::Surroundings);
-        accounts && a.priority == b.priority && a.index_class != b.index_class
-    };
     for (a, b) in touching(&items) {
         let (a, b) = (&items[a], &items[b]);
         // Parts of one solid have nothing between them.
         if own_body(a).is_some() && own_body(a) == own_body(b) {
             continue;
         }
-        let reach = a.partner.reach + b.partner.reach;
-        let gap = match (single(a), single(b)) {
-            (Some(one), Some(other)) => one.gap(other),
-            // These boxes are wider by the reach.
-            _ => a.partner.bounds.gap(b.partner.bounds) + reach,
-        };
-        // Each axis of a box is as much wider.
-        if gap > 2.0 * reach {
-            continue;
-        }
-        let bodies = a.has_body && b.has_body;
-        near.adjoin |= bodies;
-        if bodies && gap < -(a.error + b.error) {
-            near.overlap = true;
-            if cross(a.partner.bounds, b.partner.bounds) {
-                for i in a.shapes.clone() {
-                    let others = b.shapes.clone().filter(|&j| unordered(i, j));
-                    near.one_way.extend(others.flat_map(|j| [i, j]));
-                }
-            }
-        }
-        if !(a.has_closed || b.has_closed) {
+        let shapes = still(a).zip(still(b));
+        if !near.meet(&known, a, b, shapes) || !(a.has_closed || b.has_closed) {
             continue;
         }
         for (one, other) in [(a, b), (b, a)] {
             // A group's shapes don't lie where the instance shows them.
-            let is_own = one.shapes.len() == 1 && one.shapes.start < groups.own();
-            let bounds = if is_own { other.partner.bounds } else { EVERYWHERE };
-            one.shapes.clone().for_each(|shape| found[shape].push(Partner { bounds, ..other.partner }));
+            let bounds = if single(one).is_some() { other.partner.bounds } else { EVERYWHERE };
+            let partner = Partner { bounds, ..other.partner };
+            one.shapes.list().iter().for_each(|&shape| found[shape].push(partner));
         }
     }
-    for item in items.iter().filter(|item| item.has_body && item.shapes.len() > 1) {
-        // Shapes of one group may touch one another.
-        if item.has_closed {
-            item.shapes.clone().for_each(|shape| {
-                found[shape].push(Partner { bounds: EVERYWHERE, ..item.partner });
-            });
-        }
-        let of_group: Vec<usize> = item.shapes.clone().filter(|&i| is_body(i)).collect();
-        for (later, &i) in of_group.iter().enumerate() {
-            for &j in of_group[..later].iter().filter(|&&j| surfaces[i].body != surfaces[j].body) {
-                let gap = shapes[i].gap(&shapes[j]);
-                near.adjoin = true;
-                if gap < -(errors[i] + rounding[i] + errors[j] + rounding[j]) {
-                    near.overlap = true;
-                    if unordered(i, j) && cross(shapes[i].bounds(), shapes[j].bounds()) {
-                        near.one_way.extend([i, j]);
-                    }
-                }
-            }
-        }
+    for item in items.iter().filter(|item| item.has_closed && item.several) {
+        // Surfaces of one group may touch one another.
+        let partner = Partner { bounds: EVERYWHERE, ..item.partner };
+        item.shapes.list().iter().for_each(|&shape| found[shape].push(partner));
+    }
+    for content in &contents {
+        near.within_group(&known, content, &within);
     }
     if found.iter().all(Vec::is_empty) {
         return near;
     }
-    for (partners, rounding) in found.into_iter().zip(rounding) {
+    for (partners, rounding) in found.into_iter().zip(known.rounding) {
         let (first, count) = (near.contacts.partners.len() as u32, partners.len() as u32);
         near.contacts.of.push(Contact { rounding, first, count });
         near.contacts.partners.extend(partners);
     }
     near
+}
+
+impl Nearness {
+    /// Takes note of two things, and returns whether they may touch. `shapes`: the two, where they are known
+    /// to stand by themselves.
+    fn meet(&mut self, known: &Known<'_>, a: &Item, b: &Item, shapes: Option<(&Shape, &Shape)>) -> bool {
+        let reach = a.partner.reach + b.partner.reach;
+        let gap = match shapes {
+            Some((one, other)) => one.gap(other),
+            // These boxes are wider by the reach.
+            _ => a.partner.bounds.gap(b.partner.bounds) + reach,
+        };
+        // Each axis of a box is as much wider.
+        if gap > 2.0 * reach {
+            return false;
+        }
+        let bodies = a.has_body && b.has_body;
+        self.adjoin |= bodies;
+        if bodies && gap < -(a.error + b.error) {
+            self.overlap = true;
+            if cross(a.partner.bounds, b.partner.bounds) {
+                for &i in a.shapes.list() {
+                    let others = b.shapes.list().iter().filter(|&&j| known.unordered(i, j));
+                    self.one_way.extend(others.flat_map(|&j| [i, j]));
+                }
+            }
+        }
+        true
+    }
+
+    /// Likewise of what a group holds.
+    fn within_group(&mut self, known: &Known<'_>, content: &Content, within: &[Errors]) {
+        let Known { shapes, surfaces, errors, rounding, .. } = known;
+        let of_group: Vec<usize> = content.own.clone().filter(|&i| known.is_body(i)).collect();
+        for (later, &i) in of_group.iter().enumerate() {
+            for &j in of_group[..later].iter().filter(|&&j| surfaces[i].body != surfaces[j].body) {
+                let gap = shapes[i].gap(&shapes[j]);
+                self.adjoin = true;
+                if gap < -(errors[i] + rounding[i] + errors[j] + rounding[j]) {
+                    self.overlap = true;
+                    if known.unordered(i, j) && cross(shapes[i].bounds(), shapes[j].bounds()) {
+                        self.one_way.extend([i, j]);
+                    }
+                }
+            }
+        }
+        if content.shown.is_empty() {
+            return;
+        }
+        let own = content.own.clone().map(|i| known.single(i, shapes[i].bounds()));
+        let shown = content.shown.iter().map(|shown| known.shown(shown, within, content.moved));
+        let items: Vec<Item> = own.chain(shown).filter(|item| !item.partner.bounds.is_empty()).collect();
+        for (a, b) in touching(&items) {
+            let (a, b) = (&items[a], &items[b]);
+            // Pairs of the group's own shapes are done.
+            if matches!((&a.shapes, &b.shapes), (Shapes::One(_), Shapes::One(_))) {
+                continue;
+            }
+            self.meet(known, a, b, None);
+        }
+    }
 }
 
 /// Around each transparent body, or each instance of a group that holds some.
@@ -181,8 +290,9 @@ pub(super) fn body_boxes<'a>(
     let is_body = |shape: usize| surfaces[shape].body.is_some_and(|body| bodies[body as usize].closed);
     let bounds = |i: usize| if groups.moves(i) { EVERYWHERE } else { shapes[i].bounds() };
     let own = (0..groups.own()).filter(move |&i| is_body(i)).map(bounds);
-    let instances = groups.placed_boxes(shapes, shift).into_iter();
-    own.chain(instances.filter(move |(range, ..)| range.clone().any(is_body)).map(|(_, bounds, _)| bounds))
+    let shown = groups.shown(&groups.contents(shapes), shift).into_iter();
+    let shown = shown.filter(move |shown| shown.shapes.iter().any(|&shape| is_body(shape)));
+    own.chain(shown.map(|shown| shown.bounds))
 }
 
 /// Pairs of items with boxes that share a point, one of each with a surface in it that encloses something: by

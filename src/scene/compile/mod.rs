@@ -39,7 +39,7 @@ use crate::spectrum::colour::Observer;
 use crate::texture::Texture;
 use crate::units::WavelengthRange;
 use contact::Nearness;
-use groups::{Assembled, Groups, Traced};
+use groups::{Assembled, Groups, MOST_INSTANCES, Traced};
 use materials::MaterialCompiler;
 use std::collections::HashMap;
 
@@ -94,7 +94,17 @@ struct Compiler<'a> {
 impl Compiler<'_> {
     fn run(mut self) -> Result<Scene, SceneErrors> {
         let description = self.description;
-        let groups = Groups::new(description);
+        let mut groups = Groups::new(description);
+        self.errors = groups.errors();
+        if let Some(place) = groups.beyond_numbers() {
+            let problem = "the scene shows more instances than hits can tell apart";
+            let expected =
+                format!("fewer than {MOST_INSTANCES}, those within groups counted as often as shown");
+            let error = SceneError::at(place, problem, expected);
+            self.errors
+                .push(error.with_remedy("put more shapes into the innermost group, and show it less often"));
+        }
+        let groups = groups;
         let shift = Transform::translation(-groups::centre(groups.scene_bounds()));
         self.shift = shift;
         let mut materials = MaterialCompiler::new(self.options.range, shift);

@@ -20,9 +20,9 @@ pub(super) fn of(description: &Description, groups: &Groups<'_>) -> ShapeNumbers
     }
     let traced = groups.shapes(&Transform::IDENTITY);
     let of_surface = |shape: &ShapeDescription| known.get(&std::ptr::from_ref(shape)).copied().unwrap_or(0);
-    // Those of the file come first; what else is an instance is a thing that moves, and has a number of its
-    // own.
-    let instances = (shapes + solids + 1..).take(description.instances.len());
+    // What else is an instance is a thing that moves, and has a number of its own.
+    let first = shapes + solids + 1;
+    let instances = groups.instance_numbers().map(|number| number.map_or(0, |number| first + number as u32));
     ShapeNumbers {
         surfaces: traced.iter().map(|traced| of_surface(traced.shape)).collect(),
         instances: std::iter::repeat_n(0, groups.moving_parts()).chain(instances).collect(),

@@ -185,6 +185,8 @@ pub struct ShapeGroup {
     pub id: Option<String>,
     pub shapes: Vec<ShapeDescription>,
     pub solids: Vec<Solid>,
+    /// Other groups that this one shows (an extension). None of them shows this one.
+    pub instances: Vec<Instance>,
 }
 
 /// A group of shapes where a transform puts it.

@@ -1,5 +1,5 @@
 //! Shapes that hold shapes and are none themselves: `merge`, `shapegroup`, and the `instance` that shows a
-//! group somewhere.
+//! group somewhere. Groups that show other groups, and lights and motion in groups, are extensions.
 
 use super::super::description::{Instance, ShapeDescription, ShapeGroup, Solid};
 use super::super::plugins::shapes;
@@ -7,6 +7,7 @@ use super::super::source::SceneError;
 use super::query::{Query, capital};
 use super::tree::{Class, ObjectId};
 use super::{Reader, solids};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// What an object holds, and what is merged into it.
@@ -15,10 +16,13 @@ pub(super) struct Found {
     pub shapes: Vec<ShapeDescription>,
     pub solids: Vec<Solid>,
     pub instances: Vec<Instance>,
+    /// Whether the object is a shapegroup.
+    of_group: bool,
 }
 
 pub(super) fn read(reader: &Reader, query: &Query<'_>) -> Found {
-    let mut found = Found::default();
+    let of_group = query.object.plugin == "shapegroup";
+    let mut found = Found { of_group, ..Found::default() };
     collect(reader, query, &mut found);
     found
 }
@@ -28,16 +32,31 @@ fn collect(reader: &Reader, query: &Query<'_>, found: &mut Found) {
         match reader.tree.get(id).plugin.as_str() {
             "merge" => merge(reader, id, found),
             // What an instance shows; by itself it shows nothing.
-            "shapegroup" if query.object.plugin == "shapegroup" => {
-                let problem = "A shapegroup within a shapegroup";
-                let error = SceneError::at(&reader.tree.get(id).place, problem, "expected shapes in a group");
-                query.error(error.with_remedy("groups don't nest, as in Mitsuba 3"));
+            "shapegroup" if found.of_group => {
+                let problem = "A shapegroup within a shapegroup shows nothing";
+                let expected = "expected shapes and instances in a group";
+                let error = SceneError::at(&reader.tree.get(id).place, problem, expected);
+                query.error(error.with_remedy("put a <shape type=\"instance\"> around it to show it here"));
             }
             "shapegroup" => drop(group(reader, id)),
             "instance" => found.instances.extend(instance(reader, id)),
             plugin if solids::operation(plugin).is_some() => found.solids.extend(solids::read(reader, id)),
-            _ => found.shapes.extend(shapes::of_scene(reader, id)),
+            _ => {
+                if found.of_group {
+                    refuse_sensors(&Query::new(reader, id));
+                }
+                found.shapes.extend(shapes::of_scene(reader, id));
+            }
         }
+    }
+}
+
+/// A sensor measures where its shape stands, which a group leaves open.
+fn refuse_sensors(query: &Query<'_>) {
+    for (entry, _) in query.objects(Class::Sensor) {
+        let problem = "A sensor on a shape within a shapegroup";
+        let error = SceneError::at(&entry.place, problem, "expected no sensor in a group, as in Mitsuba 3");
+        query.error(error.with_remedy("put the shape directly into the scene"));
     }
 }
 
@@ -82,6 +101,7 @@ fn instance(reader: &Reader, id: ObjectId) -> Option<Instance> {
             error.with_remedy("write <shape type=\"shapegroup\" id=\"...\"> and <ref id=\"...\"/> in here"),
         );
     };
+    let is_told = query.has_broken();
     query.finish();
     match found[..] {
         [(_, id)] if reader.tree.get(id).plugin == "shapegroup" => {
@@ -91,6 +111,8 @@ fn instance(reader: &Reader, id: ObjectId) -> Option<Instance> {
             wrong("An instance shows a shapegroup, no other shape");
             None
         }
+        // What is wrong with the reference is told already.
+        [] if is_told => None,
         [] => {
             wrong("The instance shows nothing");
             None
@@ -100,6 +122,20 @@ fn instance(reader: &Reader, id: ObjectId) -> Option<Instance> {
             None
         }
     }
+}
+
+/// The groups that instances show, and those that these show, each once.
+pub(super) fn shown(instances: &[Instance]) -> Vec<Arc<ShapeGroup>> {
+    let mut found = Vec::new();
+    let mut known = BTreeSet::new();
+    let mut waiting: Vec<&Instance> = instances.iter().rev().collect();
+    while let Some(Instance { group, .. }) = waiting.pop() {
+        if known.insert(Arc::as_ptr(group)) {
+            found.push(group.clone());
+            waiting.extend(group.instances.iter().rev());
+        }
+    }
+    found
 }
 
 /// A group, read once however many instances show it.
@@ -114,28 +150,26 @@ fn group(reader: &Reader, id: ObjectId) -> Arc<ShapeGroup> {
         let error = SceneError::at(&query.place("to_world"), problem, "expected none");
         query.error(error.with_remedy("transform its shapes or its instances"));
     }
-    let Found { shapes, solids, instances } = read(reader, &query);
+    let Found { shapes, solids, instances, .. } = read(reader, &query);
     refuse_surface(&query);
-    if let Some(inner) = instances.first() {
-        let error =
-            SceneError::at(&inner.place, "An instance within a shapegroup", "expected shapes in a group");
-        query.error(
-            error.with_remedy("groups don't nest, as in Mitsuba 3: put the shapes themselves into this one"),
-        );
+    for inner in &instances {
+        reader.extension(&inner.place, "an instance within a shapegroup".to_owned());
     }
-    let of_shapes = shapes.iter().filter_map(|shape| shape.motion.as_ref().map(|motion| &motion.place));
-    for place in of_shapes.chain(solids.iter().filter_map(solids::any_motion)) {
-        let problem = "A shape that moves within a shapegroup";
-        let error = SceneError::at(place, problem, "expected shapes that stand still in a group");
-        query.error(error.with_remedy("let the instance move, or put the shape directly into the scene"));
-    }
-    for shape in shapes.iter().chain(solids.iter().flat_map(Solid::leaves)) {
+    for shape in &shapes {
         if let Some(emission) = &shape.emission {
-            let problem = "A light within a shapegroup";
-            let error =
-                SceneError::at(&emission.place, problem, "expected no emitter in a group, as in Mitsuba 3");
-            query.error(error.with_remedy("put the shape directly into the scene"));
+            reader.extension(&emission.place, "a light within a shapegroup".to_owned());
         }
+    }
+    // A solid may move as a whole, but its surfaces neither move nor shine by themselves.
+    for place in solids.iter().flat_map(|solid| &solid.parts).filter_map(solids::motion_within) {
+        let problem = "A part of a solid that moves within a shapegroup";
+        let error = SceneError::at(place, problem, "expected solids whose parts stand still in a group");
+        query.error(error.with_remedy("let the whole solid move, or put it directly into the scene"));
+    }
+    for emission in solids.iter().flat_map(Solid::leaves).filter_map(|leaf| leaf.emission.as_ref()) {
+        let problem = "A light on a part of a solid within a shapegroup";
+        let error = SceneError::at(&emission.place, problem, "expected no emitter in a solid of a group");
+        query.error(error.with_remedy("put the solid directly into the scene, or the light on a shape"));
     }
     query.finish();
     let group = Arc::new(ShapeGroup {
@@ -143,6 +177,7 @@ fn group(reader: &Reader, id: ObjectId) -> Arc<ShapeGroup> {
         id: reader.tree.get(id).id.clone(),
         shapes,
         solids,
+        instances,
     });
     reader.groups.borrow_mut().insert(id, group.clone());
     group

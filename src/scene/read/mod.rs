@@ -209,12 +209,13 @@ impl Reader {
         let query = Query::new(self, Tree::ROOT);
         let integrator = integrators::of_scene(&query);
         let sensor = self.sensor(&query);
-        let groups::Found { shapes, solids, instances } = groups::read(self, &query);
+        let groups::Found { shapes, solids, instances, .. } = groups::read(self, &query);
         let lights = self.lights(&query);
         self.definitions(&query);
         query.finish();
-        let grouped = instances.iter().flat_map(|instance| &instance.group.shapes);
-        let grouped_solids = instances.iter().flat_map(|instance| &instance.group.solids);
+        let groups = groups::shown(&instances);
+        let grouped = groups.iter().flat_map(|group| &group.shapes);
+        let grouped_solids = groups.iter().flat_map(|group| &group.solids);
         self.inside_out(shapes.iter().chain(solids.iter().flat_map(Solid::leaves)));
         for group in self.groups.borrow().values() {
             self.inside_out(group.shapes.iter().chain(group.solids.iter().flat_map(Solid::leaves)));

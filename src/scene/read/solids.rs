@@ -160,13 +160,13 @@ fn check_motion(query: &Query<'_>, around: &mut Enclosing, motion: Option<&Place
     around.moving = true;
 }
 
-/// The first animation in a solid, its own included.
-pub(in crate::scene) fn any_motion(solid: &Solid) -> Option<&Place> {
-    let own = solid.motion.as_ref().map(|motion| &motion.place);
-    own.or_else(|| {
-        solid.parts.iter().find_map(|part| match part {
-            Part::Shape(shape) => shape.motion.as_ref().map(|motion| &motion.place),
-            Part::Solid(solid) => any_motion(solid),
-        })
-    })
+/// The first animation of a part of a solid, or within that part.
+pub(in crate::scene) fn motion_within(part: &Part) -> Option<&Place> {
+    match part {
+        Part::Shape(shape) => shape.motion.as_ref().map(|motion| &motion.place),
+        Part::Solid(solid) => {
+            let own = solid.motion.as_ref().map(|motion| &motion.place);
+            own.or_else(|| solid.parts.iter().find_map(motion_within))
+        }
+    }
 }

@@ -28,7 +28,9 @@ fn group(writer: &mut Writer, group: &Arc<ShapeGroup>) -> Rc<Node> {
     }
     let node = Node::new(Class::Shape, "shapegroup", &group.place).id(&group.id);
     let node = group.shapes.iter().fold(node, |node, shape| node.child(shapes::node(shape, writer)));
-    let node = Rc::new(group.solids.iter().fold(node, |node, part| node.child(solid(writer, part))));
+    let node = group.solids.iter().fold(node, |node, part| node.child(solid(writer, part)));
+    let inner = |node: Node, inner: &Instance| node.child(instance(writer, inner));
+    let node = Rc::new(group.instances.iter().fold(node, inner));
     writer.groups.insert(Arc::as_ptr(group), node.clone());
     node
 }

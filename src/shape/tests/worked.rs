@@ -4,7 +4,7 @@
 use super::{close, near, unit_sphere};
 use crate::geometry::roots::quadratic;
 use crate::geometry::{Bounds, Ray, Transform, Vec3};
-use crate::shape::{Disk, Mesh, MeshData, Quadric, QuadricKind, Shape, Sphere};
+use crate::shape::{Disk, Mesh, MeshData, Patches, Quadric, QuadricKind, Shape, Sphere};
 use glam::{DMat4, DQuat};
 use std::f64::consts::PI;
 
@@ -132,6 +132,17 @@ fn a_quadrilateral() {
     assert!(close(v, 3.0 / 13.0, 1e-14), "{v}");
     let (low, high) = (p00.lerp(p10, u[0].t), p01.lerp(p11, u[0].t));
     assert!(near(low.lerp(high, v), point, 1e-13));
+    // The same as a patch, whose control points lie at thirds of the way: a ray that comes along the normal
+    // meets it there, and has these coordinates.
+    let third = |i: usize| (i % 4) as f64 / 3.0;
+    let net = std::array::from_fn(|i| p00.lerp(p10, third(i)).lerp(p01.lerp(p11, third(i)), third(i / 4)));
+    let patch = Shape::Patches(Patches::new(&Transform::IDENTITY, &[net], false).unwrap());
+    let ray = Ray::new(point + 3.0 * normal, -normal.normalize());
+    let hit = patch.intersect(&ray).unwrap();
+    let met = patch.surface(&hit, &ray).point;
+    assert!(near(met.position, point, 1e-13), "{met:?}");
+    let uv = patch.parametrisation(&hit, met.position).uv;
+    assert!(close(uv[0], 7.0 / 11.0, 1e-12) && close(uv[1], 3.0 / 13.0, 1e-12), "{uv:?}");
 }
 
 /// A ray that passes a box by (4), though it passes all three pairs of planes.

@@ -12,13 +12,13 @@
 //! | N15 Heckbert's business card | `n15` in `card.rs` |
 //! | N16 weight of a ray in the tree, N17 mean of a pixel | `n16` in `optics.rs`, `n17` in `samples.rs` |
 //! | N18 wheels that seem to turn backwards | `n18` in `places.rs` |
+//! | N20 weights of the rays of a divided pixel | `n20` in `samples.rs`: by the film, which divides by the weights |
 //! | N21 odds of a pixel that is all wrong, N22 aliases of a comb | `n21`, `n22` in `samples.rs` |
 //! | N24 direction cube | `n24` in `places.rs`: with a cube and its faces' solid angle, for nothing here sorts directions in this way |
 //! | N25 the time of a machine that tests every polygon | `n25` in `places.rs`: with the tests that the tree leaves |
 //! | N26 formulas whose operations are counted | `n26` in `optics.rs`: those of refraction, whose results are those of this program |
 //!
-//! N19 (the visible range), N20 (weights of adaptive samples) and N23 (terms of an implicit surface) are sums that say
-//! nothing of this program.
+//! N19 (the visible range) and N23 (terms of an implicit surface) are sums that say nothing of this program.
 
 mod card;
 mod optics;

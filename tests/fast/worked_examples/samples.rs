@@ -86,6 +86,49 @@ fn n17_a_pixel_is_the_mean_of_its_rays() {
     assert_eq!((film.of_replicate(0, 0, 0, [1.0, 0.0, 0.0]), film.bad.total()), (0.0, 0));
 }
 
+/// The rays of a pixel that was divided where its corners differed, each with the part of the pixel that it stands for. The printed
+/// formula has a bracket misplaced, and its weights add up to 1.75: a film divides by their sum, so that a factor of all of
+/// them changes nothing.
+#[test]
+fn n20_weights_of_the_rays_of_a_divided_pixel() {
+    let weights = [
+        ('A', 16.0),
+        ('B', 4.0),
+        ('C', 1.0),
+        ('D', 16.0),
+        ('E', 37.0),
+        ('F', 4.0),
+        ('G', 13.0),
+        ('H', 8.0),
+        ('J', 1.0),
+        ('K', 4.0),
+        ('L', 1.0),
+        ('M', 13.0),
+        ('N', 4.0),
+        ('P', 1.0),
+        ('Q', 4.0),
+        ('R', 1.0),
+    ]
+    .map(|(ray, of_128)| (ray, of_128 / 128.0));
+    assert_near(weights.iter().map(|(_, weight)| weight).sum(), 1.0, 0.0);
+    // What one ray sees alone arrives by its weight.
+    let pixel = |lit: char, factor: f64| {
+        let mut film = Film::new(1, 1, 1, Extras::default(), FixedPoint::for_reference(1.0));
+        let mut tile = film.extras.tile([0, 0], [1, 1], 0..1);
+        for (ray, weight) in weights {
+            let value = if ray == lit { 1.0 } else { 0.0 };
+            tile.add(0, 0, 1, factor * weight * value, film.scale());
+            tile.weigh(0, 0, factor * weight);
+        }
+        film.add(&tile);
+        film.of_replicate(0, 0, 0, [0.0, 1.0, 0.0])
+    };
+    for (ray, weight) in weights {
+        assert_near(pixel(ray, 1.0), weight, 1e-9);
+        assert_near(pixel(ray, 1.75), weight, 1e-9);
+    }
+}
+
 /// A pixel of which one half is white is black all over once in 2²⁰ when its 20 samples are independent; in jittered cells,
 /// never.
 #[test]

@@ -217,7 +217,16 @@ impl Grammar {
                 let group = r#"<shape type="shapegroup" id="group">"#;
                 let shown = object.replacen("</shape>", r#"<ref id="group"/></shape>"#, 1);
                 let inner = writer.any("shape", "", 3);
-                around("shape", &format!("{group}{inner}</shape>{shown}{extra}"))
+                // Half of the groups show another.
+                let nested = match writer.random.below(2) {
+                    0 => format!(
+                        r#"<shape type="shapegroup" id="inner">{}</shape>{group}<shape type="instance"><ref id="inner"/>
+                        </shape>{inner}</shape>"#,
+                        writer.any("shape", "", 3)
+                    ),
+                    _ => format!("{group}{inner}</shape>"),
+                };
+                around("shape", &format!("{nested}{shown}{extra}"))
             }
             "texture" => {
                 let (bsdf, of) = [

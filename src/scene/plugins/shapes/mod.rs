@@ -210,7 +210,12 @@ const STRUCTURES: [(&str, bool, &str, &str); 6] = [
     ("intersection", true, "the body that is in all of some closed shapes", "the shapes"),
     ("difference", true, "the first of some closed shapes less all others", "the shapes"),
     ("merge", false, "shapes that are written together", "the shapes"),
-    ("shapegroup", false, "shapes that are shown by instances", "the shapes"),
+    (
+        "shapegroup",
+        false,
+        "shapes that are shown by instances",
+        "the shapes; instances of other groups, lights and what moves too (extensions)",
+    ),
     ("instance", false, "a shapegroup where a transform puts it", "the shapegroup"),
 ];
 

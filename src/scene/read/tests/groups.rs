@@ -35,15 +35,41 @@ fn what_mitsuba_refuses_in_groups_is_refused() {
             r#"{GROUP}<shape type="instance"><ref id="g"/><boolean name="flip_normals" value="true"/></shape>"#
         ),
         r#"<shape type="sphere" id="s"/><shape type="instance"><ref id="s"/></shape>"#.to_owned(),
-        format!(r#"{GROUP}<shape type="shapegroup"><shape type="instance"><ref id="g"/></shape></shape>"#),
         r#"<shape type="shapegroup"><shape type="shapegroup"/></shape>"#.to_owned(),
-        r#"<shape type="shapegroup"><shape type="sphere"><emitter type="area"/></shape></shape>"#.to_owned(),
+        r#"<shape type="shapegroup"><shape type="rectangle"><sensor type="irradiancemeter"/></shape></shape>"#
+            .to_owned(),
+        r#"<shape type="shapegroup"><shape type="sphere"/><emitter type="point"/></shape>"#.to_owned(),
         r#"<shape type="shapegroup"><transform name="to_world"/></shape>"#.to_owned(),
         r#"<shape type="merge"><transform name="to_world"/></shape>"#.to_owned(),
         r#"<shape type="merge"><boolean name="flip_normals" value="true"/></shape>"#.to_owned(),
     ] {
         errors(&content);
     }
+}
+
+/// Mitsuba 3.9.1 refuses these: "Nested instancing is not permitted", "Instancing of emitters is not
+/// supported".
+#[test]
+fn groups_in_groups_and_lights_in_groups_are_extensions() {
+    let scene = scene(&format!(
+        r#"{GROUP}<shape type="shapegroup" id="h"><shape type="instance"><ref id="g"/></shape>
+        <shape type="instance"><ref id="g"/></shape><shape type="sphere"><emitter type="area"/></shape></shape>
+        <shape type="instance"><ref id="h"/></shape>"#
+    ));
+    let [shown] = &scene.instances[..] else { panic!("{:?}", scene.instances) };
+    let [first, second] = &shown.group.instances[..] else { panic!("{:?}", shown.group) };
+    assert!(Arc::ptr_eq(&first.group, &second.group) && first.group.shapes.len() == 3);
+    let told: Vec<&str> = scene.extensions.iter().map(|note| note.text.as_str()).collect();
+    assert_eq!(
+        told.iter().filter(|text| text.contains("an instance within a shapegroup")).count(),
+        2,
+        "{told:?}"
+    );
+    assert_eq!(
+        told.iter().filter(|text| text.contains("a light within a shapegroup")).count(),
+        1,
+        "{told:?}"
+    );
 }
 
 #[test]
