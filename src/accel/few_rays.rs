@@ -25,7 +25,8 @@ const MARGIN: f32 = 640.0 / (1 << 24) as f32;
 /// from there to a surface.
 const FARTHEST: (f32, f32) = (8.0, 16.0);
 
-/// Where 1 / |h(d)| is larger than this, a ray runs along the facet, and on which side of it is not sure.
+/// Where a way leads less than one over this off the facet that it leaves, it runs along it, and on which side
+/// is not sure.
 pub(super) const ALONG: f32 = 1e5;
 
 /// Stands for no facet among those that rays leave.
@@ -164,7 +165,7 @@ impl Halves {
             let (low, high) = (t - slack, t + slack);
             // Also what is no number may be met.
             let own = self.leaves[half].simd_eq(number) | self.arrives[half].simd_eq(number);
-            let own = own & inverse.abs().simd_lt(f32x8::splat(ALONG));
+            let own = own & inverse.abs().simd_lt(self.reach[half] * f32x8::splat(ALONG));
             let missed = own
                 | within.simd_lt(-slack)
                 | high.simd_lt(f32x8::ZERO)
