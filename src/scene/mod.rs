@@ -18,7 +18,7 @@ mod write;
 pub use compile::{CompileOptions, Crop, compile};
 pub use counting::{Counters, Counts, PathEnd, RayCounts, RayKind};
 pub use description::Description;
-pub use flight::{Collision, Event, Flight};
+pub use flight::{Collision, Event, Flight, FlightPlan};
 pub use info::{json, outline};
 pub use limits::{Coverage, Integrator, Limits, Techniques};
 pub use passage::Passage;
