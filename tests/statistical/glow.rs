@@ -1,0 +1,119 @@
+//! Media that send out light, and layers, against closed forms: bin by bin, and for every number of wavelengths per path.
+
+use crate::common::{ALL_COUNTS, expose, made, mean_over_pixels, settings, stress};
+use crate::media::{assert_bins, beam, scene};
+use abbe::scene::CompileOptions;
+use abbe::spectrum::blackbody_radiance;
+use abbe::stats::sidak;
+use statrs::distribution::{ContinuousCDF, Normal};
+use std::f64::consts::PI;
+
+/// A slab 1 thick across the ray, with something in its medium.
+fn slab(medium: &str) -> String {
+    format!(
+        r#"<integrator type="volpath"/>{}<shape type="cube"><bsdf type="null"/>
+           <transform name="to_world"><scale x="5" y="5" z="0.5"/></transform>{medium}</shape>"#,
+        beam(r#"origin="0.1, 0.2, 5" target="0.1, 0.2, 0" up="0, 1, 0""#, "")
+    )
+}
+
+/// 0 at 400 nm, where nothing is absorbed.
+const SIGMA: &str = r#"<spectrum name="sigma_t" value="400:0, 500:2, 700:0.5"/><float name="albedo" value="0"/>"#;
+
+fn sigma(nm: f64) -> f64 {
+    if nm < 500.0 { 2.0 * (nm - 400.0) / 100.0 } else { 2.0 - 1.5 * (nm - 500.0) / 200.0 }
+}
+
+/// What is sent out is absorbed again on the way: ε (1 − e^−σd) / σ.
+#[test]
+fn a_slab_that_glows_and_absorbs() {
+    let medium = format!(
+        r#"<medium name="interior" type="homogeneous">{SIGMA}<spectrum name="emission" value="400:1, 700:3"/></medium>"#
+    );
+    let expected = |nm: f64| {
+        let emission = 1.0 + 2.0 * (nm - 400.0) / 300.0;
+        emission * -(-sigma(nm)).exp_m1() / sigma(nm)
+    };
+    assert_bins("glow", &scene(&slab(&medium)), 1024, 5e-3, expected);
+}
+
+/// A slab of one temperature sends out the part of a black body's light that it would have absorbed.
+#[test]
+fn a_hot_slab() {
+    let medium = format!(
+        r#"<medium name="interior" type="homogeneous">{SIGMA}<float name="temperature" value="3000"/></medium>"#
+    );
+    let expected = |nm: f64| blackbody_radiance(nm, 3000.0) * -(-sigma(nm)).exp_m1();
+    assert_bins("hot slab", &scene(&slab(&medium)), 4096, 1e-2, expected);
+}
+
+/// What is as hot as everything around it cannot be told from that, whatever it scatters and wherever it is thick.
+#[test]
+fn a_medium_as_hot_as_its_surroundings_vanishes() {
+    let plain = r#"<spectrum name="sigma_t" value="400:0.3, 500:3, 700:1"/><spectrum name="albedo" value="400:0.9, 700:0.2"/>"#;
+    let drops = r#"<phase type="mie"><float name="radius" value="0.4"/><float name="k" value="0.05"/>
+                   <float name="fraction" value="1e-6"/></phase><phase type="air"><float name="amount" value="1e4"/></phase>"#;
+    let height = |radius: &str| {
+        format!(
+            r#"<volume name="density" type="exponential"><float name="scale_height" value="0.4"/>{radius}
+               <transform name="to_world"><translate z="-0.6"/></transform></volume>"#
+        )
+    };
+    let (flat, round) = (height(""), height(r#"<float name="radius" value="0.3"/>"#));
+    let flakes = r#"<phase type="sggx"><string name="S" value="1, 0.2, 0.5, 0.1, 0, 0.2"/></phase>"#;
+    let cases = [
+        ("homogeneous", "homogeneous", format!("{plain}<phase type=\"hg\"/>")),
+        ("flakes", "homogeneous", format!("{plain}{flakes}")),
+        ("layered", "heterogeneous", format!("{plain}{flat}")),
+        ("drops above a ball", "suspension", format!("{drops}{round}")),
+    ];
+    for (name, plugin, content) in cases {
+        let content = format!(
+            r#"<integrator type="volpath"/>{}
+               <emitter type="constant"><spectrum name="radiance" type="blackbody"><float name="temperature" value="3000"/></spectrum></emitter>
+               <shape type="sphere"><bsdf type="null"/><medium name="interior" type="{plugin}">{content}
+               <float name="temperature" value="3000"/></medium></shape>"#,
+            beam(r#"origin="0.3, 0.1, 5" target="0.3, 0.1, 0" up="0, 1, 0""#, "")
+        );
+        assert_bins(name, &scene(&content), 2048, 2e-2, |nm| blackbody_radiance(nm, 3000.0));
+    }
+}
+
+/// A slab that scatters alike in all directions and absorbs nothing lets a fraction of diffuse light through. Thin
+/// ones: Heaslet and Warming, "Radiative transport and wall temperature slip in an absorbing planar medium",
+/// International Journal of Heat and Mass Transfer 8, 1965, table 1 (the flux between two black walls is the same
+/// function; van de Hulst, *Multiple Light Scattering*, 1980, has it as UTU). Thick ones: (4/3) / (τ + 2 · 0.710446).
+#[test]
+fn diffuse_light_through_a_slab() {
+    let cases = [(0.5, 0.7040), (1.0, 0.5532), (2.0, 0.3900), (3.0, 0.3016), (20.0, 4.0 / 3.0 / 21.420_892)];
+    let tail = sidak(0.01, cases.len() * ALL_COUNTS.len()) / 2.0;
+    let bound = Normal::standard().inverse_cdf(1.0 - tail);
+    for (depth, expected) in cases {
+        let content = format!(
+            r#"<integrator type="volpath"/>
+               <shape type="rectangle"><transform name="to_world"><scale value="0.5"/><rotate x="1" angle="180"/><translate z="0.01"/></transform>
+               <sensor type="irradiancemeter"><film type="hdrfilm"><integer name="width" value="4"/><integer name="height" value="4"/>
+               <rfilter type="box"/></film></sensor></shape>
+               <shape type="rectangle"><transform name="to_world"><scale value="900"/><translate z="-1.01"/></transform>
+               <bsdf type="diffuse"><float name="reflectance" value="0"/></bsdf>
+               <emitter type="area"><spectrum name="radiance" value="{}"/></emitter></shape>
+               <shape type="cube"><bsdf type="null"/><transform name="to_world"><scale x="800" y="800" z="0.5"/><translate z="-0.5"/></transform>
+               <medium name="interior" type="homogeneous"><float name="sigma_t" value="{depth}"/><float name="albedo" value="1"/></medium></shape>"#,
+            1.0 / PI
+        );
+        let scene = made(&content, &CompileOptions::default());
+        for count in ALL_COUNTS {
+            let film = expose(&scene, &settings(2048 * stress::count(1, 16), count, 7));
+            let y = |x, y| film.combined(x, y, [0.0, 1.0, 0.0]);
+            let white = made(&content.replace(&format!(r#"value="{depth}"/>"#), r#"value="1e-12"/>"#), &CompileOptions::default());
+            let whole = expose(&white, &settings(256, count, 8));
+            let (whole, _) = mean_over_pixels(&whole, |x, y| whole.combined(x, y, [0.0, 1.0, 0.0]));
+            let (mean, error) = mean_over_pixels(&film, y);
+            let (mean, error) = (mean / whole, error / whole);
+            // The table has four digits.
+            let z = ((mean - expected).abs() - 5e-5).max(0.0) / error;
+            println!("τ = {depth}, {count}: {mean:.5} ± {error:.1e}, expected {expected:.5}");
+            assert!(error < 0.01 * expected && z < bound, "τ = {depth}, {count}: {mean} ± {error} is not {expected}");
+        }
+    }
+}
