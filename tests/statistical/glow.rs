@@ -2,7 +2,8 @@
 
 use crate::common::{ALL_COUNTS, expose, made, mean_over_pixels, settings, stress};
 use crate::media::{assert_bins, beam, scene};
-use abbe::scene::CompileOptions;
+use abbe::render::WavelengthCount;
+use abbe::scene::{CompileOptions, Scene};
 use abbe::spectrum::blackbody_radiance;
 use abbe::stats::sidak;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -88,10 +89,11 @@ fn diffuse_light_through_a_slab() {
     let cases = [(0.5, 0.7040), (1.0, 0.5532), (2.0, 0.3900), (3.0, 0.3016), (20.0, 4.0 / 3.0 / 21.420_892)];
     let tail = sidak(0.01, cases.len() * ALL_COUNTS.len()) / 2.0;
     let bound = Normal::standard().inverse_cdf(1.0 - tail);
-    for (depth, expected) in cases {
+    let through = |depth: f64| {
         let content = format!(
             r#"<integrator type="volpath"/>
                <shape type="rectangle"><transform name="to_world"><scale value="0.5"/><rotate x="1" angle="180"/><translate z="0.01"/></transform>
+               <bsdf type="diffuse"><float name="reflectance" value="0"/></bsdf>
                <sensor type="irradiancemeter"><film type="hdrfilm"><integer name="width" value="4"/><integer name="height" value="4"/>
                <rfilter type="box"/></film></sensor></shape>
                <shape type="rectangle"><transform name="to_world"><scale value="900"/><translate z="-1.01"/></transform>
@@ -101,19 +103,25 @@ fn diffuse_light_through_a_slab() {
                <medium name="interior" type="homogeneous"><float name="sigma_t" value="{depth}"/><float name="albedo" value="1"/></medium></shape>"#,
             1.0 / PI
         );
-        let scene = made(&content, &CompileOptions::default());
+        made(&content, &CompileOptions::default())
+    };
+    let luminance = |scene: &Scene, samples: u32, count: WavelengthCount| {
+        let film = expose(scene, &settings(samples, count, 7));
+        mean_over_pixels(&film, |x, y| film.combined(x, y, [0.0, 1.0, 0.0]))
+    };
+    let clear = through(0.0);
+    for (depth, expected) in cases {
+        let scene = through(depth);
+        let samples = if depth > 10.0 { 8192 } else { 2048 };
         for count in ALL_COUNTS {
-            let film = expose(&scene, &settings(2048 * stress::count(1, 16), count, 7));
-            let y = |x, y| film.combined(x, y, [0.0, 1.0, 0.0]);
-            let white = made(&content.replace(&format!(r#"value="{depth}"/>"#), r#"value="1e-12"/>"#), &CompileOptions::default());
-            let whole = expose(&white, &settings(256, count, 8));
-            let (whole, _) = mean_over_pixels(&whole, |x, y| whole.combined(x, y, [0.0, 1.0, 0.0]));
-            let (mean, error) = mean_over_pixels(&film, y);
-            let (mean, error) = (mean / whole, error / whole);
+            let (whole, error_of_whole) = luminance(&clear, 2048, count);
+            assert!(error_of_whole < 1e-3 * whole, "{whole} ± {error_of_whole}");
+            let (mean, error) = luminance(&scene, samples * stress::count(1, 16), count);
+            let (mean, error) = (mean / whole, error.hypot(error_of_whole) / whole);
             // The table has four digits.
             let z = ((mean - expected).abs() - 5e-5).max(0.0) / error;
             println!("τ = {depth}, {count}: {mean:.5} ± {error:.1e}, expected {expected:.5}");
-            assert!(error < 0.01 * expected && z < bound, "τ = {depth}, {count}: {mean} ± {error} is not {expected}");
+            assert!(error < 0.02 * expected && z < bound, "τ = {depth}, {count}: {mean} ± {error} is not {expected}");
         }
     }
 }
