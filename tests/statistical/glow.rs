@@ -1,18 +1,25 @@
-//! Media that send out light, and layers, against closed forms: bin by bin, and for every number of wavelengths per path.
+//! Media that send out light, layers, and particles that scatter by wavelength, against closed forms: bin by bin, and for
+//! every number of wavelengths per path.
 
 use crate::common::{ALL_COUNTS, expose, made, mean_over_pixels, settings, stress};
-use crate::media::{assert_bins, beam, scene};
+use crate::media::{RANGE, assert_bins, beam, scene};
+use abbe::phase::mie::{Optics, Population, Sizes};
 use abbe::render::WavelengthCount;
+use abbe::sampling::quadrature::gauss_legendre;
 use abbe::scene::{CompileOptions, Scene};
-use abbe::spectrum::blackbody_radiance;
+use abbe::spectrum::{Spectrum, blackbody_radiance};
 use abbe::stats::sidak;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::f64::consts::PI;
 
 /// A slab 1 thick across the ray, with something in its medium.
 fn slab(medium: &str) -> String {
+    slab_to_depth(-1, medium)
+}
+
+fn slab_to_depth(max_depth: i32, medium: &str) -> String {
     format!(
-        r#"<integrator type="volpath"/>{}<shape type="cube"><bsdf type="null"/>
+        r#"<integrator type="volpath"><integer name="max_depth" value="{max_depth}"/></integrator>{}<shape type="cube"><bsdf type="null"/>
            <transform name="to_world"><scale x="5" y="5" z="0.5"/></transform>{medium}</shape>"#,
         beam(r#"origin="0.1, 0.2, 5" target="0.1, 0.2, 0" up="0, 1, 0""#, "")
     )
@@ -124,4 +131,42 @@ fn diffuse_light_through_a_slab() {
             assert!(error < 0.02 * expected && z < bound, "τ = {depth}, {count}: {mean} ± {error} is not {expected}");
         }
     }
+}
+
+/// Small spheres scatter blue light back, large ones all light ahead. What a slab of both scatters once from a white sheet
+/// behind the camera is the integral of the phase function over the half of all directions, and over the depth.
+#[test]
+fn spheres_scatter_each_wavelength_by_itself() {
+    const KINDS: [(f64, f64); 2] = [(0.04, 1.5e-6), (0.8, 3e-7)];
+    let phases = KINDS.map(|(radius, fraction)| {
+        format!(
+            r#"<phase type="mie"><float name="radius" value="{radius}"/><float name="int_ior" value="1.5"/>
+               <float name="ext_ior" value="1"/><float name="fraction" value="{fraction}"/></phase>"#
+        )
+    });
+    let medium = format!(r#"<medium name="interior" type="suspension">{}</medium>"#, phases.concat());
+    let content = slab_to_depth(2, &medium)
+        + r#"<shape type="rectangle"><transform name="to_world"><scale value="20000"/><rotate x="1" angle="180"/>
+             <translate z="20"/></transform><bsdf type="diffuse"><float name="reflectance" value="0"/></bsdf>
+             <emitter type="area"><spectrum name="radiance" value="1"/></emitter></shape>"#;
+    let optics = KINDS.map(|(radius, _)| {
+        let index = [Spectrum::Constant(1.5), Spectrum::ZERO];
+        let population = Population { sizes: Sizes::One(radius), index, host: Spectrum::Constant(1.0) };
+        population.optics(RANGE).unwrap()
+    });
+    let sigma = |kind: usize, nm: f64| optics[kind].extinction.at(nm) * 1e6 * KINDS[kind].1;
+    let density = |optics: &Optics, cos: f64, nm: f64| optics.phase.density(cos, &[nm])[0];
+    let expected = |nm: f64| -> f64 {
+        let all = sigma(0, nm) + sigma(1, nm);
+        gauss_legendre(200)
+            .map(|(x, weight)| {
+                let mu = 0.5 + 0.5 * x;
+                let phase: f64 =
+                    (0..2).map(|kind| sigma(kind, nm) / all * density(&optics[kind], -mu, nm)).sum();
+                0.5 * weight * phase * -(-all * (1.0 + 1.0 / mu)).exp_m1() * mu / (1.0 + mu)
+            })
+            .sum()
+    };
+    println!("blue {:.4}, red {:.4}", expected(410.0), expected(690.0));
+    assert_bins("spheres", &scene(&content), 8192, 2e-2, expected);
 }
