@@ -71,8 +71,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     ) -> Event<'a> {
         let [u, place, ..] = stream.draw(Dimensions::Flight(self.vertex));
         let plan = FlightPlan { target: -u.ln(), prior: self.ratio, place };
-        let (event, flight) =
-            scene.fly(ray, self.time, self.ray_kind(), &plan, &mut self.media, wavelengths);
+        let (event, flight) = scene.fly(ray, self.time, self.ray_kind(), &plan, &mut self.media, wavelengths);
         *arriving += self.found(self.throughput * flight.emitted);
         self.throughput *= flight.carried;
         self.ratio *= flight.ratio;

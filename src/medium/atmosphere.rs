@@ -18,7 +18,7 @@ pub struct Exponential {
     /// From the coordinates of the scene to those in which a flat ground is the plane z = 0, and a sphere has
     /// its centre at the origin. It keeps lengths.
     to_local: Transform,
-    /// Of the ground. `None` where it is flat.
+    /// Radius of the ground. `None` where it is flat.
     radius: Option<f64>,
     scale_height: f64,
     top: f64,
@@ -75,11 +75,9 @@ impl Exponential {
             ControlFlow::Break(())
         });
         match ended {
-            Some((distance, depth, density)) => FreeFlight::Ended {
-                distance,
-                depths: Sampled([depth]),
-                extinction: Sampled([density]),
-            },
+            Some((distance, depth, density)) => {
+                FreeFlight::Ended { distance, depths: Sampled([depth]), extinction: Sampled([density]) }
+            }
             None => FreeFlight::Passed { depths: Sampled([sum]) },
         }
     }
@@ -152,6 +150,7 @@ impl<'a> Line<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::medium::{Density, Diluted};
     use std::f64::consts::PI;
 
     const EARTH: f64 = 6.371e6;
@@ -207,7 +206,8 @@ mod tests {
             let sum: f64 = (0..cells).map(|i| air.at(ray.at((f64::from(i) + 0.5) * step)) * step).sum();
             assert!((depth / sum - 1.0).abs() < 1e-6, "{height}: {depth}, summed up {sum}");
             for fraction in [1e-6, 0.2, 0.9] {
-                let FreeFlight::Ended { distance, depths, extinction } = air.fly(&ray, fraction * depth) else {
+                let FreeFlight::Ended { distance, depths, extinction } = air.fly(&ray, fraction * depth)
+                else {
                     panic!("{height}: passed at {fraction}")
                 };
                 let up_to = air.depth(&Ray { t_max: distance, ..ray });
@@ -217,5 +217,22 @@ mod tests {
             }
             assert!(matches!(air.fly(&ray, 1.001 * depth), FreeFlight::Passed { .. }));
         }
+    }
+
+    /// Straight up from the ground at 1013.25 hPa, of air of 288.15 K. That of the true atmosphere is 0.0972
+    /// (Bucholtz 1995): its column holds a little more, for gravity falls with height.
+    #[test]
+    fn the_optical_depth_of_air_at_550_nm() {
+        use crate::phase::air;
+        use crate::units::WavelengthRange;
+        let (spectrum, _) = air::optics(WavelengthRange::VISIBLE).unwrap();
+        let density =
+            Density::Exponential(Exponential::new(Transform::IDENTITY, Some(EARTH), 8434.5, 101_214.0));
+        let air = Diluted { density, spectrum };
+        let nm = [550.0, 440.0, 680.0];
+        let depths = air.optical_depths(&Ray::new(Vec3::new(0.0, 0.0, EARTH), Vec3::Z), &nm);
+        assert!((depths[0] - 0.0972).abs() < 5e-4, "{depths:?}");
+        let slope = |a: usize, b: usize| (depths[b] / depths[a]).ln() / (nm[b] / nm[a]).ln();
+        assert!((slope(0, 1) + 4.105).abs() < 0.01 && (slope(0, 2) + 4.066).abs() < 0.01, "{depths:?}");
     }
 }

@@ -1,10 +1,11 @@
 //! Light that a medium sends out.
 //!
-//! A path that flies through a medium adds what the medium sends toward it from all places that it passes.
-//! Of a wavelength i a place at t brings ε_i(t) · f_i(t) / Σ_j p_j(t), where f_i is what the path carries there
-//! and p_j the density with which the wavelength j would have come as far, both over the hero's: the balance
-//! heuristic, as for what surfaces emit. What is beyond the end of the flight is left to those paths that fly
-//! farther. The integral over the places is estimated at points at equal distances from a random first one.
+//! A path that flies through a medium adds what the medium sends toward it from all places that it passes. A
+//! place at t brings, at the wavelength i, ε_i(t) · f_i(t) / Σ_j p_j(t): f_i is what the path carries there
+//! and p_j the density with which the wavelength j would have come as far, both over the hero's. That is the
+//! balance heuristic, as for what surfaces emit. Places beyond the end of the flight are left to those paths
+//! that fly farther. The integral over the places is estimated at points at equal distances, the first one at
+//! random.
 
 use super::grid::span;
 use super::{Extinction, Medium};
@@ -43,9 +44,7 @@ impl Emission {
     pub fn typical(&self, range: WavelengthRange, length: f64) -> Spectrum {
         match self {
             Self::Radiance(texture) => texture.mean_spectrum(range).scaled(length),
-            Self::Thermal(kelvin) => {
-                Spectrum::blackbody(kelvin.max_bound(range)).unwrap_or(Spectrum::ZERO)
-            }
+            Self::Thermal(kelvin) => Spectrum::blackbody(kelvin.max_bound(range)).unwrap_or(Spectrum::ZERO),
         }
     }
 
@@ -90,7 +89,7 @@ impl Medium {
         let Segment { ray, carried, ratio, place, nm } = *segment;
         let Some([start, end]) = self.emitting_part(ray) else { return Sampled::ZERO };
         if !end.is_finite() {
-            return self.from_afar(segment, start);
+            return self.along_endless(segment, start);
         }
         // More points lower the noise where little is scattered, which is where paths fly far.
         const POINTS: u32 = 4;
@@ -98,7 +97,8 @@ impl Medium {
         let (mut sum, mut depths, mut reached) = (Sampled::ZERO, Sampled::ZERO, 0.0);
         for point in 0..POINTS {
             let t = start + step * (f64::from(point) + place);
-            depths += self.optical_depths(&Ray { t_max: t - reached, ..Ray::new(ray.at(reached), ray.direction) }, nm);
+            depths += self
+                .optical_depths(&Ray { t_max: t - reached, ..Ray::new(ray.at(reached), ray.direction) }, nm);
             reached = t;
             let emitted = self.emitted_at(ray.at(t), ray.direction, nm);
             sum += emitted * self.weighed(carried, ratio, depths);
@@ -107,7 +107,7 @@ impl Medium {
     }
 
     /// Along a ray without end, by a point at a distance that is distributed exponentially.
-    fn from_afar<const C: usize>(&self, segment: &Segment<C>, start: f64) -> Sampled<C> {
+    fn along_endless<const C: usize>(&self, segment: &Segment<C>, start: f64) -> Sampled<C> {
         let Segment { ray, carried, ratio, place, nm } = *segment;
         let near = self.extinction_at(ray.at(start), ray.direction, nm);
         let least = near.0.into_iter().filter(|&sigma| sigma > 0.0).fold(f64::INFINITY, f64::min);

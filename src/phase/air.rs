@@ -91,7 +91,7 @@ mod tests {
         }
     }
 
-    /// Of all air above the sea, of which a column over a square metre has this mass at 1013.25 hPa.
+    /// The column of all air above the sea, by its weight.
     #[test]
     fn the_optical_depth_of_the_atmosphere_at_550_nm() {
         // Pressure over gravity, at 45° and at the height of the centre of mass (Bodhaine et al., eq. 30),

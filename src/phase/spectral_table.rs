@@ -41,7 +41,11 @@ impl SpectralTable {
         nm.map(|nm| {
             let (row, next) = self.row(nm);
             let first = self.rows[row].between(index, fraction);
-            if next == 0.0 { first } else { first * (1.0 - next) + self.rows[row + 1].between(index, fraction) * next }
+            if next == 0.0 {
+                first
+            } else {
+                first * (1.0 - next) + self.rows[row + 1].between(index, fraction) * next
+            }
         })
     }
 

@@ -117,11 +117,8 @@ fn values_that_are_known() {
 fn uneven() -> Vec<(&'static str, Phase)> {
     let range = WavelengthRange { min: 400.0, max: 700.0 };
     let cosines = [-1.0, -0.5, 0.3, 0.9, 1.0];
-    let rows = vec![
-        vec![1.0, 0.5, 0.5, 2.0, 10.0],
-        vec![3.0, 0.5, 0.1, 0.0, 1.0],
-        vec![0.0, 0.0, 1.0, 1.0, 1.0],
-    ];
+    let rows =
+        vec![vec![1.0, 0.5, 0.5, 2.0, 10.0], vec![3.0, 0.5, 0.1, 0.0, 1.0], vec![0.0, 0.0, 1.0, 1.0, 1.0]];
     let table = Phase::Spectral(Box::new(SpectralTable::new(range, &cosines, rows).unwrap()));
     let rising = Spectrum::regular(400.0, 700.0, &[0.0, 3.0], crate::spectrum::Extrapolation::Hold).unwrap();
     let parts = vec![
@@ -194,7 +191,9 @@ fn flakes_are_those_of_mitsuba() {
     // A ball of flakes looks the same from all sides and scatters alike into all directions.
     let ball = Sggx::new([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]).unwrap();
     assert!((ball.evaluate(Vec3::X, Vec3::Y) - 0.25 * FRAC_1_PI).abs() < 1e-15);
-    for bad in [[1.0, 1.0, 0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 2.0, 0.0, 0.0], [-1.0, 1.0, 1.0, 0.0, 0.0, 0.0]] {
+    for bad in
+        [[1.0, 1.0, 0.0, 0.0, 0.0, 0.0], [1.0, 1.0, 1.0, 2.0, 0.0, 0.0], [-1.0, 1.0, 1.0, 0.0, 0.0, 0.0]]
+    {
         assert!(Sggx::new(bad).is_none(), "{bad:?}");
     }
 }

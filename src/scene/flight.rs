@@ -115,12 +115,8 @@ fn before(hit: &Intersection, position: Vec3, direction: Vec3) -> Vec3 {
 }
 
 impl<const C: usize> Flight<C> {
-    const BEGINNING: Self = Self {
-        carried: Sampled::ONE,
-        ratio: Sampled::ONE,
-        flown: Sampled::ONE,
-        emitted: Sampled::ZERO,
-    };
+    const BEGINNING: Self =
+        Self { carried: Sampled::ONE, ratio: Sampled::ONE, flown: Sampled::ONE, emitted: Sampled::ZERO };
 }
 
 /// A flight under way.

@@ -26,7 +26,8 @@ fn slab_to_depth(max_depth: i32, medium: &str) -> String {
 }
 
 /// 0 at 400 nm, where nothing is absorbed.
-const SIGMA: &str = r#"<spectrum name="sigma_t" value="400:0, 500:2, 700:0.5"/><float name="albedo" value="0"/>"#;
+const SIGMA: &str =
+    r#"<spectrum name="sigma_t" value="400:0, 500:2, 700:0.5"/><float name="albedo" value="0"/>"#;
 
 fn sigma(nm: f64) -> f64 {
     if nm < 500.0 { 2.0 * (nm - 400.0) / 100.0 } else { 2.0 - 1.5 * (nm - 500.0) / 200.0 }
@@ -128,7 +129,10 @@ fn diffuse_light_through_a_slab() {
             // The table has four digits.
             let z = ((mean - expected).abs() - 5e-5).max(0.0) / error;
             println!("τ = {depth}, {count}: {mean:.5} ± {error:.1e}, expected {expected:.5}");
-            assert!(error < 0.02 * expected && z < bound, "τ = {depth}, {count}: {mean} ± {error} is not {expected}");
+            assert!(
+                error < 0.02 * expected && z < bound,
+                "τ = {depth}, {count}: {mean} ± {error} is not {expected}"
+            );
         }
     }
 }

@@ -170,7 +170,6 @@ impl Amplitudes {
     }
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -188,10 +187,12 @@ mod tests {
         let mut count = 0;
         for line in REFERENCE.lines().filter(|line| !line.starts_with('#')) {
             let numbers: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
-            let [size, n, k, extinction, scattering, back, mean_cosine] = numbers[..7] else { panic!("{line}") };
+            let [size, n, k, extinction, scattering, back, mean_cosine] = numbers[..7] else {
+                panic!("{line}")
+            };
             let sphere = Sphere::new(size, Complex64::new(n, k));
             // That program takes the first terms of a series in x for spheres smaller than this.
-            let tolerance = if size < 0.06 { 2e-6 } else if size < 0.1 { 1e-6 } else { 1e-9 };
+            let tolerance = if size < 0.1 { 2e-6 } else { 1e-9 };
             let name = |of: &str| format!("{of} at x = {size}, m = {n} + {k}i");
             close(&name("extinction"), sphere.extinction(), extinction, tolerance);
             close(&name("scattering"), sphere.scattering(), scattering, tolerance);

@@ -19,7 +19,8 @@ fn peaks(table: &SpectralTable, nm: f64, [from, to]: [f64; 2]) -> Vec<f64> {
 /// around the shadow's head, larger in red than in blue.
 #[test]
 fn cloud_drops_show_fogbow_and_glory() {
-    let optics = water(Sizes::Gamma { effective: 10.0, variance: 0.02 }).optics(WavelengthRange::VISIBLE).unwrap();
+    let optics =
+        water(Sizes::Gamma { effective: 10.0, variance: 0.02 }).optics(WavelengthRange::VISIBLE).unwrap();
     let bow = peaks(&optics.phase, 550.0, [136.0, 150.0]);
     assert!(bow.iter().any(|angle| (139.0..146.0).contains(angle)), "{bow:?}");
     let ring = |nm: f64| {

@@ -38,9 +38,7 @@ impl MaterialCompiler {
     fn compiled_medium(&self, medium: &description::Medium) -> Result<Medium, SceneError> {
         let emission = match &medium.emission {
             None => None,
-            Some(EmissionSource::Radiance(source)) => {
-                Some(Emission::Radiance(texture(source, &self.shift)?))
-            }
+            Some(EmissionSource::Radiance(source)) => Some(Emission::Radiance(texture(source, &self.shift)?)),
             Some(EmissionSource::Temperature(source)) => {
                 Some(Emission::Thermal(texture(source, &self.shift)?))
             }
@@ -58,10 +56,9 @@ impl MaterialCompiler {
                 };
                 return Ok(Medium { extinction, scattering: self.scattering(albedo, phase)?, emission });
             }
-            MediumContent::Plain { extinction, albedo, phase, .. } => Uniform {
-                extinction: spectrum(extinction)?,
-                scattering: self.scattering(albedo, phase)?,
-            },
+            MediumContent::Plain { extinction, albedo, phase, .. } => {
+                Uniform { extinction: spectrum(extinction)?, scattering: self.scattering(albedo, phase)? }
+            }
         };
         let extinction = match &medium.density {
             None => Extinction::Homogeneous(extinction),
@@ -135,7 +132,10 @@ impl MaterialCompiler {
         let table = |of: &dyn Fn(f64) -> f64| tabulated(self.range, place, of);
         let uniform = Uniform {
             extinction: table(&extinction)?,
-            scattering: Some(Scattering { albedo: Texture::Uniform(table(&albedo)?), phase: Phase::Isotropic }),
+            scattering: Some(Scattering {
+                albedo: Texture::Uniform(table(&albedo)?),
+                phase: Phase::Isotropic,
+            }),
         };
         let mut phases: Vec<(Spectrum, Phase)> = parts.into_iter().map(|part| (part.1, part.2)).collect();
         let phase = match phases.len() {
@@ -161,8 +161,9 @@ impl MaterialCompiler {
     }
 
     fn air(&self, place: &Place) -> Result<(Spectrum, Phase), SceneError> {
-        air::optics(self.range)
-            .map_err(|error| SceneError::at(place, error.to_string(), "a range of wavelengths that has a width"))
+        air::optics(self.range).map_err(|error| {
+            SceneError::at(place, error.to_string(), "a range of wavelengths that has a width")
+        })
     }
 
     fn phase(&self, phase: &description::Phase) -> Result<Phase, SceneError> {
@@ -194,11 +195,7 @@ impl MaterialCompiler {
 }
 
 /// A function as a table that is fine enough for what changes slowly with the wavelength.
-fn tabulated(
-    range: WavelengthRange,
-    place: &Place,
-    of: &dyn Fn(f64) -> f64,
-) -> Result<Spectrum, SceneError> {
+fn tabulated(range: WavelengthRange, place: &Place, of: &dyn Fn(f64) -> f64) -> Result<Spectrum, SceneError> {
     const STEP: f64 = 1.0;
     let steps = (range.width() / STEP).ceil().max(1.0) as usize;
     let at = |i| of(range.min + range.width() * i as f64 / steps as f64);

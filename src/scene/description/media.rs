@@ -18,6 +18,7 @@ pub struct Medium {
 }
 
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a scene has few media")]
 pub enum MediumContent {
     /// `homogeneous` or `heterogeneous`.
     Plain {
@@ -33,7 +34,7 @@ pub enum MediumContent {
     Suspension {
         /// `mie` and `air`, with how much there is of each.
         particles: Vec<Phase>,
-        /// Of what they are in, per unit of length.
+        /// Absorption of what they are in, per unit of length.
         absorption: SpectrumSource,
         /// Length of the file's unit, m.
         metres: f64,
@@ -60,7 +61,7 @@ pub enum DensitySource {
 #[derive(Clone, Debug)]
 pub struct ExponentialSource {
     pub to_world: Transform,
-    /// Of the ground; flat where there is none.
+    /// Radius of the ground; flat where there is none.
     pub radius: Option<f64>,
     pub scale_height: f64,
     /// Height above which there is nothing; otherwise 12 scale heights.

@@ -14,6 +14,7 @@ use crate::scene::source::SceneError;
 use crate::scene::write::{Node, Writer};
 
 /// A medium as it is written: the factor by itself, for multiplied into the values it could round to others.
+#[expect(clippy::large_enum_variant, reason = "a scene has few media")]
 pub enum Content {
     Homogeneous {
         extinction: SpectrumSource,
@@ -143,9 +144,10 @@ impl Field for Particles {
             let (problem, expected) = match &phase.kind {
                 PhaseKind::Mie(source) if source.fraction.is_some() => return Some(phase),
                 PhaseKind::Air { .. } => return Some(phase),
-                PhaseKind::Mie(_) => {
-                    ("It is not said how many spheres there are", "expected the `fraction` of space that they fill")
-                }
+                PhaseKind::Mie(_) => (
+                    "It is not said how many spheres there are",
+                    "expected the `fraction` of space that they fill",
+                ),
                 _ => (
                     "This phase function does not say how much its particles scatter",
                     "expected `mie` or `air`; the others belong into a `homogeneous` medium",
@@ -195,7 +197,9 @@ impl Field for Emission {
 
     fn read(&self, query: &Query<'_>) -> Option<Option<EmissionSource>> {
         for name in ["emission", "temperature"].into_iter().filter(|name| query.has(name)) {
-            query.reader.extension(&query.place(name), format!("{name}: media of Mitsuba 3 send out no light"));
+            query
+                .reader
+                .extension(&query.place(name), format!("{name}: media of Mitsuba 3 send out no light"));
         }
         if query.has("emission") && query.has("temperature") {
             let problem = "The medium has an emission and a temperature";
@@ -240,7 +244,9 @@ impl Field for Density {
 
     fn read(&self, query: &Query<'_>) -> Option<Option<DensitySource>> {
         let Some(entry) = query.entry("density") else { return Some(None) };
-        query.reader.extension(&query.place("density"), "density: a factor on all of the extinction".to_owned());
+        query
+            .reader
+            .extension(&query.place("density"), "density: a factor on all of the extinction".to_owned());
         if let Value::Object(id) = &entry.value
             && let Some(found) = volumes::exponential(query.reader, *id)
         {
@@ -251,10 +257,10 @@ impl Field for Density {
         if !is_number {
             let problem = "The density is no grid of numbers";
             let expected = "expected a <volume type=\"gridvolume\"> of one channel, or an `exponential` one";
-            query.error(
-                SceneError::at(&query.place("density"), problem, expected)
-                    .with_remedy("what is the same everywhere belongs into `sigma_t`, `scale` or `fraction`"),
-            );
+            query
+                .error(SceneError::at(&query.place("density"), problem, expected).with_remedy(
+                    "what is the same everywhere belongs into `sigma_t`, `scale` or `fraction`",
+                ));
             return None;
         }
         Some(Some(DensitySource::Grid(source)))
@@ -325,7 +331,9 @@ fn steady(query: &Query<'_>, content: Content) -> Option<Content> {
             let varying = if density.is_some() { Varying::ByDensity } else { Varying::All };
             (Some(extinction), Some(albedo), emission, varying)
         }
-        Content::Suspension { absorption, emission, .. } => (Some(absorption), None, emission, Varying::ByDensity),
+        Content::Suspension { absorption, emission, .. } => {
+            (Some(absorption), None, emission, Varying::ByDensity)
+        }
     };
     if let Some(extinction) = extinction {
         let name = if albedo.is_some() { "sigma_t" } else { "absorption" };

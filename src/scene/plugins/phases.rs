@@ -150,11 +150,7 @@ impl Spheres {
     const DISTRIBUTION: Simple<Choices<Distribution>> = choice(
         "distribution",
         Distribution::One,
-        &[
-            ("one", Distribution::One),
-            ("lognormal", Distribution::LogNormal),
-            ("gamma", Distribution::Gamma),
-        ],
+        &[("one", Distribution::One), ("lognormal", Distribution::LogNormal), ("gamma", Distribution::Gamma)],
         "all of one radius, a normal distribution of its logarithm, or Hansen's gamma distribution",
     );
     const RADIUS: Simple<Float> =
@@ -171,7 +167,8 @@ impl Spheres {
         Index { name: "int_ior", default: 1.333, default_name: "water", doc: "index of the spheres" };
     const HOST: Index =
         Index { name: "ext_ior", default: 1.000_277, default_name: "air", doc: "index of what they are in" };
-    const K: Spectral = spectral::spectrum("k", Use::ConductorIndex, 0.0, "imaginary part of the spheres' index");
+    const K: Spectral =
+        spectral::spectrum("k", Use::ConductorIndex, 0.0, "imaginary part of the spheres' index");
     const FRACTION: Simple<Float> =
         float("fraction", 1e-6, "fraction of space that they fill; only a `suspension` asks for it")
             .within(Range { low: 0.0, with_low: false, high: 1.0, with_high: true });

@@ -5,9 +5,7 @@ use crate::geometry::Vec3;
 use crate::raster::Grid;
 use crate::scene::description::{ExponentialSource, SpectrumKind, SpectrumSource, VolumeSource};
 use crate::scene::info::hash_of_values;
-use crate::scene::plugins::{
-    Field, Parameter, Takes, boolean, choice, declare, float, ignored, optional,
-};
+use crate::scene::plugins::{Field, Parameter, Takes, boolean, choice, declare, float, ignored, optional};
 use crate::scene::read::{Class, ObjectId, Query, Reader};
 use crate::scene::source::{Place, SceneError};
 use crate::scene::write::{Node, Value, Writer};

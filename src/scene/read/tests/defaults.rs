@@ -7,7 +7,8 @@ use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
 use crate::scene::description::{
     Alpha, Bsdf, BsdfKind, ConductorIndex, FieldOfView, FilmContent, IndexKind, IntegratorKind, LightKind,
-    MediumContent, MetalAssumption, PhaseKind, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind, SpectrumSource,
+    MediumContent, MetalAssumption, PhaseKind, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind,
+    SpectrumSource,
 };
 
 fn bsdf(content: &str) -> Bsdf {
