@@ -4,7 +4,8 @@
 //! density pⱼ(X) it would have flown as far, beside what [`super::path`] keeps of directions. So a
 //! contribution has the weight Σᵢ fᵢ(X) / Σⱼ pⱼ(X), which is bounded where media are chromatic, too (Wilkie
 //! et al., "Hero Wavelength Spectral Sampling", EGSR 2014; Miller, Georgiev, Jarosz, "A null-scattering path
-//! integral formulation of light transport", ACM TOG 38(4), 2019).
+//! integral formulation of light transport", ACM TOG 38(4), 2019). Phase functions that differ by wavelength
+//! are one more such choice.
 //!
 //! A light sample passes media with their transmittance, and surfaces with null transmission. The same
 //! light is found by scattering only if the path flies through all of that: the probability counts in the
@@ -17,7 +18,7 @@ use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::{LightSample, Receiver};
 use crate::medium::MediumStack;
 use crate::sampling::{Dimensions, Stream};
-use crate::scene::{Collision, Event, Passage, PathEnd, Scene};
+use crate::scene::{Collision, Event, FlightPlan, Passage, PathEnd, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 
 impl<const C: usize, O: Observe> Path<C, O> {
@@ -32,7 +33,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     ) -> Sampled<C> {
         let mut arriving = Sampled::ZERO;
         loop {
-            let next = match self.fly(scene, &ray, wavelengths, stream) {
+            let next = match self.fly(scene, &ray, wavelengths, stream, &mut arriving) {
                 Event::Nothing => {
                     self.tell_of_escape(scene, &ray);
                     arriving += self.found(self.escaped(scene, &ray, wavelengths));
@@ -59,18 +60,19 @@ impl<const C: usize, O: Observe> Path<C, O> {
         }
     }
 
-    /// To the next surface or to where a medium ends the flight.
+    /// To the next surface or to where a medium ends the flight, with the light of the media on the way.
     fn fly<'a>(
         &mut self,
         scene: &'a Scene,
         ray: &Ray,
         wavelengths: &Wavelengths<C>,
         stream: &Stream,
+        arriving: &mut Sampled<C>,
     ) -> Event<'a> {
-        let [u, ..] = stream.draw(Dimensions::Flight(self.vertex));
-        let target = -u.ln();
-        let (event, flight) =
-            scene.fly(ray, self.time, self.ray_kind(), target, &mut self.media, wavelengths);
+        let [u, place, ..] = stream.draw(Dimensions::Flight(self.vertex));
+        let plan = FlightPlan { target: -u.ln(), prior: self.ratio, place };
+        let (event, flight) = scene.fly(ray, self.time, self.ray_kind(), &plan, &mut self.media, wavelengths);
+        *arriving += self.found(self.throughput * flight.emitted);
         self.throughput *= flight.carried;
         self.ratio *= flight.ratio;
         if let PreviousSample::Scattered { by_scattering, .. } = &mut self.last {
@@ -111,23 +113,27 @@ impl<const C: usize, O: Observe> Path<C, O> {
         if !scene.lights.is_empty() {
             let [u, v, ..] = stream.draw(Dimensions::Light(self.vertex));
             if let Some(sample) = scene.lights.sample(&from, self.time, wavelengths, [u, v]) {
-                let cos = ray.direction.dot(sample.shadow_ray.direction);
-                let value = Sampled::splat(scattering.phase.evaluate(cos, position));
+                let goes = sample.shadow_ray.direction;
+                let value = scattering.phase.evaluate(ray.direction, goes, position, &wavelengths.nm);
                 let value = Evaluation { f_cos: value, density: value };
                 *arriving += self.light_through_media(scene, &sample, &value, &self.media.here, wavelengths);
             }
         }
         let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(self.vertex));
-        // All wavelengths go the same way with the same density, which is what they are scattered with.
-        let sample = scattering.phase.sample(ray.direction, position, [u, v, choice]);
-        let prior_over_density = self.ratio.sum() / sample.value;
+        let sample = scattering.phase.sample(ray.direction, position, &wavelengths.nm, [u, v, choice]);
+        let hero = sample.value.hero();
+        let prior_over_density = self.ratio.sum() / hero;
+        // The density with which a wavelength goes a way is what it is scattered with.
+        let over_hero = sample.value.map(|value| value / hero);
+        self.throughput *= over_hero;
+        self.ratio *= over_hero;
         self.last = PreviousSample::Scattered { from, prior_over_density, by_scattering: self.ratio };
         self.depth += 1;
         self.vertex += 1;
         self.seen().tell(self.vertex - 1, || Step::Scatter {
             direction: axes(sample.direction),
             transmitted: false,
-            density: Some(sample.value),
+            density: Some(hero),
             throughput: list(self.throughput),
             ratio: list(self.ratio),
         });

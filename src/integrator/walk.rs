@@ -36,8 +36,9 @@ pub fn radiance<const C: usize>(
                 return;
             }
             match scene.medium(around) {
-                Some(medium @ Medium { scattering: Some(scattering), .. }) => {
-                    tracker.follow(medium, scattering, around, segment);
+                Some(medium) if medium.scattering.is_some() || medium.emission.is_some() => {
+                    tracker.follow(medium, around, segment);
+                    arriving += throughput * std::mem::take(&mut tracker.emitted);
                 }
                 _ => {
                     if let Some(transmittance) = scene.transmittance(around, segment, &hero) {
@@ -47,6 +48,10 @@ pub fn radiance<const C: usize>(
             }
         });
         if let Some((position, scattering, around)) = tracker.collision {
+            let Some(scattering) = scattering else {
+                scene.path_ended(PathEnd::Absorbed, vertex + 1);
+                break;
+            };
             alpha_hit = true;
             throughput *= scattering.albedo(position, &hero.nm).hero();
             let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(vertex));
@@ -58,7 +63,7 @@ pub fn radiance<const C: usize>(
             }
             throughput /= survival_probability;
             media.here = around;
-            let sample = scattering.phase.sample(ray.direction, position, [u, v, choice]);
+            let sample = scattering.phase.sample(ray.direction, position, &hero.nm, [u, v, choice]);
             ray = Ray::new(position, sample.direction);
             continue;
         }
@@ -113,15 +118,17 @@ struct Tracker<'a> {
     /// The state of a generator of its own: nobody knows how many numbers it takes.
     random: u64,
     nm: f64,
-    /// Where it has ended, and in what.
-    collision: Option<(Vec3, &'a Scattering, MediumStack)>,
+    /// What media send out on a segment.
+    emitted: f64,
+    /// Where it has ended, by what it is scattered there, if it is, and in what.
+    collision: Option<(Vec3, Option<&'a Scattering>, MediumStack)>,
 }
 
 impl<'a> Tracker<'a> {
     fn new(stream: &Stream, vertex: u32, nm: f64) -> Self {
         let [a, b, ..] = stream.draw(Dimensions::Flight(vertex));
         let random = a.to_bits() ^ b.to_bits().rotate_left(32);
-        Self { random, nm, collision: None }
+        Self { random, nm, emitted: 0.0, collision: None }
     }
 
     /// In (0, 1).
@@ -130,27 +137,44 @@ impl<'a> Tracker<'a> {
         ((mix(self.random) >> 12) as f64 + 0.5) / (1u64 << 52) as f64
     }
 
-    fn follow(&mut self, medium: &Medium, scattering: &'a Scattering, around: &MediumStack, segment: &Ray) {
+    /// Media that send out light are tracked even where they do nothing else. At each collision, null or not,
+    /// there is what is sent out over the majorant: an estimate that has nothing in common with that of
+    /// [`Medium::emission_along`].
+    fn follow(&mut self, medium: &'a Medium, around: &MediumStack, segment: &Ray) {
         /// Some collisions are null in a homogeneous medium, too.
         const ABOVE: f64 = 1.25;
-        let (majorant, [mut t, end]) = match &medium.extinction {
-            Extinction::Homogeneous(spectrum) => (ABOVE * spectrum.at(self.nm), [0.0, segment.t_max]),
-            Extinction::Grid(grid) => match grid.span(segment) {
-                Some(span) => (grid.max_bound(), span),
-                None => return,
-            },
+        let (greatest, span) = match &medium.extinction {
+            Extinction::Homogeneous(spectrum) => (ABOVE * spectrum.at(self.nm), Some([0.0, segment.t_max])),
+            Extinction::Grid(grid) => (grid.max_bound(), grid.span(segment)),
+            Extinction::Diluted(diluted) => {
+                let density = &diluted.density;
+                (diluted.spectrum.at(self.nm) * density.max_bound(), density.span(segment))
+            }
+        };
+        let area = medium.scattering.as_ref().map_or(1.0, |scattering| scattering.phase.max_projected_area());
+        let greatest = greatest * area;
+        let (majorant, [mut t, end]) = match (&medium.emission, span) {
+            (None, Some(span)) => (greatest, span),
+            (None, None) => return,
+            // Some collisions, where there is little to collide with.
+            (Some(_), _) => {
+                let least = if segment.t_max.is_finite() { 2.0 / segment.t_max } else { 0.0 };
+                (greatest + least, [0.0, segment.t_max])
+            }
         };
         loop {
             t -= self.draw().ln() / majorant;
             if t.is_nan() || t >= end {
                 return;
             }
-            let extinction = match &medium.extinction {
-                Extinction::Homogeneous(spectrum) => spectrum.at(self.nm),
-                Extinction::Grid(grid) => grid.at(segment.at(t), &[self.nm]).hero(),
-            };
+            let (position, wavelength) = (segment.at(t), [self.nm]);
+            let direction = segment.direction;
+            if medium.emission.is_some() {
+                self.emitted += medium.emitted_at(position, direction, &wavelength).hero() / majorant;
+            }
+            let extinction = medium.extinction_at(position, direction, &wavelength).hero();
             if self.draw() * majorant < extinction {
-                self.collision = Some((segment.at(t), scattering, around.clone()));
+                self.collision = Some((position, medium.scattering.as_ref(), around.clone()));
                 return;
             }
         }

@@ -19,6 +19,34 @@ pub struct GridExtinction {
     pub factor: f64,
 }
 
+/// Where in a piece an integral from its beginning reaches a value that it exceeds at the end. `on`: what is
+/// integrated.
+pub(super) fn invert(
+    [from, to]: [f64; 2],
+    target: f64,
+    integral: impl Fn(f64) -> f64,
+    on: impl Fn(f64) -> f64,
+) -> f64 {
+    const STEPS: u32 = 64;
+    let (mut low, mut high) = (from, to);
+    let whole = integral(to);
+    let mut t = from + (to - from) * (target / whole).min(1.0);
+    for _ in 0..STEPS {
+        let excess = integral(t) - target;
+        if excess > 0.0 {
+            high = t;
+        } else {
+            low = t;
+        }
+        if excess.abs() <= 1e-12 * whole || high - low <= f64::EPSILON * high {
+            break;
+        }
+        let newton = t - excess / on(t);
+        t = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
+    }
+    t
+}
+
 /// Points in [0, 1] and weights of the Gauss-Legendre rules of one, two and four points.
 const ONE: [[f64; 2]; 1] = [[0.5, 1.0]];
 const TWO: [[f64; 2]; 2] = [[0.211_324_865_405_187_13, 0.5], [0.788_675_134_594_812_9, 0.5]];
@@ -74,36 +102,19 @@ impl GridExtinction {
                 depths += piece;
                 return ControlFlow::Continue(());
             }
-            let distance = self.invert(&line, from, to, target - depths.hero(), nm);
+            let hero = [nm[0]];
+            let distance = invert(
+                [from, to],
+                target - depths.hero(),
+                |t| self.integral(&line, from, t, &hero).hero(),
+                |t| self.on(&line, t, &hero).hero(),
+            );
             let depths = depths + self.integral(&line, from, distance, nm);
             let extinction = self.on(&line, distance, nm);
             ended = Some(FreeFlight::Ended { distance, depths, extinction });
             ControlFlow::Break(())
         });
         ended.unwrap_or(FreeFlight::Passed { depths })
-    }
-
-    /// Where in a piece the hero's optical depth reaches a value that it exceeds at the end.
-    fn invert<const C: usize>(&self, line: &Line, from: f64, to: f64, target: f64, nm: &[f64; C]) -> f64 {
-        const STEPS: u32 = 64;
-        let hero = [nm[0]];
-        let (mut low, mut high) = (from, to);
-        let whole = self.integral(line, from, to, &hero).hero();
-        let mut t = from + (to - from) * (target / whole).min(1.0);
-        for _ in 0..STEPS {
-            let excess = self.integral(line, from, t, &hero).hero() - target;
-            if excess > 0.0 {
-                high = t;
-            } else {
-                low = t;
-            }
-            if excess.abs() <= 1e-12 * whole || high - low <= f64::EPSILON * high {
-                break;
-            }
-            let newton = t - excess / self.on(line, t, &hero).hero();
-            t = if low < newton && newton < high { newton } else { 0.5 * (low + high) };
-        }
-        t
     }
 
     fn on<const C: usize>(&self, line: &Line, t: f64, nm: &[f64; C]) -> Sampled<C> {
@@ -125,14 +136,7 @@ impl GridExtinction {
     }
 
     fn line(&self, ray: &Ray) -> Line {
-        let to_local = self.volume.to_local();
-        Line {
-            origin: to_local.point(ray.origin),
-            direction: to_local.vector(ray.direction),
-            t_max: ray.t_max,
-            size: self.volume.size(),
-            centred: self.volume.filter() == Filter::Linear,
-        }
+        Line::new(&self.volume, ray)
     }
 }
 
@@ -146,7 +150,23 @@ struct Line {
     centred: bool,
 }
 
+/// Where a ray enters and leaves the box of a grid. `None` where it misses it.
+pub(super) fn span(volume: &Volume, ray: &Ray) -> Option<[f64; 2]> {
+    Line::new(volume, ray).span()
+}
+
 impl Line {
+    fn new(volume: &Volume, ray: &Ray) -> Self {
+        let to_local = volume.to_local();
+        Self {
+            origin: to_local.point(ray.origin),
+            direction: to_local.vector(ray.direction),
+            t_max: ray.t_max,
+            size: volume.size(),
+            centred: volume.filter() == Filter::Linear,
+        }
+    }
+
     fn at(&self, t: f64) -> Vec3 {
         self.origin + self.direction * t
     }

@@ -6,7 +6,7 @@
 //! of the path, so each companion says what it would have done (Wilkie et al., "Hero Wavelength Spectral
 //! Sampling", EGSR 2014, section 4.2).
 
-use super::GridExtinction;
+use super::{Diluted, Emission, GridExtinction};
 use crate::geometry::{Ray, Vec3};
 use crate::phase::Phase;
 use crate::spectrum::{Sampled, Spectrum};
@@ -19,6 +19,8 @@ pub struct Medium {
     pub extinction: Extinction,
     /// `None` where the medium only absorbs.
     pub scattering: Option<Scattering>,
+    /// `None` where it sends out no light.
+    pub emission: Option<Emission>,
 }
 
 /// What a medium takes from a ray of light per unit of length: absorbed and scattered.
@@ -26,6 +28,7 @@ pub struct Medium {
 pub enum Extinction {
     Homogeneous(Spectrum),
     Grid(Box<GridExtinction>),
+    Diluted(Box<Diluted>),
 }
 
 /// How a medium scatters.
@@ -47,33 +50,61 @@ pub enum FreeFlight<const C: usize> {
 }
 
 impl Medium {
-    /// Whether it does nothing at all to light of a range of wavelengths.
+    /// Whether it does nothing at all to light of a range of wavelengths, and sends out none.
     pub fn is_clear(&self, range: WavelengthRange) -> bool {
-        match &self.extinction {
+        let takes_nothing = match &self.extinction {
             Extinction::Homogeneous(spectrum) => spectrum.is_zero(range),
             Extinction::Grid(grid) => grid.is_zero(),
-        }
+            Extinction::Diluted(diluted) => diluted.density.is_zero() || diluted.spectrum.is_zero(range),
+        };
+        takes_nothing && self.emission.as_ref().is_none_or(|emission| emission.is_zero(range))
     }
 
-    /// The spectrum of a homogeneous medium that scatters nothing.
+    /// The spectrum of a homogeneous medium that absorbs and nothing else.
     pub fn absorption(&self) -> Option<&Spectrum> {
         match &self.extinction {
-            Extinction::Homogeneous(spectrum) if self.scattering.is_none() => Some(spectrum),
+            Extinction::Homogeneous(spectrum) if self.scattering.is_none() && self.emission.is_none() => {
+                Some(spectrum)
+            }
             _ => None,
         }
     }
 
+    /// What the extinction along a direction is multiplied by: flakes look larger from some sides.
+    pub fn projected_area(&self, direction: Vec3) -> f64 {
+        self.scattering.as_ref().map_or(1.0, |scattering| scattering.phase.projected_area(direction))
+    }
+
+    /// The extinction at a place, per unit of length along a direction.
+    pub fn extinction_at<const C: usize>(
+        &self,
+        position: Vec3,
+        direction: Vec3,
+        nm: &[f64; C],
+    ) -> Sampled<C> {
+        let whole = match &self.extinction {
+            Extinction::Homogeneous(spectrum) => spectrum.sample(nm),
+            Extinction::Grid(grid) => grid.at(position, nm),
+            Extinction::Diluted(diluted) => diluted.at(position, nm),
+        };
+        whole * self.projected_area(direction)
+    }
+
     /// The optical depths from the beginning of a ray to its end, which may be infinitely far.
     pub fn optical_depths<const C: usize>(&self, ray: &Ray, nm: &[f64; C]) -> Sampled<C> {
-        match &self.extinction {
+        let whole = match &self.extinction {
             Extinction::Homogeneous(spectrum) => depths(spectrum.sample(nm), ray.t_max),
             Extinction::Grid(grid) => grid.optical_depths(ray, nm),
-        }
+            Extinction::Diluted(diluted) => diluted.optical_depths(ray, nm),
+        };
+        whole * self.projected_area(ray.direction)
     }
 
     /// What a ray does that ends where the hero's optical depth is `target`.
     pub fn fly<const C: usize>(&self, ray: &Ray, target: f64, nm: &[f64; C]) -> FreeFlight<C> {
-        match &self.extinction {
+        let area = self.projected_area(ray.direction);
+        let target = target / area;
+        let flight = match &self.extinction {
             Extinction::Homogeneous(spectrum) => {
                 let extinction = spectrum.sample(nm);
                 let distance = target / extinction.hero();
@@ -84,6 +115,13 @@ impl Medium {
                 }
             }
             Extinction::Grid(grid) => grid.fly(ray, target, nm),
+            Extinction::Diluted(diluted) => diluted.fly(ray, target, nm),
+        };
+        match flight {
+            FreeFlight::Passed { depths } => FreeFlight::Passed { depths: depths * area },
+            FreeFlight::Ended { distance, depths, extinction } => {
+                FreeFlight::Ended { distance, depths: depths * area, extinction: extinction * area }
+            }
         }
     }
 }

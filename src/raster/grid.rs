@@ -8,7 +8,7 @@ use crate::geometry::Vec3;
 pub struct Grid {
     /// Cells along x, y and z.
     pub size: [usize; 3],
-    /// Values a cell has: 1 or 3.
+    /// Values a cell has: 1, 3 or 6.
     pub channels: usize,
     /// Finite; the channels of a cell together, then along x, along y, along z.
     pub values: Vec<f32>,
@@ -35,10 +35,10 @@ impl Grid {
         }
         let size = [8, 12, 16].map(|at| usize::try_from(integer(at)).unwrap_or(0));
         let channels = usize::try_from(integer(20)).unwrap_or(0);
-        if !matches!(channels, 1 | 3) {
+        if !matches!(channels, 1 | 3 | 6) {
             return Err(ImageError::new(
                 format!("The cells of the grid have {} channels", integer(20)),
-                "expected 1, or 3 for a colour",
+                "expected 1, 3 for a colour, or 6 for the matrix of `sggx`",
             ));
         }
         let cells = size.iter().fold(1usize, |cells, &size| cells.saturating_mul(size));

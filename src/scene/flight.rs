@@ -4,7 +4,7 @@ use super::counting::RayKind;
 use super::passage::transmittance;
 use super::scene::{Intersection, Scene};
 use crate::geometry::{Ray, Vec3};
-use crate::medium::{Extinction, FreeFlight, Media, Medium, MediumStack, Scattering};
+use crate::medium::{Extinction, FreeFlight, Media, Medium, MediumStack, Scattering, Segment};
 use crate::spectrum::{Sampled, Wavelengths};
 
 /// What a ray comes to first.
@@ -32,21 +32,34 @@ pub struct Flight<const C: usize> {
     pub ratio: Sampled<C>,
     /// The probability of having come as far.
     pub flown: Sampled<C>,
+    /// What media send out on the way, over what the path carried before and weighed over its wavelengths.
+    pub emitted: Sampled<C>,
+}
+
+/// What decides a flight.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightPlan<const C: usize> {
+    /// The hero's optical depth in media that scatter at which it ends.
+    pub target: f64,
+    /// The densities of the path before the flight, over the hero's.
+    pub prior: Sampled<C>,
+    /// Where in its stretch of the way light from media is looked up, from 0 to 1.
+    pub place: f64,
 }
 
 impl Scene {
-    /// What a ray comes to first if it ends where the hero's optical depth in media that scatter is `target`;
-    /// `media` are then those around it there.
+    /// What a ray comes to first if it ends where its plan says; `media` are then those around it there.
     pub fn fly<const C: usize>(
         &self,
         ray: &Ray,
         time: f64,
         kind: RayKind,
-        target: f64,
+        plan: &FlightPlan<C>,
         media: &mut Media,
         wavelengths: &Wavelengths<C>,
     ) -> (Event<'_>, Flight<C>) {
-        let mut flown = Flown { target, wavelengths, flight: Flight::BEGINNING, collision: None };
+        let target = plan.target;
+        let mut flown = Flown { target, plan, wavelengths, flight: Flight::BEGINNING, collision: None };
         let searched = self.reach(ray, kind, target, media, wavelengths);
         let hit = self.intersect(&searched, time, kind, media, |media, segment| {
             flown.cross(self.medium(media), media, segment);
@@ -80,8 +93,11 @@ impl Scene {
             return *ray;
         }
         match self.medium(&media.here) {
-            Some(Medium { extinction: Extinction::Homogeneous(spectrum), scattering: Some(_) }) => {
-                let distance = target / spectrum.at(wavelengths.nm[0]);
+            Some(
+                medium @ Medium { extinction: Extinction::Homogeneous(spectrum), scattering: Some(_), .. },
+            ) => {
+                let extinction = spectrum.at(wavelengths.nm[0]) * medium.projected_area(ray.direction);
+                let distance = target / extinction;
                 let t_max = (distance * (1.0 + MARGIN)).min(ray.t_max);
                 if t_max.is_nan() { *ray } else { Ray { t_max, ..*ray } }
             }
@@ -99,13 +115,15 @@ fn before(hit: &Intersection, position: Vec3, direction: Vec3) -> Vec3 {
 }
 
 impl<const C: usize> Flight<C> {
-    const BEGINNING: Self = Self { carried: Sampled::ONE, ratio: Sampled::ONE, flown: Sampled::ONE };
+    const BEGINNING: Self =
+        Self { carried: Sampled::ONE, ratio: Sampled::ONE, flown: Sampled::ONE, emitted: Sampled::ZERO };
 }
 
 /// A flight under way.
 struct Flown<'a, 'b, const C: usize> {
     /// What is left of the hero's optical depth.
     target: f64,
+    plan: &'b FlightPlan<C>,
     wavelengths: &'b Wavelengths<C>,
     flight: Flight<C>,
     /// Where it has ended, and in what.
@@ -116,13 +134,19 @@ impl<'a, const C: usize> Flown<'a, '_, C> {
     fn cross(&mut self, medium: Option<&'a Medium>, media: &MediumStack, segment: &Ray) {
         let Some(medium) = medium.filter(|_| self.collision.is_none()) else { return };
         let Some(scattering) = &medium.scattering else {
+            self.gather(medium, segment);
             self.flight.carried *= transmittance(medium, segment, self.wavelengths);
             return;
         };
         let over_hero = |depths: Sampled<C>| depths.map(|depth| (depths.hero() - depth).exp());
         let survived = |depths: Sampled<C>| depths.map(|depth| (-depth).exp());
-        let Flight { carried, ratio, flown } = &mut self.flight;
-        match medium.fly(segment, self.target, &self.wavelengths.nm) {
+        let flight = medium.fly(segment, self.target, &self.wavelengths.nm);
+        match flight {
+            FreeFlight::Passed { .. } => self.gather(medium, segment),
+            FreeFlight::Ended { distance, .. } => self.gather(medium, &Ray { t_max: distance, ..*segment }),
+        }
+        let Flight { carried, ratio, flown, .. } = &mut self.flight;
+        match flight {
             FreeFlight::Passed { depths } => {
                 self.target -= depths.hero();
                 *carried *= over_hero(depths);
@@ -137,5 +161,16 @@ impl<'a, const C: usize> Flown<'a, '_, C> {
                 self.collision = Some((segment.at(distance), scattering, media.clone()));
             }
         }
+    }
+    /// Adds what a medium sends out on a segment that is flown through.
+    fn gather(&mut self, medium: &Medium, segment: &Ray) {
+        if medium.emission.is_none() {
+            return;
+        }
+        let FlightPlan { prior, place, .. } = *self.plan;
+        let Flight { carried, ratio, .. } = self.flight;
+        let nm = &self.wavelengths.nm;
+        self.flight.emitted +=
+            medium.emission_along(&Segment { ray: segment, carried, ratio: prior * ratio, place, nm });
     }
 }

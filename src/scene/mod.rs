@@ -19,7 +19,7 @@ mod write;
 pub use compile::{CompileOptions, Crop, compile};
 pub use counting::{Counters, Counts, PathEnd, RayCounts, RayKind};
 pub use description::Description;
-pub use flight::{Collision, Event, Flight};
+pub use flight::{Collision, Event, Flight, FlightPlan};
 pub use info::{json, outline};
 pub use lanes::{Intersections, Side};
 pub use limits::{Coverage, Integrator, Limits, Techniques};

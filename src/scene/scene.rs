@@ -139,7 +139,7 @@ pub struct Features {
     pub dispersion: bool,
     /// Some medium absorbs or scatters.
     pub absorption: bool,
-    /// Some medium scatters: rays may end between surfaces.
+    /// Some medium scatters or sends out light: what is between surfaces is looked at.
     pub scattering: bool,
     /// Some body may lie within another, or holds a medium: paths keep account of what they are inside of.
     pub medium_stack: bool,

@@ -53,6 +53,12 @@ impl Volume {
         self.size
     }
 
+    /// Whether a place lies in the grid's box.
+    pub fn holds(&self, position: Vec3) -> bool {
+        let place = self.to_local.point(position);
+        place.cmpge(Vec3::ZERO).all() && place.cmple(Vec3::ONE).all()
+    }
+
     /// From the coordinates of the scene to those in which the grid is the unit cube.
     pub fn to_local(&self) -> &Transform {
         &self.to_local

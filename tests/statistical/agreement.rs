@@ -33,7 +33,7 @@ struct Case {
     sees: f64,
 }
 
-const CASES: [Case; 17] = [
+const CASES: [Case; 18] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.015 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some pixels:
@@ -54,6 +54,7 @@ const CASES: [Case; 17] = [
     Case { name: "chamber", samples: 2048, walk_samples: 32_768, walk_block: 1, sees: 0.08 },
     Case { name: "fog", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.09 },
     Case { name: "smoke", samples: 512, walk_samples: 4096, walk_block: 1, sees: 0.06 },
+    Case { name: "haze", samples: 512, walk_samples: 4096, walk_block: 1, sees: 0.06 },
 ];
 
 fn case(name: &str) -> &'static Case {
@@ -257,6 +258,11 @@ fn fog() {
 #[test]
 fn smoke() {
     media_agree("smoke");
+}
+
+#[test]
+fn haze() {
+    media_agree("haze");
 }
 
 /// Also where light samples pass the boundaries of media.

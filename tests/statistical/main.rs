@@ -9,6 +9,7 @@ mod closed_forms;
 mod common;
 mod coverage;
 mod distribution;
+mod glow;
 mod media;
 mod sampling;
 mod sensors;

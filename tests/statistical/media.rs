@@ -10,15 +10,15 @@ use abbe::units::WavelengthRange;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-const BINS: usize = 6;
-const RANGE: WavelengthRange = WavelengthRange { min: 400.0, max: 700.0 };
+pub const BINS: usize = 6;
+pub const RANGE: WavelengthRange = WavelengthRange { min: 400.0, max: 700.0 };
 
-fn scene(content: &str) -> Scene {
+pub fn scene(content: &str) -> Scene {
     made(content, &CompileOptions { range: RANGE, spectral: true, ..CompileOptions::default() })
 }
 
 /// A camera whose pixels all look along one ray, with something in it.
-fn beam(lookat: &str, inside: &str) -> String {
+pub fn beam(lookat: &str, inside: &str) -> String {
     format!(
         r#"<sensor type="perspective"><float name="fov" value="1e-5"/><float name="near_clip" value="1e-9"/>
            <transform name="to_world"><lookat {lookat}/></transform>
@@ -27,13 +27,13 @@ fn beam(lookat: &str, inside: &str) -> String {
     )
 }
 
-fn measure(scene: &Scene, samples: u32, count: WavelengthCount) -> Film {
+pub fn measure(scene: &Scene, samples: u32, count: WavelengthCount) -> Film {
     let settings = settings(samples, count, 5 + count.get() as u64);
     expose(scene, &Settings { bins: bins(RANGE, BINS), ..settings })
 }
 
 /// The mean of a function of wavelength over each bin.
-fn over_bins(f: impl Fn(f64) -> f64) -> Vec<f64> {
+pub fn over_bins(f: impl Fn(f64) -> f64) -> Vec<f64> {
     let width = RANGE.width() / BINS as f64;
     let mean = |bin: usize| {
         let middle = RANGE.min + width * (bin as f64 + 0.5);
@@ -45,7 +45,7 @@ fn over_bins(f: impl Fn(f64) -> f64) -> Vec<f64> {
 /// Every bin, with a probability of 1 % that any differs by chance. The largest standard error may be `precision` of
 /// what is expected: a difference of five times that is seen. `ABBE_STRESS=full` sees a quarter of it.
 #[track_caller]
-fn assert_bins(name: &str, scene: &Scene, samples: u32, precision: f64, expected: impl Fn(f64) -> f64) {
+pub fn assert_bins(name: &str, scene: &Scene, samples: u32, precision: f64, expected: impl Fn(f64) -> f64) {
     let expected = over_bins(expected);
     let tail = sidak(0.01, BINS * ALL_COUNTS.len()) / 2.0;
     let bound = Normal::standard().inverse_cdf(1.0 - tail);

@@ -217,6 +217,9 @@ def volumes():
     for name, data, box in (("grey", grey, (0, 0, 0, 1, 1, 1)), ("colour", colour, (-1, -0.5, 0, 1, 1, 1.5))):
         z, y, x, c = data.shape
         (VOLUMES / f"{name}.vol").write_bytes(b"VOL\x03" + struct.pack("<5i6f", 1, x, y, z, c, *box) + data.astype("<f4").tobytes())
+    # Flakes of SGGX, the same everywhere.
+    for name, matrix in (("flakes_flat", (0.05, 0.1, 1, 0, 0, 0)), ("flakes_skewed", (1, 0.35, 0.32, 0.52, 0.44, 0.2))):
+        (VOLUMES / f"{name}.vol").write_bytes(b"VOL\x03" + struct.pack("<5i6f6f", 1, 1, 1, 1, 6, 0, 0, 0, 1, 1, 1, *matrix))
     # Two balls that run into one another, on few points: cells are as large as what they show. As many points along z as along x, for
     # Mitsuba takes either for the other (FACTS.md, 89).
     z, y, x = np.meshgrid(*(np.linspace(0, 1, points) for points in (11, 9, 11)), indexing="ij")

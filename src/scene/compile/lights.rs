@@ -5,6 +5,7 @@ use super::spectra;
 use crate::geometry::{Bounds, Motion, Placed, Transform, Vec3};
 use crate::light::sky::{self, Sky, SkySettings};
 use crate::light::{AreaGeometry, Environment, EnvironmentMap, Light, Lights, Projector, Spot, Texel};
+use crate::medium;
 use crate::raster::Image;
 use crate::scene::description::{LightKind, SpectrumKind, SpectrumSource};
 use crate::scene::scene::FilmPlan;
@@ -175,12 +176,17 @@ impl Compiler<'_> {
         responses: &[(Spectrum, f64)],
         lights: &[Light],
         environment: Option<&Environment>,
+        media: &[&medium::Emission],
         scene_radius: f64,
     ) -> WavelengthDensity {
         let own = lights.iter().map(|light| (light.spectrum(), power(light, scene_radius)));
         let around = environment.map(|environment| surroundings(environment, scene_radius));
-        let emissions: Vec<Emission> =
-            own.chain(around).map(|(spectrum, weight)| Emission { spectrum, weight }).collect();
+        let depth = depth_of_media(scene_radius);
+        let glowing = media.iter().map(|emission| emission.typical(self.options.range, depth));
+        let glowing: Vec<Spectrum> = glowing.collect();
+        let between = glowing.iter().map(|spectrum| (spectrum, PI * 4.0 * PI * depth * depth));
+        let all = own.chain(around).chain(between);
+        let emissions: Vec<Emission> = all.map(|(spectrum, weight)| Emission { spectrum, weight }).collect();
         let sensor: Vec<Response> =
             responses.iter().map(|(spectrum, weight)| Response { spectrum, weight: *weight }).collect();
         WavelengthDensity::new(self.options.range, &sensor, &emissions)
@@ -188,7 +194,13 @@ impl Compiler<'_> {
 
     /// Order of magnitude of the largest value that the camera can see: of luminance, or of the mean over a
     /// response or over the wavelengths.
-    pub(super) fn reference(&self, film: &FilmPlan, lights: &Lights, scene_radius: f64) -> f64 {
+    pub(super) fn reference(
+        &self,
+        film: &FilmPlan,
+        lights: &Lights,
+        media: &[&medium::Emission],
+        scene_radius: f64,
+    ) -> f64 {
         let luminance = |spectrum: &Spectrum| {
             let y = self.options.observer.xyz_of(spectrum, self.options.range).y / MITSUBA_Y_INTEGRAL;
             let responses = film.channels.iter().map(|channel| {
@@ -216,7 +228,9 @@ impl Compiler<'_> {
                 }
         });
         let around = lights.environment().map(|environment| luminance(environment.mean()));
-        seen.chain(around).fold(0.0, f64::max)
+        let depth = depth_of_media(scene_radius);
+        let between = media.iter().map(|emission| luminance(&emission.typical(self.options.range, depth)));
+        seen.chain(around).chain(between).fold(0.0, f64::max)
     }
 
     fn texture(&mut self, source: &SpectrumSource) -> Texture {
@@ -260,6 +274,11 @@ fn power(light: &Light, scene_radius: f64) -> f64 {
         Light::Projector(projector) => projector.solid_angle(),
         Light::Directional { .. } => PI * scene_radius * scene_radius,
     }
+}
+
+/// About how far one sees into a medium that sends out light.
+fn depth_of_media(scene_radius: f64) -> f64 {
+    0.25 * scene_radius
 }
 
 /// A box around the lights without a surface that have a place.

@@ -1,12 +1,25 @@
 //! Media and phase functions that can be traced.
 
 use super::materials::MaterialCompiler;
-use super::spectra::{spectrum, texture};
-use crate::medium::{Extinction, GridExtinction, Medium, Scattering};
-use crate::phase::{Phase, PhaseTable};
-use crate::scene::description::{self, PhaseKind};
-use crate::scene::source::SceneError;
-use crate::texture::Texture;
+use super::spectra::{index, spectrum, texture};
+use crate::medium::{
+    Density, Diluted, Emission, Exponential, Extinction, GridExtinction, Medium, Scattering,
+};
+use crate::phase::mie::Population;
+use crate::phase::{Mixture, Phase, PhaseTable, Sggx, air};
+use crate::scene::description::{
+    self, DensitySource, EmissionSource, ExponentialSource, MediumContent, MieSource, PhaseKind,
+};
+use crate::scene::source::{Place, SceneError};
+use crate::spectrum::{Extrapolation, Spectrum};
+use crate::texture::{Texture, Volume};
+use crate::units::WavelengthRange;
+
+/// An extinction that is the same everywhere, and how it scatters.
+struct Uniform {
+    extinction: Spectrum,
+    scattering: Option<Scattering>,
+}
 
 impl MaterialCompiler {
     /// The number of a medium.
@@ -23,26 +36,134 @@ impl MaterialCompiler {
     }
 
     fn compiled_medium(&self, medium: &description::Medium) -> Result<Medium, SceneError> {
-        let shift = self.shift;
-        let extinction = if medium.varies {
-            match texture(&medium.extinction, &shift)? {
-                Texture::Uniform(spectrum) => Extinction::Homogeneous(spectrum),
-                Texture::Volume(volume) => grid(*volume, 1.0),
-                Texture::Filtered { texture: nested, by } => match *nested {
-                    Texture::Volume(volume) => grid(*volume, by.at(550.0)),
-                    _ => return Err(no_grid(medium)),
-                },
-                _ => return Err(no_grid(medium)),
+        let emission = match &medium.emission {
+            None => None,
+            Some(EmissionSource::Radiance(source)) => Some(Emission::Radiance(texture(source, &self.shift)?)),
+            Some(EmissionSource::Temperature(source)) => {
+                Some(Emission::Thermal(texture(source, &self.shift)?))
             }
-        } else {
-            Extinction::Homogeneous(spectrum(&medium.extinction)?)
         };
-        let albedo = texture(&medium.albedo, &shift)?;
-        let scattering = match albedo.is_zero(self.range) {
+        let emission = emission.filter(|emission| !emission.is_zero(self.range));
+        let Uniform { extinction, scattering } = match &medium.content {
+            MediumContent::Suspension { particles, absorption, metres } => {
+                self.suspension(&medium.place, particles, &spectrum(absorption)?, *metres)?
+            }
+            MediumContent::Plain { varies: true, extinction, albedo, phase } if medium.density.is_none() => {
+                let place = &extinction.place;
+                let extinction = match texture(extinction, &self.shift)? {
+                    Texture::Uniform(spectrum) => Extinction::Homogeneous(spectrum),
+                    other => Extinction::Grid(Box::new(grid(other, place)?)),
+                };
+                return Ok(Medium { extinction, scattering: self.scattering(albedo, phase)?, emission });
+            }
+            MediumContent::Plain { extinction, albedo, phase, .. } => {
+                Uniform { extinction: spectrum(extinction)?, scattering: self.scattering(albedo, phase)? }
+            }
+        };
+        let extinction = match &medium.density {
+            None => Extinction::Homogeneous(extinction),
+            Some(source) => {
+                let density = match source {
+                    DensitySource::Grid(source) => {
+                        Density::Grid(grid(texture(source, &self.shift)?, &source.place)?)
+                    }
+                    DensitySource::Exponential(source) => Density::Exponential(self.exponential(source)),
+                };
+                Extinction::Diluted(Box::new(Diluted { density, spectrum: extinction }))
+            }
+        };
+        Ok(Medium { extinction, scattering, emission })
+    }
+
+    fn exponential(&self, source: &ExponentialSource) -> Exponential {
+        /// Where the density is 6·10⁻⁶ of that on the ground.
+        const SCALE_HEIGHTS: f64 = 12.0;
+        let to_local = self.shift.inverse().then(&source.to_world.inverse());
+        let top = source.top.unwrap_or(SCALE_HEIGHTS * source.scale_height);
+        Exponential::new(to_local, source.radius, source.scale_height, top)
+    }
+
+    fn scattering(
+        &self,
+        albedo: &description::SpectrumSource,
+        phase: &description::Phase,
+    ) -> Result<Option<Scattering>, SceneError> {
+        let albedo = texture(albedo, &self.shift)?;
+        Ok(match albedo.is_zero(self.range) {
             true => None,
-            false => Some(Scattering { albedo, phase: self.phase(&medium.phase)? }),
+            false => Some(Scattering { albedo, phase: self.phase(phase)? }),
+        })
+    }
+
+    /// The particles' coefficients add up to the host's absorption.
+    fn suspension(
+        &self,
+        place: &Place,
+        particles: &[description::Phase],
+        absorption: &Spectrum,
+        metres: f64,
+    ) -> Result<Uniform, SceneError> {
+        let mut parts = Vec::new();
+        for particle in particles {
+            parts.push(match &particle.kind {
+                PhaseKind::Mie(source) => {
+                    let optics = self.mie(&particle.place, source)?;
+                    let per_unit = source.fraction.unwrap_or(0.0) * 1e6 * metres;
+                    let phase = Phase::Spectral(Box::new(optics.phase));
+                    (optics.extinction.scaled(per_unit), optics.scattering.scaled(per_unit), phase)
+                }
+                PhaseKind::Air { amount } => {
+                    let (scattering, phase) = self.air(&particle.place)?;
+                    let scattering = scattering.scaled(amount * metres);
+                    (scattering.clone(), scattering, phase)
+                }
+                _ => {
+                    let problem = "this phase function does not say how much its particles scatter";
+                    return Err(SceneError::at(&particle.place, problem, "`mie` or `air`"));
+                }
+            });
+        }
+        let extinction = |nm: f64| absorption.at(nm) + parts.iter().map(|part| part.0.at(nm)).sum::<f64>();
+        let scattered = |nm: f64| parts.iter().map(|part| part.1.at(nm)).sum::<f64>();
+        let albedo = |nm: f64| match extinction(nm) {
+            all if all > 0.0 => (scattered(nm) / all).min(1.0),
+            _ => 0.0,
         };
-        Ok(Medium { extinction, scattering })
+        let table = |of: &dyn Fn(f64) -> f64| tabulated(self.range, place, of);
+        let uniform = Uniform {
+            extinction: table(&extinction)?,
+            scattering: Some(Scattering {
+                albedo: Texture::Uniform(table(&albedo)?),
+                phase: Phase::Isotropic,
+            }),
+        };
+        let mut phases: Vec<(Spectrum, Phase)> = parts.into_iter().map(|part| (part.1, part.2)).collect();
+        let phase = match phases.len() {
+            1 => phases.remove(0).1,
+            _ => Phase::Mixture(Mixture(phases)),
+        };
+        let scattering = uniform.scattering.map(|scattering| Scattering { phase, ..scattering });
+        let scattering = scattering.filter(|scattering| !scattering.albedo.is_zero(self.range));
+        Ok(Uniform { scattering, ..uniform })
+    }
+
+    fn mie(&self, place: &Place, source: &MieSource) -> Result<crate::phase::mie::Optics, SceneError> {
+        let population = Population {
+            sizes: source.sizes,
+            index: [index(&source.index, self.range)?, spectrum(&source.k)?],
+            host: index(&source.host, self.range)?,
+        };
+        population.optics(self.range).map_err(|error| {
+            let expected = "spheres of some dozens of micrometres at most, with an index at all wavelengths";
+            SceneError::at(place, format!("these spheres cannot be computed: {error}"), expected)
+                .with_remedy("use smaller spheres, or a `tabphase` with values of its own")
+        })
+    }
+
+    fn air(&self, place: &Place) -> Result<(Spectrum, Phase), SceneError> {
+        air::optics(self.range).map_err(|error| {
+            SceneError::at(place, error.to_string(), "a range of wavelengths that has a width")
+        })
     }
 
     fn phase(&self, phase: &description::Phase) -> Result<Phase, SceneError> {
@@ -64,18 +185,38 @@ impl MaterialCompiler {
                     nested: Box::new([self.phase(first)?, self.phase(second)?]),
                 }
             }
+            PhaseKind::Sggx { matrix } => Phase::Sggx(Box::new(Sggx::new(*matrix).ok_or_else(|| {
+                SceneError::at(&phase.place, "this matrix is no ellipsoid", "a positive definite matrix")
+            })?)),
+            PhaseKind::Mie(source) => Phase::Spectral(Box::new(self.mie(&phase.place, source)?.phase)),
+            PhaseKind::Air { .. } => self.air(&phase.place)?.1,
         })
     }
 }
 
-fn grid(volume: crate::texture::Volume, factor: f64) -> Extinction {
-    Extinction::Grid(Box::new(GridExtinction { volume, factor }))
+/// A function as a table that is fine enough for what changes slowly with the wavelength.
+fn tabulated(range: WavelengthRange, place: &Place, of: &dyn Fn(f64) -> f64) -> Result<Spectrum, SceneError> {
+    const STEP: f64 = 1.0;
+    let steps = (range.width() / STEP).ceil().max(1.0) as usize;
+    let at = |i| of(range.min + range.width() * i as f64 / steps as f64);
+    let values: Vec<f64> = (0..=steps).map(at).collect();
+    Spectrum::regular(range.min, range.max, &values, Extrapolation::Hold)
+        .map_err(|error| SceneError::at(place, error.to_string(), "finite coefficients"))
 }
 
-fn no_grid(medium: &description::Medium) -> SceneError {
-    SceneError::at(
-        &medium.extinction.place,
-        "the extinction of this medium is no grid",
-        "a number, a spectrum or a `gridvolume`",
-    )
+/// A grid and the factor on it.
+fn grid(texture: Texture, place: &Place) -> Result<GridExtinction, SceneError> {
+    let of = |volume: Volume, factor: f64| GridExtinction { volume, factor };
+    match texture {
+        Texture::Volume(volume) => Ok(of(*volume, 1.0)),
+        Texture::Filtered { texture, by } => match *texture {
+            Texture::Volume(volume) => Ok(of(*volume, by.at(550.0))),
+            _ => Err(no_grid(place)),
+        },
+        _ => Err(no_grid(place)),
+    }
+}
+
+fn no_grid(place: &Place) -> SceneError {
+    SceneError::at(place, "what varies here is no grid", "a number, a spectrum or a `gridvolume`")
 }

@@ -32,6 +32,7 @@ use crate::film::Region;
 use crate::geometry::{Transform, Vec3};
 use crate::light::{self, Light, Lights};
 use crate::material::Material;
+use crate::medium::Emission;
 use crate::scene::{Coverage, Integrator, Limits};
 use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
@@ -182,7 +183,10 @@ impl Compiler<'_> {
         let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &surfaces, &bodies)
             .any(|around| around.overlaps(camera.origins(during)));
         let absorption = media.iter().any(Option::is_some);
-        let scattering = media.iter().flatten().any(|medium| medium.scattering.is_some());
+        let emitting: Vec<&Emission> =
+            media.iter().flatten().filter_map(|medium| medium.emission.as_ref()).collect();
+        let scattering =
+            !emitting.is_empty() || media.iter().flatten().any(|medium| medium.scattering.is_some());
         let scene_radius = 0.5
             * match scattering {
                 false => accel.bounds(),
@@ -196,8 +200,8 @@ impl Compiler<'_> {
         let responses = self.responses(&camera, &film);
         // A distance is the same at all wavelengths, whatever shines on what is there.
         let wavelengths = match description.integrator.kind {
-            IntegratorKind::Depth => self.wavelengths(&responses, &[], None, scene_radius),
-            _ => self.wavelengths(&responses, &lights, environment.as_ref(), scene_radius),
+            IntegratorKind::Depth => self.wavelengths(&responses, &[], None, &[], scene_radius),
+            _ => self.wavelengths(&responses, &lights, environment.as_ref(), &emitting, scene_radius),
         };
         let choice = light::Setting { during, density: &wavelengths };
         let mut lights = Lights::new(lights, environment, moving_lights, &choice);
@@ -262,7 +266,7 @@ impl Compiler<'_> {
         features.light_tracing = caustics.is_some();
         let reference_radiance = match integrator {
             Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
-            Integrator::Path | Integrator::Walk => self.reference(&film, &lights, scene_radius),
+            Integrator::Path | Integrator::Walk => self.reference(&film, &lights, &emitting, scene_radius),
         };
         let warnings = match integrator {
             Integrator::Depth => Vec::new(),

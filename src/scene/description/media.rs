@@ -1,20 +1,71 @@
 //! Media and phase functions as a scene file says them.
 
-use super::spectra::SpectrumSource;
+use super::spectra::{IndexSource, SpectrumSource};
+use crate::geometry::Transform;
+use crate::phase::mie::Sizes;
 use crate::scene::source::Place;
 
-/// `homogeneous` or `heterogeneous`.
+/// What fills a shape, or surrounds the sensor.
 #[derive(Clone, Debug)]
 pub struct Medium {
     pub place: Place,
     pub id: Option<String>,
-    /// Whether it may vary from place to place: `heterogeneous`.
-    pub varies: bool,
-    /// What is absorbed and scattered per unit of length, `scale` included.
-    pub extinction: SpectrumSource,
-    /// The fraction of it that is scattered.
-    pub albedo: SpectrumSource,
-    pub phase: Phase,
+    pub content: MediumContent,
+    /// Light that it sends out (an extension).
+    pub emission: Option<EmissionSource>,
+    /// How much there is of it from place to place (an extension).
+    pub density: Option<DensitySource>,
+}
+
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a scene has few media")]
+pub enum MediumContent {
+    /// `homogeneous` or `heterogeneous`.
+    Plain {
+        /// Whether it may vary from place to place: `heterogeneous`.
+        varies: bool,
+        /// What is absorbed and scattered per unit of length, `scale` included.
+        extinction: SpectrumSource,
+        /// The fraction of it that is scattered.
+        albedo: SpectrumSource,
+        phase: Phase,
+    },
+    /// Particles and what they are in: extinction, albedo and phase function follow (an extension).
+    Suspension {
+        /// `mie` and `air`, with how much there is of each.
+        particles: Vec<Phase>,
+        /// Absorption of what they are in, per unit of length.
+        absorption: SpectrumSource,
+        /// Length of the file's unit, m.
+        metres: f64,
+    },
+}
+
+/// What a medium sends out.
+#[derive(Clone, Debug)]
+pub enum EmissionSource {
+    /// Radiance per unit of length.
+    Radiance(SpectrumSource),
+    /// K: black bodies, as far as it absorbs.
+    Temperature(SpectrumSource),
+}
+
+#[derive(Clone, Debug)]
+pub enum DensitySource {
+    /// A grid of numbers.
+    Grid(SpectrumSource),
+    Exponential(ExponentialSource),
+}
+
+/// The density of an atmosphere.
+#[derive(Clone, Debug)]
+pub struct ExponentialSource {
+    pub to_world: Transform,
+    /// Radius of the ground; flat where there is none.
+    pub radius: Option<f64>,
+    pub scale_height: f64,
+    /// Height above which there is nothing; otherwise 12 scale heights.
+    pub top: Option<f64>,
 }
 
 /// In what directions a medium scatters.
@@ -42,4 +93,27 @@ pub enum PhaseKind {
         weight: SpectrumSource,
         nested: Box<[Phase; 2]>,
     },
+    /// S_xx, S_yy, S_zz, S_xy, S_xz and S_yz of the ellipsoid of flakes.
+    Sggx {
+        matrix: [f64; 6],
+    },
+    /// Spheres (an extension).
+    Mie(Box<MieSource>),
+    /// Molecules of air, so many times those at 288.15 K and 1013.25 hPa (an extension).
+    Air {
+        amount: f64,
+    },
+}
+
+/// Spheres in a medium that absorbs nothing.
+#[derive(Clone, Debug)]
+pub struct MieSource {
+    pub sizes: Sizes,
+    /// n and k of the spheres.
+    pub index: IndexSource,
+    pub k: SpectrumSource,
+    /// n of the medium around them.
+    pub host: IndexSource,
+    /// The fraction of space that they fill; what only a phase function is has none.
+    pub fraction: Option<f64>,
 }

@@ -15,7 +15,9 @@ pub use materials::{
     Alpha, Bsdf, BsdfKind, CoatRoughness, ConductorIndex, MetalAssumption, NormalMapShading, PrincipledBase,
     Roughness,
 };
-pub use media::{Medium, Phase, PhaseKind};
+pub use media::{
+    DensitySource, EmissionSource, ExponentialSource, Medium, MediumContent, MieSource, Phase, PhaseKind,
+};
 pub use sensors::{
     AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmChannel, FilmContent, FovAxis, Lens,
     PixelFormat, Sampler, Sensor, SensorKind,

@@ -1,16 +1,19 @@
 //! Phase functions: in what directions media scatter.
 
-use super::fields::{Float, Numbers};
-use super::spectral::Quantity;
-use super::{Field, Parameter, Range, Simple, Takes, declare, float, numbers};
-use crate::phase::PhaseTable;
-use crate::scene::description::{Phase, PhaseKind, SpectrumKind};
+use super::fields::{Choices, Float, Numbers};
+use super::indices::Index;
+use super::spectral::{self, Quantity, Spectral};
+use super::textures::volumes;
+use super::{Field, Parameter, Range, Simple, Takes, choice, declare, float, numbers, optional};
+use crate::phase::mie::Sizes;
+use crate::phase::{PhaseTable, Sggx};
+use crate::scene::description::{MieSource, Phase, PhaseKind, SpectrumKind};
 use crate::scene::read::query::capital;
-use crate::scene::read::spectra::Use;
+use crate::scene::read::spectra::{self, Use};
 use crate::scene::read::textures::varies;
-use crate::scene::read::{Class, ObjectId, Query, Reader};
+use crate::scene::read::{Class, ObjectId, Query, Reader, Value};
 use crate::scene::source::SceneError;
-use crate::scene::write::{Node, Writer};
+use crate::scene::write::{self, Node, Writer};
 
 declare! {
     Class::Phase => PhaseKind;
@@ -25,6 +28,15 @@ declare! {
         },
         nested: Two,
     } then over_volumes;
+    "sggx", "small flakes that mirror" => PhaseKind::Sggx { matrix } { matrix: Ellipsoid };
+    "mie" extension "spheres, computed from their sizes and their index" => PhaseKind::Mie(source) {
+        source: Spheres,
+    };
+    "air" extension "molecules of air, computed" => PhaseKind::Air { amount } {
+        amount: float(
+            "amount", 1.0, "molecules over those of air at 288.15 K and 1013.25 hPa; only a `suspension` asks for it",
+        ).not_negative(),
+    };
 }
 
 const MEAN_COSINE: Simple<Float> =
@@ -64,6 +76,164 @@ impl Field for Two {
 
     fn write(&self, node: Node, nested: &Box<[Phase; 2]>, writer: &mut Writer) -> Node {
         nested.iter().fold(node, |node, phase| node.child(self::node(phase, writer)))
+    }
+}
+
+/// The matrix of `sggx`: in a grid, as Mitsuba 3 has it, or as six numbers.
+struct Ellipsoid;
+
+impl Field for Ellipsoid {
+    type Value = [f64; 6];
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let doc = "S_xx, S_yy, S_zz, S_xy, S_xz and S_yz of the ellipsoid, as six numbers (an extension) or as a \
+                   grid of six channels that is the same everywhere";
+        vec![Parameter { doc, is_required: true, ..Parameter::new("S", Takes::Numbers) }]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<[f64; 6]> {
+        let refuse = |problem: &str, expected: &str| {
+            query.error(SceneError::at(&query.place("S"), problem, expected));
+            None
+        };
+        let six = "expected S_xx, S_yy, S_zz, S_xy, S_xz and S_yz";
+        let values = match query.entry("S").map(|entry| &entry.value) {
+            Some(Value::Object(id)) if query.reader.tree.get(*id).class == Class::Volume => {
+                let source = volumes::of_object(query.reader, *id)?;
+                let SpectrumKind::Volume(volume) = &source.kind else {
+                    return refuse("The matrix \"S\" is one number", six);
+                };
+                if volume.grid.channels != 6 {
+                    return refuse("The matrix \"S\" has no six channels", six);
+                }
+                let mut cells = volume.grid.values.chunks_exact(6);
+                let first = cells.next().map(<[f32]>::to_vec).unwrap_or_default();
+                if cells.any(|cell| cell != first) {
+                    let expected = "expected a grid with the same values everywhere";
+                    return refuse("The matrix \"S\" varies from place to place", expected);
+                }
+                first.into_iter().map(f64::from).collect()
+            }
+            Some(_) => {
+                query.reader.extension(&query.place("S"), "S: six numbers without a grid".to_owned());
+                spectra::numbers(query, "S")?
+            }
+            None => return query.required("S", None),
+        };
+        let Ok(matrix) = <[f64; 6]>::try_from(values) else {
+            return refuse("The matrix \"S\" has no six numbers", six);
+        };
+        if Sggx::new(matrix).is_none() {
+            let expected = "expected a positive definite matrix, such as 1, 1, 1, 0, 0, 0";
+            return refuse("The matrix \"S\" is no ellipsoid", expected);
+        }
+        Some(matrix)
+    }
+
+    fn write(&self, node: Node, matrix: &[f64; 6], _: &mut Writer) -> Node {
+        node.with("S", write::Value::Numbers(matrix.to_vec()))
+    }
+}
+
+/// Spheres: their sizes, what they are of and what they are in.
+struct Spheres;
+
+/// How radii are distributed.
+#[derive(Clone, Copy, PartialEq)]
+enum Distribution {
+    One,
+    LogNormal,
+    Gamma,
+}
+
+impl Spheres {
+    const DISTRIBUTION: Simple<Choices<Distribution>> = choice(
+        "distribution",
+        Distribution::One,
+        &[("one", Distribution::One), ("lognormal", Distribution::LogNormal), ("gamma", Distribution::Gamma)],
+        "all of one radius, a normal distribution of its logarithm, or Hansen's gamma distribution",
+    );
+    const RADIUS: Simple<Float> =
+        float("radius", 1.0, "radius; the median of `lognormal`, the effective radius of `gamma`")
+            .unit("µm")
+            .positive();
+    const SPREAD: Simple<Float> = float("spread", 1.5, "geometric standard deviation of `lognormal`")
+        .within(Range { low: 1.0, with_low: false, high: 10.0, with_high: true })
+        .quiet();
+    const VARIANCE: Simple<Float> = float("variance", 0.1, "effective variance of `gamma`")
+        .within(Range { low: 0.0, with_low: false, high: 0.5, with_high: false })
+        .quiet();
+    const INDEX: Index =
+        Index { name: "int_ior", default: 1.333, default_name: "water", doc: "index of the spheres" };
+    const HOST: Index =
+        Index { name: "ext_ior", default: 1.000_277, default_name: "air", doc: "index of what they are in" };
+    const K: Spectral =
+        spectral::spectrum("k", Use::ConductorIndex, 0.0, "imaginary part of the spheres' index");
+    const FRACTION: Simple<Float> =
+        float("fraction", 1e-6, "fraction of space that they fill; only a `suspension` asks for it")
+            .within(Range { low: 0.0, with_low: false, high: 1.0, with_high: true });
+}
+
+impl Field for Spheres {
+    type Value = Box<MieSource>;
+
+    fn parameters(&self) -> Vec<Parameter> {
+        [
+            Self::DISTRIBUTION.parameters(),
+            Self::RADIUS.parameters(),
+            Self::SPREAD.parameters(),
+            Self::VARIANCE.parameters(),
+            Self::INDEX.parameters(),
+            Self::K.parameters(),
+            Self::HOST.parameters(),
+            vec![Parameter { default: String::new(), ..Self::FRACTION.parameters().remove(0) }],
+        ]
+        .concat()
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<Box<MieSource>> {
+        let distribution = Self::DISTRIBUTION.read(query);
+        let (radius, spread) = (Self::RADIUS.read(query), Self::SPREAD.read(query));
+        let variance = Self::VARIANCE.read(query);
+        let (index, host, k) = (Self::INDEX.read(query), Self::HOST.read(query), Self::K.read(query));
+        let fraction = optional(Self::FRACTION).read(query);
+        let distribution = distribution?;
+        for (name, of) in [("spread", Distribution::LogNormal), ("variance", Distribution::Gamma)] {
+            if query.has(name) && distribution != of {
+                let problem = format!("\"{name}\" says nothing of this distribution");
+                let word = if of == Distribution::Gamma { "gamma" } else { "lognormal" };
+                let expected = format!("expected it beside the distribution \"{word}\"");
+                query.error(SceneError::at(&query.place(name), problem, expected));
+                return None;
+            }
+        }
+        let (radius, spread, variance) = (radius?, spread?, variance?);
+        let sizes = match distribution {
+            Distribution::One => Sizes::One(radius),
+            Distribution::LogNormal => Sizes::LogNormal { median: radius, spread },
+            Distribution::Gamma => Sizes::Gamma { effective: radius, variance },
+        };
+        Some(Box::new(MieSource { sizes, index: index?, k: k?, host: host?, fraction: fraction? }))
+    }
+
+    fn write(&self, node: Node, source: &Box<MieSource>, writer: &mut Writer) -> Node {
+        let MieSource { sizes, index, k, host, fraction } = &**source;
+        let (distribution, radius) = match *sizes {
+            Sizes::One(radius) => (Distribution::One, radius),
+            Sizes::LogNormal { median, .. } => (Distribution::LogNormal, median),
+            Sizes::Gamma { effective, .. } => (Distribution::Gamma, effective),
+        };
+        let node = Self::DISTRIBUTION.write(node, &distribution, writer);
+        let node = Self::RADIUS.write(node, &radius, writer);
+        let node = match sizes {
+            Sizes::One(_) => node,
+            Sizes::LogNormal { spread, .. } => Self::SPREAD.write(node, spread, writer),
+            Sizes::Gamma { variance, .. } => Self::VARIANCE.write(node, variance, writer),
+        };
+        let node = Self::INDEX.write(node, index, writer);
+        let node = Self::K.write(node, k, writer);
+        let node = Self::HOST.write(node, host, writer);
+        optional(Self::FRACTION).write(node, fraction, writer)
     }
 }
 

@@ -115,7 +115,6 @@ fn instead(class: Class, plugin: &str) -> Option<&'static str> {
         (Class::Bsdf, "polarizer" | "retarder" | "circular" | "measured_polarized") => {
             "light is not polarised here"
         }
-        (Class::Phase, _) => "use \"hg\", or \"tabphase\" with values of its own",
         _ => return None,
     })
 }
@@ -144,11 +143,11 @@ pub(in crate::scene) fn mitsuba_plugins(class: Class) -> &'static [&'static str]
             &["circular", "hair", "measured", "measured_polarized", "polarizer", "pplastic", "retarder"]
         }
         Class::Emitter => &["timed_sunsky"],
-        Class::Phase => &["sggx"],
         Class::Scene
         | Class::Sensor
         | Class::Film
         | Class::Medium
+        | Class::Phase
         | Class::Spectrum
         | Class::Volume
         | Class::Sampler

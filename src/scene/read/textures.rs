@@ -176,6 +176,10 @@ pub(in crate::scene) fn check(
         SpectrumKind::MeshAttribute { .. } => Some(true),
         SpectrumKind::Volume(volume) => {
             let grid = &volume.grid;
+            if grid.channels == 6 {
+                let expected = "expected a grid of one channel, or of three for a colour";
+                return refuse(format!("{title} is six numbers"), expected, "");
+            }
             let channels = if volume.raw { Some(grid.channels) } else { (grid.channels == 1).then_some(1) };
             if let Some((problem, expected, remedy)) = unfit(purpose, channels) {
                 return refuse(format!("{title} is {problem}"), expected, remedy);

@@ -1,10 +1,11 @@
 //! Volumes: values in space.
 
 use super::{ACCEL, Part, Placed, RAW, wrap_mode};
+use crate::geometry::Vec3;
 use crate::raster::Grid;
-use crate::scene::description::{SpectrumKind, SpectrumSource, VolumeSource};
+use crate::scene::description::{ExponentialSource, SpectrumKind, SpectrumSource, VolumeSource};
 use crate::scene::info::hash_of_values;
-use crate::scene::plugins::{Field, Parameter, Takes, boolean, choice, declare, ignored};
+use crate::scene::plugins::{Field, Parameter, Takes, boolean, choice, declare, float, ignored, optional};
 use crate::scene::read::{Class, ObjectId, Query, Reader};
 use crate::scene::source::{Place, SceneError};
 use crate::scene::write::{Node, Value, Writer};
@@ -16,6 +17,7 @@ use std::sync::Arc;
 pub enum Volume {
     Constant(SpectrumSource),
     Grid(VolumeSource),
+    Exponential(ExponentialSource),
 }
 
 declare! {
@@ -38,6 +40,13 @@ declare! {
         ),
         to_world: Placed("to_world", "where it stands"),
     } ignoring [ACCEL] then thick;
+    "exponential" extension "the density of an atmosphere: 1 on the ground, falling exponentially with height"
+        => Volume::Exponential(ExponentialSource { to_world, radius, scale_height, top }) {
+        scale_height: float("scale_height", 1.0, "height over which it falls by a factor of e").positive(),
+        radius: optional(float("radius", 1.0, "of the ground, a sphere around the origin; otherwise it is z = 0").positive()),
+        top: optional(float("top", 1.0, "height above which there is nothing; otherwise 12 `scale_height`").positive()),
+        to_world: Placed("to_world", "where it stands; it may not stretch"),
+    } then rigid;
 }
 
 /// A `<volume>`, wherever it stands.
@@ -48,13 +57,54 @@ pub fn of_object(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
         return None;
     }
     let place = query.object.place.clone();
+    if let Some(Volume::Exponential(_)) = &volume {
+        let expected = "expected it as the \"density\" of a `heterogeneous` medium or a `suspension`";
+        query.error(SceneError::at(&query.object.plugin_place, "This volume is a density alone", expected));
+    }
     query.finish();
     Some(match volume? {
+        Volume::Exponential(_) => return None,
         Volume::Constant(source) => source,
         Volume::Grid(source) => {
             SpectrumSource { place, kind: SpectrumKind::Volume(Arc::new(source)), scale: 1.0 }
         }
     })
+}
+
+/// An `exponential` volume: `None` for another one, and within it for one that is wrong, which is reported.
+pub fn exponential(reader: &Reader, id: ObjectId) -> Option<Option<ExponentialSource>> {
+    let object = reader.tree.get(id);
+    if object.class != Class::Volume || object.plugin != "exponential" {
+        return None;
+    }
+    let query = Query::new(reader, id);
+    let volume = read(&query);
+    query.finish();
+    Some(match volume {
+        Some(Volume::Exponential(source)) => Some(source),
+        _ => None,
+    })
+}
+
+pub fn exponential_node(source: &ExponentialSource, place: &Place, writer: &mut Writer) -> Node {
+    write(&Volume::Exponential(source.clone()), place, writer)
+}
+
+/// Refuses a transform under which heights would be others.
+fn rigid(query: &Query<'_>, volume: Volume) -> Option<Volume> {
+    if let Volume::Exponential(source) = &volume {
+        let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| source.to_world.vector(axis));
+        let pairs = [(0, 0, 1.0), (1, 1, 1.0), (2, 2, 1.0), (0, 1, 0.0), (0, 2, 0.0), (1, 2, 0.0)];
+        if pairs.iter().any(|&(i, j, expected)| (axes[i].dot(axes[j]) - expected).abs() > 1e-6) {
+            query.error(SceneError::at(
+                &query.place("to_world"),
+                "The transform changes lengths or angles",
+                "expected one that turns and moves",
+            ));
+            return None;
+        }
+    }
+    Some(volume)
 }
 
 pub fn node(source: &VolumeSource, place: &Place, writer: &mut Writer) -> Node {

@@ -7,7 +7,8 @@ use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
 use crate::scene::description::{
     Alpha, Bsdf, BsdfKind, ConductorIndex, FieldOfView, FilmContent, IndexKind, IntegratorKind, LightKind,
-    MetalAssumption, PhaseKind, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind, SpectrumSource,
+    MediumContent, MetalAssumption, PhaseKind, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind,
+    SpectrumSource,
 };
 
 fn bsdf(content: &str) -> Bsdf {
@@ -247,13 +248,17 @@ fn media() {
         .interior
         .unwrap()
     };
-    let usual = medium("");
-    assert!(is_constant(&usual.extinction, 1.0) && is_constant(&usual.albedo, 0.75) && !usual.varies);
-    assert!(matches!(usual.phase.kind, PhaseKind::Isotropic));
-    let phase = |content: &str| medium(content).phase.kind;
+    let plain = |content: &str| match medium(content).content {
+        MediumContent::Plain { varies: false, extinction, albedo, phase } => (extinction, albedo, phase.kind),
+        other => panic!("{other:?}"),
+    };
+    let (extinction, albedo, phase) = plain("");
+    assert!(is_constant(&extinction, 1.0) && is_constant(&albedo, 0.75));
+    assert!(matches!(phase, PhaseKind::Isotropic));
+    let phase = |content: &str| plain(content).2;
     assert!(matches!(phase(r#"<phase type="hg"/>"#), PhaseKind::HenyeyGreenstein { g: 0.8 }));
-    let scaled = medium(r#"<spectrum name="sigma_t" value="2"/><float name="scale" value="3"/>"#);
-    assert!(is_constant(&scaled.extinction, 6.0));
+    let (scaled, ..) = plain(r#"<spectrum name="sigma_t" value="2"/><float name="scale" value="3"/>"#);
+    assert!(is_constant(&scaled, 6.0));
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod grammar;
 mod groups;
 mod harm;
 mod integrators;
+mod media;
 mod metals;
 mod sensors;
 mod solids;
