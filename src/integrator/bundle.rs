@@ -16,7 +16,7 @@ use crate::geometry::Ray;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, lanes_of, part, set};
 use crate::light::{Environment, LightSamples, Receiver, Receivers};
 use crate::material::Shading;
-use crate::medium::Media;
+use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Intersections, PathEnd, RayKind, Scene, Side, Techniques};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
@@ -135,11 +135,15 @@ impl<'a, const C: usize> Bundle<'a, C> {
             arriving: SampledLanes::ZERO,
             contested: Vec::new(),
         };
+        if !bundle.is_plain {
+            // Also lanes without a path, into which others may come.
+            bundle.media.resize_with(LANES, || Media::of(MediumStack::default()));
+        }
         for (lane, ray) in rays.enumerate() {
             bundle.alive |= 1 << lane;
             bundle.rays.set(lane, ray);
-            if !bundle.is_plain {
-                bundle.media.push(scene.media_at_sensor(ray, turn.time));
+            if let Some(media) = bundle.media.get_mut(lane) {
+                *media = scene.media_at_sensor(ray, turn.time);
             }
         }
         bundle
