@@ -13,14 +13,14 @@
 //! of rays from meshes, and the line passes the triangle as near: far less than rounding here. Triangles with
 //! too small an angle for that are always tested.
 
+use super::Other;
+use super::few_rays::{ALONG, RayFacet};
 use super::node::NodeSpace;
 use super::packet::Packet;
-use super::few_rays::{ALONG, RayFacet};
-use super::Other;
 use super::rays::{NO_FACET, Primitive};
 use crate::geometry::{SurfacePoint, Vec3};
-use crate::shape::{Shape, Sphere};
 use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH};
+use crate::shape::{Shape, Sphere};
 use smallvec::{SmallVec, smallvec};
 use wide::{f32x8, f64x4};
 

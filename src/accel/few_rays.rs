@@ -124,9 +124,8 @@ impl Halves {
         let farthest = f32x8::splat(FARTHEST.1);
         let origin = axes(&places);
         let bound = f32x8::splat(FARTHEST.0);
-        let sure = origin.map(|[x, y, z]| {
-            x.abs().simd_le(bound) & y.abs().simd_le(bound) & z.abs().simd_le(bound)
-        });
+        let sure =
+            origin.map(|[x, y, z]| x.abs().simd_le(bound) & y.abs().simd_le(bound) & z.abs().simd_le(bound));
         Self {
             origin,
             direction: axes(&rays.direction),
@@ -166,10 +165,8 @@ impl Halves {
             // Also what is no number may be met.
             let own = self.leaves[half].simd_eq(number) | self.arrives[half].simd_eq(number);
             let own = own & inverse.abs().simd_lt(self.reach[half] * f32x8::splat(ALONG));
-            let missed = own
-                | within.simd_lt(-slack)
-                | high.simd_lt(f32x8::ZERO)
-                | low.simd_gt(self.reach[half]);
+            let missed =
+                own | within.simd_lt(-slack) | high.simd_lt(f32x8::ZERO) | low.simd_gt(self.reach[half]);
             at.near[half] = !missed;
             at.within[half] = within.simd_gt(slack) & low.simd_gt(f32x8::ZERO) & !missed;
             at.within[half] &= high.simd_lt(self.reach[half]) & self.sure[half];
@@ -316,8 +313,7 @@ impl Nearest {
                 }
                 self.t[register] = f64x4::choose(hit, found.t, nearest);
                 self.number[register] = f64x4::choose(hit, own, known);
-                self.facet[register] =
-                    f64x4::choose(hit, f64x4::splat(number as f64), self.facet[register]);
+                self.facet[register] = f64x4::choose(hit, f64x4::splat(number as f64), self.facet[register]);
                 for (row, part) in self.barycentric.iter_mut().zip([found.v, found.w]) {
                     row[register] = f64x4::choose(hit, part / found.determinant, row[register]);
                 }

@@ -31,11 +31,11 @@ use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Pieces, RaySpace, 
 pub use fan::{Fan, Target};
 use few::Few;
 pub use instance::Instance;
-pub use rays::{Hits, NO_FACET, Primitive, Rays};
 use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
 use numbering::Numbering;
 use packet::{Packet, PacketRay};
+pub use rays::{Hits, NO_FACET, Primitive, Rays};
 use stack::{Stack, Waiting};
 use std::cell::Cell;
 use std::collections::HashSet;

@@ -36,11 +36,7 @@ impl FanSegments {
     #[inline(always)]
     pub fn new(points: &Points<f64x4>, target: &SurfacePoint) -> Self {
         let Segments { origin, direction, length } = points.segments_to(&Points::of(target));
-        Self {
-            rays: RayLanes::new(origin, direction),
-            direction,
-            length,
-        }
+        Self { rays: RayLanes::new(origin, direction), direction, length }
     }
 
     /// Which of them meet a sphere.

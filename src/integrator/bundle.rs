@@ -646,8 +646,7 @@ fn light_sample_weights<const C: usize>(
     if scene.limits.techniques != Techniques::Both {
         for lane in lanes_of(samples.found) {
             let density = samples.density_of(lane);
-            let weight =
-                light_sample_weight(scene, density, get(prior, lane), || get(by_scattering, lane));
+            let weight = light_sample_weight(scene, density, get(prior, lane), || get(by_scattering, lane));
             set(&mut weights, lane, weight);
         }
         return weights;

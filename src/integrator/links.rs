@@ -3,8 +3,8 @@
 
 use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
-use super::surfaces::{Evaluations, Surfaces};
 use super::metals::Metals;
+use super::surfaces::{Evaluations, Surfaces};
 use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
@@ -114,7 +114,12 @@ impl<'a, const C: usize> Firsts<'a, C> {
         let leaves = -links.toward_first(lane);
         let density = self.density_of_direction(lane, leaves) / C as f64;
         let point = self.receivers.get(lane).point;
-        caustics.weight_beside(self.scene, &FirstSurface { point, leaves, density }, from_light, self.turn.time)
+        caustics.weight_beside(
+            self.scene,
+            &FirstSurface { point, leaves, density },
+            from_light,
+            self.turn.time,
+        )
     }
 
     /// The density with which a first surface scatters in a direction, over the wavelengths as the hero.
@@ -154,7 +159,8 @@ impl<'a, const C: usize> Firsts<'a, C> {
         }
         let found = Found { owner: next.owner, toward_first, geometry, share, facing, linked };
         let (scene, time) = (self.scene, self.turn.time);
-        let hidden = |linked| scene.blocked(&self.fan, &Target { point: target, facet: next.facet }, time, linked);
+        let hidden =
+            |linked| scene.blocked(&self.fan, &Target { point: target, facet: next.facet }, time, linked);
         self.linked(&found, hidden, |point| point.segment_to(target), links);
     }
 

@@ -91,12 +91,7 @@ impl<const C: usize> Metals<C> {
     /// Puts in the values for light from a direction for each lane, and the densities, of those that are
     /// asked for.
     #[inline(always)]
-    pub fn evaluate(
-        &self,
-        toward_light: &[Vec3Lanes; REGISTERS],
-        asked: Mask,
-        values: &mut Evaluations<C>,
-    ) {
+    pub fn evaluate(&self, toward_light: &[Vec3Lanes; REGISTERS], asked: Mask, values: &mut Evaluations<C>) {
         let eye = |register: usize| self.toward_eye[register];
         self.evaluate_with(eye, toward_light, asked, values);
     }

@@ -4,7 +4,9 @@
 use super::metals::{Metals, Reflected};
 use crate::bsdf::{Evaluation, Scatter};
 use crate::geometry::axes_around;
-use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
+use crate::lanes::{
+    LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set,
+};
 use crate::light::Receivers;
 use crate::material::Shading;
 use crate::sampling::{Density, warp};
@@ -120,8 +122,7 @@ impl<const C: usize> Surfaces<C> {
             let density = lit.only(cos * f64x4::splat(FRAC_1_PI));
             for wavelength in 0..C {
                 values.density.0[wavelength][register] = density;
-                values.f_cos.0[wavelength][register] =
-                    self.reflectance.0[wavelength][register] * density;
+                values.f_cos.0[wavelength][register] = self.reflectance.0[wavelength][register] * density;
             }
         }
         self.metals.evaluate(toward_light, asked, &mut values);

@@ -280,9 +280,10 @@ mod tests {
 
     #[test]
     fn truths_are_masks() {
-        assert_eq!(Truth::of(0b1010).only(f64x4::new([1.0, 2.0, f64::NAN, 4.0])).to_array(), [
-            0.0, 2.0, 0.0, 4.0
-        ]);
+        assert_eq!(
+            Truth::of(0b1010).only(f64x4::new([1.0, 2.0, f64::NAN, 4.0])).to_array(),
+            [0.0, 2.0, 0.0, 4.0]
+        );
         assert_eq!((Truth::of(0b1010) & !Truth::of(0b0010) | Truth::of(1)).mask(), 0b1001);
     }
 }

@@ -49,13 +49,8 @@ impl Receivers {
 }
 
 impl<const C: usize> LightSamples<C> {
-    pub const NONE: Self = Self {
-        found: 0,
-        rays: Rays::NONE,
-        radiance: SampledLanes::ZERO,
-        density: ZERO,
-        discrete: 0,
-    };
+    pub const NONE: Self =
+        Self { found: 0, rays: Rays::NONE, radiance: SampledLanes::ZERO, density: ZERO, discrete: 0 };
 
     /// That of a lane.
     pub fn density_of(&self, lane: usize) -> Density {

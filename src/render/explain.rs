@@ -242,16 +242,14 @@ impl Exposure<'_> {
         let Some(Sight { ray, .. }) = sight_of(*member) else {
             return Err("the sensor measures nothing at the sample's place".to_owned());
         };
-        let radiance = self.see(std::slice::from_ref(&aimed), group.len(), &mut Workspace::default())[0][*member].radiance;
+        let radiance = self.see(std::slice::from_ref(&aimed), group.len(), &mut Workspace::default())[0]
+            [*member]
+            .radiance;
         let of_member = |member: usize| group[member].place.map(|place| place as u32);
         let (mut told, mut shared) = (*member, None);
         if self.plan != Plan::PLAIN {
-            let (own, mut parts) = integrator::parts_of_group(
-                self.scene,
-                aimed.of_group(),
-                self.plan.light_samples,
-                *member,
-            );
+            let (own, mut parts) =
+                integrator::parts_of_group(self.scene, aimed.of_group(), self.plan.light_samples, *member);
             parts.sort_by(|(_, a), (_, b)| b.sum().total_cmp(&a.sum()));
             if let Some((most, part)) = parts.first()
                 && part.sum() > own.sum()

@@ -18,12 +18,12 @@ mod sobol;
 mod table;
 pub mod warp;
 
+use crate::lanes::{self, LANES, Row, WIDTH, ZERO};
 pub use bilinear::PiecewiseBilinearGrid;
 use bluenoise::Layout;
 use cells::Cells;
 pub use density::Density;
 pub use grid::PiecewiseConstantGrid;
-use crate::lanes::{self, LANES, Row, WIDTH, ZERO};
 use poisson::Patterns;
 use serde::{Deserialize, Serialize};
 use sobol::Role;
@@ -260,8 +260,7 @@ impl Stream<'_> {
         let indices = streams.map(|stream| stream.index);
         let set = dimensions.set();
         let (order, role) = first.order_of(set);
-        let bits =
-            sobol::scrambled_in_lanes(&indices, first.sampler.length, order, role, first.key_of(set));
+        let bits = sobol::scrambled_in_lanes(&indices, first.sampler.length, order, role, first.key_of(set));
         for (row, bits) in values.iter_mut().zip(bits) {
             for (register, bits) in row.iter_mut().zip(bits.chunks_exact(WIDTH)) {
                 *register = f64x4::new(std::array::from_fn(|lane| unit(bits[lane])));

@@ -4,8 +4,8 @@ use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
 use super::sphere::{ball_error, unit_ball_line, unit_ball_roots};
 use super::{AreaSample, Parametrisation, ShapeError, SurfaceHit};
-use crate::lanes::Vector;
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3, angle};
+use crate::lanes::Vector;
 use glam::{DMat4, DVec4};
 use std::f64::consts::TAU;
 

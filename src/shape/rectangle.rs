@@ -175,9 +175,7 @@ impl<R: Real> SphericalRectangle<R> {
         let (h0, h1) = (self.y[0] / length(d, self.y[0]), self.y[1] / length(d, self.y[1]));
         let hv = h0 + u[1] * (h1 - h0);
         let yv = clamp(hv * d / (one - hv * hv).greater(least).sqrt(), self.y);
-        let along = |value: R, [low, high]: [R; 2]| {
-            clamp((value - low) / (high - low), [R::of(0.0), one])
-        };
+        let along = |value: R, [low, high]: [R; 2]| clamp((value - low) / (high - low), [R::of(0.0), one]);
         [along(xu, self.x), along(yv, self.y)]
     }
 }

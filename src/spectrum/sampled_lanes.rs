@@ -63,9 +63,8 @@ impl<const C: usize> SampledLanes<C> {
     pub fn nonzero(&self) -> Mask {
         let mut mask = 0;
         for register in 0..REGISTERS {
-            let zero = self.0.iter().fold(Truth::of(Mask::MAX), |zero, row| {
-                zero & row[register].eq(f64x4::ZERO)
-            });
+            let zero =
+                self.0.iter().fold(Truth::of(Mask::MAX), |zero, row| zero & row[register].eq(f64x4::ZERO));
             mask |= (!zero).mask() << (WIDTH * register);
         }
         mask

@@ -57,7 +57,12 @@ pub(super) fn placed(shapes: &[Shape], place: &Transform) -> Vec<Shape> {
 }
 
 /// On a surface, at its edges and vertices, or anywhere with any bound on its error.
-pub(super) fn any_point(shapes: &[Shape], place: &Transform, scale: f64, random: &mut Random) -> SurfacePoint {
+pub(super) fn any_point(
+    shapes: &[Shape],
+    place: &Transform,
+    scale: f64,
+    random: &mut Random,
+) -> SurfacePoint {
     let meshes = shapes.iter().filter(|shape| matches!(shape, Shape::Mesh(_))).count();
     let Shape::Mesh(mesh) = &shapes[random.random_range(0..meshes)] else { unreachable!("meshes first") };
     let triangle = random.random_range(0..mesh.triangle_count() as u32);

@@ -1,7 +1,7 @@
 mod fans;
-mod rays;
 mod instances;
 mod nested;
+mod rays;
 
 use super::{Accel, Tests};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};

@@ -25,7 +25,9 @@ fn scene(round: u32, random: &mut Random) -> Vec<Shape> {
             let mut shapes = room();
             shapes.extend((0..3).map(|_| {
                 let radius = random.random_range(0.1..0.6);
-                Shape::Sphere(Sphere::new(&Transform::IDENTITY, 0.5 * in_cube(random), radius, false).unwrap())
+                Shape::Sphere(
+                    Sphere::new(&Transform::IDENTITY, 0.5 * in_cube(random), radius, false).unwrap(),
+                )
             }));
             shapes
         }
@@ -38,7 +40,8 @@ fn rays_in_lanes_meet_what_single_rays_meet() {
     let (mut met, mut missed, mut open, mut blocked) = (0, 0, 0, 0);
     for round in 0..480 {
         let shapes = scene(round, &mut random);
-        let scales = [(1.0, 0.0), (1e-30, 0.0), (1e-6, 0.0), (1e6, 0.0), (1e15, 0.0), (1.0, 1e3), (1e-3, 1.0)];
+        let scales =
+            [(1.0, 0.0), (1e-30, 0.0), (1e-6, 0.0), (1e6, 0.0), (1e15, 0.0), (1.0, 1e3), (1e-3, 1.0)];
         let (scale, offset) = scales[random.random_range(0..7)];
         let offset = Vec3::new(offset, -0.5 * offset, 0.3 * offset);
         let place = Transform::scale(scale).then(&Transform::translation(offset));
@@ -53,7 +56,9 @@ fn rays_in_lanes_meet_what_single_rays_meet() {
                 let left = (turn % 8 > 0 && hits.met >> lane & 1 == 1).then(|| hits.get(lane));
                 let direction = direction(&mut random);
                 let from = match &left {
-                    Some(hit) => shapes[hit.shape as usize].surface(hit, &Ray::new(Vec3::ZERO, direction)).point,
+                    Some(hit) => {
+                        shapes[hit.shape as usize].surface(hit, &Ray::new(Vec3::ZERO, direction)).point
+                    }
                     None => any_point(&shapes, &place, scale, &mut random),
                 };
                 let far = if left.is_none() && random.random_range(0..8) == 0 { 100.0 * scale } else { 0.0 };
@@ -87,7 +92,11 @@ fn rays_in_lanes_meet_what_single_rays_meet() {
                 assert_eq!(occluded >> lane & 1 == 1, accel.occluded(&ray, 0.0), "round {round}: {ray:?}");
                 *(if expected.is_some() { &mut met } else { &mut missed }) += 1;
                 *(if occluded >> lane & 1 == 1 { &mut blocked } else { &mut open }) += 1;
-                assert_eq!(get(&found.facet, lane) == NO_FACET, expected.is_none_or(|hit| !matches!(shapes[hit.shape as usize], Shape::Mesh(_))) || round % 8 == 6);
+                assert_eq!(
+                    get(&found.facet, lane) == NO_FACET,
+                    expected.is_none_or(|hit| !matches!(shapes[hit.shape as usize], Shape::Mesh(_)))
+                        || round % 8 == 6
+                );
             }
             hits = found;
         }

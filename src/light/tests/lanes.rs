@@ -3,8 +3,8 @@
 use super::*;
 use crate::lanes::{LANES, Row, WIDTH, ZERO, get, set};
 use crate::light::{LightSamples, Receivers};
-use crate::spectrum::SampledLanes;
 use crate::shape::Mesh;
+use crate::spectrum::SampledLanes;
 
 #[test]
 fn light_samples_in_lanes_are_those_of_each_surface() {
@@ -43,8 +43,7 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
             assert_eq!(samples.found & !asked, 0);
             for lane in (0..LANES).filter(|lane| asked >> lane & 1 == 1) {
                 let values = u.each_ref().map(|row| get(row, lane));
-                let expected =
-                    world.lights.sample(&receivers.get(lane), 0.0, &world.wavelengths, values);
+                let expected = world.lights.sample(&receivers.get(lane), 0.0, &world.wavelengths, values);
                 assert_eq!(samples.found >> lane & 1 == 1, expected.is_some(), "world {number}");
                 let Some(expected) = expected else {
                     none += 1;

@@ -16,8 +16,8 @@ use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3};
 pub use deform::Deformation;
 use exact::Exact;
 pub use normals::compute_vertex_normals;
-pub use rectangle_surface::RectangleSurface;
 use rayon::prelude::*;
+pub use rectangle_surface::RectangleSurface;
 use std::sync::{Arc, OnceLock};
 
 /// What a mesh is made from. Positions and normals are in world space.
