@@ -74,7 +74,8 @@ fn inputs() -> Vec<(Vec3, Vec3, f64, [f64; 2])> {
     let mut pair = move || [random.random(), random.random()];
     (0..BATCH)
         .map(|_| {
-            let (eye, light) = (warp::cosine_hemisphere(pair()), warp::cosine_hemisphere(pair()));
+            let mut direction = || Vec3::from(warp::cosine_hemisphere(pair()));
+            let (eye, light) = (direction(), direction());
             (eye, light, pair()[0], pair())
         })
         .collect()

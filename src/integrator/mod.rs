@@ -6,7 +6,6 @@ mod links;
 mod metals;
 mod observe;
 mod path;
-mod pool;
 mod shared;
 mod surfaces;
 mod volume;

@@ -21,10 +21,9 @@
 //! sum over what is shared and what is not is that of the path tracer.
 
 use super::RadianceSample;
-use super::bundle::{Bundle, Scratch, Turn};
+use super::bundle::{Bundle, Found, Scratch, Turn, follow};
 use super::links::{Firsts, Links, Next, Values};
 use super::path::{PreviousSample, light_sample_weight};
-use super::pool::{Found, follow};
 use super::surfaces::Surfaces;
 use crate::geometry::{Ray, Vec3};
 use crate::lanes::{LANES, Mask, WIDTH, get, lanes_of, set};

@@ -142,6 +142,7 @@ impl Lights {
     }
 
     /// [`Lights::sample`] for the lanes asked for. `only_radiance` is [`Self::only_radiance`] for each lane.
+    #[expect(clippy::too_many_arguments, reason = "all that a light sample depends on, by lane")]
     pub fn sample_in_lanes<'w, const C: usize>(
         &self,
         from: &Receivers,

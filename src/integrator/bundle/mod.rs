@@ -5,13 +5,16 @@
 //! such paths have as many segments as one another, and are in the medium that they began in. A path that
 //! meets anything else leaves the bundle, and [`super::path`] follows it to its end.
 
-use super::caustics::FirstSurface;
-use super::path::{
-    Beside, Parted, Path, PreviousSample, late_survival, light_sample_weight, power_heuristic,
-};
+mod alone;
+mod pool;
+mod turn;
+
+pub(super) use pool::{Found, follow};
+pub(super) use turn::Turn;
+
+use super::path::{late_survival, light_sample_weight, power_heuristic};
 use super::surfaces::{Scatters, Surfaces};
 use crate::accel::Rays;
-use crate::bsdf::Scatter;
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, lanes_of, part, set};
 use crate::light::{Environment, LightSamples, Receiver, Receivers};
@@ -20,24 +23,8 @@ use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Intersections, PathEnd, RayKind, Scene, Side, Techniques};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
-use smallvec::SmallVec;
 use std::borrow::Cow;
 use wide::f64x4;
-
-/// One sample of each pixel of a group, with what is known of its wavelengths before the paths are followed.
-pub(super) struct Turn<'a, const C: usize> {
-    pub wavelengths: &'a Wavelengths<C>,
-    pub time: f64,
-    /// Sample values of each lane; those without a path have some, too.
-    streams: [Stream<'a>; LANES],
-    /// Reflectances of even surfaces, by their numbers: those of few, once and for all.
-    reflectances: SmallVec<[Sampled<C>; LOOKED_UP]>,
-    /// See [`crate::light::Lights::only_radiance`].
-    only_radiance: Sampled<C>,
-}
-
-/// Up to this number of reflectances are looked up before any is asked for.
-const LOOKED_UP: usize = 8;
 
 /// Where the path of a lane has begun: the number of its turn, and its lane there.
 #[derive(Clone, Copy)]
@@ -47,7 +34,7 @@ struct Source<'a, const C: usize> {
     lane: usize,
 }
 
-/// What has become of the paths so far; see [`Path`] for the same of one.
+/// What has become of the paths so far; see [`super::path::Path`] for the same of one.
 #[derive(Clone)]
 pub(super) struct Bundle<'a, const C: usize> {
     scene: &'a Scene,
@@ -79,31 +66,6 @@ pub(super) struct Bundle<'a, const C: usize> {
     /// What paths that have left the bundle have found that light subpaths compete for: the light, and its
     /// part in the ratio of the densities, by the number of the turn and the lane there.
     pub contested: Vec<(usize, usize, Sampled<C>, f64)>,
-}
-
-impl<'a, const C: usize> Turn<'a, C> {
-    pub fn new(
-        scene: &Scene,
-        time: f64,
-        wavelengths: &'a Wavelengths<C>,
-        streams: [Stream<'a>; LANES],
-    ) -> Self {
-        let reflectances = scene.reflectances().iter().take(LOOKED_UP);
-        Self {
-            wavelengths,
-            time,
-            streams,
-            reflectances: reflectances.map(|spectrum| spectrum.sample(&wavelengths.nm)).collect(),
-            only_radiance: scene.lights.only_radiance(&wavelengths.nm),
-        }
-    }
-
-    fn reflectance(&self, scene: &Scene, number: u32) -> Sampled<C> {
-        match self.reflectances.get(number as usize) {
-            Some(reflectance) => *reflectance,
-            None => scene.reflectances()[number as usize].sample(&self.wavelengths.nm),
-        }
-    }
 }
 
 impl<'a, const C: usize> Bundle<'a, C> {
@@ -192,47 +154,11 @@ impl<'a, const C: usize> Bundle<'a, C> {
         if self.depth == 0 { RayKind::Camera } else { RayKind::Scattered }
     }
 
-    /// The path of a lane, to be followed alone.
-    pub fn path(&self, lane: usize) -> Path<C> {
-        let (scene, ray) = (self.scene, self.rays.get(lane));
-        if self.depth == 0 {
-            let mut path = Path::from_camera(scene, &ray, self.time);
-            path.throughput = self.throughput.get(lane);
-            if let Some(media) = self.media.get(lane) {
-                path.media.clone_from(media);
-            }
-            return path;
-        }
-        let beside = match (scene.features().light_tracing, self.is_shared) {
-            (false, _) => Beside::Nothing,
-            (true, true) => Beside::Shared,
-            (true, false) => Beside::First(FirstSurface {
-                point: self.from.get(lane).point,
-                leaves: ray.direction,
-                density: get(&self.density, lane) * self.ratio.get(lane).sum() / C as f64,
-            }),
-        };
-        Path::parted(Parted {
-            time: self.time,
-            depth: self.depth,
-            throughput: self.throughput.get(lane),
-            ratio: self.ratio.get(lane),
-            last: PreviousSample::Scattered {
-                from: self.from.get(lane),
-                prior_over_density: get(&self.prior_over_density, lane),
-                by_scattering: self.ratio.get(lane),
-            },
-            media: self.media(lane).into_owned(),
-            beside_light_subpaths: beside,
-            prior_throughput: get(&self.prior_throughput, lane),
-        })
-    }
-
     pub fn arrives(&mut self, lane: usize, light: Sampled<C>) {
         self.arriving.set(lane, &(self.arriving.get(lane) + light));
     }
 
-    /// To the next surfaces; see [`Path::advance`]. The lanes that meet none have left the scene.
+    /// To the next surfaces; see [`super::path::Path::advance`]. The lanes that meet none have left the scene.
     pub fn advance(&mut self, found: &mut Intersections) {
         let scene = self.scene;
         if self.is_plain && scene.meets_at_once(self.kind()) {
@@ -252,7 +178,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
     }
 
     /// Light from beyond the scene along the rays that meet no surface, whose paths end; see
-    /// [`Path::escaped`].
+    /// [`super::path::Path::escaped`].
     pub fn escape(&mut self, hits: &Intersections) {
         let scene = self.scene;
         let gone = self.alive & !hits.met;
@@ -274,7 +200,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         }
     }
 
-    /// Light that the surfaces emit along the rays; see [`Path::emitted`].
+    /// Light that the surfaces emit along the rays; see [`super::path::Path::emitted`].
     pub fn emit(&mut self, hits: &Intersections) {
         for lane in lanes_of(hits.on_light & self.alive) {
             let (hit, ray) = (hits.get(self.scene, lane), self.rays.get(lane));
@@ -288,7 +214,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.depth + 1 >= self.scene.limits.max_depth
     }
 
-    /// How the surfaces scatter that were met; see [`Path::shade`]. Paths end where nothing is scattered.
+    /// How the surfaces scatter that were met; see [`super::path::Path::shade`]. Paths end where nothing is scattered.
     pub fn shade(&mut self, surfaces: &mut Surfaces<C>) {
         let scene = self.scene;
         surfaces.clear();
@@ -323,10 +249,10 @@ impl<'a, const C: usize> Bundle<'a, C> {
             false => 0.0,
         };
         let toward_eye = -self.rays.get(lane).direction;
-        scene.shade(hit, toward_eye, &self.media(lane), &self.wavelengths(lane), choice)
+        scene.shade(hit, toward_eye, &self.media(lane), self.wavelengths(lane), choice)
     }
 
-    /// Light samples for the surfaces; see [`Path::light_sample`].
+    /// Light samples for the surfaces; see [`super::path::Path::light_sample`].
     pub fn sample_lights(&self, surfaces: &Surfaces<C>, u: &[Row; 4], samples: &mut LightSamples<C>) {
         let lights = &self.scene.lights;
         if self.is_last() || lights.is_empty() {
@@ -341,7 +267,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
     }
 
     /// Light that reaches the surfaces straight from lights, and on by scattering, times a weight; see
-    /// [`Path::direct_light`].
+    /// [`super::path::Path::direct_light`].
     pub fn direct_light(
         &mut self,
         surfaces: &Surfaces<C>,
@@ -375,7 +301,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         light.add_times(&Sampled::splat(weight), &mut self.arriving);
     }
 
-    /// Takes account of what is in the way of shadow rays; see [`Path::visibility`].
+    /// Takes account of what is in the way of shadow rays; see [`super::path::Path::visibility`].
     pub fn attenuate(
         &self,
         surfaces: &Surfaces<C>,
@@ -397,13 +323,13 @@ impl<'a, const C: usize> Bundle<'a, C> {
     }
 
     /// Leaves the surfaces in the directions that were sampled there, in which alone paths go on; see
-    /// [`Path::leave`].
+    /// [`super::path::Path::leave`].
     pub fn leave(&mut self, surfaces: &Surfaces<C>, scatters: &Scatters<C>) {
         let prior = self.ratio.sum_of_each();
         for register in 0..REGISTERS {
             for wavelength in 0..C {
                 let throughput = &mut self.throughput.0[wavelength][register];
-                *throughput = *throughput * scatters.weight.0[wavelength][register];
+                *throughput *= scatters.weight.0[wavelength][register];
             }
             self.prior_over_density[register] = prior[register] / scatters.density[register];
             let direction = scatters.toward_light[register];
@@ -420,7 +346,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.alive = scatters.spread;
     }
 
-    /// Ends paths by Russian roulette, by a value for each lane; see [`Path::survival`].
+    /// Ends paths by Russian roulette, by a value for each lane; see [`super::path::Path::survival`].
     pub fn survive(&mut self, values: &Row) {
         let scene = self.scene;
         let carrying = self.throughput.nonzero();
@@ -437,14 +363,14 @@ impl<'a, const C: usize> Bundle<'a, C> {
             for wavelength in 0..C {
                 most = self.throughput.0[wavelength][register].greater(most);
                 let goes_along = self.ratio.0[wavelength][register].gt(f64x4::ZERO);
-                alive = alive + goes_along.only(f64x4::ONE);
+                alive += goes_along.only(f64x4::ONE);
             }
             let throughput = alive * most / sums[register] * self.prior_throughput[register];
             let survival = throughput.lesser(late);
             survive |= values[register].lt(survival).mask() << (WIDTH * register);
             for wavelength in 0..C {
                 let throughput = &mut self.throughput.0[wavelength][register];
-                *throughput = *throughput / survival;
+                *throughput /= survival;
             }
         }
         self.end_before_next(PathEnd::Roulette, self.alive & !survive);
@@ -507,81 +433,6 @@ impl<'a, const C: usize> Bundle<'a, C> {
     pub fn end_absorbed(&self, scatters: &Scatters<C>) {
         let apart = scatters.apart.iter().fold(0, |mask, (lane, _)| mask | 1 << lane);
         self.end(PathEnd::Absorbed, self.alive & !(scatters.spread | apart));
-    }
-
-    /// The path of a lane leaves the bundle at a surface and is followed to its end. What it finds, and whether
-    /// it meets what alpha counts.
-    pub fn go_on_alone(&mut self, surfaces: &Surfaces<C>, lane: usize) -> (Sampled<C>, bool) {
-        self.alive &= !(1 << lane);
-        let (hit, ray) = (surfaces.hits.get(self.scene, lane), self.rays.get(lane));
-        let Some(shading) = surfaces.shading(lane) else { return (Sampled::ZERO, false) };
-        self.follow_from(lane, &ray, &hit, shading)
-    }
-
-    /// Past the last segment: what is left to do at a surface for the path of a lane.
-    pub fn end_alone(&mut self, hits: &Intersections, lane: usize) -> (Sampled<C>, bool) {
-        let (hit, ray) = (hits.get(self.scene, lane), self.rays.get(lane));
-        let (wavelengths, stream) = (self.wavelengths(lane), self.stream(lane));
-        let path = self.path(lane);
-        match path.shade(self.scene, &ray, &hit, wavelengths, stream) {
-            Some(shading) => self.follow_from(lane, &ray, &hit, &shading),
-            None => (Sampled::ZERO, path.alpha_hit),
-        }
-    }
-
-    /// The same with how the surface scatters.
-    fn follow_from(
-        &mut self,
-        lane: usize,
-        ray: &Ray,
-        hit: &Intersection,
-        shading: &Shading<C>,
-    ) -> (Sampled<C>, bool) {
-        let (wavelengths, stream) = (self.wavelengths(lane), self.stream(lane));
-        let mut path = self.path(lane);
-        let mut light = Sampled::ZERO;
-        if let Some(ray) = path.go_on(self.scene, ray, hit, shading, wavelengths, stream, &mut light) {
-            light += path.follow(self.scene, ray, wavelengths, stream);
-        }
-        self.keep_contested(lane, &mut path);
-        (light, path.alpha_hit)
-    }
-
-    /// Follows a path that has left its first surface in a single direction, which decides alone.
-    pub fn follow_single(&self, surfaces: &Surfaces<C>, lane: usize, scatter: &Scatter<C>) -> Sampled<C> {
-        let Some(shading) = surfaces.shading(lane) else { return Sampled::ZERO };
-        let mut path = self.path(lane);
-        let ray = path.leave(self.scene, &surfaces.hits.get(self.scene, lane), shading, scatter);
-        path.follow(self.scene, ray, self.wavelengths(lane), self.stream(lane))
-    }
-
-    /// Follows a path from where it has been scattered. `survival` is the value that decides whether it
-    /// survives.
-    pub fn scatter_alone(
-        &mut self,
-        surfaces: &Surfaces<C>,
-        lane: usize,
-        scatter: &Scatter<C>,
-        survival: f64,
-    ) -> Sampled<C> {
-        let Some(shading) = surfaces.shading(lane) else { return Sampled::ZERO };
-        let mut path = self.path(lane);
-        let ray = path.leave(self.scene, &surfaces.hits.get(self.scene, lane), shading, scatter);
-        let kept = path.survival(self.scene);
-        if survival >= kept {
-            path.end_before_next(self.scene, kept);
-            return Sampled::ZERO;
-        }
-        path.throughput /= kept;
-        let light = path.follow(self.scene, ray, self.wavelengths(lane), self.stream(lane));
-        self.keep_contested(lane, &mut path);
-        light
-    }
-
-    fn keep_contested(&mut self, lane: usize, path: &mut Path<C>) {
-        let Source { number, lane, .. } = self.sources[lane];
-        let contested = std::mem::take(&mut path.contested);
-        self.contested.extend(contested.into_iter().map(|(light, part)| (number, lane, light, part)));
     }
 
     /// What came to a lane, by the number of its turn and its lane there.

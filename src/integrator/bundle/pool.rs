@@ -1,12 +1,12 @@
 //! Suffixes of the paths of several samples of a group, followed together: as paths end, those that go on are
 //! moved into fewer bundles.
 
-use super::bundle::{Bundle, Scratch};
+use super::{Bundle, Scratch};
 use crate::lanes::{LANES, Mask, lanes_of};
 use crate::spectrum::{Sampled, SampledLanes};
 
 /// What suffixes have found.
-pub(super) struct Found<const C: usize> {
+pub(in crate::integrator) struct Found<const C: usize> {
     /// By the number of the sample.
     pub arriving: Vec<SampledLanes<C>>,
     /// See [`Bundle::contested`].
@@ -14,7 +14,7 @@ pub(super) struct Found<const C: usize> {
 }
 
 /// Follows paths to their ends. All bundles have come as far as one another.
-pub(super) fn follow<const C: usize>(
+pub(in crate::integrator) fn follow<const C: usize>(
     mut bundles: Vec<Bundle<C>>,
     scratch: &mut Scratch<C>,
     samples: usize,
