@@ -3,11 +3,12 @@
 //! In node space the ray o + t d meets the plane of a facet at t = -h(o) / h(d), where v = v(o + t d); see
 //! [`super::few`] for h, v and w. These are tested in `f32`, and what may be met is tested exactly.
 //!
-//! With u = 2⁻²⁴, origins up to [`FARTHEST`] away and a gradient of length g, a value at the origin errs by less
-//! than 77 u g, and the change along the ray by less than 5 u g. So t, as far as it counts, errs by less than
-//! 160 u / |h(d)|, and v by less than 320 u (1 + g) / |h(d)|: [`MARGIN`] is twice that. A line that passes
-//! farther within a covered facet than that is sure to meet it. What the exact test finds is closer to the
-//! facet than rounding here, and multiply-adds may be fused or not: candidates may differ, but not the answer.
+//! With u = 2⁻²⁴, origins up to [`FARTHEST`] away and a gradient of length g, a value at the origin errs by
+//! less than 77 u g, and the change along the ray by less than 5 u g. So t, as far as it counts, errs by less
+//! than 160 u / |h(d)|, and v by less than 320 u (1 + g) / |h(d)|: [`MARGIN`] is twice that. A line that
+//! passes farther within a covered facet than that is sure to meet it. What the exact test finds is closer to
+//! the facet than rounding here, and multiply-adds may be fused or not: candidates may differ, but not the
+//! answer.
 
 use super::few::{Few, MOST, Tested, halves, mask};
 use super::rays::{Hits, NO_FACET, Rays};
@@ -25,8 +26,8 @@ const MARGIN: f32 = 640.0 / (1 << 24) as f32;
 /// from there to a surface.
 const FARTHEST: (f32, f32) = (8.0, 16.0);
 
-/// Where a way leads less than one over this off the facet that it leaves, it runs along it, and on which side
-/// is not sure.
+/// Where a way leads less than one over this off the facet that it leaves, it runs along it, and on which
+/// side is not sure.
 pub(super) const ALONG: f32 = 1e5;
 
 /// Stands for no facet among those that rays leave.
@@ -35,7 +36,7 @@ const ALWAYS: f32 = -2.0;
 /// What rays ask of a facet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RayFacet {
-    /// Of height, v and w: the gradient, and the value at the origin of node space.
+    /// The gradients of height, v and w, each with the value at the origin of node space.
     functions: [[f32; 4]; 3],
     /// What t, v and w are uncertain by, times |h(d)|.
     slack: f32,

@@ -53,15 +53,15 @@ pub struct RoughConductor<const C: usize> {
 pub struct FacetReflection<R> {
     /// `D G / (4 cos θ_eye)`; zero where nothing is reflected.
     pub value: R,
-    /// Of sampling the direction, sr⁻¹.
+    /// The density of sampling the direction, sr⁻¹.
     pub density: R,
     /// Between the facet's normal and the directions.
     pub cos: R,
 }
 
 impl<R: Real> FacetReflection<R> {
-    /// From `eye` to `light`, in the local frame. Both graze the surface from opposite sides where no facet can
-    /// be told.
+    /// From `eye` to `light`, in the local frame. Both graze the surface from opposite sides where no facet
+    /// can be told.
     #[inline(always)]
     pub fn between(facets: &Ggx<R>, eye: Vector<R>, light: Vector<R>) -> Self {
         let zero = R::of(0.0);

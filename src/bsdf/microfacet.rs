@@ -27,8 +27,8 @@ pub enum Distribution {
     Ggx,
 }
 
-/// Facets of the distribution [`Distribution::Ggx`] by their two roughnesses, for formulas of one surface or of
-/// several. Functions are those of [`Microfacets`].
+/// Facets of the distribution [`Distribution::Ggx`] by their two roughnesses, for formulas of one surface or
+/// of several. Functions are those of [`Microfacets`].
 #[derive(Clone, Copy, Debug)]
 pub struct Ggx<R> {
     pub alpha: [R; 2],

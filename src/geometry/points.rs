@@ -14,7 +14,7 @@ pub struct Points<R> {
 #[derive(Clone, Copy, Debug)]
 pub struct Segments<R> {
     pub origin: Vector<R>,
-    /// Of unit length, where the segment has any.
+    /// The direction has unit length, where the segment has any.
     pub direction: Vector<R>,
     pub length: R,
 }

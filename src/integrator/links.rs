@@ -26,8 +26,8 @@ pub(super) struct Firsts<'a, const C: usize> {
     pub all: Mask,
     pub receivers: Receivers,
     fan: Fan<'a>,
-    /// Of diffuse ones, throughput · reflectance: value and density are this / π and 1 / π, times the cosine
-    /// at the normal.
+    /// Throughput · reflectance of diffuse ones: value and density are this / π and 1 / π, times the cosine at
+    /// the normal.
     reflected: SampledLanes<C>,
 }
 
@@ -290,7 +290,7 @@ impl<const C: usize> Links<C> {
 }
 
 impl<const C: usize> Values<C> {
-    /// Of the surface that a lane has met.
+    /// How the surface that a lane has met scatters it.
     pub fn new(surfaces: &Surfaces<C>, lane: usize, links: &Links<C>, toward_light: Vec3) -> Self {
         let Some(shading) = surfaces.shading(lane) else {
             let cos = surfaces.normal[lane / WIDTH % REGISTERS].get(lane).dot(toward_light);
@@ -362,8 +362,8 @@ mod tests {
     use crate::scene::{CompileOptions, ReadOptions, compile, read};
     use crate::spectrum::Wavelengths;
 
-    /// What of a next surface's radiance a first one gets, and the density with which it samples it. `shading`:
-    /// how the first one scatters.
+    /// What of a next surface's radiance a first one gets, and the density with which it samples it.
+    /// `shading`: how the first one scatters.
     fn link(
         firsts: &Firsts<4>,
         shading: &Shading<4>,

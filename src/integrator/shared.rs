@@ -162,9 +162,9 @@ impl<const C: usize> Default for Workspace<C> {
 /// Samples of a group that are usually worked on together.
 pub const TOGETHER: usize = 4;
 
-/// The first surfaces of the camera rays, with the light that reaches them straight. Where one does not share,
-/// its path is followed to its end. Those that share stay alive. The lanes whose path has met what alpha
-/// counts.
+/// The first surfaces of the camera rays, with the light that reaches them straight. Where one does not
+/// share, its path is followed to its end. Those that share stay alive. The lanes whose path has met what
+/// alpha counts.
 fn first_surfaces<const C: usize>(
     bundle: &mut Bundle<C>,
     light_samples: u32,

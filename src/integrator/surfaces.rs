@@ -90,7 +90,7 @@ impl<const C: usize> Surfaces<C> {
         self.shadings[lane] = Some(shading);
     }
 
-    /// Of the lanes among [`Self::others`].
+    /// How a lane among [`Self::others`] scatters.
     pub fn shading(&self, lane: usize) -> Option<&Shading<C>> {
         self.shadings.get(lane)?.as_ref()
     }

@@ -191,7 +191,7 @@ impl<const C: usize> Shading<C> {
         }
     }
 
-    /// Of a rough metal with facets of the distribution GGX that is seen from above.
+    /// What lanes take of a rough metal with GGX facets that is seen from above. `None` for all else.
     pub fn rough_metal(&self) -> Option<RoughMetal<C>> {
         let Bsdf::RoughConductor(RoughConductor { facet, microfacets }) = &self.bsdf else { return None };
         let facets = microfacets.ggx().filter(|_| !self.turns_with_eye() && self.toward_eye.z > 0.0)?;

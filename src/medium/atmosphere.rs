@@ -1,8 +1,8 @@
 //! A density that falls off exponentially with height: that of an atmosphere of one temperature.
 //!
-//! Along a ray it has no closed integral where the ground is a sphere. A ray is cut where it crosses shells of
-//! a thickness in which the density falls by a factor of e, and where it is lowest. A Gauss-Legendre rule of
-//! eight points integrates each piece up to rounding.
+//! Along a ray it has no closed integral where the ground is a sphere. A ray is cut where it crosses shells
+//! of a thickness in which the density falls by a factor of e, and where it is lowest. A Gauss-Legendre rule
+//! of eight points integrates each piece up to rounding.
 
 use super::FreeFlight;
 use super::grid::invert;

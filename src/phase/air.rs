@@ -76,7 +76,8 @@ pub fn optics(range: WavelengthRange) -> Result<(Spectrum, Phase), SpectrumError
 mod tests {
     use super::*;
 
-    /// Bucholtz's fit to his table of cross-sections (eq. 8 and table 3); his King factors are a little older.
+    /// Bucholtz's fit to his table of cross-sections (eq. 8 and table 3); his King factors are a little
+    /// older.
     #[test]
     fn cross_sections_are_those_of_bucholtz() {
         for nm in (360..=830).step_by(10).map(f64::from) {

@@ -55,8 +55,8 @@ pub fn made(content: &str, options: &CompileOptions) -> Scene {
     compiled(&described(content), options)
 }
 
-/// Standard errors within which all of `tests` results lie with 99 % probability if nothing is wrong. Never less
-/// than 3.
+/// Standard errors within which all of `tests` results lie with 99 % probability if nothing is wrong. Never
+/// less than 3.
 pub fn bound(tests: usize) -> f64 {
     let tail = sidak(0.01, tests) / 2.0;
     Normal::standard().inverse_cdf(1.0 - tail).max(3.0)

@@ -1,4 +1,5 @@
-//! Transparent bodies that overlap or lie within one another, however many: under an even sky all of them look like the sky.
+//! Transparent bodies that overlap or lie within one another, however many: under an even sky all of them
+//! look like the sky.
 
 use crate::common::folder::Folder;
 use crate::common::{expose, made, mean_over_pixels, settings};
@@ -217,8 +218,8 @@ fn glass_made_of_several_surfaces_neither_makes_nor_loses_light() {
     assert_invisible("block in water", &(block + &ball(0.3, 1.2, &glass(1.33))));
 }
 
-/// Light that is in a body for good, since what counts depends on where it came from, neither divides paths without end nor is
-/// sought from the side of the light.
+/// Light that is in a body for good, since what counts depends on where it came from, neither divides paths
+/// without end nor is sought from the side of the light.
 #[test]
 fn overlapping_balls_under_a_lamp_are_what_a_random_walk_finds() {
     let lit = |integrator: &str| {

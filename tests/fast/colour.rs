@@ -1,7 +1,8 @@
-//! Colours of every illuminant of `data/` on every reflectance of `data/`, and of black bodies, against colour-science.
+//! Colours of every illuminant of `data/` on every reflectance of `data/`, and of black bodies, against
+//! colour-science.
 //!
-//! The references are computed by `validation/colour/make_reference.py`, which reads the same published tables but
-//! interpolates, integrates and continues daylight with colour-science.
+//! The references are computed by `validation/colour/make_reference.py`, which reads the same published
+//! tables but interpolates, integrates and continues daylight with colour-science.
 
 use abbe::spectrum::Spectrum;
 use abbe::spectrum::catalogue::{self, Entry, Kind, Quantity};

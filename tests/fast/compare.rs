@@ -1,4 +1,5 @@
-//! `abbe compare`: a bias is told from noise, figures are as defined, conditions and mistakes end as they should.
+//! `abbe compare`: a bias is told from noise, figures are as defined, conditions and mistakes end as they
+//! should.
 
 use crate::common::folder::{Folder, stderr, stdout};
 use abbe::compare::{Options, compare};
@@ -34,8 +35,8 @@ fn render(folder: &Folder, to: &str, further: &[&str]) -> Channels {
     folder.picture(to)
 }
 
-/// One scene with two seeds differs by noise; made 1 % brighter it is found out, and what was found lies within what the
-/// comparison says that it can find.
+/// One scene with two seeds differs by noise; made 1 % brighter it is found out, and what was found lies
+/// within what the comparison says that it can find.
 #[test]
 fn a_bias_of_one_percent_is_told_from_noise() {
     let folder = scene("bias");
@@ -225,7 +226,8 @@ fn what_is_called_detectable_is_found_in_nine_of_ten() {
         let bias = *detectable.get_or_insert(verdict.detectable);
         found += u32::from(compared(&file(1.0 + bias)).verdict().expect("files with errors").p_mean < 0.05);
     }
-    // Four standard errors of a share of 400 trials: 0.06 at 90 %, 0.044 at 5 %. The bias itself is known to 5 %.
+    // Four standard errors of a share of 400 trials: 0.06 at 90 %, 0.044 at 5 %. The bias itself is known to
+    // 5 %.
     let share = |count: u32| f64::from(count) / f64::from(trials);
     assert!((share(found) - 0.9).abs() < 0.08, "{}", share(found));
     assert!((share(false_alarms) - 0.05).abs() < 0.044, "{}", share(false_alarms));
@@ -249,8 +251,8 @@ fn figures_are_those_of_their_definitions() {
     assert!((found.smape - (1.0 / 3.0 + 4.0 / 8.0) / 4.0).abs() < 1e-12, "{found:?}");
     assert!((found.bias - 1.25).abs() < 1e-12, "{found:?}");
 
-    // The same colours as RGB and as XYZ differ by the same. A grey of 18 % and one of 20 %, if white is 1: ΔL* = 2.34,
-    // whose ΔE2000 is that over S_L.
+    // The same colours as RGB and as XYZ differ by the same. A grey of 18 % and one of 20 %, if white is 1:
+    // ΔL* = 2.34, whose ΔE2000 is that over S_L.
     let grey = |value: f32| small(&[("R", [value; 4]), ("G", [value; 4]), ("B", [value; 4])]);
     let options = Options { white: Some(1.0), ..Options::default() };
     let seen = compare(&[grey(0.2)], &[grey(0.18)], &options)
@@ -267,7 +269,8 @@ fn figures_are_those_of_their_definitions() {
     assert!((seen.white - 20.0).abs() < 1e-5 && (seen.delta_e - expected).abs() < 1e-5, "{seen:?}");
 }
 
-/// The pixels where A is too bright, the brightest first: not those where it is too dark, nor where it is the same.
+/// The pixels where A is too bright, the brightest first: not those where it is too dark, nor where it is the
+/// same.
 #[test]
 fn the_brightest_outliers_are_named() {
     let a = small(&[("Y", [1.5, 2.0, 0.0, 6.0])]);
@@ -286,8 +289,8 @@ fn the_brightest_outliers_are_named() {
     assert_eq!(json["outliers"][1]["a"], 1.5);
 }
 
-/// Pixels that are not finite are counted and left out; files of responses have no colours but figures of each channel;
-/// layers and half floats of other programs are understood.
+/// Pixels that are not finite are counted and left out; files of responses have no colours but figures of
+/// each channel; layers and half floats of other programs are understood.
 #[test]
 fn odd_files_are_compared_as_far_as_they_go() {
     let a = small(&[("Y", [1.0, f32::NAN, 2.0, 3.0])]);

@@ -1,5 +1,5 @@
-//! Bodies with faces in common, bodies that overlap, and sensors within bodies: which surfaces a ray meets, one by one, and what a
-//! picture shows.
+//! Bodies with faces in common, bodies that overlap, and sensors within bodies: which surfaces a ray meets,
+//! one by one, and what a picture shows.
 
 use crate::common::{expose, made, mean_over_pixels, settings, stress};
 use abbe::geometry::{Ray, Vec3};
@@ -22,8 +22,8 @@ fn scene(content: &str) -> Scene {
     made(&format!("{content}{sensor}"), &CompileOptions::default())
 }
 
-/// Indices seen one after the other by a ray that is always transmitted, until it meets what does not transmit or nothing, and the share that
-/// Fresnel's equations let through.
+/// Indices seen one after the other by a ray that is always transmitted, until it meets what does not
+/// transmit or nothing, and the share that Fresnel's equations let through.
 fn straight_through(scene: &Scene, mut ray: Ray) -> (Vec<f64>, f64) {
     let mut media = scene.media_at_sensor(&ray, 0.0);
     let (mut indices, mut share) = (Vec::new(), 1.0);
@@ -73,7 +73,8 @@ fn layer(shape: &str, index: &str, [from, to]: [f64; 2], place: &str, more: &str
     )
 }
 
-/// Every ray through a stack of layers meets the same indices one after the other and loses what Fresnel says.
+/// Every ray through a stack of layers meets the same indices one after the other and loses what Fresnel
+/// says.
 #[track_caller]
 fn assert_indices(stacks: &[&dyn Fn(&str) -> String], expected: &[f64], rays: usize) {
     let mut random = Pcg64Mcg::seed_from_u64(5);
@@ -243,8 +244,8 @@ fn a_floor_in_contact_scatters_into_the_glass() {
     }
 }
 
-/// A sensor within a ball of absorbing glass sees the sky through its surface, straight or after 1, 2, … reflections there:
-/// n² T exp(−a r) / (1 − R exp(−2 a r)) of the sky's radiance from the middle.
+/// A sensor within a ball of absorbing glass sees the sky through its surface, straight or after 1, 2, …
+/// reflections there: n² T exp(−a r) / (1 − R exp(−2 a r)) of the sky's radiance from the middle.
 #[test]
 fn a_sensor_in_glass_sees_what_glass_lets_through() {
     for (index, absorption) in [(1.5, 0.4), (1.33, 1.5)] {

@@ -1,4 +1,5 @@
-//! Parts of a picture are what they are in the whole: `--crop` bit by bit, a film's own crop window away from its border.
+//! Parts of a picture are what they are in the whole: `--crop` bit by bit, a film's own crop window away from
+//! its border.
 
 use crate::common::folder::{Folder, stderr};
 use std::process::Output;
@@ -47,8 +48,8 @@ impl Picture {
     }
 }
 
-/// A lens of glass over a floor, which casts a caustic, and a lamp; the rest of the picture sees nothing. `film` is what the film
-/// holds, `bsdf` makes the lens.
+/// A lens of glass over a floor, which casts a caustic, and a lamp; the rest of the picture sees nothing.
+/// `film` is what the film holds, `bsdf` makes the lens.
 fn scene(film: &str, bsdf: &str) -> String {
     format!(
         r#"<scene version="3.0.0"><integrator type="path"/>
@@ -163,7 +164,8 @@ fn a_part_of_a_crop_window_is_counted_from_the_films_corner() {
     }
 }
 
-/// The noise of neighbouring parts is that of different pixels, whether they come by `--crop` or by crop windows.
+/// The noise of neighbouring parts is that of different pixels, whether they come by `--crop` or by crop
+/// windows.
 #[test]
 fn parts_of_one_film_do_not_share_their_noise() {
     let folder = Folder::new("noise");

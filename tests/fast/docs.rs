@@ -1,4 +1,5 @@
-//! The documents: what they name exists, the front page stays short, and the scenes of the tutorial can be read.
+//! The documents: what they name exists, the front page stays short, and the scenes of the tutorial can be
+//! read.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! Lenses and a prism cut from balls, cylinders and boxes: where single rays of the lines F, d and C go, against closed forms.
+//! Lenses and a prism cut from balls, cylinders and boxes: where single rays of the lines F, d and C go,
+//! against closed forms.
 
 use crate::common::made;
 use abbe::geometry::{Ray, Vec3};
@@ -76,13 +77,15 @@ fn through(scene: &Scene, faces: usize, mut ray: Ray, nm: f64) -> (Ray, Vec3) {
     (ray, first)
 }
 
-/// Where a ray at `height` along the axis crosses it behind the lens, which has `faces` faces: how far behind the first.
+/// Where a ray at `height` along the axis crosses it behind the lens, which has `faces` faces: how far behind
+/// the first.
 fn focus(scene: &Scene, faces: usize, height: f64, nm: f64) -> f64 {
     let (ray, first) = through(scene, faces, Ray::new(Vec3::new(height, 0.0, -80.0), Vec3::Z), nm);
     ray.origin.z - ray.origin.x * ray.direction.z / ray.direction.x - first.z
 }
 
-/// CAM-14: blue light is focused nearer than red by what the lensmaker's equation says of a thin lens, f = R / 2(n − 1).
+/// CAM-14: blue light is focused nearer than red by what the lensmaker's equation says of a thin lens, f = R
+/// / 2(n − 1).
 #[test]
 fn a_lens_of_glass_focuses_colours_apart() {
     const RADIUS: f64 = 50.0;
@@ -101,8 +104,8 @@ fn a_lens_of_glass_focuses_colours_apart() {
     assert!((focus(D) / thin(D) - 1.0).abs() < 0.01);
 }
 
-/// A doublet of focal length 107 after Fraunhofer: crown and flint cemented, with powers φ₁/V₁ + φ₂/V₂ = 0. Radii of its faces, those
-/// that are hollow towards the light negative, and their places on the axis.
+/// A doublet of focal length 107 after Fraunhofer: crown and flint cemented, with powers φ₁/V₁ + φ₂/V₂ = 0.
+/// Radii of its faces, those that are hollow towards the light negative, and their places on the axis.
 const RADII: [f64; 3] = [44.78, -44.78, -2000.0];
 const VERTICES: [f64; 3] = [0.0, 6.0, 9.0];
 
@@ -131,14 +134,15 @@ fn paraxial(indices: [f64; 4]) -> f64 {
     VERTICES[2] - height / slope
 }
 
-/// The cemented face is one face, and single rays near the axis come together where paraxial optics says, for each line; C and F a
-/// hundred times nearer to one another than without the flint.
+/// The cemented face is one face, and single rays near the axis come together where paraxial optics says, for
+/// each line; C and F a hundred times nearer to one another than without the flint.
 #[test]
 fn a_cemented_doublet_brings_colours_together() {
     let scene = doublet(&glass("F2"));
     let expected = |nm: f64| paraxial([1.0, n_bk7(nm), f2(nm), 1.0]);
     for nm in [F, D, C] {
-        // The index is looked up in a table that is good to 10⁻⁷; spherical aberration at this height is far below.
+        // The index is looked up in a table that is good to 10⁻⁷; spherical aberration at this height is far
+        // below.
         let found = focus(&scene, 3, 1e-3, nm);
         println!("{nm}: {found}, expected {}", expected(nm));
         assert!((found / expected(nm) - 1.0).abs() < 1e-6, "{nm}: {found} {}", expected(nm));

@@ -1,5 +1,5 @@
-//! What has one right answer, or a render so small that its noise hardly counts: the program and its files, the
-//! reading of scenes, bits that do not change, bodies and their surfaces, the documents.
+//! What has one right answer, or a render so small that its noise hardly counts: the program and its files,
+//! the reading of scenes, bits that do not change, bodies and their surfaces, the documents.
 
 mod aovs;
 mod bodies;

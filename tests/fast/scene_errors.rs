@@ -1,5 +1,6 @@
-//! What abbe says about wrong scene files. Each file in `tests/scenes/broken` has the whole message beside it, as a
-//! text of the same name. After a change on purpose, run with `ABBE_UPDATE_MESSAGES=1` and read what has changed.
+//! What abbe says about wrong scene files. Each file in `tests/scenes/broken` has the whole message beside
+//! it, as a text of the same name. After a change on purpose, run with `ABBE_UPDATE_MESSAGES=1` and read what
+//! has changed.
 
 use abbe::scene::{ReadOptions, read};
 use std::fs;

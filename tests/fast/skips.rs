@@ -1,4 +1,5 @@
-//! What a scene has no need of is left out of its rendering. Doing it all the same changes no bit of the picture.
+//! What a scene has no need of is left out of its rendering. Doing it all the same changes no bit of the
+//! picture.
 
 use abbe::film::Film;
 use abbe::render::WavelengthCount;

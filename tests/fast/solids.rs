@@ -37,8 +37,8 @@ fn luminance(film: &Film) -> (f64, f64) {
 
 const SKY: &str = r#"<emitter type="constant"><spectrum name="radiance" value="1"/></emitter>"#;
 
-/// Under an even sky glass that absorbs nothing is invisible, however it is cut: a lens, a bubble, a flush bore, a union of
-/// abutting parts.
+/// Under an even sky glass that absorbs nothing is invisible, however it is cut: a lens, a bubble, a flush
+/// bore, a union of abutting parts.
 #[test]
 fn glass_that_is_cut_neither_gains_nor_loses_light() {
     let glass = r#"<bsdf type="dielectric"><float name="int_ior" value="1.6"/></bsdf>"#;
@@ -74,8 +74,9 @@ fn glass_that_is_cut_neither_gains_nor_loses_light() {
     }
 }
 
-/// Glass in contact with glass and with liquids, in all ways in which a face is that of two bodies: a cup with water, a doublet with one
-/// sphere between crown and flint, a bore filled flush at both ends beside another block, balls that touch in a point.
+/// Glass in contact with glass and with liquids, in all ways in which a face is that of two bodies: a cup
+/// with water, a doublet with one sphere between crown and flint, a bore filled flush at both ends beside
+/// another block, balls that touch in a point.
 fn touching(glass: &str) -> [String; 4] {
     let dielectric = |index: f64| {
         format!(
@@ -117,9 +118,10 @@ fn touching(glass: &str) -> [String; 4] {
     ]
 }
 
-/// Under an even sky clear bodies can't be seen, whatever they touch. No path is ended by chance here and none is long enough to be cut
-/// off, so each carries exactly the sky's radiance, and all pixels are those of the empty sky, to rounding: one lost path of a
-/// pixel's 64 would show, and so does a glass that keeps a millionth of the light.
+/// Under an even sky clear bodies can't be seen, whatever they touch. No path is ended by chance here and
+/// none is long enough to be cut off, so each carries exactly the sky's radiance, and all pixels are those of
+/// the empty sky, to rounding: one lost path of a pixel's 64 would show, and so does a glass that keeps a
+/// millionth of the light.
 #[test]
 fn bodies_that_touch_cannot_be_seen_under_an_even_sky() {
     let seen = |content: &str| {

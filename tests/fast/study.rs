@@ -1,5 +1,5 @@
-//! `abbe study` as its users meet it: a folder that can be continued, tables that parse, slopes that theory knows, and a
-//! page that a browser shows.
+//! `abbe study` as its users meet it: a folder that can be continued, tables that parse, slopes that theory
+//! knows, and a page that a browser shows.
 
 use crate::common::browser;
 use crate::common::folder::{Folder, of_repository, stderr, stdout};
@@ -86,7 +86,8 @@ fn a_study_has_tables_plots_and_a_page() {
     };
     assert!(mean("sobol", "16") < 0.5 * mean("independent", "16"));
 
-    // The error of independent samples falls by the square root. Two half intervals are about four standard errors.
+    // The error of independent samples falls by the square root. Two half intervals are about four standard
+    // errors.
     let json = json(&folder);
     let series = json["series"].as_array().expect("a list");
     let law = &series.iter().find(|s| s["sampler"] == "independent").expect("it was asked for")["log_rmse_against_log_samples"];
@@ -114,8 +115,9 @@ fn a_noisy_reference_does_not_raise_the_error() {
     }
     let own = json(&noisy)["references"][0]["own_relmse_subtracted"].as_f64().expect("a number");
     let ((a, variance_a), (b, variance_b)) = (mean(&good), mean(&noisy));
-    // The noise of the reference, of which there is one, is averaged over 256 pixels: its variance is uncertain by √(2/256),
-    // and so is, within the product of both errors, what it has in common with the replicates.
+    // The noise of the reference, of which there is one, is averaged over 256 pixels: its variance is
+    // uncertain by √(2/256), and so is, within the product of both errors, what it has in common with the
+    // replicates.
     let common = own * own * 2.0 / 256.0 + 4.0 * own * a / 256.0;
     let z = (a - b) / (variance_a + variance_b + common).sqrt();
     assert!(z.abs() < 4.0, "{a} and {b}: z = {z}");
@@ -230,7 +232,8 @@ fn browse(browser: &Path, folder: &Folder, more: &[&str], page: &str) -> Output 
         .expect("the browser starts")
 }
 
-/// The page in headless Chromium: every plot has the inks of its curves, every picture the colours of its values.
+/// The page in headless Chromium: every plot has the inks of its curves, every picture the colours of its
+/// values.
 #[test]
 fn a_browser_shows_the_page() {
     let Some(browser) = browser::find() else {
@@ -270,7 +273,8 @@ fn a_browser_shows_the_page() {
         let coloured = |pixel: &[u8; 3]| pixel.iter().max().unwrap() - pixel.iter().min().unwrap() > 25;
         let name = id.rsplit_once('-').expect("a name and a case").0;
         if ["errors-at-equal-time", "pattern-spectra", "error-spectra"].contains(&name) {
-            // Six panels fill most of the picture, and not with one colour. No colour of the scales is the paper's white.
+            // Six panels fill most of the picture, and not with one colour. No colour of the scales is the
+            // paper's white.
             let mut colours: Vec<[u8; 3]> = pixels.iter().filter(|pixel| coloured(pixel)).copied().collect();
             colours.sort_unstable();
             colours.dedup();

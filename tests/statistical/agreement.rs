@@ -1,7 +1,7 @@
-//! The same picture in expectation, whatever the number of wavelengths a path carries, whether pixels share the
-//! suffixes of their paths, and for the random walk that knows of no light sampling, no weights and no companions:
-//! Welch's t-test per pixel, channel by channel. Pixels that share have noise in common, so means over them are
-//! judged by those of each replicate.
+//! The same picture in expectation, whatever the number of wavelengths a path carries, whether pixels share
+//! the suffixes of their paths, and for the random walk that knows of no light sampling, no weights and no
+//! companions: Welch's t-test per pixel, channel by channel. Pixels that share have noise in common, so means
+//! over them are judged by those of each replicate.
 //!
 //! Each scene states how small a difference of the mean luminances its tests find in nine of ten cases.
 //! `ABBE_STRESS=full` takes 16 times as many samples, and finds a quarter of it.
@@ -28,16 +28,16 @@ struct Case {
     walk_samples: u32,
     /// Columns, and rows, of the blocks of pixels that are compared with the walk's.
     walk_block: u32,
-    /// Relative difference of the mean luminances that every comparison of the scene finds with a probability of
-    /// 90 %.
+    /// Relative difference of the mean luminances that every comparison of the scene finds with a probability
+    /// of 90 %.
     sees: f64,
 }
 
 const CASES: [Case; 18] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.015 },
-    // What is seen through one body and lit through another is found seldom, by the walk never in some pixels:
-    // there it knows no error.
+    // What is seen through one body and lit through another is found seldom, by the walk never in some
+    // pixels: there it knows no error.
     Case { name: "dispersion", samples: 4096, walk_samples: 32_768, walk_block: 4, sees: 0.016 },
     Case { name: "frosted", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.03 },
     Case { name: "absorption", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.013 },
@@ -248,7 +248,8 @@ fn chamber() {
     assert!(load(case("chamber"), "path").features().light_tracing);
 }
 
-/// Media that scatter: the walk tracks them with null collisions, and knows nothing of densities of distances.
+/// Media that scatter: the walk tracks them with null collisions, and knows nothing of densities of
+/// distances.
 #[test]
 fn fog() {
     media_agree("fog");

@@ -1,5 +1,5 @@
-//! Samples that are allocated over the picture leave it as it is: where cells of few samples and of many meet,
-//! and in how many samples a pixel has.
+//! Samples that are allocated over the picture leave it as it is: where cells of few samples and of many
+//! meet, and in how many samples a pixel has.
 
 use crate::common::{expose, made, settings};
 use abbe::film::{Film, Quantity};
@@ -8,8 +8,8 @@ use abbe::render::{Schedule, Settings, WavelengthCount};
 use abbe::scene::CompileOptions;
 use abbe::stats::{Estimate, welch};
 
-/// A third of the picture shows a wall under two lamps, the rest nothing. The wall's edge is within the reach of
-/// the filter from where cells of 16 pixels meet.
+/// A third of the picture shows a wall under two lamps, the rest nothing. The wall's edge is within the reach
+/// of the filter from where cells of 16 pixels meet.
 const SCENE: &str = r#"
     <integrator type="path"/>
     <sensor type="orthographic">

@@ -99,7 +99,8 @@ fn a_furnace_is_one_with_every_sampler() {
     }
 }
 
-/// What a ball of rough material returns of a furnace's radiance, stated in docs/trust.md: single scattering loses the rest.
+/// What a ball of rough material returns of a furnace's radiance, stated in docs/trust.md: single scattering
+/// loses the rest.
 const STATED: [(&str, &str, f64); 6] = [
     ("roughmirror_ggx", "0.1", 0.978),
     ("roughmirror_ggx", "0.3", 0.857),
@@ -248,7 +249,8 @@ fn what_glass_mirrors_of_a_lamp_is_in_every_sample() {
         let film = expose(&scene, &settings);
         let (mean, error) = mean_over_pixels(&film, |x, y| film.bin(x, y, 0));
         println!("{mean:.8} ± {error:.1e}, expected {expected:.8}");
-        // What is in view is a ten-millionth as wide as the body, so the angle differs by less than a millionth of a radian.
+        // What is in view is a ten-millionth as wide as the body, so the angle differs by less than a
+        // millionth of a radian.
         assert!((mean - expected).abs() < 1e-6, "{mean} is not {expected}");
         assert!(error < 1e-6, "the error is {error}");
     }

@@ -1,5 +1,5 @@
-//! Whether the error bars of one EXR hold the truth as often as they say: 95 % intervals, from few samples and from many.
-//! `validation/noise/coverage` measures it over all scenes.
+//! Whether the error bars of one EXR hold the truth as often as they say: 95 % intervals, from few samples
+//! and from many. `validation/noise/coverage` measures it over all scenes.
 
 use crate::common::folder::Folder;
 use crate::common::{expose, scene, settings};
@@ -9,7 +9,8 @@ use abbe::render::WavelengthCount;
 use abbe::stats::student_quantile;
 use abbe::units::WavelengthRange;
 
-/// What a reader of the file that is written of a film finds: luminance, its error and the error's degrees of freedom.
+/// What a reader of the file that is written of a film finds: luminance, its error and the error's degrees of
+/// freedom.
 fn developed(film: &Film) -> (Vec<f32>, Vec<f32>, f64) {
     let picture = Picture {
         film,

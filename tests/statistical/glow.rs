@@ -1,5 +1,5 @@
-//! Media that send out light, layers, and particles that scatter by wavelength, against closed forms: bin by bin, and for
-//! every number of wavelengths per path.
+//! Media that send out light, layers, and particles that scatter by wavelength, against closed forms: bin by
+//! bin, and for every number of wavelengths per path.
 
 use crate::common::{ALL_COUNTS, expose, made, mean_over_pixels, settings, stress};
 use crate::media::{RANGE, assert_bins, beam, scene};
@@ -56,7 +56,8 @@ fn a_hot_slab() {
     assert_bins("hot slab", &scene(&slab(&medium)), 4096, 1e-2, expected);
 }
 
-/// What is as hot as everything around it cannot be told from that, whatever it scatters and wherever it is thick.
+/// What is as hot as everything around it cannot be told from that, whatever it scatters and wherever it is
+/// thick.
 #[test]
 fn a_medium_as_hot_as_its_surroundings_vanishes() {
     let plain = r#"<spectrum name="sigma_t" value="400:0.3, 500:3, 700:1"/><spectrum name="albedo" value="400:0.9, 700:0.2"/>"#;
@@ -88,10 +89,11 @@ fn a_medium_as_hot_as_its_surroundings_vanishes() {
     }
 }
 
-/// A slab that scatters alike in all directions and absorbs nothing lets a fraction of diffuse light through. Thin
-/// ones: Heaslet and Warming, "Radiative transport and wall temperature slip in an absorbing planar medium",
-/// International Journal of Heat and Mass Transfer 8, 1965, table 1 (the flux between two black walls is the same
-/// function; van de Hulst, *Multiple Light Scattering*, 1980, has it as UTU). Thick ones: (4/3) / (τ + 2 · 0.710446).
+/// A slab that scatters alike in all directions and absorbs nothing lets a fraction of diffuse light through.
+/// Thin ones: Heaslet and Warming, "Radiative transport and wall temperature slip in an absorbing planar
+/// medium", International Journal of Heat and Mass Transfer 8, 1965, table 1 (the flux between two black
+/// walls is the same function; van de Hulst, *Multiple Light Scattering*, 1980, has it as UTU). Thick ones:
+/// (4/3) / (τ + 2 · 0.710446).
 #[test]
 fn diffuse_light_through_a_slab() {
     let cases = [(0.5, 0.7040), (1.0, 0.5532), (2.0, 0.3900), (3.0, 0.3016), (20.0, 4.0 / 3.0 / 21.420_892)];
@@ -137,8 +139,9 @@ fn diffuse_light_through_a_slab() {
     }
 }
 
-/// Small spheres scatter blue light back, large ones all light ahead. What a slab of both scatters once from a white sheet
-/// behind the camera is the integral of the phase function over the half of all directions, and over the depth.
+/// Small spheres scatter blue light back, large ones all light ahead. What a slab of both scatters once from
+/// a white sheet behind the camera is the integral of the phase function over the half of all directions, and
+/// over the depth.
 #[test]
 fn spheres_scatter_each_wavelength_by_itself() {
     const KINDS: [(f64, f64); 2] = [(0.04, 1.5e-6), (0.8, 3e-7)];

@@ -1,5 +1,6 @@
-//! What is judged by its standard error: estimators against one another and against closed forms, samplers and
-//! BSDFs against their densities, error bars against the truth. Each test says what difference it can see.
+//! What is judged by its standard error: estimators against one another and against closed forms, samplers
+//! and BSDFs against their densities, error bars against the truth. Each test says what difference it can
+//! see.
 
 mod agreement;
 mod allocation;

@@ -42,8 +42,9 @@ pub fn over_bins(f: impl Fn(f64) -> f64) -> Vec<f64> {
     (0..BINS).map(mean).collect()
 }
 
-/// Every bin, with a probability of 1 % that any differs by chance. The largest standard error may be `precision` of
-/// what is expected: a difference of five times that is seen. `ABBE_STRESS=full` sees a quarter of it.
+/// Every bin, with a probability of 1 % that any differs by chance. The largest standard error may be
+/// `precision` of what is expected: a difference of five times that is seen. `ABBE_STRESS=full` sees a
+/// quarter of it.
 #[track_caller]
 pub fn assert_bins(name: &str, scene: &Scene, samples: u32, precision: f64, expected: impl Fn(f64) -> f64) {
     let expected = over_bins(expected);
@@ -63,7 +64,8 @@ pub fn assert_bins(name: &str, scene: &Scene, samples: u32, precision: f64, expe
 
 const WHITE_SKY: &str = r#"<emitter type="constant"><spectrum name="radiance" value="1"/></emitter>"#;
 
-/// What absorbs nothing cannot be told from the sky: at any density, in a boundary or none, where it has none at some wavelengths.
+/// What absorbs nothing cannot be told from the sky: at any density, in a boundary or none, where it has none
+/// at some wavelengths.
 #[test]
 fn a_medium_of_albedo_1_vanishes_in_a_furnace() {
     let null = r#"<bsdf type="null"/>"#;
@@ -88,7 +90,8 @@ fn a_medium_of_albedo_1_vanishes_in_a_furnace() {
     }
 }
 
-/// Whatever the albedo, over all densities that numbers can say: no value that is none, and no energy that was not there.
+/// Whatever the albedo, over all densities that numbers can say: no value that is none, and no energy that
+/// was not there.
 #[test]
 fn no_density_makes_what_is_no_number() {
     for exponent in (-9..=9).step_by(3) {
@@ -120,7 +123,8 @@ fn henyey_greenstein(g: f64, cos: f64) -> f64 {
     (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos).powf(1.5))
 }
 
-/// Of light that is scattered once the integral along the ray is known. The lamp stands ahead, beside the ray.
+/// Of light that is scattered once the integral along the ray is known. The lamp stands ahead, beside the
+/// ray.
 #[test]
 fn airlight_of_a_point_light() {
     let [ahead, beside, g, albedo]: [f64; 4] = [2.0, 1.0, 0.5, 0.8];
@@ -137,14 +141,15 @@ fn airlight_of_a_point_light() {
             )
         )
     );
-    // Over the angle at which the lamp is seen from the ray, which makes the integrand smooth (Sun et al., "A practical
-    // analytic single scattering model for real time rendering", 2005).
+    // Over the angle at which the lamp is seen from the ray, which makes the integrand smooth (Sun et al., "A
+    // practical analytic single scattering model for real time rendering", 2005).
     let expected = |nm: f64| {
         let sigma = sigma_t(nm);
         let (low, high) = ((-ahead / beside).atan(), FRAC_PI_2);
         let at = |angle: f64| {
             let (t, distance) = (ahead + beside * angle.tan(), beside / angle.cos());
-            // Straight ahead where the lamp is far behind the place: from where its light comes, toward the camera.
+            // Straight ahead where the lamp is far behind the place: from where its light comes, toward the
+            // camera.
             let cos = -angle.sin();
             albedo * sigma * 3.0 * henyey_greenstein(g, cos) * (-sigma * (t + distance)).exp() / beside
         };
@@ -186,7 +191,8 @@ impl H {
             gauss_legendre(48).map(|(x, weight)| (0.5 + 0.5 * x, 0.5 * weight)).collect();
         let mut h = Self { values: vec![1.0; nodes.len()], nodes, albedo };
         for _ in 0..1000 {
-            // Halfway, by their logarithms: values that are too large by a factor lead to ones that are too small by it.
+            // Halfway, by their logarithms: values that are too large by a factor lead to ones that are too
+            // small by it.
             let next = h.nodes.iter().zip(&h.values).map(|(&(mu, _), own)| (own * h.at(mu)).sqrt());
             h.values = next.collect();
         }

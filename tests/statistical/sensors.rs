@@ -67,7 +67,8 @@ fn irradiance_under_a_sky_and_under_a_disk() {
         let sky = exposed(&format!("{SKY}{}", meter(shape)), 4096);
         assert_is(sky.bin(0, 0, 0), PI, &sky);
     }
-    // Straight below the middle of a disk of radius 2 at height 3: E = π L r² / (r² + h²). The meter is small against both.
+    // Straight below the middle of a disk of radius 2 at height 3: E = π L r² / (r² + h²). The meter is small
+    // against both.
     let small = r#"type="disk"><transform name="to_world"><scale value="0.001"/></transform>"#;
     let lamp = format!(
         r#"<shape type="disk"><transform name="to_world"><scale value="2"/><rotate x="1" angle="180"/><translate z="3"/></transform>
@@ -77,8 +78,9 @@ fn irradiance_under_a_sky_and_under_a_disk() {
     assert_is(below.bin(0, 0, 0), PI * 4.0 / 13.0, &below);
 }
 
-/// E = π L / 2 (1 − (z² + ρ² − r²) / √((z² + ρ² + r²)² − 4 ρ² r²)) at the distance ρ from the axis of a disk of radius r at the height
-/// z (Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, B-13), averaged over pixels.
+/// E = π L / 2 (1 − (z² + ρ² − r²) / √((z² + ρ² + r²)² − 4 ρ² r²)) at the distance ρ from the axis of a disk
+/// of radius r at the height z (Howell, *A Catalog of Radiation Heat Transfer Configuration Factors*, B-13),
+/// averaged over pixels.
 #[test]
 fn a_sensor_plane_measures_the_sky_through_its_stop() {
     for (radius, distance) in [(0.5, 2.0), (3.0, 1.0)] {
@@ -122,8 +124,8 @@ fn outside_of_a_fisheye_there_is_nothing() {
     assert_is(found.bin(1, 0, 0), 1.0, &found);
 }
 
-/// A lamp without extent is as bright as one is near to it, and one nanometre holds hardly any luminance: neither leaves the
-/// film's scale.
+/// A lamp without extent is as bright as one is near to it, and one nanometre holds hardly any luminance:
+/// neither leaves the film's scale.
 #[test]
 fn a_near_point_of_one_wavelength_is_not_too_bright_for_the_film() {
     let floor = r#"<shape type="rectangle"><transform name="to_world"><scale value="200"/></transform>
@@ -149,8 +151,8 @@ fn a_distant_sensor_sees_the_cross_section_of_the_scene() {
         let sensor = format!(r#"<sensor type="distant">{target}{}</sensor>"#, pixel());
         exposed(&format!("{SKY}{sphere}{sensor}"), 16_384)
     };
-    // A black sphere before a bright sky covers a third of its bounding box's bounding sphere, which is 1500 steps of single
-    // precision larger in Mitsuba 3.
+    // A black sphere before a bright sky covers a third of its bounding box's bounding sphere, which is 1500
+    // steps of single precision larger in Mitsuba 3.
     let whole = view("");
     assert_is(whole.bin(0, 0, 0), 1.0 - 1.0 / (3.0 * (1.0 + 1500.0 / 16_777_216.0f64).powi(2)), &whole);
     // A square around it, and one point of it.
@@ -164,8 +166,8 @@ fn a_distant_sensor_sees_the_cross_section_of_the_scene() {
 
 #[test]
 fn responses_are_integrated_over() {
-    // Under a flat sky a channel is the integral of its response, beyond what can be seen too; a response of the sensor
-    // itself is a factor.
+    // Under a flat sky a channel is the integral of its response, beyond what can be seen too; a response of
+    // the sensor itself is a factor.
     let film_of = |content: &str| film("specfilm", 1, content);
     let channels = r#"<spectrum name="box" value="500:1, 600:1"/><spectrum name="narrow" value="550:0, 551:1, 552:0"/>
         <spectrum name="ultraviolet" value="100:1, 300:1"/><spectrum name="rise" value="400:0, 700:3, 900:1"/>"#;

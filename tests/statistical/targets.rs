@@ -1,4 +1,5 @@
-//! Renders that end at an error: whether it is reached as surely as is said, and whether ending there makes the picture wrong.
+//! Renders that end at an error: whether it is reached as surely as is said, and whether ending there makes
+//! the picture wrong.
 
 use crate::common::{self, stress};
 use abbe::film::Film;
@@ -67,7 +68,8 @@ fn ended(scene: &Scene, target: Target, seed: u64) -> Film {
     work.into_film()
 }
 
-/// With 20 renders a target that is reached in four of five is seen, and a bias of four fifths of a standard error.
+/// With 20 renders a target that is reached in four of five is seen, and a bias of four fifths of a standard
+/// error.
 #[test]
 fn errors_are_reached_and_pictures_stay_right() {
     let seeds = stress::count(20, 2000);

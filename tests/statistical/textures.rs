@@ -1,4 +1,5 @@
-//! Textures in whole renders: patterns stick to what moves and to what is instanced, and reliefs make no energy.
+//! Textures in whole renders: patterns stick to what moves and to what is instanced, and reliefs make no
+//! energy.
 
 use crate::common::{bins, bound, expose, made, mean_over_pixels, settings};
 use abbe::render::{Settings, WavelengthCount};
@@ -32,7 +33,8 @@ fn placed(steps: &str) -> String {
     format!(r#"<transform name="to_world">{steps}</transform>"#)
 }
 
-/// A ball that reflects everything at once, by a pattern: under light from everywhere its radiance is the pattern's value.
+/// A ball that reflects everything at once, by a pattern: under light from everywhere its radiance is the
+/// pattern's value.
 fn ball(pattern: &str, place: &str) -> String {
     format!(
         r#"<bsdf type="conductor"><texture type="{pattern}" name="specular_reflectance">
@@ -102,8 +104,8 @@ fn a_pattern_is_placed_by_its_own_transform() {
     assert_same("both carried", &found, &see("wood", &placed(TURNED), "", LOOK));
 }
 
-/// A white or clear ball with a bumpy surface in a furnace of radiance 1 never returns more than 1: what a relief's normals would send
-/// to the wrong side is lost, not gained.
+/// A white or clear ball with a bumpy surface in a furnace of radiance 1 never returns more than 1: what a
+/// relief's normals would send to the wrong side is lost, not gained.
 #[test]
 fn reliefs_make_no_energy() {
     let heights = [

@@ -1,4 +1,5 @@
-//! Bodies of all kinds of shape, and where a line that leaves one meets it again by closed forms: not by tracing a ray.
+//! Bodies of all kinds of shape, and where a line that leaves one meets it again by closed forms: not by
+//! tracing a ray.
 
 use abbe::geometry::{Bounds, Transform, Vec3};
 use abbe::shape::{
@@ -12,7 +13,8 @@ use std::collections::BTreeMap;
 pub enum Truth {
     /// The body is not in the way.
     Nothing,
-    /// It is met at a distance, where its normal (of any length) is as given and it lies within `dent` of its plane.
+    /// It is met at a distance, where its normal (of any length) is as given and it lies within `dent` of its
+    /// plane.
     At { t: f64, normal: Vec3, dent: f64 },
     /// Too near an edge or a tangent for rounded numbers to say.
     Unsure,
@@ -35,7 +37,8 @@ pub enum Form {
     },
     /// It is never met again.
     Flat,
-    /// A convex mesh, by the planes of its triangles, n·x = d. `dent` is how far rounded vertices stand out of them.
+    /// A convex mesh, by the planes of its triangles, n·x = d. `dent` is how far rounded vertices stand out
+    /// of them.
     Convex {
         planes: Vec<(Vec3, f64)>,
         dent: f64,
@@ -188,7 +191,8 @@ impl Form {
         Self::Convex { planes, dent }
     }
 
-    /// Where the line from a point of a part along `direction`, whose length is the speed, meets the surface again.
+    /// Where the line from a point of a part along `direction`, whose length is the speed, meets the surface
+    /// again.
     pub fn leave(&self, point: Vec3, part: u32, direction: Vec3) -> Truth {
         match self {
             Self::Quadric { a, b, c, clip, solid } => {

@@ -1,5 +1,5 @@
-//! Where two bodies touch, rays that leave one of them meet the other, however narrow the gap, as long as it is wider than
-//! what rounding may do to both surfaces.
+//! Where two bodies touch, rays that leave one of them meet the other, however narrow the gap, as long as it
+//! is wider than what rounding may do to both surfaces.
 
 use super::table::{Table, count, seconds};
 use super::{direction, in_parallel, placement, power, trials};

@@ -1,5 +1,5 @@
-//! Materials, media, lights and paths at the ends of their ranges: every value is finite and not negative, and where a closed
-//! form says what the radiance is, it is that within its error.
+//! Materials, media, lights and paths at the ends of their ranges: every value is finite and not negative,
+//! and where a closed form says what the radiance is, it is that within its error.
 
 use super::common::stress;
 use super::renders::{compiled, description, expose, mean, radiances};
@@ -65,7 +65,8 @@ fn floor(light: &str) -> String {
     )
 }
 
-/// Seen from the point below its centre at a distance, a ball of radiance L makes the irradiance π L (radius / distance)².
+/// Seen from the point below its centre at a distance, a ball of radiance L makes the irradiance π L (radius
+/// / distance)².
 fn lamp(radius: f64, distance: f64, radiance: f64) -> String {
     floor(&format!(
         r#"<shape type="sphere"><float name="radius" value="{radius:?}"/><point name="center" x="0" y="0" z="{distance:?}"/>

@@ -35,8 +35,8 @@ fn fans(sides: u32) -> MeshData {
     MeshData { positions, indices: (0..sides).flat_map(side).collect(), ..MeshData::default() }
 }
 
-/// A drum as long as wide whose wall is made of strips a million times as long as wide, but for three wide ones; the ends are
-/// fans around their middles.
+/// A drum as long as wide whose wall is made of strips a million times as long as wide, but for three wide
+/// ones; the ends are fans around their middles.
 fn slivers() -> MeshData {
     const STRIPS: u32 = 200;
     let mut angles: Vec<f64> = Vec::new();
@@ -209,7 +209,8 @@ fn cast(closed: &Closed, name: &str, random: &mut Random, counts: &mut Counts) {
     }
     let hit = closed.accel.closest(&ray, 0.0);
     let distance = (end - origin).length();
-    // A hit on the other side of the mesh is a leak too. Close to grazing the distance is less certain, but never doubles.
+    // A hit on the other side of the mesh is a leak too. Close to grazing the distance is less certain, but
+    // never doubles.
     let met = hit
         .is_some_and(|hit| if from_inside { true } else { hit.t < distance + 0.01 * closed.size_in_world() });
     let leaks = !met || !closed.accel.occluded(&ray, 0.0);

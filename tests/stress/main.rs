@@ -1,9 +1,9 @@
-//! Geometry and renderer under stress: what happens at edges and vertices, at grazing angles, near contact, from 10⁻⁶ to
-//! 10⁶ units, far from the origin, and with materials and lights at the ends of their ranges. Each part prints a table of
-//! what was tried and what went wrong.
+//! Geometry and renderer under stress: what happens at edges and vertices, at grazing angles, near contact,
+//! from 10⁻⁶ to 10⁶ units, far from the origin, and with materials and lights at the ends of their ranges.
+//! Each part prints a table of what was tried and what went wrong.
 //!
-//! By default a share of the rays is cast. `ABBE_STRESS=full` casts all of them; CONTRIBUTING.md has the command
-//! and what it found last.
+//! By default a share of the rays is cast. `ABBE_STRESS=full` casts all of them; CONTRIBUTING.md has the
+//! command and what it found last.
 
 mod bodies;
 #[path = "../common/mod.rs"]
@@ -63,8 +63,8 @@ fn power(random: &mut Random, low: f64, high: f64) -> f64 {
     10f64.powf(random.random_range(low..high))
 }
 
-/// A unit vector that rises over the plane under the unit vector `normal` by an angle between 10⁻⁴ rad and a right angle, small
-/// ones as often as large ones.
+/// A unit vector that rises over the plane under the unit vector `normal` by an angle between 10⁻⁴ rad and a
+/// right angle, small ones as often as large ones.
 fn rising(normal: Vec3, random: &mut Random) -> Vec3 {
     let across = loop {
         if let Some(across) = direction(random).reject_from(normal).try_normalize() {

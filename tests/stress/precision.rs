@@ -17,7 +17,8 @@ use std::time::Instant;
 /// All together.
 const RAYS: u64 = 20_000_000;
 
-/// Bounds on relative errors: seen from 10⁶ away, from anywhere in double precision, and rounded to single precision.
+/// Bounds on relative errors: seen from 10⁶ away, from anywhere in double precision, and rounded to single
+/// precision.
 const FROM_FAR: f64 = 1e-9;
 const IN_DOUBLE: f64 = 1e-9;
 const IN_SINGLE: f64 = 1e-6;
@@ -43,8 +44,8 @@ impl Counts {
     }
 }
 
-/// A ray from a thousandth of the body's size to a million times that away, towards a point of the surface, steeply enough
-/// that the point's own rounding does not count.
+/// A ray from a thousandth of the body's size to a million times that away, towards a point of the surface,
+/// steeply enough that the point's own rounding does not count.
 fn cast(form: &Form, shape: &Shape, accel: &Accel, random: &mut Random, counts: &mut Counts) {
     let Some(sample) = shape.sample([random.random(), random.random()]) else { return };
     let point = sample.surface.point;
@@ -117,8 +118,8 @@ fn distances_are_precise() {
     assert!(total.in_single < IN_SINGLE, "{:e}", total.in_single);
 }
 
-/// A thing far away makes the scene large. The faces of a small cube do not turn for that, though vertices are stored in single
-/// precision.
+/// A thing far away makes the scene large. The faces of a small cube do not turn for that, though vertices
+/// are stored in single precision.
 #[test]
 fn what_is_far_away_tilts_no_face() {
     let scene = |more: &str| {

@@ -1,5 +1,5 @@
-//! The same scene as small as 10⁻⁶, as large as 10⁶ and as far away as 10⁵ times its size is the same picture, and so it is
-//! with something in it that is 10⁶ units away.
+//! The same scene as small as 10⁻⁶, as large as 10⁶ and as far away as 10⁵ times its size is the same
+//! picture, and so it is with something in it that is 10⁶ units away.
 
 use super::common::stress;
 use super::renders::{compiled, description, expose, mean, radiances};

@@ -11,7 +11,8 @@ use rand_pcg::Pcg64Mcg as Random;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// All together, over all kinds of bodies. For a sixth of them there is no point to leave: not every sample of a quadric is one.
+/// All together, over all kinds of bodies. For a sixth of them there is no point to leave: not every sample
+/// of a quadric is one.
 const RAYS: u64 = 120_000_000;
 
 /// Rays for one placement.
@@ -45,7 +46,8 @@ impl Stage {
             0 => Vec3::ONE,
             _ => Vec3::from_array(std::array::from_fn(|_| random.random_range(0.2..1.0))),
         };
-        // Vertices in single precision are themselves only that near to where they should be: see `precision`.
+        // Vertices in single precision are themselves only that near to where they should be: see
+        // `precision`.
         let farthest = if staging == Staging::Placed && body.is_mesh() { 10.0 } else { 1e5 };
         let to_world = placement(size, farthest, stretch, random);
         let placed = match staging {
@@ -109,7 +111,8 @@ struct Counts {
     false_hits: u64,
     /// Nothing was met, or too far away, where something should.
     lost: u64,
-    /// The largest offset from the surface in units of ε times the distance from the origin and the body's size.
+    /// The largest offset from the surface in units of ε times the distance from the origin and the body's
+    /// size.
     offset: f64,
 }
 

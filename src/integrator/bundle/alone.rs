@@ -48,8 +48,8 @@ impl<const C: usize> Bundle<'_, C> {
         })
     }
 
-    /// The path of a lane leaves the bundle at a surface and is followed to its end. What it finds, and whether
-    /// it meets what alpha counts.
+    /// The path of a lane leaves the bundle at a surface and is followed to its end. What it finds, and
+    /// whether it meets what alpha counts.
     pub fn go_on_alone(&mut self, surfaces: &Surfaces<C>, lane: usize) -> (Sampled<C>, bool) {
         self.alive &= !(1 << lane);
         let (hit, ray) = (surfaces.hits.get(self.scene, lane), self.rays.get(lane));

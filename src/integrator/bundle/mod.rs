@@ -158,7 +158,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.arriving.set(lane, &(self.arriving.get(lane) + light));
     }
 
-    /// To the next surfaces; see [`super::path::Path::advance`]. The lanes that meet none have left the scene.
+    /// To the next surfaces; see [`super::path::Path::advance`]. The lanes that meet none have left the
+    /// scene.
     pub fn advance(&mut self, found: &mut Intersections) {
         let scene = self.scene;
         if self.is_plain && scene.meets_at_once(self.kind()) {
@@ -214,7 +215,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.depth + 1 >= self.scene.limits.max_depth
     }
 
-    /// How the surfaces scatter that were met; see [`super::path::Path::shade`]. Paths end where nothing is scattered.
+    /// How the surfaces scatter that were met; see [`super::path::Path::shade`]. Paths end where nothing is
+    /// scattered.
     pub fn shade(&mut self, surfaces: &mut Surfaces<C>) {
         let scene = self.scene;
         surfaces.clear();

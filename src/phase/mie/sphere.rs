@@ -191,8 +191,8 @@ mod tests {
                 panic!("{line}")
             };
             let sphere = Sphere::new(size, Complex64::new(n, k));
-            // That program takes the first terms of a series for spheres smaller than this. With 40 digits the
-            // extinction at x = 0.101 and m = 0.75 is 8.0335381485571e-6, and the program's is 6e-9 more.
+            // That program takes the first terms of a series for spheres smaller than this. With 40 digits
+            // the extinction at x = 0.101 and m = 0.75 is 8.0335381485571e-6, and the program's is 6e-9 more.
             let tolerance = if n * size < 0.1 { 2e-6 } else { 1e-9 };
             let name = |of: &str| format!("{of} at x = {size}, m = {n} + {k}i");
             close(&name("extinction"), sphere.extinction(), extinction, tolerance);

@@ -51,8 +51,8 @@ fn small_spheres_scatter_blue() {
     }
 }
 
-/// The mean cosine of the table is that of the spheres, weighed by what they scatter, and moments of the sizes
-/// are what they should be.
+/// The mean cosine of the table is that of the spheres, weighed by what they scatter, and moments of the
+/// sizes are what they should be.
 #[test]
 fn tables_keep_what_spheres_do() {
     for sizes in [

@@ -4,8 +4,8 @@ use super::{assert_near_vector, scattered};
 use abbe::geometry::{Ray, SurfacePoint, Transform, Vec3};
 use abbe::shape::Sphere;
 
-/// One of the five spheres on Heckbert's card: shares of diffuse, reflected, transmitted and emitted light, and the index
-/// inside over that outside.
+/// One of the five spheres on Heckbert's card: shares of diffuse, reflected, transmitted and emitted light,
+/// and the index inside over that outside.
 struct CardSphere {
     shape: Sphere,
     centre: Vec3,
@@ -23,7 +23,8 @@ struct Card(Vec<CardSphere>);
 const CARD_AMBIENT: f64 = 0.02;
 
 impl Card {
-    /// `third` is the red of the third sphere, `radii` are those of the fourth and the fifth: what is misprinted in some copies.
+    /// `third` is the red of the third sphere, `radii` are those of the fourth and the fifth: what is
+    /// misprinted in some copies.
     fn new(third: f64, radii: [f64; 2]) -> Self {
         let sphere = |centre: [f64; 3], colour: [f64; 3], radius: f64, shares: [f64; 4], index: f64| {
             let centre = Vec3::from_array(centre);

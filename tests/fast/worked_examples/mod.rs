@@ -43,8 +43,8 @@ fn assert_near_vector(value: Vec3, expected: [f64; 3], tolerance: f64) {
     assert!(off <= tolerance, "{value} is not {expected:?}");
 }
 
-/// Where a ray along `direction` goes on from a surface with a normal on its own side: reflected, or refracted into what has
-/// `eta` times the index. `None` with total reflection.
+/// Where a ray along `direction` goes on from a surface with a normal on its own side: reflected, or
+/// refracted into what has `eta` times the index. `None` with total reflection.
 fn scattered(direction: Vec3, normal: Vec3, eta: f64, refract: bool) -> Option<Vec3> {
     let (reflectance, transmittance) = if refract { (0.0, 1.0) } else { (1.0, 0.0) };
     let interface = Bsdf::Dielectric(Dielectric {
@@ -58,7 +58,8 @@ fn scattered(direction: Vec3, normal: Vec3, eta: f64, refract: bool) -> Option<V
     Some(frame.to_world(scatter.toward_light))
 }
 
-/// The mean radiance seen through `shapes` in front of a lamp of radiance 1, looking down along z, with its standard error.
+/// The mean radiance seen through `shapes` in front of a lamp of radiance 1, looking down along z, with its
+/// standard error.
 fn seen_through(shapes: &str) -> (f64, f64) {
     let text = format!(
         r#"

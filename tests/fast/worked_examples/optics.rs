@@ -81,7 +81,8 @@ fn n11_circles_of_confusion() {
             let ray = camera.ray([x, 12.0], u, 0.0);
             ray.at((depth - ray.origin.z) / ray.direction.z)
         };
-        // At a depth the place is a linear function of the film's: the film position that sees the axis there.
+        // At a depth the place is a linear function of the film's: the film position that sees the axis
+        // there.
         let sees_axis = ends.map(|u| {
             let (left, right) = (at(0.0, u).x, at(36.0, u).x);
             36.0 * left / (left - right)

@@ -9,8 +9,9 @@ use rand_pcg::Pcg64Mcg as Random;
 use std::cell::Cell;
 use std::f64::consts::{PI, TAU};
 
-/// A wheel that is seen six times a second seems to turn the shorter way from picture to picture, as what moves between
-/// keyframes does here: once a second for one turn a second, once backwards for five, and either way for three.
+/// A wheel that is seen six times a second seems to turn the shorter way from picture to picture, as what
+/// moves between keyframes does here: once a second for one turn a second, once backwards for five, and
+/// either way for three.
 #[test]
 fn n18_wheels_seen_six_times_a_second() {
     let seen = |turns_per_second: f64| {
@@ -37,7 +38,8 @@ fn n18_wheels_seen_six_times_a_second() {
     assert_near(seen(3.0).abs(), 3.0, 1e-12);
 }
 
-/// Direction (1, 2, 4) leaves a cube through its +z face at (0.25, 0.5); each face fills a sixth of all directions.
+/// Direction (1, 2, 4) leaves a cube through its +z face at (0.25, 0.5); each face fills a sixth of all
+/// directions.
 #[test]
 fn n24_the_direction_cube() {
     let cube = Shape::Mesh(Mesh::cube(&Transform::IDENTITY, false).unwrap());
@@ -53,8 +55,9 @@ fn n24_the_direction_cube() {
     assert_near(solid_angle, 2.0944, 5e-5);
 }
 
-/// Ullner's machine (1983) tests each of 1000 polygons in a third of a microsecond for each ray: a ray for each of
-/// 512 × 512 pixels takes 87.4 s, so his ten minutes are 6.9 rays for a pixel. The tree leaves it a fiftieth of that.
+/// Ullner's machine (1983) tests each of 1000 polygons in a third of a microsecond for each ray: a ray for
+/// each of 512 × 512 pixels takes 87.4 s, so his ten minutes are 6.9 rays for a pixel. The tree leaves it a
+/// fiftieth of that.
 #[test]
 fn n25_the_time_of_a_machine_that_tests_every_polygon() {
     const POLYGONS: usize = 1000;

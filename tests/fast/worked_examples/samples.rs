@@ -9,8 +9,9 @@ use rustfft::num_complex::Complex;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::f64::consts::TAU;
 
-/// Cook's power gains of a jittered sine, white jitter over the whole cell and Gaussian jitter of σ = T/6.5: the squared mean
-/// of cos(2πνζ) over the displacements ζ of the sampler, of which the standard error is known.
+/// Cook's power gains of a jittered sine, white jitter over the whole cell and Gaussian jitter of σ = T/6.5:
+/// the squared mean of cos(2πνζ) over the displacements ζ of the sampler, of which the standard error is
+/// known.
 #[test]
 fn n13_gains_of_jittered_sines() {
     let table = [
@@ -86,9 +87,9 @@ fn n17_a_pixel_is_the_mean_of_its_rays() {
     assert_eq!((film.of_replicate(0, 0, 0, [1.0, 0.0, 0.0]), film.bad.total()), (0.0, 0));
 }
 
-/// The rays of a pixel that was divided where its corners differed, each with the part of the pixel that it stands for. The printed
-/// formula has a bracket misplaced, and its weights add up to 1.75: a film divides by their sum, so that a factor of all of
-/// them changes nothing.
+/// The rays of a pixel that was divided where its corners differed, each with the part of the pixel that it
+/// stands for. The printed formula has a bracket misplaced, and its weights add up to 1.75: a film divides by
+/// their sum, so that a factor of all of them changes nothing.
 #[test]
 fn n20_weights_of_the_rays_of_a_divided_pixel() {
     let weights = [
@@ -129,8 +130,8 @@ fn n20_weights_of_the_rays_of_a_divided_pixel() {
     }
 }
 
-/// A pixel of which one half is white is black all over once in 2²⁰ when its 20 samples are independent; in jittered cells,
-/// never.
+/// A pixel of which one half is white is black all over once in 2²⁰ when its 20 samples are independent; in
+/// jittered cells, never.
 #[test]
 fn n21_odds_of_a_pixel_that_is_all_wrong() {
     let wrong = |kind: SamplerKind, samples: u32, pixels: u32| {
@@ -152,8 +153,8 @@ fn n21_odds_of_a_pixel_that_is_all_wrong() {
     assert!((seen - expected).abs() < 4.0 * expected.sqrt(), "{seen}");
 }
 
-/// A comb of triangles 1.01 pixels apart: its teeth come back every 101 pixels with one sample in the middle of each pixel, and
-/// every 25.25 with 4 × 4.
+/// A comb of triangles 1.01 pixels apart: its teeth come back every 101 pixels with one sample in the middle
+/// of each pixel, and every 25.25 with 4 × 4.
 #[test]
 fn n22_aliases_of_a_comb() {
     const PIXELS: usize = 1616;

@@ -150,7 +150,8 @@ fn any_principled(uniform: &mut Uniform) -> Bsdf<1> {
     })
 }
 
-/// At every angle and with any parameters; and where nothing is made, nothing is taken away. Sees about 5 % too much.
+/// At every angle and with any parameters; and where nothing is made, nothing is taken away. Sees about 5 %
+/// too much.
 #[test]
 fn principled_surfaces_that_conserve_energy_make_none() {
     const SETS: usize = 160;

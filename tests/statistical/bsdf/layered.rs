@@ -166,8 +166,8 @@ pub fn random<const C: usize>(
     }
 }
 
-/// Values of Mitsuba 3 in single precision (validation/optics/make_layered_reference.py). Those of rough plastic rest on
-/// tables that Mitsuba integrates with too few facets for more than 0.1 %.
+/// Values of Mitsuba 3 in single precision (validation/optics/make_layered_reference.py). Those of rough
+/// plastic rest on tables that Mitsuba integrates with too few facets for more than 0.1 %.
 #[test]
 fn layered_values_are_mitsubas() {
     let reference = include_str!("../../data/layered_reference.csv");
@@ -188,7 +188,8 @@ fn layered_values_are_mitsubas() {
         let vector = |first: usize| Vec3::from_slice(&numbers[first..first + 3]).normalize();
         let found = bsdf.evaluate(vector(0), vector(3));
         let allowed = match fields[0] {
-            // A coat that is thinner than what surrounds it lets nearly nothing through beyond the critical angle.
+            // A coat that is thinner than what surrounds it lets nearly nothing through beyond the critical
+            // angle.
             "roughplastic" if fields[1].contains("int_ior=0.8") => 3e-3,
             "roughplastic" => 1e-3,
             _ => 1e-4,

@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Random inputs, a quarter of a million, grazing, parallel, extreme or outside reason: every number is finite and
-/// not negative.
+/// Random inputs, a quarter of a million, grazing, parallel, extreme or outside reason: every number is
+/// finite and not negative.
 #[test]
 fn nothing_is_nan() {
     fn check<const C: usize>(inputs: u32) {

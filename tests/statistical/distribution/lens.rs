@@ -1,5 +1,5 @@
-//! Thin lenses: circles of confusion (`validation/transport/circle-of-confusion` makes the claim), the focal plane,
-//! polygons.
+//! Thin lenses: circles of confusion (`validation/transport/circle-of-confusion` makes the claim), the focal
+//! plane, polygons.
 
 use super::{compiled, coverage, expose, pixels};
 use abbe::film::Film;
@@ -18,13 +18,15 @@ fn per_pixel() -> f64 {
     1e-3 * 36f64.hypot(24.0) * WHOLE[0] / WHOLE[0].hypot(WHOLE[1]) / WHOLE[0] / FOCAL_LENGTH
 }
 
-/// The circle of confusion on the film in metres by equation (7) of the source: |V_D − V_P| F / (n V_D), V = F x / (x − F).
+/// The circle of confusion on the film in metres by equation (7) of the source: |V_D − V_P| F / (n V_D), V =
+/// F x / (x − F).
 fn confusion(depth: f64) -> f64 {
     let image = |x: f64| FOCAL_LENGTH * x / (x - FOCAL_LENGTH);
     (image(depth) - image(FOCUS)).abs() * FOCAL_LENGTH / (STOP * image(depth))
 }
 
-/// A disk of 4 pixels' diameter at `depth`, `off` pixels to the right of the axis, in the middle of what is exposed.
+/// A disk of 4 pixels' diameter at `depth`, `off` pixels to the right of the axis, in the middle of what is
+/// exposed.
 fn spot(depth: f64, off: f64, lens: &str) -> Film {
     let [width, height] = WHOLE;
     let corner = |whole: f64, off: f64| 0.5 * (whole - f64::from(PART)) + off;
@@ -83,7 +85,8 @@ fn the_blur_of_a_point_has_the_diameter_of_equation_7() {
         for off in [0.0, 600.0] {
             let film = spot(depth, off, "");
             let (centre, variance, sum) = moments(&film);
-            // An evenly lit disk of radius R has the variance R²/4 along each axis. The source's own and a pixel's come on top.
+            // An evenly lit disk of radius R has the variance R²/4 along each axis. The source's own and a
+            // pixel's come on top.
             let own = 0.5 * (variance[0] + variance[1]) - 1.0 / 12.0 - 2.0 * 2.0 / 4.0;
             let diameter = 4.0 * own.sqrt() * pixel;
             let deviation = diameter / confusion(depth) - 1.0;

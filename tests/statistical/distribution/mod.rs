@@ -1,5 +1,5 @@
-//! What distributed samples add up to: whole renders of lenses, shutters, lights with an extent and rough surfaces against
-//! closed forms, or against renders in which the same is done without distributing.
+//! What distributed samples add up to: whole renders of lenses, shutters, lights with an extent and rough
+//! surfaces against closed forms, or against renders in which the same is done without distributing.
 
 mod lens;
 mod motion;
@@ -32,7 +32,8 @@ fn film(width: u32, height: u32) -> String {
     )
 }
 
-/// A camera that looks down -z, a unit being a pixel, the middle of the film at the origin. `more` goes into the sensor.
+/// A camera that looks down -z, a unit being a pixel, the middle of the film at the origin. `more` goes into
+/// the sensor.
 fn flat_camera(width: u32, height: u32, more: &str) -> String {
     format!(
         r#"<sensor type="orthographic"><transform name="to_world"><scale x="{0}" y="{0}"/>
@@ -83,8 +84,8 @@ fn pixels(film: &Film) -> impl Iterator<Item = (u32, u32)> + use<> {
     (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
 }
 
-/// The smallest of many p-values, corrected for how many there are. Pairs that are known exactly must be equal to
-/// within rounding.
+/// The smallest of many p-values, corrected for how many there are. Pairs that are known exactly must be
+/// equal to within rounding.
 fn smallest_p(pairs: impl Iterator<Item = (Estimate, Estimate)>) -> f64 {
     let (mut smallest, mut count) = (1.0f64, 0);
     for (found, expected) in pairs {

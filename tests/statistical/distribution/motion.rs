@@ -1,5 +1,5 @@
-//! Motion across the film against the time for which each pixel is covered; `validation/transport/motion` makes the
-//! claim.
+//! Motion across the film against the time for which each pixel is covered; `validation/transport/motion`
+//! makes the claim.
 
 use super::{assert_agree, compiled, coverage, expose, flat_camera, mean, pixels, radiance, settings};
 use abbe::sampling::SamplerKind;

@@ -1,5 +1,5 @@
-//! The penumbra behind a straight edge, against the integral over the part of the lamp that is seen from each place;
-//! `validation/transport/penumbra` makes the claim.
+//! The penumbra behind a straight edge, against the integral over the part of the lamp that is seen from each
+//! place; `validation/transport/penumbra` makes the claim.
 
 use super::{assert_agree, compiled, expose, film, radiance};
 use abbe::stats::Estimate;
@@ -49,8 +49,8 @@ impl Lamp {
     }
 }
 
-/// What the floor at x returns where all X < 0 at the height of the edge is covered, for a lamp of radiance 1:
-/// ρ/π ∫ cos² / r² dA over what is seen, by the midpoint rule.
+/// What the floor at x returns where all X < 0 at the height of the edge is covered, for a lamp of radiance
+/// 1: ρ/π ∫ cos² / r² dA over what is seen, by the midpoint rule.
 fn expected(lamp: Lamp, x: f64, y: f64) -> f64 {
     const STEPS: usize = 160;
     let (across, along) = lamp.half();
@@ -84,7 +84,8 @@ const WIDTH: u32 = 60;
 const HALF: f64 = 1.5;
 
 fn check(name: &str, lamp: Lamp) {
-    // The camera looks from the side that is open, so that nothing covers the floor: along the edge two pixels.
+    // The camera looks from the side that is open, so that nothing covers the floor: along the edge two
+    // pixels.
     let scene = compiled(&format!(
         r#"<integrator type="path"><integer name="max_depth" value="2"/></integrator>
            <sensor type="orthographic"><transform name="to_world"><scale x="{HALF}" y="{HALF}"/>

@@ -65,8 +65,9 @@ fn frosted_glass_becomes_clear() {
     }
 }
 
-/// At the roughness of 1e-2 the difference is known: facets tilted by a slope s send light off by 2s. Beckmann's slopes along
-/// one axis are normal with variance α²/2, and so an edge at a distance d is seen as ½ + ½ erf(x / (2 α d)).
+/// At the roughness of 1e-2 the difference is known: facets tilted by a slope s send light off by 2s.
+/// Beckmann's slopes along one axis are normal with variance α²/2, and so an edge at a distance d is seen as
+/// ½ + ½ erf(x / (2 α d)).
 #[test]
 fn an_edge_in_a_slightly_rough_mirror_is_an_error_function() {
     const ALPHA: f64 = 1e-2;

@@ -127,7 +127,8 @@ fn top(material: &str, degrees: f64, seed: u64) -> Film {
 fn a_spinning_top_keeps_its_highlight_and_loses_its_pattern() {
     let metal = r#"<bsdf type="roughconductor"><float name="alpha" value="0.15"/></bsdf>"#;
     assert_same("highlight", &top(metal, 0.0, 1), &top(metal, 75.0, 2));
-    // Six pairs of fields round the equator: a turn by one pair mixes them evenly. The coat's highlight lies above both.
+    // Six pairs of fields round the equator: a turn by one pair mixes them evenly. The coat's highlight lies
+    // above both.
     let coated = |diffuse: &str| {
         format!(
             r#"<bsdf type="roughplastic"><float name="alpha" value="0.15"/>

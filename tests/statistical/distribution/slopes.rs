@@ -1,6 +1,6 @@
-//! How fast the error falls with the number of samples where one effect alone is distributed and its integrand is smooth
-//! (`tests/scenes/smooth`): light from an extended lamp, gloss, translucency, a lens, motion. `validation/noise/rates`
-//! makes the claim.
+//! How fast the error falls with the number of samples where one effect alone is distributed and its
+//! integrand is smooth (`tests/scenes/smooth`): light from an extended lamp, gloss, translucency, a lens,
+//! motion. `validation/noise/rates` makes the claim.
 
 use crate::common;
 use abbe::film::Film;
@@ -68,7 +68,8 @@ fn falls(name: &str) {
     }
 }
 
-/// Owen-scrambled Sobol is steeper than −0.7, as far as its interval tells, and never worse than independent samples.
+/// Owen-scrambled Sobol is steeper than −0.7, as far as its interval tells, and never worse than independent
+/// samples.
 #[test]
 fn smooth_effects_converge_fast() {
     ["light", "gloss", "frosted", "lens", "motion"].into_iter().for_each(falls);

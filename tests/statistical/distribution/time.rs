@@ -10,8 +10,8 @@ use abbe::stats::Moments;
 const PART: f64 = 0.3;
 const SAMPLES: u32 = 16;
 
-/// A slab that is over each pixel for [`PART`] of the time, from a moment on that changes over the width of the film by the
-/// length of one of the strata: fast enough that the width of a pixel does not matter.
+/// A slab that is over each pixel for [`PART`] of the time, from a moment on that changes over the width of
+/// the film by the length of one of the strata: fast enough that the width of a pixel does not matter.
 fn film(sampler: SamplerKind) -> Film {
     const WIDTH: u32 = 64;
     let speed = f64::from(WIDTH * SAMPLES);

@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 /// Edge of the picture, pixels.
 const EDGE: u32 = 64;
 
-/// The power of the error image of a smooth picture at every frequency, cycles per pixel. Each pixel integrates a
-/// function of position and lens that changes slowly over the picture.
+/// The power of the error image of a smooth picture at every frequency, cycles per pixel. Each pixel
+/// integrates a function of position and lens that changes slowly over the picture.
 fn error_spectrum(kind: SamplerKind, samples: u32, set: Dimensions) -> Vec<(f64, f64)> {
     let sampler = Sampler::new(kind, 51, samples);
     let mut error = vec![0.0; (EDGE * EDGE) as usize];
@@ -38,7 +38,8 @@ fn error_spectrum(kind: SamplerKind, samples: u32, set: Dimensions) -> Vec<(f64,
     power
 }
 
-/// Low frequencies are suppressed against Sobol points of the same number, and the error as a whole is not larger.
+/// Low frequencies are suppressed against Sobol points of the same number, and the error as a whole is not
+/// larger.
 #[test]
 fn errors_of_neighbours_cancel() {
     for (samples, set) in [(1, Dimensions::Camera), (4, Dimensions::Light(1)), (8, Dimensions::Lens)] {

@@ -60,9 +60,10 @@ fn slope(kind: SamplerKind) -> f64 {
     cross / logs.iter().map(|l| (l.0 - x).powi(2)).sum::<f64>()
 }
 
-/// Independent −1/2; jittered −1 (Haber 1966, two dimensions); a scrambled net −3/2 (Owen 1997). Poisson disk patterns
-/// start lower than random points and are hardly steeper: the power that is left at low frequencies is a constant share
-/// (Pilleboue et al., "Variance analysis for Monte Carlo integration", ACM TOG 34(4), 2015).
+/// Independent −1/2; jittered −1 (Haber 1966, two dimensions); a scrambled net −3/2 (Owen 1997). Poisson disk
+/// patterns start lower than random points and are hardly steeper: the power that is left at low frequencies
+/// is a constant share (Pilleboue et al., "Variance analysis for Monte Carlo integration", ACM TOG 34(4),
+/// 2015).
 #[test]
 fn errors_of_smooth_functions_fall_as_theory_says() {
     for (name, kind) in SamplerKind::NAMES {

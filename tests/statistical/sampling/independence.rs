@@ -1,5 +1,5 @@
-//! No two dimensions of a pixel's sequence know of each other: an object that moves left and one that moves right are
-//! met equally often.
+//! No two dimensions of a pixel's sequence know of each other: an object that moves left and one that moves
+//! right are met equally often.
 
 use super::random_kinds;
 use abbe::sampling::{Dimensions, Sampler};
@@ -37,8 +37,8 @@ fn cooks(sampler: &Sampler) -> impl Iterator<Item = Pixel> {
     })
 }
 
-/// The largest deviation of the tests below, in standard errors: z of the mean over pixels of each pair's covariance
-/// within a pixel, and of the difference of coverage by movers in opposite directions.
+/// The largest deviation of the tests below, in standard errors: z of the mean over pixels of each pair's
+/// covariance within a pixel, and of the difference of coverage by movers in opposite directions.
 fn worst(pixels: impl Iterator<Item = Pixel>) -> (f64, f64) {
     let mut covariances = [[Moments::default(); 5]; 5];
     let mut movers = [Moments::default(); 2];

@@ -1,5 +1,5 @@
-//! What jitter does to aliases (Cook, "Stochastic sampling in computer graphics", ACM TOG 5(1), 1986, section 4), and to
-//! edges.
+//! What jitter does to aliases (Cook, "Stochastic sampling in computer graphics", ACM TOG 5(1), 1986, section
+//! 4), and to edges.
 
 use super::{band, points, spectrum};
 use abbe::sampling::{Dimensions, Sampler, SamplerKind};
@@ -21,7 +21,8 @@ struct Sampled {
     level: f64,
 }
 
-/// Samples sines of frequency `nu` in `stretches` of random phase; `jitter` makes the displacement of a uniform number.
+/// Samples sines of frequency `nu` in `stretches` of random phase; `jitter` makes the displacement of a
+/// uniform number.
 fn sampled(nu: f64, stretches: u32, jitter: impl Fn(f64) -> f64) -> Sampled {
     let sampler = Sampler::new(SamplerKind::Jittered, 1, 1);
     let n = f64::from(STRETCH);
@@ -94,8 +95,8 @@ fn a_jittered_sine_keeps_cooks_gain_and_the_rest_is_white_noise() {
     }
 }
 
-/// The trade-off of section 4.1: white jitter over the whole cell removes the alias of νT = 1; over half a cell it
-/// leaves 40 % of it.
+/// The trade-off of section 4.1: white jitter over the whole cell removes the alias of νT = 1; over half a
+/// cell it leaves 40 % of it.
 #[test]
 fn the_alias_of_the_sampling_frequency_vanishes_with_full_jitter() {
     // At νT = 1 the alias is the grey level: the power of the mean.

@@ -13,7 +13,8 @@ fn least_distance(points: &[[f64; 2]]) -> f64 {
     pairs.map(|(a, b)| distance_squared(a, b)).fold(2.0, f64::min).sqrt()
 }
 
-/// Number of points times squared radius: 0.81 by boundary sampling, 0.66 by darts that stop after 20 000 misses.
+/// Number of points times squared radius: 0.81 by boundary sampling, 0.66 by darts that stop after 20 000
+/// misses.
 #[test]
 fn patterns_are_as_dense_as_their_making_allows() {
     let mut random = Random::seed_from_u64(5);
@@ -62,8 +63,8 @@ fn best_candidates_keep_farther_apart_than_chance_at_every_prefix() {
     }
 }
 
-/// Every prefix keeps at least half of the distance of the densest packing, √(8π/√3N), which random points do not;
-/// and the points are nowhere denser than elsewhere.
+/// Every prefix keeps at least half of the distance of the densest packing, √(8π/√3N), which random points do
+/// not; and the points are nowhere denser than elsewhere.
 #[test]
 fn points_on_the_sphere_keep_apart_and_cover_it() {
     let mut random = Random::seed_from_u64(8);
@@ -90,7 +91,8 @@ fn points_on_the_sphere_keep_apart_and_cover_it() {
     assert!((squares - Vec3::splat(1.0 / 3.0)).abs().max_element() < 0.02, "{squares}");
 }
 
-/// Every sequence has all its points, none too near another, wherever it was shifted to; long ones repeat a pattern.
+/// Every sequence has all its points, none too near another, wherever it was shifted to; long ones repeat a
+/// pattern.
 #[test]
 fn every_sequence_of_the_sampler_keeps_its_distance() {
     for (samples, density) in

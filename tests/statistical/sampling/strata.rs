@@ -28,7 +28,8 @@ fn every_slice_and_every_square_has_one_sample() {
                         let slices = values.iter().map(|v| (v[dimension] * f64::from(samples)) as usize);
                         sliced &= each_once(slices, samples);
                     }
-                    // Film, lens and first light of a Sobol sequence share its pairs; only the film's has squares of its own.
+                    // Film, lens and first light of a Sobol sequence share its pairs; only the film's has
+                    // squares of its own.
                     let shared = matches!(kind, SamplerKind::Sobol | SamplerKind::BlueNoise)
                         && matches!(set, Dimensions::Lens | Dimensions::Light(0));
                     if shared {

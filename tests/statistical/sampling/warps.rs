@@ -6,7 +6,8 @@ use abbe::sampling::{Dimensions, Sampler, warp};
 use abbe::stats::{SphereCells, chi_square, sidak, sphere_chi_square};
 use std::f64::consts::PI;
 
-/// One sample of each pixel, every index in turn: pixels are independent, or (for blue noise) more even than that.
+/// One sample of each pixel, every index in turn: pixels are independent, or (for blue noise) more even than
+/// that.
 fn draws(sampler: &Sampler, dimensions: Dimensions) -> impl Iterator<Item = [f64; 4]> {
     (0u32..).map(move |pixel| sampler.stream([pixel % 300, pixel / 300], 0, pixel % 16).draw(dimensions))
 }
