@@ -26,8 +26,8 @@ pub(super) struct Firsts<'a, const C: usize> {
     pub all: Mask,
     pub receivers: Receivers,
     fan: Fan<'a>,
-    /// Throughput · reflectance of diffuse ones: value and density are this / π and 1 / π, times the cosine at
-    /// the normal.
+    /// Throughput · reflectance of diffuse ones: value and density are this / π and 1 / π, times the cosine
+    /// at the normal.
     reflected: SampledLanes<C>,
 }
 
