@@ -25,7 +25,7 @@ const CANDIDATES: [Plan; 4] = [
 /// What a sample of each costs, in samples of a path tracer: about what was measured on the scenes of
 /// `validation/speed`. In scenes of few surfaces rays go in lanes where pixels share.
 fn costs(scene: &Scene) -> [f64; 4] {
-    match scene.is_small() {
+    match scene.answers_lanes() {
         true => [1.0, 1.5, 0.85, 1.2],
         false => [1.0, 1.5, 2.0, 2.6],
     }

@@ -237,9 +237,16 @@ impl Scene {
         &self.even.reflectances
     }
 
-    /// Whether it consists of few triangles and spheres, which are tested for all lanes at once.
-    pub fn is_small(&self) -> bool {
-        !self.known.is_empty()
+    /// Whether rays are answered for all lanes at once: the scene consists of few triangles and spheres, and
+    /// its segments are plain.
+    pub fn answers_lanes(&self) -> bool {
+        !self.known.is_empty() && self.has_plain_segments()
+    }
+
+    /// Whether a segment leads through nothing, and what it meets is a surface.
+    pub fn has_plain_segments(&self) -> bool {
+        let features = &self.features;
+        !features.medium_stack && !features.absorption && !features.interface_events()
     }
 
     /// Whether a ray of a kind meets no surface that is none.

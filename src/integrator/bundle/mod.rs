@@ -56,7 +56,7 @@ pub(super) struct Bundle<'a, const C: usize> {
     pub prior_throughput: Row,
     /// Whether the paths are suffixes that several first surfaces share.
     pub is_shared: bool,
-    /// Whether a segment leads through nothing, and what it meets is a surface.
+    /// See [`Scene::has_plain_segments`].
     is_plain: bool,
     /// By lane, where segments are not plain.
     media: Vec<Media>,
@@ -76,7 +76,6 @@ impl<'a, const C: usize> Bundle<'a, C> {
         number: usize,
         rays: impl Iterator<Item = &'r Ray>,
     ) -> Self {
-        let features = scene.features();
         let mut bundle = Self {
             scene,
             time: turn.time,
@@ -91,7 +90,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             prior_over_density: ZERO,
             prior_throughput: [f64x4::ONE; REGISTERS],
             is_shared: false,
-            is_plain: !features.medium_stack && !features.absorption && !features.interface_events(),
+            is_plain: scene.has_plain_segments(),
             media: Vec::new(),
             only_radiance: SampledLanes::splat(&turn.only_radiance),
             arriving: SampledLanes::ZERO,

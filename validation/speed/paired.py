@@ -1,0 +1,65 @@
+"""The cost of one or more binaries of abbe beside Mitsuba 3, in minutes: the error is told by the spread of a few renders with different seeds, so no
+reference is needed. All programs render by turns, with their defaults (error bars on), 64 samples a pixel. Started by `validation/speed/paired`."""
+
+import argparse
+import statistics
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from harness import machine as machines
+from speed import assets, measure
+from speed.figures import mean, relative_errors
+from speed.programs import WORK, Abbe, Mitsuba
+
+
+def blurred(picture):
+    """Means of 4×4 pixels."""
+    height, width = picture.shape
+    return picture.reshape(height // 4, 4, width // 4, 4).mean((1, 3))
+
+
+def error(pictures, centre, trimmed):
+    """relMSE of each of some renders, by their spread."""
+    return mean(relative_errors(np.var(pictures, 0, ddof=1), centre), trimmed)
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="validation/speed/paired", description=__doc__)
+    parser.add_argument("binaries", nargs="+", type=Path, metavar="BINARY", help="abbe, or several versions of it")
+    parser.add_argument("--scenes", default=",".join(scene.name for scene in measure.SCENES), metavar="NAME,…", help="which (default: all)")
+    parser.add_argument("--seeds", type=int, default=3, help="renders of each program (default: 3)")
+    options = parser.parse_args()
+    if options.seeds < 2:
+        parser.error("a spread takes at least two seeds")
+    if not machines.find_llvm():
+        parser.error("Mitsuba is fastest with LLVM 19, and there is none (Debian: libllvm19)")
+    WORK.mkdir(parents=True, exist_ok=True)
+    assets.spectra()
+    assets.ball(assets.MILLION)
+    programs = [Abbe(binary, str(binary)) for binary in options.binaries] + [Mitsuba("Mitsuba", "llvm_ad_spectral", "multijitter")]
+    print(machines.describe())
+    for scene in (scene for scene in measure.SCENES if scene.name in options.scenes.split(",")):
+        start = {program.name: program.run(scene.path, measure.LEAST, 9, {})[0].cpu for program in programs}
+        cpu, pictures = ({program.name: [] for program in programs} for _ in range(2))
+        for seed in range(options.seeds):
+            for program in programs:
+                used, picture = program.run(scene.path, measure.SPP, 100 + seed, {})
+                cpu[program.name].append(used.cpu - start[program.name])
+                pictures[program.name].append(picture[..., 1])
+        centre = np.mean([np.mean(of_program, 0) for of_program in pictures.values()], 0)
+        found = {}
+        for name, of_program in pictures.items():
+            smooth = [blurred(picture) for picture in of_program]
+            seconds = statistics.median(cpu[name])
+            found[name] = (error(of_program, centre, scene.trimmed), error(smooth, blurred(centre), scene.trimmed), seconds)
+        theirs = found["Mitsuba"]
+        for name, (own, smooth, seconds) in found.items():
+            ratios = f"cost {own * seconds / theirs[0] / theirs[2]:.3g}, blurred {smooth * seconds / theirs[1] / theirs[2]:.3g}, CPU {seconds / theirs[2]:.3g}"
+            print(f"{scene.name:12} relMSE {own:.3g}, blurred {smooth:.3g}, {seconds:.2f} s; over Mitsuba's: {ratios}  {name}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
