@@ -1,4 +1,5 @@
-//! The triangles of a small scene, and from which places segments to another one may meet them.
+//! The triangles and spheres of a small scene, and from which places segments to another one may meet them.
+//! Spheres are tested exactly, for all lanes at once.
 //!
 //! Triangles that together make up a parallelogram are one facet. A facet has three linear functions of a
 //! place x: its height over the plane, and two coordinates v and w in it, each from 0 to 1 in the facet. A

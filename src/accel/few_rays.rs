@@ -30,8 +30,8 @@ const FARTHEST: (f32, f32) = (8.0, 16.0);
 /// side is not sure.
 pub(super) const ALONG: f32 = 1e5;
 
-/// Stands for no facet among those that rays leave.
-const ALWAYS: f32 = -2.0;
+/// Stands for a facet that no ray counts as its own.
+const NEVER_LEFT: f32 = -2.0;
 
 /// What rays ask of a facet.
 #[derive(Clone, Copy, Debug)]
@@ -62,9 +62,7 @@ impl RayFacet {
             is_covered,
         }
     }
-}
 
-impl RayFacet {
     /// Whether what leaves one of its triangles, or ends before it, cannot meet any of them.
     pub fn is_left_whole(&self) -> bool {
         self.is_left_whole
@@ -139,7 +137,7 @@ impl Halves {
 
     #[inline(always)]
     fn at(&self, facet: &RayFacet, number: usize) -> AtFacet {
-        let number = f32x8::splat(if facet.is_left_whole { number as f32 } else { ALWAYS });
+        let number = f32x8::splat(if facet.is_left_whole { number as f32 } else { NEVER_LEFT });
         let none = [f32x8::ZERO; 2];
         let mut at = AtFacet { near: none, within: none, low: none, high: none };
         for half in 0..2 {

@@ -51,7 +51,7 @@ pub struct Accel {
     /// The first one is the root; none for an empty scene.
     nodes: Vec<Node>,
     packets: Vec<Packet>,
-    /// The triangles once more, where they are few and all that there is.
+    /// The triangles and spheres once more, where they are few and all that there is.
     few: Option<Few>,
     /// With their indices in the lists that were built from; in the order of the leaves.
     others: Vec<(u32, Other)>,
