@@ -4,6 +4,7 @@
 use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
 use super::metals::Metals;
+use super::plan::Sharing;
 use super::surfaces::{Evaluations, Surfaces};
 use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
@@ -11,7 +12,7 @@ use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::lanes::{self, Mask, REGISTERS, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
 use crate::light::Receivers;
 use crate::scene::{RayKind, Scene};
-use crate::spectrum::{Sampled, SampledLanes};
+use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use std::f64::consts::FRAC_1_PI;
 use wide::f64x4;
 
@@ -25,6 +26,7 @@ pub(super) struct Firsts<'a, const C: usize> {
     /// Those that share.
     pub all: Mask,
     pub receivers: Receivers,
+    sharing: Sharing,
     fan: Fan<'a>,
     /// Throughput · reflectance of diffuse ones: value and density are this / π and 1 / π, times the cosine
     /// at the normal.
@@ -96,6 +98,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
         turn: &'a Turn<'a, C>,
         bundle: &'a Bundle<'a, C>,
         surfaces: &'a Surfaces<C>,
+        sharing: Sharing,
     ) -> Self {
         let mut reflected = surfaces.reflectance.clone();
         for (reflected, throughput) in reflected.0.iter_mut().zip(&bundle.throughput.0) {
@@ -105,7 +108,12 @@ impl<'a, const C: usize> Firsts<'a, C> {
         }
         let fan = scene.fan(&surfaces.hits.point, surfaces.hits.facet());
         let (all, receivers) = (bundle.alive, surfaces.receivers());
-        Self { scene, turn, bundle, surfaces, all, receivers, fan, reflected }
+        Self { scene, turn, bundle, surfaces, all, receivers, sharing, fan, reflected }
+    }
+
+    /// Those of the group.
+    pub fn wavelengths(&self) -> &'a Wavelengths<C> {
+        self.turn.wavelengths(0)
     }
 
     /// The weight, beside light subpaths that reach a first surface, of what it gets of a suffix.
@@ -182,8 +190,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
             facing: Mask::MAX,
             linked,
         };
-        let (scene, Turn { time, wavelengths, .. }) = (self.scene, self.turn);
-        let time = *time;
+        let (scene, time, wavelengths) = (self.scene, self.turn.time, self.wavelengths());
         let hidden = |linked| {
             if !scene.features().interface_events() && !scene.features().absorption {
                 let mut rays = Rays::NONE;
@@ -213,9 +220,10 @@ impl<'a, const C: usize> Firsts<'a, C> {
         links: &mut Links<C>,
     ) {
         let &Found { owner, ref toward_first, ref geometry, ref share, facing, linked } = found;
-        links.linked = linked & self.surfaces.diffuse & self.all;
+        let partners = self.all & self.sharing.partners(owner);
+        links.linked = linked & self.surfaces.diffuse & partners;
         (links.toward_first, links.geometry) = (*toward_first, *geometry);
-        let rough = facing & self.all & self.surfaces.others;
+        let rough = facing & partners & self.surfaces.others;
         if rough == 0 {
             (links.reach, links.density) = (SampledLanes::ZERO, SampledLanes::ZERO);
         } else {
@@ -251,8 +259,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
 
     /// Takes account of what is on the way but for opaque surfaces.
     fn attenuate(&self, owner: usize, way: impl Fn(&SurfacePoint) -> Option<Ray>, links: &mut Links<C>) {
-        let (scene, Turn { time, wavelengths, .. }) = (self.scene, self.turn);
-        let time = *time;
+        let (scene, time, wavelengths) = (self.scene, self.turn.time, self.wavelengths());
         let features = scene.features();
         if !features.interface_events() && !features.absorption {
             return;
@@ -354,13 +361,12 @@ impl<const C: usize> Values<C> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bundle::Scratch;
+    use super::super::bundle::{Each, Scratch};
     use super::*;
     use crate::lanes::{LANES, get};
     use crate::material::Shading;
     use crate::sampling::{Dimensions, Sampler, SamplerKind};
     use crate::scene::{CompileOptions, ReadOptions, compile, read};
-    use crate::spectrum::Wavelengths;
 
     /// What of a next surface's radiance a first one gets, and the density with which it samples it.
     /// `shading`: how the first one scatters.
@@ -424,7 +430,7 @@ mod tests {
                     })
                     .collect();
                 assert_eq!(rays.len(), LANES);
-                let turn = Turn::new(&scene, 0.0, &wavelengths, streams);
+                let turn = Turn::new(&scene, 0.0, Each::Same(&wavelengths), streams);
                 let mut bundle = Bundle::from_camera(&scene, &turn, 0, rays.iter());
                 let (mut surfaces, mut scratch) = (Surfaces::new(), Scratch::<4>::new());
                 bundle.advance(&mut surfaces.hits);
@@ -441,7 +447,8 @@ mod tests {
                 bundle.alive &= !lanes_of(bundle.alive)
                     .filter(|&lane| !surfaces.shares(lane))
                     .fold(0, |mask, lane| mask | 1 << lane);
-                let firsts = Firsts::new(&scene, &turn, &bundle, &surfaces);
+                let sharing = if group % 2 == 0 { Sharing::Sixteen } else { Sharing::Four };
+                let firsts = Firsts::new(&scene, &turn, &bundle, &surfaces, sharing);
                 let mut nexts = bundle.clone();
                 let u = nexts.draw(Dimensions::Scattering(0));
                 nexts.leave(&surfaces, &surfaces.sample(&u, bundle.alive));
@@ -453,7 +460,9 @@ mod tests {
                     let next = Next { owner, direction, point, facet: get(hits.facet(), owner) };
                     let mut links = Links::NONE;
                     firsts.links(&next, &mut links);
-                    for lane in lanes_of(bundle.alive) {
+                    let others = !sharing.partners(owner);
+                    assert_eq!(links.linked & others, 0);
+                    for lane in lanes_of(bundle.alive & !others) {
                         let Some(shading) = &shadings[lane] else { continue };
                         let expected = link(&firsts, shading, lane, &next, &wavelengths);
                         let linked = links.linked >> lane & 1 == 1;

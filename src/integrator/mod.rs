@@ -6,6 +6,7 @@ mod links;
 mod metals;
 mod observe;
 mod path;
+mod plan;
 mod shared;
 mod surfaces;
 mod volume;
@@ -19,6 +20,7 @@ use crate::spectrum::{Sampled, Wavelengths};
 pub use caustics::{Splat, light_subpath};
 use observe::Record;
 pub use observe::{Step, Told};
+pub use plan::{Plan, Sharing};
 pub use shared::{GroupSample, Sight, TOGETHER, Workspace, parts_of_group, radiance_of_group};
 
 impl Limits {
@@ -66,6 +68,16 @@ pub fn why_nothing_is_shared(scene: &Scene) -> Option<&'static str> {
     } else {
         None
     }
+}
+
+/// Whether paths of pixels that share nothing can be followed together by [`radiance_of_group`], each with
+/// wavelengths of its own. What they have in common is the time.
+pub fn takes_strangers(scene: &Scene) -> bool {
+    let features = scene.features();
+    scene.integrator == Integrator::Path
+        && scene.limits.max_depth > 0
+        && !features.scattering
+        && !features.motion
 }
 
 /// What a sample's camera ray has led to.

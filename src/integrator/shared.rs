@@ -21,9 +21,10 @@
 //! sum over what is shared and what is not is that of the path tracer.
 
 use super::RadianceSample;
-use super::bundle::{Bundle, Found, Scratch, Turn, follow};
+use super::bundle::{Bundle, Each, Found, Scratch, Turn, follow};
 use super::links::{Firsts, Links, Next, Values};
 use super::path::{PreviousSample, light_sample_weight};
+use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
 use crate::geometry::{Ray, Vec3};
 use crate::lanes::{LANES, Mask, WIDTH, get, lanes_of, set};
@@ -47,27 +48,28 @@ pub struct Sight<'a> {
 pub struct GroupSample<'a, const C: usize> {
     pub sights: &'a [Sight<'a>],
     pub time: f64,
-    pub wavelengths: &'a Wavelengths<C>,
+    /// Those of all of them, or where nothing is shared those of each, by the members' numbers.
+    pub wavelengths: &'a [Wavelengths<C>],
 }
 
 /// Adds to each pixel of a group the spectral radiance along its camera rays, as [`super::radiance`] gives it
-/// for one alone: for each sample, by the members' numbers. `light_samples` says how many each first surface
-/// takes. That several samples are asked for at once makes no difference but in time.
+/// for one alone: for each sample, by the members' numbers. That several samples are asked for at once makes
+/// no difference but in time.
 pub fn radiance_of_group<const C: usize>(
     scene: &Scene,
     samples: &[GroupSample<C>],
-    light_samples: u32,
+    plan: Plan,
     seen: &mut [&mut [RadianceSample<C>]],
     workspace: &mut Workspace<C>,
 ) {
-    share(scene, samples, light_samples, seen, workspace, |_, _| {});
+    share(scene, samples, plan, seen, workspace, |_, _| {});
 }
 
 /// The parts of what [`radiance_of_group`] gives a pixel: its own, and what comes of the path of each member.
 pub fn parts_of_group<const C: usize>(
     scene: &Scene,
     sample: GroupSample<C>,
-    light_samples: u32,
+    plan: Plan,
     member: usize,
 ) -> (Sampled<C>, Vec<(usize, Sampled<C>)>) {
     let sights = sample.sights;
@@ -75,7 +77,7 @@ pub fn parts_of_group<const C: usize>(
     let mut seen = vec![RadianceSample::NOTHING; members.max(member + 1)];
     let (mut parts, mut before) = (Vec::<(usize, Sampled<C>)>::new(), Sampled::ZERO);
     let lane = sights.iter().position(|sight| sight.member == member);
-    share(scene, &[sample], light_samples, &mut [&mut seen], &mut Workspace::default(), |owner, shared| {
+    share(scene, &[sample], plan, &mut [&mut seen], &mut Workspace::default(), |owner, shared| {
         let Some(lane) = lane else { return };
         let (owner, sum) = (sights[owner].member, shared.get(lane));
         let part = sum - before;
@@ -94,7 +96,7 @@ pub fn parts_of_group<const C: usize>(
 fn share<'s, const C: usize>(
     scene: &Scene,
     samples: &[GroupSample<'s, C>],
-    light_samples: u32,
+    plan: Plan,
     seen: &mut [&mut [RadianceSample<C>]],
     workspace: &mut Workspace<C>,
     mut told: impl FnMut(usize, &SampledLanes<C>),
@@ -104,7 +106,15 @@ fn share<'s, const C: usize>(
         debug_assert!(sights.len() <= LANES);
         let last = sights.last()?.stream;
         let streams = std::array::from_fn(|lane| sights.get(lane).map_or(last, |sight| sight.stream));
-        Some((number, Turn::new(scene, sample.time, sample.wavelengths, streams)))
+        let wavelengths = match sample.wavelengths {
+            [wavelengths] => Each::Same(wavelengths),
+            each => {
+                let last = sights.last()?.member;
+                let of_lane = |lane: usize| &each[sights.get(lane).map_or(last, |sight| sight.member)];
+                Each::Own(std::array::from_fn(of_lane))
+            }
+        };
+        Some((number, Turn::new(scene, sample.time, wavelengths, streams)))
     };
     let turns: Vec<(usize, Turn<C>)> = samples.iter().enumerate().filter_map(turn).collect();
     let Workspace { scratch, surfaces, links } = workspace;
@@ -115,21 +125,33 @@ fn share<'s, const C: usize>(
         let sights = samples[*number].sights;
         let rays = sights.iter().map(|sight| &sight.ray);
         let mut bundle = Bundle::from_camera(scene, turn, *number, rays);
-        let alpha_hit = first_surfaces(&mut bundle, light_samples, surfaces, scratch);
+        let alpha_hit = first_surfaces(&mut bundle, plan.light_samples, surfaces, scratch);
         for (lane, sight) in sights.iter().enumerate() {
             seen[*number][sight.member].alpha_hit = alpha_hit >> lane & 1 == 1;
         }
         bundles.push(bundle);
     }
+    if plan.sharing == Sharing::Nothing {
+        for (bundle, surfaces) in bundles.iter_mut().zip(surfaces.iter()) {
+            bundle.scatter(surfaces);
+        }
+        let found = follow(bundles, scratch, samples.len());
+        for (number, _) in &turns {
+            for (lane, sight) in samples[*number].sights.iter().enumerate() {
+                seen[*number][sight.member].radiance += found.arriving[*number].get(lane);
+            }
+        }
+        return;
+    }
     let firsts: Vec<Firsts<C>> = turns
         .iter()
         .zip(bundles.iter().zip(surfaces.iter()))
-        .map(|((_, turn), (bundle, surfaces))| Firsts::new(scene, turn, bundle, surfaces))
+        .map(|((_, turn), (bundle, surfaces))| Firsts::new(scene, turn, bundle, surfaces, plan.sharing))
         .collect();
     let mut suffixes = Vec::with_capacity(turns.len());
     let mut groups = Vec::with_capacity(turns.len());
     for ((firsts, links), (number, _)) in firsts.iter().zip(links.iter_mut()).zip(&turns) {
-        let mut sharing = Sharing::new(*number, firsts, links);
+        let mut sharing = SharedSample::new(*number, firsts, links);
         if firsts.all != 0 {
             sharing.next_surfaces(scratch, &mut suffixes, &mut told);
         }
@@ -203,7 +225,7 @@ fn first_surfaces<const C: usize>(
 }
 
 /// What a group shares of one sample.
-struct Sharing<'a, const C: usize> {
+struct SharedSample<'a, const C: usize> {
     number: usize,
     firsts: &'a Firsts<'a, C>,
     /// What each pixel has for itself of what it has met after its first surface.
@@ -219,7 +241,7 @@ struct Sharing<'a, const C: usize> {
     suffixes: SmallVec<[(usize, Values<C>, f64); LANES]>,
 }
 
-impl<'a, const C: usize> Sharing<'a, C> {
+impl<'a, const C: usize> SharedSample<'a, C> {
     fn new(number: usize, firsts: &'a Firsts<'a, C>, links: &'a mut Vec<Links<C>>) -> Self {
         links.resize_with(LANES, || Links::NONE);
         Self {
@@ -267,7 +289,8 @@ impl<'a, const C: usize> Sharing<'a, C> {
                 let next = Next { owner: lane, direction: ray.direction, point: hit.point, facet };
                 firsts.links(&next, &mut self.links[lane]);
                 self.known |= 1 << lane;
-                let Turn { wavelengths, time, .. } = firsts.turn;
+                let Turn { time, .. } = firsts.turn;
+                let wavelengths = firsts.wavelengths();
                 let radiance =
                     scene.lights.radiance(light_hit.light, &scene.texture_point(&hit), &wavelengths.nm);
                 share_light(firsts, &self.links[lane], &radiance, &mut self.shared, |from| {
@@ -325,7 +348,7 @@ impl<'a, const C: usize> Sharing<'a, C> {
         told: &mut impl FnMut(usize, &SampledLanes<C>),
     ) {
         let firsts = self.firsts;
-        let (lights, Turn { wavelengths, time, .. }) = (&firsts.scene.lights, firsts.turn);
+        let (lights, wavelengths, time) = (&firsts.scene.lights, firsts.wavelengths(), &firsts.turn.time);
         let Some(environment) = lights.environment() else { return };
         let radiance = environment.radiance(direction, &wavelengths.nm);
         if radiance.is_zero() {
@@ -483,4 +506,73 @@ fn share_light<const C: usize>(
         weights.set(lane, &Sampled::splat(weight));
     }
     links.reach.add_to(&weights, &(*radiance / density), shared);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::radiance;
+    use super::*;
+    use crate::sampling::{Sampler, SamplerKind};
+    use crate::scene::{CompileOptions, ReadOptions, compile, read};
+
+    /// Pixels that share nothing have the paths that they have alone, up to rounding. The lights of these
+    /// scenes are sampled by their values alone: random lines, by which others are, turn on their last bits.
+    #[test]
+    fn strangers_have_the_radiance_of_one_alone() {
+        const SCENES: [&str; 15] = [
+            "absorption",
+            "brighter",
+            "caustics",
+            "chamber",
+            "contact",
+            "diffuse",
+            "dispersion",
+            "extentless",
+            "frosted",
+            "lamps",
+            "lines",
+            "metals",
+            "motion",
+            "solids",
+            "veils",
+        ];
+        for name in SCENES {
+            let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+            let file = root.join(format!("tests/scenes/agreement/{name}.xml"));
+            let description =
+                read(&file, &ReadOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+            let scene =
+                compile(&description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+            let sampler = Sampler::new(SamplerKind::Independent, 5, 1);
+            let size = scene.film.extent.whole;
+            let mut lit = 0;
+            for group in 0..200 {
+                let (mut sights, mut wavelengths) = (Vec::new(), Vec::new());
+                for member in 0..LANES {
+                    let stream = sampler.stream([member as u32, group], 0, 0);
+                    let [x, y, wavelength, _] = stream.draw(Dimensions::Camera);
+                    wavelengths.push(scene.wavelengths.sample::<4>(wavelength));
+                    let place = [x * f64::from(size[0]), y * f64::from(size[1])];
+                    let Some(sensor) = scene.sensor_ray(place, 0.0, &stream) else { continue };
+                    sights.push(Sight { member, ray: sensor.ray, stream });
+                }
+                let sample = GroupSample { sights: &sights, time: 0.0, wavelengths: &wavelengths };
+                let mut seen = [RadianceSample::NOTHING; LANES];
+                let mut workspace = Workspace::default();
+                radiance_of_group(&scene, &[sample], Plan::PLAIN, &mut [&mut seen[..]], &mut workspace);
+                for Sight { member, ray, stream } in &sights {
+                    let alone = radiance(&scene, *ray, 0.0, &wavelengths[*member], stream);
+                    let same = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-9 * b.abs();
+                    let together = seen[*member];
+                    assert!(
+                        together.radiance.0.iter().zip(&alone.radiance.0).all(same)
+                            && together.alpha_hit == alone.alpha_hit,
+                        "{name}, member {member} of group {group}: {together:?}, alone {alone:?}"
+                    );
+                    lit += usize::from(!alone.radiance.is_zero());
+                }
+            }
+            assert!(lit > 200, "{name}: {lit}");
+        }
+    }
 }

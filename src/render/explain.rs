@@ -1,12 +1,12 @@
 //! One sample of a pixel, told step by step, from the sample values that the picture has.
 
-use super::exposure::{Aimed, Exposure, Turn};
+use super::exposure::{Exposure, Turn};
 use super::groups::{Block, Pixel};
-use super::{Measures, NoProgress, Plan, Settings, with_exposure};
+use super::{Measures, NoProgress, Settings, with_exposure};
 use crate::film::{Extent, Film, FixedPoint, Region};
-use crate::integrator::{self, Sight, Told, Workspace};
+use crate::integrator::{self, Plan, Sight, Told, Workspace};
 use crate::scene::{Integrator, Scene};
-use crate::spectrum::Sampled;
+use crate::spectrum::{Sampled, Wavelengths};
 use serde::Serialize;
 use smallvec::SmallVec;
 
@@ -222,11 +222,11 @@ impl Exposure<'_> {
         }
         let seen = self.see(std::slice::from_ref(&aimed), candidate.group.len(), &mut Workspace::default());
         let measured = seen[0][candidate.member].radiance * aimed.samples[candidate.member].weight;
-        (self.luminance(&measured, &aimed), weight)
+        (self.luminance(&measured, aimed.wavelengths_of(candidate.member)), weight)
     }
 
-    fn luminance<const C: usize>(&self, measured: &Sampled<C>, aimed: &Aimed<C>) -> f64 {
-        let y = self.contributions(measured, &aimed.wavelengths);
+    fn luminance<const C: usize>(&self, measured: &Sampled<C>, wavelengths: &Wavelengths<C>) -> f64 {
+        let y = self.contributions(measured, wavelengths);
         y.iter().filter(|(channel, _)| *channel == 1).map(|(_, value)| value).sum()
     }
 
@@ -249,7 +249,7 @@ impl Exposure<'_> {
         let (mut told, mut shared) = (*member, None);
         if self.plan != Plan::PLAIN {
             let (own, mut parts) =
-                integrator::parts_of_group(self.scene, aimed.of_group(), self.plan.light_samples, *member);
+                integrator::parts_of_group(self.scene, aimed.of_group(), self.plan, *member);
             parts.sort_by(|(_, a), (_, b)| b.sum().total_cmp(&a.sum()));
             if let Some((most, part)) = parts.first()
                 && part.sum() > own.sum()
@@ -264,8 +264,14 @@ impl Exposure<'_> {
         let Some(sight) = sight_of(told) else {
             return Err("the sensor measures nothing at the sample's place".to_owned());
         };
-        let (path, steps) =
-            integrator::radiance_told(self.scene, sight.ray, aimed.time, &aimed.wavelengths, &sight.stream);
+        let (path, steps) = integrator::radiance_told(
+            self.scene,
+            sight.ray,
+            aimed.time,
+            aimed.wavelengths_of(told),
+            &sight.stream,
+        );
+        let wavelengths = aimed.wavelengths_of(*member);
         Ok(Explained {
             pixel: pixel.map(|place| place as u32),
             sample: *number,
@@ -273,13 +279,13 @@ impl Exposure<'_> {
             replicate: turn.replicate,
             place: sample.place,
             time: aimed.time,
-            wavelengths: aimed.wavelengths.nm.to_vec(),
-            wavelength_densities: aimed.wavelengths.density.0.to_vec(),
+            wavelengths: wavelengths.nm.to_vec(),
+            wavelength_densities: wavelengths.density.0.to_vec(),
             origin: self.scene.in_file(ray.origin).to_array(),
             direction: ray.direction.to_array(),
             sensor_weight: sample.weight.0.to_vec(),
             radiance: radiance.0.to_vec(),
-            luminance: self.luminance(&(radiance * sample.weight), &aimed),
+            luminance: self.luminance(&(radiance * sample.weight), wavelengths),
             share_of_pixel,
             pixel_luminance,
             shared,

@@ -7,27 +7,30 @@
 use super::allocation::Allocation;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block, Groups, Members};
-use super::{Plan, Progress, Schedule};
+use super::{Progress, Schedule};
 use crate::film::{Extent, FilterKind};
+use crate::integrator::{Plan, Sharing};
 use crate::sampling::{SamplerKind, mix};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
 /// The plans that a pilot chooses from.
-const CANDIDATES: [Plan; 4] = [
-    Plan { members: Members::One, light_samples: 1 },
-    Plan { members: Members::One, light_samples: 4 },
-    Plan { members: Members::Sixteen, light_samples: 1 },
-    Plan { members: Members::Sixteen, light_samples: 4 },
+const CANDIDATES: [Plan; 6] = [
+    Plan { sharing: Sharing::Nothing, light_samples: 1 },
+    Plan { sharing: Sharing::Nothing, light_samples: 4 },
+    Plan { sharing: Sharing::Four, light_samples: 1 },
+    Plan { sharing: Sharing::Four, light_samples: 4 },
+    Plan { sharing: Sharing::Sixteen, light_samples: 1 },
+    Plan { sharing: Sharing::Sixteen, light_samples: 4 },
 ];
 
-/// What a sample of each costs, in samples of a path tracer: about what was measured on the scenes of
-/// `validation/speed`. In scenes of few surfaces rays go in lanes where pixels share.
-fn costs(scene: &Scene) -> [f64; 4] {
+/// What a sample of each costs, in samples of the first: about what was measured on the scenes of
+/// `validation/speed`. In scenes of few surfaces the rays between pixels go in lanes, and cost little.
+fn costs(scene: &Scene) -> [f64; 6] {
     match scene.answers_lanes() {
-        true => [1.0, 1.5, 0.85, 1.2],
-        false => [1.0, 1.5, 2.0, 2.6],
+        true => [1.0, 1.25, 1.25, 1.45, 1.4, 1.65],
+        false => [1.0, 1.35, 1.35, 1.7, 2.2, 2.6],
     }
 }
 
@@ -109,12 +112,12 @@ pub(super) fn scatter<const C: usize>(
     let &Pilot { sampler, schedule, seed, plan } = pilot;
     let window = picture.extent.window;
     let even = Allocation::even(window);
-    let groups = Groups::new(plan.members, schedule.nets(), seed);
+    let groups = Groups::new(Members::of(picture.scene, plan), schedule.nets(), seed);
     let exposure = Exposure {
         extent: Extent { measured: window, shown: window, ..picture.extent },
         schedule,
         allocation: &even,
-        samplers: even.samplers(sampler, seed, schedule, groups.members()),
+        samplers: even.samplers(sampler, seed, schedule, groups.sharers()),
         seed,
         groups: &groups,
         plan,
