@@ -3,7 +3,7 @@
 use super::Accel;
 use super::few::{Crossing, Few, MOST, Sides};
 use super::segments::FanSegments;
-use crate::geometry::{Points, SurfacePoint};
+use crate::geometry::{Points, Ray, SurfacePoint};
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, part};
 use smallvec::SmallVec;
 use wide::f64x4;
@@ -80,11 +80,14 @@ impl Fan<'_> {
     }
 
     fn blocked_one_by_one(&self, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
-        let blocked = |lane: &usize| {
-            let segment = self.point(*lane).segment_to(target);
-            segment.is_none_or(|segment| self.accel.occluded(&segment, time))
-        };
-        lanes_of(asked).filter(blocked).fold(0, |mask, lane| mask | 1 << lane)
+        let (mut missing, mut segments) = (0, [Ray::NOWHERE; LANES]);
+        for lane in lanes_of(asked) {
+            match self.point(lane).segment_to(target) {
+                Some(segment) => segments[lane] = segment,
+                None => missing |= 1 << lane,
+            }
+        }
+        missing | self.accel.occluded_together(&segments, time, asked & !missing)
     }
 
     fn blocked_by_few(&self, known: &FewSides, target: &Target, time: f64, asked: Mask) -> Mask {

@@ -149,9 +149,7 @@ impl Accel {
     pub fn occluded_of(&self, rays: &Rays, time: f64, asked: Mask) -> Mask {
         match &self.few {
             Some(few) => few.occluded(rays, asked),
-            None => lanes_of(asked)
-                .filter(|&lane| self.occluded(&rays.get(lane), time))
-                .fold(0, |mask, lane| mask | 1 << lane),
+            None => self.occluded_together(&std::array::from_fn(|lane| rays.get(lane)), time, asked),
         }
     }
 }

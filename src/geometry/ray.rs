@@ -11,6 +11,9 @@ pub struct Ray {
 }
 
 impl Ray {
+    /// A ray without length: what is left where there is none.
+    pub const NOWHERE: Self = Self { origin: Vec3::ZERO, direction: Vec3::Z, t_max: 0.0 };
+
     /// A ray without end.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction, t_max: f64::INFINITY }

@@ -9,7 +9,7 @@ use super::surfaces::{Evaluations, Surfaces};
 use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::lanes::{self, Mask, REGISTERS, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
+use crate::lanes::{self, LANES, Mask, REGISTERS, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
 use crate::light::Receivers;
 use crate::scene::{RayKind, Scene};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
@@ -45,10 +45,24 @@ pub(super) struct Next {
     pub facet: f64,
 }
 
+/// Where links lead to.
+#[derive(Clone, Copy)]
+enum Place {
+    /// A next surface, and its facet.
+    At(SurfacePoint, f64),
+    /// Out of the scene.
+    Beyond(Vec3),
+}
+
 /// From the first surfaces to a next one that they see.
 pub(super) struct Links<const C: usize> {
+    /// The first surface that sampled the next one.
+    owner: usize,
+    place: Place,
     /// The first surfaces that see the next one and may get anything of it, or sample it.
     pub linked: Mask,
+    /// The density of diffuse surfaces.
+    share: Row,
     toward_first: [Vec3Lanes; REGISTERS],
     /// The solid angle of a unit of area of the next surface.
     geometry: Row,
@@ -62,27 +76,15 @@ pub(super) struct Links<const C: usize> {
 
 impl<const C: usize> Links<C> {
     pub const NONE: Self = Self {
+        owner: 0,
+        place: Place::Beyond(Vec3::ZERO),
         linked: 0,
+        share: lanes::ZERO,
         toward_first: [Vec3Lanes::ZERO; REGISTERS],
         geometry: lanes::ZERO,
         reach: SampledLanes::ZERO,
         density: SampledLanes::ZERO,
     };
-}
-
-/// What is known of a place that first surfaces may see before it is known which ones do.
-struct Found {
-    /// The first surface that sampled it.
-    owner: usize,
-    toward_first: [Vec3Lanes; REGISTERS],
-    /// The solid angle of a unit of measure of the place.
-    geometry: Row,
-    /// The density of diffuse surfaces.
-    share: Row,
-    /// The first surfaces on the right side of it.
-    facing: Mask,
-    /// Those for which it is on the right side, if they are diffuse.
-    linked: Mask,
 }
 
 /// How a next surface scatters light from a direction toward each of the first surfaces.
@@ -141,8 +143,8 @@ impl<'a, const C: usize> Firsts<'a, C> {
         }
     }
 
-    /// The first surfaces that see a next one.
-    pub fn links(&self, next: &Next, links: &mut Links<C>) {
+    /// The first surfaces that might see a next one.
+    pub fn aim(&self, next: &Next, links: &mut Links<C>) {
         let target = &next.point;
         let (position, normal) = (Vec3Lanes::of(target.position), Vec3Lanes::of(target.normal));
         let side = f64x4::splat(next.direction.dot(target.normal));
@@ -165,16 +167,14 @@ impl<'a, const C: usize> Firsts<'a, C> {
             linked |= (faces & near.simd_gt(f64x4::ZERO)).to_bitmask() << (WIDTH * register);
             toward_first[register] = -direction;
         }
-        let found = Found { owner: next.owner, toward_first, geometry, share, facing, linked };
-        let (scene, time) = (self.scene, self.turn.time);
-        let hidden =
-            |linked| scene.blocked(&self.fan, &Target { point: target, facet: next.facet }, time, linked);
-        self.linked(&found, hidden, |point| point.segment_to(target), links);
+        (links.owner, links.place) = (next.owner, Place::At(*target, next.facet));
+        (links.toward_first, links.geometry, links.share) = (toward_first, geometry, share);
+        self.evaluate(facing, linked, links);
     }
 
-    /// The first surfaces that see the environment in a direction that one of them, the owner, has sampled.
-    /// Densities and geometry are per steradian.
-    pub fn links_beyond(&self, owner: usize, direction: Vec3, links: &mut Links<C>) {
+    /// The first surfaces that might see the environment in a direction that one of them, the owner, has
+    /// sampled. Densities and geometry are per steradian.
+    pub fn aim_beyond(&self, owner: usize, direction: Vec3, links: &mut Links<C>) {
         let toward = Vec3Lanes::of(direction);
         let (mut share, mut linked) = (lanes::ZERO, 0);
         for (register, share) in share.iter_mut().enumerate() {
@@ -182,70 +182,109 @@ impl<'a, const C: usize> Firsts<'a, C> {
             *share = cos * f64x4::splat(FRAC_1_PI);
             linked |= cos.simd_gt(f64x4::ZERO).to_bitmask() << (WIDTH * register);
         }
-        let found = Found {
-            owner,
-            toward_first: [-toward; REGISTERS],
-            geometry: [f64x4::ONE; REGISTERS],
-            share,
-            facing: Mask::MAX,
-            linked,
-        };
-        let (scene, time, wavelengths) = (self.scene, self.turn.time, self.wavelengths());
-        let hidden = |linked| {
-            if !scene.features().interface_events() && !scene.features().absorption {
-                let mut rays = Rays::NONE;
-                for (register, points) in self.surfaces.hits.point.iter().enumerate() {
-                    rays.origin[register] = points.leave(toward);
-                    rays.direction[register] = toward;
-                }
-                rays.leaves = *self.surfaces.hits.facet();
-                return scene.occluded_in_lanes(RayKind::Shared, &rays, time, linked);
-            }
-            let sees = |lane: &usize| {
-                let (ray, media) = (self.fan.point(*lane).ray(direction), self.bundle.media(*lane));
-                !scene.transmittance_between_surfaces(&ray, time, &media.here, wavelengths).is_zero()
-            };
-            linked & !lanes_of(linked).filter(sees).fold(0, |mask, lane| mask | 1 << lane)
-        };
-        self.linked(&found, hidden, |point| Some(point.ray(direction)), links);
+        (links.owner, links.place) = (owner, Place::Beyond(direction));
+        (links.toward_first, links.geometry, links.share) =
+            ([-toward; REGISTERS], [f64x4::ONE; REGISTERS], share);
+        self.evaluate(Mask::MAX, linked, links);
     }
 
-    /// Makes links of what was found where nothing is in the way. `hidden` says of some surfaces which ones
-    /// an opaque surface surely hides; `way` leads from one to what they see.
-    fn linked(
-        &self,
-        found: &Found,
-        hidden: impl FnOnce(Mask) -> Mask,
-        way: impl Fn(&SurfacePoint) -> Option<Ray>,
-        links: &mut Links<C>,
-    ) {
-        let &Found { owner, ref toward_first, ref geometry, ref share, facing, linked } = found;
-        let partners = self.all & self.sharing.partners(owner);
+    /// Values and densities of rough first surfaces. `facing`: those on the right side of the place; `linked`:
+    /// those for which it is on the right side, if they are diffuse.
+    fn evaluate(&self, facing: Mask, linked: Mask, links: &mut Links<C>) {
+        let partners = self.all & self.sharing.partners(links.owner);
         links.linked = linked & self.surfaces.diffuse & partners;
-        (links.toward_first, links.geometry) = (*toward_first, *geometry);
         let rough = facing & partners & self.surfaces.others;
         if rough == 0 {
             (links.reach, links.density) = (SampledLanes::ZERO, SampledLanes::ZERO);
-        } else {
-            let values = self.surfaces.evaluate(&toward_first.map(|direction| -direction), rough);
-            links.linked |= rough & (values.f_cos.nonzero() | values.density.nonzero());
-            for wavelength in 0..C {
-                for register in 0..REGISTERS {
-                    let (f_cos, density) =
-                        (values.f_cos.0[wavelength][register], values.density.0[wavelength][register]);
-                    let throughput = self.bundle.throughput.0[wavelength][register];
-                    links.reach.0[wavelength][register] = throughput * f_cos * geometry[register];
-                    links.density.0[wavelength][register] = density * geometry[register];
-                }
+            return;
+        }
+        let values = self.surfaces.evaluate(&links.toward_first.map(|direction| -direction), rough);
+        links.linked |= rough & (values.f_cos.nonzero() | values.density.nonzero());
+        for wavelength in 0..C {
+            for register in 0..REGISTERS {
+                let (f_cos, density) =
+                    (values.f_cos.0[wavelength][register], values.density.0[wavelength][register]);
+                let throughput = self.bundle.throughput.0[wavelength][register];
+                links.reach.0[wavelength][register] = throughput * f_cos * links.geometry[register];
+                links.density.0[wavelength][register] = density * links.geometry[register];
             }
         }
-        if !self.scene.features().interface_events() {
-            // What sampled a place sees it.
-            links.linked &= !hidden(links.linked & !(1 << owner));
+    }
+
+    /// Takes those out of the links of some owners that an opaque surface surely hides. What sampled a place
+    /// sees it.
+    pub fn hide(&self, links: &mut [Links<C>], owners: Mask) {
+        let features = self.scene.features();
+        if features.interface_events() {
+            return;
         }
+        if !self.fan.is_at_once() && !features.absorption {
+            return self.hide_from_each(links, owners);
+        }
+        let (scene, time) = (self.scene, self.turn.time);
+        for owner in lanes_of(owners) {
+            let links = &mut links[owner];
+            let asked = links.linked & !(1 << owner);
+            links.linked &= !match &links.place {
+                Place::At(point, facet) => {
+                    scene.blocked(&self.fan, &Target { point, facet: *facet }, time, asked)
+                }
+                Place::Beyond(direction) => self.hidden_beyond(*direction, asked),
+            };
+        }
+    }
+
+    /// The first surfaces that surely do not see out of the scene.
+    fn hidden_beyond(&self, direction: Vec3, asked: Mask) -> Mask {
+        let (scene, time) = (self.scene, self.turn.time);
+        if !scene.features().absorption {
+            let toward = Vec3Lanes::of(direction);
+            let mut rays = Rays::NONE;
+            for (register, points) in self.surfaces.hits.point.iter().enumerate() {
+                rays.origin[register] = points.leave(toward);
+                rays.direction[register] = toward;
+            }
+            rays.leaves = *self.surfaces.hits.facet();
+            return scene.occluded_in_lanes(RayKind::Shared, &rays, time, asked);
+        }
+        let sees = |lane: &usize| {
+            let (ray, media) = (self.fan.point(*lane).ray(direction), self.bundle.media(*lane));
+            !scene.transmittance_between_surfaces(&ray, time, &media.here, self.wavelengths()).is_zero()
+        };
+        asked & !lanes_of(asked).filter(sees).fold(0, |mask, lane| mask | 1 << lane)
+    }
+
+    /// The same, with all rays of a first surface at once: the boxes around it are in the way of all of them.
+    fn hide_from_each(&self, links: &mut [Links<C>], owners: Mask) {
+        for lane in lanes_of(self.all) {
+            let point = self.fan.point(lane);
+            let (mut rays, mut asked) = ([Ray::NOWHERE; LANES], 0);
+            for owner in lanes_of(owners & !(1 << lane)) {
+                let links = &mut links[owner];
+                if links.linked >> lane & 1 == 0 {
+                    continue;
+                }
+                let ray = match &links.place {
+                    Place::At(target, _) => point.segment_to(target),
+                    Place::Beyond(direction) => Some(point.ray(*direction)),
+                };
+                match ray {
+                    Some(ray) => (rays[owner], asked) = (ray, asked | 1 << owner),
+                    None => links.linked &= !(1 << lane),
+                }
+            }
+            let hidden = self.scene.occluded_together(RayKind::Shared, &rays, self.turn.time, asked);
+            for owner in lanes_of(hidden) {
+                links[owner].linked &= !(1 << lane);
+            }
+        }
+    }
+
+    /// Values and densities of what is left.
+    pub fn weigh(&self, links: &mut Links<C>) {
         for register in 0..REGISTERS {
             let diffuse = part(self.surfaces.diffuse, register);
-            let share = Truth::of(part(links.linked, register) & diffuse).only(share[register]);
+            let share = Truth::of(part(links.linked, register) & diffuse).only(links.share[register]);
             let rough = Truth::of(part(links.linked, register) & !diffuse);
             for wavelength in 0..C {
                 let reach = &mut links.reach.0[wavelength][register];
@@ -254,11 +293,11 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 *density = rough.only(*density) + share;
             }
         }
-        self.attenuate(owner, way, links);
+        self.attenuate(links);
     }
 
     /// Takes account of what is on the way but for opaque surfaces.
-    fn attenuate(&self, owner: usize, way: impl Fn(&SurfacePoint) -> Option<Ray>, links: &mut Links<C>) {
+    fn attenuate(&self, links: &mut Links<C>) {
         let (scene, time, wavelengths) = (self.scene, self.turn.time, self.wavelengths());
         let features = scene.features();
         if !features.interface_events() && !features.absorption {
@@ -266,7 +305,12 @@ impl<'a, const C: usize> Firsts<'a, C> {
         }
         for lane in lanes_of(links.linked) {
             let media = &self.bundle.media(lane).here;
-            let between = match way(&self.fan.point(lane)) {
+            let point = self.fan.point(lane);
+            let way = match &links.place {
+                Place::At(target, _) => point.segment_to(target),
+                Place::Beyond(direction) => Some(point.ray(*direction)),
+            };
+            let between = match way {
                 Some(ray) if !features.interface_events() => {
                     scene.transmittance(media, &ray, wavelengths).unwrap_or(Sampled::ONE)
                 }
@@ -276,7 +320,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
             if between != Sampled::ONE {
                 links.reach.set(lane, &(links.reach.get(lane) * between));
             }
-            if between.is_zero() && lane != owner {
+            if between.is_zero() && lane != links.owner {
                 links.linked &= !(1 << lane);
                 links.density.set(lane, &Sampled::ZERO);
             }
@@ -363,7 +407,7 @@ impl<const C: usize> Values<C> {
 mod tests {
     use super::super::bundle::{Each, Scratch};
     use super::*;
-    use crate::lanes::{LANES, get};
+    use crate::lanes::get;
     use crate::material::Shading;
     use crate::sampling::{Dimensions, Sampler, SamplerKind};
     use crate::scene::{CompileOptions, ReadOptions, compile, read};
@@ -458,8 +502,11 @@ mod tests {
                     let point = hits.get(&scene, owner).point;
                     let direction = nexts.rays.get(owner).direction;
                     let next = Next { owner, direction, point, facet: get(hits.facet(), owner) };
-                    let mut links = Links::NONE;
-                    firsts.links(&next, &mut links);
+                    let mut all = std::array::from_fn::<_, LANES, _>(|_| Links::NONE);
+                    firsts.aim(&next, &mut all[owner]);
+                    firsts.hide(&mut all, 1 << owner);
+                    firsts.weigh(&mut all[owner]);
+                    let links = &all[owner];
                     let others = !sharing.partners(owner);
                     assert_eq!(links.linked & others, 0);
                     for lane in lanes_of(bundle.alive & !others) {

@@ -22,10 +22,12 @@
 
 use super::RadianceSample;
 use super::bundle::{Bundle, Each, Found, Scratch, Turn, follow};
+
 use super::links::{Firsts, Links, Next, Values};
 use super::path::{PreviousSample, light_sample_weight};
 use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
+use crate::accel::Rays;
 use crate::geometry::{Ray, Vec3};
 use crate::lanes::{LANES, Mask, WIDTH, get, lanes_of, set};
 use crate::light::{Environment, LightSamples, Receiver};
@@ -234,8 +236,6 @@ struct SharedSample<'a, const C: usize> {
     shared: SampledLanes<C>,
     /// The first surfaces that see each next one, by its owner.
     links: &'a mut [Links<C>],
-    /// Those that are known.
-    known: Mask,
     /// Suffixes that are shared, by their owners: how the next surface scatters toward the first ones, and
     /// the density of the hero.
     suffixes: SmallVec<[(usize, Values<C>, f64); LANES]>,
@@ -250,7 +250,6 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             own: SampledLanes::ZERO,
             shared: SampledLanes::ZERO,
             links,
-            known: 0,
             suffixes: SmallVec::new(),
         }
     }
@@ -276,29 +275,17 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         bundle.leave(firsts.surfaces, &scatters);
         let Scratch { surfaces, samples } = scratch;
         bundle.advance(&mut surfaces.hits);
-        let gone = bundle.alive & !surfaces.hits.met;
-        for lane in lanes_of(gone) {
-            self.share_environment(lane, bundle.rays.get(lane).direction, told);
-        }
+        let (rays, gone) = (bundle.rays.clone(), bundle.alive & !surfaces.hits.met);
+        let lit = bundle.alive
+            & surfaces.hits.on_light
+            & lanes_of(bundle.alive)
+                .filter(|&lane| {
+                    let normal = surfaces.hits.point[lane / WIDTH].get(lane).normal;
+                    rays.direction[lane / WIDTH].get(lane).dot(normal) < 0.0
+                })
+                .fold(0, |mask, lane| mask | 1 << lane);
         bundle.end(PathEnd::Escaped, gone);
         bundle.alive &= !gone;
-        for lane in lanes_of(surfaces.hits.on_light & bundle.alive) {
-            let (hit, ray) = (surfaces.hits.get(scene, lane), bundle.rays.get(lane));
-            if let Some(light_hit) = hit.on_light().filter(|_| ray.direction.dot(hit.point.normal) < 0.0) {
-                let facet = get(surfaces.hits.facet(), lane);
-                let next = Next { owner: lane, direction: ray.direction, point: hit.point, facet };
-                firsts.links(&next, &mut self.links[lane]);
-                self.known |= 1 << lane;
-                let Turn { time, .. } = firsts.turn;
-                let wavelengths = firsts.wavelengths();
-                let radiance =
-                    scene.lights.radiance(light_hit.light, &scene.texture_point(&hit), &wavelengths.nm);
-                share_light(firsts, &self.links[lane], &radiance, &mut self.shared, |from| {
-                    scene.lights.density(&light_hit, from, *time, wavelengths)
-                });
-                told(lane, &self.shared);
-            }
-        }
         let is_last = bundle.is_last();
         if !is_last || scene.features().transparent_shadows {
             bundle.shade(surfaces);
@@ -312,17 +299,42 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         }
         if is_last {
             bundle.stop();
+        }
+        let beyond = self.beyond(gone, &rays);
+        let mut owners = beyond.iter().fold(0, |mask, (owner, _)| mask | 1 << owner);
+        for &(owner, _) in &beyond {
+            firsts.aim_beyond(owner, rays.get(owner).direction, &mut self.links[owner]);
+        }
+        for owner in lanes_of(lit | bundle.alive) {
+            let point = surfaces.hits.point[owner / WIDTH].get(owner);
+            let direction = rays.direction[owner / WIDTH].get(owner);
+            let facet = get(surfaces.hits.facet(), owner);
+            firsts.aim(&Next { owner, direction, point, facet }, &mut self.links[owner]);
+            owners |= 1 << owner;
+        }
+        firsts.hide(self.links, owners);
+        lanes_of(owners).for_each(|owner| firsts.weigh(&mut self.links[owner]));
+        for (owner, radiance) in &beyond {
+            self.share_environment(*owner, rays.get(*owner).direction, radiance);
+            told(*owner, &self.shared);
+        }
+        for owner in lanes_of(lit) {
+            let hit = surfaces.hits.get(scene, owner);
+            let Some(light_hit) = hit.on_light() else { continue };
+            let (time, wavelengths) = (firsts.turn.time, firsts.wavelengths());
+            let radiance =
+                scene.lights.radiance(light_hit.light, &scene.texture_point(&hit), &wavelengths.nm);
+            share_light(firsts, &self.links[owner], &radiance, &mut self.shared, |from| {
+                scene.lights.density(&light_hit, from, time, wavelengths)
+            });
+            told(owner, &self.shared);
+        }
+        if is_last {
             self.own.add(&bundle.arriving);
             return;
         }
         let mut priors: SmallVec<[(usize, Sampled<C>); LANES]> = SmallVec::new();
         for owner in lanes_of(bundle.alive) {
-            if self.known >> owner & 1 == 0 {
-                let point = surfaces.hits.point[owner / WIDTH].get(owner);
-                let direction = bundle.rays.direction[owner / WIDTH].get(owner);
-                let facet = get(surfaces.hits.facet(), owner);
-                firsts.links(&Next { owner, direction, point, facet }, &mut self.links[owner]);
-            }
             // The density of the next surface, over all first surfaces.
             let prior = self.links[owner].density.sum();
             if prior.hero() > 0.0 {
@@ -339,36 +351,30 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         suffixes.push(bundle);
     }
 
-    /// Gives each first surface what comes from beyond the scene in a direction in which one of them
-    /// scatters.
-    fn share_environment(
-        &mut self,
-        owner: usize,
-        direction: Vec3,
-        told: &mut impl FnMut(usize, &SampledLanes<C>),
-    ) {
-        let firsts = self.firsts;
-        let (lights, wavelengths, time) = (&firsts.scene.lights, firsts.wavelengths(), &firsts.turn.time);
-        let Some(environment) = lights.environment() else { return };
-        let radiance = environment.radiance(direction, &wavelengths.nm);
-        if radiance.is_zero() {
-            return;
-        }
-        let links = &mut self.links[owner];
-        firsts.links_beyond(owner, direction, links);
-        if let Environment::Constant(_) = environment {
+    /// What comes from beyond the scene along the rays that meet no surface, where anything does.
+    fn beyond(&self, gone: Mask, rays: &Rays) -> SmallVec<[(usize, Sampled<C>); LANES]> {
+        let Some(environment) = self.firsts.scene.lights.environment() else { return SmallVec::new() };
+        let nm = &self.firsts.wavelengths().nm;
+        let radiance = |owner: usize| (owner, environment.radiance(rays.get(owner).direction, nm));
+        lanes_of(gone).map(radiance).filter(|(_, radiance)| !radiance.is_zero()).collect()
+    }
+
+    /// Gives each first surface what comes from beyond the scene in a direction in which one of them, the
+    /// owner, scatters.
+    fn share_environment(&mut self, owner: usize, direction: Vec3, radiance: &Sampled<C>) {
+        let (firsts, links) = (self.firsts, &self.links[owner]);
+        let (lights, wavelengths, time) = (&firsts.scene.lights, firsts.wavelengths(), firsts.turn.time);
+        if let Some(Environment::Constant(_)) = lights.environment() {
             // No light sample looks for it.
             let density = links.density.sum().sum();
             if density > 0.0 {
-                links.reach.add_times(&(radiance / density), &mut self.shared);
-                told(owner, &self.shared);
+                links.reach.add_times(&(*radiance / density), &mut self.shared);
             }
             return;
         }
-        share_light(firsts, links, &radiance, &mut self.shared, |from| {
-            lights.environment_density(from, direction, *time, wavelengths)
+        share_light(firsts, links, radiance, &mut self.shared, |from| {
+            lights.environment_density(from, direction, time, wavelengths)
         });
-        told(owner, &self.shared);
     }
 
     /// Gives each first surface the light that reaches the next ones straight from lights. `priors`: the next

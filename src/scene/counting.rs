@@ -4,7 +4,7 @@
 use super::scene::Scene;
 use crate::accel::{Accel, Fan, Hits, Rays, Target, Tests};
 use crate::geometry::Ray;
-use crate::lanes::{Mask, lanes_of};
+use crate::lanes::{LANES, Mask, lanes_of};
 use crate::shape::{Hit, MeshData, Shape};
 use cpu_time::ThreadTime;
 use std::cell::Cell;
@@ -402,6 +402,15 @@ impl Scene {
         let Some(counters) = &self.counters else { return self.accel.occluded_of(rays, time, asked) };
         let query = kind.begins();
         let occluded = |lane: &usize| counters.occluded(&self.accel, query, &rays.get(*lane), time);
+        lanes_of(asked).filter(occluded).fold(0, |mask, lane| mask | 1 << lane)
+    }
+
+    /// See [`Accel::occluded_together`].
+    #[inline(always)]
+    pub fn occluded_together(&self, kind: RayKind, rays: &[Ray; LANES], time: f64, asked: Mask) -> Mask {
+        let Some(counters) = &self.counters else { return self.accel.occluded_together(rays, time, asked) };
+        let query = kind.begins();
+        let occluded = |lane: &usize| counters.occluded(&self.accel, query, &rays[*lane], time);
         lanes_of(asked).filter(occluded).fold(0, |mask, lane| mask | 1 << lane)
     }
 
