@@ -38,6 +38,18 @@ impl Environment {
         }
     }
 
+    /// [`Self::sample`] with the radiance from there.
+    pub fn sample_radiance<const C: usize>(
+        &self,
+        u: [f64; 2],
+        nm: &[f64; C],
+    ) -> Option<(Vec3, f64, Sampled<C>)> {
+        if let Self::Map(map) = self {
+            return Some(map.sample_radiance(u, nm));
+        }
+        self.sample(u).map(|(direction, density)| (direction, density, self.radiance(direction, nm)))
+    }
+
     /// The density of [`Self::sample`] at a direction.
     pub fn density(&self, direction: Vec3) -> f64 {
         match self {

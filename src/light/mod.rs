@@ -207,10 +207,10 @@ impl Lights {
         let (from, nm) = (&from.point, &wavelengths.nm);
         let Some(light_chosen) = self.lights.get(light) else {
             let environment = self.environment.as_ref()?;
-            let (direction, density) = environment.sample(u)?;
+            let (direction, density, radiance) = environment.sample_radiance(u, nm)?;
             return Some(LightSample {
                 shadow_ray: from.ray(direction),
-                radiance: environment.radiance(direction, nm),
+                radiance,
                 density: Density::PerSolidAngle(density * probability),
             });
         };
