@@ -4,14 +4,15 @@
 use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
 use super::metals::Metals;
+use super::path::power_heuristic;
 use super::plan::Sharing;
 use super::surfaces::{Evaluations, Surfaces};
 use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::lanes::{self, LANES, Mask, REGISTERS, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
+use crate::lanes::{self, LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
 use crate::light::Receivers;
-use crate::scene::{RayKind, Scene};
+use crate::scene::{RayKind, Scene, Techniques};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use std::f64::consts::FRAC_1_PI;
 use wide::f64x4;
@@ -130,6 +131,28 @@ impl<'a, const C: usize> Firsts<'a, C> {
             from_light,
             self.turn.time,
         )
+    }
+
+    /// The weights of light that scattering found along the links, beside light samples that find it with a
+    /// density per steradian; see [`super::path::PreviousSample::weight_beside_lights`].
+    pub fn weights_beside_lights(&self, links: &Links<C>, by_light: &Row) -> Row {
+        let techniques = self.scene.limits.techniques;
+        std::array::from_fn(|register| {
+            let by_light = by_light[register];
+            let is_sought = by_light.gt(f64x4::ZERO);
+            let weight = match techniques {
+                Techniques::Scattering => f64x4::ONE,
+                Techniques::LightSamples => f64x4::ZERO,
+                Techniques::Both => {
+                    let mut by_scattering = f64x4::ZERO;
+                    for density in &links.density.0 {
+                        by_scattering += density[register] / links.geometry[register];
+                    }
+                    power_heuristic(by_scattering, f64x4::splat(C as f64) * by_light)
+                }
+            };
+            Truth::of(part(links.linked, register)).only(f64x4::choose(is_sought, weight, f64x4::ONE))
+        })
     }
 
     /// The density with which a first surface scatters in a direction, over the wavelengths as the hero.
@@ -332,11 +355,6 @@ impl<const C: usize> Links<C> {
     /// From the next surface to a first one.
     pub fn toward_first(&self, lane: usize) -> Vec3 {
         self.toward_first[lane / WIDTH].get(lane)
-    }
-
-    /// The density per steradian with which a first surface samples the next one.
-    pub fn density_of_direction(&self, lane: usize) -> Sampled<C> {
-        self.density.get(lane) / lanes::get(&self.geometry, lane)
     }
 }
 

@@ -24,12 +24,12 @@ use super::RadianceSample;
 use super::bundle::{Bundle, Each, Found, Scratch, Turn, follow};
 
 use super::links::{Firsts, Links, Next, Values};
-use super::path::{PreviousSample, light_sample_weight};
+use super::path::light_sample_weight;
 use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
 use crate::accel::Rays;
 use crate::geometry::{Ray, Vec3};
-use crate::lanes::{LANES, Mask, WIDTH, get, lanes_of, set};
+use crate::lanes::{LANES, Mask, WIDTH, ZERO, get, lanes_of, set};
 use crate::light::{Environment, LightSamples, Receiver};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{PathEnd, Scene};
@@ -372,8 +372,10 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             }
             return;
         }
-        share_light(firsts, links, radiance, &mut self.shared, |from| {
-            lights.environment_density(from, direction, time, wavelengths)
+        let density = lights.density_in_environment(direction);
+        share_light(firsts, links, radiance, &mut self.shared, |from| match density {
+            0.0 => 0.0,
+            _ => density * lights.environment_probability(from, time, wavelengths),
         });
     }
 
@@ -495,23 +497,12 @@ fn share_light<const C: usize>(
     if density <= 0.0 {
         return;
     }
-    let mut weights = SampledLanes::ZERO;
+    let mut by_light_samples = ZERO;
     for lane in lanes_of(links.linked) {
-        let from = firsts.receivers.get(lane);
-        let by_light = by_light(&from);
-        let weight = if by_light > 0.0 {
-            let choice = PreviousSample::Scattered {
-                from,
-                prior_over_density: C as f64,
-                by_scattering: links.density_of_direction(lane),
-            };
-            choice.weight_beside_lights(firsts.scene, |_| by_light)
-        } else {
-            1.0
-        };
-        weights.set(lane, &Sampled::splat(weight));
+        set(&mut by_light_samples, lane, by_light(&firsts.receivers.get(lane)));
     }
-    links.reach.add_to(&weights, &(*radiance / density), shared);
+    let weights = firsts.weights_beside_lights(links, &by_light_samples);
+    links.reach.add_weighted(&weights, &(*radiance / density), shared);
 }
 
 #[cfg(test)]

@@ -277,13 +277,23 @@ impl Lights {
         time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
-        match self.sampled_environment() {
-            Some(environment) => {
-                let probability = self.probability(self.lights.len(), 0, from, time, wavelengths);
-                probability * environment.density(direction)
-            }
-            None => 0.0,
-        }
+        let density = self.density_in_environment(direction);
+        if density == 0.0 { 0.0 } else { density * self.environment_probability(from, time, wavelengths) }
+    }
+
+    /// Per steradian, the density with which a light sample that goes to the environment finds a direction.
+    pub fn density_in_environment(&self, direction: Vec3) -> f64 {
+        self.sampled_environment().map_or(0.0, |environment| environment.density(direction))
+    }
+
+    /// The probability with which a light sample goes to the environment.
+    pub fn environment_probability<const C: usize>(
+        &self,
+        from: &Receiver,
+        time: f64,
+        wavelengths: &Wavelengths<C>,
+    ) -> f64 {
+        self.probability(self.lights.len(), 0, from, time, wavelengths)
     }
 
     /// What is known of a part of a light. `brightness`: what its spectrum amounts to. `None` for what has no

@@ -120,6 +120,17 @@ impl<const C: usize> SampledLanes<C> {
         }
     }
 
+    /// Adds own · weight · factor, with a weight for each lane.
+    #[inline(always)]
+    pub fn add_weighted(&self, weights: &Row, factor: &Sampled<C>, total: &mut Self) {
+        for wavelength in 0..C {
+            let factor = f64x4::splat(factor[wavelength]);
+            for register in 0..REGISTERS {
+                total.0[wavelength][register] += self.0[wavelength][register] * weights[register] * factor;
+            }
+        }
+    }
+
     /// Adds own · other · factor, lane by lane.
     #[inline(always)]
     pub fn add_to(&self, other: &Self, factor: &Sampled<C>, total: &mut Self) {
