@@ -29,7 +29,7 @@ const TRIED: usize = SHARINGS.len() + LIGHT_SAMPLES.len() - 1;
 fn cost(scene: &Scene, plan: Plan) -> f64 {
     let ([four, sixteen], light_sample) = match scene.answers_lanes() {
         true => ([1.2, 1.4], 0.08),
-        false => ([1.2, 1.65], 0.15),
+        false => ([1.25, 1.9], 0.16),
     };
     let sharing = match plan.sharing {
         Sharing::Nothing => 1.0,
@@ -42,9 +42,9 @@ fn cost(scene: &Scene, plan: Plan) -> f64 {
 /// Nets of the pilot. The spread of two, over many pixels, tells their error.
 const NETS: u32 = 2;
 
-/// Most samples of a net. How much less a net errs than its samples alone depends on the plan: nets of two
-/// samples would take what is shared for worse than it is.
-const LONGEST: u32 = 8;
+/// Most samples of a net. How much less a net errs than its samples alone depends on the plan: short nets take
+/// what is shared for worse than it is, and light samples for better.
+const LONGEST: u32 = 16;
 
 /// Largest part of the picture's samples that a pilot takes.
 const SHARE: f64 = 0.03;
