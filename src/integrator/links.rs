@@ -62,6 +62,8 @@ pub(super) struct Links<const C: usize> {
     place: Place,
     /// The first surfaces that see the next one and may get anything of it, or sample it.
     pub linked: Mask,
+    /// Those of them that it is asked one by one what is on the way.
+    unsure: Mask,
     /// The density of diffuse surfaces.
     share: Row,
     toward_first: [Vec3Lanes; REGISTERS],
@@ -80,6 +82,7 @@ impl<const C: usize> Links<C> {
         owner: 0,
         place: Place::Beyond(Vec3::ZERO),
         linked: 0,
+        unsure: 0,
         share: lanes::ZERO,
         toward_first: [Vec3Lanes::ZERO; REGISTERS],
         geometry: lanes::ZERO,
@@ -238,22 +241,35 @@ impl<'a, const C: usize> Firsts<'a, C> {
     /// sees it.
     pub fn hide(&self, links: &mut [Links<C>], owners: Mask) {
         let features = self.scene.features();
-        if features.interface_events() {
+        if features.interface_events() && features.absorption {
+            lanes_of(owners).for_each(|owner| links[owner].unsure = Mask::MAX);
             return;
         }
+        let mut hidden = [0; LANES];
         if !self.fan.is_at_once() && !features.absorption {
-            return self.hide_from_each(links, owners);
+            self.hidden_from_each(links, owners, &mut hidden);
+        } else {
+            let (scene, time) = (self.scene, self.turn.time);
+            for owner in lanes_of(owners) {
+                let links = &links[owner];
+                let asked = links.linked & !(1 << owner);
+                hidden[owner] = match &links.place {
+                    Place::At(point, facet) => {
+                        scene.blocked(&self.fan, &Target { point, facet: *facet }, time, asked)
+                    }
+                    Place::Beyond(direction) => self.hidden_beyond(*direction, asked),
+                };
+            }
         }
-        let (scene, time) = (self.scene, self.turn.time);
         for owner in lanes_of(owners) {
             let links = &mut links[owner];
-            let asked = links.linked & !(1 << owner);
-            links.linked &= !match &links.place {
-                Place::At(point, facet) => {
-                    scene.blocked(&self.fan, &Target { point, facet: *facet }, time, asked)
-                }
-                Place::Beyond(direction) => self.hidden_beyond(*direction, asked),
-            };
+            if features.interface_events() {
+                // What is in the way may be no surface.
+                links.unsure = hidden[owner];
+            } else {
+                links.linked &= !hidden[owner];
+                links.unsure = if features.absorption { Mask::MAX } else { 0 };
+            }
         }
     }
 
@@ -278,12 +294,12 @@ impl<'a, const C: usize> Firsts<'a, C> {
     }
 
     /// The same, with all rays of a first surface at once: the boxes around it are in the way of all of them.
-    fn hide_from_each(&self, links: &mut [Links<C>], owners: Mask) {
+    fn hidden_from_each(&self, links: &[Links<C>], owners: Mask, hidden: &mut [Mask; LANES]) {
         for lane in lanes_of(self.all) {
             let point = self.fan.point(lane);
             let (mut rays, mut asked) = ([Ray::NOWHERE; LANES], 0);
             for owner in lanes_of(owners & !(1 << lane)) {
-                let links = &mut links[owner];
+                let links = &links[owner];
                 if links.linked >> lane & 1 == 0 {
                     continue;
                 }
@@ -293,13 +309,11 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 };
                 match ray {
                     Some(ray) => (rays[owner], asked) = (ray, asked | 1 << owner),
-                    None => links.linked &= !(1 << lane),
+                    None => hidden[owner] |= 1 << lane,
                 }
             }
-            let hidden = self.scene.occluded_together(RayKind::Shared, &rays, self.turn.time, asked);
-            for owner in lanes_of(hidden) {
-                links[owner].linked &= !(1 << lane);
-            }
+            let occluded = self.scene.occluded_together(RayKind::Shared, &rays, self.turn.time, asked);
+            lanes_of(occluded).for_each(|owner| hidden[owner] |= 1 << lane);
         }
     }
 
@@ -323,10 +337,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
     fn attenuate(&self, links: &mut Links<C>) {
         let (scene, time, wavelengths) = (self.scene, self.turn.time, self.wavelengths());
         let features = scene.features();
-        if !features.interface_events() && !features.absorption {
-            return;
-        }
-        for lane in lanes_of(links.linked) {
+        for lane in lanes_of(links.linked & links.unsure) {
             let media = &self.bundle.media(lane).here;
             let point = self.fan.point(lane);
             let way = match &links.place {

@@ -237,10 +237,10 @@ impl Scene {
         &self.even.reflectances
     }
 
-    /// Whether rays are answered for all lanes at once: the scene consists of few triangles and spheres, and
-    /// its segments are plain.
+    /// Whether most rays are answered for all lanes at once: the scene consists of few triangles and spheres,
+    /// and nothing absorbs light between them.
     pub fn answers_lanes(&self) -> bool {
-        !self.known.is_empty() && self.has_plain_segments()
+        !self.known.is_empty() && !self.features.absorption
     }
 
     /// Whether a segment leads through nothing, and what it meets is a surface.
@@ -249,9 +249,24 @@ impl Scene {
         !features.medium_stack && !features.absorption && !features.interface_events()
     }
 
-    /// Whether a ray of a kind meets no surface that is none.
+    /// Whether what rays of a kind meet first is a surface unless [`Self::interfaces`] says otherwise, and
+    /// nothing on the way to it counts.
     pub fn meets_at_once(&self, kind: RayKind) -> bool {
         let hides = kind == RayKind::Camera && self.limits.hide_emitters;
-        !hides && !self.features.interface_events()
+        !hides && !self.features.absorption
+    }
+
+    /// The lanes that may have met several surfaces at once, or a boundary of bodies: what becomes of their
+    /// rays depends on the media that they are in.
+    pub fn interfaces(&self, found: &Intersections) -> Mask {
+        if !self.features.interface_events() {
+            return 0;
+        }
+        let is_interface = |&lane: &usize| {
+            let hit = found.hits.get(lane);
+            self.body_of(&hit).is_some()
+                || self.may_touch(hit.shape, &found.point[lane / WIDTH % REGISTERS].get(lane))
+        };
+        lanes_of(found.met).filter(is_interface).fold(0, |mask, lane| mask | 1 << lane)
     }
 }

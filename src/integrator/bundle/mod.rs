@@ -165,13 +165,17 @@ impl<'a, const C: usize> Bundle<'a, C> {
     /// To the next surfaces; see [`super::path::Path::advance`]. The lanes that meet none have left the
     /// scene.
     pub fn advance(&mut self, found: &mut Intersections) {
-        let scene = self.scene;
-        if self.is_plain && scene.meets_at_once(self.kind()) {
-            return scene.intersect_in_lanes(&self.rays, self.time, self.kind(), self.alive, found);
+        let (scene, kind) = (self.scene, self.kind());
+        let mut alone = self.alive;
+        if scene.meets_at_once(kind) {
+            scene.intersect_in_lanes(&self.rays, self.time, kind, self.alive, found);
+            alone = if self.is_plain { 0 } else { scene.interfaces(found) };
+        } else {
+            found.clear(self.time);
         }
-        found.clear(self.time);
-        for lane in lanes_of(self.alive) {
+        for lane in lanes_of(alone) {
             let mut path = self.path(lane);
+            found.met &= !(1 << lane);
             if let Some(hit) = path.advance(scene, &self.rays.get(lane), self.wavelengths(lane)) {
                 found.set(lane, &hit);
             }
@@ -317,11 +321,16 @@ impl<'a, const C: usize> Bundle<'a, C> {
         light: &mut SampledLanes<C>,
     ) {
         let scene = self.scene;
-        if self.is_plain && !scene.features().transparent_shadows {
-            light.keep(!scene.occluded_in_lanes(RayKind::Shadow, shadow_rays, self.time, asked));
-            return;
+        let mut unsure = asked;
+        if !scene.features().absorption {
+            // What nothing is in the way of arrives, whatever surfaces may mean.
+            unsure = scene.occluded_in_lanes(RayKind::Shadow, shadow_rays, self.time, asked);
+            if self.is_plain && !scene.features().transparent_shadows {
+                light.keep(!unsure);
+                return;
+            }
         }
-        for lane in lanes_of(asked) {
+        for lane in lanes_of(unsure) {
             let (path, hit) = (self.path(lane), surfaces.hits.get(scene, lane));
             let (ray, shadow_ray) = (self.rays.get(lane), shadow_rays.get(lane));
             let visibility = path.visibility(scene, &ray, &hit, &shadow_ray, self.wavelengths(lane));
