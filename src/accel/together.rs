@@ -1,8 +1,8 @@
 //! Rays of several lanes that go through the tree together: each node is visited once for all rays that enter
 //! it.
 //!
-//! The test of a box is that of one ray, so the answers are those of [`Accel::occluded`]. A ray alone waits for
-//! most of its time, for memory and for what the last boxes say; here the next ray is tested meanwhile.
+//! The test of a box is that of one ray, so the answers are those of [`Accel::occluded`]. A ray alone waits
+//! for most of its time, for memory and for what the last boxes say; here the next ray is tested meanwhile.
 
 use super::Accel;
 use super::node::{Child, NodeRay};

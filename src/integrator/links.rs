@@ -214,8 +214,8 @@ impl<'a, const C: usize> Firsts<'a, C> {
         self.evaluate(Mask::MAX, linked, links);
     }
 
-    /// Values and densities of rough first surfaces. `facing`: those on the right side of the place; `linked`:
-    /// those for which it is on the right side, if they are diffuse.
+    /// Values and densities of rough first surfaces. `facing`: those on the right side of the place.
+    /// `linked`: those for which it is on the right side, if they are diffuse.
     fn evaluate(&self, facing: Mask, linked: Mask, links: &mut Links<C>) {
         let partners = self.all & self.sharing.partners(links.owner);
         links.linked = linked & self.surfaces.diffuse & partners;

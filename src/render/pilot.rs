@@ -19,7 +19,7 @@ use std::sync::atomic::Ordering;
 const SHARINGS: [Sharing; 3] = [Sharing::Nothing, Sharing::Four, Sharing::Sixteen];
 
 /// How many light samples a first surface may take: first some, and then fewer or more.
-const LIGHT_SAMPLES: [u32; 3] = [Plan::USUAL.light_samples, 1, 16];
+const LIGHT_SAMPLES: [u32; 3] = [4, 1, 16];
 
 /// Plans that a pilot tries.
 const TRIED: usize = SHARINGS.len() + LIGHT_SAMPLES.len() - 1;
@@ -42,8 +42,8 @@ fn cost(scene: &Scene, plan: Plan) -> f64 {
 /// Nets of the pilot. The spread of two, over many pixels, tells their error.
 const NETS: u32 = 2;
 
-/// Most samples of a net. How much less a net errs than its samples alone depends on the plan: short nets take
-/// what is shared for worse than it is, and light samples for better.
+/// Most samples of a net. How much less a net errs than its samples alone depends on the plan: short nets
+/// take what is shared for worse than it is, and light samples for better.
 const LONGEST: u32 = 16;
 
 /// Largest part of the picture's samples that a pilot takes.
@@ -99,7 +99,8 @@ pub(super) fn choose<const C: usize>(
         }
         tried.iter().min_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(Plan::USUAL, |&(plan, _)| plan)
     };
-    let of_sharing = best_of(&mut SHARINGS.into_iter().map(|sharing| Plan { sharing, ..Plan::USUAL }));
+    let of_sharing =
+        best_of(&mut SHARINGS.into_iter().map(|sharing| Plan { sharing, light_samples: LIGHT_SAMPLES[0] }));
     best_of(&mut LIGHT_SAMPLES[1..].iter().map(|&light_samples| Plan { light_samples, ..of_sharing }))
 }
 

@@ -6,7 +6,7 @@ use smallvec::SmallVec;
 
 /// One sample of each pixel of a group, with what is known of its wavelengths before the paths are followed.
 pub(in crate::integrator) struct Turn<'a, const C: usize> {
-    /// Of each lane.
+    /// Those of each lane.
     wavelengths: [&'a Wavelengths<C>; LANES],
     pub time: f64,
     /// Sample values of each lane; those without a path have some, too.
