@@ -118,7 +118,10 @@ fn a_sample_has_the_radiance_of_its_direction() {
             assert_eq!((direction, density), (same, p));
             let expected = environment.radiance(direction, &[450.0, NM]);
             for (found, expected) in radiance.0.into_iter().zip(expected.0) {
-                assert!((found - expected).abs() <= 1e-9 * (1.0 + expected), "{direction}: {found} {expected}");
+                assert!(
+                    (found - expected).abs() <= 1e-9 * (1.0 + expected),
+                    "{direction}: {found} {expected}"
+                );
             }
         }
     }
