@@ -37,6 +37,40 @@ SCENES = tuple(
 )
 
 
+class Lamps(Scene):
+    @property
+    def path(self):
+        return HERE / "lamps" / f"{self.name.split('-')[0]}.xml"
+
+
+# The triangles shine as much, all together, whatever their number: sizes go with its root.
+EMITTERS = (100, 10_000, 1_000_000)
+LAMPS = (
+    Lamps("bright_texel", "screen with one bright texel", 1),
+    Lamps("small_sun", "small sun in an environment map", 1),
+    Lamps("unequal", "very unequal lamps", 1),
+    *(Lamps(f"emitters-{count}", f"{count} emitters", 1, defines={"count": str(count)}) for count in EMITTERS),
+)
+
+
+def write_lamps():
+    ASSETS.mkdir(parents=True, exist_ok=True)
+    assets.spectra()
+    screen = np.full((64, 64, 3), 0.3)
+    screen[20, 41] = 300, 280, 240
+    exr("screen.exr", screen)
+    height, width = 1024, 2048
+    v, u = (np.mgrid[0:height, 0:width] + 0.5) / [[[height]], [[width]]]
+    theta, phi = np.pi * v, 2 * np.pi * u
+    toward = np.sin(theta) * np.sin(0.9) * np.cos(phi - 0.6) + np.cos(theta) * np.cos(0.9)
+    exr("sun.exr", np.where(toward[..., None] > np.cos(np.radians(0.25)), 1e5, np.where(np.cos(theta) > 0, 0.6, 0.1)[..., None]) * [0.9, 0.95, 1])
+    for count in EMITTERS:
+        random = np.random.default_rng(5)
+        centre = random.uniform(-1, 1, (count, 1, 3)) * [4, 3, 0.8] + [0, 0, 3.2]
+        corners = centre + 0.04 * (100 / count) ** 0.5 * random.normal(size=(count, 3, 3))
+        ply(f"sparks-{count}.ply", corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+
+
 def write():
     ASSETS.mkdir(parents=True, exist_ok=True)
     assets.spectra()

@@ -30,6 +30,7 @@ def main():
     parser.add_argument("binaries", nargs="+", type=Path, metavar="BINARY", help="abbe, or several versions of it")
     parser.add_argument("--scenes", metavar="NAME,…", help="which (default: all)")
     parser.add_argument("--gallery", action="store_true", help="the scenes of gallery/; Mitsuba with its default sampler, too")
+    parser.add_argument("--lamps", action="store_true", help="the scenes of lamps/, with Mitsuba as for the gallery")
     parser.add_argument("--seeds", type=int, default=3, help="renders of each program (default: 3)")
     options = parser.parse_args()
     if options.seeds < 2:
@@ -40,22 +41,26 @@ def main():
     assets.spectra()
     if options.gallery:
         gallery.write()
+        scenes = gallery.SCENES
+    elif options.lamps:
+        gallery.write_lamps()
+        scenes = gallery.LAMPS
     else:
         assets.ball(assets.MILLION)
-    scenes = gallery.SCENES if options.gallery else measure.SCENES
+        scenes = measure.SCENES
     scenes = [scene for scene in scenes if not options.scenes or scene.name in options.scenes.split(",")]
     # The bench scenes face Mitsuba's best sampler, the gallery what its files name, which is the default.
-    samplers = ("independent", "multijitter") if options.gallery else ("multijitter",)
+    samplers = ("independent", "multijitter") if options.gallery or options.lamps else ("multijitter",)
     witnesses = [Mitsuba(f"Mitsuba {sampler}", "llvm_ad_spectral", sampler) for sampler in samplers]
     programs = [Abbe(binary, str(binary)) for binary in options.binaries] + witnesses
     print(machines.describe())
     costs = {program.name: [] for program in programs}
     for scene in scenes:
-        start = {program.name: program.run(scene.path, measure.LEAST, 9, {})[0].cpu for program in programs}
+        start = {program.name: program.run(scene.path, measure.LEAST, 9, scene.defines or {})[0].cpu for program in programs}
         cpu, pictures = ({program.name: [] for program in programs} for _ in range(2))
         for seed in range(options.seeds):
             for program in programs:
-                used, picture = program.run(scene.path, measure.SPP, 100 + seed, {})
+                used, picture = program.run(scene.path, measure.SPP, 100 + seed, scene.defines or {})
                 cpu[program.name].append(used.cpu - start[program.name])
                 pictures[program.name].append(picture[..., 1])
         centre = np.mean([np.mean(of_program, 0) for of_program in pictures.values()], 0)
