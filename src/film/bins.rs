@@ -21,6 +21,7 @@ const IN_USE: usize = 64 << 20;
 /// Where the sums of spectral bins are.
 #[derive(Clone, Copy, Debug)]
 pub enum Place<'a> {
+    /// In main memory.
     Memory,
     /// In a file without a name in this folder, if they are more than 128 MiB.
     Folder(&'a Path),

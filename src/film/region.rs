@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 /// down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Region {
+    /// Column and row of its upper left corner.
     pub offset: [u32; 2],
+    /// Columns and rows.
     pub size: [u32; 2],
 }
 

@@ -19,6 +19,7 @@ pub struct Tile {
     pub(super) samples: Vec<u32>,
     /// In [0, 1): decides how small contributions of the sample are rounded.
     rounding: f64,
+    /// Values that were left out.
     pub bad: BadValues,
 }
 

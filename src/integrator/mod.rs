@@ -43,12 +43,15 @@ pub enum Estimator {
 }
 
 impl Estimator {
+    /// The estimators by the names that the command line has for them.
     pub const NAMES: [(&str, Self); 2] = [("shared", Self::Shared), ("plain", Self::Plain)];
 
+    /// The estimator of that name, if there is one.
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(known, _)| *known == name).map(|&(_, estimator)| estimator)
     }
 
+    /// The name that the command line has for it.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|&&(_, estimator)| estimator == self).map_or("", |&(name, _)| name)
     }
@@ -71,12 +74,14 @@ pub fn why_nothing_is_shared(scene: &Scene) -> Option<&'static str> {
 /// What a sample's camera ray has led to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadianceSample<const C: usize> {
+    /// Spectral radiance, W·m⁻²·sr⁻¹·nm⁻¹, one value for each wavelength.
     pub radiance: Sampled<C>,
     /// Whether the path has met what the film's alpha counts.
     pub alpha_hit: bool,
 }
 
 impl<const C: usize> RadianceSample<C> {
+    /// Nothing was met, and no light found.
     pub const NOTHING: Self = Self { radiance: Sampled::ZERO, alpha_hit: false };
 }
 

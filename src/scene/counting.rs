@@ -79,6 +79,7 @@ impl PathEnd {
 /// Rays of a kind, and what they took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RayCounts {
+    /// Rays of this kind.
     pub rays: u64,
     /// Queries of the tree. A ray makes more than one where it passes hidden lights, surfaces with null
     /// transmission, or surfaces in contact.
@@ -88,6 +89,7 @@ pub struct RayCounts {
     /// What the queries took. Of segments that all of a small scene's triangles are tested against at once
     /// (`segments_at_once`) it is not known.
     pub tests: Tests,
+    /// Segments that were tested against all of a small scene's triangles at once.
     pub segments_at_once: u64,
     timing: Timing,
 }

@@ -9,6 +9,7 @@ use crate::spectrum::{Sampled, Wavelengths};
 
 /// What a ray comes to first.
 pub enum Event<'a> {
+    /// A surface.
     Surface(Intersection),
     /// A place in a medium that scatters.
     Medium(Collision<'a>),
@@ -19,7 +20,9 @@ pub enum Event<'a> {
 /// A place between surfaces where a ray is scattered or absorbed.
 #[derive(Clone, Copy)]
 pub struct Collision<'a> {
+    /// Where it is, in scene units.
     pub position: Vec3,
+    /// How the medium scatters.
     pub scattering: &'a Scattering,
 }
 

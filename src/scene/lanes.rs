@@ -14,7 +14,9 @@ use wide::f64x4;
 /// Where the rays of some lanes have met surfaces; see [`Intersection`].
 #[derive(Clone, Debug)]
 pub struct Intersections {
+    /// The lanes that have met a surface.
     pub met: Mask,
+    /// Where they have met it.
     pub point: [Points<f64x4>; REGISTERS],
     /// Shading normals of the front.
     pub shading_normal: [Vec3Lanes; REGISTERS],
@@ -51,12 +53,14 @@ pub(super) struct EvenSurfaces {
 pub enum Side {
     /// Diffuse, with the reflectance of this number; see [`Scene::reflectances`].
     Diffuse(u32),
+    /// It reflects nothing.
     Black,
     /// Anything else: [`Scene::shade`] tells.
     Other,
 }
 
 impl Intersections {
+    /// No lane has met anything.
     pub const NONE: Self = Self {
         met: 0,
         point: [Points::NONE; REGISTERS],

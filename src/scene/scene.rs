@@ -23,13 +23,21 @@ use wide::f64x4;
 /// Everything that rendering reads.
 #[derive(Debug)]
 pub struct Scene {
+    /// Which rays the sensor measures.
     pub camera: Camera,
+    /// When they are traced.
     pub shutter: Shutter,
+    /// The film that is exposed.
     pub film: FilmPlan,
+    /// The colour matching functions.
     pub observer: &'static Observer,
+    /// How light is followed.
     pub integrator: Integrator,
+    /// How far paths go.
     pub limits: Limits,
+    /// Density by which wavelengths are chosen, nm⁻¹.
     pub wavelengths: WavelengthDensity,
+    /// The lights, and the choice among them.
     pub lights: Lights,
     pub(super) caustics: Option<Caustics>,
     /// About the brightest light's contribution to Y: fixes the film's quantum.
@@ -70,10 +78,13 @@ pub(super) struct ShapeNumbers {
 /// The film that is exposed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmPlan {
+    /// The exposed pixels within the whole film.
     pub extent: Extent,
+    /// Reconstruction filter.
     pub filter: FilterKind,
     /// Whether samples fall outside of the window that is exposed.
     pub sample_border: bool,
+    /// Whether alpha is measured.
     pub alpha: bool,
     /// Whether the second moments of the samples are measured, too.
     pub moments: bool,
@@ -84,7 +95,9 @@ pub struct FilmPlan {
 /// A channel of the sensor: what it measures is the integral of spectral radiance over its response.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FilmChannel {
+    /// What the file calls it.
     pub name: String,
+    /// Response by wavelength, at least 0.
     pub response: Spectrum,
     /// Integral of the response over the range of wavelengths, nm. Above 0.
     pub integral: f64,
@@ -93,6 +106,7 @@ pub struct FilmChannel {
 /// What begins a path.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraSample<'a> {
+    /// The camera ray.
     pub sensor: SensorRay<'a>,
     /// Weight of the film position by the filter: 1 on average.
     pub filter_weight: f64,
@@ -149,11 +163,13 @@ pub struct Features {
     pub contact: bool,
     /// Rays of the sensor may begin within a body.
     pub sensor_within: bool,
+    /// The camera has a lens that is no pinhole.
     pub lens: bool,
     /// Something moves while the shutter is open.
     pub motion: bool,
     /// Lights that are sampled at each vertex.
     pub light_samples: bool,
+    /// Some surface is rough without being diffuse.
     pub rough_surfaces: bool,
     /// Some surface chooses between materials at random.
     pub choices: bool,
@@ -234,7 +250,9 @@ impl std::fmt::Display for Features {
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Intersection {
+    /// Distance along the ray, in scene units.
     pub t: f64,
+    /// The point of the surface.
     pub point: SurfacePoint,
     /// Shading normal of the front.
     pub shading_normal: Vec3,

@@ -60,17 +60,27 @@ pub use triangle::{RaySpace, TriangleHit};
 /// A surface that rays can meet and light can leave.
 #[derive(Clone, Debug)]
 pub enum Shape {
+    /// A sphere.
     Sphere(Sphere),
+    /// A disk, or a ring.
     Disk(Disk),
+    /// A cylinder without its ends.
     Cylinder(Cylinder),
     /// Rare and large: the others are not to grow by it.
     Quadric(Box<Quadric>),
+    /// A torus.
     Torus(Box<Torus>),
+    /// Curves with a radius, open at their ends.
     Curves(Curves),
+    /// Curves with a radius, closed by round ends.
     SweptSphere(Box<SweptSphere>),
+    /// A height field or a grid of distances.
     Grid(Box<GridShape>),
+    /// A polygon, a swept or turned profile, or a surface by an equation.
     ProfileOrImplicit(Box<ProfileOrImplicit>),
+    /// Bézier patches.
     Patches(Patches),
+    /// Triangles.
     Mesh(Mesh),
 }
 
@@ -97,6 +107,7 @@ pub const NO_INSTANCE: u32 = u32::MAX;
 /// A point on a surface with what shading always asks for.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceHit {
+    /// Where it is, with its geometric normal.
     pub point: SurfacePoint,
     /// Unit shading normal; equals the geometric normal unless a mesh interpolates vertex normals.
     pub shading_normal: Vec3,
@@ -105,6 +116,7 @@ pub struct SurfaceHit {
 /// The coordinates of a point on a surface: what only some materials ask for.
 #[derive(Clone, Copy, Debug)]
 pub struct Parametrisation {
+    /// Coordinates u and v.
     pub uv: [f64; 2],
     /// ∂p/∂u, not normalised; zero where the parametrisation is singular.
     pub tangent: Vec3,
@@ -122,6 +134,7 @@ impl Parametrisation {
 /// group would have in there.
 #[derive(Clone, Copy, Debug)]
 pub struct AtRest {
+    /// The place.
     pub position: Vec3,
     /// ∂p/∂u and ∂p/∂v, as in [`Parametrisation`].
     pub tangents: [Vec3; 2],
@@ -135,9 +148,11 @@ impl AtRest {
 /// A point chosen on a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct AreaSample {
+    /// The point of the surface.
     pub surface: SurfaceHit,
     /// Number of the triangle, as in [`Hit`].
     pub triangle: u32,
+    /// Weights of the triangle's second and third vertex; 0 for other shapes.
     pub barycentric: [f64; 2],
     /// Per unit of world area.
     pub density: f64,
@@ -146,9 +161,11 @@ pub struct AreaSample {
 /// A point chosen on a surface for what it looks like from a reference point.
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeSample {
+    /// The point of the surface.
     pub surface: SurfaceHit,
     /// Number of the triangle, as in [`Hit`].
     pub triangle: u32,
+    /// Weights of the triangle's second and third vertex; 0 for other shapes.
     pub barycentric: [f64; 2],
     /// Per steradian, as seen from the reference point.
     pub density: f64,
@@ -187,9 +204,19 @@ pub enum ShapeError {
     /// The two ends of an axis coincide or are not finite.
     Ends,
     /// The tube of a torus is as thick as its ring or thicker.
-    Tube { major: f64, minor: f64 },
+    Tube {
+        /// From the centre to the middle of the tube.
+        major: f64,
+        /// Radius of the tube.
+        minor: f64,
+    },
     /// A curve has too few control points.
-    ControlPoints { found: usize, least: usize },
+    ControlPoints {
+        /// How many it has.
+        found: usize,
+        /// How many it needs.
+        least: usize,
+    },
     /// All coefficients of a quadric vanish, or some are not finite.
     Coefficients,
     /// A quadric goes on without end.
@@ -211,17 +238,47 @@ pub enum ShapeError {
     /// The placement makes the shape too thin or too large to compute with.
     Placement,
     /// A triangle refers to a vertex that does not exist.
-    VertexIndex { triangle: usize, index: u32, vertices: usize },
+    VertexIndex {
+        /// Number of the triangle.
+        triangle: usize,
+        /// Number of the vertex that it names.
+        index: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
     /// A coordinate of a position, normal or uv is infinite or not a number.
-    NotFinite { attribute: &'static str, vertex: usize },
+    NotFinite {
+        /// Name of the attribute, such as `normal`.
+        attribute: &'static str,
+        /// Number of the vertex.
+        vertex: usize,
+    },
     /// There must be as many normals and uvs as positions.
-    AttributeCount { attribute: &'static str, found: usize, vertices: usize },
+    AttributeCount {
+        /// Name of the attribute, such as `normal`.
+        attribute: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many vertices there are.
+        vertices: usize,
+    },
     /// An attribute must have one or three numbers for each vertex or triangle.
-    AttributeValues { found: usize, expected: usize },
+    AttributeValues {
+        /// How many numbers there are.
+        found: usize,
+        /// How many there should be.
+        expected: usize,
+    },
     /// A deformation turns a mesh inside out at a vertex.
-    Folded { vertex: usize },
+    Folded {
+        /// Number of the vertex.
+        vertex: usize,
+    },
     /// Subdivision would make more triangles of a mesh than it may.
-    TooFine { most: usize },
+    TooFine {
+        /// How many triangles it may have.
+        most: usize,
+    },
     /// More triangles or vertices than 32-bit indices can name.
     TooLarge,
 }

@@ -8,7 +8,9 @@ use std::path::Path;
 /// What [`read()`] finds in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channels {
+    /// Columns.
     pub width: usize,
+    /// Rows.
     pub height: usize,
     /// Name and values, row by row from the top, in the order of the names.
     pub channels: Vec<(String, Vec<f32>)>,

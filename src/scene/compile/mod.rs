@@ -47,7 +47,9 @@ use std::collections::HashMap;
 /// What a scene is compiled for.
 #[derive(Clone, Copy, Debug)]
 pub struct CompileOptions {
+    /// Wavelengths that are simulated, nm.
     pub range: WavelengthRange,
+    /// The colour matching functions.
     pub observer: &'static Observer,
     /// Whether spectral bins are measured too: then wavelengths that the observer hardly sees count as well.
     pub spectral: bool,
@@ -63,6 +65,7 @@ pub struct Crop {
     /// Pixels around it, as far as the window goes, that are measured too. What is measured holds whole
     /// squares of pixels of an edge of `square`, each with that margin.
     pub margin: u32,
+    /// Columns, and rows, of such a square, at least 1.
     pub square: u32,
 }
 

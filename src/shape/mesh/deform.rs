@@ -19,7 +19,14 @@ pub enum Deformation {
     Taper(f64),
     /// Along z, between two heights, bent toward x by so many radians per unit; what is beyond them stays
     /// straight.
-    Bend { rate: f64, from: f64, to: f64 },
+    Bend {
+        /// Radians per unit of z.
+        rate: f64,
+        /// Height at which the bend begins.
+        from: f64,
+        /// Height at which the bend ends.
+        to: f64,
+    },
 }
 
 impl Deformation {
