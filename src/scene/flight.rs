@@ -1,8 +1,9 @@
 //! Rays through media that scatter: where they end, and what each wavelength would have done.
 
 use super::counting::RayKind;
+use super::intersection::Intersection;
 use super::passage::transmittance;
-use super::scene::{Intersection, Scene};
+use super::scene::Scene;
 use crate::geometry::{Ray, Vec3};
 use crate::medium::{Extinction, FreeFlight, Media, Medium, MediumStack, Scattering, Segment};
 use crate::spectrum::{Sampled, Wavelengths};

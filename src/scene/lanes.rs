@@ -1,7 +1,8 @@
 //! What the rays of several paths meet, one path for each lane.
 
 use super::counting::RayKind;
-use super::scene::{Intersection, Scene, Surface};
+use super::intersection::Intersection;
+use super::scene::{Scene, Surface};
 use crate::accel::{Accel, Hits, NO_FACET, Rays};
 use crate::geometry::{Points, Vec3};
 use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, lanes_of, part, set};

@@ -24,8 +24,9 @@ pub(super) use shapes::{bounds as bounds_of_shape, place as place_shape};
 pub(super) use spectra::index as index_of_source;
 
 use super::description::{self, Description, IntegratorKind, Note, ShapeKind};
+use super::features::Features;
 use super::lanes::{EvenSurfaces, KnownSurface};
-use super::scene::{Features, Scene, Surface};
+use super::scene::{Scene, Surface};
 use super::source::{Place, SceneError, SceneErrors};
 use crate::accel::NO_FACET;
 use crate::film::Region;
