@@ -18,7 +18,7 @@ use crate::spectrum::{Sampled, Wavelengths};
 
 pub use caustics::{Splat, light_subpath};
 use observe::Record;
-pub use observe::{Step, Told};
+pub use observe::{RecordedStep, Step};
 pub use shared::{GroupSample, Sight, TOGETHER, Workspace, parts_of_group, radiance_of_group};
 
 impl Limits {
@@ -112,7 +112,7 @@ pub fn radiance_told<const C: usize>(
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
-) -> (RadianceSample<C>, Vec<Told>) {
+) -> (RadianceSample<C>, Vec<RecordedStep>) {
     if scene.limits.max_depth == 0 {
         return (RadianceSample::NOTHING, Vec::new());
     }

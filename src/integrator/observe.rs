@@ -24,23 +24,23 @@ impl Observe for Unseen {
 
 /// Keeps all that it is told.
 #[derive(Clone, Default)]
-pub(super) struct Record(Rc<RefCell<Vec<Told>>>);
+pub(super) struct Record(Rc<RefCell<Vec<RecordedStep>>>);
 
 impl Record {
-    pub fn into_steps(self) -> Vec<Told> {
+    pub fn into_steps(self) -> Vec<RecordedStep> {
         std::mem::take(&mut self.0.borrow_mut())
     }
 }
 
 impl Observe for Record {
     fn tell(&self, vertex: u32, step: impl FnOnce() -> Step) {
-        self.0.borrow_mut().push(Told { vertex, step: step() });
+        self.0.borrow_mut().push(RecordedStep { vertex, step: step() });
     }
 }
 
 /// A step of a path.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Told {
+pub struct RecordedStep {
     /// Surfaces and scattering events that the path had met before.
     pub vertex: u32,
     /// What happened.

@@ -4,7 +4,7 @@ use super::exposure::{Aimed, Exposure, Turn};
 use super::groups::{Block, Pixel};
 use super::{Measures, NoProgress, Plan, Settings, with_exposure};
 use crate::film::{Extent, Film, FixedPoint, Region};
-use crate::integrator::{self, Sight, Told, Workspace};
+use crate::integrator::{self, RecordedStep, Sight, Workspace};
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::Sampled;
 use serde::Serialize;
@@ -60,7 +60,7 @@ pub struct Explained {
     /// The radiance of the path that is told, and its steps.
     pub path_radiance: Vec<f64>,
     /// What happened to the path, in order.
-    pub steps: Vec<Told>,
+    pub steps: Vec<RecordedStep>,
 }
 
 /// The parts of the radiance of a sample that shares suffixes.
