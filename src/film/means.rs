@@ -218,8 +218,8 @@ impl Film {
     }
 
     /// The mean of a pixel: a linear function of the channels over the sum of the weights. `None` without
-    /// samples. Also, for each of `parts` equal runs of replicates, how far it lies above the mean: what it adds
-    /// to the ratio, to first order.
+    /// samples. Also, for each of `parts` equal runs of replicates, how far it lies above the mean: what it
+    /// adds to the ratio, to first order.
     fn linearised(
         &self,
         x: u32,
