@@ -84,7 +84,7 @@ pub struct Outlier {
     pub values: [f64; 2],
 }
 
-/// How many of them are told.
+/// Number of outliers that are reported.
 const OUTLIERS: usize = 3;
 
 /// How one channel differs.

@@ -79,7 +79,7 @@ impl Tile {
         if weight == 0.0 { 0.0 } else { sum / weight }
     }
 
-    /// Says that a pixel has had so many samples more.
+    /// Counts further samples of a pixel.
     pub fn count(&mut self, place: usize, samples: u32) {
         self.samples[place] += samples;
     }

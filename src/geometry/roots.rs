@@ -39,7 +39,7 @@ pub fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     a.mul_add(b, -cd) + lost
 }
 
-/// Roots of a·t² + b·t + c. A double root is none, nor is anything a root where all three vanish.
+/// Simple roots of a·t² + b·t + c. A double root does not count; where all three vanish there is no root.
 ///
 /// The root of larger magnitude has no cancellation; the other is c / (a · the larger). Nor has the
 /// discriminant.

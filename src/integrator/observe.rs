@@ -1,5 +1,5 @@
-//! A path told step by step, to whoever asks what one sample is made of. What is told comes from the very
-//! code that renders: it is compiled a second time, with somebody who listens.
+//! Records the steps of one path, for `abbe explain`. The steps come from the code that renders, which is
+//! compiled a second time with a recorder.
 
 use crate::geometry::Vec3;
 use crate::sampling::Density;
@@ -8,12 +8,12 @@ use serde::Serialize;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// Is told of the steps of a path.
+/// Observes the steps of a path.
 pub(super) trait Observe: Clone {
     fn tell(&self, vertex: u32, step: impl FnOnce() -> Step);
 }
 
-/// Does not listen.
+/// Observes nothing, at no cost.
 #[derive(Clone, Copy)]
 pub(super) struct Unseen;
 
@@ -22,7 +22,7 @@ impl Observe for Unseen {
     fn tell(&self, _: u32, _: impl FnOnce() -> Step) {}
 }
 
-/// Keeps all that it is told.
+/// Records all steps.
 #[derive(Clone, Default)]
 pub(super) struct Record(Rc<RefCell<Vec<RecordedStep>>>);
 
@@ -38,7 +38,7 @@ impl Observe for Record {
     }
 }
 
-/// A step of a path.
+/// A step of a path, and where in the path it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordedStep {
     /// Surfaces and scattering events that the path had met before.

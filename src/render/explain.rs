@@ -69,7 +69,7 @@ pub struct Shared {
     /// What is the pixel's own: emission of what it sees, light samples at its first surface, and all that
     /// comes by directions without a density.
     pub own: Vec<f64>,
-    /// What comes of the paths of the pixels of its group, itself included, from the most on.
+    /// What the paths of the pixels of its group contribute, itself included, the largest first.
     pub parts: Vec<Part>,
     /// The pixel whose path is told: of which the most comes.
     pub told: [u32; 2],

@@ -41,7 +41,7 @@ impl Schedule {
         dealt.unwrap_or(Self::independent(samples, 1)).of_two_nets()
     }
 
-    /// So many replicates of so many samples, each a net of its own.
+    /// `replicates` replicates of `samples_per_replicate` samples, each a net of its own.
     pub fn independent(replicates: u32, samples_per_replicate: u32) -> Self {
         Self { replicates, per_net: 1, samples_per_replicate }
     }

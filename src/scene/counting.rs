@@ -24,7 +24,7 @@ pub struct Counters {
     clock: Duration,
 }
 
-/// One query of so many is timed.
+/// Number of queries, one of which is timed.
 const TIMED: u64 = 32;
 
 /// Threads that a render may have.
@@ -46,7 +46,7 @@ impl Counters {
         sum
     }
 
-    /// What this thread has counted and nobody has taken yet.
+    /// What this thread has counted and not handed over yet.
     pub fn of_this_thread(&self) -> Counts {
         *self.shard()
     }
@@ -57,7 +57,7 @@ impl Counters {
         lock(&self.shards[index.min(self.shards.len() - 1)])
     }
 
-    /// A query of the tree: as it is where nobody counts, and the same with a count of its steps.
+    /// A query of the tree: without counting, and the same with a count of its steps.
     fn query<R: PartialEq>(
         &self,
         query: Query,
@@ -244,7 +244,7 @@ impl Scene {
         }
     }
 
-    /// A path of so many segments has ended.
+    /// A path of `segments` segments has ended.
     #[inline(always)]
     pub fn path_ended(&self, end: PathEnd, segments: u32) {
         if let Some(counters) = &self.counters {

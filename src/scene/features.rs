@@ -11,7 +11,7 @@ pub struct Features {
     pub scattering: bool,
     /// Some body may lie within another, or holds a medium: paths keep account of what they are inside of.
     pub medium_stack: bool,
-    /// Bodies may overlap: surfaces beneath the one that counts are none.
+    /// Bodies may overlap: surfaces inside the body that takes precedence are ignored.
     pub precedence: bool,
     /// Transparent bodies may have faces in common with other things.
     pub contact: bool,

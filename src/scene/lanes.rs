@@ -254,7 +254,7 @@ impl Scene {
         !features.medium_stack && !features.absorption && !features.interface_events()
     }
 
-    /// Whether a ray of a kind meets no surface that is none.
+    /// Whether a ray of a kind meets no surface with null transmission.
     pub fn meets_at_once(&self, kind: RayKind) -> bool {
         let hides = kind == RayKind::Camera && self.limits.hide_emitters;
         !hides && !self.features.interface_events()

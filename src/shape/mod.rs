@@ -71,7 +71,7 @@ pub enum Shape {
     Disk(Disk),
     /// A cylinder without its ends.
     Cylinder(Cylinder),
-    /// Rare and large: the others are not to grow by it.
+    /// Boxed because it is rare and large: an enum is as large as its largest variant.
     Quadric(Box<Quadric>),
     /// A torus.
     Torus(Box<Torus>),

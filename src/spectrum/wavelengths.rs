@@ -132,7 +132,7 @@ impl WavelengthDensity {
     }
 }
 
-/// Integrals of so many tables are kept for other lights that share them.
+/// Number of tables whose integrals are kept for other lights that share them.
 const MOST_KNOWN: usize = 1024;
 
 /// The nodes of all, without those that only repeat the ones before.

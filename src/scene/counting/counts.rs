@@ -93,7 +93,7 @@ pub struct RayCounts {
 pub(super) struct Timing {
     pub queries: u64,
     pub stands_for: u64,
-    /// The time of the query as it is where nobody counts, and that of the same with all that is counted.
+    /// The time of the query without counting, and that of the same query with all that is counted.
     pub plain: Duration,
     pub counted: Duration,
 }

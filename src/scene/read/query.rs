@@ -274,7 +274,7 @@ impl<'a> Query<'a> {
         self.object.entries.iter().any(|entry| matches!(entry.value, Value::Broken))
     }
 
-    /// Reports what nobody asked for.
+    /// Reports the properties that no reader asked for.
     pub fn finish(self) {
         // A child that was wrong itself may be what was asked for.
         for (entry, used) in self.object.entries.iter().zip(self.used.borrow().iter()) {

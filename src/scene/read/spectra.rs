@@ -37,7 +37,7 @@ pub enum Use {
     Response,
     /// A part of a texture: any number, until it is known what the texture is for.
     Part,
-    /// A height, of which the slope counts.
+    /// A height, whose slope matters.
     Height,
     /// Normals, in three channels.
     Normals,

@@ -13,7 +13,7 @@ use glam::DMat3;
 pub enum Deformation {
     /// Each triangle becomes four, as often as it says.
     Subdivide(u32),
-    /// Turned around z by so many radians per unit of z.
+    /// Turned around z, in radians per unit of z.
     Twist(f64),
     /// x and y multiplied by one and `Taper` times z, which must stay above 0.
     Taper(f64),
