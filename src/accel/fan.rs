@@ -28,6 +28,7 @@ struct FewSides<'a> {
 /// A surface point that is to be seen from others.
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'p> {
+    /// The point that is looked at.
     pub point: &'p SurfacePoint,
     /// The facet of a small scene that it lies in, as [`super::Hits::facet`] says it.
     pub facet: f64,
@@ -66,6 +67,7 @@ impl Fan<'_> {
         self.few.is_some()
     }
 
+    /// The point of one lane.
     pub fn point(&self, lane: usize) -> SurfacePoint {
         self.points[lane / WIDTH].get(lane)
     }

@@ -27,6 +27,7 @@ impl Sharing {
 /// What the samples of a picture have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
+    /// How many pixels a suffix serves.
     pub sharing: Sharing,
     /// Light samples at the first surface of a path.
     pub light_samples: u32,

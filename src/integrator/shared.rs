@@ -41,14 +41,18 @@ use smallvec::SmallVec;
 pub struct Sight<'a> {
     /// Which pixel of the group it is.
     pub member: usize,
+    /// The ray, from the sensor into the scene.
     pub ray: Ray,
+    /// Sample values of the path.
     pub stream: Stream<'a>,
 }
 
 /// One sample of each pixel of a group: the camera rays, at most [`LANES`], with what they share.
 #[derive(Clone, Copy, Debug)]
 pub struct GroupSample<'a, const C: usize> {
+    /// The members' camera rays.
     pub sights: &'a [Sight<'a>],
+    /// Time, in the scene's unit.
     pub time: f64,
     /// Those of all of them, or where nothing is shared those of each, by the members' numbers.
     pub wavelengths: &'a [Wavelengths<C>],

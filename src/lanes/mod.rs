@@ -24,6 +24,7 @@ pub const LANES: usize = WIDTH * REGISTERS;
 /// One number for each lane.
 pub type Row = [f64x4; REGISTERS];
 
+/// Zero in each lane.
 pub const ZERO: Row = [f64x4::ZERO; REGISTERS];
 
 /// A bit for each lane.
@@ -41,11 +42,13 @@ pub fn lanes_of(mut mask: Mask) -> impl Iterator<Item = usize> {
     })
 }
 
+/// The number of one lane.
 #[inline(always)]
 pub fn get(row: &Row, lane: usize) -> f64 {
     row[lane / WIDTH % REGISTERS].as_array()[lane % WIDTH]
 }
 
+/// Puts a number into one lane.
 #[inline(always)]
 pub fn set(row: &mut Row, lane: usize, value: f64) {
     row[lane / WIDTH % REGISTERS].as_mut_array()[lane % WIDTH] = value;

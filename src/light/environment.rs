@@ -12,10 +12,12 @@ pub enum Environment {
     Constant(Spectrum),
     /// A picture.
     Map(Box<EnvironmentMap>),
+    /// Sky and sun by a formula.
     Sky(Box<Sky>),
 }
 
 impl Environment {
+    /// Spectral radiance that comes from a direction (a unit vector toward the sky), W·m⁻²·sr⁻¹·nm⁻¹.
     pub fn radiance<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
         match self {
             Self::Constant(radiance) => radiance.sample(nm),

@@ -20,10 +20,12 @@ use std::f64::consts::{PI, TAU};
 pub struct Texel {
     /// Coefficients of the reflectance's [`Sigmoid`].
     pub coefficients: [f32; 3],
+    /// Factor on the spectrum of the coefficients, at least 0.
     pub factor: f32,
 }
 
 impl Texel {
+    /// Black at all wavelengths.
     pub const BLACK: Self = Self { coefficients: [0.0, 0.0, f32::NEG_INFINITY], factor: 0.0 };
 
     /// From values of at least 0, proportional to light, for the primaries of sRGB: a reflectance whose

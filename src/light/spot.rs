@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 /// A point that shines into a cone around its local +z.
 #[derive(Clone, Debug)]
 pub struct Spot {
+    /// Where it stands, in scene units.
     pub position: Vec3,
     /// Radiant intensity along the axis, W·sr⁻¹·nm⁻¹.
     pub intensity: Spectrum,

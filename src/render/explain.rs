@@ -4,7 +4,7 @@ use super::exposure::{Exposure, Turn};
 use super::groups::{Block, Pixel};
 use super::{Measures, NoProgress, Settings, with_exposure};
 use crate::film::{Extent, Film, FixedPoint, Region};
-use crate::integrator::{self, Plan, Sight, Told, Workspace};
+use crate::integrator::{self, Plan, RecordedStep, Sight, Workspace};
 use crate::scene::{Integrator, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 use serde::Serialize;
@@ -29,20 +29,25 @@ pub struct Explained {
     pub pixel: [u32; 2],
     /// Its number among the pixel's samples, and how many these are.
     pub sample: u64,
+    /// Samples of the pixel.
     pub samples: u64,
     /// The replicate of the picture that it is a part of.
     pub replicate: u32,
     /// Where on the film, in pixels from its corner.
     pub place: [f64; 2],
+    /// Time at which the path is traced, in the scene's unit.
     pub time: f64,
     /// The hero's wavelength first, nm, and the density with which each could have been chosen, nm⁻¹.
     pub wavelengths: Vec<f64>,
+    /// Density with which each wavelength could have been chosen, nm⁻¹.
     pub wavelength_densities: Vec<f64>,
     /// Where the camera ray begins, and its direction.
     pub origin: [f64; 3],
+    /// Unit vector along the camera ray.
     pub direction: [f64; 3],
     /// By what the sensor multiplies the radiance.
     pub sensor_weight: Vec<f64>,
+    /// Radiance of the sample.
     pub radiance: Vec<f64>,
     /// Its Y, as it is in the film.
     pub luminance: f64,
@@ -54,7 +59,8 @@ pub struct Explained {
     pub shared: Option<Shared>,
     /// The radiance of the path that is told, and its steps.
     pub path_radiance: Vec<f64>,
-    pub steps: Vec<Told>,
+    /// What happened to the path, in order.
+    pub steps: Vec<RecordedStep>,
 }
 
 /// The parts of the radiance of a sample that shares suffixes.
@@ -63,7 +69,7 @@ pub struct Shared {
     /// What is the pixel's own: emission of what it sees, light samples at its first surface, and all that
     /// comes by directions without a density.
     pub own: Vec<f64>,
-    /// What comes of the paths of the pixels of its group, itself included, from the most on.
+    /// What the paths of the pixels of its group contribute, itself included, the largest first.
     pub parts: Vec<Part>,
     /// The pixel whose path is told: of which the most comes.
     pub told: [u32; 2],
@@ -72,7 +78,9 @@ pub struct Shared {
 /// What a sample gets of the path of a pixel.
 #[derive(Clone, Debug, Serialize)]
 pub struct Part {
+    /// Column and row of the pixel.
     pub pixel: [u32; 2],
+    /// What comes from its path.
     pub radiance: Vec<f64>,
 }
 

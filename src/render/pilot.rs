@@ -113,7 +113,7 @@ pub(super) struct Pilot {
 }
 
 /// For each pixel of some blocks, by their corners, what the nets of a pilot make of it, and the variance of
-/// that. Blocks have no pixels once nobody waits for the pilot.
+/// that. Blocks have no pixels once the pilot is cancelled.
 pub(super) fn scatter<const C: usize>(
     picture: &Exposure,
     pilot: &Pilot,

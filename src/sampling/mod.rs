@@ -54,6 +54,7 @@ pub enum SamplerKind {
 }
 
 impl SamplerKind {
+    /// The samplers by the names that scene files and the command line have for them.
     pub const NAMES: [(&str, Self); 6] = [
         ("regular", Self::Regular),
         ("independent", Self::Independent),
@@ -63,10 +64,12 @@ impl SamplerKind {
         ("bluenoise", Self::BlueNoise),
     ];
 
+    /// The sampler of that name, if there is one.
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(known, _)| *known == name).map(|&(_, kind)| kind)
     }
 
+    /// The name that the command line has for it.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|&&(_, kind)| kind == self).map_or("", |&(name, _)| name)
     }

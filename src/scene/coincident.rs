@@ -16,7 +16,8 @@
 //! surface that has been handled. The bodies that it is inside of decide which: right where it starts, it
 //! cannot enter a closed body from within nor leave one from without.
 
-use super::scene::{Intersection, Role, Scene};
+use super::intersection::Intersection;
+use super::scene::{Role, Scene};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 use crate::medium::{Entered, Media, MediumStack, Refraction, refracting};
 use crate::shape::{Hit, NO_INSTANCE};

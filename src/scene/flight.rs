@@ -1,14 +1,16 @@
 //! Rays through media that scatter: where they end, and what each wavelength would have done.
 
 use super::counting::RayKind;
+use super::intersection::Intersection;
 use super::passage::transmittance;
-use super::scene::{Intersection, Scene};
+use super::scene::Scene;
 use crate::geometry::{Ray, Vec3};
 use crate::medium::{Extinction, FreeFlight, Media, Medium, MediumStack, Scattering, Segment};
 use crate::spectrum::{Sampled, Wavelengths};
 
 /// What a ray comes to first.
 pub enum Event<'a> {
+    /// A surface.
     Surface(Intersection),
     /// A place in a medium that scatters.
     Medium(Collision<'a>),
@@ -19,7 +21,9 @@ pub enum Event<'a> {
 /// A place between surfaces where a ray is scattered or absorbed.
 #[derive(Clone, Copy)]
 pub struct Collision<'a> {
+    /// Where it is, in scene units.
     pub position: Vec3,
+    /// How the medium scatters.
     pub scattering: &'a Scattering,
 }
 

@@ -1,7 +1,8 @@
 //! What the rays of several paths meet, one path for each lane.
 
 use super::counting::RayKind;
-use super::scene::{Intersection, Scene, Surface};
+use super::intersection::Intersection;
+use super::scene::{Scene, Surface};
 use crate::accel::{Accel, Hits, NO_FACET, Rays};
 use crate::geometry::{Points, Vec3};
 use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, lanes_of, part, set};
@@ -14,7 +15,9 @@ use wide::f64x4;
 /// Where the rays of some lanes have met surfaces; see [`Intersection`].
 #[derive(Clone, Debug)]
 pub struct Intersections {
+    /// The lanes that have met a surface.
     pub met: Mask,
+    /// Where they have met it.
     pub point: [Points<f64x4>; REGISTERS],
     /// Shading normals of the front.
     pub shading_normal: [Vec3Lanes; REGISTERS],
@@ -51,12 +54,14 @@ pub(super) struct EvenSurfaces {
 pub enum Side {
     /// Diffuse, with the reflectance of this number; see [`Scene::reflectances`].
     Diffuse(u32),
+    /// It reflects nothing.
     Black,
     /// Anything else: [`Scene::shade`] tells.
     Other,
 }
 
 impl Intersections {
+    /// No lane has met anything.
     pub const NONE: Self = Self {
         met: 0,
         point: [Points::NONE; REGISTERS],

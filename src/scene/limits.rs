@@ -34,7 +34,9 @@ pub struct Limits {
     pub hide_emitters: bool,
     /// Whether null transmission makes a segment of its own; then such a surface also blocks light samples.
     pub null_is_a_segment: bool,
+    /// How light is found.
     pub techniques: Techniques,
+    /// What alpha counts as something.
     pub coverage: Coverage,
 }
 

@@ -88,7 +88,7 @@ fn mean_over(film: &Film, pixels: impl IntoIterator<Item = (u32, u32)>, weights:
 struct Verdict {
     /// The smallest p-value over blocks of pixels and channels, after Šidák's correction.
     smallest: f64,
-    /// Of the mean luminances.
+    /// Welch's test of the mean luminances.
     means: Welch,
     /// Relative difference of the mean luminances that would be found with a probability of 90 %.
     sees: f64,
@@ -132,7 +132,7 @@ fn compare(a: &Film, b: &Film, block: u32) -> Verdict {
     }
 }
 
-/// Of each part of a verdict: 1 % over all comparisons of this file.
+/// Level of each part of a verdict: 1 % over all comparisons of this file.
 fn level() -> f64 {
     sidak(0.01, 2 * (CASES.len() * 6 + 5))
 }

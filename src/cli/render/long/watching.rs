@@ -2,11 +2,11 @@ use super::super::super::print_message;
 use super::super::super::progress::RenderProgress;
 use super::super::super::tev::Tev;
 use super::super::super::view::Page;
+use super::super::outcome::Outcome;
+use super::super::until::Decision;
 use super::LongOptions;
 use super::kept::Kept;
-use super::outcome::Outcome;
 use abbe::film::Film;
-use abbe::output::target::Target;
 use abbe::render::{Progress, Work};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -24,10 +24,9 @@ pub struct Watching<'a> {
     started: Instant,
     /// Milliseconds from the start to the next checkpoint.
     next: AtomicU64,
-    replicates: u64,
     /// Whether every pixel has a sample.
     is_begun: AtomicBool,
-    decision: Mutex<Decision>,
+    decision: Decision,
     /// `None` where there is no viewer, and where it has gone.
     viewer: Mutex<Option<Tev>>,
     page: Option<&'a Page>,
@@ -40,13 +39,6 @@ pub struct Watching<'a> {
 pub struct Viewers<'a> {
     pub tev: Option<Tev>,
     pub page: Option<&'a Page>,
-}
-
-/// Why a render ended, if it was not for a signal or its last sample.
-#[derive(Clone, Copy, Debug, Default)]
-struct Decision {
-    is_met: bool,
-    is_out_of_time: bool,
 }
 
 impl<'a> Watching<'a> {
@@ -68,9 +60,8 @@ impl<'a> Watching<'a> {
             options,
             started: Instant::now(),
             next: AtomicU64::new(millis(options.checkpoint_every)),
-            replicates: u64::from(film.replicates),
             is_begun: AtomicBool::new(*film.samples_per_pixel().start() > 0),
-            decision: Mutex::default(),
+            decision: Decision::default(),
             viewer: Mutex::new(viewers.tev),
             page: viewers.page,
             total,
@@ -85,7 +76,8 @@ impl<'a> Watching<'a> {
 
     /// Ends what is told: what became of the render, and how long it took, s.
     pub fn finish(self, work: &Work) -> (Outcome, f64) {
-        let (outcome, seconds) = (self.outcome(work), self.started.elapsed().as_secs_f64());
+        let outcome = self.decision.outcome(&self.options.until, work);
+        let seconds = self.started.elapsed().as_secs_f64();
         self.show(work.film());
         self.progress.finish();
         (outcome, seconds)
@@ -93,10 +85,8 @@ impl<'a> Watching<'a> {
 
     /// Ends the render where its error is small enough.
     fn decide(&self, film: &Film) {
-        let Some(target) = self.options.until else { return };
-        let samples = *film.samples_per_pixel().start();
-        if Target::decides_at(samples / self.replicates) && target.is_met(target.estimate(film)) {
-            self.decided(|decision| decision.is_met = true);
+        if self.decision.at_error(&self.options.until, film) {
+            self.stop.store(true, Ordering::Relaxed);
         }
     }
 
@@ -117,19 +107,6 @@ impl<'a> Watching<'a> {
     fn is_to_be_kept(&self) -> bool {
         self.kept.path.is_some() && millis(self.started.elapsed()) >= self.next.load(Ordering::Relaxed)
     }
-
-    fn decided(&self, change: impl FnOnce(&mut Decision)) {
-        change(&mut self.decision.lock().unwrap_or_else(PoisonError::into_inner));
-        self.stop.store(true, Ordering::Relaxed);
-    }
-
-    fn outcome(&self, work: &Work) -> Outcome {
-        let decision = *self.decision.lock().unwrap_or_else(PoisonError::into_inner);
-        let estimate = self.options.until.and_then(|target| target.estimate(work.film()));
-        let is_met = decision.is_met
-            || work.is_finished() && self.options.until.is_some_and(|target| target.is_met(estimate));
-        Outcome { target: self.options.until, estimate, is_met, is_out_of_time: decision.is_out_of_time }
-    }
 }
 
 fn millis(time: Duration) -> u64 {
@@ -139,9 +116,11 @@ fn millis(time: Duration) -> u64 {
 impl Progress for Watching<'_> {
     fn advanced(&self, samples: u64) {
         self.progress.advanced(samples);
-        let is_over = self.options.time.is_some_and(|time| self.started.elapsed() >= time);
-        if is_over && self.is_begun.load(Ordering::Relaxed) && !self.stop.load(Ordering::Relaxed) {
-            self.decided(|decision| decision.is_out_of_time = true);
+        if self.is_begun.load(Ordering::Relaxed)
+            && !self.stop.load(Ordering::Relaxed)
+            && self.decision.at_time(&self.options.until, self.started.elapsed())
+        {
+            self.stop.store(true, Ordering::Relaxed);
         }
     }
 
