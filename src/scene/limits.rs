@@ -35,6 +35,8 @@ pub struct Limits {
     /// Whether null transmission makes a segment of its own; then such a surface also blocks light samples.
     pub null_is_a_segment: bool,
     pub techniques: Techniques,
+    /// Whether distances in media are chosen near lamps, too. The expectation is the same without.
+    pub aims_at_lamps: bool,
     pub coverage: Coverage,
 }
 
