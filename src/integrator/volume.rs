@@ -58,7 +58,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let mut arriving = Sampled::ZERO;
         loop {
             let (event, by_aim) = self.fly(scene, &ray, wavelengths, stream, &mut arriving);
-            let next = match event {
+            // By reference: to move what is large costs as much as a shadow ray.
+            let next = match &event {
                 Event::Nothing => {
                     self.tell_of_escape(scene, &ray);
                     arriving += self.found(self.escaped(scene, &ray, wavelengths));
@@ -66,15 +67,15 @@ impl<const C: usize, O: Observe> Path<C, O> {
                     None
                 }
                 Event::Medium(collision) => {
-                    self.collide(scene, &ray, &collision, by_aim, wavelengths, stream, &mut arriving)
+                    self.collide(scene, &ray, collision, by_aim, wavelengths, stream, &mut arriving)
                 }
                 Event::Surface(hit) => {
-                    self.tell_of_surface(scene, &ray, &hit);
-                    let light = self.emitted(scene, &ray, &hit, wavelengths);
+                    self.tell_of_surface(scene, &ray, hit);
+                    let light = self.emitted(scene, &ray, hit, wavelengths);
                     arriving += self.found(light);
-                    let shading = self.shade(scene, &ray, &hit, wavelengths, stream);
+                    let shading = self.shade(scene, &ray, hit, wavelengths, stream);
                     shading.and_then(|shading| {
-                        self.go_on(scene, &ray, &hit, &shading, wavelengths, stream, &mut arriving)
+                        self.go_on(scene, &ray, hit, &shading, wavelengths, stream, &mut arriving)
                     })
                 }
             };
@@ -87,6 +88,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
 
     /// To the next surface or to where a medium ends the flight, with the light of the media on the way, and
     /// what they scatter into it near lamps. See [`Prior::by_aim`] for the number.
+    #[inline(always)]
     fn fly<'a>(
         &mut self,
         scene: &'a Scene,
@@ -97,8 +99,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     ) -> (Event<'a>, f64) {
         let [u, place, aimed_place, aimed_light] = stream.draw(Dimensions::Flight(self.vertex));
         let aimed = self.aim(scene, ray, wavelengths);
-        let plan =
-            FlightPlan { target: -u.ln(), prior: self.ratio, place, looks_ahead: aimed.is_some() };
+        let plan = FlightPlan { target: -u.ln(), prior: self.ratio, place, looks_ahead: aimed.is_some() };
         let (event, flight) = scene.fly(ray, self.time, self.ray_kind(), &plan, &mut self.media, wavelengths);
         *arriving += self.found(self.throughput * flight.emitted);
         let mut by_aim = 0.0;
@@ -124,7 +125,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
     /// The lamps that a ray passes, if it begins in a medium that is the same everywhere and scatters, and
     /// they are not much farther away than light comes there.
     fn aim<'a>(&self, scene: &'a Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Option<Aimed<'a>> {
-        /// Mean free paths within which lamps count.
+        /// Mean free paths within which lamps count: farther on little light comes back, and where a ray
+        /// keeps off a lamp by half of one, it is as bright wherever flights end.
         const REACH: f64 = 2.0;
         let limits = &scene.limits;
         if !limits.aims_at_lamps || limits.techniques == Techniques::Scattering || self.is_last(scene) {
@@ -207,8 +209,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
                 let value = scattering.phase.evaluate(ray.direction, goes, position, &wavelengths.nm);
                 let value = Evaluation { f_cos: value, density: value };
                 let prior = Prior { throughput: self.throughput, ratio: self.ratio, by_aim };
-                let light =
-                    self.light_from(scene, &sample, &value, &self.media.here, &prior, wavelengths);
+                let light = self.light_from(scene, &sample, &value, &self.media.here, &prior, wavelengths);
                 self.tell_of_light(scene, &sample, light);
                 *arriving += light;
             }

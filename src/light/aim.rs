@@ -49,8 +49,9 @@ impl Lights {
         (1..=MOST).contains(&lamps.count())
     }
 
-    /// The lamps that are no farther from a ray than `reach`, and light some of it that is no farther than
-    /// that from its beginning. `None` where there is no such lamp. All wavelengths of the path count alike.
+    /// The lamps that are no farther from a ray than a quarter of `reach`, and near some of it that is no
+    /// farther than that from its beginning. `None` where there is no such lamp. All wavelengths of the path
+    /// count alike.
     pub fn aim<const C: usize>(
         &self,
         ray: &Ray,
@@ -68,7 +69,7 @@ impl Lights {
             let nearest = toward.dot(ray.direction);
             // A lamp that has a size lights what is within it no brighter than its surface.
             let distance = (toward - ray.direction * nearest).length().hypot(radius);
-            let near = distance <= reach && -distance <= nearest && nearest - distance <= reach;
+            let near = 4.0 * distance <= reach && -distance <= nearest && nearest - distance <= reach;
             // On the line of the ray itself no distance is likelier than another by a factor that is known.
             if near && distance > 1e-9 * nearest.abs() && intensity > 0.0 && intensity.is_finite() {
                 lamps.push(Lamp { share: intensity, nearest, distance, lit, angles: [0.0; 2] });
@@ -204,7 +205,10 @@ mod tests {
     #[test]
     fn distances_follow_their_density() {
         let spot = Light::Spot(Box::new(spot(Vec3::new(2.0, 0.0, 1.0), Vec3::new(0.0, 0.0, 2.0), 20.0)));
-        for lamps in [vec![point(0.1, 0.2, 2.0, 1.0)], vec![point(0.5, 0.0, 1.0, 2.0), point(0.0, 1.0, -0.5, 1.0), spot]] {
+        for lamps in [
+            vec![point(0.1, 0.2, 2.0, 1.0)],
+            vec![point(0.5, 0.0, 1.0, 2.0), point(0.0, 1.0, -0.5, 1.0), spot],
+        ] {
             for end in [0.7, 4.0] {
                 const SAMPLES: usize = 20_000;
                 let aim = aim(lamps.clone(), end).unwrap();
@@ -231,9 +235,10 @@ mod tests {
         let (lights, wavelengths) = lights(vec![point(0.0, 3.0, 2.0, 1.0)]);
         let ray = Ray::new(Vec3::ZERO, Vec3::Z);
         let found = |ray: &Ray, reach: f64| lights.aim(ray, 0.0, &wavelengths, reach).is_some();
-        assert!(found(&ray, 4.0) && !found(&ray, 2.9));
+        assert!(found(&ray, 12.1) && !found(&ray, 11.9));
         // Behind its beginning, and beyond what is reached.
-        assert!(!found(&Ray::new(Vec3::Z * 6.0, Vec3::Z), 4.0) && !found(&Ray::new(Vec3::Z * -9.0, Vec3::Z), 4.0));
+        let from = |z: f64| Ray::new(Vec3::Z * z, Vec3::Z);
+        assert!(!found(&from(6.0), 40.0) && !found(&from(-19.0), 12.1) && found(&from(-9.0), 12.1));
     }
 
     /// Outside of it the intensity is 0, just inside it is not.
@@ -242,7 +247,11 @@ mod tests {
         let mut found = 0;
         for (i, cutoff) in (0..300).zip([15.0, 60.0, 90.0, 120.0].into_iter().cycle()) {
             let number = |k: i32| (f64::from(i * 7 + k) * 0.618_034).fract() * 4.0 - 2.0;
-            let spot = spot(Vec3::new(number(1), number(2), number(3)), Vec3::new(number(4), number(5), 0.3), cutoff);
+            let spot = spot(
+                Vec3::new(number(1), number(2), number(3)),
+                Vec3::new(number(4), number(5), 0.3),
+                cutoff,
+            );
             let direction = Vec3::new(number(6), number(7), 1.1).normalize();
             let ray = Ray::new(Vec3::new(number(8), number(9), number(10)), direction);
             let lit = spot.lit(&ray);

@@ -7,10 +7,11 @@ use crate::medium::{
     Density, Diluted, Emission, Exponential, Extinction, GridExtinction, Medium, Scattering,
 };
 use crate::phase::mie::Population;
-use crate::raster::Grid;
 use crate::phase::{Mixture, Phase, PhaseTable, Sggx, air};
+use crate::raster::Grid;
 use crate::scene::description::{
-    self, DensitySource, EmissionSource, ExponentialSource, MediumContent, MieSource, PhaseKind, SampledSource,
+    self, DensitySource, EmissionSource, ExponentialSource, MediumContent, MieSource, PhaseKind,
+    SampledSource,
 };
 use crate::scene::source::{Place, SceneError};
 use crate::spectrum::{Extrapolation, Spectrum};
