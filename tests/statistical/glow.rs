@@ -112,7 +112,7 @@ fn spheres_that_absorb_nothing_vanish_in_a_furnace() {
 fn a_pattern_in_space_is_a_density() {
     // Waves along z with a period of 1, from 0 to 2, on four cells: 0.2929, 1.7071, 1.7071, 0.2929.
     let density = r#"<volume name="density" type="texturevolume">
-        <texture name="texture" type="bands"><float name="color0" value="0"/><float name="color1" value="2"/>
+        <texture name="texture" type="bands"><float name="color0" value="0"/><float name="color1" value="2"/><boolean name="interpolate" value="true"/>
         <transform name="to_world"><rotate y="1" angle="-90"/></transform></texture>
         <integer name="resolution" value="4"/>
         <transform name="to_world"><translate x="-0.5" y="-0.5"/><scale x="10" y="10"/></transform></volume>"#;
