@@ -175,6 +175,7 @@ impl Aim {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Transform;
     use crate::light::{Setting, Spot};
     use crate::spectrum::{Spectrum, WavelengthDensity};
     use crate::units::WavelengthRange;
@@ -191,8 +192,11 @@ mod tests {
     }
 
     fn spot(origin: Vec3, target: Vec3, cutoff: f64) -> Spot {
-        let look = DMat4::look_at_lh(origin, target, Vec3::new(0.3, 1.0, 0.2)).inverse();
-        let to_world = crate::geometry::Transform::new(look).unwrap();
+        let z = (target - origin).normalize();
+        let x = z.any_orthonormal_vector();
+        let axes = [x, z.cross(x), z].map(|axis| axis.extend(0.0));
+        let to_world =
+            Transform::new(DMat4::from_cols(axes[0], axes[1], axes[2], origin.extend(1.0))).unwrap();
         Spot::new(&to_world, Spectrum::ONE, cutoff.to_radians(), 0.5 * cutoff.to_radians())
     }
 
