@@ -4,6 +4,7 @@
 //! place, and a point on it (`choice`). Both by the same two sample values, so that samples that are well
 //! spread are so over all of the lights.
 
+mod aim;
 mod area;
 mod casters;
 mod caustics;
@@ -19,6 +20,7 @@ mod spot;
 mod tests;
 mod tree;
 
+pub use aim::Aim;
 pub use area::AreaGeometry;
 pub use casters::{Caster, Casters};
 pub use caustics::{Caustics, Source as CausticSource};

@@ -96,10 +96,11 @@ pub enum Dimensions {
     Lens,
     /// Scattering at the path's n-th vertex: direction (0, 1), lobe (2), survival (3).
     Scattering(u32),
-    /// Light at the path's n-th vertex: which light and which point on it (0, 1), which material of the
-    /// surface (3).
+    /// Light at the path's n-th vertex: which light and which point on it (0, 1), the point on the light of a
+    /// place near a lamp on the way there (2), which material of the surface (3).
     Light(u32),
-    /// The flight to the path's n-th vertex through media that scatter: how far (0).
+    /// The flight to the path's n-th vertex through media that scatter: how far (0), where light of media is
+    /// looked up (1), the distance near a lamp (2), the light for it (3).
     Flight(u32),
 }
 

@@ -36,6 +36,8 @@ pub struct Limits {
     pub null_is_a_segment: bool,
     /// How light is found.
     pub techniques: Techniques,
+    /// Whether distances in media are chosen near lamps, too. The expectation is the same without.
+    pub aims_at_lamps: bool,
     /// What alpha counts as something.
     pub coverage: Coverage,
 }

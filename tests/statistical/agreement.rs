@@ -33,7 +33,7 @@ struct Case {
     sees: f64,
 }
 
-const CASES: [Case; 18] = [
+const CASES: [Case; 19] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.015 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
@@ -55,6 +55,7 @@ const CASES: [Case; 18] = [
     Case { name: "fog", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.09 },
     Case { name: "smoke", samples: 512, walk_samples: 4096, walk_block: 1, sees: 0.06 },
     Case { name: "haze", samples: 512, walk_samples: 4096, walk_block: 1, sees: 0.06 },
+    Case { name: "beacons", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.09 },
 ];
 
 fn case(name: &str) -> &'static Case {
@@ -264,6 +265,27 @@ fn smoke() {
 #[test]
 fn haze() {
     media_agree("haze");
+}
+
+/// Lamps in fog, to which distances are chosen.
+#[test]
+fn beacons() {
+    media_agree("beacons");
+}
+
+/// Distances chosen by lamps change nothing but the noise, for every number of wavelengths: a spot light too,
+/// which the walk never finds.
+#[test]
+fn aiming_at_lamps_changes_the_noise_alone() {
+    for name in ["beacons", "beam"] {
+        let mut scenes = [(); 2].map(|()| small(name, &[]));
+        assert!(scenes[0].limits.aims_at_lamps);
+        scenes[1].limits.aims_at_lamps = false;
+        for count in ALL_COUNTS {
+            let films = [0, 1].map(|i| expose(&scenes[i], &plan(1024, count, 31 + i as u64)));
+            assert_same(&format!("{name} aimed at and not, {count}"), &films[0], &films[1], 1, 0.09);
+        }
+    }
 }
 
 /// Also where light samples pass the boundaries of media.

@@ -219,6 +219,7 @@ impl Compiler<'_> {
             hide_emitters: description.integrator.hide_emitters,
             null_is_a_segment: !volumetric,
             techniques: description.integrator.techniques,
+            aims_at_lamps: lights.can_aim(),
             coverage: match description.integrator.kind {
                 IntegratorKind::Direct => Coverage::Surface,
                 _ => Coverage::Obstacle,

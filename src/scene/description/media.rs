@@ -62,6 +62,17 @@ pub enum DensitySource {
     Grid(SpectrumSource),
     /// It falls off with height.
     Exponential(ExponentialSource),
+    Sampled(Box<SampledSource>),
+}
+
+/// A pattern in space, looked up at the centres of cells that fill the unit cube.
+#[derive(Clone, Debug)]
+pub struct SampledSource {
+    /// A texture that is computed in space.
+    pub pattern: SpectrumSource,
+    /// Cells along each axis.
+    pub resolution: u32,
+    pub to_world: Transform,
 }
 
 /// The density of an atmosphere.

@@ -17,6 +17,7 @@ pub use materials::{
 };
 pub use media::{
     DensitySource, EmissionSource, ExponentialSource, Medium, MediumContent, MieSource, Phase, PhaseKind,
+    SampledSource,
 };
 pub use sensors::{
     AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmChannel, FilmContent, FovAxis, Lens,
