@@ -62,6 +62,7 @@ pub enum DensitySource {
     Grid(SpectrumSource),
     /// It falls off with height.
     Exponential(ExponentialSource),
+    /// A pattern in space, sampled on a grid.
     Sampled(Box<SampledSource>),
 }
 
@@ -72,6 +73,7 @@ pub struct SampledSource {
     pub pattern: SpectrumSource,
     /// Cells along each axis.
     pub resolution: u32,
+    /// From the unit cube to the scene's coordinates.
     pub to_world: Transform,
 }
 
