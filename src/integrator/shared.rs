@@ -22,7 +22,6 @@
 
 use super::RadianceSample;
 use super::bundle::{Bundle, Each, Found, Scratch, Turn, follow};
-
 use super::links::{Firsts, Links, Next, Values};
 use super::path::light_sample_weight;
 use super::plan::{Plan, Sharing};
@@ -280,16 +279,14 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         let Scratch { surfaces, samples } = scratch;
         bundle.advance(&mut surfaces.hits);
         let (rays, gone) = (bundle.rays.clone(), bundle.alive & !surfaces.hits.met);
-        let lit = bundle.alive
-            & surfaces.hits.on_light
-            & lanes_of(bundle.alive)
-                .filter(|&lane| {
-                    let normal = surfaces.hits.point[lane / WIDTH].get(lane).normal;
-                    rays.direction[lane / WIDTH].get(lane).dot(normal) < 0.0
-                })
-                .fold(0, |mask, lane| mask | 1 << lane);
         bundle.end(PathEnd::Escaped, gone);
         bundle.alive &= !gone;
+        let faces = |&lane: &usize| {
+            let normal = surfaces.hits.point[lane / WIDTH].get(lane).normal;
+            rays.direction[lane / WIDTH].get(lane).dot(normal) < 0.0
+        };
+        let on_light = lanes_of(surfaces.hits.on_light & bundle.alive);
+        let lit = on_light.filter(faces).fold(0, |mask, lane| mask | 1 << lane);
         let is_last = bundle.is_last();
         if !is_last || scene.features().transparent_shadows {
             bundle.shade(surfaces);

@@ -157,7 +157,7 @@ impl Aim {
         (chosen.nearest + chosen.distance * angle.tan()).clamp(chosen.lit[0], chosen.lit[1])
     }
 
-    /// Of a distance, per unit of length. Only after [`Self::within`].
+    /// Density of a distance, per unit of length. Only after [`Self::within`].
     pub fn density(&self, t: f64) -> f64 {
         let of = |lamp: &Lamp| {
             let [start, end] = lamp.lit;

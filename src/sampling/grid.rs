@@ -152,7 +152,7 @@ mod tests {
         }
     }
 
-    /// Inversion finds the column that a search over all of them finds, also where a few cells have nearly all
+    /// Inversion finds the column that a search over all of them finds, also where few cells have nearly all
     /// of the probability, where they have none, and where rounding leads to the wrong part of the guide.
     #[test]
     fn the_guide_leads_to_the_column_of_the_sample_value() {
