@@ -43,8 +43,8 @@ const IMAGE_FACTOR: usize = 1100 * (1 + 3 * 4);
 /// A scene may ask for terrain of 2²² points in a word, which is computed in complex numbers.
 const TERRAIN_MEMORY: usize = 48 << 22;
 
-/// The texture of a lamp may have lines so fine that light samples are guided by 2²² cells, each of which takes
-/// less than this while they are made.
+/// The texture of a lamp may have lines so fine that light samples are guided by 2²² cells, each of which
+/// takes less than this while they are made.
 const GUIDE_MEMORY: usize = 64 << 22;
 
 /// And a mesh to be cut into 2²⁰ triangles, each of which takes less than this when it is ready to be
