@@ -2,7 +2,7 @@
 
 use crate::geometry::{SurfacePoint, Vec3};
 
-/// Where a ray met a surface: all that is needed to compute the rest with [`Shape::surface`].
+/// Where a ray met a surface: all that is needed to compute the rest with [`super::Shape::surface`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance from the ray's origin.
