@@ -15,8 +15,7 @@ use crate::scene::Scene;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
-/// The plans that a pilot chooses from. Suffixes that serve four pixels, and sixteen light samples, make the
-/// errors of neighbours too alike for what error bars say of them: they are left out.
+/// The plans that a pilot chooses from.
 const CANDIDATES: [Plan; 4] = [
     Plan { sharing: Sharing::Nothing, light_samples: 1 },
     Plan { sharing: Sharing::Nothing, light_samples: 4 },
