@@ -4,7 +4,7 @@ use super::Accel;
 use super::few::{Crossing, Few, MOST, Sides};
 use super::segments::FanSegments;
 use crate::geometry::{Points, Ray, SurfacePoint};
-use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, part};
+use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, mask_of, part};
 use smallvec::SmallVec;
 use wide::f64x4;
 
@@ -48,7 +48,7 @@ impl Accel {
             }
             let sides = few.sides(&points.each_ref().map(|points| points.position));
             let is_unsure = |&lane: &usize| !few.is_sure(&points[lane / WIDTH].get(lane));
-            let unsure = (0..LANES).filter(is_unsure).fold(0, |mask, lane| mask | 1 << lane);
+            let unsure = mask_of((0..LANES).filter(is_unsure));
             FewSides { few, sides, unsure, own }
         });
         Fan { accel: self, points: *points, few }
@@ -77,11 +77,11 @@ impl Fan<'_> {
     pub fn blocked(&self, target: &Target, time: f64, asked: Mask) -> Mask {
         match &self.few {
             Some(few) => self.blocked_by_few(few, target, time, asked),
-            None => self.blocked_one_by_one(target.point, time, asked),
+            None => self.blocked_in_tree(target.point, time, asked),
         }
     }
 
-    fn blocked_one_by_one(&self, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+    fn blocked_in_tree(&self, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
         let (mut missing, mut segments) = (0, [Ray::NOWHERE; LANES]);
         for lane in lanes_of(asked) {
             match self.point(lane).segment_to(target) {
@@ -103,7 +103,7 @@ impl Fan<'_> {
             let is_far = squared.gt(least * least) & squared.gt(f64x4::splat(f64::MIN_POSITIVE));
             far |= is_far.mask() << (WIDTH * register);
         }
-        let mut blocked = self.blocked_one_by_one(target.point, time, asked & !far);
+        let mut blocked = self.blocked_in_tree(target.point, time, asked & !far);
         let open = asked & far;
         let unsure = if few.is_sure(target.point) { known.unsure } else { Mask::MAX };
         let ends = few.seen(target.point.position);

@@ -45,6 +45,9 @@ use std::sync::Arc;
 pub use watch::Tests;
 use watch::{Unwatched, Watch};
 
+/// Room for what waits during a query, except for trees deeper than any reasonable one.
+const ROOM: usize = 128;
+
 /// All shapes of a scene, ready for ray queries.
 #[derive(Clone, Debug)]
 pub struct Accel {
@@ -229,7 +232,7 @@ impl Accel {
     fn with_stack<R: Default>(&self, query: impl FnOnce(Stack) -> R) -> R {
         match self.stack_size {
             0 => R::default(),
-            1..=128 => query(Stack::new(&mut [Stack::UNUSED; 128])),
+            1..=ROOM => query(Stack::new(&mut [Stack::UNUSED; ROOM])),
             size => query(Stack::new(&mut vec![Stack::UNUSED; size])),
         }
     }

@@ -4,17 +4,14 @@
 //! The test of a box is that of one ray, so the answers are those of [`Accel::occluded`]. A ray alone waits
 //! for most of its time, for memory and for what the last boxes say; here the next ray is tested meanwhile.
 
-use super::Accel;
 use super::node::{Child, NodeRay};
 use super::packet::PacketRay;
 use super::watch::Unwatched;
+use super::{Accel, ROOM};
 use crate::geometry::Ray;
-use crate::lanes::{LANES, Mask, lanes_of};
+use crate::lanes::{LANES, Mask, lanes_of, mask_of};
 use crate::shape::RaySpace;
 use smallvec::SmallVec;
-
-/// Room for what waits, except for trees deeper than any reasonable one.
-const ROOM: usize = 128;
 
 /// What the tree needs of a ray.
 struct Going {
@@ -70,8 +67,8 @@ impl Accel {
                 waiting.push((child, mask));
             }
         }
-        let open = lanes_of(open).fold(0, |mask, place| mask | 1 << rays[place].lane);
-        rays.iter().fold(0, |mask, ray| mask | 1 << ray.lane) & !open
+        let open = mask_of(lanes_of(open).map(|place| rays[place].lane));
+        mask_of(rays.iter().map(|ray| ray.lane)) & !open
     }
 
     fn leaf_occludes(&self, leaf: Child, going: &Going, time: f64) -> bool {

@@ -10,7 +10,9 @@ use super::surfaces::{Evaluations, Surfaces};
 use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::lanes::{self, LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
+use crate::lanes::{
+    self, LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, lanes_of, mask_of, part,
+};
 use crate::light::Receivers;
 use crate::scene::{RayKind, Scene, Techniques};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
@@ -290,7 +292,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
             let (ray, media) = (self.fan.point(*lane).ray(direction), self.bundle.media(*lane));
             !scene.transmittance_between_surfaces(&ray, time, &media.here, self.wavelengths()).is_zero()
         };
-        asked & !lanes_of(asked).filter(sees).fold(0, |mask, lane| mask | 1 << lane)
+        asked & !mask_of(lanes_of(asked).filter(sees))
     }
 
     /// The same, with all rays of a first surface at once: the boxes around it are in the way of all of them.
@@ -441,7 +443,7 @@ mod tests {
     use crate::sampling::{Dimensions, Sampler, SamplerKind};
     use crate::scene::{CompileOptions, ReadOptions, compile, read};
 
-    /// What of a next surface's radiance a first one gets, and the density with which it samples it.
+    /// The fraction of a next surface's radiance that a first one gets, and the density of sampling it.
     /// `shading`: how the first one scatters.
     fn link(
         firsts: &Firsts<4>,

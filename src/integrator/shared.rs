@@ -28,7 +28,7 @@ use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
 use crate::accel::Rays;
 use crate::geometry::{Ray, Vec3};
-use crate::lanes::{LANES, Mask, WIDTH, ZERO, get, lanes_of, set};
+use crate::lanes::{LANES, Mask, WIDTH, ZERO, get, lanes_of, mask_of, set};
 use crate::light::{Environment, LightSamples, Receiver};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{PathEnd, Scene};
@@ -286,7 +286,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             rays.direction[lane / WIDTH].get(lane).dot(normal) < 0.0
         };
         let on_light = lanes_of(surfaces.hits.on_light & bundle.alive);
-        let lit = on_light.filter(faces).fold(0, |mask, lane| mask | 1 << lane);
+        let lit = mask_of(on_light.filter(faces));
         let is_last = bundle.is_last();
         if !is_last || scene.features().transparent_shadows {
             bundle.shade(surfaces);

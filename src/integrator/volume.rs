@@ -27,7 +27,7 @@ use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Collision, Event, FlightPlan, Passage, PathEnd, Scene, Techniques};
 use crate::spectrum::{Sampled, Wavelengths};
 
-/// What of a path light samples are weighed by.
+/// The throughput and the densities by which light samples on a path are weighed.
 #[derive(Clone, Copy)]
 struct Prior<const C: usize> {
     throughput: Sampled<C>,

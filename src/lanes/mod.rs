@@ -30,6 +30,12 @@ pub const ZERO: Row = [f64x4::ZERO; REGISTERS];
 /// A bit for each lane.
 pub type Mask = u32;
 
+/// The mask of some lanes.
+#[inline]
+pub fn mask_of(lanes: impl Iterator<Item = usize>) -> Mask {
+    lanes.fold(0, |mask, lane| mask | 1 << lane)
+}
+
 /// The lanes of a mask, the lowest first.
 #[inline]
 pub fn lanes_of(mut mask: Mask) -> impl Iterator<Item = usize> {

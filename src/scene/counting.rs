@@ -6,7 +6,7 @@ mod counts;
 use super::scene::Scene;
 use crate::accel::{Accel, Fan, Hits, Rays, Target, Tests};
 use crate::geometry::Ray;
-use crate::lanes::{LANES, Mask, lanes_of};
+use crate::lanes::{LANES, Mask, lanes_of, mask_of};
 use crate::shape::{Hit, MeshData, Shape};
 use counts::Timing;
 pub use counts::{Counts, PathEnd, RayCounts, RayKind};
@@ -208,7 +208,7 @@ impl Scene {
         let Some(counters) = &self.counters else { return self.accel.occluded_of(rays, time, asked) };
         let query = kind.begins();
         let occluded = |lane: &usize| counters.occluded(&self.accel, query, &rays.get(*lane), time);
-        lanes_of(asked).filter(occluded).fold(0, |mask, lane| mask | 1 << lane)
+        mask_of(lanes_of(asked).filter(occluded))
     }
 
     /// See [`Accel::occluded_together`].
@@ -217,7 +217,7 @@ impl Scene {
         let Some(counters) = &self.counters else { return self.accel.occluded_together(rays, time, asked) };
         let query = kind.begins();
         let occluded = |lane: &usize| counters.occluded(&self.accel, query, &rays[*lane], time);
-        lanes_of(asked).filter(occluded).fold(0, |mask, lane| mask | 1 << lane)
+        mask_of(lanes_of(asked).filter(occluded))
     }
 
     /// See [`Accel::occluded`].

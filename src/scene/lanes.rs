@@ -5,7 +5,7 @@ use super::intersection::Intersection;
 use super::scene::{Scene, Surface};
 use crate::accel::{Accel, Hits, NO_FACET, Rays};
 use crate::geometry::{Points, Vec3};
-use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, lanes_of, part, set};
+use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, lanes_of, mask_of, part, set};
 use crate::material::{Even, MaterialId, Materials};
 use crate::shape::Shape;
 use crate::spectrum::Spectrum;
@@ -272,6 +272,6 @@ impl Scene {
             self.body_of(&hit).is_some()
                 || self.may_touch(hit.shape, &found.point[lane / WIDTH % REGISTERS].get(lane))
         };
-        lanes_of(found.met).filter(is_interface).fold(0, |mask, lane| mask | 1 << lane)
+        mask_of(lanes_of(found.met).filter(is_interface))
     }
 }

@@ -95,7 +95,7 @@ pub enum SensorKind {
     Distant {
         /// Direction that it looks in.
         direction: Vec3,
-        /// What of the scene it sees.
+        /// The part of the scene that it sees.
         target: DistantTarget,
     },
     /// Sensors side by side, from left to right. Their own films and samplers don't matter.
