@@ -22,7 +22,7 @@ impl Members {
         match plan.sharing {
             Sharing::Nothing if integrator::takes_strangers(scene) => Self::Strangers,
             Sharing::Nothing => Self::One,
-            Sharing::Four | Sharing::Sixteen => Self::Sixteen,
+            Sharing::Sixteen => Self::Sixteen,
         }
     }
 
