@@ -544,30 +544,45 @@ mod tests {
             let sampler = Sampler::new(SamplerKind::Independent, 5, 1);
             let size = scene.film.extent.whole;
             let mut lit = 0;
-            for group in 0..200 {
-                let (mut sights, mut wavelengths) = (Vec::new(), Vec::new());
-                for member in 0..LANES {
-                    let stream = sampler.stream([member as u32, group], 0, 0);
-                    let [x, y, wavelength, _] = stream.draw(Dimensions::Camera);
-                    wavelengths.push(scene.wavelengths.sample::<4>(wavelength));
-                    let place = [x * f64::from(size[0]), y * f64::from(size[1])];
-                    let Some(sensor) = scene.sensor_ray(place, 0.0, &stream) else { continue };
-                    sights.push(Sight { member, ray: sensor.ray, stream });
-                }
-                let sample = GroupSample { sights: &sights, time: 0.0, wavelengths: &wavelengths };
-                let mut seen = [RadianceSample::NOTHING; LANES];
-                let mut workspace = Workspace::default();
-                radiance_of_group(&scene, &[sample], Plan::PLAIN, &mut [&mut seen[..]], &mut workspace);
-                for Sight { member, ray, stream } in &sights {
-                    let alone = radiance(&scene, *ray, 0.0, &wavelengths[*member], stream);
-                    let same = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-9 * b.abs();
-                    let together = seen[*member];
-                    assert!(
-                        together.radiance.0.iter().zip(&alone.radiance.0).all(same)
-                            && together.alpha_hit == alone.alpha_hit,
-                        "{name}, member {member} of group {group}: {together:?}, alone {alone:?}"
-                    );
-                    lit += usize::from(!alone.radiance.is_zero());
+            let mut workspace = Workspace::default();
+            for group in 0..50 {
+                // As many samples of each as are worked on together: their paths move between bundles.
+                let streams: [[Stream; LANES]; TOGETHER] = std::array::from_fn(|index| {
+                    std::array::from_fn(|member| sampler.stream([member as u32, group], 0, index as u32))
+                });
+                let wavelengths = streams.each_ref().map(|streams| {
+                    streams.map(|stream| scene.wavelengths.sample::<4>(stream.draw(Dimensions::Camera)[2]))
+                });
+                let sights = streams.map(|streams| {
+                    let sight = |(member, stream): (usize, _)| {
+                        let stream: Stream<'_> = stream;
+                        let [x, y, ..] = stream.draw(Dimensions::Camera);
+                        let place = [x * f64::from(size[0]), y * f64::from(size[1])];
+                        let sensor = scene.sensor_ray(place, 0.0, &stream)?;
+                        Some(Sight { member, ray: sensor.ray, stream })
+                    };
+                    streams.into_iter().enumerate().filter_map(sight).collect::<Vec<_>>()
+                });
+                let samples: [GroupSample<4>; TOGETHER] = std::array::from_fn(|index| GroupSample {
+                    sights: &sights[index],
+                    time: 0.0,
+                    wavelengths: &wavelengths[index],
+                });
+                let mut seen = [[RadianceSample::NOTHING; LANES]; TOGETHER];
+                let mut of_samples = seen.each_mut().map(|seen| &mut seen[..]);
+                radiance_of_group(&scene, &samples, Plan::PLAIN, &mut of_samples, &mut workspace);
+                for (index, sights) in sights.iter().enumerate() {
+                    for Sight { member, ray, stream } in sights {
+                        let alone = radiance(&scene, *ray, 0.0, &wavelengths[index][*member], stream);
+                        let same = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-9 * b.abs();
+                        let together = seen[index][*member];
+                        assert!(
+                            together.radiance.0.iter().zip(&alone.radiance.0).all(same)
+                                && together.alpha_hit == alone.alpha_hit,
+                            "{name}, member {member} of group {group}: {together:?}, alone {alone:?}"
+                        );
+                        lit += usize::from(!alone.radiance.is_zero());
+                    }
                 }
             }
             assert!(lit > 200, "{name}: {lit}");
