@@ -5,6 +5,7 @@ use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
 use super::metals::Metals;
 use super::path::power_heuristic;
+use super::plan::Sharing;
 use super::surfaces::{Evaluations, Surfaces};
 use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
@@ -28,6 +29,7 @@ pub(super) struct Firsts<'a, const C: usize> {
     /// Those that share.
     pub all: Mask,
     pub receivers: Receivers,
+    sharing: Sharing,
     fan: Fan<'a>,
     /// Throughput · reflectance of diffuse ones: value and density are this / π and 1 / π, times the cosine
     /// at the normal.
@@ -104,6 +106,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
         turn: &'a Turn<'a, C>,
         bundle: &'a Bundle<'a, C>,
         surfaces: &'a Surfaces<C>,
+        sharing: Sharing,
     ) -> Self {
         let mut reflected = surfaces.reflectance.clone();
         for (reflected, throughput) in reflected.0.iter_mut().zip(&bundle.throughput.0) {
@@ -113,7 +116,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
         }
         let fan = scene.fan(&surfaces.hits.point, surfaces.hits.facet());
         let (all, receivers) = (bundle.alive, surfaces.receivers());
-        Self { scene, turn, bundle, surfaces, all, receivers, fan, reflected }
+        Self { scene, turn, bundle, surfaces, all, receivers, sharing, fan, reflected }
     }
 
     /// Those of the group.
@@ -216,8 +219,9 @@ impl<'a, const C: usize> Firsts<'a, C> {
     /// Values and densities of rough first surfaces. `facing`: those on the right side of the place.
     /// `linked`: those for which it is on the right side, if they are diffuse.
     fn evaluate(&self, facing: Mask, linked: Mask, links: &mut Links<C>) {
-        links.linked = linked & self.surfaces.diffuse & self.all;
-        let rough = facing & self.all & self.surfaces.others;
+        let partners = self.all & self.sharing.partners(links.owner);
+        links.linked = linked & self.surfaces.diffuse & partners;
+        let rough = facing & partners & self.surfaces.others;
         if rough == 0 {
             (links.reach, links.density) = (SampledLanes::ZERO, SampledLanes::ZERO);
             return;
@@ -518,7 +522,8 @@ mod tests {
                 bundle.alive &= !lanes_of(bundle.alive)
                     .filter(|&lane| !surfaces.shares(lane))
                     .fold(0, |mask, lane| mask | 1 << lane);
-                let firsts = Firsts::new(&scene, &turn, &bundle, &surfaces);
+                let sharing = if group % 2 == 0 { Sharing::Sixteen } else { Sharing::Four };
+                let firsts = Firsts::new(&scene, &turn, &bundle, &surfaces, sharing);
                 let mut nexts = bundle.clone();
                 let u = nexts.draw(Dimensions::Scattering(0));
                 nexts.leave(&surfaces, &surfaces.sample(&u, bundle.alive));
@@ -533,8 +538,9 @@ mod tests {
                     firsts.hide(&mut all, 1 << owner);
                     firsts.weigh(&mut all[owner]);
                     let links = &all[owner];
-                    assert_eq!(links.linked & !bundle.alive, 0);
-                    for lane in lanes_of(bundle.alive) {
+                    let others = !sharing.partners(owner);
+                    assert_eq!(links.linked & others, 0);
+                    for lane in lanes_of(bundle.alive & !others) {
                         let Some(shading) = &shadings[lane] else { continue };
                         let expected = link(&firsts, shading, lane, &next, &wavelengths);
                         let linked = links.linked >> lane & 1 == 1;

@@ -151,7 +151,7 @@ fn share<'s, const C: usize>(
     let firsts: Vec<Firsts<C>> = turns
         .iter()
         .zip(bundles.iter().zip(surfaces.iter()))
-        .map(|((_, turn), (bundle, surfaces))| Firsts::new(scene, turn, bundle, surfaces))
+        .map(|((_, turn), (bundle, surfaces))| Firsts::new(scene, turn, bundle, surfaces, plan.sharing))
         .collect();
     let mut suffixes = Vec::with_capacity(turns.len());
     let mut groups = Vec::with_capacity(turns.len());

@@ -22,7 +22,7 @@ impl Members {
         match plan.sharing {
             Sharing::Nothing if integrator::takes_strangers(scene) => Self::Strangers,
             Sharing::Nothing => Self::One,
-            Sharing::Sixteen => Self::Sixteen,
+            Sharing::Four | Sharing::Sixteen => Self::Sixteen,
         }
     }
 
