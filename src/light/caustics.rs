@@ -7,7 +7,7 @@ use crate::sampling::PiecewiseConstant;
 
 /// Samples of all pixels for one light subpath: so their cost is small beside the rest, and after few samples
 /// there are as many as pixels.
-const SAMPLES_PER_PATH: u64 = 4;
+const SAMPLES_PER_PATH: u64 = 2;
 
 /// Where light subpaths begin, and where to.
 #[derive(Clone, Debug)]
