@@ -35,7 +35,7 @@
 //! And where the shading normal is not the geometric one, beams of equal power differ in width on the two
 //! sides (Veach 1997, section 5.3).
 
-use super::path::{late_survival, power_heuristic};
+use super::weights::{late_survival, power_heuristic};
 use crate::bsdf::Bsdf;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::{Caustics, Origin};

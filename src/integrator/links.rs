@@ -4,9 +4,9 @@
 use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
 use super::metals::Metals;
-use super::path::power_heuristic;
 use super::plan::Sharing;
 use super::surfaces::{Evaluations, Surfaces};
+use super::weights::power_heuristic;
 use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};

@@ -2,6 +2,7 @@
 
 mod bundle;
 mod caustics;
+mod contributions;
 mod links;
 mod metals;
 mod observe;
@@ -11,6 +12,7 @@ mod shared;
 mod surfaces;
 mod volume;
 mod walk;
+mod weights;
 
 use crate::geometry::Ray;
 use crate::sampling::Stream;

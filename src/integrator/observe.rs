@@ -1,8 +1,11 @@
 //! Records the steps of one path, for `abbe explain`. The steps come from the code that renders, which is
 //! compiled a second time with a recorder.
 
-use crate::geometry::Vec3;
+use super::path::Path;
+use crate::geometry::{Ray, Vec3};
+use crate::light::LightSample;
 use crate::sampling::Density;
+use crate::scene::{Intersection, Scene};
 use crate::spectrum::Sampled;
 use serde::Serialize;
 use std::cell::RefCell;
@@ -163,4 +166,49 @@ pub(super) fn list<const C: usize>(values: Sampled<C>) -> Vec<f64> {
 
 pub(super) fn axes(v: Vec3) -> [f64; 3] {
     v.to_array()
+}
+
+impl<const C: usize, O: Observe> Path<C, O> {
+    /// Tells of a light sample and what it brings.
+    pub(super) fn tell_of_light(&self, scene: &Scene, sample: &LightSample<C>, light: Sampled<C>) {
+        self.seen.tell(self.vertex, || {
+            let Ray { origin, direction, t_max } = sample.shadow_ray;
+            let end = t_max.is_finite().then(|| scene.in_file(origin + direction * t_max));
+            Step::LightSample {
+                toward: axes(end.unwrap_or(direction)),
+                distance: end.map(|_| t_max),
+                density: known(sample.density),
+                contribution: list(light * self.branch_weight),
+            }
+        });
+    }
+
+    pub(super) fn tell_of_surface(&self, scene: &Scene, ray: &Ray, hit: &Intersection) {
+        self.seen.tell(self.vertex, || Step::Surface {
+            place: axes(scene.in_file(hit.point.position)),
+            normal: axes(hit.point.normal),
+            distance: (hit.point.position - ray.origin).length(),
+            shape: scene.shape_number(hit),
+            primitive: scene.primitive_number(hit),
+            material: scene.material_number(hit),
+            medium: scene.medium_number(&self.media.here),
+            throughput: list(self.throughput),
+            ratio: list(self.ratio),
+        });
+    }
+
+    pub(super) fn tell_of_escape(&self, scene: &Scene, ray: &Ray) {
+        self.seen.tell(self.vertex, || Step::Escape {
+            direction: axes(ray.direction),
+            medium: scene.medium_number(&self.media.here),
+            throughput: list(self.throughput),
+            ratio: list(self.ratio),
+        });
+    }
+
+    pub(super) fn tell_of_survival(&self, kept: f64) {
+        if kept < 1.0 {
+            self.seen.tell(self.vertex - 1, || Step::Survive { probability: kept });
+        }
+    }
 }

@@ -16,18 +16,18 @@
 
 use super::RadianceSample;
 use super::caustics::{self, FirstSurface};
+use super::contributions::receiver;
 use super::observe::{Observe, Step, Unseen, axes, known, list};
+use super::weights::{late_survival, late_survival_in_media, power_heuristic};
 use crate::bsdf::Scatter;
 use crate::geometry::Ray;
-use crate::lanes::Real;
-use crate::light::{Caustics, LightSample, Receiver};
+use crate::light::Receiver;
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Density, Dimensions, Stream};
 use crate::scene::{Intersection, PathEnd, RayKind, Scene, Techniques};
 use crate::spectrum::{Sampled, Wavelengths};
 use smallvec::{SmallVec, smallvec};
-use std::borrow::Cow;
 use std::ops::Range;
 
 /// Number of branches when a path first meets a diffuse surface after specular ones, in a scene with light
@@ -68,7 +68,7 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     /// Whether it may still split.
     may_split: bool,
     /// Its weight in the sample: the product of the weights of the branches that led to it.
-    branch_weight: f64,
+    pub(super) branch_weight: f64,
     /// Whether the camera sees along the path: it has met nothing that alpha counts. Such a ray does not see
     /// what is hidden from the camera.
     pub(super) camera_visible: bool,
@@ -77,7 +77,7 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     /// The roulette throughput of a shared suffix at its beginning, where `throughput` is 1. 1 for others.
     pub(super) prior_throughput: f64,
     /// Who is told of its steps.
-    seen: O,
+    pub(super) seen: O,
 }
 
 /// What light subpaths that come the same way are weighed against.
@@ -491,229 +491,6 @@ impl<const C: usize, O: Observe> Path<C, O> {
         })
     }
 
-    /// Light from beyond the scene, weighed against having been sampled.
-    pub(super) fn escaped(&mut self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Sampled<C> {
-        let hidden = self.camera_visible && scene.limits.hide_emitters;
-        let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return Sampled::ZERO };
-        let mut weight = self.weight_beside_lights(scene, |from| {
-            scene.lights.environment_density(from, ray.direction, self.time, wavelengths)
-        });
-        let shared = self.weigh_beside_light_subpaths(scene, &mut weight, |caustics| {
-            caustics.environment_factor(ray.direction, environment.density(ray.direction), ray.origin)
-        });
-        if weight == 0.0 {
-            return Sampled::ZERO;
-        }
-        let radiance = environment.radiance(ray.direction, &wavelengths.nm);
-        self.contest(self.throughput * radiance * (weight / self.ratio.sum()), shared)
-    }
-
-    /// [`PreviousSample::weight_beside_lights`] of the path.
-    fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
-        self.last.weight_beside_lights(scene, density)
-    }
-
-    /// Light that the surface just met emits toward the path, weighed against having been sampled.
-    pub(super) fn emitted(
-        &mut self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: &Intersection,
-        wavelengths: &Wavelengths<C>,
-    ) -> Sampled<C> {
-        let Some(light_hit) = hit.on_light() else { return Sampled::ZERO };
-        if ray.direction.dot(hit.point.normal) >= 0.0 {
-            return Sampled::ZERO;
-        }
-        let mut weight = self.weight_beside_lights(scene, |from| {
-            scene.lights.density(&light_hit, from, self.time, wavelengths)
-        });
-        let shared = self.weigh_beside_light_subpaths(scene, &mut weight, |caustics| {
-            caustics.light_factor(light_hit.light, &hit.point, -ray.direction)
-        });
-        if weight == 0.0 {
-            return Sampled::ZERO;
-        }
-        let radiance = scene.lights.radiance(light_hit.light, &scene.texture_point(hit), &wavelengths.nm);
-        self.contest(self.throughput * radiance * (weight / self.ratio.sum()), shared)
-    }
-
-    /// Weighs light that the path has found against light subpaths that come the same way, by the light's
-    /// factor of the ratio of densities. That factor is returned where several surfaces share the path.
-    #[inline(always)]
-    fn weigh_beside_light_subpaths(
-        &self,
-        scene: &Scene,
-        weight: &mut f64,
-        from_light: impl FnOnce(&Caustics) -> f64,
-    ) -> Option<f64> {
-        let (PreviousSample::Discrete, Some(caustics)) = (&self.last, scene.caustics()) else { return None };
-        match &self.beside_light_subpaths {
-            Beside::Nothing => None,
-            Beside::First(first) => {
-                *weight *= caustics.weight_beside(scene, first, from_light(caustics), self.time);
-                None
-            }
-            Beside::Shared => Some(from_light(caustics)),
-        }
-    }
-
-    /// What the path has found, unless that is kept apart; see [`Beside::Shared`].
-    #[inline(always)]
-    fn contest(&mut self, arriving: Sampled<C>, shared: Option<f64>) -> Sampled<C> {
-        match shared {
-            Some(from_light) if from_light > 0.0 => {
-                self.contested.push((arriving, from_light));
-                Sampled::ZERO
-            }
-            _ => arriving,
-        }
-    }
-
-    /// Light that reaches the surface straight from one light, chosen and sampled for this place.
-    #[inline(always)]
-    pub(super) fn direct_light(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: &Intersection,
-        shading: &Shading<C>,
-        wavelengths: &Wavelengths<C>,
-        stream: &Stream,
-    ) -> Sampled<C> {
-        if shading.bsdf.is_discrete() {
-            return Sampled::ZERO;
-        }
-        let Some(sample) = self.light_sample(scene, hit, shading, wavelengths, stream) else {
-            return Sampled::ZERO;
-        };
-        let value = shading.evaluate(sample.shadow_ray.direction);
-        if value.f_cos.is_zero() {
-            return Sampled::ZERO;
-        }
-        if scene.features().scattering {
-            let around = self.media_beyond(scene, ray, hit, &sample.shadow_ray);
-            return self.light_through_media(scene, &sample, &value, &around, wavelengths);
-        }
-        let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
-            (self.ratio * value.density).sum()
-        });
-        if weight == 0.0 {
-            return Sampled::ZERO;
-        }
-        let visibility = self.visibility(scene, ray, hit, &sample.shadow_ray, wavelengths);
-        let light = self.throughput * value.f_cos * sample.radiance * weight * visibility;
-        self.tell_of_light(scene, &sample, light);
-        light
-    }
-
-    /// Tells of a light sample and what it brings.
-    pub(super) fn tell_of_light(&self, scene: &Scene, sample: &LightSample<C>, light: Sampled<C>) {
-        self.seen.tell(self.vertex, || {
-            let Ray { origin, direction, t_max } = sample.shadow_ray;
-            let end = t_max.is_finite().then(|| scene.in_file(origin + direction * t_max));
-            Step::LightSample {
-                toward: axes(end.unwrap_or(direction)),
-                distance: end.map(|_| t_max),
-                density: known(sample.density),
-                contribution: list(light * self.branch_weight),
-            }
-        });
-    }
-
-    pub(super) fn tell_of_surface(&self, scene: &Scene, ray: &Ray, hit: &Intersection) {
-        self.seen.tell(self.vertex, || Step::Surface {
-            place: axes(scene.in_file(hit.point.position)),
-            normal: axes(hit.point.normal),
-            distance: (hit.point.position - ray.origin).length(),
-            shape: scene.shape_number(hit),
-            primitive: scene.primitive_number(hit),
-            material: scene.material_number(hit),
-            medium: scene.medium_number(&self.media.here),
-            throughput: list(self.throughput),
-            ratio: list(self.ratio),
-        });
-    }
-
-    pub(super) fn tell_of_escape(&self, scene: &Scene, ray: &Ray) {
-        self.seen.tell(self.vertex, || Step::Escape {
-            direction: axes(ray.direction),
-            medium: scene.medium_number(&self.media.here),
-            throughput: list(self.throughput),
-            ratio: list(self.ratio),
-        });
-    }
-
-    pub(super) fn tell_of_survival(&self, kept: f64) {
-        if kept < 1.0 {
-            self.seen.tell(self.vertex - 1, || Step::Survive { probability: kept });
-        }
-    }
-
-    /// Who is told of its steps.
-    pub(super) fn seen(&self) -> &O {
-        &self.seen
-    }
-
-    /// Light that the path has found, as it is.
-    #[inline(always)]
-    pub(super) fn found(&self, light: Sampled<C>) -> Sampled<C> {
-        if !light.is_zero() {
-            self.seen.tell(self.vertex, || Step::Found { contribution: list(light * self.branch_weight) });
-        }
-        light
-    }
-
-    /// A light sample for a surface that scatters. `None` past the last segment, and where no light can
-    /// contribute.
-    #[inline(always)]
-    pub(super) fn light_sample(
-        &self,
-        scene: &Scene,
-        hit: &Intersection,
-        shading: &Shading<C>,
-        wavelengths: &Wavelengths<C>,
-        stream: &Stream,
-    ) -> Option<LightSample<C>> {
-        if self.is_last(scene) || scene.lights.is_empty() {
-            return None;
-        }
-        let [u, v, ..] = stream.draw(Dimensions::Light(self.vertex));
-        scene.lights.sample(&receiver(hit, shading), self.time, wavelengths, [u, v])
-    }
-
-    /// The fraction of a light sample's light that gets to the surface.
-    #[inline(always)]
-    pub(super) fn visibility(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: &Intersection,
-        shadow_ray: &Ray,
-        wavelengths: &Wavelengths<C>,
-    ) -> Sampled<C> {
-        let around = self.media_beyond(scene, ray, hit, shadow_ray);
-        scene.passage(shadow_ray, self.time, &around, wavelengths).transmittance
-    }
-
-    /// What is around a shadow ray that leaves a surface.
-    fn media_beyond(
-        &self,
-        scene: &Scene,
-        ray: &Ray,
-        hit: &Intersection,
-        shadow_ray: &Ray,
-    ) -> Cow<'_, MediumStack> {
-        let toward_light = shadow_ray.direction;
-        let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
-        if !beyond || !scene.features().medium_stack {
-            return Cow::Borrowed(&self.media.here);
-        }
-        let mut media = self.media.clone();
-        scene.pass_through(hit, toward_light, &mut media);
-        Cow::Owned(media.here)
-    }
-
     /// Records whether light subpaths may come the way that this path has just been scattered.
     fn track_light_subpaths(
         &mut self,
@@ -765,61 +542,4 @@ impl<const C: usize, O: Observe> Path<C, O> {
 /// Whether a path passes the surface by null transmission.
 fn passes<const C: usize>(shading: &Shading<C>, scatter: &Scatter<C>) -> bool {
     scatter.transmitted && shading.bsdf.has_null_transmission()
-}
-
-/// What a light sample is multiplied by: its weight beside scattering, over the density of both. `prior`: Σⱼ
-/// pⱼ / p₀ of the path; `by_scattering`: the same with the density of scattering toward the light.
-#[inline(always)]
-pub(super) fn light_sample_weight(
-    scene: &Scene,
-    density: Density,
-    prior: f64,
-    by_scattering: impl FnOnce() -> f64,
-) -> f64 {
-    match (density, scene.limits.techniques) {
-        (_, Techniques::Scattering) => 0.0,
-        (Density::Discrete, _) => 1.0 / prior,
-        (Density::PerSolidAngle(density), Techniques::LightSamples) => 1.0 / (prior * density),
-        (Density::PerSolidAngle(density), Techniques::Both) => {
-            let by_light = prior * density;
-            power_heuristic(by_light, by_scattering()) / by_light
-        }
-    }
-}
-
-/// A surface as lights are chosen for it.
-pub(super) fn receiver<const C: usize>(hit: &Intersection, shading: &Shading<C>) -> Receiver {
-    Receiver { point: hit.point, facing: shading.receiving_side() }
-}
-
-/// Largest survival probability of a path of `depth` segments: between perfect mirrors nothing is ever lost.
-///
-/// The fraction of paths that survive falls with the square of their length, so that their mean length is
-/// finite. If it fell exponentially, the weights of the survivors would grow exponentially, and light that
-/// leaves a body only after many reflections would be estimated with infinite variance.
-pub(super) fn late_survival(depth: u32) -> f64 {
-    /// Segments after which a path without loss may end too.
-    const LATE: u32 = 64;
-    if depth <= LATE {
-        return 1.0;
-    }
-    let kept = 1.0 - 1.0 / f64::from(depth);
-    kept * kept
-}
-
-/// The same where media scatter. A thick medium of albedo 1 sends light back of which a fraction ∝ 1/√n takes
-/// more than n segments. If the number of paths fell with n², nearly all of that light would be in few
-/// samples.
-fn late_survival_in_media(depth: u32) -> f64 {
-    const LATE: u32 = 4096;
-    if depth <= LATE { 1.0 } else { (1.0 - 1.0 / f64::from(depth)).powf(1.25) }
-}
-
-/// Weight of a technique of density `own` beside one of density `other`, with exponent 2 (Veach, *Robust
-/// Monte Carlo Methods for Light Transport Simulation*, 1997, sec. 9.2.2).
-#[inline(always)]
-pub(super) fn power_heuristic<R: Real>(own: R, other: R) -> R {
-    let ratio = other / own;
-    let weight = R::of(1.0) / (R::of(1.0) + ratio * ratio);
-    R::choose(own.eq(R::of(0.0)), R::of(0.0), weight)
 }

@@ -23,9 +23,9 @@
 use super::RadianceSample;
 use super::bundle::{Bundle, Each, Found, Scratch, Turn, follow};
 use super::links::{Firsts, Links, Next, Values};
-use super::path::light_sample_weight;
 use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
+use super::weights::light_sample_weight;
 use crate::accel::Rays;
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Mask, WIDTH, ZERO, get, lanes_of, mask_of, set};

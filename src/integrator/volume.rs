@@ -18,7 +18,8 @@
 //! ways to the place, beside the power heuristic over light samples and scattering.
 
 use super::observe::{Observe, Step, axes, list};
-use super::path::{Path, PreviousSample, light_sample_weight};
+use super::path::{Path, PreviousSample};
+use super::weights::light_sample_weight;
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::{Aim, LightSample, Receiver};
@@ -189,7 +190,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         self.alpha_hit = true;
         self.camera_visible = false;
         let Collision { position, scattering } = *collision;
-        self.seen().tell(self.vertex, || Step::Medium {
+        self.seen.tell(self.vertex, || Step::Medium {
             place: axes(scene.in_file(position)),
             distance: (position - ray.origin).length(),
             medium: scene.medium_number(&self.media.here),
@@ -226,7 +227,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         self.last = PreviousSample::Scattered { from, prior_over_density, by_scattering: self.ratio };
         self.depth += 1;
         self.vertex += 1;
-        self.seen().tell(self.vertex - 1, || Step::Scatter {
+        self.seen.tell(self.vertex - 1, || Step::Scatter {
             direction: axes(sample.direction),
             transmitted: false,
             density: Some(hero),

@@ -13,8 +13,8 @@ pub(super) use pool::{Found, follow};
 pub(super) use turn::{Each, Turn};
 
 use super::caustics::FirstSurface;
-use super::path::{late_survival, light_sample_weight, power_heuristic};
 use super::surfaces::{Scatters, Surfaces};
+use super::weights::{late_survival, light_sample_weight, power_heuristic};
 use crate::accel::Rays;
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, lanes_of, part, set};

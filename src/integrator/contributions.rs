@@ -1,0 +1,195 @@
+//! What a path finds: light that surfaces emit, light from beyond the scene, and light samples.
+
+use super::observe::{Observe, Step, list};
+use super::path::{Beside, Path, PreviousSample};
+use super::weights::light_sample_weight;
+use crate::geometry::Ray;
+use crate::light::{Caustics, LightSample, Receiver};
+use crate::material::Shading;
+use crate::medium::MediumStack;
+use crate::sampling::{Dimensions, Stream};
+use crate::scene::{Intersection, Scene};
+use crate::spectrum::{Sampled, Wavelengths};
+use std::borrow::Cow;
+
+impl<const C: usize, O: Observe> Path<C, O> {
+    /// Light from beyond the scene, weighed against having been sampled.
+    pub(super) fn escaped(&mut self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Sampled<C> {
+        let hidden = self.camera_visible && scene.limits.hide_emitters;
+        let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return Sampled::ZERO };
+        let mut weight = self.weight_beside_lights(scene, |from| {
+            scene.lights.environment_density(from, ray.direction, self.time, wavelengths)
+        });
+        let shared = self.weigh_beside_light_subpaths(scene, &mut weight, |caustics| {
+            caustics.environment_factor(ray.direction, environment.density(ray.direction), ray.origin)
+        });
+        if weight == 0.0 {
+            return Sampled::ZERO;
+        }
+        let radiance = environment.radiance(ray.direction, &wavelengths.nm);
+        self.contest(self.throughput * radiance * (weight / self.ratio.sum()), shared)
+    }
+
+    /// [`PreviousSample::weight_beside_lights`] of the path.
+    fn weight_beside_lights(&self, scene: &Scene, density: impl Fn(&Receiver) -> f64) -> f64 {
+        self.last.weight_beside_lights(scene, density)
+    }
+
+    /// Light that the surface just met emits toward the path, weighed against having been sampled.
+    pub(super) fn emitted(
+        &mut self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let Some(light_hit) = hit.on_light() else { return Sampled::ZERO };
+        if ray.direction.dot(hit.point.normal) >= 0.0 {
+            return Sampled::ZERO;
+        }
+        let mut weight = self.weight_beside_lights(scene, |from| {
+            scene.lights.density(&light_hit, from, self.time, wavelengths)
+        });
+        let shared = self.weigh_beside_light_subpaths(scene, &mut weight, |caustics| {
+            caustics.light_factor(light_hit.light, &hit.point, -ray.direction)
+        });
+        if weight == 0.0 {
+            return Sampled::ZERO;
+        }
+        let radiance = scene.lights.radiance(light_hit.light, &scene.texture_point(hit), &wavelengths.nm);
+        self.contest(self.throughput * radiance * (weight / self.ratio.sum()), shared)
+    }
+
+    /// Weighs light that the path has found against light subpaths that come the same way, by the light's
+    /// factor of the ratio of densities. That factor is returned where several surfaces share the path.
+    #[inline(always)]
+    fn weigh_beside_light_subpaths(
+        &self,
+        scene: &Scene,
+        weight: &mut f64,
+        from_light: impl FnOnce(&Caustics) -> f64,
+    ) -> Option<f64> {
+        let (PreviousSample::Discrete, Some(caustics)) = (&self.last, scene.caustics()) else { return None };
+        match &self.beside_light_subpaths {
+            Beside::Nothing => None,
+            Beside::First(first) => {
+                *weight *= caustics.weight_beside(scene, first, from_light(caustics), self.time);
+                None
+            }
+            Beside::Shared => Some(from_light(caustics)),
+        }
+    }
+
+    /// What the path has found, unless that is kept apart; see [`Beside::Shared`].
+    #[inline(always)]
+    fn contest(&mut self, arriving: Sampled<C>, shared: Option<f64>) -> Sampled<C> {
+        match shared {
+            Some(from_light) if from_light > 0.0 => {
+                self.contested.push((arriving, from_light));
+                Sampled::ZERO
+            }
+            _ => arriving,
+        }
+    }
+
+    /// Light that reaches the surface straight from one light, chosen and sampled for this place.
+    #[inline(always)]
+    pub(super) fn direct_light(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        shading: &Shading<C>,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Sampled<C> {
+        if shading.bsdf.is_discrete() {
+            return Sampled::ZERO;
+        }
+        let Some(sample) = self.light_sample(scene, hit, shading, wavelengths, stream) else {
+            return Sampled::ZERO;
+        };
+        let value = shading.evaluate(sample.shadow_ray.direction);
+        if value.f_cos.is_zero() {
+            return Sampled::ZERO;
+        }
+        if scene.features().scattering {
+            let around = self.media_beyond(scene, ray, hit, &sample.shadow_ray);
+            return self.light_through_media(scene, &sample, &value, &around, wavelengths);
+        }
+        let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
+            (self.ratio * value.density).sum()
+        });
+        if weight == 0.0 {
+            return Sampled::ZERO;
+        }
+        let visibility = self.visibility(scene, ray, hit, &sample.shadow_ray, wavelengths);
+        let light = self.throughput * value.f_cos * sample.radiance * weight * visibility;
+        self.tell_of_light(scene, &sample, light);
+        light
+    }
+
+    /// Light that the path has found, as it is.
+    #[inline(always)]
+    pub(super) fn found(&self, light: Sampled<C>) -> Sampled<C> {
+        if !light.is_zero() {
+            self.seen.tell(self.vertex, || Step::Found { contribution: list(light * self.branch_weight) });
+        }
+        light
+    }
+
+    /// A light sample for a surface that scatters. `None` past the last segment, and where no light can
+    /// contribute.
+    #[inline(always)]
+    pub(super) fn light_sample(
+        &self,
+        scene: &Scene,
+        hit: &Intersection,
+        shading: &Shading<C>,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Option<LightSample<C>> {
+        if self.is_last(scene) || scene.lights.is_empty() {
+            return None;
+        }
+        let [u, v, ..] = stream.draw(Dimensions::Light(self.vertex));
+        scene.lights.sample(&receiver(hit, shading), self.time, wavelengths, [u, v])
+    }
+
+    /// The fraction of a light sample's light that gets to the surface.
+    #[inline(always)]
+    pub(super) fn visibility(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        shadow_ray: &Ray,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let around = self.media_beyond(scene, ray, hit, shadow_ray);
+        scene.passage(shadow_ray, self.time, &around, wavelengths).transmittance
+    }
+
+    /// What is around a shadow ray that leaves a surface.
+    fn media_beyond(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        hit: &Intersection,
+        shadow_ray: &Ray,
+    ) -> Cow<'_, MediumStack> {
+        let toward_light = shadow_ray.direction;
+        let beyond = ray.direction.dot(hit.point.normal) * toward_light.dot(hit.point.normal) > 0.0;
+        if !beyond || !scene.features().medium_stack {
+            return Cow::Borrowed(&self.media.here);
+        }
+        let mut media = self.media.clone();
+        scene.pass_through(hit, toward_light, &mut media);
+        Cow::Owned(media.here)
+    }
+}
+
+/// A surface as lights are chosen for it.
+pub(super) fn receiver<const C: usize>(hit: &Intersection, shading: &Shading<C>) -> Receiver {
+    Receiver { point: hit.point, facing: shading.receiving_side() }
+}

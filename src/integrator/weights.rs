@@ -1,0 +1,57 @@
+//! Weights of techniques beside one another, and survival of long paths.
+
+use crate::lanes::Real;
+use crate::sampling::Density;
+use crate::scene::{Scene, Techniques};
+
+/// What a light sample is multiplied by: its weight beside scattering, over the density of both. `prior`: Σⱼ
+/// pⱼ / p₀ of the path; `by_scattering`: the same with the density of scattering toward the light.
+#[inline(always)]
+pub(super) fn light_sample_weight(
+    scene: &Scene,
+    density: Density,
+    prior: f64,
+    by_scattering: impl FnOnce() -> f64,
+) -> f64 {
+    match (density, scene.limits.techniques) {
+        (_, Techniques::Scattering) => 0.0,
+        (Density::Discrete, _) => 1.0 / prior,
+        (Density::PerSolidAngle(density), Techniques::LightSamples) => 1.0 / (prior * density),
+        (Density::PerSolidAngle(density), Techniques::Both) => {
+            let by_light = prior * density;
+            power_heuristic(by_light, by_scattering()) / by_light
+        }
+    }
+}
+
+/// Largest survival probability of a path of `depth` segments: between perfect mirrors nothing is ever lost.
+///
+/// The fraction of paths that survive falls with the square of their length, so that their mean length is
+/// finite. If it fell exponentially, the weights of the survivors would grow exponentially, and light that
+/// leaves a body only after many reflections would be estimated with infinite variance.
+pub(super) fn late_survival(depth: u32) -> f64 {
+    /// Segments after which a path without loss may end too.
+    const LATE: u32 = 64;
+    if depth <= LATE {
+        return 1.0;
+    }
+    let kept = 1.0 - 1.0 / f64::from(depth);
+    kept * kept
+}
+
+/// The same where media scatter. A thick medium of albedo 1 sends light back of which a fraction ∝ 1/√n takes
+/// more than n segments. If the number of paths fell with n², nearly all of that light would be in few
+/// samples.
+pub(super) fn late_survival_in_media(depth: u32) -> f64 {
+    const LATE: u32 = 4096;
+    if depth <= LATE { 1.0 } else { (1.0 - 1.0 / f64::from(depth)).powf(1.25) }
+}
+
+/// Weight of a technique of density `own` beside one of density `other`, with exponent 2 (Veach, *Robust
+/// Monte Carlo Methods for Light Transport Simulation*, 1997, sec. 9.2.2).
+#[inline(always)]
+pub(super) fn power_heuristic<R: Real>(own: R, other: R) -> R {
+    let ratio = other / own;
+    let weight = R::of(1.0) / (R::of(1.0) + ratio * ratio);
+    R::choose(own.eq(R::of(0.0)), R::of(0.0), weight)
+}
