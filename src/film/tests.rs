@@ -137,6 +137,49 @@ fn bad_values_are_counted_not_hidden() {
     assert_eq!(film.combined(0, 0, [1.0, 0.0, 0.0]).mean, 0.5);
 }
 
+/// Sums that leave the range of integers stay where they were, and are counted: in a tile, in the film, and of
+/// light subpaths. None wraps around.
+#[test]
+fn sums_beyond_the_range_are_counted_and_left_out() {
+    // A quantum is 2⁻⁴⁰ here, and integers end at 2⁶³.
+    let large = 2f64.powi(21);
+    let extras = Extras { light_paths: true, ..Extras::default() };
+    let mut film = Film::new(1, 1, 1, extras, FixedPoint::for_reference(1.0));
+    let y = [0.0, 1.0, 0.0];
+    let tile = |film: &Film| {
+        let mut tile = film.extras.tile([0, 0], [1, 1], 0..1);
+        for _ in 0..3 {
+            tile.add(0, 0, 1, large, film.scale());
+            tile.weigh(0, 0, 1.0);
+        }
+        tile
+    };
+    // Three times 2⁶¹ fit.
+    let first = tile(&film);
+    film.add(&first);
+    assert_eq!(film.bad, BadValues::default());
+    assert_eq!(film.combined(0, 0, y).mean, large);
+    // In the film six do not: the second tile's sum is left out, and its samples dim the pixel.
+    film.add(&first);
+    assert_eq!(film.bad.overflow, 1);
+    assert_eq!(film.combined(0, 0, y).mean, 0.5 * large);
+    // In a tile the fifth does not.
+    let mut full = film.extras.tile([0, 0], [1, 1], 0..1);
+    for sample in 0..5 {
+        assert_eq!(full.bad.overflow, 0, "{sample}");
+        full.add(0, 0, 1, if sample == 3 { large - 1.0 } else { large }, film.scale());
+    }
+    assert_eq!(full.bad.overflow, 1);
+    film.count_light(0, 1);
+    let mut brought = Vec::new();
+    for times in [1, 2, 3] {
+        film.add_light([0, 0], 0, &[(0, i64::MAX / 2)]);
+        assert_eq!(film.bad.overflow, 1 + u64::from(times == 3), "{times}");
+        brought.push(film.combined(0, 0, [1.0, 0.0, 0.0]).mean);
+    }
+    assert!(brought[0] > 0.0 && brought[1] == 2.0 * brought[0] && brought[2] == brought[1], "{brought:?}");
+}
+
 #[test]
 fn a_narrow_line_falls_into_its_own_bin() {
     let bins = SpectralBins { range: WavelengthRange::VISIBLE, count: 47 };

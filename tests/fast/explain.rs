@@ -125,3 +125,31 @@ fn the_program_tells_and_draws_a_sample() {
         assert!(stderr(&output).contains(expected), "{wrong:?}: {}", stderr(&output));
     }
 }
+
+/// What `docs/counting-and-explaining.md` shows: the pixel that `abbe compare` names is mostly one sample, which
+/// saw the lamp in the polished ring.
+#[test]
+fn a_firefly_is_explained() {
+    let folder = Folder::new("firefly");
+    let scene = of_repository("tests/scenes/firefly.xml");
+    let run = |arguments: &[&str]| {
+        let output = folder.run(arguments);
+        assert!(output.status.success(), "{}", stderr(&output));
+        stdout(&output)
+    };
+    let noisy = ["--seed", "1", "--estimator", "plain"];
+    run(&[&["render", &scene, "--no-png", "-q", "-o", "noisy.exr"], &noisy[..]].concat());
+    run(&["render", &scene, "--no-png", "-q", "--seed", "2", "--spp", "128", "-o", "reference.exr"]);
+    let told = run(&["compare", "noisy.exr", "reference.exr"]);
+    let (_, named) = told.split_once("at pixels ").expect("compare names pixels");
+    let (pixel, _) = named.split_once(' ').expect("the brightest");
+    let text = run(&[&["explain", &scene, "--pixel", pixel], &noisy[..]].concat());
+    let (_, makes) = text.split_once("it makes ").expect("a share of the pixel");
+    let percent: f64 = makes.split(' ').next().and_then(|word| word.parse().ok()).expect("a number");
+    assert!(percent > 50.0, "{text}");
+    // The ring is the file's third shape.
+    let (_, at_ring) = text.split_once("surface: shape 3").expect("it met the ring");
+    let (_, brings) = at_ring.split_once("brings ").expect("the lamp is seen from there");
+    let brings: f64 = brings.split_whitespace().next().and_then(|word| word.parse().ok()).expect("a number");
+    assert!(brings > 1.0, "{text}");
+}

@@ -159,3 +159,34 @@ fn a_disk_that_fails_ends_the_render_with_a_message() {
     folder.ends(0, &options(&["-o", "x.exr", "--resume"]));
     assert!(folder.bytes("x.exr") == folder.bytes("whole.exr"));
 }
+
+/// A point light a micrometre above a floor makes it 10¹² times as bright as the light is elsewhere: more than
+/// the film's integers hold. It is left out, counted and told, and never wraps around.
+#[test]
+fn what_is_too_large_for_the_film_is_told() {
+    let folder = Folder::new("large");
+    let scene = |z: f64| {
+        format!(
+            r#"<scene version="3.0.0"><sensor type="perspective"><float name="fov" value="0.001"/>
+            <transform name="to_world"><lookat origin="0, -3, 3" target="0, 0, 0" up="0, 0, 1"/></transform>
+            <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/></film></sensor>
+            <emitter type="point"><point name="position" x="0" y="0" z="{z:e}"/></emitter>
+            <shape type="rectangle"/></scene>"#
+        )
+    };
+    for (z, is_told) in [(1e-6, true), (1.0, false)] {
+        folder.write("scene.xml", scene(z));
+        let output = folder.run(&["render", "scene.xml", "--spp=16", "--no-png", "-o", "x.exr"]);
+        let told = stderr(&output);
+        assert_eq!(output.status.code(), Some(0), "{told}");
+        let too_large = told
+            .split_once("negative, ")
+            .map_or(0, |(_, rest)| rest.split(' ').next().and_then(|word| word.parse().ok()).unwrap_or(0));
+        assert_eq!(too_large > 0, is_told, "{told}");
+        let picture = folder.picture("x.exr");
+        let bad =
+            picture.attributes.iter().find(|(name, _)| name == "abbe.badValues").expect("it is counted");
+        assert_eq!(bad.1, too_large.to_string());
+        assert!(picture.channel("G").expect("a channel").iter().all(|&value| value >= 0.0));
+    }
+}

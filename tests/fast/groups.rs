@@ -16,8 +16,28 @@ fn scene(content: &str) -> Scene {
     made(&format!("{head}{content}"), &CompileOptions::default())
 }
 
+/// Operations, of which the first comes first.
+fn placed(operations: &str) -> String {
+    format!(r#"<transform name="to_world">{operations}</transform>"#)
+}
+
+fn by(x: f64, y: f64, z: f64) -> String {
+    format!(r#"<translate x="{x}" y="{y}" z="{z}"/>"#)
+}
+
 fn moved(x: f64, y: f64, z: f64) -> String {
-    format!(r#"<transform name="to_world"><translate x="{x}" y="{y}" z="{z}"/></transform>"#)
+    placed(&by(x, y, z))
+}
+
+/// Turned and made smaller before it is moved: where transforms are put together in the wrong order, that
+/// shows.
+fn turned(x: f64, y: f64, z: f64) -> String {
+    format!(r#"<scale value="0.8"/><rotate x="0.6" z="0.8" angle="50"/>{}"#, by(x, y, z))
+}
+
+/// The same of what shines: a ball that is turned has its light samples elsewhere.
+fn smaller(x: f64, y: f64, z: f64) -> String {
+    format!(r#"<scale value="0.8"/>{}"#, by(x, y, z))
 }
 
 fn instance(group: &str, place: &str) -> String {
@@ -56,22 +76,27 @@ fn groups_in_groups_look_like_their_shapes() {
         )
     };
     let two = |a: &str, b: &str| {
-        format!("{}{}", instance(a, &moved(-0.5, 0.0, 0.0)), instance(b, &moved(0.5, 0.0, 0.25)))
+        format!("{}{}", instance(a, &moved(-0.5, 0.0, 0.0)), instance(b, &placed(&turned(0.5, 0.0, 0.25))))
     };
     let nested = format!(
         "{SKY}{}{}{}{}",
-        group("one", &ball("")),
+        group("one", &ball(&moved(0.125, 0.0, 0.0))),
         group("two", &format!("{}{}", two("one", "one"), ball(&moved(0.0, 0.0, 0.75)))),
         group(
             "four",
-            &format!("{}{}", instance("two", &moved(-1.0, 0.0, 0.0)), instance("two", &moved(1.0, 0.0, 0.0)))
+            &format!(
+                "{}{}",
+                instance("two", &placed(&turned(-1.0, 0.0, 0.0))),
+                instance("two", &moved(1.0, 0.0, 0.0))
+            )
         ),
-        instance("four", &moved(0.0, 1.0, 0.0)),
+        instance("four", &placed(&turned(0.0, 1.0, 0.0))),
     );
     let mut flat = SKY.to_owned();
-    for x in [-1.0, 1.0] {
-        for (dx, z) in [(-0.5, 0.0), (0.5, 0.25), (0.0, 0.75)] {
-            flat += &ball(&moved(x + dx, 1.0, z));
+    for pair in [turned(-1.0, 0.0, 0.0), by(1.0, 0.0, 0.0)] {
+        let own = by(0.125, 0.0, 0.0);
+        for place in [own.clone() + &by(-0.5, 0.0, 0.0), own + &turned(0.5, 0.0, 0.25), by(0.0, 0.0, 0.75)] {
+            flat += &ball(&placed(&format!("{place}{pair}{}", turned(0.0, 1.0, 0.0))));
         }
     }
     assert_same(&nested, &flat);
@@ -88,24 +113,29 @@ fn each_place_where_a_light_is_shown_is_a_light() {
     let shade = |place: &str| {
         format!(r#"<shape type="disk">{place}<bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>"#)
     };
-    let nested = format!(
-        "{}{}{}{}",
-        group("lamp", &format!("{}{}", lamp("", 3.0), shade(&moved(0.0, 0.0, 0.5)))),
-        group(
-            "pair",
-            &format!(
-                "{}{}",
-                instance("lamp", &moved(-1.5, 0.0, 0.0)),
-                instance("lamp", &moved(1.5, 0.0, 0.25))
-            )
-        ),
-        instance("pair", &moved(0.0, 1.0, 0.0)),
-        instance("lamp", &moved(0.0, -1.0, 0.0)),
-    );
-    let places = [(-1.5, 1.0, 0.0), (1.5, 1.0, 0.25), (0.0, -1.0, 0.0)];
-    let lamps: String = places.map(|(x, y, z)| lamp(&moved(x, y, z), 3.0)).concat();
-    let shades: String = places.map(|(x, y, z)| shade(&moved(x, y, z + 0.5))).concat();
-    assert_same(&nested, &format!("{lamps}{shades}"));
+    let compare = |pair: &dyn Fn(f64, f64, f64) -> String, shade: &dyn Fn(&str) -> String| {
+        let nested = format!(
+            "{}{}{}{}",
+            group("lamp", &(lamp("", 3.0) + &shade(&moved(0.0, 0.0, 0.5)))),
+            group(
+                "pair",
+                &format!(
+                    "{}{}",
+                    instance("lamp", &placed(&pair(-1.5, 0.0, 0.0))),
+                    instance("lamp", &moved(1.5, 0.0, 0.25))
+                )
+            ),
+            instance("pair", &placed(&pair(0.0, 1.0, 0.0))),
+            instance("lamp", &moved(0.0, -1.0, 0.0)),
+        );
+        let outer = pair(0.0, 1.0, 0.0);
+        let places = [pair(-1.5, 0.0, 0.0) + &outer, by(1.5, 0.0, 0.25) + &outer, by(0.0, -1.0, 0.0)];
+        let lamps: String = places.each_ref().map(|place| lamp(&placed(place), 3.0)).concat();
+        let shades: String = places.map(|place| shade(&placed(&(by(0.0, 0.0, 0.5) + &place)))).concat();
+        assert_same(&nested, &(lamps + &shades));
+    };
+    compare(&by, &shade);
+    compare(&smaller, &|_| String::new());
 }
 
 #[test]
@@ -120,17 +150,19 @@ fn things_move_in_groups_and_groups_with_them() {
         format!(r#"<shape type="sphere"><float name="radius" value="0.5"/>{place}{more}</shape>"#)
     };
     let diffuse = r#"<bsdf type="diffuse"/>"#;
+    let moving = |before: &str, after: &str, shine: &str| {
+        let key = |time: u32, x: f64| {
+            format!(r#"<transform time="{time}">{before}<translate x="{x}"/>{after}</transform>"#)
+        };
+        ball(&format!(r#"<animation name="to_world">{}{}</animation>"#, key(0, -1.0), key(1, 1.0)), shine)
+    };
     let nested = format!(
         "{SKY}{}{}{}",
         group("ball", &ball(&keys(-1.0, 1.0), diffuse)),
-        group("more", &instance("ball", &moved(0.0, 0.0, 1.0))),
+        group("more", &instance("ball", &placed(&turned(0.0, 0.0, 1.0)))),
         instance("more", &moved(0.0, 1.0, 0.0)),
     );
-    let flat = ball(
-        r#"<animation name="to_world"><transform time="0"><translate x="-1" y="1" z="1"/></transform>
-           <transform time="1"><translate x="1" y="1" z="1"/></transform></animation>"#,
-        diffuse,
-    );
+    let flat = moving("", &(turned(0.0, 0.0, 1.0) + &by(0.0, 1.0, 0.0)), diffuse);
     assert_same(&nested, &format!("{SKY}{flat}"));
     // Two motions that add up, where neither is a light.
     let nested = format!(
@@ -139,24 +171,31 @@ fn things_move_in_groups_and_groups_with_them() {
         group("more", &instance("ball", &keys(0.0, 1.0))),
         instance("more", &moved(0.0, 1.0, 1.0)),
     );
-    assert_same(&nested, &format!("{SKY}{flat}"));
+    let straight = |shine: &str| moving("", &by(0.0, 1.0, 1.0), shine);
+    assert_same(&nested, &format!("{SKY}{}", straight(diffuse)));
     // A lamp that moves in its group, and one that its instance moves.
     let shine = r#"<emitter type="area"><spectrum name="radiance" value="2"/></emitter>"#;
-    let flat = flat.replace(diffuse, shine);
     let own = format!(
         "{}{}{}",
         group("lamp", &ball(&keys(-1.0, 1.0), shine)),
-        group("more", &instance("lamp", &moved(0.0, 0.0, 1.0))),
+        group("more", &instance("lamp", &placed(&smaller(0.0, 0.0, 1.0)))),
         instance("more", &moved(0.0, 1.0, 0.0)),
     );
+    assert_same(&own, &moving("", &(smaller(0.0, 0.0, 1.0) + &by(0.0, 1.0, 0.0)), shine));
     let carried = format!(
         "{}{}{}",
-        group("lamp", &ball("", shine)),
+        group("lamp", &ball(&placed(&by(0.5, 0.0, 0.0)), shine)),
         group("more", &instance("lamp", &keys(-1.0, 1.0))),
-        instance("more", &moved(0.0, 1.0, 1.0)),
+        instance("more", &placed(&smaller(0.0, 1.0, 1.0))),
     );
-    assert_same(&own, &flat);
-    assert_same(&carried, &flat);
+    assert_same(&carried, &moving(&by(0.5, 0.0, 0.0), &smaller(0.0, 1.0, 1.0), shine));
+    let within = format!(
+        "{}{}{}",
+        group("lamp", &ball(&placed(&by(0.5, 0.0, 0.0)), shine)),
+        group("more", &instance("lamp", &placed(&smaller(0.0, 0.0, 1.0)))),
+        instance("more", &keys(-1.0, 1.0)),
+    );
+    assert_same(&within, &moving(&(by(0.5, 0.0, 0.0) + &smaller(0.0, 0.0, 1.0)), "", shine));
 }
 
 #[test]
@@ -191,19 +230,53 @@ fn media_fill_bodies_in_groups_of_groups() {
                 "pair",
                 &format!(
                     "{}{}",
-                    instance("both", &moved(-1.0, 0.0, 0.0)),
+                    instance("both", &placed(&turned(-1.0, 0.0, 0.0))),
                     instance("both", &moved(1.0, 0.0, 0.5))
                 )
             ),
-            instance("pair", &moved(0.0, 1.0, 0.0)),
+            instance("pair", &placed(&turned(0.0, 1.0, 0.0))),
         );
         let mut flat = head.clone();
-        for (x, z) in [(-1.0, 0.0), (1.0, 0.5)] {
-            flat += &glass(&moved(x, 1.0, z));
-            flat += &fog(&moved(x, 1.0, z));
+        for place in [turned(-1.0, 0.0, 0.0), by(1.0, 0.0, 0.5)] {
+            let place = placed(&(place + &turned(0.0, 1.0, 0.0)));
+            flat += &glass(&place);
+            flat += &fog(&place);
         }
         assert_same(&nested, &flat);
+        // Two of one body that overlap: which of them a ray is in is known by the instance.
+        let row = format!(
+            "{head}{}{}{}",
+            group("fog", &fog("")),
+            group(
+                "row",
+                &format!(
+                    "{}{}",
+                    instance("fog", &moved(-0.4, 0.0, 0.0)),
+                    instance("fog", &moved(0.4, 0.0, 0.0))
+                )
+            ),
+            instance("row", &moved(0.0, 1.0, 1.5)),
+        );
+        assert_same(&row, &format!("{head}{}{}", fog(&moved(-0.4, 1.0, 1.5)), fog(&moved(0.4, 1.0, 1.5))));
     }
+}
+
+/// A pattern lies in the coordinates of the group that its shape stands in, however many groups are around.
+#[test]
+fn patterns_stay_with_their_group() {
+    let ball = r#"<shape type="sphere"><bsdf type="diffuse"><texture type="checkerboard" name="reflectance">
+        <transform name="to_uv"><scale value="4"/></transform></texture></bsdf></shape>
+        <shape type="sphere"><point name="center" x="2.5" y="0" z="0"/><bsdf type="diffuse">
+        <texture type="noise" name="reflectance"/></bsdf></shape>"#;
+    let inner = turned(-0.5, 0.0, 0.25);
+    let nested = format!(
+        "{SKY}{}{}{}",
+        group("ball", ball),
+        group("more", &instance("ball", &placed(&inner))),
+        instance("more", &placed(&turned(0.0, 1.0, 0.0))),
+    );
+    let place = placed(&(inner + &turned(0.0, 1.0, 0.0)));
+    assert_same(&nested, &format!("{SKY}{}{}", group("ball", ball), instance("ball", &place)));
 }
 
 /// What is wrong with a scene, all lines in one.
