@@ -137,8 +137,8 @@ fn bad_values_are_counted_not_hidden() {
     assert_eq!(film.combined(0, 0, [1.0, 0.0, 0.0]).mean, 0.5);
 }
 
-/// Sums that leave the range of integers stay where they were, and are counted: in a tile, in the film, and of
-/// light subpaths. None wraps around.
+/// Sums that leave the range of integers stay where they were, and are counted: in a tile, in the film, and
+/// of light subpaths. None wraps around.
 #[test]
 fn sums_beyond_the_range_are_counted_and_left_out() {
     // A quantum is 2⁻⁴⁰ here, and integers end at 2⁶³.

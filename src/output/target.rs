@@ -159,11 +159,16 @@ impl Target {
         all
     }
 
-    /// Whether it is time to decide whether the picture is good enough: when each replicate has a power of
-    /// two of samples, of which there are few. Who looks after every sample stops when chance makes the error
-    /// look small.
+    /// Whether it is time to decide whether the picture is good enough: when each replicate has 4, 6, 8, 10,
+    /// 12, 14, 16, 20, 24, 28, 32, 40 … samples, four times for each doubling.
+    ///
+    /// Who looks after every sample stops when chance makes the error look small. Who looks when the samples
+    /// have doubled takes twice as many where the error was just missed; and as pictures that end at N or at
+    /// 2 N samples by chance weigh the same, their mean is then too small where it goes together with the
+    /// error (`validation/noise/stopping`).
     pub fn decides_at(samples_per_replicate: u64) -> bool {
-        samples_per_replicate >= FEWEST && samples_per_replicate.is_power_of_two()
+        samples_per_replicate >= FEWEST
+            && samples_per_replicate.is_multiple_of(((1_u64 << samples_per_replicate.ilog2()) / 4).max(2))
     }
 
     /// Whether the error is below the bound with the [`CONFIDENCE`].
@@ -230,6 +235,12 @@ mod tests {
         for text in ["relmse<1e-3", "error<1%", "de<0.5"] {
             assert_eq!(read(text).map(|target| target.to_string()), Ok(text.to_owned()));
         }
+    }
+
+    #[test]
+    fn decisions_are_few() {
+        let at: Vec<u64> = (0..70).filter(|&samples| Target::decides_at(samples)).collect();
+        assert_eq!(at, [4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64]);
     }
 
     /// Pixels of the value 3, of which four replicates have 2, 2, 4 and 4: a variance of the mean of 1/3.

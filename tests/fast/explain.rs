@@ -126,8 +126,8 @@ fn the_program_tells_and_draws_a_sample() {
     }
 }
 
-/// What `docs/counting-and-explaining.md` shows: the pixel that `abbe compare` names is mostly one sample, which
-/// saw the lamp in the polished ring.
+/// What `docs/counting-and-explaining.md` shows: the pixel that `abbe compare` names is mostly one sample,
+/// which saw the lamp in the polished ring.
 #[test]
 fn a_firefly_is_explained() {
     let folder = Folder::new("firefly");

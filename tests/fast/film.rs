@@ -160,8 +160,8 @@ fn a_disk_that_fails_ends_the_render_with_a_message() {
     assert!(folder.bytes("x.exr") == folder.bytes("whole.exr"));
 }
 
-/// A point light a micrometre above a floor makes it 10¹² times as bright as the light is elsewhere: more than
-/// the film's integers hold. It is left out, counted and told, and never wraps around.
+/// A point light a micrometre above a floor makes it 10¹² times as bright as the light is elsewhere: more
+/// than the film's integers hold. It is left out, counted and told, and never wraps around.
 #[test]
 fn what_is_too_large_for_the_film_is_told() {
     let folder = Folder::new("large");

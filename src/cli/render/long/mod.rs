@@ -47,8 +47,8 @@ pub struct LongOptions {
     /// End when the error of the luminance (or of all responses of a specfilm) is below a bound with 95 %
     /// confidence: 'relmse<1e-3' (as abbe compare has it), 'error<1%' (mean standard error over mean) or, of
     /// the colours, 'de<0.5' (the mean of each pixel's root mean square CIEDE2000, with the white of abbe
-    /// compare). It is looked at whenever the samples have doubled. --spp is then the most samples that are
-    /// taken [default then: 1048576]
+    /// compare). It is looked at four times for each doubling of the samples. --spp is then the most samples
+    /// that are taken [default then: 1048576]
     #[arg(long, value_name = "TARGET")]
     until: Option<Target>,
 

@@ -1,10 +1,10 @@
 use super::super::super::print_message;
-use super::super::super::progress::RenderProgress;
+use super::super::super::progress::{End, RenderProgress};
 use super::super::super::tev::Tev;
 use super::super::super::view::Page;
-use super::LongOptions;
 use super::kept::Kept;
 use super::outcome::Outcome;
+use super::{LongOptions, MOST_SAMPLES};
 use abbe::film::Film;
 use abbe::output::target::Target;
 use abbe::render::{Progress, Work};
@@ -62,8 +62,10 @@ impl<'a> Watching<'a> {
         let samples = work.samples();
         let total = film.extent.measured.pixel_count() * (samples.end - samples.start);
         let before = film.measured_samples();
+        let is_open = options.ends_early() && samples.end >= u64::from(MOST_SAMPLES);
+        let end = if is_open { End::Open { time: options.time } } else { End::Samples(total) };
         let watching = Self {
-            progress: RenderProgress::new(total, before, quiet, stop.clone()),
+            progress: RenderProgress::new(end, before, quiet, stop.clone()),
             kept,
             options,
             started: Instant::now(),
@@ -91,13 +93,23 @@ impl<'a> Watching<'a> {
         (outcome, seconds)
     }
 
-    /// Ends the render where its error is small enough.
-    fn decide(&self, film: &Film) {
-        let Some(target) = self.options.until else { return };
+    /// Ends the render where its error is small enough. Whether it was looked at, and told.
+    fn decide(&self, film: &Film) -> bool {
         let samples = *film.samples_per_pixel().start();
-        if Target::decides_at(samples / self.replicates) && target.is_met(target.estimate(film)) {
+        let decides = |_: &Target| Target::decides_at(samples / self.replicates);
+        let Some(target) = self.options.until.filter(decides) else { return false };
+        let estimate = target.estimate(film);
+        if let Some(estimate) = estimate {
+            self.progress.tells(format!(
+                "{}, at most {}",
+                target.told(estimate.value),
+                target.told(estimate.at_most)
+            ));
+        }
+        if target.is_met(estimate) {
             self.decided(|decision| decision.is_met = true);
         }
+        estimate.is_some()
     }
 
     /// Shows the film to whoever watches. A viewer that does not take it is left alone from then on.
@@ -147,8 +159,9 @@ impl Progress for Watching<'_> {
 
     fn pass_done(&self, film: &Film) {
         self.is_begun.store(true, Ordering::Relaxed);
-        self.progress.pass_done(film);
-        self.decide(film);
+        if !self.decide(film) {
+            self.progress.pass_done(film);
+        }
     }
 
     fn wants_to_keep(&self) -> bool {
