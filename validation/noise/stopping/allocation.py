@@ -42,7 +42,7 @@ def main():
         print(rows[-1], flush=True)
     values = np.array(list(gains.values()))
     text = ["# What the allocation of samples gains", "", *__doc__.split("\n\n")[:2], ""]
-    text += [f"`{Path(__file__).relative_to(ROOT)} --seeds {arguments.seeds} --samples {arguments.samples}`, {time.strftime('%Y-%m-%d')}, {machine.describe()}: {len(values)} scenes, pictures of {SIZE[0]} × {SIZE[1]} pixels.", ""]
+    text += [f"`{Path(__file__).relative_to(ROOT)} --seeds {arguments.seeds} --samples {arguments.samples} --scenes {arguments.scenes}`, {time.strftime('%Y-%m-%d')}, {machine.describe()}: {len(values)} scenes, pictures of {SIZE[0]} × {SIZE[1]} pixels.", ""]
     text += [f"Geometric mean {np.exp(np.log(values).mean()):.2f}, least {values.min():.2f} ({min(gains, key=gains.get)}), largest {values.max():.2f} ({max(gains, key=gains.get)}).", ""]
     text += ["| scene | relMSE, even over allocated | CPU time, allocated over even | efficiency |", "|---|---|---|---|", *rows, ""]
     (Path(__file__).parent / "ALLOCATION.md").write_text("\n".join(text))
