@@ -1,3 +1,5 @@
+//! The program `abbe`: see `abbe --help`.
+
 mod cli;
 #[cfg(target_arch = "x86_64")]
 mod processor;

@@ -29,7 +29,9 @@ pub const FRAUNHOFER_C: f64 = 656.2725;
 /// An interval of vacuum wavelengths, nm.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct WavelengthRange {
+    /// Shortest wavelength, nm. Above 0.
     pub min: f64,
+    /// Longest wavelength, nm. Above `min`.
     pub max: f64,
 }
 

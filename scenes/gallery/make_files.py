@@ -155,7 +155,7 @@ def teapot_bpt(path):
         # The bottom goes around the other way: its normals, too, point out.
         [(0, 0), (1.425, 0), (1.5, 0.075), (1.5, 0.15)],
     ]
-    # Of handle and spout one half: for each row x and z below and above, and half the width.
+    # One half of handle and spout: for each row x and z below and above, and half the width.
     halves = [
         [(-1.6, 2.025, -1.5, 2.25, 0.3), (-2.3, 2.025, -2.5, 2.25, 0.3), (-2.7, 2.025, -3, 2.25, 0.3), (-2.7, 1.8, -3, 1.8, 0.3)],
         [(-2.7, 1.8, -3, 1.8, 0.3), (-2.7, 1.575, -3, 1.35, 0.3), (-2.5, 1.125, -2.65, 0.9375, 0.3), (-2, 0.9, -1.9, 0.6, 0.3)],

@@ -3,8 +3,8 @@
 use super::Accel;
 use super::few::{Crossing, Few, MOST, Sides};
 use super::segments::FanSegments;
-use crate::geometry::{Points, SurfacePoint};
-use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, part};
+use crate::geometry::{Points, Ray, SurfacePoint};
+use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, mask_of, part};
 use smallvec::SmallVec;
 use wide::f64x4;
 
@@ -28,6 +28,7 @@ struct FewSides<'a> {
 /// A surface point that is to be seen from others.
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'p> {
+    /// The point that is looked at.
     pub point: &'p SurfacePoint,
     /// The facet of a small scene that it lies in, as [`super::Hits::facet`] says it.
     pub facet: f64,
@@ -47,7 +48,7 @@ impl Accel {
             }
             let sides = few.sides(&points.each_ref().map(|points| points.position));
             let is_unsure = |&lane: &usize| !few.is_sure(&points[lane / WIDTH].get(lane));
-            let unsure = (0..LANES).filter(is_unsure).fold(0, |mask, lane| mask | 1 << lane);
+            let unsure = mask_of((0..LANES).filter(is_unsure));
             FewSides { few, sides, unsure, own }
         });
         Fan { accel: self, points: *points, few }
@@ -66,6 +67,7 @@ impl Fan<'_> {
         self.few.is_some()
     }
 
+    /// The point of one lane.
     pub fn point(&self, lane: usize) -> SurfacePoint {
         self.points[lane / WIDTH].get(lane)
     }
@@ -75,16 +77,19 @@ impl Fan<'_> {
     pub fn blocked(&self, target: &Target, time: f64, asked: Mask) -> Mask {
         match &self.few {
             Some(few) => self.blocked_by_few(few, target, time, asked),
-            None => self.blocked_one_by_one(target.point, time, asked),
+            None => self.blocked_in_tree(target.point, time, asked),
         }
     }
 
-    fn blocked_one_by_one(&self, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
-        let blocked = |lane: &usize| {
-            let segment = self.point(*lane).segment_to(target);
-            segment.is_none_or(|segment| self.accel.occluded(&segment, time))
-        };
-        lanes_of(asked).filter(blocked).fold(0, |mask, lane| mask | 1 << lane)
+    fn blocked_in_tree(&self, target: &SurfacePoint, time: f64, asked: Mask) -> Mask {
+        let (mut missing, mut segments) = (0, [Ray::NOWHERE; LANES]);
+        for lane in lanes_of(asked) {
+            match self.point(lane).segment_to(target) {
+                Some(segment) => segments[lane] = segment,
+                None => missing |= 1 << lane,
+            }
+        }
+        missing | self.accel.occluded_together(&segments, time, asked & !missing)
     }
 
     fn blocked_by_few(&self, known: &FewSides, target: &Target, time: f64, asked: Mask) -> Mask {
@@ -98,7 +103,7 @@ impl Fan<'_> {
             let is_far = squared.gt(least * least) & squared.gt(f64x4::splat(f64::MIN_POSITIVE));
             far |= is_far.mask() << (WIDTH * register);
         }
-        let mut blocked = self.blocked_one_by_one(target.point, time, asked & !far);
+        let mut blocked = self.blocked_in_tree(target.point, time, asked & !far);
         let open = asked & far;
         let unsure = if few.is_sure(target.point) { known.unsure } else { Mask::MAX };
         let ends = few.seen(target.point.position);

@@ -129,7 +129,7 @@ fn halve(items: &mut [Item]) -> usize {
     middle
 }
 
-/// Clusters of at most so many boxes.
+/// Clusters of at most this number of boxes.
 fn cluster(items: &[Item], most: u32, reinserted: f32, cost: &impl Fn(&[u32]) -> LeafCost) -> Clusters {
     let parameters = BvhBuildParams { reinsertion_batch_ratio: reinserted, ..PARAMETERS };
     let tree = build_bvh2(items, parameters, &mut Duration::default());

@@ -1,6 +1,6 @@
 //! Hints to the processor and the operating system about memory. They change no result.
 
-/// Asks for so many bytes to be brought near while something else is done. The address may be any.
+/// Prefetches a number of bytes while something else is done. The address may be any.
 #[inline(always)]
 #[allow(unsafe_code, reason = "the instruction has no safe name in the standard library")]
 pub(super) fn prefetch<const BYTES: usize>(address: *const u8) {

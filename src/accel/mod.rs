@@ -23,6 +23,7 @@ mod stack;
 mod surfaces;
 #[cfg(test)]
 mod tests;
+mod together;
 mod watch;
 
 use crate::geometry::{Bounds, Ray, Vec3};
@@ -43,6 +44,9 @@ use std::hint::select_unpredictable;
 use std::sync::Arc;
 pub use watch::Tests;
 use watch::{Unwatched, Watch};
+
+/// Room for what waits during a query, except for trees deeper than any reasonable one.
+const ROOM: usize = 128;
 
 /// All shapes of a scene, ready for ray queries.
 #[derive(Clone, Debug)]
@@ -228,7 +232,7 @@ impl Accel {
     fn with_stack<R: Default>(&self, query: impl FnOnce(Stack) -> R) -> R {
         match self.stack_size {
             0 => R::default(),
-            1..=128 => query(Stack::new(&mut [Stack::UNUSED; 128])),
+            1..=ROOM => query(Stack::new(&mut [Stack::UNUSED; ROOM])),
             size => query(Stack::new(&mut vec![Stack::UNUSED; size])),
         }
     }
@@ -369,25 +373,14 @@ impl Accel {
                     continue;
                 }
             } else {
-                let occludes_other = |(index, other): &(u32, Other)| {
-                    watch.surface();
-                    match other {
-                        Other::Shape(shape) => shape.intersect(ray).is_some(),
-                        Other::Piece { pieces, piece } => pieces.intersect(*piece, ray).is_some(),
-                        Other::Instance { during: [from, to] } => {
-                            *from <= time
-                                && time <= *to
-                                && self.instances[*index as usize].occluded(ray, time, watch)
-                        }
-                        Other::Solid(solid) => solid.closest(ray, time).is_some(),
-                    }
-                };
                 let occludes = |packet: &Packet| {
                     watch.packet();
                     packet.occludes(&packet_ray, t_last)
                 };
                 let occluded = match child.is_other() {
-                    true => self.others[child.items()].iter().any(occludes_other),
+                    true => self.others[child.items()]
+                        .iter()
+                        .any(|other| self.other_occludes(other, ray, time, watch)),
                     false => self.packets[child.items()].iter().any(occludes),
                 };
                 watch.leaf(occluded);
@@ -397,6 +390,19 @@ impl Accel {
             }
             let Some(next) = stack.pop() else { return false };
             child = next.child();
+        }
+    }
+
+    #[inline(always)]
+    fn other_occludes(&self, (index, other): &(u32, Other), ray: &Ray, time: f64, watch: impl Watch) -> bool {
+        watch.surface();
+        match other {
+            Other::Shape(shape) => shape.intersect(ray).is_some(),
+            Other::Piece { pieces, piece } => pieces.intersect(*piece, ray).is_some(),
+            Other::Instance { during: [from, to] } => {
+                *from <= time && time <= *to && self.instances[*index as usize].occluded(ray, time, watch)
+            }
+            Other::Solid(solid) => solid.closest(ray, time).is_some(),
         }
     }
 }

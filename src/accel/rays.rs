@@ -10,8 +10,11 @@ use wide::f64x4;
 /// A ray for each lane. Directions have unit length.
 #[derive(Clone, Debug)]
 pub struct Rays {
+    /// Where each ray begins.
     pub origin: [Vec3Lanes; REGISTERS],
+    /// Direction of each ray.
     pub direction: [Vec3Lanes; REGISTERS],
+    /// Distance at which each ray ends.
     pub t_max: Row,
     /// The facet of a small scene that each ray leaves, as [`Hits::facet`] says it: its own plane is not
     /// asked again. [`NO_FACET`] where it leaves none.
@@ -28,12 +31,14 @@ pub const NO_FACET: f64 = -1.0;
 pub struct Hits {
     /// The lanes that have met anything.
     pub met: Mask,
+    /// Distance to what each ray has met.
     pub t: Row,
     /// Weights of the triangle's second and third vertex; see [`Hit::barycentric`].
     pub barycentric: [Row; 2],
     /// What a small scene has been met at, by its number in [`Accel::few_primitives`], and the facet that it
     /// belongs to. [`NO_FACET`] where it is none.
     pub known: Row,
+    /// The facet of each of these, or [`NO_FACET`].
     pub facet: Row,
     shape: [u32; LANES],
     triangle: [u32; LANES],
@@ -45,6 +50,7 @@ pub struct Hits {
 pub struct Primitive {
     /// As in [`Hit`].
     pub shape: u32,
+    /// Number of the triangle within the shape; 0 for a sphere.
     pub triangle: u32,
 }
 
@@ -58,6 +64,7 @@ impl Rays {
         arrives: [f64x4::new([NO_FACET; WIDTH]); REGISTERS],
     };
 
+    /// The ray of one lane.
     pub fn get(&self, lane: usize) -> Ray {
         let register = lane / WIDTH % REGISTERS;
         Ray {
@@ -67,6 +74,7 @@ impl Rays {
         }
     }
 
+    /// Puts a ray into one lane.
     pub fn set(&mut self, lane: usize, ray: &Ray) {
         let register = lane / WIDTH % REGISTERS;
         self.origin[register].set(lane, ray.origin);
@@ -76,6 +84,7 @@ impl Rays {
 }
 
 impl Hits {
+    /// No lane has met anything.
     pub const NONE: Self = Self {
         met: 0,
         t: ZERO,
@@ -87,6 +96,7 @@ impl Hits {
         instance: [NO_INSTANCE; LANES],
     };
 
+    /// What one lane has met. Means nothing where [`Self::met`] lacks the lane.
     pub fn get(&self, lane: usize) -> Hit {
         Hit {
             t: get(&self.t, lane),
@@ -97,6 +107,7 @@ impl Hits {
         }
     }
 
+    /// Notes what one lane has met.
     pub fn set(&mut self, lane: usize, hit: &Hit) {
         self.met |= 1 << lane;
         set(&mut self.t, lane, hit.t);
@@ -149,9 +160,7 @@ impl Accel {
     pub fn occluded_of(&self, rays: &Rays, time: f64, asked: Mask) -> Mask {
         match &self.few {
             Some(few) => few.occluded(rays, asked),
-            None => lanes_of(asked)
-                .filter(|&lane| self.occluded(&rays.get(lane), time))
-                .fold(0, |mask, lane| mask | 1 << lane),
+            None => self.occluded_together(&std::array::from_fn(|lane| rays.get(lane)), time, asked),
         }
     }
 }

@@ -45,6 +45,7 @@ impl<const C: usize> Conductor<C> {
 pub struct RoughConductor<const C: usize> {
     /// What each facet is made of.
     pub facet: Conductor<C>,
+    /// Distribution of the microfacets' normals.
     pub microfacets: Microfacets,
 }
 

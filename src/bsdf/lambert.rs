@@ -41,6 +41,7 @@ impl<const C: usize> Lambert<C> {
 /// of incidence and the fraction `transmittance` evenly to the other side.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffuseTransmitter<const C: usize> {
+    /// Fraction of the light that is reflected, from 0 to 1.
     pub reflectance: Sampled<C>,
     /// Fraction transmitted; at most 1 together with the reflectance.
     pub transmittance: Sampled<C>,

@@ -31,10 +31,13 @@ pub enum Distribution {
 /// of several. Functions are those of [`Microfacets`].
 #[derive(Clone, Copy, Debug)]
 pub struct Ggx<R> {
+    /// Width along x and y of the local frame, above 0.
     pub alpha: [R; 2],
 }
 
 impl<R: Real> Ggx<R> {
+    /// Area of the facets of normal m per steradian, over that of the surface, sr⁻¹ (Walter et al. 2007, eq.
+    /// 33).
     #[inline(always)]
     pub fn d(&self, m: Vector<R>) -> R {
         let (u, v) = (m.x / self.alpha[0], m.y / self.alpha[1]);
@@ -44,6 +47,7 @@ impl<R: Real> Ggx<R> {
         R::choose(m.z.gt(R::of(0.0)), d, R::of(0.0))
     }
 
+    /// Smith's masking of the microfacet m seen from v, from 0 to 1 (Walter et al. 2007, eq. 34).
     #[inline(always)]
     pub fn g1(&self, v: Vector<R>, m: Vector<R>) -> R {
         let zero = R::of(0.0);
@@ -51,11 +55,13 @@ impl<R: Real> Ggx<R> {
         R::choose(v.dot(m).gt(zero) & v.z.gt(zero), g1, zero)
     }
 
+    /// Density of the normal m among those that v sees, sr⁻¹ (Heitz 2014).
     #[inline(always)]
     pub fn visible(&self, v: Vector<R>, m: Vector<R>) -> R {
         self.d(m) * v.dot(m).greater(R::of(0.0)) / self.projected_area(v)
     }
 
+    /// A normal among those that v sees (Heitz 2018). `u` is a point of the unit square.
     #[inline(always)]
     pub fn sample_visible(&self, v: Vector<R>, u: [R; 2]) -> Vector<R> {
         let m = sample_unit_ggx(Vector::new(self.alpha[0] * v.x, self.alpha[1] * v.y, v.z).normalize(), u);

@@ -44,16 +44,27 @@ pub enum Bsdf<const C: usize> {
     Black,
     /// No surface at all.
     Null,
+    /// Diffuse reflection.
     Lambert(Lambert<C>),
+    /// Diffuse reflection and transmission.
     DiffuseTransmitter(DiffuseTransmitter<C>),
+    /// A polished metal.
     Conductor(Conductor<C>),
+    /// A rough metal.
     RoughConductor(RoughConductor<C>),
+    /// The polished surface of a transparent body.
     Dielectric(Dielectric<C>),
+    /// The rough surface of a transparent body.
     RoughDielectric(RoughDielectric<C>),
+    /// A polished transparent sheet.
     ThinDielectric(ThinDielectric<C>),
+    /// A polished coat on a diffuse base.
     Plastic(Plastic<C>),
+    /// A rough coat on a diffuse base.
     RoughPlastic(RoughPlastic<C>),
+    /// Disney's BSDF for solids.
     Principled(Principled<C>),
+    /// Disney's BSDF for thin sheets.
     PrincipledThin(PrincipledThin<C>),
 }
 
@@ -197,12 +208,14 @@ pub struct Evaluation<const C: usize> {
 }
 
 impl<const C: usize> Evaluation<C> {
+    /// Where nothing is scattered.
     pub const ZERO: Self = Self { f_cos: Sampled::ZERO, density: Sampled::ZERO };
 }
 
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Scatter<const C: usize> {
+    /// Unit vector along which light arrives, pointing away from the surface.
     pub toward_light: Vec3,
     /// `f · |cos θ_light| / density`, both the value's lane and the *hero's* density; for a discrete
     /// lobe the ratio of its coefficient to the hero's probability of choosing it.

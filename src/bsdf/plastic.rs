@@ -13,6 +13,7 @@ use std::f64::consts::FRAC_1_PI;
 pub struct Plastic<const C: usize> {
     /// Index of the coat over that of what is above.
     pub eta: Sampled<C>,
+    /// What lies beneath the coat.
     pub base: DiffuseBase<C>,
     /// Multiplies what the coat reflects outside; 1 in nature.
     pub specular_reflectance: Sampled<C>,

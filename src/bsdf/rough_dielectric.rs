@@ -22,6 +22,7 @@ const MATCHED: f64 = 1e-6;
 pub struct RoughDielectric<const C: usize> {
     /// What each facet is made of.
     pub facet: Dielectric<C>,
+    /// Distribution of the microfacets' normals.
     pub microfacets: Microfacets,
 }
 

@@ -16,7 +16,9 @@ use std::sync::{Mutex, PoisonError};
 /// ([`RoughCoat`]). Black from below. Mitsuba's `roughplastic`.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughPlastic<const C: usize> {
+    /// Reflectances of the coat, tabulated by angle.
     pub coat: &'static RoughCoat,
+    /// What lies beneath the coat.
     pub base: DiffuseBase<C>,
     /// Multiplies what the coat reflects outside; 1 in nature.
     pub specular_reflectance: Sampled<C>,

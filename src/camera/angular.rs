@@ -21,6 +21,7 @@ pub struct Angular {
 pub enum DirectionMap {
     /// A cone around the axis on the largest circle about the film's middle that fits; nothing outside of it.
     Fisheye {
+        /// How the angle from the axis becomes a distance on the film.
         projection: FisheyeProjection,
         /// Between the axis and the circle's edge, radians. In (0, π], below π for a stereographic one, up to
         /// π/2 for an orthographic one.

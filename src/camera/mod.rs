@@ -29,7 +29,9 @@ pub struct Camera {
 /// A part of a film, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
+    /// Column and row of its upper left corner, in pixels of the whole film.
     pub offset: [f64; 2],
+    /// Columns and rows.
     pub size: [f64; 2],
 }
 
@@ -52,6 +54,7 @@ struct Columns {
 /// A sensor's rays and how it weighs wavelengths.
 #[derive(Clone, Debug)]
 pub struct View {
+    /// Which ray belongs to a position on the film.
     pub rays: Rays,
     /// Factor on what is measured; `None` is 1 everywhere.
     pub response: Option<Spectrum>,
@@ -60,11 +63,17 @@ pub struct View {
 /// Which rays a sensor measures.
 #[derive(Clone, Debug)]
 pub enum Rays {
+    /// A pinhole, a thin lens, or parallel rays.
     Projective(Box<Projective>),
+    /// A fisheye or a panorama.
     Angular(Box<Angular>),
+    /// A film in the scene itself.
     Plane(Box<SensorPlane>),
+    /// A single ray.
     Radiance(RadianceMeter),
+    /// All rays that arrive at a surface.
     Irradiance(Box<IrradianceMeter>),
+    /// Parallel rays from infinity.
     Distant(Box<Distant>),
 }
 
@@ -77,6 +86,7 @@ pub struct Projected<'a> {
     pub begins: Vec3,
     /// Unit vector from the point to the lens, and how far that is.
     pub toward_lens: Vec3,
+    /// Distance from the point to the lens, in scene units.
     pub distance: f64,
     /// The film's area for a solid angle at the lens.
     pub pixels_per_steradian: f64,
@@ -87,6 +97,7 @@ pub struct Projected<'a> {
 /// A ray that a sensor measures.
 #[derive(Clone, Copy, Debug)]
 pub struct SensorRay<'a> {
+    /// The ray, from the sensor into the scene.
     pub ray: Ray,
     /// Factor on the radiance along it.
     pub weight: f64,

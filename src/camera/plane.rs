@@ -25,6 +25,7 @@ pub struct SensorPlane {
 /// A round opening across the sensor's axis. Scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
+    /// Radius, in scene units. Above 0.
     pub radius: f64,
     /// Distance from the film.
     pub distance: f64,

@@ -34,21 +34,28 @@ pub enum Projection {
 /// An ideal lens without thickness that images the plane at `focus_distance` onto the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinLens {
+    /// Shape and size of the opening.
     pub aperture: Aperture,
+    /// Distance along the axis of the plane that is in focus, in scene units.
     pub focus_distance: f64,
 }
 
 /// The opening of a lens, evenly lit. Scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aperture {
+    /// A disk.
     Disk {
+        /// In scene units. Above 0.
         radius: f64,
     },
     /// A regular polygon with corners on the circle of this radius, one of them `rotation` radians from the
     /// camera's +y towards its +x: counter-clockwise for who stands behind the camera.
     Polygon {
+        /// Radius of the circle through its corners, in scene units. Above 0.
         radius: f64,
+        /// Number of corners, at least 3.
         blades: u32,
+        /// Where the first corner is, in radians.
         rotation: f64,
     },
 }
@@ -76,6 +83,7 @@ impl Aperture {
 pub struct ProjectiveSettings {
     /// By a rigid map or a mirror image of one; by any affine map for an orthographic camera.
     pub placed: Placed,
+    /// Pinhole, thin lens or parallel rays.
     pub projection: Projection,
     /// Width and height of the whole film in pixels.
     pub film: [f64; 2],
@@ -83,7 +91,9 @@ pub struct ProjectiveSettings {
     pub half_width: f64,
     /// Offset of the principal point in parts of the film's width and height.
     pub principal_point: [f64; 2],
+    /// Distance along the axis before which nothing is seen, in scene units.
     pub near_clip: f64,
+    /// Distance along the axis beyond which nothing is seen, in scene units.
     pub far_clip: f64,
 }
 

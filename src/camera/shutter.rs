@@ -1,9 +1,11 @@
 /// When light is let in: the distribution of the rays' times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shutter {
+    /// When it opens, in the scene's unit of time.
     pub open: f64,
     /// Not before `open`.
     pub close: f64,
+    /// How it opens and closes.
     pub kind: ShutterKind,
 }
 
@@ -16,7 +18,10 @@ pub enum ShutterKind {
     Triangle,
     /// Flashes, the first when the shutter opens, the last when it closes, and equal times between them. A
     /// single one is at the middle.
-    Strobe { flashes: u32 },
+    Strobe {
+        /// Number of flashes, at least 1.
+        flashes: u32,
+    },
 }
 
 impl Shutter {

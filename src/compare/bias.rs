@@ -27,6 +27,7 @@ pub struct Tests {
     /// The smallest of all tiles and of all pixels, corrected for their number (Šidák 1967): how likely one
     /// as small is anywhere in pictures that differ by noise alone.
     pub p_tiles: f64,
+    /// The smallest of all pixels, likewise.
     pub p_pixels: f64,
     /// Whether the p-values of the pixels that have noise of their own are uniform, by Kolmogorov and
     /// Smirnov.
@@ -47,6 +48,7 @@ pub struct Tests {
     /// For each pixel the difference over its standard error, and its p-value; NaN where it cannot be
     /// compared.
     pub z: Vec<f64>,
+    /// p-value of each pixel, from 0 to 1; NaN likewise.
     pub p: Vec<f64>,
 }
 

@@ -8,7 +8,9 @@ use crate::spectrum::colour::{Xyz, assumed_white, delta_e_2000, rec709_to_xyz};
 /// How two images of one quantity differ, over the pixels that can be compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
+    /// Mean of A, in the unit of the file.
     pub mean_a: f64,
+    /// Mean of the reference B, in the unit of the file.
     pub mean_b: f64,
     /// √mean((A − B)²), in the unit of the files.
     pub rmse: f64,
@@ -74,7 +76,9 @@ pub struct PerceivedDifference {
     pub flip: f64,
     /// Mean HDR-ꟻLIP, which chooses its own exposures and does not ask for `white`.
     pub hdr_flip: f64,
+    /// The exposures at which HDR-FLIP looks at the pictures.
     pub exposures: Exposures,
+    /// Resolution at which the pictures are looked at.
     pub pixels_per_degree: f64,
     /// HDR-ꟻLIP of each pixel; NaN where the pictures cannot be compared.
     pub hdr_flip_map: Vec<f64>,

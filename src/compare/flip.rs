@@ -70,7 +70,9 @@ pub fn flip(reference: &[Rgb], test: &[Rgb], width: usize, pixels_per_degree: f6
 pub struct Exposures {
     /// Binary logarithms of the factors on linear values.
     pub start: f64,
+    /// The binary logarithm of the last.
     pub stop: f64,
+    /// How many there are, the first and the last included. At least 2.
     pub count: usize,
 }
 

@@ -19,6 +19,7 @@ pub enum MapKind {
 /// A picture of the differences.
 #[derive(Clone, Debug)]
 pub struct Map {
+    /// What it shows.
     pub kind: MapKind,
     /// Name and values of each channel; NaN where the pictures cannot be compared.
     pub channels: Vec<(String, Vec<f64>)>,

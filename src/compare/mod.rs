@@ -45,16 +45,20 @@ impl Default for Options {
 /// How two pictures differ.
 #[derive(Clone, Debug)]
 pub struct Comparison {
+    /// Columns of either picture.
     pub width: usize,
+    /// Rows of either picture.
     pub height: usize,
     /// Pixels with values that are not finite, in A and in B, and pixels whose error is infinite because too
     /// few samples were taken of them. All figures leave them out.
     pub bad: [u64; 2],
+    /// Pixels whose error is infinite, likewise left out.
     pub unmeasured: u64,
     /// Figures of luminance, or their means over the channels of files without colours.
     pub figures: Figures,
     /// Figures of what is seen, for files with colours.
     pub seen: Option<PerceivedDifference>,
+    /// Figures and tests of each channel.
     pub channels: Vec<ChannelResult>,
     /// The channel that stands for all in pictures: luminance, green, or the first.
     pub middle: usize,
@@ -76,16 +80,19 @@ pub struct Comparison {
 pub struct Outlier {
     /// Column and row from the upper left corner of the files.
     pub pixel: [usize; 2],
+    /// The values of A and of B.
     pub values: [f64; 2],
 }
 
-/// How many of them are told.
+/// Number of outliers that are reported.
 const OUTLIERS: usize = 3;
 
 /// How one channel differs.
 #[derive(Clone, Debug)]
 pub struct ChannelResult {
+    /// Name of the channel, as both files have it.
     pub name: String,
+    /// How large the difference is.
     pub figures: Figures,
     /// A minus B; NaN where they cannot be compared.
     pub difference: Vec<f64>,
@@ -99,13 +106,17 @@ pub struct Verdict {
     /// How likely something as extreme is in means, tiles or pixels of any channel if the pictures differ by
     /// noise alone: the smallest of the three p-values below, corrected for their number.
     pub p: f64,
+    /// Smallest p-value of the means.
     pub p_mean: f64,
+    /// Smallest p-value of the tiles.
     pub p_tiles: f64,
+    /// Smallest p-value of the pixels.
     pub p_pixels: f64,
     /// Not part of `p`: it judges the error bars as much as the means.
     pub p_uniform: f64,
     /// The largest over the channels.
     pub detectable: f64,
+    /// The same for tiles, over the reference's mean.
     pub detectable_tile: f64,
 }
 

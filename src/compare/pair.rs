@@ -12,6 +12,7 @@ use std::fmt;
 pub struct Measurement<'a> {
     /// Means over the pictures.
     pub values: Vec<f64>,
+    /// Where its errors come from.
     pub noise: Noise,
     pub(super) pictures: Vec<Stored<'a>>,
 }
@@ -19,16 +20,22 @@ pub struct Measurement<'a> {
 /// A channel of both sides.
 #[derive(Clone, Debug)]
 pub struct Channel<'a> {
+    /// Name of the channel, as both files have it.
     pub name: String,
+    /// The picture.
     pub a: Measurement<'a>,
+    /// Its reference.
     pub b: Measurement<'a>,
 }
 
 /// Two sides of equal size and all that both have measured.
 #[derive(Clone, Debug)]
 pub struct Pair<'a> {
+    /// Columns.
     pub width: usize,
+    /// Rows.
     pub height: usize,
+    /// The channels that both files have.
     pub channels: Vec<Channel<'a>>,
     /// What the colours are, and where in `channels` they stand; `None` for files without any.
     pub colour: Option<(Colour, Vec<usize>)>,
@@ -39,7 +46,9 @@ pub struct Pair<'a> {
 /// Why two sides cannot be compared. Each picture is named: A, or picture 2 of B.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Mismatch {
+    /// They differ in size: name, and columns and rows of each.
     Size([(String, [usize; 2]); 2]),
+    /// They have no channel in common: name, and channels of each.
     Channels([(String, Vec<String>); 2]),
     /// Two pictures of one side hold the same values.
     Twice([String; 2]),

@@ -21,6 +21,7 @@ const IN_USE: usize = 64 << 20;
 /// Where the sums of spectral bins are.
 #[derive(Clone, Copy, Debug)]
 pub enum Place<'a> {
+    /// In main memory.
     Memory,
     /// In a file without a name in this folder, if they are more than 128 MiB.
     Folder(&'a Path),
@@ -57,7 +58,7 @@ impl Integers {
         Self { kept: Kept::Memory(vec![0; count]), used: AtomicUsize::new(0) }
     }
 
-    /// Says that so many integers were read or written: gives pages back when they have become many.
+    /// Counts integers that were read or written, and gives pages back when there are many.
     pub fn uses(&self, count: usize) {
         if let Kept::File(map) = &self.kept
             && self.used.fetch_add(count * size_of::<i64>(), Ordering::Relaxed) > IN_USE

@@ -14,6 +14,7 @@ pub struct Extras {
     /// For each further channel of the sensor the integral of its response, nm: what is added to the channel
     /// is over it.
     pub responses: Vec<f64>,
+    /// Spectral bins, if the film measures them.
     pub bins: Option<SpectralBins>,
     /// Whether light subpaths bring something, too.
     pub light_paths: bool,
@@ -53,7 +54,9 @@ impl Extras {
 /// Equal bins over a range of wavelengths, each measuring the mean spectral radiance within it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SpectralBins {
+    /// The wavelengths that they cover.
     pub range: WavelengthRange,
+    /// Number of bins, at least 1.
     pub count: usize,
 }
 

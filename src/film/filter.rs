@@ -13,20 +13,28 @@ use std::ops::Range;
 pub enum FilterKind {
     /// One pixel wide: each sample belongs to the pixel that it falls into.
     Box,
+    /// Falls off linearly.
     Tent {
+        /// Where it ends, in pixels. Above 0.
         radius: f64,
     },
     /// Cut off at four standard deviations and lowered to be zero there.
     Gaussian {
+        /// Standard deviation, in pixels. Above 0.
         stddev: f64,
     },
     /// Mitchell and Netravali, "Reconstruction filters in computer graphics", SIGGRAPH 1988.
     Mitchell {
+        /// The parameter B, ⅓ by default.
         b: f64,
+        /// The parameter C, ⅓ by default.
         c: f64,
     },
+    /// Catmull and Rom's cubic: Mitchell's with B = 0 and C = ½.
     CatmullRom,
+    /// A sinc windowed by a wider sinc.
     Lanczos {
+        /// Lobes to each side, which is also the radius in pixels. At least 1.
         lobes: u32,
     },
 }
@@ -68,7 +76,9 @@ impl FilterKind {
 pub struct Footprint {
     /// The first column and the first row. They may lie outside the film.
     pub first: [i64; 2],
+    /// Weight of each column from the first on.
     pub columns: SmallVec<[f64; 6]>,
+    /// Weight of each row from the first on.
     pub rows: SmallVec<[f64; 6]>,
 }
 

@@ -35,7 +35,7 @@ impl FixedPoint {
         Self { quantum, per_quantum: 1.0 / quantum }
     }
 
-    /// For contributions that are larger by about so many times.
+    /// For contributions that are larger by about this factor.
     pub(super) fn coarser(self, times: u64) -> Self {
         let factor = times.next_power_of_two() as f64;
         Self { quantum: self.quantum * factor, per_quantum: self.per_quantum / factor }

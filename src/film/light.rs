@@ -43,7 +43,7 @@ impl Film {
         self.light.sums.of_bins.uses(PAGE);
     }
 
-    /// Says that a replicate has had so many light subpaths more.
+    /// Counts further light subpaths of a replicate.
     pub fn count_light(&mut self, replicate: u32, paths: u64) {
         self.light.count[replicate as usize] += paths;
     }

@@ -218,7 +218,7 @@ impl Film {
     }
 
     /// The mean of a pixel: a linear function of the channels over the sum of the weights. `None` without
-    /// samples. Told of each of `parts` equal runs of replicates by how much it is above the mean: what it
+    /// samples. Also, for each of `parts` equal runs of replicates, how far it lies above the mean: what it
     /// adds to the ratio, to first order.
     fn linearised(
         &self,

@@ -38,8 +38,11 @@ pub use tile::Tile;
 /// How many values could not be used, over a whole render. All zero when nothing is wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BadValues {
+    /// Values that are not a number.
     pub not_a_number: u64,
+    /// Values that are infinite.
     pub infinite: u64,
+    /// Values below 0.
     pub negative: u64,
     /// Too large for the fixed point.
     pub overflow: u64,
@@ -82,14 +85,19 @@ impl BadValues {
 /// sample. The ratio's bias is of the order of its variance, which is far below its error.
 #[derive(Debug)]
 pub struct Film {
+    /// Columns that are exposed.
     pub width: u32,
+    /// Rows that are exposed.
     pub height: u32,
+    /// Where they lie in the whole film, and how far samples reach.
     pub extent: Extent,
     /// Parts of the samples that each pixel is measured by, whose spread tells its error.
     pub replicates: u32,
     /// Replicates of each net, a sequence of samples that is well spread as a whole: see [`Self::nets`].
     pub per_net: u32,
+    /// What is measured beside X, Y and Z.
     pub extras: Extras,
+    /// Values that were left out.
     pub bad: BadValues,
     scale: FixedPoint,
     sums: Sums,
@@ -101,7 +109,9 @@ pub struct Film {
 /// A mean and its standard error; the error is infinite where fewer than two replicates were taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
+    /// The mean, in the unit of what is measured.
     pub mean: f64,
+    /// Its standard error, in the same unit.
     pub error: f64,
 }
 

@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 /// down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Region {
+    /// Column and row of its upper left corner.
     pub offset: [u32; 2],
+    /// Columns and rows.
     pub size: [u32; 2],
 }
 
@@ -31,7 +33,7 @@ impl Region {
         (0..2).all(|axis| self.offset[axis] <= other.offset[axis] && other.end()[axis] <= self.end()[axis])
     }
 
-    /// With so many pixels more to each side, as far as `bounds` goes, which holds it.
+    /// Grown by a number of pixels to each side, as far as `bounds` goes, which holds it.
     pub fn grown(self, margin: u32, bounds: Self) -> Self {
         let offset = [0, 1].map(|axis| self.offset[axis].saturating_sub(margin).max(bounds.offset[axis]));
         let end = [0, 1].map(|axis| (self.end()[axis] + u64::from(margin)).min(bounds.end()[axis]));

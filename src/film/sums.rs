@@ -15,7 +15,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Zeros, for so many replicates of pixels.
+    /// Zeros, for a number of replicates of pixels.
     pub(super) fn new(cells: usize, extras: &Extras, place: Place) -> std::io::Result<Self> {
         let (first, bin_count) = (extras.bin_channel(0), extras.bin_count());
         let of_bins = Integers::new(cells * bin_count, place)?;

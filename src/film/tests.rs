@@ -138,7 +138,7 @@ fn bad_values_are_counted_not_hidden() {
 }
 
 /// Sums that leave the range of integers stay where they were, and are counted: in a tile, in the film, and
-/// of light subpaths. None wraps around.
+/// those of light subpaths. None wraps around.
 #[test]
 fn sums_beyond_the_range_are_counted_and_left_out() {
     // A quantum is 2⁻⁴⁰ here, and integers end at 2⁶³.

@@ -19,6 +19,7 @@ pub struct Tile {
     pub(super) samples: Vec<u32>,
     /// In [0, 1): decides how small contributions of the sample are rounded.
     rounding: f64,
+    /// Values that were left out.
     pub bad: BadValues,
 }
 
@@ -78,7 +79,7 @@ impl Tile {
         if weight == 0.0 { 0.0 } else { sum / weight }
     }
 
-    /// Says that a pixel has had so many samples more.
+    /// Counts further samples of a pixel.
     pub fn count(&mut self, place: usize, samples: u32) {
         self.samples[place] += samples;
     }

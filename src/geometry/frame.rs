@@ -4,8 +4,11 @@ use crate::lanes::{Real, Vector};
 /// A right-handed orthonormal basis whose z axis is a given normal.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
+    /// First axis, in the coordinates around the frame.
     pub x: Vec3,
+    /// Second axis.
     pub y: Vec3,
+    /// Third axis: the normal, for frames of surfaces.
     pub z: Vec3,
 }
 

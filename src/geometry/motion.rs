@@ -37,6 +37,7 @@ struct KeyframeInterval {
 /// Why keyframes make no motion. Keys are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionError {
+    /// There is no placement at all.
     NoKeys,
     /// The time of a key is not after that of the one before, or not finite.
     Order(usize),

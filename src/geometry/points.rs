@@ -5,17 +5,22 @@ use wide::f64x4;
 /// Surface points for formulas of one or of several; see [`SurfacePoint`].
 #[derive(Clone, Copy, Debug)]
 pub struct Points<R> {
+    /// Where they are, in scene units.
     pub position: Vector<R>,
+    /// Unit geometric normals.
     pub normal: Vector<R>,
+    /// Bounds on the error of each coordinate of the positions.
     pub error: R,
 }
 
 /// From points to others.
 #[derive(Clone, Copy, Debug)]
 pub struct Segments<R> {
+    /// Where they begin.
     pub origin: Vector<R>,
     /// The direction has unit length, where the segment has any.
     pub direction: Vector<R>,
+    /// How long they are, in scene units.
     pub length: R,
 }
 
@@ -52,8 +57,10 @@ impl<R: Real> Points<R> {
 }
 
 impl Points<f64x4> {
+    /// Points at the origin without a normal.
     pub const NONE: Self = Self { position: Vec3Lanes::ZERO, normal: Vec3Lanes::ZERO, error: f64x4::ZERO };
 
+    /// The point of one lane.
     pub fn get(&self, lane: usize) -> SurfacePoint {
         SurfacePoint {
             position: self.position.get(lane),
@@ -62,6 +69,7 @@ impl Points<f64x4> {
         }
     }
 
+    /// Puts a point into one lane.
     pub fn set(&mut self, lane: usize, point: &SurfacePoint) {
         self.position.set(lane, point.position);
         self.normal.set(lane, point.normal);

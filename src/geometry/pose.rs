@@ -7,8 +7,11 @@ use glam::DMat3;
 /// origin loses nothing but the digits of the positions themselves.
 #[derive(Clone, Copy, Debug)]
 pub struct Pose {
+    /// Where the origin of the moving coordinates is.
     pub origin: Vec3,
+    /// Linear part, from the moving coordinates to those around them.
     pub linear: DMat3,
+    /// Inverse of the linear part.
     pub inverse: DMat3,
 }
 

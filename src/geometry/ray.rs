@@ -4,13 +4,18 @@ use super::{Points, Vec3};
 /// their surface (see [`SurfacePoint::leave`]), so there is no minimum distance.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
+    /// Where it begins, in scene units.
     pub origin: Vec3,
     /// Unit length, so that t is a distance.
     pub direction: Vec3,
+    /// Distance at which it ends, in units of the direction's length; may be infinite.
     pub t_max: f64,
 }
 
 impl Ray {
+    /// A ray without length: what is left where there is none.
+    pub const NOWHERE: Self = Self { origin: Vec3::ZERO, direction: Vec3::Z, t_max: 0.0 };
+
     /// A ray without end.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction, t_max: f64::INFINITY }
@@ -25,6 +30,7 @@ impl Ray {
 /// A computed point on a surface and how far it may lie from the true surface.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
+    /// Where it is, in scene units.
     pub position: Vec3,
     /// Unit geometric normal; its side is that of the surface's orientation, not of any ray.
     pub normal: Vec3,

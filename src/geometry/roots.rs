@@ -12,6 +12,7 @@ use smallvec::SmallVec;
 /// A root of a polynomial or function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Root {
+    /// The root.
     pub t: f64,
     /// Bound on the distance from the root of the polynomial as given, coefficients taken as exact.
     pub error: f64,
@@ -23,8 +24,11 @@ pub type Roots = SmallVec<[Root; 4]>;
 /// A function's value and slope at a point, and a bound on the value's error.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
+    /// The value.
     pub value: f64,
+    /// Derivative at the point.
     pub slope: f64,
+    /// Bound on the error of the value.
     pub error: f64,
 }
 
@@ -35,7 +39,7 @@ pub fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
     a.mul_add(b, -cd) + lost
 }
 
-/// Roots of a·t² + b·t + c. A double root is none, nor is anything a root where all three vanish.
+/// Simple roots of a·t² + b·t + c. A double root does not count; where all three vanish there is no root.
 ///
 /// The root of larger magnitude has no cancellation; the other is c / (a · the larger). Nor has the
 /// discriminant.
@@ -101,7 +105,9 @@ fn within(mut roots: Roots, [low, high]: [f64; 2]) -> Roots {
 /// Bounds on a function's values and on its slopes over an interval.
 #[derive(Clone, Copy, Debug)]
 pub struct Enclosure {
+    /// Least and greatest value.
     pub value: [f64; 2],
+    /// Least and greatest slope.
     pub slope: [f64; 2],
 }
 

@@ -85,6 +85,7 @@ pub struct Splat<'a, const C: usize> {
     pub film: [f64; 2],
     /// Spectral radiance × pixels, one estimate for each wavelength, as [`super::radiance`] gives them.
     pub radiance: Sampled<C>,
+    /// The wavelengths of the light subpath.
     pub wavelengths: Wavelengths<C>,
     /// The sensor's.
     pub response: Option<&'a Spectrum>,

@@ -4,14 +4,18 @@
 use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
 use super::metals::Metals;
+use super::path::power_heuristic;
+use super::plan::Sharing;
 use super::surfaces::{Evaluations, Surfaces};
 use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::lanes::{self, Mask, REGISTERS, Row, Truth, Vec3Lanes, WIDTH, lanes_of, part};
+use crate::lanes::{
+    self, LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, lanes_of, mask_of, part,
+};
 use crate::light::Receivers;
-use crate::scene::{RayKind, Scene};
-use crate::spectrum::{Sampled, SampledLanes};
+use crate::scene::{RayKind, Scene, Techniques};
+use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use std::f64::consts::FRAC_1_PI;
 use wide::f64x4;
 
@@ -25,6 +29,7 @@ pub(super) struct Firsts<'a, const C: usize> {
     /// Those that share.
     pub all: Mask,
     pub receivers: Receivers,
+    sharing: Sharing,
     fan: Fan<'a>,
     /// Throughput · reflectance of diffuse ones: value and density are this / π and 1 / π, times the cosine
     /// at the normal.
@@ -43,10 +48,26 @@ pub(super) struct Next {
     pub facet: f64,
 }
 
+/// Where links lead to.
+#[derive(Clone, Copy)]
+enum Place {
+    /// A next surface, and its facet.
+    At(SurfacePoint, f64),
+    /// Out of the scene.
+    Beyond(Vec3),
+}
+
 /// From the first surfaces to a next one that they see.
 pub(super) struct Links<const C: usize> {
+    /// The first surface that sampled the next one.
+    owner: usize,
+    place: Place,
     /// The first surfaces that see the next one and may get anything of it, or sample it.
     pub linked: Mask,
+    /// Those of them that it is asked one by one what is on the way.
+    unsure: Mask,
+    /// The density of diffuse surfaces.
+    share: Row,
     toward_first: [Vec3Lanes; REGISTERS],
     /// The solid angle of a unit of area of the next surface.
     geometry: Row,
@@ -60,27 +81,16 @@ pub(super) struct Links<const C: usize> {
 
 impl<const C: usize> Links<C> {
     pub const NONE: Self = Self {
+        owner: 0,
+        place: Place::Beyond(Vec3::ZERO),
         linked: 0,
+        unsure: 0,
+        share: lanes::ZERO,
         toward_first: [Vec3Lanes::ZERO; REGISTERS],
         geometry: lanes::ZERO,
         reach: SampledLanes::ZERO,
         density: SampledLanes::ZERO,
     };
-}
-
-/// What is known of a place that first surfaces may see before it is known which ones do.
-struct Found {
-    /// The first surface that sampled it.
-    owner: usize,
-    toward_first: [Vec3Lanes; REGISTERS],
-    /// The solid angle of a unit of measure of the place.
-    geometry: Row,
-    /// The density of diffuse surfaces.
-    share: Row,
-    /// The first surfaces on the right side of it.
-    facing: Mask,
-    /// Those for which it is on the right side, if they are diffuse.
-    linked: Mask,
 }
 
 /// How a next surface scatters light from a direction toward each of the first surfaces.
@@ -96,6 +106,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
         turn: &'a Turn<'a, C>,
         bundle: &'a Bundle<'a, C>,
         surfaces: &'a Surfaces<C>,
+        sharing: Sharing,
     ) -> Self {
         let mut reflected = surfaces.reflectance.clone();
         for (reflected, throughput) in reflected.0.iter_mut().zip(&bundle.throughput.0) {
@@ -105,7 +116,12 @@ impl<'a, const C: usize> Firsts<'a, C> {
         }
         let fan = scene.fan(&surfaces.hits.point, surfaces.hits.facet());
         let (all, receivers) = (bundle.alive, surfaces.receivers());
-        Self { scene, turn, bundle, surfaces, all, receivers, fan, reflected }
+        Self { scene, turn, bundle, surfaces, all, receivers, sharing, fan, reflected }
+    }
+
+    /// Those of the group.
+    pub fn wavelengths(&self) -> &'a Wavelengths<C> {
+        self.turn.wavelengths(0)
     }
 
     /// The weight, beside light subpaths that reach a first surface, of what it gets of a suffix.
@@ -122,6 +138,28 @@ impl<'a, const C: usize> Firsts<'a, C> {
         )
     }
 
+    /// The weights of light that scattering found along the links, beside light samples that find it with a
+    /// density per steradian; see [`super::path::PreviousSample::weight_beside_lights`].
+    pub fn weights_beside_lights(&self, links: &Links<C>, by_light: &Row) -> Row {
+        let techniques = self.scene.limits.techniques;
+        std::array::from_fn(|register| {
+            let by_light = by_light[register];
+            let is_sought = by_light.gt(f64x4::ZERO);
+            let weight = match techniques {
+                Techniques::Scattering => f64x4::ONE,
+                Techniques::LightSamples => f64x4::ZERO,
+                Techniques::Both => {
+                    let mut by_scattering = f64x4::ZERO;
+                    for density in &links.density.0 {
+                        by_scattering += density[register] / links.geometry[register];
+                    }
+                    power_heuristic(by_scattering, f64x4::splat(C as f64) * by_light)
+                }
+            };
+            Truth::of(part(links.linked, register)).only(f64x4::choose(is_sought, weight, f64x4::ONE))
+        })
+    }
+
     /// The density with which a first surface scatters in a direction, over the wavelengths as the hero.
     fn density_of_direction(&self, lane: usize, direction: Vec3) -> f64 {
         match self.surfaces.shading(lane) {
@@ -133,8 +171,8 @@ impl<'a, const C: usize> Firsts<'a, C> {
         }
     }
 
-    /// The first surfaces that see a next one.
-    pub fn links(&self, next: &Next, links: &mut Links<C>) {
+    /// The first surfaces that might see a next one.
+    pub fn aim(&self, next: &Next, links: &mut Links<C>) {
         let target = &next.point;
         let (position, normal) = (Vec3Lanes::of(target.position), Vec3Lanes::of(target.normal));
         let side = f64x4::splat(next.direction.dot(target.normal));
@@ -157,16 +195,14 @@ impl<'a, const C: usize> Firsts<'a, C> {
             linked |= (faces & near.simd_gt(f64x4::ZERO)).to_bitmask() << (WIDTH * register);
             toward_first[register] = -direction;
         }
-        let found = Found { owner: next.owner, toward_first, geometry, share, facing, linked };
-        let (scene, time) = (self.scene, self.turn.time);
-        let hidden =
-            |linked| scene.blocked(&self.fan, &Target { point: target, facet: next.facet }, time, linked);
-        self.linked(&found, hidden, |point| point.segment_to(target), links);
+        (links.owner, links.place) = (next.owner, Place::At(*target, next.facet));
+        (links.toward_first, links.geometry, links.share) = (toward_first, geometry, share);
+        self.evaluate(facing, linked, links);
     }
 
-    /// The first surfaces that see the environment in a direction that one of them, the owner, has sampled.
-    /// Densities and geometry are per steradian.
-    pub fn links_beyond(&self, owner: usize, direction: Vec3, links: &mut Links<C>) {
+    /// The first surfaces that might see the environment in a direction that one of them, the owner, has
+    /// sampled. Densities and geometry are per steradian.
+    pub fn aim_beyond(&self, owner: usize, direction: Vec3, links: &mut Links<C>) {
         let toward = Vec3Lanes::of(direction);
         let (mut share, mut linked) = (lanes::ZERO, 0);
         for (register, share) in share.iter_mut().enumerate() {
@@ -174,70 +210,120 @@ impl<'a, const C: usize> Firsts<'a, C> {
             *share = cos * f64x4::splat(FRAC_1_PI);
             linked |= cos.simd_gt(f64x4::ZERO).to_bitmask() << (WIDTH * register);
         }
-        let found = Found {
-            owner,
-            toward_first: [-toward; REGISTERS],
-            geometry: [f64x4::ONE; REGISTERS],
-            share,
-            facing: Mask::MAX,
-            linked,
-        };
-        let (scene, Turn { time, wavelengths, .. }) = (self.scene, self.turn);
-        let time = *time;
-        let hidden = |linked| {
-            if !scene.features().interface_events() && !scene.features().absorption {
-                let mut rays = Rays::NONE;
-                for (register, points) in self.surfaces.hits.point.iter().enumerate() {
-                    rays.origin[register] = points.leave(toward);
-                    rays.direction[register] = toward;
-                }
-                rays.leaves = *self.surfaces.hits.facet();
-                return scene.occluded_in_lanes(RayKind::Shared, &rays, time, linked);
-            }
-            let sees = |lane: &usize| {
-                let (ray, media) = (self.fan.point(*lane).ray(direction), self.bundle.media(*lane));
-                !scene.transmittance_between_surfaces(&ray, time, &media.here, wavelengths).is_zero()
-            };
-            linked & !lanes_of(linked).filter(sees).fold(0, |mask, lane| mask | 1 << lane)
-        };
-        self.linked(&found, hidden, |point| Some(point.ray(direction)), links);
+        (links.owner, links.place) = (owner, Place::Beyond(direction));
+        (links.toward_first, links.geometry, links.share) =
+            ([-toward; REGISTERS], [f64x4::ONE; REGISTERS], share);
+        self.evaluate(Mask::MAX, linked, links);
     }
 
-    /// Makes links of what was found where nothing is in the way. `hidden` says of some surfaces which ones
-    /// an opaque surface surely hides; `way` leads from one to what they see.
-    fn linked(
-        &self,
-        found: &Found,
-        hidden: impl FnOnce(Mask) -> Mask,
-        way: impl Fn(&SurfacePoint) -> Option<Ray>,
-        links: &mut Links<C>,
-    ) {
-        let &Found { owner, ref toward_first, ref geometry, ref share, facing, linked } = found;
-        links.linked = linked & self.surfaces.diffuse & self.all;
-        (links.toward_first, links.geometry) = (*toward_first, *geometry);
-        let rough = facing & self.all & self.surfaces.others;
+    /// Values and densities of rough first surfaces. `facing`: those on the right side of the place.
+    /// `linked`: those for which it is on the right side, if they are diffuse.
+    fn evaluate(&self, facing: Mask, linked: Mask, links: &mut Links<C>) {
+        let partners = self.all & self.sharing.partners(links.owner);
+        links.linked = linked & self.surfaces.diffuse & partners;
+        let rough = facing & partners & self.surfaces.others;
         if rough == 0 {
             (links.reach, links.density) = (SampledLanes::ZERO, SampledLanes::ZERO);
-        } else {
-            let values = self.surfaces.evaluate(&toward_first.map(|direction| -direction), rough);
-            links.linked |= rough & (values.f_cos.nonzero() | values.density.nonzero());
-            for wavelength in 0..C {
-                for register in 0..REGISTERS {
-                    let (f_cos, density) =
-                        (values.f_cos.0[wavelength][register], values.density.0[wavelength][register]);
-                    let throughput = self.bundle.throughput.0[wavelength][register];
-                    links.reach.0[wavelength][register] = throughput * f_cos * geometry[register];
-                    links.density.0[wavelength][register] = density * geometry[register];
-                }
+            return;
+        }
+        let values = self.surfaces.evaluate(&links.toward_first.map(|direction| -direction), rough);
+        links.linked |= rough & (values.f_cos.nonzero() | values.density.nonzero());
+        for wavelength in 0..C {
+            for register in 0..REGISTERS {
+                let (f_cos, density) =
+                    (values.f_cos.0[wavelength][register], values.density.0[wavelength][register]);
+                let throughput = self.bundle.throughput.0[wavelength][register];
+                links.reach.0[wavelength][register] = throughput * f_cos * links.geometry[register];
+                links.density.0[wavelength][register] = density * links.geometry[register];
             }
         }
-        if !self.scene.features().interface_events() {
-            // What sampled a place sees it.
-            links.linked &= !hidden(links.linked & !(1 << owner));
+    }
+
+    /// Takes those out of the links of some owners that an opaque surface surely hides. What sampled a place
+    /// sees it.
+    pub fn hide(&self, links: &mut [Links<C>], owners: Mask) {
+        let features = self.scene.features();
+        if features.interface_events() && features.absorption {
+            lanes_of(owners).for_each(|owner| links[owner].unsure = Mask::MAX);
+            return;
         }
+        let mut hidden = [0; LANES];
+        if !self.fan.is_at_once() && !features.absorption {
+            self.hidden_from_each(links, owners, &mut hidden);
+        } else {
+            let (scene, time) = (self.scene, self.turn.time);
+            for owner in lanes_of(owners) {
+                let links = &links[owner];
+                let asked = links.linked & !(1 << owner);
+                hidden[owner] = match &links.place {
+                    Place::At(point, facet) => {
+                        scene.blocked(&self.fan, &Target { point, facet: *facet }, time, asked)
+                    }
+                    Place::Beyond(direction) => self.hidden_beyond(*direction, asked),
+                };
+            }
+        }
+        for owner in lanes_of(owners) {
+            let links = &mut links[owner];
+            if features.interface_events() {
+                // What is in the way may be no surface.
+                links.unsure = hidden[owner];
+            } else {
+                links.linked &= !hidden[owner];
+                links.unsure = if features.absorption { Mask::MAX } else { 0 };
+            }
+        }
+    }
+
+    /// The first surfaces that surely do not see out of the scene.
+    fn hidden_beyond(&self, direction: Vec3, asked: Mask) -> Mask {
+        let (scene, time) = (self.scene, self.turn.time);
+        if !scene.features().absorption {
+            let toward = Vec3Lanes::of(direction);
+            let mut rays = Rays::NONE;
+            for (register, points) in self.surfaces.hits.point.iter().enumerate() {
+                rays.origin[register] = points.leave(toward);
+                rays.direction[register] = toward;
+            }
+            rays.leaves = *self.surfaces.hits.facet();
+            return scene.occluded_in_lanes(RayKind::Shared, &rays, time, asked);
+        }
+        let sees = |lane: &usize| {
+            let (ray, media) = (self.fan.point(*lane).ray(direction), self.bundle.media(*lane));
+            !scene.transmittance_between_surfaces(&ray, time, &media.here, self.wavelengths()).is_zero()
+        };
+        asked & !mask_of(lanes_of(asked).filter(sees))
+    }
+
+    /// The same, with all rays of a first surface at once: the boxes around it are in the way of all of them.
+    fn hidden_from_each(&self, links: &[Links<C>], owners: Mask, hidden: &mut [Mask; LANES]) {
+        for lane in lanes_of(self.all) {
+            let point = self.fan.point(lane);
+            let (mut rays, mut asked) = ([Ray::NOWHERE; LANES], 0);
+            for owner in lanes_of(owners & !(1 << lane)) {
+                let links = &links[owner];
+                if links.linked >> lane & 1 == 0 {
+                    continue;
+                }
+                let ray = match &links.place {
+                    Place::At(target, _) => point.segment_to(target),
+                    Place::Beyond(direction) => Some(point.ray(*direction)),
+                };
+                match ray {
+                    Some(ray) => (rays[owner], asked) = (ray, asked | 1 << owner),
+                    None => hidden[owner] |= 1 << lane,
+                }
+            }
+            let occluded = self.scene.occluded_together(RayKind::Shared, &rays, self.turn.time, asked);
+            lanes_of(occluded).for_each(|owner| hidden[owner] |= 1 << lane);
+        }
+    }
+
+    /// Values and densities of what is left.
+    pub fn weigh(&self, links: &mut Links<C>) {
         for register in 0..REGISTERS {
             let diffuse = part(self.surfaces.diffuse, register);
-            let share = Truth::of(part(links.linked, register) & diffuse).only(share[register]);
+            let share = Truth::of(part(links.linked, register) & diffuse).only(links.share[register]);
             let rough = Truth::of(part(links.linked, register) & !diffuse);
             for wavelength in 0..C {
                 let reach = &mut links.reach.0[wavelength][register];
@@ -246,20 +332,21 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 *density = rough.only(*density) + share;
             }
         }
-        self.attenuate(owner, way, links);
+        self.attenuate(links);
     }
 
     /// Takes account of what is on the way but for opaque surfaces.
-    fn attenuate(&self, owner: usize, way: impl Fn(&SurfacePoint) -> Option<Ray>, links: &mut Links<C>) {
-        let (scene, Turn { time, wavelengths, .. }) = (self.scene, self.turn);
-        let time = *time;
+    fn attenuate(&self, links: &mut Links<C>) {
+        let (scene, time, wavelengths) = (self.scene, self.turn.time, self.wavelengths());
         let features = scene.features();
-        if !features.interface_events() && !features.absorption {
-            return;
-        }
-        for lane in lanes_of(links.linked) {
+        for lane in lanes_of(links.linked & links.unsure) {
             let media = &self.bundle.media(lane).here;
-            let between = match way(&self.fan.point(lane)) {
+            let point = self.fan.point(lane);
+            let way = match &links.place {
+                Place::At(target, _) => point.segment_to(target),
+                Place::Beyond(direction) => Some(point.ray(*direction)),
+            };
+            let between = match way {
                 Some(ray) if !features.interface_events() => {
                     scene.transmittance(media, &ray, wavelengths).unwrap_or(Sampled::ONE)
                 }
@@ -269,7 +356,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
             if between != Sampled::ONE {
                 links.reach.set(lane, &(links.reach.get(lane) * between));
             }
-            if between.is_zero() && lane != owner {
+            if between.is_zero() && lane != links.owner {
                 links.linked &= !(1 << lane);
                 links.density.set(lane, &Sampled::ZERO);
             }
@@ -281,11 +368,6 @@ impl<const C: usize> Links<C> {
     /// From the next surface to a first one.
     pub fn toward_first(&self, lane: usize) -> Vec3 {
         self.toward_first[lane / WIDTH].get(lane)
-    }
-
-    /// The density per steradian with which a first surface samples the next one.
-    pub fn density_of_direction(&self, lane: usize) -> Sampled<C> {
-        self.density.get(lane) / lanes::get(&self.geometry, lane)
     }
 }
 
@@ -354,15 +436,14 @@ impl<const C: usize> Values<C> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bundle::Scratch;
+    use super::super::bundle::{Each, Scratch};
     use super::*;
-    use crate::lanes::{LANES, get};
+    use crate::lanes::get;
     use crate::material::Shading;
     use crate::sampling::{Dimensions, Sampler, SamplerKind};
     use crate::scene::{CompileOptions, ReadOptions, compile, read};
-    use crate::spectrum::Wavelengths;
 
-    /// What of a next surface's radiance a first one gets, and the density with which it samples it.
+    /// The fraction of a next surface's radiance that a first one gets, and the density of sampling it.
     /// `shading`: how the first one scatters.
     fn link(
         firsts: &Firsts<4>,
@@ -424,7 +505,7 @@ mod tests {
                     })
                     .collect();
                 assert_eq!(rays.len(), LANES);
-                let turn = Turn::new(&scene, 0.0, &wavelengths, streams);
+                let turn = Turn::new(&scene, 0.0, Each::Same(&wavelengths), streams);
                 let mut bundle = Bundle::from_camera(&scene, &turn, 0, rays.iter());
                 let (mut surfaces, mut scratch) = (Surfaces::new(), Scratch::<4>::new());
                 bundle.advance(&mut surfaces.hits);
@@ -441,7 +522,8 @@ mod tests {
                 bundle.alive &= !lanes_of(bundle.alive)
                     .filter(|&lane| !surfaces.shares(lane))
                     .fold(0, |mask, lane| mask | 1 << lane);
-                let firsts = Firsts::new(&scene, &turn, &bundle, &surfaces);
+                let sharing = if group % 2 == 0 { Sharing::Sixteen } else { Sharing::Four };
+                let firsts = Firsts::new(&scene, &turn, &bundle, &surfaces, sharing);
                 let mut nexts = bundle.clone();
                 let u = nexts.draw(Dimensions::Scattering(0));
                 nexts.leave(&surfaces, &surfaces.sample(&u, bundle.alive));
@@ -451,9 +533,14 @@ mod tests {
                     let point = hits.get(&scene, owner).point;
                     let direction = nexts.rays.get(owner).direction;
                     let next = Next { owner, direction, point, facet: get(hits.facet(), owner) };
-                    let mut links = Links::NONE;
-                    firsts.links(&next, &mut links);
-                    for lane in lanes_of(bundle.alive) {
+                    let mut all = std::array::from_fn::<_, LANES, _>(|_| Links::NONE);
+                    firsts.aim(&next, &mut all[owner]);
+                    firsts.hide(&mut all, 1 << owner);
+                    firsts.weigh(&mut all[owner]);
+                    let links = &all[owner];
+                    let others = !sharing.partners(owner);
+                    assert_eq!(links.linked & others, 0);
+                    for lane in lanes_of(bundle.alive & !others) {
                         let Some(shading) = &shadings[lane] else { continue };
                         let expected = link(&firsts, shading, lane, &next, &wavelengths);
                         let linked = links.linked >> lane & 1 == 1;

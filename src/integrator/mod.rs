@@ -6,6 +6,7 @@ mod links;
 mod metals;
 mod observe;
 mod path;
+mod plan;
 mod shared;
 mod surfaces;
 mod volume;
@@ -18,7 +19,8 @@ use crate::spectrum::{Sampled, Wavelengths};
 
 pub use caustics::{Splat, light_subpath};
 use observe::Record;
-pub use observe::{Step, Told};
+pub use observe::{RecordedStep, Step};
+pub use plan::{Plan, Sharing};
 pub use shared::{GroupSample, Sight, TOGETHER, Workspace, parts_of_group, radiance_of_group};
 
 impl Limits {
@@ -43,12 +45,15 @@ pub enum Estimator {
 }
 
 impl Estimator {
+    /// The estimators by the names that the command line has for them.
     pub const NAMES: [(&str, Self); 2] = [("shared", Self::Shared), ("plain", Self::Plain)];
 
+    /// The estimator of that name, if there is one.
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(known, _)| *known == name).map(|&(_, estimator)| estimator)
     }
 
+    /// The name that the command line has for it.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|&&(_, estimator)| estimator == self).map_or("", |&(name, _)| name)
     }
@@ -68,15 +73,27 @@ pub fn why_nothing_is_shared(scene: &Scene) -> Option<&'static str> {
     }
 }
 
+/// Whether paths of pixels that share nothing can be followed together by [`radiance_of_group`], each with
+/// wavelengths of its own. What they have in common is the time.
+pub fn takes_strangers(scene: &Scene) -> bool {
+    let features = scene.features();
+    scene.integrator == Integrator::Path
+        && scene.limits.max_depth > 0
+        && !features.scattering
+        && !features.motion
+}
+
 /// What a sample's camera ray has led to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadianceSample<const C: usize> {
+    /// Spectral radiance, W·m⁻²·sr⁻¹·nm⁻¹, one value for each wavelength.
     pub radiance: Sampled<C>,
     /// Whether the path has met what the film's alpha counts.
     pub alpha_hit: bool,
 }
 
 impl<const C: usize> RadianceSample<C> {
+    /// Nothing was met, and no light found.
     pub const NOTHING: Self = Self { radiance: Sampled::ZERO, alpha_hit: false };
 }
 
@@ -107,7 +124,7 @@ pub fn radiance_told<const C: usize>(
     time: f64,
     wavelengths: &Wavelengths<C>,
     stream: &Stream,
-) -> (RadianceSample<C>, Vec<Told>) {
+) -> (RadianceSample<C>, Vec<RecordedStep>) {
     if scene.limits.max_depth == 0 {
         return (RadianceSample::NOTHING, Vec::new());
     }

@@ -1,5 +1,5 @@
-//! A path told step by step, to whoever asks what one sample is made of. What is told comes from the very
-//! code that renders: it is compiled a second time, with somebody who listens.
+//! Records the steps of one path, for `abbe explain`. The steps come from the code that renders, which is
+//! compiled a second time with a recorder.
 
 use crate::geometry::Vec3;
 use crate::sampling::Density;
@@ -8,12 +8,12 @@ use serde::Serialize;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// Is told of the steps of a path.
+/// Observes the steps of a path.
 pub(super) trait Observe: Clone {
     fn tell(&self, vertex: u32, step: impl FnOnce() -> Step);
 }
 
-/// Does not listen.
+/// Observes nothing, at no cost.
 #[derive(Clone, Copy)]
 pub(super) struct Unseen;
 
@@ -22,27 +22,28 @@ impl Observe for Unseen {
     fn tell(&self, _: u32, _: impl FnOnce() -> Step) {}
 }
 
-/// Keeps all that it is told.
+/// Records all steps.
 #[derive(Clone, Default)]
-pub(super) struct Record(Rc<RefCell<Vec<Told>>>);
+pub(super) struct Record(Rc<RefCell<Vec<RecordedStep>>>);
 
 impl Record {
-    pub fn into_steps(self) -> Vec<Told> {
+    pub fn into_steps(self) -> Vec<RecordedStep> {
         std::mem::take(&mut self.0.borrow_mut())
     }
 }
 
 impl Observe for Record {
     fn tell(&self, vertex: u32, step: impl FnOnce() -> Step) {
-        self.0.borrow_mut().push(Told { vertex, step: step() });
+        self.0.borrow_mut().push(RecordedStep { vertex, step: step() });
     }
 }
 
-/// A step of a path.
+/// A step of a path, and where in the path it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Told {
+pub struct RecordedStep {
     /// Surfaces and scattering events that the path had met before.
     pub vertex: u32,
+    /// What happened.
     #[serde(flatten)]
     pub step: Step,
 }
@@ -54,13 +55,17 @@ pub struct Told {
 pub enum Step {
     /// It meets a surface.
     Surface {
+        /// Where it is.
         place: [f64; 3],
+        /// Unit geometric normal.
         normal: [f64; 3],
         /// From where the ray began.
         distance: f64,
         /// Numbers as in the images of `abbe render --aov`.
         shape: u32,
+        /// Number of the triangle, or 0.
         primitive: u32,
+        /// Number of the material.
         material: u32,
         /// The medium that it came through, if there is one that does anything, as they are numbered.
         medium: Option<u32>,
@@ -70,15 +75,39 @@ pub enum Step {
         ratio: Vec<f64>,
     },
     /// A medium scatters it.
-    Medium { place: [f64; 3], distance: f64, medium: Option<u32>, throughput: Vec<f64>, ratio: Vec<f64> },
+    Medium {
+        /// Where it is.
+        place: [f64; 3],
+        /// From where the ray began.
+        distance: f64,
+        /// Number of the medium.
+        medium: Option<u32>,
+        /// As for a surface, after the scattering.
+        throughput: Vec<f64>,
+        /// As for a surface, after the scattering.
+        ratio: Vec<f64>,
+    },
     /// It leaves the scene.
-    Escape { direction: [f64; 3], medium: Option<u32>, throughput: Vec<f64>, ratio: Vec<f64> },
+    Escape {
+        /// Unit vector along which it leaves.
+        direction: [f64; 3],
+        /// Number of the medium that it leaves through.
+        medium: Option<u32>,
+        /// As for a surface.
+        throughput: Vec<f64>,
+        /// As for a surface.
+        ratio: Vec<f64>,
+    },
     /// It has found light, of which this is the part in the sample's radiance, its weights included.
-    Found { contribution: Vec<f64> },
+    Found {
+        /// Part of the radiance by wavelength, W·m⁻²·sr⁻¹·nm⁻¹.
+        contribution: Vec<f64>,
+    },
     /// A light was chosen and asked from here.
     LightSample {
         /// Where on the light; only a direction for those that are infinitely far away.
         toward: [f64; 3],
+        /// Distance to the light; `None` for those that are infinitely far away.
         distance: Option<f64>,
         /// Per steradian; none for lights without extent.
         density: Option<f64>,
@@ -87,21 +116,37 @@ pub enum Step {
     },
     /// It goes on from the surface or the medium.
     Scatter {
+        /// Unit vector along which it goes on.
         direction: [f64; 3],
         /// Whether to the other side of the surface.
         transmitted: bool,
         /// The hero's, per steradian; none for one of finitely many directions.
         density: Option<f64>,
+        /// As for a surface, after the scattering.
         throughput: Vec<f64>,
+        /// As for a surface, after the scattering.
         ratio: Vec<f64>,
     },
     /// It has survived Russian roulette with this probability.
-    Survive { probability: f64 },
+    Survive {
+        /// From above 0 to 1.
+        probability: f64,
+    },
     /// Here it has split, and what follows, to the next branch of this vertex or to the end, is the branch of
     /// this number, which weighs so much in the sample.
-    Branch { number: u32, of: u32, weight: f64 },
+    Branch {
+        /// Number of the branch, counted from 0.
+        number: u32,
+        /// Number of branches.
+        of: u32,
+        /// Weight in the sample, from 0 to 1.
+        weight: f64,
+    },
     /// It ends.
-    End { why: &'static str },
+    End {
+        /// The reason, as a clause.
+        why: &'static str,
+    },
 }
 
 /// A density where there is one.

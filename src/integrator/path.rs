@@ -146,7 +146,7 @@ pub fn radiance<const C: usize>(
     observed_radiance(scene, ray, time, wavelengths, stream, Unseen)
 }
 
-/// The same, with somebody who is told of the path's steps.
+/// The same, with an observer of the path's steps.
 #[inline(always)]
 pub(super) fn observed_radiance<const C: usize, O: Observe>(
     scene: &Scene,
@@ -770,7 +770,7 @@ pub(super) fn receiver<const C: usize>(hit: &Intersection, shading: &Shading<C>)
     Receiver { point: hit.point, facing: shading.receiving_side() }
 }
 
-/// Largest survival probability of a path of so many segments: between perfect mirrors nothing is ever lost.
+/// Largest survival probability of a path of `depth` segments: between perfect mirrors nothing is ever lost.
 ///
 /// The fraction of paths that survive falls with the square of their length, so that their mean length is
 /// finite. If it fell exponentially, the weights of the survivors would grow exponentially, and light that

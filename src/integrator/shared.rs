@@ -21,12 +21,14 @@
 //! sum over what is shared and what is not is that of the path tracer.
 
 use super::RadianceSample;
-use super::bundle::{Bundle, Found, Scratch, Turn, follow};
+use super::bundle::{Bundle, Each, Found, Scratch, Turn, follow};
 use super::links::{Firsts, Links, Next, Values};
-use super::path::{PreviousSample, light_sample_weight};
+use super::path::light_sample_weight;
+use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
+use crate::accel::Rays;
 use crate::geometry::{Ray, Vec3};
-use crate::lanes::{LANES, Mask, WIDTH, get, lanes_of, set};
+use crate::lanes::{LANES, Mask, WIDTH, ZERO, get, lanes_of, mask_of, set};
 use crate::light::{Environment, LightSamples, Receiver};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{PathEnd, Scene};
@@ -38,36 +40,41 @@ use smallvec::SmallVec;
 pub struct Sight<'a> {
     /// Which pixel of the group it is.
     pub member: usize,
+    /// The ray, from the sensor into the scene.
     pub ray: Ray,
+    /// Sample values of the path.
     pub stream: Stream<'a>,
 }
 
 /// One sample of each pixel of a group: the camera rays, at most [`LANES`], with what they share.
 #[derive(Clone, Copy, Debug)]
 pub struct GroupSample<'a, const C: usize> {
+    /// The members' camera rays.
     pub sights: &'a [Sight<'a>],
+    /// Time, in the scene's unit.
     pub time: f64,
-    pub wavelengths: &'a Wavelengths<C>,
+    /// Those of all of them, or where nothing is shared those of each, by the members' numbers.
+    pub wavelengths: &'a [Wavelengths<C>],
 }
 
 /// Adds to each pixel of a group the spectral radiance along its camera rays, as [`super::radiance`] gives it
-/// for one alone: for each sample, by the members' numbers. `light_samples` says how many each first surface
-/// takes. That several samples are asked for at once makes no difference but in time.
+/// for one alone: for each sample, by the members' numbers. That several samples are asked for at once makes
+/// no difference but in time.
 pub fn radiance_of_group<const C: usize>(
     scene: &Scene,
     samples: &[GroupSample<C>],
-    light_samples: u32,
+    plan: Plan,
     seen: &mut [&mut [RadianceSample<C>]],
     workspace: &mut Workspace<C>,
 ) {
-    share(scene, samples, light_samples, seen, workspace, |_, _| {});
+    share(scene, samples, plan, seen, workspace, |_, _| {});
 }
 
 /// The parts of what [`radiance_of_group`] gives a pixel: its own, and what comes of the path of each member.
 pub fn parts_of_group<const C: usize>(
     scene: &Scene,
     sample: GroupSample<C>,
-    light_samples: u32,
+    plan: Plan,
     member: usize,
 ) -> (Sampled<C>, Vec<(usize, Sampled<C>)>) {
     let sights = sample.sights;
@@ -75,7 +82,7 @@ pub fn parts_of_group<const C: usize>(
     let mut seen = vec![RadianceSample::NOTHING; members.max(member + 1)];
     let (mut parts, mut before) = (Vec::<(usize, Sampled<C>)>::new(), Sampled::ZERO);
     let lane = sights.iter().position(|sight| sight.member == member);
-    share(scene, &[sample], light_samples, &mut [&mut seen], &mut Workspace::default(), |owner, shared| {
+    share(scene, &[sample], plan, &mut [&mut seen], &mut Workspace::default(), |owner, shared| {
         let Some(lane) = lane else { return };
         let (owner, sum) = (sights[owner].member, shared.get(lane));
         let part = sum - before;
@@ -94,7 +101,7 @@ pub fn parts_of_group<const C: usize>(
 fn share<'s, const C: usize>(
     scene: &Scene,
     samples: &[GroupSample<'s, C>],
-    light_samples: u32,
+    plan: Plan,
     seen: &mut [&mut [RadianceSample<C>]],
     workspace: &mut Workspace<C>,
     mut told: impl FnMut(usize, &SampledLanes<C>),
@@ -104,7 +111,15 @@ fn share<'s, const C: usize>(
         debug_assert!(sights.len() <= LANES);
         let last = sights.last()?.stream;
         let streams = std::array::from_fn(|lane| sights.get(lane).map_or(last, |sight| sight.stream));
-        Some((number, Turn::new(scene, sample.time, sample.wavelengths, streams)))
+        let wavelengths = match sample.wavelengths {
+            [wavelengths] => Each::Same(wavelengths),
+            each => {
+                let last = sights.last()?.member;
+                let of_lane = |lane: usize| &each[sights.get(lane).map_or(last, |sight| sight.member)];
+                Each::Own(std::array::from_fn(of_lane))
+            }
+        };
+        Some((number, Turn::new(scene, sample.time, wavelengths, streams)))
     };
     let turns: Vec<(usize, Turn<C>)> = samples.iter().enumerate().filter_map(turn).collect();
     let Workspace { scratch, surfaces, links } = workspace;
@@ -115,21 +130,33 @@ fn share<'s, const C: usize>(
         let sights = samples[*number].sights;
         let rays = sights.iter().map(|sight| &sight.ray);
         let mut bundle = Bundle::from_camera(scene, turn, *number, rays);
-        let alpha_hit = first_surfaces(&mut bundle, light_samples, surfaces, scratch);
+        let alpha_hit = first_surfaces(&mut bundle, plan.light_samples, surfaces, scratch);
         for (lane, sight) in sights.iter().enumerate() {
             seen[*number][sight.member].alpha_hit = alpha_hit >> lane & 1 == 1;
         }
         bundles.push(bundle);
     }
+    if plan.sharing == Sharing::Nothing {
+        for (bundle, surfaces) in bundles.iter_mut().zip(surfaces.iter()) {
+            bundle.scatter(surfaces);
+        }
+        let found = follow(bundles, scratch, samples.len());
+        for (number, _) in &turns {
+            for (lane, sight) in samples[*number].sights.iter().enumerate() {
+                seen[*number][sight.member].radiance += found.arriving[*number].get(lane);
+            }
+        }
+        return;
+    }
     let firsts: Vec<Firsts<C>> = turns
         .iter()
         .zip(bundles.iter().zip(surfaces.iter()))
-        .map(|((_, turn), (bundle, surfaces))| Firsts::new(scene, turn, bundle, surfaces))
+        .map(|((_, turn), (bundle, surfaces))| Firsts::new(scene, turn, bundle, surfaces, plan.sharing))
         .collect();
     let mut suffixes = Vec::with_capacity(turns.len());
     let mut groups = Vec::with_capacity(turns.len());
     for ((firsts, links), (number, _)) in firsts.iter().zip(links.iter_mut()).zip(&turns) {
-        let mut sharing = Sharing::new(*number, firsts, links);
+        let mut sharing = SharedSample::new(*number, firsts, links);
         if firsts.all != 0 {
             sharing.next_surfaces(scratch, &mut suffixes, &mut told);
         }
@@ -203,7 +230,7 @@ fn first_surfaces<const C: usize>(
 }
 
 /// What a group shares of one sample.
-struct Sharing<'a, const C: usize> {
+struct SharedSample<'a, const C: usize> {
     number: usize,
     firsts: &'a Firsts<'a, C>,
     /// What each pixel has for itself of what it has met after its first surface.
@@ -212,14 +239,12 @@ struct Sharing<'a, const C: usize> {
     shared: SampledLanes<C>,
     /// The first surfaces that see each next one, by its owner.
     links: &'a mut [Links<C>],
-    /// Those that are known.
-    known: Mask,
     /// Suffixes that are shared, by their owners: how the next surface scatters toward the first ones, and
     /// the density of the hero.
     suffixes: SmallVec<[(usize, Values<C>, f64); LANES]>,
 }
 
-impl<'a, const C: usize> Sharing<'a, C> {
+impl<'a, const C: usize> SharedSample<'a, C> {
     fn new(number: usize, firsts: &'a Firsts<'a, C>, links: &'a mut Vec<Links<C>>) -> Self {
         links.resize_with(LANES, || Links::NONE);
         Self {
@@ -228,7 +253,6 @@ impl<'a, const C: usize> Sharing<'a, C> {
             own: SampledLanes::ZERO,
             shared: SampledLanes::ZERO,
             links,
-            known: 0,
             suffixes: SmallVec::new(),
         }
     }
@@ -254,28 +278,15 @@ impl<'a, const C: usize> Sharing<'a, C> {
         bundle.leave(firsts.surfaces, &scatters);
         let Scratch { surfaces, samples } = scratch;
         bundle.advance(&mut surfaces.hits);
-        let gone = bundle.alive & !surfaces.hits.met;
-        for lane in lanes_of(gone) {
-            self.share_environment(lane, bundle.rays.get(lane).direction, told);
-        }
+        let (rays, gone) = (bundle.rays.clone(), bundle.alive & !surfaces.hits.met);
         bundle.end(PathEnd::Escaped, gone);
         bundle.alive &= !gone;
-        for lane in lanes_of(surfaces.hits.on_light & bundle.alive) {
-            let (hit, ray) = (surfaces.hits.get(scene, lane), bundle.rays.get(lane));
-            if let Some(light_hit) = hit.on_light().filter(|_| ray.direction.dot(hit.point.normal) < 0.0) {
-                let facet = get(surfaces.hits.facet(), lane);
-                let next = Next { owner: lane, direction: ray.direction, point: hit.point, facet };
-                firsts.links(&next, &mut self.links[lane]);
-                self.known |= 1 << lane;
-                let Turn { wavelengths, time, .. } = firsts.turn;
-                let radiance =
-                    scene.lights.radiance(light_hit.light, &scene.texture_point(&hit), &wavelengths.nm);
-                share_light(firsts, &self.links[lane], &radiance, &mut self.shared, |from| {
-                    scene.lights.density(&light_hit, from, *time, wavelengths)
-                });
-                told(lane, &self.shared);
-            }
-        }
+        let faces = |&lane: &usize| {
+            let normal = surfaces.hits.point[lane / WIDTH].get(lane).normal;
+            rays.direction[lane / WIDTH].get(lane).dot(normal) < 0.0
+        };
+        let on_light = lanes_of(surfaces.hits.on_light & bundle.alive);
+        let lit = mask_of(on_light.filter(faces));
         let is_last = bundle.is_last();
         if !is_last || scene.features().transparent_shadows {
             bundle.shade(surfaces);
@@ -289,17 +300,42 @@ impl<'a, const C: usize> Sharing<'a, C> {
         }
         if is_last {
             bundle.stop();
+        }
+        let beyond = self.beyond(gone, &rays);
+        let mut owners = beyond.iter().fold(0, |mask, (owner, _)| mask | 1 << owner);
+        for &(owner, _) in &beyond {
+            firsts.aim_beyond(owner, rays.get(owner).direction, &mut self.links[owner]);
+        }
+        for owner in lanes_of(lit | bundle.alive) {
+            let point = surfaces.hits.point[owner / WIDTH].get(owner);
+            let direction = rays.direction[owner / WIDTH].get(owner);
+            let facet = get(surfaces.hits.facet(), owner);
+            firsts.aim(&Next { owner, direction, point, facet }, &mut self.links[owner]);
+            owners |= 1 << owner;
+        }
+        firsts.hide(self.links, owners);
+        lanes_of(owners).for_each(|owner| firsts.weigh(&mut self.links[owner]));
+        for (owner, radiance) in &beyond {
+            self.share_environment(*owner, rays.get(*owner).direction, radiance);
+            told(*owner, &self.shared);
+        }
+        for owner in lanes_of(lit) {
+            let hit = surfaces.hits.get(scene, owner);
+            let Some(light_hit) = hit.on_light() else { continue };
+            let (time, wavelengths) = (firsts.turn.time, firsts.wavelengths());
+            let radiance =
+                scene.lights.radiance(light_hit.light, &scene.texture_point(&hit), &wavelengths.nm);
+            share_light(firsts, &self.links[owner], &radiance, &mut self.shared, |from| {
+                scene.lights.density(&light_hit, from, time, wavelengths)
+            });
+            told(owner, &self.shared);
+        }
+        if is_last {
             self.own.add(&bundle.arriving);
             return;
         }
         let mut priors: SmallVec<[(usize, Sampled<C>); LANES]> = SmallVec::new();
         for owner in lanes_of(bundle.alive) {
-            if self.known >> owner & 1 == 0 {
-                let point = surfaces.hits.point[owner / WIDTH].get(owner);
-                let direction = bundle.rays.direction[owner / WIDTH].get(owner);
-                let facet = get(surfaces.hits.facet(), owner);
-                firsts.links(&Next { owner, direction, point, facet }, &mut self.links[owner]);
-            }
             // The density of the next surface, over all first surfaces.
             let prior = self.links[owner].density.sum();
             if prior.hero() > 0.0 {
@@ -316,36 +352,32 @@ impl<'a, const C: usize> Sharing<'a, C> {
         suffixes.push(bundle);
     }
 
-    /// Gives each first surface what comes from beyond the scene in a direction in which one of them
-    /// scatters.
-    fn share_environment(
-        &mut self,
-        owner: usize,
-        direction: Vec3,
-        told: &mut impl FnMut(usize, &SampledLanes<C>),
-    ) {
-        let firsts = self.firsts;
-        let (lights, Turn { wavelengths, time, .. }) = (&firsts.scene.lights, firsts.turn);
-        let Some(environment) = lights.environment() else { return };
-        let radiance = environment.radiance(direction, &wavelengths.nm);
-        if radiance.is_zero() {
-            return;
-        }
-        let links = &mut self.links[owner];
-        firsts.links_beyond(owner, direction, links);
-        if let Environment::Constant(_) = environment {
+    /// What comes from beyond the scene along the rays that meet no surface, where anything does.
+    fn beyond(&self, gone: Mask, rays: &Rays) -> SmallVec<[(usize, Sampled<C>); LANES]> {
+        let Some(environment) = self.firsts.scene.lights.environment() else { return SmallVec::new() };
+        let nm = &self.firsts.wavelengths().nm;
+        let radiance = |owner: usize| (owner, environment.radiance(rays.get(owner).direction, nm));
+        lanes_of(gone).map(radiance).filter(|(_, radiance)| !radiance.is_zero()).collect()
+    }
+
+    /// Gives each first surface what comes from beyond the scene in a direction in which one of them, the
+    /// owner, scatters.
+    fn share_environment(&mut self, owner: usize, direction: Vec3, radiance: &Sampled<C>) {
+        let (firsts, links) = (self.firsts, &self.links[owner]);
+        let (lights, wavelengths, time) = (&firsts.scene.lights, firsts.wavelengths(), firsts.turn.time);
+        if let Some(Environment::Constant(_)) = lights.environment() {
             // No light sample looks for it.
             let density = links.density.sum().sum();
             if density > 0.0 {
-                links.reach.add_times(&(radiance / density), &mut self.shared);
-                told(owner, &self.shared);
+                links.reach.add_times(&(*radiance / density), &mut self.shared);
             }
             return;
         }
-        share_light(firsts, links, &radiance, &mut self.shared, |from| {
-            lights.environment_density(from, direction, *time, wavelengths)
+        let density = lights.density_in_environment(direction);
+        share_light(firsts, links, radiance, &mut self.shared, |from| match density {
+            0.0 => 0.0,
+            _ => density * lights.environment_probability(from, time, wavelengths),
         });
-        told(owner, &self.shared);
     }
 
     /// Gives each first surface the light that reaches the next ones straight from lights. `priors`: the next
@@ -466,21 +498,94 @@ fn share_light<const C: usize>(
     if density <= 0.0 {
         return;
     }
-    let mut weights = SampledLanes::ZERO;
+    let mut by_light_samples = ZERO;
     for lane in lanes_of(links.linked) {
-        let from = firsts.receivers.get(lane);
-        let by_light = by_light(&from);
-        let weight = if by_light > 0.0 {
-            let choice = PreviousSample::Scattered {
-                from,
-                prior_over_density: C as f64,
-                by_scattering: links.density_of_direction(lane),
-            };
-            choice.weight_beside_lights(firsts.scene, |_| by_light)
-        } else {
-            1.0
-        };
-        weights.set(lane, &Sampled::splat(weight));
+        set(&mut by_light_samples, lane, by_light(&firsts.receivers.get(lane)));
     }
-    links.reach.add_to(&weights, &(*radiance / density), shared);
+    let weights = firsts.weights_beside_lights(links, &by_light_samples);
+    links.reach.add_weighted(&weights, &(*radiance / density), shared);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::radiance;
+    use super::*;
+    use crate::sampling::{Sampler, SamplerKind};
+    use crate::scene::{CompileOptions, ReadOptions, compile, read};
+
+    /// Pixels that share nothing have the paths that they have alone, up to rounding. The lights of these
+    /// scenes are sampled by their values alone: random lines, by which others are, turn on their last bits.
+    #[test]
+    fn strangers_have_the_radiance_of_one_alone() {
+        const SCENES: [&str; 15] = [
+            "absorption",
+            "brighter",
+            "caustics",
+            "chamber",
+            "contact",
+            "diffuse",
+            "dispersion",
+            "extentless",
+            "frosted",
+            "lamps",
+            "lines",
+            "metals",
+            "motion",
+            "solids",
+            "veils",
+        ];
+        for name in SCENES {
+            let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+            let file = root.join(format!("tests/scenes/agreement/{name}.xml"));
+            let description =
+                read(&file, &ReadOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+            let scene =
+                compile(&description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+            let sampler = Sampler::new(SamplerKind::Independent, 5, 1);
+            let size = scene.film.extent.whole;
+            let mut lit = 0;
+            let mut workspace = Workspace::default();
+            for group in 0..50 {
+                // As many samples of each as are worked on together: their paths move between bundles.
+                let streams: [[Stream; LANES]; TOGETHER] = std::array::from_fn(|index| {
+                    std::array::from_fn(|member| sampler.stream([member as u32, group], 0, index as u32))
+                });
+                let wavelengths = streams.each_ref().map(|streams| {
+                    streams.map(|stream| scene.wavelengths.sample::<4>(stream.draw(Dimensions::Camera)[2]))
+                });
+                let sights = streams.map(|streams| {
+                    let sight = |(member, stream): (usize, _)| {
+                        let stream: Stream<'_> = stream;
+                        let [x, y, ..] = stream.draw(Dimensions::Camera);
+                        let place = [x * f64::from(size[0]), y * f64::from(size[1])];
+                        let sensor = scene.sensor_ray(place, 0.0, &stream)?;
+                        Some(Sight { member, ray: sensor.ray, stream })
+                    };
+                    streams.into_iter().enumerate().filter_map(sight).collect::<Vec<_>>()
+                });
+                let samples: [GroupSample<4>; TOGETHER] = std::array::from_fn(|index| GroupSample {
+                    sights: &sights[index],
+                    time: 0.0,
+                    wavelengths: &wavelengths[index],
+                });
+                let mut seen = [[RadianceSample::NOTHING; LANES]; TOGETHER];
+                let mut of_samples = seen.each_mut().map(|seen| &mut seen[..]);
+                radiance_of_group(&scene, &samples, Plan::PLAIN, &mut of_samples, &mut workspace);
+                for (index, sights) in sights.iter().enumerate() {
+                    for Sight { member, ray, stream } in sights {
+                        let alone = radiance(&scene, *ray, 0.0, &wavelengths[index][*member], stream);
+                        let same = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-9 * b.abs();
+                        let together = seen[index][*member];
+                        assert!(
+                            together.radiance.0.iter().zip(&alone.radiance.0).all(same)
+                                && together.alpha_hit == alone.alpha_hit,
+                            "{name}, member {member} of group {group}: {together:?}, alone {alone:?}"
+                        );
+                        lit += usize::from(!alone.radiance.is_zero());
+                    }
+                }
+            }
+            assert!(lit > 200, "{name}: {lit}");
+        }
+    }
 }

@@ -10,16 +10,40 @@
 //! A light sample passes media with their transmittance, and surfaces with null transmission. The same
 //! light is found by scattering only if the path flies through all of that: the probability counts in the
 //! weight of the two.
+//!
+//! Near a lamp in fog most of the light is scattered where flights seldom end. So a ray that begins in a
+//! homogeneous medium and passes lamps takes one light sample more, from a place at a distance that is chosen
+//! by them ([`crate::light::Aim`]). With the density P_a(t) of that distance, and P_f(t) = Σⱼ pⱼ(t) of the
+//! flight, a light sample of either has the density (P_f + P_a) p_light: the balance heuristic over the two
+//! ways to the place, beside the power heuristic over light samples and scattering.
 
 use super::observe::{Observe, Step, axes, list};
 use super::path::{Path, PreviousSample, light_sample_weight};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::light::{LightSample, Receiver};
-use crate::medium::MediumStack;
+use crate::light::{Aim, LightSample, Receiver};
+use crate::medium::{Extinction, Medium, MediumStack, Scattering};
 use crate::sampling::{Dimensions, Stream};
-use crate::scene::{Collision, Event, FlightPlan, Passage, PathEnd, Scene};
+use crate::scene::{Collision, Event, FlightPlan, Passage, PathEnd, Scene, Techniques};
 use crate::spectrum::{Sampled, Wavelengths};
+
+/// The throughput and the densities by which light samples on a path are weighed.
+#[derive(Clone, Copy)]
+struct Prior<const C: usize> {
+    throughput: Sampled<C>,
+    ratio: Sampled<C>,
+    /// The density of having come here by way of lamps that are near, over the hero's of having come
+    /// otherwise.
+    by_aim: f64,
+}
+
+/// A ray that passes lamps within a medium.
+struct Aimed<'a> {
+    lamps: Aim,
+    medium: &'a Medium,
+    scattering: &'a Scattering,
+    around: MediumStack,
+}
 
 impl<const C: usize, O: Observe> Path<C, O> {
     /// [`Self::follow`] where media scatter.
@@ -33,7 +57,9 @@ impl<const C: usize, O: Observe> Path<C, O> {
     ) -> Sampled<C> {
         let mut arriving = Sampled::ZERO;
         loop {
-            let next = match self.fly(scene, &ray, wavelengths, stream, &mut arriving) {
+            let (event, by_aim) = self.fly(scene, &ray, wavelengths, stream, &mut arriving);
+            // By reference: to move what is large costs as much as a shadow ray.
+            let next = match &event {
                 Event::Nothing => {
                     self.tell_of_escape(scene, &ray);
                     arriving += self.found(self.escaped(scene, &ray, wavelengths));
@@ -41,15 +67,15 @@ impl<const C: usize, O: Observe> Path<C, O> {
                     None
                 }
                 Event::Medium(collision) => {
-                    self.collide(scene, &ray, &collision, wavelengths, stream, &mut arriving)
+                    self.collide(scene, &ray, collision, by_aim, wavelengths, stream, &mut arriving)
                 }
                 Event::Surface(hit) => {
-                    self.tell_of_surface(scene, &ray, &hit);
-                    let light = self.emitted(scene, &ray, &hit, wavelengths);
+                    self.tell_of_surface(scene, &ray, hit);
+                    let light = self.emitted(scene, &ray, hit, wavelengths);
                     arriving += self.found(light);
-                    let shading = self.shade(scene, &ray, &hit, wavelengths, stream);
+                    let shading = self.shade(scene, &ray, hit, wavelengths, stream);
                     shading.and_then(|shading| {
-                        self.go_on(scene, &ray, &hit, &shading, wavelengths, stream, &mut arriving)
+                        self.go_on(scene, &ray, hit, &shading, wavelengths, stream, &mut arriving)
                     })
                 }
             };
@@ -60,7 +86,9 @@ impl<const C: usize, O: Observe> Path<C, O> {
         }
     }
 
-    /// To the next surface or to where a medium ends the flight, with the light of the media on the way.
+    /// To the next surface or to where a medium ends the flight, with the light of the media on the way, and
+    /// what they scatter into it near lamps. See [`Prior::by_aim`] for the number.
+    #[inline(always)]
     fn fly<'a>(
         &mut self,
         scene: &'a Scene,
@@ -68,25 +96,91 @@ impl<const C: usize, O: Observe> Path<C, O> {
         wavelengths: &Wavelengths<C>,
         stream: &Stream,
         arriving: &mut Sampled<C>,
-    ) -> Event<'a> {
-        let [u, place, ..] = stream.draw(Dimensions::Flight(self.vertex));
-        let plan = FlightPlan { target: -u.ln(), prior: self.ratio, place };
+    ) -> (Event<'a>, f64) {
+        let [u, place, aimed_place, aimed_light] = stream.draw(Dimensions::Flight(self.vertex));
+        let aimed = self.aim(scene, ray, wavelengths);
+        let plan = FlightPlan { target: -u.ln(), prior: self.ratio, place, looks_ahead: aimed.is_some() };
         let (event, flight) = scene.fly(ray, self.time, self.ray_kind(), &plan, &mut self.media, wavelengths);
         *arriving += self.found(self.throughput * flight.emitted);
+        let mut by_aim = 0.0;
+        if let Some(Aimed { lamps, medium, scattering, around }) = aimed
+            && let Some(lamps) = lamps.within(flight.first)
+        {
+            let t = lamps.sample(aimed_place);
+            let u = [aimed_light, stream.draw(Dimensions::Light(self.vertex))[2]];
+            let nearby = Aimed { lamps, medium, scattering, around };
+            *arriving += self.found(self.scattered_at(scene, ray, &nearby, t, u, wavelengths));
+            if let Some([distance, density]) = flight.ended {
+                by_aim = self.ratio.sum() * nearby.lamps.density(distance) / density;
+            }
+        }
         self.throughput *= flight.carried;
         self.ratio *= flight.ratio;
         if let PreviousSample::Scattered { by_scattering, .. } = &mut self.last {
             *by_scattering *= flight.flown;
         }
-        event
+        (event, by_aim)
+    }
+
+    /// The lamps that a ray passes, if it begins in a medium that is the same everywhere and scatters, and
+    /// they are not much farther away than light comes there.
+    fn aim<'a>(&self, scene: &'a Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Option<Aimed<'a>> {
+        /// Mean free paths within which lamps count: farther on little light comes back, and where a ray
+        /// keeps off a lamp by half of one, it is as bright wherever flights end.
+        const REACH: f64 = 2.0;
+        let limits = &scene.limits;
+        if !limits.aims_at_lamps || limits.techniques == Techniques::Scattering || self.is_last(scene) {
+            return None;
+        }
+        let medium = scene.medium(&self.media.here)?;
+        let (Extinction::Homogeneous(_), Some(scattering)) = (&medium.extinction, &medium.scattering) else {
+            return None;
+        };
+        let extinction = medium.extinction_at(ray.origin, ray.direction, &wavelengths.nm).sum() / C as f64;
+        let lamps = scene.lights.aim(ray, self.time, wavelengths, REACH / extinction)?;
+        Some(Aimed { lamps, medium, scattering, around: self.media.here.clone() })
+    }
+
+    /// What a light sample brings along a ray from a place that was chosen near lamps.
+    fn scattered_at(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        aimed: &Aimed,
+        t: f64,
+        u: [f64; 2],
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let nm = &wavelengths.nm;
+        let Aimed { lamps, medium, scattering, around } = aimed;
+        let position = ray.at(t);
+        let depths = medium.optical_depths(&Ray { t_max: t, ..*ray }, nm);
+        let flown = medium.extinction_at(position, ray.direction, nm) * depths.map(|depth| (-depth).exp());
+        let prior = Prior {
+            throughput: self.throughput * flown * scattering.albedo(position, nm),
+            ratio: self.ratio * flown,
+            by_aim: self.ratio.sum() * lamps.density(t),
+        };
+        if prior.throughput.is_zero() {
+            return Sampled::ZERO;
+        }
+        let from = free_place(position, ray);
+        let Some(sample) = scene.lights.sample(&from, self.time, wavelengths, u) else {
+            return Sampled::ZERO;
+        };
+        let value = scattering.phase.evaluate(ray.direction, sample.shadow_ray.direction, position, nm);
+        let value = Evaluation { f_cos: value, density: value };
+        self.light_from(scene, &sample, &value, around, &prior, wavelengths)
     }
 
     /// Light that a medium scatters straight from a light, and on by scattering. `None` where the path ends.
+    #[expect(clippy::too_many_arguments, reason = "a step of the loop of a path")]
     fn collide(
         &mut self,
         scene: &Scene,
         ray: &Ray,
         collision: &Collision,
+        by_aim: f64,
         wavelengths: &Wavelengths<C>,
         stream: &Stream,
         arriving: &mut Sampled<C>,
@@ -107,22 +201,23 @@ impl<const C: usize, O: Observe> Path<C, O> {
             self.end(scene, if absorbed { PathEnd::Absorbed } else { PathEnd::MaxDepth });
             return None;
         }
-        // No surface that a ray would have to leave.
-        let point = SurfacePoint { position, normal: -ray.direction, error: 0.0 };
-        let from = Receiver { point, facing: Vec3::ZERO };
+        let from = free_place(position, ray);
         if !scene.lights.is_empty() {
             let [u, v, ..] = stream.draw(Dimensions::Light(self.vertex));
             if let Some(sample) = scene.lights.sample(&from, self.time, wavelengths, [u, v]) {
                 let goes = sample.shadow_ray.direction;
                 let value = scattering.phase.evaluate(ray.direction, goes, position, &wavelengths.nm);
                 let value = Evaluation { f_cos: value, density: value };
-                *arriving += self.light_through_media(scene, &sample, &value, &self.media.here, wavelengths);
+                let prior = Prior { throughput: self.throughput, ratio: self.ratio, by_aim };
+                let light = self.light_from(scene, &sample, &value, &self.media.here, &prior, wavelengths);
+                self.tell_of_light(scene, &sample, light);
+                *arriving += light;
             }
         }
         let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(self.vertex));
         let sample = scattering.phase.sample(ray.direction, position, &wavelengths.nm, [u, v, choice]);
         let hero = sample.value.hero();
-        let prior_over_density = self.ratio.sum() / hero;
+        let prior_over_density = (self.ratio.sum() + by_aim) / hero;
         // The density with which a wavelength goes a way is what it is scattered with.
         let over_hero = sample.value.map(|value| value / hero);
         self.throughput *= over_hero;
@@ -156,17 +251,36 @@ impl<const C: usize, O: Observe> Path<C, O> {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        let Passage { transmittance, flown } =
-            scene.passage(&sample.shadow_ray, self.time, media, wavelengths);
-        if transmittance.is_zero() {
-            self.tell_of_light(scene, sample, Sampled::ZERO);
-            return Sampled::ZERO;
-        }
-        let weight = light_sample_weight(scene, sample.density, self.ratio.sum(), || {
-            (self.ratio * value.density * flown).sum()
-        });
-        let light = self.throughput * value.f_cos * sample.radiance * weight * transmittance;
+        let prior = Prior { throughput: self.throughput, ratio: self.ratio, by_aim: 0.0 };
+        let light = self.light_from(scene, sample, value, media, &prior, wavelengths);
         self.tell_of_light(scene, sample, light);
         light
     }
+
+    fn light_from(
+        &self,
+        scene: &Scene,
+        sample: &LightSample<C>,
+        value: &Evaluation<C>,
+        media: &MediumStack,
+        prior: &Prior<C>,
+        wavelengths: &Wavelengths<C>,
+    ) -> Sampled<C> {
+        let Passage { transmittance, flown } =
+            scene.passage(&sample.shadow_ray, self.time, media, wavelengths);
+        if transmittance.is_zero() {
+            return Sampled::ZERO;
+        }
+        let Prior { throughput, ratio, by_aim } = *prior;
+        let weight = light_sample_weight(scene, sample.density, ratio.sum() + by_aim, || {
+            (ratio * value.density * flown).sum()
+        });
+        throughput * value.f_cos * sample.radiance * weight * transmittance
+    }
+}
+
+/// A place between surfaces: there is none that a ray would have to leave.
+fn free_place(position: Vec3, ray: &Ray) -> Receiver {
+    let point = SurfacePoint { position, normal: -ray.direction, error: 0.0 };
+    Receiver { point, facing: Vec3::ZERO }
 }

@@ -115,7 +115,7 @@ pub fn radiance<const C: usize>(
 
 /// A flight through media that scatter.
 struct Tracker<'a> {
-    /// The state of a generator of its own: nobody knows how many numbers it takes.
+    /// The state of a generator of its own: the number of values that a walk takes has no bound.
     random: u64,
     nm: f64,
     /// What media send out on a segment.

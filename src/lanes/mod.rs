@@ -24,10 +24,17 @@ pub const LANES: usize = WIDTH * REGISTERS;
 /// One number for each lane.
 pub type Row = [f64x4; REGISTERS];
 
+/// Zero in each lane.
 pub const ZERO: Row = [f64x4::ZERO; REGISTERS];
 
 /// A bit for each lane.
 pub type Mask = u32;
+
+/// The mask of some lanes.
+#[inline]
+pub fn mask_of(lanes: impl Iterator<Item = usize>) -> Mask {
+    lanes.fold(0, |mask, lane| mask | 1 << lane)
+}
 
 /// The lanes of a mask, the lowest first.
 #[inline]
@@ -41,11 +48,13 @@ pub fn lanes_of(mut mask: Mask) -> impl Iterator<Item = usize> {
     })
 }
 
+/// The number of one lane.
 #[inline(always)]
 pub fn get(row: &Row, lane: usize) -> f64 {
     row[lane / WIDTH % REGISTERS].as_array()[lane % WIDTH]
 }
 
+/// Puts a number into one lane.
 #[inline(always)]
 pub fn set(row: &mut Row, lane: usize, value: f64) {
     row[lane / WIDTH % REGISTERS].as_mut_array()[lane % WIDTH] = value;

@@ -20,20 +20,29 @@ pub trait Real:
 
     /// The same number in all lanes.
     fn of(value: f64) -> Self;
+    /// Square root.
     fn sqrt(self) -> Self;
+    /// Absolute value.
     fn abs(self) -> Self;
     /// The size of this number with the sign of another.
     fn copysign(self, sign: Self) -> Self;
+    /// The nearest integer; the even one of two.
     fn round_ties_even(self) -> Self;
     /// The lesser of two numbers; the second where either is not a number.
     fn lesser(self, other: Self) -> Self;
     /// The greater of two numbers; the second where either is not a number.
     fn greater(self, other: Self) -> Self;
+    /// Less than.
     fn lt(self, other: Self) -> Self::Truth;
+    /// Less than or equal.
     fn le(self, other: Self) -> Self::Truth;
+    /// Greater than.
     fn gt(self, other: Self) -> Self::Truth;
+    /// Greater than or equal.
     fn ge(self, other: Self) -> Self::Truth;
+    /// Equal.
     fn eq(self, other: Self) -> Self::Truth;
+    /// `yes` where the truth holds, `no` elsewhere. Both are evaluated.
     fn choose(truth: Self::Truth, yes: Self, no: Self) -> Self;
 }
 

@@ -6,8 +6,11 @@ use wide::f64x4;
 /// A vector of numbers that a formula is written for.
 #[derive(Clone, Copy, Debug)]
 pub struct Vector<R> {
+    /// First coordinate.
     pub x: R,
+    /// Second coordinate.
     pub y: R,
+    /// Third coordinate.
     pub z: R,
 }
 
@@ -15,6 +18,7 @@ pub struct Vector<R> {
 pub type Vec3Lanes = Vector<f64x4>;
 
 impl<R: Real> Vector<R> {
+    /// From its coordinates.
     #[inline(always)]
     pub fn new(x: R, y: R, z: R) -> Self {
         Self { x, y, z }
@@ -26,16 +30,19 @@ impl<R: Real> Vector<R> {
         Self { x: R::of(vector.x), y: R::of(vector.y), z: R::of(vector.z) }
     }
 
+    /// Scalar product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> R {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
+    /// Square of the length.
     #[inline(always)]
     pub fn length_squared(self) -> R {
         self.dot(self)
     }
 
+    /// Length.
     #[inline(always)]
     pub fn length(self) -> R {
         self.length_squared().sqrt()
@@ -47,6 +54,7 @@ impl<R: Real> Vector<R> {
         self * (R::of(1.0) / self.length())
     }
 
+    /// `yes` where the truth holds, `no` elsewhere.
     #[inline(always)]
     pub fn choose(truth: R::Truth, yes: Self, no: Self) -> Self {
         Self {
@@ -58,14 +66,17 @@ impl<R: Real> Vector<R> {
 }
 
 impl Vec3Lanes {
+    /// Zero in each lane.
     pub const ZERO: Self = Self { x: f64x4::ZERO, y: f64x4::ZERO, z: f64x4::ZERO };
 
+    /// The vector of one lane.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> DVec3 {
         let [x, y, z] = [self.x, self.y, self.z].map(|numbers| numbers.as_array()[lane % WIDTH]);
         DVec3::new(x, y, z)
     }
 
+    /// Puts a vector into one lane.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, vector: DVec3) {
         self.x.as_mut_array()[lane % WIDTH] = vector.x;

@@ -112,6 +112,16 @@ impl AreaGeometry {
         self.shape.bounds()
     }
 
+    /// A ball around it: its centre and radius.
+    pub fn ball(&self, time: f64) -> (Vec3, f64) {
+        match &self.placed {
+            None => (self.centre, self.radius),
+            Some(placed) => {
+                (placed.at(time).world_point(self.centre), self.radius * placed.largest_stretch())
+            }
+        }
+    }
+
     /// How many parts there are that can be chosen apart.
     pub fn parts(&self) -> u32 {
         match &self.shape {

@@ -21,10 +21,12 @@ impl Caster {
     /// Whatever rounding does, all within the box is within the sphere.
     const RESERVE: f64 = 1.0 + 1e-9;
 
+    /// The sphere around a box.
     pub fn around(bounds: Bounds) -> Self {
         Self { centre: bounds.centre(), radius: 0.5 * bounds.diameter() * Self::RESERVE }
     }
 
+    /// The smallest sphere known to hold a shape.
     pub fn of(shape: &Shape) -> Self {
         let around = Self::around(shape.bounds());
         let radius = match shape {
@@ -56,6 +58,7 @@ impl Casters {
         Self(spheres)
     }
 
+    /// Whether there is nothing to aim at.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

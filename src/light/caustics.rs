@@ -26,6 +26,7 @@ pub struct Source {
     pub light: u32,
     /// What it weighs in the choice among them.
     pub power: f64,
+    /// Its area, in squared scene units.
     pub area: f64,
 }
 

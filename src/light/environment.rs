@@ -12,10 +12,12 @@ pub enum Environment {
     Constant(Spectrum),
     /// A picture.
     Map(Box<EnvironmentMap>),
+    /// Sky and sun by a formula.
     Sky(Box<Sky>),
 }
 
 impl Environment {
+    /// Spectral radiance that comes from a direction (a unit vector toward the sky), W·m⁻²·sr⁻¹·nm⁻¹.
     pub fn radiance<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
         match self {
             Self::Constant(radiance) => radiance.sample(nm),
@@ -36,6 +38,18 @@ impl Environment {
             Self::Map(map) => Some(map.sample(u)),
             Self::Sky(sky) => Some(sky.sample(u)),
         }
+    }
+
+    /// [`Self::sample`] with the radiance from there.
+    pub fn sample_radiance<const C: usize>(
+        &self,
+        u: [f64; 2],
+        nm: &[f64; C],
+    ) -> Option<(Vec3, f64, Sampled<C>)> {
+        if let Self::Map(map) = self {
+            return Some(map.sample_radiance(u, nm));
+        }
+        self.sample(u).map(|(direction, density)| (direction, density, self.radiance(direction, nm)))
     }
 
     /// The density of [`Self::sample`] at a direction.

@@ -20,10 +20,12 @@ use std::f64::consts::{PI, TAU};
 pub struct Texel {
     /// Coefficients of the reflectance's [`Sigmoid`].
     pub coefficients: [f32; 3],
+    /// Factor on the spectrum of the coefficients, at least 0.
     pub factor: f32,
 }
 
 impl Texel {
+    /// Black at all wavelengths.
     pub const BLACK: Self = Self { coefficients: [0.0, 0.0, f32::NEG_INFINITY], factor: 0.0 };
 
     /// From values of at least 0, proportional to light, for the primaries of sRGB: a reflectance whose
@@ -59,7 +61,8 @@ pub struct EnvironmentMap {
     /// column begins in the middle of the picture's first.
     grid: PiecewiseBilinearGrid,
     columns: usize,
-    rows: usize,
+    /// Cosines of the angles from +y at the edges of the rows of cells.
+    cosines: Vec<f64>,
     /// Mean radiance over the sphere.
     mean: Spectrum,
 }
@@ -84,9 +87,10 @@ impl EnvironmentMap {
         let finer = |cells: usize, least: usize| cells * least.div_ceil(cells).max(parts);
         let columns = finer(width, LEAST_COLUMNS);
         let rows = finer(height - 1, LEAST_COLUMNS / 2);
+        let cosines: Vec<f64> = (0..=rows).map(|edge| (PI * edge as f64 / rows as f64).cos()).collect();
         let picture = Picture { width, height, texels: &texels };
-        let (integrals, corners) = picture.cells(columns, rows);
-        let grid = PiecewiseBilinearGrid::new(columns, &integrals, corners)?;
+        let (integrals, corners) = picture.cells(columns, &cosines);
+        let grid = PiecewiseBilinearGrid::new(columns, &integrals, &corners)?;
         let mut map = Self {
             width,
             height,
@@ -96,7 +100,7 @@ impl EnvironmentMap {
             to_world,
             grid,
             columns,
-            rows,
+            cosines,
             mean: Spectrum::ZERO,
         };
         map.mean = map.mean_radiance();
@@ -105,31 +109,52 @@ impl EnvironmentMap {
 
     /// Radiance from a direction (unit length, away from the scene).
     pub fn radiance<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
-        let (reflectance, factor) = self.interpolate(self.angles(direction), nm);
+        self.radiance_at(self.angles(self.from_world.vector(direction)), nm)
+    }
+
+    fn radiance_at<const C: usize>(&self, angles: [f64; 2], nm: &[f64; C]) -> Sampled<C> {
+        let (reflectance, factor) = self.interpolate(angles, nm);
         if factor == 0.0 { Sampled::ZERO } else { reflectance * self.illuminant.sample(nm) * factor }
     }
 
     /// A direction toward the light and its density per steradian.
     pub fn sample(&self, u: [f64; 2]) -> (Vec3, f64) {
+        let Sample { direction, density, .. } = self.find(u);
+        (direction, density)
+    }
+
+    /// [`Self::sample`] with the radiance from there.
+    pub fn sample_radiance<const C: usize>(&self, u: [f64; 2], nm: &[f64; C]) -> (Vec3, f64, Sampled<C>) {
+        let Sample { direction, density, longitude, cos } = self.find(u);
+        (direction, density, self.radiance_at([longitude, angle::acos(cos) / PI], nm))
+    }
+
+    fn find(&self, u: [f64; 2]) -> Sample {
         let ([x, y], density) = self.grid.sample(u);
-        let row = (y as usize).min(self.rows - 1);
-        let [above, below] = self.cosines(row);
+        let row = (y as usize).min(self.cosines.len() - 2);
+        let [above, below] = self.edges(row);
         let cos = above + (y - row as f64) * (below - above);
-        let longitude = TAU * (x / self.columns as f64 + 0.5 / self.width as f64);
+        let longitude = x / self.columns as f64 + 0.5 / self.width as f64;
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        let (sin_longitude, cos_longitude) = angle::sin_cos(longitude);
+        let (sin_longitude, cos_longitude) = angle::sin_cos(TAU * longitude);
         let local = Vec3::new(sin * sin_longitude, cos, -sin * cos_longitude);
-        (self.to_world.vector(local), self.per_steradian(row, density))
+        let (direction, density) = (self.to_world.vector(local), self.per_steradian(row, density));
+        Sample { direction, density, longitude, cos }
     }
 
     /// The density of [`Self::sample`] at a direction: above 0 wherever light comes from.
     pub fn density(&self, direction: Vec3) -> f64 {
-        let [u, v] = self.angles(direction);
-        let x = (u - 0.5 / self.width as f64).rem_euclid(1.0) * self.columns as f64;
-        let row = ((v * self.rows as f64) as usize).min(self.rows - 1);
-        let [above, below] = self.cosines(row);
-        let down = ((above - (PI * v).cos()) / (above - below)).clamp(0.0, 1f64.next_down());
-        self.per_steradian(row, self.grid.density([x, row as f64 + down]))
+        let local = self.from_world.vector(direction);
+        let [u, v] = self.angles(local);
+        let mut x = u - 0.5 / self.width as f64;
+        if x < 0.0 {
+            x += 1.0;
+        }
+        let rows = self.cosines.len() - 1;
+        let row = ((v * rows as f64) as usize).min(rows - 1);
+        let [above, below] = self.edges(row);
+        let down = ((above - local.y) / (above - below)).clamp(0.0, 1f64.next_down());
+        self.per_steradian(row, self.grid.density([x * self.columns as f64, row as f64 + down]))
     }
 
     /// Mean radiance over the sphere.
@@ -139,19 +164,19 @@ impl EnvironmentMap {
 
     /// Density per steradian, from one per cell.
     fn per_steradian(&self, row: usize, density: f64) -> f64 {
-        let [above, below] = self.cosines(row);
+        let [above, below] = self.edges(row);
         density * self.columns as f64 / (TAU * (above - below))
     }
 
     /// Cosines of the angles from +y at the upper and lower edge of a row of cells.
-    fn cosines(&self, row: usize) -> [f64; 2] {
-        [row, row + 1].map(|edge| (PI * edge as f64 / self.rows as f64).cos())
+    fn edges(&self, row: usize) -> [f64; 2] {
+        [self.cosines[row], self.cosines[row + 1]]
     }
 
-    /// Longitude over 2π and angle from +y over π, in the picture's frame.
-    fn angles(&self, direction: Vec3) -> [f64; 2] {
-        let local = self.from_world.vector(direction);
-        [(angle::atan2(local.x, -local.z) / TAU).rem_euclid(1.0), angle::acos(local.y) / PI]
+    /// Longitude over 2π and angle from +y over π of a direction in the picture's frame.
+    fn angles(&self, local: Vec3) -> [f64; 2] {
+        let longitude = angle::atan2(local.x, -local.z) / TAU;
+        [if longitude < 0.0 { longitude + 1.0 } else { longitude }, angle::acos(local.y) / PI]
     }
 
     fn interpolate<const C: usize>(&self, [u, v]: [f64; 2], nm: &[f64; C]) -> (Sampled<C>, f64) {
@@ -175,13 +200,23 @@ impl EnvironmentMap {
         let mut sum = Sampled::<NODES>::ZERO;
         for i in 0..STRATA * STRATA {
             let u = [i % STRATA, i / STRATA].map(|k| (k as f64 + 0.5) / STRATA as f64);
-            let (direction, density) = self.sample(u);
-            let (reflectance, factor) = self.interpolate(self.angles(direction), &nm);
+            let Sample { density, longitude, cos, .. } = self.find(u);
+            let (reflectance, factor) = self.interpolate([longitude, angle::acos(cos) / PI], &nm);
             sum += reflectance * (factor / density);
         }
         let mean = sum * self.illuminant.sample(&nm) / ((STRATA * STRATA) as f64 * 2.0 * TAU);
         Spectrum::regular(nm[0], nm[NODES - 1], &mean.0, Extrapolation::Zero).unwrap_or(Spectrum::ZERO)
     }
+}
+
+/// A sampled direction.
+struct Sample {
+    direction: Vec3,
+    density: f64,
+    /// Longitude over 2π, which may be a little above 1, and cosine of the angle from +y, in the picture's
+    /// frame.
+    longitude: f64,
+    cos: f64,
 }
 
 /// The texels with their places.
@@ -193,13 +228,17 @@ struct Picture<'a> {
 
 impl Picture<'_> {
     /// The four texels around a place, given in columns and rows from the middle of the first texel, with
-    /// their weights.
+    /// their weights. Columns from -1 to twice as many as there are.
     fn around(&self, [x, y]: [f64; 2]) -> [(f64, &Texel); 4] {
         let left = x.floor();
         let top = (y as usize).min(self.height - 2);
         let (fx, fy) = (x - left, y - top as f64);
-        let column = |c: f64| c.rem_euclid(self.width as f64) as usize % self.width;
-        let (left, right) = (column(left), column(left + 1.0));
+        let column = |c: isize| {
+            let width = self.width as isize;
+            let c = if c < 0 { c + width } else { c };
+            (if c >= width { c - width } else { c }) as usize
+        };
+        let (left, right) = (column(left as isize), column(left as isize + 1));
         let at = |column: usize, row: usize| &self.texels[row * self.width + column];
         [
             ((1.0 - fx) * (1.0 - fy), at(left, top)),
@@ -211,7 +250,8 @@ impl Picture<'_> {
 
     /// About the light that comes from each cell of a grid, up to a factor, zero only where none does; and
     /// from its corners.
-    fn cells(&self, columns: usize, rows: usize) -> (Vec<f64>, Vec<f32>) {
+    fn cells(&self, columns: usize, cosines: &[f64]) -> (Vec<f64>, Vec<f32>) {
+        let rows = cosines.len() - 1;
         let strength = |x: f64, y: f64| {
             let (mut reflectance, mut factor) = (0.0, 0.0);
             for (weight, texel) in self.around([x, y]) {
@@ -229,7 +269,7 @@ impl Picture<'_> {
         let mut corners: Vec<f32> = above.iter().map(|&value| value as f32).collect();
         for row in 0..rows {
             let below: Vec<f64> = (0..=columns).map(|column| corner(column, row + 1)).collect();
-            let [top, bottom] = [row, row + 1].map(|edge| (PI * edge as f64 / rows as f64).cos());
+            let [top, bottom] = [cosines[row], cosines[row + 1]];
             cells.extend((0..columns).map(|column| {
                 let corners = above[column] + above[column + 1] + below[column] + below[column + 1];
                 let middle = strength((column as f64 + 0.5) * step[0], (row as f64 + 0.5) * step[1]);

@@ -154,7 +154,7 @@ impl Guide {
         };
         let means: Vec<f64> = (0..columns * (y.len() - 1)).map(mean).collect();
         let (_, gain, integrals) = weigh(&edges, &means);
-        let cells = Cells::Bilinear(PiecewiseBilinearGrid::new(columns, &integrals, corners)?);
+        let cells = Cells::Bilinear(PiecewiseBilinearGrid::new(columns, &integrals, &corners)?);
         Some(Found { guide: Self { edges, cells }, gain })
     }
 

@@ -13,15 +13,20 @@ use wide::f64x4;
 /// Places that lights may light, one for each lane; see [`Receiver`].
 #[derive(Clone, Debug)]
 pub struct Receivers {
+    /// The lit points.
     pub point: [Points<f64x4>; REGISTERS],
+    /// The sides from which light counts, as [`Receiver::facing`] has them.
     pub facing: [Vec3Lanes; REGISTERS],
 }
 
 /// Light samples of the lanes that found one; see [`super::LightSample`].
 #[derive(Clone, Debug)]
 pub struct LightSamples<const C: usize> {
+    /// The lanes that have a sample.
     pub found: Mask,
+    /// Shadow rays, from the lit points to just before the lamp.
     pub rays: Rays,
+    /// What arrives if nothing is in the way, over the density.
     pub radiance: SampledLanes<C>,
     /// Per steradian; of a light without extent there is none.
     pub density: Row,
@@ -40,8 +45,10 @@ pub(super) struct OnlyRectangle {
 }
 
 impl Receivers {
+    /// Points at the origin that light from anywhere reaches.
     pub const NONE: Self = Self { point: [Points::NONE; REGISTERS], facing: [Vec3Lanes::ZERO; REGISTERS] };
 
+    /// The receiver of one lane.
     pub fn get(&self, lane: usize) -> Receiver {
         let register = lane / WIDTH % REGISTERS;
         Receiver { point: self.point[register].get(lane), facing: self.facing[register].get(lane) }
@@ -49,6 +56,7 @@ impl Receivers {
 }
 
 impl<const C: usize> LightSamples<C> {
+    /// No lane has a sample.
     pub const NONE: Self =
         Self { found: 0, rays: Rays::NONE, radiance: SampledLanes::ZERO, density: ZERO, discrete: 0 };
 

@@ -4,6 +4,7 @@
 //! place, and a point on it (`choice`). Both by the same two sample values, so that samples that are well
 //! spread are so over all of the lights.
 
+mod aim;
 mod area;
 mod casters;
 mod caustics;
@@ -19,6 +20,7 @@ mod spot;
 mod tests;
 mod tree;
 
+pub use aim::Aim;
 pub use area::AreaGeometry;
 pub use casters::{Caster, Casters};
 pub use caustics::{Caustics, Source as CausticSource};
@@ -45,20 +47,29 @@ pub enum Light {
     /// Radiance of a surface's front, W·m⁻²·sr⁻¹·nm⁻¹, and about the mean of it over the surface: above 0 at
     /// every wavelength at which any of it shines.
     Area {
+        /// The surface.
         geometry: Box<AreaGeometry>,
+        /// Radiance by place.
         radiance: Texture,
+        /// About the mean of the radiance over the surface.
         mean: Spectrum,
     },
     /// Radiant intensity, W·sr⁻¹·nm⁻¹.
     Point {
+        /// Where it is, in scene units.
         position: Vec3,
+        /// Radiant intensity by wavelength.
         intensity: Spectrum,
     },
+    /// A point that shines into a cone.
     Spot(Box<Spot>),
+    /// A picture thrown from a point.
     Projector(Box<Projector>),
     /// Irradiance across the direction of travel, W·m⁻²·nm⁻¹.
     Directional {
+        /// Unit vector along which the light goes.
         travels: Vec3,
+        /// Irradiance by wavelength.
         irradiance: Spectrum,
     },
 }
@@ -71,13 +82,16 @@ pub struct LightSample<const C: usize> {
     /// Radiance, or irradiance across the ray for a light without extent. For the latter it is divided by the
     /// probability of the choice already.
     pub radiance: Sampled<C>,
+    /// Density of the sample per steradian, or that it is one of finitely many.
     pub density: Density,
 }
 
 /// A point of a light's surface and what it emits.
 #[derive(Clone, Copy, Debug)]
 pub struct Emitted<const C: usize> {
+    /// The point of the light.
     pub point: SurfacePoint,
+    /// Radiance of the point toward the receiver, W·m⁻²·sr⁻¹·nm⁻¹.
     pub radiance: Sampled<C>,
     /// Density of the point, per unit of area.
     pub density: f64,
@@ -86,6 +100,7 @@ pub struct Emitted<const C: usize> {
 /// A place that lights may light.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver {
+    /// The lit point.
     pub point: SurfacePoint,
     /// The side from which light counts, of unit length; zero where light from anywhere does.
     pub facing: Vec3,
@@ -96,9 +111,11 @@ pub struct Receiver {
 pub struct LightHit {
     /// Index among the scene's lights.
     pub light: u32,
+    /// The point that was met.
     pub point: SurfacePoint,
     /// Number of the triangle, as in [`crate::shape::Hit`].
     pub triangle: u32,
+    /// Weights of the triangle's second and third vertex; 0 for other shapes.
     pub barycentric: [f64; 2],
 }
 
@@ -159,6 +176,7 @@ impl Lights {
         self.lights.iter()
     }
 
+    /// The light that comes from beyond the scene, if there is any.
     pub fn environment(&self) -> Option<&Environment> {
         self.environment.as_ref()
     }
@@ -207,10 +225,10 @@ impl Lights {
         let (from, nm) = (&from.point, &wavelengths.nm);
         let Some(light_chosen) = self.lights.get(light) else {
             let environment = self.environment.as_ref()?;
-            let (direction, density) = environment.sample(u)?;
+            let (direction, density, radiance) = environment.sample_radiance(u, nm)?;
             return Some(LightSample {
                 shadow_ray: from.ray(direction),
-                radiance: environment.radiance(direction, nm),
+                radiance,
                 density: Density::PerSolidAngle(density * probability),
             });
         };
@@ -277,13 +295,23 @@ impl Lights {
         time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
-        match self.sampled_environment() {
-            Some(environment) => {
-                let probability = self.probability(self.lights.len(), 0, from, time, wavelengths);
-                probability * environment.density(direction)
-            }
-            None => 0.0,
-        }
+        let density = self.density_in_environment(direction);
+        if density == 0.0 { 0.0 } else { density * self.environment_probability(from, time, wavelengths) }
+    }
+
+    /// Per steradian, the density with which a light sample that goes to the environment finds a direction.
+    pub fn density_in_environment(&self, direction: Vec3) -> f64 {
+        self.sampled_environment().map_or(0.0, |environment| environment.density(direction))
+    }
+
+    /// The probability with which a light sample goes to the environment.
+    pub fn environment_probability<const C: usize>(
+        &self,
+        from: &Receiver,
+        time: f64,
+        wavelengths: &Wavelengths<C>,
+    ) -> f64 {
+        self.probability(self.lights.len(), 0, from, time, wavelengths)
     }
 
     /// What is known of a part of a light. `brightness`: what its spectrum amounts to. `None` for what has no

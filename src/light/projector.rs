@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 /// A pinhole that throws a picture along its local +z.
 #[derive(Clone, Debug)]
 pub struct Projector {
+    /// Where it stands, in scene units.
     pub position: Vec3,
     /// Radiant intensity along the axis, about the mean over the picture: above 0 at every wavelength at
     /// which any of it shines.

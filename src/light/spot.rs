@@ -1,6 +1,6 @@
 //! Spot lights: a point that shines into a cone, as Mitsuba 3's `spot`.
 
-use crate::geometry::{Transform, Vec3};
+use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::AtRest;
 use crate::spectrum::{Sampled, Spectrum};
 use crate::texture::{Texture, TexturePoint};
@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 /// A point that shines into a cone around its local +z.
 #[derive(Clone, Debug)]
 pub struct Spot {
+    /// Where it stands, in scene units.
     pub position: Vec3,
     /// Radiant intensity along the axis, W·sr⁻¹·nm⁻¹.
     pub intensity: Spectrum,
@@ -64,6 +65,43 @@ impl Spot {
     /// The solid angle that the light fills, about, sr.
     pub fn solid_angle(&self) -> f64 {
         TAU * (1.0 - self.cutoff.cos())
+    }
+
+    /// The part of a ray that lies within the cone; all of it where the cone is wider than a half space.
+    /// `None` where none does.
+    pub fn lit(&self, ray: &Ray) -> Option<[f64; 2]> {
+        let cos = self.cutoff.cos();
+        if cos <= 0.0 {
+            return Some([0.0, ray.t_max]);
+        }
+        let (origin, direction) = (self.from_world.point(ray.origin), self.from_world.vector(ray.direction));
+        // z ≥ 0 and z² ≥ cos² |p|² at p = origin + t · direction.
+        let square = cos * cos;
+        let quadratic = |p: Vec3, q: Vec3| p.z * q.z - square * p.dot(q);
+        let [a, half_b, c] =
+            [quadratic(direction, direction), quadratic(origin, direction), quadratic(origin, origin)];
+        let within = |t: f64| {
+            let p = origin + direction * t;
+            p.z >= 0.0 && quadratic(p, p) >= 0.0
+        };
+        let root = (half_b * half_b - a * c).max(0.0).sqrt();
+        let mut ends = [(-half_b - root) / a, (-half_b + root) / a, -c / (2.0 * half_b)];
+        if a != 0.0 {
+            ends[2] = ends[1];
+        }
+        ends.sort_by(f64::total_cmp);
+        let mut lit: Option<[f64; 2]> = None;
+        let mut start = 0.0;
+        for end in ends.into_iter().filter(|end| end.is_finite() && *end > 0.0).chain([ray.t_max]) {
+            let end = end.min(ray.t_max);
+            let middle = if end.is_finite() { 0.5 * (start + end) } else { 2.0 * start + 1.0 };
+            // The cone is convex, so the parts within it adjoin.
+            if end > start && within(middle) {
+                lit = Some([lit.map_or(start, |lit| lit[0]), end]);
+            }
+            start = end.max(start);
+        }
+        lit
     }
 
     fn falloff(&self, cos: f64) -> f64 {

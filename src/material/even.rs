@@ -3,7 +3,7 @@
 use super::{Material, MaterialId, Materials};
 use crate::spectrum::Spectrum;
 
-/// What is known of one side of a surface, whatever the place on it.
+/// What is known of one side of a surface, independent of the place on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Even<'a> {
     /// Diffuse with this reflectance.

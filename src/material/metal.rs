@@ -7,14 +7,19 @@ use crate::texture::{Texture, TexturePoint};
 /// Where n and k of a metal come from.
 #[derive(Clone, Debug)]
 pub enum Metal {
+    /// By its complex index.
     Index {
+        /// Real part of the index.
         n: Texture,
+        /// Imaginary part of the index, at least 0.
         k: Texture,
     },
     /// The reflectance at normal incidence, which leaves one of the two open: with `unit_index` n = 1, else
     /// k = 0.
     NormalReflectance {
+        /// Reflectance at normal incidence, from 0 to below 1.
         reflectance: Texture,
+        /// Whether n is 1; k is 0 otherwise.
         unit_index: bool,
     },
 }

@@ -39,42 +39,63 @@ pub enum Material {
     Black,
     /// Nothing: light passes as if there were no surface.
     Null,
+    /// A Lambertian surface, black on its back.
     Diffuse {
+        /// Fraction of the light that is reflected, from 0 to 1.
         reflectance: Texture,
     },
+    /// A sheet that reflects and transmits diffusely.
     DiffuseTransmitter {
+        /// Fraction of the light that is reflected, from 0 to 1.
         reflectance: Texture,
+        /// Fraction of the light that is transmitted, from 0 to 1.
         transmittance: Texture,
     },
     /// A metal against vacuum.
     Conductor {
+        /// What its index comes from.
         index: Metal,
+        /// Factor on the reflectance, from 0 to 1; 1 is physical.
         specular_reflectance: Texture,
+        /// Roughness; `None` for a polished surface.
         roughness: Option<RoughnessTextures>,
     },
+    /// The surface of a transparent body.
     Dielectric(DielectricMaterial),
+    /// A transparent sheet.
     ThinDielectric(ThinDielectricMaterial),
+    /// A coat on a diffuse base.
     Plastic(PlasticMaterial),
+    /// Disney's material for solids.
     Principled(Box<PrincipledMaterial>),
+    /// Disney's material for thin sheets.
     PrincipledThin(Box<PrincipledThinMaterial>),
     /// One material in front, another or the same behind; each sees the surface from its own front.
     TwoSided {
+        /// Material of the front.
         front: MaterialId,
+        /// Material of the back.
         back: MaterialId,
     },
     /// Covers a fraction of the surface, the opacity; light passes the rest by null transmission.
     Mask {
+        /// Fraction of the surface that is covered, from 0 to 1.
         opacity: Texture,
+        /// What covers it.
         nested: MaterialId,
     },
     /// The second material with a probability, the first otherwise.
     Blend {
+        /// Probability of the second, from 0 to 1.
         weight: Texture,
+        /// The two materials.
         nested: [MaterialId; 2],
     },
     /// A material on a surface whose shading normal varies.
     NormalMapping {
+        /// How the normal varies.
         mapping: NormalMapping,
+        /// The material that is shaded so.
         nested: MaterialId,
     },
 }
@@ -86,17 +107,24 @@ pub struct DielectricMaterial {
     pub interior: Spectrum,
     /// Index on the outside; `None` where it is that of whatever surrounds the body.
     pub exterior: Option<Spectrum>,
+    /// Factor on the reflectance, from 0 to 1; 1 is physical.
     pub specular_reflectance: Texture,
+    /// Factor on the transmittance, from 0 to 1; 1 is physical.
     pub specular_transmittance: Texture,
+    /// Roughness; `None` for a polished surface.
     pub roughness: Option<RoughnessTextures>,
 }
 
 /// A sheet of glass.
 #[derive(Clone, Debug)]
 pub struct ThinDielectricMaterial {
+    /// Refractive index of the sheet.
     pub interior: Spectrum,
+    /// Refractive index around it.
     pub exterior: Spectrum,
+    /// Factor on the reflectance, from 0 to 1; 1 is physical.
     pub specular_reflectance: Texture,
+    /// Factor on the transmittance, from 0 to 1; 1 is physical.
     pub specular_transmittance: Texture,
 }
 
@@ -111,6 +139,7 @@ pub struct Exterior<'a> {
 }
 
 impl Exterior<'_> {
+    /// For materials that are evaluated without knowledge of what is around.
     pub const UNKNOWN: Self = Self { index: None, coincident: false };
 }
 
@@ -122,15 +151,18 @@ pub const AIR_INDEX: f64 = 1.000_277;
 pub struct Materials(Vec<Material>);
 
 impl Materials {
+    /// Adds a material and returns its number.
     pub fn add(&mut self, material: Material) -> MaterialId {
         self.0.push(material);
         self.0.len() as MaterialId - 1
     }
 
+    /// The material of a number that [`Self::add`] returned.
     pub fn get(&self, id: MaterialId) -> &Material {
         &self.0[id as usize]
     }
 
+    /// All of them, in the order of their numbers.
     pub fn iter(&self) -> impl Iterator<Item = &Material> {
         self.0.iter()
     }

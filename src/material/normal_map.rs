@@ -7,6 +7,7 @@ use crate::texture::Texture;
 /// A bump or normal map, which changes the shading normal and not the shape.
 #[derive(Clone, Debug)]
 pub struct NormalMapping {
+    /// What the normals come from.
     pub map: NormalMap,
     /// Whether a normal that faces away from the viewer is turned half around the surface's own.
     pub flip_invalid_normals: bool,
@@ -19,7 +20,12 @@ pub struct NormalMapping {
 #[derive(Clone, Debug)]
 pub enum NormalMap {
     /// Height over the surface in scene units, times a factor.
-    Height { height: Texture, scale: f64 },
+    Height {
+        /// Height by place.
+        height: Texture,
+        /// Factor on the height.
+        scale: f64,
+    },
     /// Normals in the frame of the surface, each component x stored as (x + 1)/2.
     Normals(Texture),
     /// The same one everywhere, stored likewise.

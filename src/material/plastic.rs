@@ -7,9 +7,13 @@ use crate::texture::{Texture, TexturePoint};
 /// A diffuse base under a coat.
 #[derive(Clone, Debug)]
 pub struct PlasticMaterial {
+    /// Refractive index of the coat.
     pub interior: Spectrum,
+    /// Refractive index around it.
     pub exterior: Spectrum,
+    /// Reflectance of the diffuse base, from 0 to 1.
     pub diffuse_reflectance: Texture,
+    /// Factor on the coat's reflectance, from 0 to 1; 1 is physical.
     pub specular_reflectance: Texture,
     /// Whether light that is reflected inside is coloured each time.
     pub nonlinear: bool,

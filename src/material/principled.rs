@@ -8,13 +8,21 @@ use crate::texture::{Texture, TexturePoint};
 /// What the surfaces of [`PrincipledBase`] are steered by.
 #[derive(Clone, Debug)]
 pub struct PrincipledTextures {
+    /// Colour of the base, from 0 to 1.
     pub base_color: Texture,
+    /// Roughness, from 0 to 1; its square is the width α of the microfacets.
     pub roughness: Texture,
+    /// Stretch of the highlight along the tangent, from 0 (round) to 1.
     pub anisotropic: Texture,
+    /// Weight of specular transmission, from 0 to 1.
     pub spec_trans: Texture,
+    /// Tint of the dielectric reflection toward the base's hue, from 0 to 1.
     pub spec_tint: Texture,
+    /// Strength of the sheen at grazing angles, from 0 to 1.
     pub sheen: Texture,
+    /// Tint of the sheen toward the base's hue, from 0 to 1.
     pub sheen_tint: Texture,
+    /// Weight of the flattened diffuse lobe that stands for subsurface scattering, from 0 to 1.
     pub flatness: Texture,
 }
 
@@ -87,9 +95,13 @@ fn companions(nm: f64) -> [f64; 4] {
 /// Metal, diffuse base and glass under sheen and clear coat.
 #[derive(Clone, Debug)]
 pub struct PrincipledMaterial {
+    /// What it has in common with the material for thin sheets.
     pub textures: PrincipledTextures,
+    /// Weight of the metallic lobe, from 0 (dielectric) to 1 (metal).
     pub metallic: Texture,
+    /// Strength of the clear coat, from 0 to 1.
     pub clearcoat: Texture,
+    /// Gloss of the clear coat, from 0 (satin) to 1 (glossy).
     pub clearcoat_gloss: Texture,
     /// Index below over that above; not 1 where light is transmitted.
     pub eta: f64,
@@ -123,8 +135,11 @@ pub(crate) const LEAST_INDEX: f64 = 1e-3;
 /// A thin sheet of the same.
 #[derive(Clone, Debug)]
 pub struct PrincipledThinMaterial {
+    /// What it has in common with the material for solids.
     pub textures: PrincipledTextures,
+    /// Diffuse transmission, from 0 (none) to 2 (all that is diffuse is transmitted).
     pub diff_trans: Texture,
+    /// Refractive index over that of air.
     pub eta: Texture,
     /// Table that keeps the surface from making energy.
     pub albedo: Option<&'static Albedo>,

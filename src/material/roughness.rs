@@ -6,6 +6,7 @@ use crate::texture::{Texture, TexturePoint};
 /// The microfacet distribution of a rough surface and the textures of its roughness.
 #[derive(Clone, Debug)]
 pub struct RoughnessTextures {
+    /// Distribution of the microfacets' normals.
     pub distribution: microfacet::Distribution,
     /// Along the tangent and the bitangent.
     pub alpha: [Texture; 2],

@@ -14,9 +14,11 @@ use smallvec::SmallVec;
 pub struct ShadingPoint<'a> {
     /// Around the shading normal of the surface's front.
     pub frame: Frame,
+    /// Unit normal of the surface itself, toward its front.
     pub geometric_normal: Vec3,
     /// ∂p/∂u and ∂p/∂v.
     pub tangents: [Vec3; 2],
+    /// Where textures are looked up.
     pub texture: TexturePoint<'a>,
 }
 
@@ -24,6 +26,7 @@ pub struct ShadingPoint<'a> {
 /// are in world space, point away from the surface and have unit length.
 #[derive(Clone, Debug)]
 pub struct Shading<const C: usize> {
+    /// How the surface scatters, in the frame of the shading normal.
     pub bsdf: Bsdf<C>,
     /// The frame that the BSDF is in. Left-handed on the back of a two-sided surface, whose z axis alone is
     /// turned.
@@ -36,8 +39,11 @@ pub struct Shading<const C: usize> {
 /// A rough metal at one point, as lanes take it.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughMetal<const C: usize> {
+    /// Reflectance of a facet.
     pub facet: Conductor<C>,
+    /// Distribution of the facets' normals.
     pub facets: Ggx<f64>,
+    /// The frame of the shading normal, with the tangents of the roughness.
     pub frame: Frame,
     /// In the frame.
     pub toward_eye: Vec3,

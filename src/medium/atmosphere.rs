@@ -33,6 +33,7 @@ impl Exponential {
         Self { to_local, radius, scale_height, top }
     }
 
+    /// Density at a place, over that at height 0.
     pub fn at(&self, position: Vec3) -> f64 {
         self.at_height(self.height(self.to_local.point(position)))
     }

@@ -7,14 +7,18 @@ use crate::spectrum::{Sampled, Spectrum};
 /// How much there is of a medium at each place, over what its spectrum is for. The same for all wavelengths.
 #[derive(Clone, Debug)]
 pub enum Density {
+    /// Values on a grid.
     Grid(GridExtinction),
+    /// It falls off with height.
     Exponential(Exponential),
 }
 
 /// An extinction that is a density times a spectrum: one integral along a ray serves all wavelengths.
 #[derive(Clone, Debug)]
 pub struct Diluted {
+    /// How much there is, by place.
     pub density: Density,
+    /// What it is multiplied with, by wavelength.
     pub spectrum: Spectrum,
 }
 
@@ -22,6 +26,7 @@ pub struct Diluted {
 const ANY: [f64; 1] = [550.0];
 
 impl Density {
+    /// Density at a place, at least 0.
     pub fn at(&self, position: Vec3) -> f64 {
         match self {
             Self::Grid(grid) => grid.at(position, &ANY).hero(),
@@ -37,6 +42,7 @@ impl Density {
         }
     }
 
+    /// Whether it is 0 everywhere.
     pub fn is_zero(&self) -> bool {
         match self {
             Self::Grid(grid) => grid.is_zero(),
@@ -68,10 +74,12 @@ impl Density {
 }
 
 impl Diluted {
+    /// Value at a place, at the wavelengths `nm`.
     pub fn at<const C: usize>(&self, position: Vec3, nm: &[f64; C]) -> Sampled<C> {
         self.spectrum.sample(nm) * self.density.at(position)
     }
 
+    /// Optical depth of a ray from its beginning to its end, at the wavelengths `nm`.
     pub fn optical_depths<const C: usize>(&self, ray: &Ray, nm: &[f64; C]) -> Sampled<C> {
         let depth = self.density.depth(ray);
         self.spectrum.sample(nm).map(|sigma| if sigma > 0.0 { sigma * depth } else { 0.0 })

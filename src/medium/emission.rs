@@ -35,6 +35,7 @@ pub struct Segment<'a, const C: usize> {
     pub ratio: Sampled<C>,
     /// Where in its stretch each point lies, from 0 to 1.
     pub place: f64,
+    /// Wavelengths, nm.
     pub nm: &'a [f64; C],
 }
 
@@ -54,6 +55,7 @@ impl Emission {
         }
     }
 
+    /// Whether it sends out nothing within a range of wavelengths.
     pub fn is_zero(&self, range: WavelengthRange) -> bool {
         self.texture().is_zero(range)
     }

@@ -15,7 +15,9 @@ use std::ops::ControlFlow;
 /// A grid times a factor; nothing outside of its box.
 #[derive(Clone, Debug)]
 pub struct GridExtinction {
+    /// The values.
     pub volume: Volume,
+    /// Factor on the values, at least 0.
     pub factor: f64,
 }
 
@@ -58,6 +60,7 @@ const FOUR: [[f64; 2]; 4] = [
 ];
 
 impl GridExtinction {
+    /// Whether it is 0 everywhere.
     pub fn is_zero(&self) -> bool {
         self.factor == 0.0 || self.volume.max_bound() == 0.0
     }
@@ -81,6 +84,7 @@ impl GridExtinction {
         self.volume.sample_at(place, nm) * self.factor
     }
 
+    /// Optical depth of a ray from its beginning to its end, at the wavelengths `nm`.
     pub fn optical_depths<const C: usize>(&self, ray: &Ray, nm: &[f64; C]) -> Sampled<C> {
         let mut depths = Sampled::ZERO;
         let line = self.line(ray);

@@ -8,8 +8,11 @@ use smallvec::SmallVec;
 pub struct Body {
     /// Refractive index inside, for what refracts.
     pub index: Option<Spectrum>,
+    /// What the surface parts the index from.
     pub refraction: Refraction,
+    /// The medium on the surface's back.
     pub interior: Filling,
+    /// The medium on the surface's front.
     pub exterior: Filling,
     /// Where bodies overlap, the one of the highest priority counts alone, and of equal ones the one entered
     /// last.
@@ -36,7 +39,9 @@ pub enum Refraction {
 /// A body where an instance of it stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Entered {
+    /// Number of the body.
     pub body: u32,
+    /// Number of the instance that it belongs to.
     pub instance: u32,
 }
 
@@ -97,6 +102,7 @@ impl MediumStack {
         refracting(beneath, bodies).and_then(|entered| bodies[entered.body as usize].index.as_ref())
     }
 
+    /// Whether the path is inside of a body.
     pub fn contains(&self, body: Entered) -> bool {
         self.bodies.contains(&body)
     }
@@ -131,6 +137,7 @@ impl MediumStack {
         said.unwrap_or(self.beyond)
     }
 
+    /// Adds a body, below those of higher priority.
     pub fn enter(&mut self, body: Entered, bodies: &[Body]) {
         let Body { priority, closed, .. } = bodies[body.body as usize];
         // What is entered once more has been left where it has no surface.
@@ -187,12 +194,14 @@ pub fn refracting(stack: &[Entered], bodies: &[Body]) -> Option<Entered> {
 /// What a path is in, and what is behind the surface that it met last.
 #[derive(Clone, Debug, Default)]
 pub struct Media {
+    /// The bodies around the path.
     pub here: MediumStack,
     /// Only where surfaces are met together or hidden: see [`crate::scene::Features::interface_events`].
     pub beyond: MediumStack,
 }
 
 impl Media {
+    /// A path that begins within these bodies.
     pub fn of(here: MediumStack) -> Self {
         Self { here, beyond: MediumStack::default() }
     }

@@ -16,6 +16,7 @@ use crate::units::WavelengthRange;
 /// What fills a body, or surrounds the camera.
 #[derive(Clone, Debug)]
 pub struct Medium {
+    /// What it absorbs and scatters, per scene unit.
     pub extinction: Extinction,
     /// `None` where the medium only absorbs.
     pub scattering: Option<Scattering>,
@@ -26,8 +27,11 @@ pub struct Medium {
 /// What a medium takes from a ray of light per unit of length: absorbed and scattered.
 #[derive(Clone, Debug)]
 pub enum Extinction {
+    /// The same everywhere.
     Homogeneous(Spectrum),
+    /// Values on a grid, the same at all wavelengths.
     Grid(Box<GridExtinction>),
+    /// A spectrum times a density.
     Diluted(Box<Diluted>),
 }
 
@@ -36,6 +40,7 @@ pub enum Extinction {
 pub struct Scattering {
     /// The fraction of the extinction that is scattered, from 0 to 1.
     pub albedo: Texture,
+    /// Where it scatters to.
     pub phase: Phase,
 }
 
@@ -43,10 +48,20 @@ pub struct Scattering {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FreeFlight<const C: usize> {
     /// It passes all of it, through these optical depths.
-    Passed { depths: Sampled<C> },
+    Passed {
+        /// Optical depth of the whole segment, by wavelength.
+        depths: Sampled<C>,
+    },
     /// It is scattered or absorbed at a distance from where it begins, behind these optical depths and where
     /// the extinction is this.
-    Ended { distance: f64, depths: Sampled<C>, extinction: Sampled<C> },
+    Ended {
+        /// Distance to the collision, in scene units.
+        distance: f64,
+        /// Optical depth up to the collision, by wavelength.
+        depths: Sampled<C>,
+        /// Extinction there, per scene unit, by wavelength.
+        extinction: Sampled<C>,
+    },
 }
 
 impl Medium {
@@ -132,6 +147,7 @@ fn depths<const C: usize>(extinction: Sampled<C>, distance: f64) -> Sampled<C> {
 }
 
 impl Scattering {
+    /// Fraction of the extinction that is scattered at a place, from 0 to 1, at the wavelengths `nm`.
     pub fn albedo<const C: usize>(&self, position: Vec3, nm: &[f64; C]) -> Sampled<C> {
         match self.albedo.uniform() {
             Some(spectrum) => spectrum.sample(nm),

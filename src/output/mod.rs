@@ -23,7 +23,9 @@ pub const SQUARE: u32 = error_bars::SQUARE;
 /// A developed film: what goes into a file.
 #[derive(Clone, Debug)]
 pub struct Picture<'a> {
+    /// What was measured.
     pub film: &'a Film,
+    /// What the main channels are.
     pub content: Content,
     /// What the names of the channels begin with that hold the means of X, Y and Z and their second moments,
     /// where the film measures them.
@@ -49,7 +51,9 @@ pub enum Content {
 pub enum Colour {
     /// Linear, with the primaries and the white point of Rec. ITU-R BT.709.
     Rec709,
+    /// CIE X, Y and Z, in the unit of the film.
     Xyz,
+    /// CIE Y alone.
     Luminance,
 }
 

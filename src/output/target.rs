@@ -33,13 +33,16 @@ pub enum ErrorMeasure {
 /// An error that a picture is to be below.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
+    /// What is to be small.
     pub measure: ErrorMeasure,
+    /// Below which value. Above 0.
     pub bound: f64,
 }
 
 /// An error as it is estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
+    /// The measure's value.
     pub value: f64,
     /// It is no larger than this with the [`CONFIDENCE`], as far as what the samples have met tells.
     pub at_most: f64,

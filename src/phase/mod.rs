@@ -25,14 +25,17 @@ use crate::spectrum::Sampled;
 use crate::texture::{Texture, TexturePoint};
 use std::f64::consts::{FRAC_1_PI, TAU};
 
+/// How a medium's particles scatter.
 #[derive(Clone, Debug)]
 pub enum Phase {
+    /// The same in all directions.
     Isotropic,
     /// With the mean cosine, between −1 and 1 (Henyey and Greenstein, "Diffuse radiation in the galaxy",
     /// Astrophysical Journal 93, 1941).
     HenyeyGreenstein(f64),
     /// Spheres much smaller than the wavelength.
     Rayleigh,
+    /// Values by angle.
     Table(Box<PhaseTable>),
     /// By wavelength, such as that of spheres ([`mie`]).
     Spectral(Box<SpectralTable>),
@@ -40,7 +43,9 @@ pub enum Phase {
     Sggx(Box<Sggx>),
     /// The first, and the second by its weight.
     Blend {
+        /// Weight of the second, from 0 to 1.
         weight: Texture,
+        /// The two phase functions.
         nested: Box<[Phase; 2]>,
     },
     /// Several by what each scatters of a wavelength.
@@ -50,6 +55,7 @@ pub enum Phase {
 /// A direction that was sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct PhaseSample<const C: usize> {
+    /// Unit vector along which light arrives.
     pub direction: Vec3,
     /// Value and density for each wavelength, sr⁻¹.
     pub value: Sampled<C>,

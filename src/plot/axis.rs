@@ -1,6 +1,7 @@
 /// How numbers become places along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
+    /// Equal differences are equally long.
     Linear,
     /// Only numbers above 0 have a place.
     Log,
@@ -11,6 +12,7 @@ pub enum Scale {
 pub struct Axis {
     /// What it is, with its unit.
     pub title: String,
+    /// How numbers become places.
     pub scale: Scale,
     /// What it shows at least; the data widens it where it is `None`.
     pub range: Option<[f64; 2]>,

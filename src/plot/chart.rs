@@ -4,9 +4,13 @@ use super::drawing::{Anchor, Drawing};
 /// Curves and points over two axes.
 #[derive(Clone, Debug)]
 pub struct Chart {
+    /// Title above the frame.
     pub title: String,
+    /// The axis along the lower edge.
     pub x: Axis,
+    /// The axis along the left edge.
     pub y: Axis,
+    /// What is drawn, the first at the bottom.
     pub series: Vec<Series>,
     /// A band of colours under the frame that says what the x axis looks like.
     pub band: Vec<Strip>,
@@ -17,8 +21,11 @@ pub struct Chart {
 pub struct Series {
     /// Not in the legend if empty.
     pub name: String,
+    /// Colour of line and markers, as SVG has it.
     pub ink: String,
+    /// The points, in the order in which the line joins them.
     pub points: Vec<Point>,
+    /// What is drawn at each point; `None` for nothing.
     pub marker: Option<Marker>,
     /// Width of the line through the points; 0 for none.
     pub line: f64,
@@ -29,9 +36,13 @@ pub struct Series {
 /// A point with its error bar, which is left out where it has no length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
+    /// Place along the x axis.
     pub x: f64,
+    /// Place along the y axis.
     pub y: f64,
+    /// Lower end of the error bar.
     pub low: f64,
+    /// Upper end of the error bar.
     pub high: f64,
 }
 
@@ -45,12 +56,19 @@ impl Point {
 /// Shapes that are told apart without colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
+    /// A filled circle.
     Disk,
+    /// A square.
     Square,
+    /// A triangle with a corner at the top.
     Triangle,
+    /// A square on its corner.
     Diamond,
+    /// A triangle with a corner at the bottom.
     Wedge,
+    /// A plus sign.
     Plus,
+    /// A star.
     Star,
 }
 
@@ -102,8 +120,11 @@ impl Marker {
 /// A piece of the band under the frame.
 #[derive(Clone, Debug)]
 pub struct Strip {
+    /// Where it begins on the x axis.
     pub from: f64,
+    /// Where it ends on the x axis.
     pub to: f64,
+    /// Its colour, as SVG has it.
     pub colour: String,
 }
 

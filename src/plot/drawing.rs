@@ -13,7 +13,9 @@ pub const FONTS: [&[u8]; 2] = [
 /// A laid-out picture: vector elements in pixels from the upper left corner, and bitmaps above them.
 #[derive(Clone, Debug)]
 pub struct Drawing {
+    /// Width, in pixels.
     pub width: f64,
+    /// Height, in pixels.
     pub height: f64,
     title: String,
     /// SVG elements.
@@ -27,16 +29,22 @@ pub type Frame = [f64; 4];
 /// Red, green and blue of each pixel, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bitmap {
+    /// Columns.
     pub width: u32,
+    /// Rows.
     pub height: u32,
+    /// Red, green and blue, encoded for sRGB, by rows from the top.
     pub pixels: Vec<[u8; 3]>,
 }
 
 /// Which point of a text is at its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
+    /// It begins at the place.
     Start,
+    /// Its middle is at the place.
     Middle,
+    /// It ends at the place.
     End,
 }
 

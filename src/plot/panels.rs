@@ -4,22 +4,28 @@ use super::drawing::{Anchor, Bitmap, Drawing};
 /// Images in false colours, side by side, all on one scale.
 #[derive(Clone, Debug)]
 pub struct Panels {
+    /// Title above all.
     pub title: String,
+    /// The panels, by rows.
     pub panels: Vec<Panel>,
     /// What the numbers are, with their unit.
     pub quantity: String,
     /// The numbers at the ends of the colours.
     pub range: [f64; 2],
+    /// How values become places in the colour bar.
     pub scale: Scale,
+    /// Colours of the values.
     pub colours: Colours,
 }
 
 /// One image.
 #[derive(Clone, Debug)]
 pub struct Panel {
+    /// Title above the panel.
     pub title: String,
     /// A second line.
     pub note: String,
+    /// Columns of its values.
     pub width: usize,
     /// Row by row from the top; a number that has no place on the scale shows grey.
     pub values: Vec<f64>,

@@ -20,7 +20,9 @@ use std::sync::{Arc, OnceLock};
 /// Rows of texels from the top, each from the left.
 #[derive(Clone, Debug)]
 pub struct Image {
+    /// Columns.
     pub width: usize,
+    /// Rows.
     pub height: usize,
     /// Values a texel has: 1 (grey) or 3 (red, green, blue with the primaries of sRGB). Opacity is left out.
     pub channels: usize,
@@ -36,7 +38,9 @@ pub struct Image {
 /// Why a file is no image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageError {
+    /// What is wrong, as a sentence.
     pub problem: String,
+    /// What would be right.
     pub expected: String,
 }
 

@@ -9,11 +9,12 @@
 //! The pilot's sample values are its own, so the expectation of the picture is the same whatever it finds.
 
 use super::Progress;
+use super::Schedule;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block};
 use super::pilot::{self, Pilot};
-use super::{Plan, Schedule};
 use crate::film::Region;
+use crate::integrator::Plan;
 use crate::sampling::{Sampler, SamplerKind, mix};
 use std::ops::Range;
 

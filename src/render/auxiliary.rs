@@ -19,7 +19,9 @@ use rayon::prelude::*;
 /// measured, row by row from the top.
 #[derive(Clone, Debug)]
 pub struct Auxiliary {
+    /// Name of the channel.
     pub name: String,
+    /// A value for each pixel, by rows.
     pub values: Vec<f32>,
     /// One standard error of each. `None` where there are no replicates, and for numbers that are no means.
     pub errors: Option<Vec<f32>>,

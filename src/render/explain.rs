@@ -1,12 +1,12 @@
 //! One sample of a pixel, told step by step, from the sample values that the picture has.
 
-use super::exposure::{Aimed, Exposure, Turn};
+use super::exposure::{Exposure, Turn};
 use super::groups::{Block, Pixel};
-use super::{Measures, NoProgress, Plan, Settings, with_exposure};
+use super::{Measures, NoProgress, Settings, with_exposure};
 use crate::film::{Extent, Film, FixedPoint, Region};
-use crate::integrator::{self, Sight, Told, Workspace};
+use crate::integrator::{self, Plan, RecordedStep, Sight, Workspace};
 use crate::scene::{Integrator, Scene};
-use crate::spectrum::Sampled;
+use crate::spectrum::{Sampled, Wavelengths};
 use serde::Serialize;
 use smallvec::SmallVec;
 
@@ -29,20 +29,25 @@ pub struct Explained {
     pub pixel: [u32; 2],
     /// Its number among the pixel's samples, and how many these are.
     pub sample: u64,
+    /// Samples of the pixel.
     pub samples: u64,
     /// The replicate of the picture that it is a part of.
     pub replicate: u32,
     /// Where on the film, in pixels from its corner.
     pub place: [f64; 2],
+    /// Time at which the path is traced, in the scene's unit.
     pub time: f64,
     /// The hero's wavelength first, nm, and the density with which each could have been chosen, nm⁻¹.
     pub wavelengths: Vec<f64>,
+    /// Density with which each wavelength could have been chosen, nm⁻¹.
     pub wavelength_densities: Vec<f64>,
     /// Where the camera ray begins, and its direction.
     pub origin: [f64; 3],
+    /// Unit vector along the camera ray.
     pub direction: [f64; 3],
     /// By what the sensor multiplies the radiance.
     pub sensor_weight: Vec<f64>,
+    /// Radiance of the sample.
     pub radiance: Vec<f64>,
     /// Its Y, as it is in the film.
     pub luminance: f64,
@@ -54,7 +59,8 @@ pub struct Explained {
     pub shared: Option<Shared>,
     /// The radiance of the path that is told, and its steps.
     pub path_radiance: Vec<f64>,
-    pub steps: Vec<Told>,
+    /// What happened to the path, in order.
+    pub steps: Vec<RecordedStep>,
 }
 
 /// The parts of the radiance of a sample that shares suffixes.
@@ -63,7 +69,7 @@ pub struct Shared {
     /// What is the pixel's own: emission of what it sees, light samples at its first surface, and all that
     /// comes by directions without a density.
     pub own: Vec<f64>,
-    /// What comes of the paths of the pixels of its group, itself included, from the most on.
+    /// What the paths of the pixels of its group contribute, itself included, the largest first.
     pub parts: Vec<Part>,
     /// The pixel whose path is told: of which the most comes.
     pub told: [u32; 2],
@@ -72,7 +78,9 @@ pub struct Shared {
 /// What a sample gets of the path of a pixel.
 #[derive(Clone, Debug, Serialize)]
 pub struct Part {
+    /// Column and row of the pixel.
     pub pixel: [u32; 2],
+    /// What comes from its path.
     pub radiance: Vec<f64>,
 }
 
@@ -222,11 +230,11 @@ impl Exposure<'_> {
         }
         let seen = self.see(std::slice::from_ref(&aimed), candidate.group.len(), &mut Workspace::default());
         let measured = seen[0][candidate.member].radiance * aimed.samples[candidate.member].weight;
-        (self.luminance(&measured, &aimed), weight)
+        (self.luminance(&measured, aimed.wavelengths_of(candidate.member)), weight)
     }
 
-    fn luminance<const C: usize>(&self, measured: &Sampled<C>, aimed: &Aimed<C>) -> f64 {
-        let y = self.contributions(measured, &aimed.wavelengths);
+    fn luminance<const C: usize>(&self, measured: &Sampled<C>, wavelengths: &Wavelengths<C>) -> f64 {
+        let y = self.contributions(measured, wavelengths);
         y.iter().filter(|(channel, _)| *channel == 1).map(|(_, value)| value).sum()
     }
 
@@ -249,7 +257,7 @@ impl Exposure<'_> {
         let (mut told, mut shared) = (*member, None);
         if self.plan != Plan::PLAIN {
             let (own, mut parts) =
-                integrator::parts_of_group(self.scene, aimed.of_group(), self.plan.light_samples, *member);
+                integrator::parts_of_group(self.scene, aimed.of_group(), self.plan, *member);
             parts.sort_by(|(_, a), (_, b)| b.sum().total_cmp(&a.sum()));
             if let Some((most, part)) = parts.first()
                 && part.sum() > own.sum()
@@ -264,8 +272,14 @@ impl Exposure<'_> {
         let Some(sight) = sight_of(told) else {
             return Err("the sensor measures nothing at the sample's place".to_owned());
         };
-        let (path, steps) =
-            integrator::radiance_told(self.scene, sight.ray, aimed.time, &aimed.wavelengths, &sight.stream);
+        let (path, steps) = integrator::radiance_told(
+            self.scene,
+            sight.ray,
+            aimed.time,
+            aimed.wavelengths_of(told),
+            &sight.stream,
+        );
+        let wavelengths = aimed.wavelengths_of(*member);
         Ok(Explained {
             pixel: pixel.map(|place| place as u32),
             sample: *number,
@@ -273,13 +287,13 @@ impl Exposure<'_> {
             replicate: turn.replicate,
             place: sample.place,
             time: aimed.time,
-            wavelengths: aimed.wavelengths.nm.to_vec(),
-            wavelength_densities: aimed.wavelengths.density.0.to_vec(),
+            wavelengths: wavelengths.nm.to_vec(),
+            wavelength_densities: wavelengths.density.0.to_vec(),
             origin: self.scene.in_file(ray.origin).to_array(),
             direction: ray.direction.to_array(),
             sensor_weight: sample.weight.0.to_vec(),
             radiance: radiance.0.to_vec(),
-            luminance: self.luminance(&(radiance * sample.weight), &aimed),
+            luminance: self.luminance(&(radiance * sample.weight), wavelengths),
             share_of_pixel,
             pixel_luminance,
             shared,

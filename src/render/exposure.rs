@@ -2,9 +2,9 @@
 
 use super::allocation::{Allocation, Samplers, Share};
 use super::groups::{BLOCK, Block, Groups, Pixel};
-use super::{Plan, Schedule, admit};
+use super::{Schedule, admit};
 use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile};
-use crate::integrator::{self, GroupSample, RadianceSample, Sight, TOGETHER, Workspace};
+use crate::integrator::{self, GroupSample, Plan, RadianceSample, Sight, TOGETHER, Workspace};
 use crate::sampling::{Dimensions, Member, mix};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
@@ -41,7 +41,8 @@ pub(super) struct Turn {
 
 /// The samples of a group as they begin.
 pub(super) struct Aimed<'a, const C: usize> {
-    pub wavelengths: Wavelengths<C>,
+    /// Those of all members, or one for each, in their order.
+    wavelengths: SmallVec<[Wavelengths<C>; 1]>,
     pub time: f64,
     /// One for each member, in their order.
     pub samples: SmallVec<[Sample<C>; 16]>,
@@ -61,6 +62,11 @@ pub(super) struct Sample<const C: usize> {
 pub(super) type Seen<const C: usize> = SmallVec<[RadianceSample<C>; 16]>;
 
 impl<const C: usize> Aimed<'_, C> {
+    /// Those of a member.
+    pub fn wavelengths_of(&self, member: usize) -> &Wavelengths<C> {
+        self.wavelengths.get(member).unwrap_or(&self.wavelengths[0])
+    }
+
     /// As the integrator takes them.
     pub fn of_group(&self) -> GroupSample<'_, C> {
         GroupSample { sights: &self.sights, time: self.time, wavelengths: &self.wavelengths }
@@ -177,10 +183,11 @@ impl Exposure<'_> {
             turns.iter().map(|&turn| self.aim::<C>(group, turn)).collect();
         let seen = self.see(&aimed, group.len(), workspace);
         for (&turn, (aimed, mut seen)) in turns.iter().zip(aimed.iter().zip(seen)) {
-            for ((pixel, sample), seen) in group.iter().zip(&aimed.samples).zip(&mut seen) {
+            let samples = aimed.samples.iter().zip(&mut seen).enumerate();
+            for (pixel, (member, (sample, seen))) in group.iter().zip(samples) {
                 if self.counts(pixel) {
                     admit(&mut seen.radiance, &mut tile.bad);
-                    self.splat(sample, seen, &aimed.wavelengths, turn, tile);
+                    self.splat(sample, seen, aimed.wavelengths_of(member), turn, tile);
                 }
             }
         }
@@ -194,7 +201,7 @@ impl Exposure<'_> {
         let stream_of = |pixel: &Pixel| {
             sampler.member_stream(pixel.member, pixel.place.map(|place| place as u32), net, index)
         };
-        // The wavelengths and the time are the group's.
+        // The time is the group's, and so are the wavelengths if it shares sample values.
         let origin = group[0].member.origin;
         let leader = Pixel {
             place: origin.map(|place| i64::from(place as i32)),
@@ -202,17 +209,23 @@ impl Exposure<'_> {
         };
         let leading = stream_of(&leader);
         let [.., wavelength, time] = leading.draw(Dimensions::Camera);
-        // Spread wavelengths make the runs of a net differ more than the net errs, and its error bars too
-        // wide. Groups that share gain more by them than that.
-        let wavelength =
-            if self.groups.members() > 1 { leading.spread(wavelength, C as u32) } else { wavelength };
-        let wavelengths = scene.wavelengths.sample::<C>(wavelength);
+        let shares = self.groups.sharers() > 1;
+        let mut wavelengths: SmallVec<[Wavelengths<C>; 1]> = SmallVec::new();
+        if shares {
+            // Spread wavelengths make the runs of a net differ more than the net errs, and its error bars too
+            // wide. Groups that share gain more by them than that.
+            wavelengths.push(scene.wavelengths.sample::<C>(leading.spread(wavelength, C as u32)));
+        }
         let time = scene.shutter.time(time);
         let mut samples: SmallVec<[Sample<C>; 16]> = SmallVec::new();
         let mut sights: SmallVec<[Sight; 16]> = SmallVec::new();
         for (member, pixel) in group.iter().enumerate() {
             let stream = stream_of(pixel);
-            let [x, y, ..] = stream.draw(Dimensions::Camera);
+            let [x, y, wavelength, _] = stream.draw(Dimensions::Camera);
+            if !shares {
+                wavelengths.push(scene.wavelengths.sample::<C>(wavelength));
+            }
+            let wavelengths = wavelengths.get(member).unwrap_or(&wavelengths[0]);
             let place = [pixel.place[0] as f64 + x, pixel.place[1] as f64 + y];
             let [column, row] = pixel.place.map(|place| place as u64);
             let of_pixel = mix(self.seed ^ mix(column << 32 ^ row));
@@ -237,10 +250,11 @@ impl Exposure<'_> {
     ) -> SmallVec<[Seen<C>; TOGETHER]> {
         let mut seen: SmallVec<[Seen<C>; TOGETHER]> =
             aimed.iter().map(|_| SmallVec::from_elem(RadianceSample::NOTHING, members)).collect();
-        if self.plan == Plan::PLAIN {
-            for (Aimed { wavelengths, time, sights, .. }, seen) in aimed.iter().zip(&mut seen) {
-                for Sight { member, ray, stream } in sights {
-                    seen[*member] = integrator::radiance(self.scene, *ray, *time, wavelengths, stream);
+        if self.plan == Plan::PLAIN && !integrator::takes_strangers(self.scene) {
+            for (aimed, seen) in aimed.iter().zip(&mut seen) {
+                for Sight { member, ray, stream } in &aimed.sights {
+                    let wavelengths = aimed.wavelengths_of(*member);
+                    seen[*member] = integrator::radiance(self.scene, *ray, aimed.time, wavelengths, stream);
                 }
             }
             return seen;
@@ -248,8 +262,7 @@ impl Exposure<'_> {
         let samples: SmallVec<[GroupSample<C>; TOGETHER]> = aimed.iter().map(Aimed::of_group).collect();
         let mut of_samples: SmallVec<[&mut [RadianceSample<C>]; TOGETHER]> =
             seen.iter_mut().map(|seen| &mut seen[..]).collect();
-        let light_samples = self.plan.light_samples;
-        integrator::radiance_of_group(self.scene, &samples, light_samples, &mut of_samples, workspace);
+        integrator::radiance_of_group(self.scene, &samples, self.plan, &mut of_samples, workspace);
         drop(of_samples);
         seen
     }

@@ -1,28 +1,51 @@
 //! How the pixels of a film are dealt into groups that share work.
 
+use crate::integrator::{self, Plan, Sharing};
 use crate::sampling::{Member, mix};
+use crate::scene::Scene;
 use std::ops::Range;
 
-/// Pixels of a group.
+/// Pixels of a group, and what they have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Members {
+    /// One pixel, that goes alone.
     One,
+    /// Sixteen pixels that are worked on together, each with sample values of its own.
+    Strangers,
+    /// Sixteen pixels that share sample values, too: a Sobol sequence, wavelengths and times.
     Sixteen,
 }
 
 impl Members {
+    /// As a plan asks for them.
+    pub fn of(scene: &Scene, plan: Plan) -> Self {
+        match plan.sharing {
+            Sharing::Nothing if integrator::takes_strangers(scene) => Self::Strangers,
+            Sharing::Nothing => Self::One,
+            Sharing::Four | Sharing::Sixteen => Self::Sixteen,
+        }
+    }
+
     /// Along one side of the group.
     fn edge(self) -> u32 {
         match self {
             Self::One => 1,
-            Self::Sixteen => 4,
+            Self::Strangers | Self::Sixteen => 4,
+        }
+    }
+
+    /// Distance between the members, pixels.
+    fn spacing(self) -> u32 {
+        match self {
+            Self::One | Self::Strangers => 1,
+            Self::Sixteen => SPACING,
         }
     }
 }
 
-/// The pixels of a group lie two pixels apart, so that the groups of a block interleave: what a group has too
-/// much of is spread between the pixels of others, and does not show as a square. Each net has its blocks
-/// elsewhere: no border of groups stays.
+/// Pixels of a group that share lie two pixels apart, so that the groups of a block interleave: what a group
+/// has too much of is spread between the pixels of others, and does not show as a square. Each net has its
+/// blocks elsewhere: no border of groups stays.
 #[derive(Clone, Debug)]
 pub struct Groups {
     members: Members,
@@ -33,7 +56,7 @@ pub struct Groups {
 /// Edge of a block, pixels: that of a group of sixteen with those between its members.
 pub const BLOCK: u32 = 8;
 
-/// Distance between the members of a group, pixels.
+/// Distance between the members of a group that share, pixels.
 const SPACING: u32 = 2;
 
 /// Pixels that are rendered together: whole groups, for one net.
@@ -54,7 +77,7 @@ pub struct Pixel {
 impl Groups {
     pub fn new(members: Members, nets: u32, seed: u64) -> Self {
         let shift = |net: u32| match members {
-            Members::One => [0, 0],
+            Members::One | Members::Strangers => [0, 0],
             Members::Sixteen => {
                 let random = mix(mix(seed) ^ u64::from(net));
                 [random as u32 % BLOCK, (random >> 32) as u32 % BLOCK]
@@ -63,9 +86,12 @@ impl Groups {
         Self { members, shifts: (0..nets).map(shift).collect() }
     }
 
-    /// How many pixels a group has.
-    pub fn members(&self) -> u32 {
-        self.members.edge().pow(2)
+    /// How many pixels share sample values.
+    pub fn sharers(&self) -> u32 {
+        match self.members {
+            Members::One | Members::Strangers => 1,
+            Members::Sixteen => self.members.edge().pow(2),
+        }
     }
 
     /// The blocks of a net in which there are pixels of a rectangle, given by the range of its columns and of
@@ -82,19 +108,26 @@ impl Groups {
 
     /// The groups of a block, each with its pixels.
     pub fn of(&self, block: &Block) -> impl Iterator<Item = impl Iterator<Item = Pixel> + use<>> + use<> {
-        let (edge, corner) = (self.members.edge(), block.corner);
-        // A group of one has no others between its members.
-        let (step, spacing) = if edge == 1 { (BLOCK, 1) } else { (SPACING, SPACING) };
-        (0..step * step).map(move |group| {
-            let origin = [0, 1].map(|axis| corner[axis] + i64::from([group % step, group / step][axis]));
-            let on_film = origin.map(|place| place as u32);
-            (0..edge * edge).map(move |number| Pixel {
-                place: [0, 1]
-                    .map(|axis| origin[axis] + i64::from(spacing * [number % edge, number / edge][axis])),
-                member: Member { origin: on_film, number },
+        let (edge, spacing, corner) = (self.members.edge(), self.members.spacing(), block.corner);
+        let shares = self.sharers() > 1;
+        let (across, step) = (BLOCK / edge, if spacing == 1 { edge } else { 1 });
+        (0..across * across).map(move |group| {
+            let origin = [group % across, group / across];
+            let origin: [i64; 2] = std::array::from_fn(|axis| corner[axis] + i64::from(step * origin[axis]));
+            (0..edge * edge).map(move |number| {
+                let within = square_of(number);
+                let place: [i64; 2] =
+                    std::array::from_fn(|axis| origin[axis] + i64::from(spacing * within[axis]));
+                let (first, number) = if shares { (origin, number) } else { (place, 0) };
+                Pixel { place, member: Member { origin: first.map(|place| place as u32), number } }
             })
         })
     }
+}
+
+/// Column and row of a member: four that follow one another are a square of two by two.
+fn square_of(number: u32) -> [u32; 2] {
+    [(number & 1) | (number >> 1 & 2), (number >> 1 & 1) | (number >> 2 & 2)]
 }
 
 #[cfg(test)]
@@ -104,15 +137,16 @@ mod tests {
 
     #[test]
     fn each_pixel_is_in_one_group_of_each_net() {
-        for members in [Members::One, Members::Sixteen] {
+        for members in [Members::One, Members::Strangers, Members::Sixteen] {
             let groups = Groups::new(members, 2, 5);
             for net in 0..2 {
                 let mut seen = HashSet::new();
                 for block in groups.blocks(net, [-3..20, 5..17]) {
                     for group in groups.of(&block) {
                         let group: Vec<_> = group.collect();
-                        assert_eq!(group.len() as u32, groups.members());
-                        assert!(group.iter().all(|pixel| pixel.member.origin == group[0].member.origin));
+                        assert_eq!(group.len() as u32, members.edge().pow(2));
+                        let sequences: HashSet<_> = group.iter().map(|pixel| pixel.member.origin).collect();
+                        assert_eq!(sequences.len() as u32, group.len() as u32 / groups.sharers());
                         for pixel in group {
                             assert!(seen.insert(pixel.place), "{pixel:?} twice");
                         }

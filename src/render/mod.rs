@@ -20,7 +20,7 @@ pub use settings::{Settings, WavelengthCount};
 pub use work::{Position, Work};
 
 use crate::film::{BadValues, Extras, Film, FixedPoint};
-use crate::integrator::{self, Estimator};
+use crate::integrator::{self, Estimator, Plan};
 use crate::scene::Scene;
 use crate::spectrum::Sampled;
 use allocation::Allocation;
@@ -86,7 +86,7 @@ fn with_exposure<const C: usize, R>(
 ) -> R {
     let schedule = settings.schedule();
     let (alone, even) = (
-        Groups::new(Members::One, schedule.nets(), settings.seed),
+        Groups::new(Members::of(scene, Plan::PLAIN), schedule.nets(), settings.seed),
         Allocation::even(scene.film.extent.window),
     );
     let exposure = Exposure {
@@ -94,7 +94,7 @@ fn with_exposure<const C: usize, R>(
         extent: scene.film.extent,
         schedule,
         allocation: &even,
-        samplers: even.samplers(settings.sampler, settings.seed, schedule, alone.members()),
+        samplers: even.samplers(settings.sampler, settings.seed, schedule, alone.sharers()),
         seed: settings.seed,
         groups: &alone,
         plan: Plan::PLAIN,
@@ -113,9 +113,9 @@ fn with_exposure<const C: usize, R>(
         (Plan::PLAIN, even.clone())
     };
     progress.pilots_done();
-    let groups = Groups::new(plan.members, schedule.nets(), settings.seed);
+    let groups = Groups::new(Members::of(scene, plan), schedule.nets(), settings.seed);
     let exposure = Exposure {
-        samplers: allocation.samplers(settings.sampler, settings.seed, schedule, groups.members()),
+        samplers: allocation.samplers(settings.sampler, settings.seed, schedule, groups.sharers()),
         allocation: &allocation,
         groups: &groups,
         plan,
@@ -176,22 +176,6 @@ fn fill<const C: usize>(
         }
     }
     work.into_inner().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// What the samples of a picture have in common.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Plan {
-    members: Members,
-    /// Light samples at the first surface of a path.
-    light_samples: u32,
-}
-
-impl Plan {
-    /// Nothing: each pixel pays for its own light.
-    const PLAIN: Self = Self { members: Members::One, light_samples: 1 };
-
-    /// What pays in most scenes.
-    const USUAL: Self = Self { members: Members::Sixteen, light_samples: 1 };
 }
 
 /// Counts values that are no radiance and leaves them out.

@@ -7,39 +7,47 @@
 use super::allocation::Allocation;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block, Groups, Members};
-use super::{Plan, Progress, Schedule};
+use super::{Progress, Schedule};
 use crate::film::{Extent, FilterKind};
+use crate::integrator::{Plan, Sharing};
 use crate::sampling::{SamplerKind, mix};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
-/// The plans that a pilot chooses from.
-const CANDIDATES: [Plan; 4] = [
-    Plan { members: Members::One, light_samples: 1 },
-    Plan { members: Members::One, light_samples: 4 },
-    Plan { members: Members::Sixteen, light_samples: 1 },
-    Plan { members: Members::Sixteen, light_samples: 4 },
-];
+/// How many pixels a suffix may serve.
+const SHARINGS: [Sharing; 3] = [Sharing::Nothing, Sharing::Four, Sharing::Sixteen];
 
-/// What a sample of each costs, in samples of a path tracer: about what was measured on the scenes of
-/// `validation/speed`. In scenes of few surfaces rays go in lanes where pixels share.
-fn costs(scene: &Scene) -> [f64; 4] {
-    match scene.answers_lanes() {
-        true => [1.0, 1.5, 0.85, 1.2],
-        false => [1.0, 1.5, 2.0, 2.6],
-    }
+/// How many light samples a first surface may take: first some, and then fewer or more.
+const LIGHT_SAMPLES: [u32; 3] = [4, 1, 16];
+
+/// Plans that a pilot tries.
+const TRIED: usize = SHARINGS.len() + LIGHT_SAMPLES.len() - 1;
+
+/// What a sample costs, in samples of a path tracer: about what was measured on the scenes of
+/// `validation/speed`. In scenes of few surfaces rays between pixels go in lanes, and cost little.
+fn cost(scene: &Scene, plan: Plan) -> f64 {
+    let ([four, sixteen], light_sample) = match scene.answers_lanes() {
+        true => ([1.2, 1.4], 0.08),
+        false => ([1.25, 1.9], 0.16),
+    };
+    let sharing = match plan.sharing {
+        Sharing::Nothing => 1.0,
+        Sharing::Four => four,
+        Sharing::Sixteen => sixteen,
+    };
+    sharing + light_sample * f64::from(plan.light_samples - 1)
 }
 
 /// Nets of the pilot. The spread of two, over many pixels, tells their error.
 const NETS: u32 = 2;
 
-/// Most samples of a net. How much less a net errs than its samples alone depends on the plan: nets of two
-/// samples would take what is shared for worse than it is.
-const LONGEST: u32 = 8;
+/// Most samples of a net. How much less a net errs than its samples alone depends on the plan: short nets
+/// take what is shared for worse than it is, and light samples for better.
+const LONGEST: u32 = 16;
 
 /// Largest part of the picture's samples that a pilot takes.
-const SHARE: f64 = 0.02;
+const SHARE: f64 = 0.03;
 
 /// Fewest and most blocks that it looks at.
 const BLOCKS: (u64, u64) = (6, 32);
@@ -57,7 +65,7 @@ pub(super) fn choose<const C: usize>(
     // Places are those of the whole picture, whatever part of it is rendered: all parts have the same plan.
     let window = picture.extent.window;
     let schedule = Schedule::independent(NETS, picture.schedule.samples_per_net().min(LONGEST));
-    let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * CANDIDATES.len() as u64;
+    let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * TRIED as u64;
     let budget = SHARE * (window.pixel_count() * picture.schedule.samples()) as f64;
     let count = ((budget / per_block as f64) as u64).min(BLOCKS.1);
     if count < BLOCKS.0 || !sampler.is_random() {
@@ -75,19 +83,25 @@ pub(super) fn choose<const C: usize>(
             })
         })
         .collect();
-    let costs = costs(picture.scene);
-    let found = CANDIDATES.map(|plan| {
-        scatter::<C>(picture, &Pilot { sampler, schedule, seed, plan }, &corners, progress).concat()
-    });
-    // One scale for all of them.
-    let values = found.iter().flatten().count().max(1) as f64;
-    let mean = found.iter().flatten().map(|&[mean, _]| mean).sum::<f64>() / values;
-    let cost = |index: usize| {
-        let relative = |&[mean_of, variance]: &[f64; 2]| variance / (mean_of * mean_of + 0.01 * mean * mean);
-        found[index].iter().map(relative).sum::<f64>() * costs[index]
+    let mut tried: Vec<(Plan, f64)> = Vec::with_capacity(TRIED);
+    let mut brightness = None;
+    // What is shared makes indirect light quieter, light samples the direct: each is chosen by itself.
+    let mut best_of = |plans: &mut dyn Iterator<Item = Plan>| {
+        for plan in plans {
+            let pilot = Pilot { sampler, schedule, seed, plan };
+            let found = scatter::<C>(picture, &pilot, &corners, progress).concat();
+            // One scale for all plans.
+            let mean = || found.iter().map(|&[mean, _]| mean).sum::<f64>() / found.len().max(1) as f64;
+            let brightness = *brightness.get_or_insert_with(mean);
+            let relative =
+                |[mean, variance]: &[f64; 2]| variance / (mean * mean + 0.01 * brightness * brightness);
+            tried.push((plan, found.iter().map(relative).sum::<f64>() * cost(picture.scene, plan)));
+        }
+        tried.iter().min_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(Plan::USUAL, |&(plan, _)| plan)
     };
-    let best = (0..CANDIDATES.len()).min_by(|&a, &b| cost(a).total_cmp(&cost(b)));
-    best.map_or(Plan::USUAL, |best| CANDIDATES[best])
+    let of_sharing =
+        best_of(&mut SHARINGS.into_iter().map(|sharing| Plan { sharing, light_samples: LIGHT_SAMPLES[0] }));
+    best_of(&mut LIGHT_SAMPLES[1..].iter().map(|&light_samples| Plan { light_samples, ..of_sharing }))
 }
 
 /// How a pilot renders: its sample values are its own.
@@ -99,7 +113,7 @@ pub(super) struct Pilot {
 }
 
 /// For each pixel of some blocks, by their corners, what the nets of a pilot make of it, and the variance of
-/// that. Blocks have no pixels once nobody waits for the pilot.
+/// that. Blocks have no pixels once the pilot is cancelled.
 pub(super) fn scatter<const C: usize>(
     picture: &Exposure,
     pilot: &Pilot,
@@ -109,12 +123,12 @@ pub(super) fn scatter<const C: usize>(
     let &Pilot { sampler, schedule, seed, plan } = pilot;
     let window = picture.extent.window;
     let even = Allocation::even(window);
-    let groups = Groups::new(plan.members, schedule.nets(), seed);
+    let groups = Groups::new(Members::of(picture.scene, plan), schedule.nets(), seed);
     let exposure = Exposure {
         extent: Extent { measured: window, shown: window, ..picture.extent },
         schedule,
         allocation: &even,
-        samplers: even.samplers(sampler, seed, schedule, groups.members()),
+        samplers: even.samplers(sampler, seed, schedule, groups.sharers()),
         seed,
         groups: &groups,
         plan,

@@ -31,6 +31,7 @@ pub trait Progress: Sync {
 pub struct NoProgress(AtomicBool);
 
 impl NoProgress {
+    /// Shows nothing and never stops a render.
     pub const fn new() -> Self {
         Self(AtomicBool::new(false))
     }

@@ -14,6 +14,7 @@ pub struct Schedule {
     pub replicates: u32,
     /// Replicates of each net: a divisor of their number.
     pub per_net: u32,
+    /// Samples of a pixel in each replicate, at least 1.
     pub samples_per_replicate: u32,
 }
 
@@ -40,7 +41,7 @@ impl Schedule {
         dealt.unwrap_or(Self::independent(samples, 1)).of_two_nets()
     }
 
-    /// So many replicates of so many samples, each a net of its own.
+    /// `replicates` replicates of `samples_per_replicate` samples, each a net of its own.
     pub fn independent(replicates: u32, samples_per_replicate: u32) -> Self {
         Self { replicates, per_net: 1, samples_per_replicate }
     }
@@ -71,10 +72,12 @@ impl Schedule {
         Self { per_net, ..self }
     }
 
+    /// Samples of a pixel in all.
     pub fn samples(self) -> u64 {
         u64::from(self.replicates) * u64::from(self.samples_per_replicate)
     }
 
+    /// Number of nets.
     pub fn nets(self) -> u32 {
         self.replicates / self.per_net
     }

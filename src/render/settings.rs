@@ -11,10 +11,15 @@ use std::fmt;
 /// How a scene is rendered. None of it changes the expectation of the picture.
 #[derive(Clone, Debug)]
 pub struct Settings {
+    /// How many samples there are, and how they are dealt.
     pub schedule: Schedule,
+    /// Seed of the sample values.
     pub seed: u64,
+    /// How samples are placed.
     pub sampler: SamplerKind,
+    /// Wavelengths that a path carries.
     pub wavelengths: WavelengthCount,
+    /// How light is estimated.
     pub estimator: Estimator,
     /// Spectral bins to measure beside X, Y, Z.
     pub bins: Option<SpectralBins>,
@@ -24,12 +29,16 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "u32", try_from = "u32")]
 pub enum WavelengthCount {
+    /// The hero alone.
     One,
+    /// The hero and three companions.
     Four,
+    /// The hero and seven companions.
     Eight,
 }
 
 impl WavelengthCount {
+    /// The number.
     pub fn get(self) -> usize {
         match self {
             Self::One => 1,

@@ -78,10 +78,12 @@ impl Work {
         Ok(Self { index: position.index, done, ..self })
     }
 
+    /// What has been measured so far.
     pub fn film(&self) -> &Film {
         &self.film
     }
 
+    /// What has been measured, at the end.
     pub fn into_film(self) -> Film {
         self.film
     }
@@ -98,10 +100,12 @@ impl Work {
         (!self.done.contains(&true)).then_some(self.samples.start..end)
     }
 
+    /// Whether all samples are taken.
     pub fn is_finished(&self) -> bool {
         self.finished() == Some(self.samples())
     }
 
+    /// How far it is.
     pub fn position(&self) -> Position {
         let mut pieces: Vec<Range<u32>> = Vec::new();
         for (piece, _) in (0..).zip(&self.done).filter(|&(_, &done)| done) {

@@ -1,71 +1,69 @@
 //! Densities over grids that are bilinear in each cell.
 
-use super::PiecewiseConstantGrid;
+use super::grid::{GridInversion, smallest_positive};
 
 /// A density over a grid that chooses cells by their own integrals, and within each follows the values at its
 /// corners.
 #[derive(Clone, Debug)]
 pub struct PiecewiseBilinearGrid {
-    cells: PiecewiseConstantGrid,
-    columns: usize,
-    rows: usize,
-    /// Row by row, one more than cells in both directions.
-    corners: Vec<f32>,
+    inversion: GridInversion,
+    /// Row by row, all that is asked of a cell together: the density at its upper left, upper right, lower
+    /// left and lower right corner, with that of the row as unit. Their mean is the cell's probability within
+    /// its row.
+    cells: Vec<[f32; 4]>,
 }
 
 impl PiecewiseBilinearGrid {
     /// From the integral over each cell, row by row, up to a common factor, and the values at the crossings
     /// of the grid's lines, up to another. `None` unless there are as many as fill whole rows, none is
     /// negative or not finite, and the integrals' sum is positive and finite.
-    pub fn new(columns: usize, integrals: &[f64], corners: Vec<f32>) -> Option<Self> {
-        let cells = PiecewiseConstantGrid::new(columns, integrals)?;
-        let rows = integrals.len() / columns;
+    pub fn new(columns: usize, integrals: &[f64], corners: &[f32]) -> Option<Self> {
+        let (inversion, probabilities) = GridInversion::new(columns, integrals)?;
+        let [_, rows] = inversion.size();
         let valid = corners.iter().all(|&value| value >= 0.0 && value.is_finite());
-        let fits = corners.len() == (columns + 1) * (rows + 1);
-        (valid && fits).then_some(Self { cells, columns, rows, corners })
+        if !valid || corners.len() != (columns + 1) * (rows + 1) {
+            return None;
+        }
+        let cell = |(index, &probability): (usize, &f32)| {
+            let upper = index / columns * (columns + 1) + index % columns;
+            let lower = upper + columns + 1;
+            let values = [upper, upper + 1, lower, lower + 1].map(|corner| f64::from(corners[corner]));
+            let sum: f64 = values.iter().sum();
+            let share = |value: f64| if sum == 0.0 { 1.0 } else { 4.0 * value / sum };
+            values.map(|value| smallest_positive(f64::from(probability) * share(value)))
+        };
+        Some(Self { inversion, cells: probabilities.iter().enumerate().map(cell).collect() })
     }
 
     /// The place at the sample values `u` in [0, 1)², as (column, row) with fractions, and the density there,
     /// per cell.
     pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
-        let ([x, y], probability) = self.cells.sample(u);
-        let (column, row) = self.cell([x, y]);
-        let values = self.around(column, row);
+        let ([x, y], [column, row], of_row) = self.inversion.sample(u);
+        let values = self.cell(column, row);
         let [left, top] = [column, row].map(|index| index as f64);
-        let [[a, b], [c, d]] = values;
+        let [a, b, c, d] = values;
         let down = linear((y - top).clamp(0.0, 1.0), [a + b, c + d]);
         let across = linear((x - left).clamp(0.0, 1.0), [a + (c - a) * down, b + (d - b) * down]);
-        ([left + across, top + down], probability * shape(values, [across, down]))
+        ([left + across, top + down], of_row * within(values, [across, down]))
     }
 
     /// The density of [`Self::sample`] at a place.
-    pub fn density(&self, place: [f64; 2]) -> f64 {
-        let (column, row) = self.cell(place);
-        let within = [place[0] - column as f64, place[1] - row as f64].map(|part| part.clamp(0.0, 1.0));
-        self.cells.probability(column, row) * shape(self.around(column, row), within)
+    pub fn density(&self, [x, y]: [f64; 2]) -> f64 {
+        let [columns, rows] = self.inversion.size();
+        let (column, row) = ((x as usize).min(columns - 1), (y as usize).min(rows - 1));
+        let place = [x - column as f64, y - row as f64].map(|part| part.clamp(0.0, 1.0));
+        self.inversion.of_row(row) * within(self.cell(column, row), place)
     }
 
-    fn cell(&self, [x, y]: [f64; 2]) -> (usize, usize) {
-        ((x as usize).min(self.columns - 1), (y as usize).min(self.rows - 1))
-    }
-
-    /// By row and column.
-    fn around(&self, column: usize, row: usize) -> [[f64; 2]; 2] {
-        [0, 1].map(|down| {
-            let left = (row + down) * (self.columns + 1) + column;
-            [left, left + 1].map(|corner| f64::from(self.corners[corner]))
-        })
+    fn cell(&self, column: usize, row: usize) -> [f64; 4] {
+        self.cells[row * self.inversion.size()[0] + column].map(f64::from)
     }
 }
 
-/// The value within a cell over its mean: 1 where all corners are zero.
-fn shape([[a, b], [c, d]]: [[f64; 2]; 2], [x, y]: [f64; 2]) -> f64 {
-    let sum = a + b + c + d;
-    if sum == 0.0 {
-        return 1.0;
-    }
+/// Between the values at the corners of a cell.
+fn within([a, b, c, d]: [f64; 4], [x, y]: [f64; 2]) -> f64 {
     let (top, bottom) = (a + (b - a) * x, c + (d - c) * x);
-    4.0 * (top + (bottom - top) * y) / sum
+    top + (bottom - top) * y
 }
 
 /// The place in [0, 1] up to which a fraction `u` of a linear density lies, by its values at both ends.
@@ -87,7 +85,7 @@ mod tests {
     fn grid() -> PiecewiseBilinearGrid {
         let corners = vec![0.0, 1.0, 0.0, 5.0, 0.0, 0.0, 2.0, 2.0, 2.0, 0.0, 3.0, 0.0];
         // The last cell is one whose integral the corners do not tell.
-        PiecewiseBilinearGrid::new(3, &[1.0, 2.0, 4.0, 0.0, 3.0, 7.0], corners).unwrap()
+        PiecewiseBilinearGrid::new(3, &[1.0, 2.0, 4.0, 0.0, 3.0, 7.0], &corners).unwrap()
     }
 
     #[test]
@@ -129,8 +127,8 @@ mod tests {
 
     #[test]
     fn what_is_no_density_is_refused() {
-        assert!(PiecewiseBilinearGrid::new(1, &[1.0], vec![1.0; 3]).is_none());
-        assert!(PiecewiseBilinearGrid::new(1, &[1.0], vec![1.0, 1.0, -1.0, 1.0]).is_none());
-        assert!(PiecewiseBilinearGrid::new(1, &[0.0], vec![1.0; 4]).is_none());
+        assert!(PiecewiseBilinearGrid::new(1, &[1.0], &[1.0; 3]).is_none());
+        assert!(PiecewiseBilinearGrid::new(1, &[1.0], &[1.0, 1.0, -1.0, 1.0]).is_none());
+        assert!(PiecewiseBilinearGrid::new(1, &[0.0], &[1.0; 4]).is_none());
     }
 }

@@ -2,18 +2,34 @@
 /// column.
 #[derive(Clone, Debug)]
 pub struct PiecewiseConstantGrid {
-    columns: usize,
+    inversion: GridInversion,
     /// Row by row, the probability of each cell within its row.
     probabilities: Vec<f32>,
+}
+
+/// Finds cells of a grid by their probabilities.
+#[derive(Clone, Debug)]
+pub(super) struct GridInversion {
+    columns: usize,
     /// Row by row, the sum of probabilities up to and including each column.
     cumulative: Vec<f64>,
     rows: super::PiecewiseConstant,
+    /// The probability of each row.
+    of_rows: Vec<f64>,
+    /// Row by row, for each of equal parts of the unit interval, the first column that reaches into it.
+    guide: Vec<u32>,
+    /// Parts of a row.
+    parts: usize,
 }
 
-impl PiecewiseConstantGrid {
-    /// From the integral over each cell, row by row, up to a common factor. `None` unless they fill whole
-    /// rows, none is negative or not finite, and their sum is positive and finite.
-    pub fn new(columns: usize, integrals: &[f64]) -> Option<Self> {
+/// Columns for each part of the unit interval. Their sums fill half a cache line.
+const COLUMNS_PER_PART: usize = 4;
+
+impl GridInversion {
+    /// From the integral over each cell, row by row, up to a common factor, with the probability of each cell
+    /// within its row. `None` unless they fill whole rows, none is negative or not finite, and their sum is
+    /// positive and finite.
+    pub(super) fn new(columns: usize, integrals: &[f64]) -> Option<(Self, Vec<f32>)> {
         if columns == 0 || !integrals.len().is_multiple_of(columns) {
             return None;
         }
@@ -21,42 +37,93 @@ impl PiecewiseConstantGrid {
         let sums: Vec<f64> = integrals.chunks(columns).map(|row| row.iter().sum()).collect();
         let edges = (0..=sums.len()).map(|edge| edge as f64).collect();
         let rows = super::PiecewiseConstant::new(edges, &sums).filter(|_| valid)?;
+        let of_rows = (0..sums.len()).map(|row| rows.density(row as f64 + 0.5)).collect();
+        let parts = columns.div_ceil(COLUMNS_PER_PART);
         let mut cumulative = Vec::with_capacity(integrals.len());
         let mut probabilities = Vec::with_capacity(integrals.len());
+        let mut guide = Vec::with_capacity(sums.len() * parts);
         for (row, total) in integrals.chunks(columns).zip(sums) {
             let mut sum = 0.0;
+            let start = cumulative.len();
             for value in row {
                 sum += value;
                 cumulative.push(if total > 0.0 { sum / total } else { 0.0 });
                 probabilities.push(if total > 0.0 { smallest_positive(value / total) } else { 0.0 });
             }
+            let mut column = 0;
+            for part in 0..parts {
+                while column < columns && cumulative[start + column] <= part as f64 / parts as f64 {
+                    column += 1;
+                }
+                guide.push(column as u32);
+            }
         }
-        Some(Self { columns, probabilities, cumulative, rows })
+        Some((Self { columns, cumulative, rows, of_rows, guide, parts }, probabilities))
+    }
+
+    /// The place up to which a fraction of the probability lies, as (column, row) with fractions, for `u` in
+    /// [0, 1)², the cell that it is in, and the probability of its row.
+    #[inline]
+    pub(super) fn sample(&self, u: [f64; 2]) -> ([f64; 2], [usize; 2], f64) {
+        let (y, probability) = self.rows.sample(u[1]);
+        let row = (y as usize).min(self.of_rows.len() - 1);
+        let cumulative = &self.cumulative[row * self.columns..(row + 1) * self.columns];
+        let part = ((u[0] * self.parts as f64) as usize).min(self.parts - 1);
+        let mut column = self.guide[row * self.parts + part] as usize;
+        // Rounding may lead into the part behind that of `u`.
+        while column > 0 && cumulative[column - 1] > u[0] {
+            column -= 1;
+        }
+        while column < self.columns && cumulative[column] <= u[0] {
+            column += 1;
+        }
+        let column = column.min(self.columns - 1);
+        let low = if column == 0 { 0.0 } else { cumulative[column - 1] };
+        let width = cumulative[column] - low;
+        let fraction = if width > 0.0 { ((u[0] - low) / width).clamp(0.0, 1.0) } else { 0.0 };
+        ([column as f64 + fraction, y], [column, row], probability)
+    }
+
+    /// The probability of a row.
+    #[inline]
+    pub(super) fn of_row(&self, row: usize) -> f64 {
+        self.of_rows[row]
+    }
+
+    /// Columns and rows.
+    #[inline]
+    pub(super) fn size(&self) -> [usize; 2] {
+        [self.columns, self.of_rows.len()]
+    }
+}
+
+impl PiecewiseConstantGrid {
+    /// From the integral over each cell, row by row, up to a common factor. `None` unless they fill whole
+    /// rows, none is negative or not finite, and their sum is positive and finite.
+    pub fn new(columns: usize, integrals: &[f64]) -> Option<Self> {
+        let (inversion, probabilities) = GridInversion::new(columns, integrals)?;
+        Some(Self { inversion, probabilities })
     }
 
     /// The place up to which a fraction of the probability lies, as (column, row) with fractions, for `u` in
     /// [0, 1)², and the probability of the cell that it is in.
     pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
-        let (y, probability) = self.rows.sample(u[1]);
-        let row = (y as usize).min(self.probabilities.len() / self.columns - 1);
-        let cells = row * self.columns..(row + 1) * self.columns;
-        let cumulative = &self.cumulative[cells.clone()];
-        let column = cumulative.partition_point(|&sum| sum <= u[0]).min(self.columns - 1);
-        let low = if column == 0 { 0.0 } else { cumulative[column - 1] };
-        let width = cumulative[column] - low;
-        let fraction = if width > 0.0 { ((u[0] - low) / width).clamp(0.0, 1.0) } else { 0.0 };
-        ([column as f64 + fraction, y], probability * f64::from(self.probabilities[cells][column]))
+        let (place, [column, row], of_row) = self.inversion.sample(u);
+        (place, of_row * self.within_row(column, row))
     }
 
     /// The probability of a cell.
     pub fn probability(&self, column: usize, row: usize) -> f64 {
-        let fraction = f64::from(self.probabilities[row * self.columns + column]);
-        fraction * self.rows.density(row as f64 + 0.5)
+        self.within_row(column, row) * self.inversion.of_row(row)
+    }
+
+    fn within_row(&self, column: usize, row: usize) -> f64 {
+        f64::from(self.probabilities[row * self.inversion.size()[0] + column])
     }
 }
 
 /// The value in single precision, but zero only for zero.
-fn smallest_positive(value: f64) -> f32 {
+pub(super) fn smallest_positive(value: f64) -> f32 {
     if value > 0.0 { (value as f32).max(f32::MIN_POSITIVE) } else { 0.0 }
 }
 
@@ -82,6 +149,33 @@ mod tests {
         for (seen, weight) in seen.into_iter().zip(weights) {
             assert!((seen - weight / 10.0).abs() < 0.01, "{seen} {weight}");
             assert_eq!(seen == 0.0, weight == 0.0);
+        }
+    }
+
+    /// Inversion finds the column that a search over all of them finds, also where few cells have nearly all
+    /// of the probability, where they have none, and where rounding leads to the wrong part of the guide.
+    #[test]
+    fn the_guide_leads_to_the_column_of_the_sample_value() {
+        let uneven = |i: usize| match i % 7 {
+            0 | 3 => 0.0,
+            1 => 1e9,
+            k => ((i * 31 + k) % 17) as f64 * 1e-3 + f64::from(i % 5 == 4),
+        };
+        for columns in [1usize, 3, 4, 5, 37, 196, 256] {
+            for weights in [(0..3 * columns).map(uneven).collect(), vec![1.0; 3 * columns]] {
+                let (grid, _) = GridInversion::new(columns, &weights).unwrap();
+                let edges = grid.cumulative.iter().flat_map(|&edge| [edge.next_down(), edge, edge.next_up()]);
+                for u in edges.chain((0..500).map(|i| f64::from(i) / 500.0)) {
+                    let u = u.clamp(0.0, 1f64.next_down());
+                    for v in [0.01, 0.4, 0.99] {
+                        let ([x, _], [column, row], _) = grid.sample([u, v]);
+                        let sums = &grid.cumulative[row * columns..(row + 1) * columns];
+                        let expected = sums.partition_point(|&sum| sum <= u).min(columns - 1);
+                        assert_eq!(column, expected, "{columns} columns, row {row}, {u}");
+                        assert!((column as f64..=column as f64 + 1.0).contains(&x), "{x}");
+                    }
+                }
+            }
         }
     }
 

@@ -54,6 +54,7 @@ pub enum SamplerKind {
 }
 
 impl SamplerKind {
+    /// The samplers by the names that scene files and the command line have for them.
     pub const NAMES: [(&str, Self); 6] = [
         ("regular", Self::Regular),
         ("independent", Self::Independent),
@@ -63,10 +64,12 @@ impl SamplerKind {
         ("bluenoise", Self::BlueNoise),
     ];
 
+    /// The sampler of that name, if there is one.
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMES.iter().find(|(known, _)| *known == name).map(|&(_, kind)| kind)
     }
 
+    /// The name that the command line has for it.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|&&(_, kind)| kind == self).map_or("", |&(name, _)| name)
     }
@@ -93,10 +96,11 @@ pub enum Dimensions {
     Lens,
     /// Scattering at the path's n-th vertex: direction (0, 1), lobe (2), survival (3).
     Scattering(u32),
-    /// Light at the path's n-th vertex: which light and which point on it (0, 1), which material of the
-    /// surface (3).
+    /// Light at the path's n-th vertex: which light and which point on it (0, 1), the point on the light of a
+    /// place near a lamp on the way there (2), which material of the surface (3).
     Light(u32),
-    /// The flight to the path's n-th vertex through media that scatter: how far (0).
+    /// The flight to the path's n-th vertex through media that scatter: how far (0), where light of media is
+    /// looked up (1), the distance near a lamp (2), the light for it (3).
     Flight(u32),
 }
 

@@ -24,7 +24,9 @@ const CANDIDATES: u32 = 30;
 /// Points on the unit torus, none nearer to another than `radius`.
 #[derive(Clone, Debug)]
 pub struct Pattern {
+    /// Least distance of two points.
     pub radius: f64,
+    /// The points, in the unit square.
     pub points: Vec<[f64; 2]>,
     /// What it took: tries to extend the pattern, or darts thrown.
     pub iterations: u64,

@@ -16,7 +16,8 @@
 //! surface that has been handled. The bodies that it is inside of decide which: right where it starts, it
 //! cannot enter a closed body from within nor leave one from without.
 
-use super::scene::{Intersection, Role, Scene};
+use super::intersection::Intersection;
+use super::scene::{Role, Scene};
 use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 use crate::medium::{Entered, Media, MediumStack, Refraction, refracting};
 use crate::shape::{Hit, NO_INSTANCE};
@@ -120,11 +121,7 @@ impl Scene {
             at_start: false,
             effective: true
         }];
-        let Some(contact) = self.contacts.of.get(hit.hit.shape as usize) else { return found };
-        let partners = &self.contacts.partners[contact.first as usize..][..contact.count as usize];
-        let margin = Vec3::splat(hit.point.error + contact.rounding);
-        let here = Bounds { min: hit.point.position - margin, max: hit.point.position + margin };
-        let near = partners.iter().filter(|partner| partner.bounds.overlaps(here));
+        let near = self.partners_near(hit.hit.shape, &hit.point);
         let Some(reach) = near.map(|partner| partner.reach).reduce(f64::max) else { return found };
         let slope = |point: &SurfacePoint| ray.direction.dot(point.normal).abs();
         // A surface seen from afar is met with errors in proportion to the distance.
@@ -157,6 +154,20 @@ impl Scene {
         // The later body in the file counts where a ray enters bodies of equal priority at once.
         found.sort_by_key(|surface| (surface.hit.shape, surface.hit.instance));
         found
+    }
+
+    /// Whether a surface may coincide with another one at a point.
+    pub(super) fn may_touch(&self, shape: u32, point: &SurfacePoint) -> bool {
+        self.partners_near(shape, point).next().is_some()
+    }
+
+    /// What a shape touches near one of its points.
+    fn partners_near(&self, shape: u32, point: &SurfacePoint) -> impl Iterator<Item = &Partner> {
+        let contact = self.contacts.of.get(shape as usize).copied().unwrap_or_default();
+        let margin = Vec3::splat(point.error + contact.rounding);
+        let here = Bounds { min: point.position - margin, max: point.position + margin };
+        let partners = &self.contacts.partners[contact.first as usize..][..contact.count as usize];
+        partners.iter().filter(move |partner| partner.bounds.overlaps(here))
     }
 
     /// Leaves and enters, from here to beyond, all bodies whose surfaces coincide, and returns how many.

@@ -1,211 +1,20 @@
 //! Counts of what a render does, where somebody asks for them. A scene that does not count pays a branch for
 //! each query of the tree; the queries themselves are the same code.
 
+mod counts;
+
 use super::scene::Scene;
 use crate::accel::{Accel, Fan, Hits, Rays, Target, Tests};
 use crate::geometry::Ray;
-use crate::lanes::{Mask, lanes_of};
+use crate::lanes::{LANES, Mask, lanes_of, mask_of};
 use crate::shape::{Hit, MeshData, Shape};
+use counts::Timing;
+pub use counts::{Counts, PathEnd, RayCounts, RayKind};
 use cpu_time::ThreadTime;
 use std::cell::Cell;
 use std::collections::HashSet;
-use std::ops::AddAssign;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-
-/// What a ray is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RayKind {
-    /// From the sensor.
-    Camera,
-    /// On from where a surface or a medium has scattered a path.
-    Scattered,
-    /// To a light sample.
-    Shadow,
-    /// From a light, and on from where it has been scattered; to the camera.
-    LightTracing,
-    /// Between the first surfaces of a group of pixels and the next surface that they share.
-    Shared,
-    /// To find what touches a surface, and what is around the camera.
-    Contact,
-}
-
-impl RayKind {
-    /// All kinds.
-    pub const ALL: [Self; 6] =
-        [Self::Camera, Self::Scattered, Self::Shadow, Self::LightTracing, Self::Shared, Self::Contact];
-
-    /// What `--stats` calls it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Camera => "camera",
-            Self::Scattered => "scattered",
-            Self::Shadow => "shadow",
-            Self::LightTracing => "light tracing",
-            Self::Shared => "shared",
-            Self::Contact => "contact",
-        }
-    }
-}
-
-/// Why a path ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PathEnd {
-    /// It leaves the scene.
-    Escaped,
-    /// Nothing is left of it: a surface or a medium absorbs it.
-    Absorbed,
-    /// Russian roulette.
-    Roulette,
-    /// It has as many segments as it may.
-    MaxDepth,
-}
-
-impl PathEnd {
-    /// All ends.
-    pub const ALL: [Self; 4] = [Self::Escaped, Self::Absorbed, Self::Roulette, Self::MaxDepth];
-
-    /// What `--stats` calls it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Escaped => "escaped",
-            Self::Absorbed => "absorbed",
-            Self::Roulette => "roulette",
-            Self::MaxDepth => "max depth",
-        }
-    }
-}
-
-/// Rays of a kind, and what they took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RayCounts {
-    pub rays: u64,
-    /// Queries of the tree. A ray makes more than one where it passes hidden lights, surfaces with null
-    /// transmission, or surfaces in contact.
-    pub queries: u64,
-    /// Queries that hit something.
-    pub hits: u64,
-    /// What the queries took. Of segments that all of a small scene's triangles are tested against at once
-    /// (`segments_at_once`) it is not known.
-    pub tests: Tests,
-    pub segments_at_once: u64,
-    timing: Timing,
-}
-
-/// Times of some queries, which stand for more of them.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Timing {
-    queries: u64,
-    stands_for: u64,
-    /// The time of the query as it is where nobody counts, and that of the same with all that is counted.
-    plain: Duration,
-    counted: Duration,
-}
-
-impl Timing {
-    /// The same, or nothing timed where something else ran meanwhile.
-    fn unless_interrupted(self) -> Self {
-        match self.plain.max(self.counted) < INTERRUPTED {
-            true => self,
-            false => Self { stands_for: self.stands_for, ..Self::default() },
-        }
-    }
-
-    /// Seconds that the queries take where nobody counts, and that counting takes beside them.
-    fn seconds(&self) -> [f64; 2] {
-        if self.queries == 0 {
-            return [0.0; 2];
-        }
-        let [timed, all] = [self.queries, self.stands_for].map(|count| count as f64);
-        let [plain, counted] = [self.plain, self.counted].map(|time| time.as_secs_f64() / timed);
-        // Those that are timed are made twice.
-        [all * plain, all * (counted - plain) + timed * plain]
-    }
-}
-
-impl AddAssign for Timing {
-    fn add_assign(&mut self, other: Self) {
-        self.queries += other.queries;
-        self.stands_for += other.stands_for;
-        self.plain += other.plain;
-        self.counted += other.counted;
-    }
-}
-
-/// Everything that is counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Counts {
-    rays: [RayCounts; RayKind::ALL.len()],
-    ends: [u64; PathEnd::ALL.len()],
-    /// Segments of all paths that have ended.
-    pub segments: u64,
-    /// Times of queries that are made in other ways than by one ray for one hit.
-    others: Timing,
-    /// Processor time of all threads in pieces of the picture.
-    busy: Duration,
-}
-
-impl Counts {
-    /// The counts of rays of a kind.
-    pub fn of(&self, kind: RayKind) -> &RayCounts {
-        &self.rays[kind as usize]
-    }
-
-    /// Number of paths that ended so.
-    pub fn ended(&self, end: PathEnd) -> u64 {
-        self.ends[end as usize]
-    }
-
-    /// Rays of all kinds.
-    pub fn rays(&self) -> u64 {
-        self.rays.iter().map(|of_kind| of_kind.rays).sum()
-    }
-
-    /// Paths that have ended. Branches into which a path splits count each.
-    pub fn paths(&self) -> u64 {
-        self.ends.iter().sum()
-    }
-
-    /// What all queries took.
-    pub fn tests(&self) -> Tests {
-        self.rays.iter().fold(Tests::default(), |mut sum, of_kind| {
-            sum += of_kind.tests;
-            sum
-        })
-    }
-
-    /// The share of the time that goes into ray queries, estimated from the times of some of them, as it is
-    /// where nobody counts. It is an upper bound: what is timed does not overlap with what is before and
-    /// after it. `None` where nothing was timed.
-    pub fn share_of_queries(&self) -> Option<f64> {
-        let timings = self.rays.iter().map(|of_kind| of_kind.timing).chain([self.others]);
-        let [queries, counting] = timings.fold([0.0; 2], |[queries, counting], timing| {
-            let [plain, beside] = timing.seconds();
-            [queries + plain, counting + beside]
-        });
-        let whole = self.busy.as_secs_f64() - counting;
-        (queries > 0.0 && whole > 0.0).then(|| (queries / whole).min(1.0))
-    }
-}
-
-impl AddAssign for Counts {
-    fn add_assign(&mut self, other: Self) {
-        for (sum, more) in self.rays.iter_mut().zip(other.rays) {
-            sum.rays += more.rays;
-            sum.queries += more.queries;
-            sum.hits += more.hits;
-            sum.tests += more.tests;
-            sum.segments_at_once += more.segments_at_once;
-            sum.timing += more.timing;
-        }
-        for (sum, more) in self.ends.iter_mut().zip(other.ends) {
-            *sum += more;
-        }
-        self.segments += other.segments;
-        self.others += other.others;
-        self.busy += other.busy;
-    }
-}
 
 /// Where threads count, each for itself.
 #[derive(Debug)]
@@ -215,11 +24,8 @@ pub struct Counters {
     clock: Duration,
 }
 
-/// One query of so many is timed.
+/// Number of queries, one of which is timed.
 const TIMED: u64 = 32;
-
-/// No query takes so long: something else ran meanwhile.
-const INTERRUPTED: Duration = Duration::from_millis(1);
 
 /// Threads that a render may have.
 const MOST_THREADS: usize = 1024;
@@ -240,7 +46,7 @@ impl Counters {
         sum
     }
 
-    /// What this thread has counted and nobody has taken yet.
+    /// What this thread has counted and not handed over yet.
     pub fn of_this_thread(&self) -> Counts {
         *self.shard()
     }
@@ -251,7 +57,7 @@ impl Counters {
         lock(&self.shards[index.min(self.shards.len() - 1)])
     }
 
-    /// A query of the tree: as it is where nobody counts, and the same with a count of its steps.
+    /// A query of the tree: without counting, and the same with a count of its steps.
     fn query<R: PartialEq>(
         &self,
         query: Query,
@@ -402,7 +208,16 @@ impl Scene {
         let Some(counters) = &self.counters else { return self.accel.occluded_of(rays, time, asked) };
         let query = kind.begins();
         let occluded = |lane: &usize| counters.occluded(&self.accel, query, &rays.get(*lane), time);
-        lanes_of(asked).filter(occluded).fold(0, |mask, lane| mask | 1 << lane)
+        mask_of(lanes_of(asked).filter(occluded))
+    }
+
+    /// See [`Accel::occluded_together`].
+    #[inline(always)]
+    pub fn occluded_together(&self, kind: RayKind, rays: &[Ray; LANES], time: f64, asked: Mask) -> Mask {
+        let Some(counters) = &self.counters else { return self.accel.occluded_together(rays, time, asked) };
+        let query = kind.begins();
+        let occluded = |lane: &usize| counters.occluded(&self.accel, query, &rays[*lane], time);
+        mask_of(lanes_of(asked).filter(occluded))
     }
 
     /// See [`Accel::occluded`].
@@ -438,7 +253,7 @@ impl Scene {
         }
     }
 
-    /// A path of so many segments has ended.
+    /// A path of `segments` segments has ended.
     #[inline(always)]
     pub fn path_ended(&self, end: PathEnd, segments: u32) {
         if let Some(counters) = &self.counters {

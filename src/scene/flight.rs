@@ -1,14 +1,16 @@
 //! Rays through media that scatter: where they end, and what each wavelength would have done.
 
 use super::counting::RayKind;
+use super::intersection::Intersection;
 use super::passage::transmittance;
-use super::scene::{Intersection, Scene};
+use super::scene::Scene;
 use crate::geometry::{Ray, Vec3};
 use crate::medium::{Extinction, FreeFlight, Media, Medium, MediumStack, Scattering, Segment};
 use crate::spectrum::{Sampled, Wavelengths};
 
 /// What a ray comes to first.
 pub enum Event<'a> {
+    /// A surface.
     Surface(Intersection),
     /// A place in a medium that scatters.
     Medium(Collision<'a>),
@@ -19,7 +21,9 @@ pub enum Event<'a> {
 /// A place between surfaces where a ray is scattered or absorbed.
 #[derive(Clone, Copy)]
 pub struct Collision<'a> {
+    /// Where it is, in scene units.
     pub position: Vec3,
+    /// How the medium scatters.
     pub scattering: &'a Scattering,
 }
 
@@ -34,6 +38,10 @@ pub struct Flight<const C: usize> {
     pub flown: Sampled<C>,
     /// What media send out on the way, over what the path carried before and weighed over its wavelengths.
     pub emitted: Sampled<C>,
+    /// How far the medium reaches in which the ray begins.
+    pub first: f64,
+    /// How far the ray comes if it ends in that medium, and the hero's density of that distance.
+    pub ended: Option<[f64; 2]>,
 }
 
 /// What decides a flight.
@@ -45,6 +53,8 @@ pub struct FlightPlan<const C: usize> {
     pub prior: Sampled<C>,
     /// Where in its stretch of the way light from media is looked up, from 0 to 1.
     pub place: f64,
+    /// Whether it has to be known how far the first medium reaches, even if the ray ends before.
+    pub looks_ahead: bool,
 }
 
 impl Scene {
@@ -59,8 +69,12 @@ impl Scene {
         wavelengths: &Wavelengths<C>,
     ) -> (Event<'_>, Flight<C>) {
         let target = plan.target;
-        let mut flown = Flown { target, plan, wavelengths, flight: Flight::BEGINNING, collision: None };
-        let searched = self.reach(ray, kind, target, media, wavelengths);
+        let mut flown =
+            Flown { target, plan, wavelengths, flight: Flight::BEGINNING, begins: true, collision: None };
+        let searched = match plan.looks_ahead {
+            true => *ray,
+            false => self.reach(ray, kind, target, media, wavelengths),
+        };
         let hit = self.intersect(&searched, time, kind, media, |media, segment| {
             flown.cross(self.medium(media), media, segment);
         });
@@ -115,8 +129,14 @@ fn before(hit: &Intersection, position: Vec3, direction: Vec3) -> Vec3 {
 }
 
 impl<const C: usize> Flight<C> {
-    const BEGINNING: Self =
-        Self { carried: Sampled::ONE, ratio: Sampled::ONE, flown: Sampled::ONE, emitted: Sampled::ZERO };
+    const BEGINNING: Self = Self {
+        carried: Sampled::ONE,
+        ratio: Sampled::ONE,
+        flown: Sampled::ONE,
+        emitted: Sampled::ZERO,
+        first: 0.0,
+        ended: None,
+    };
 }
 
 /// A flight under way.
@@ -126,20 +146,27 @@ struct Flown<'a, 'b, const C: usize> {
     plan: &'b FlightPlan<C>,
     wavelengths: &'b Wavelengths<C>,
     flight: Flight<C>,
+    /// Whether nothing is crossed yet.
+    begins: bool,
     /// Where it has ended, and in what.
     collision: Option<(Vec3, &'a Scattering, MediumStack)>,
 }
 
 impl<'a, const C: usize> Flown<'a, '_, C> {
     fn cross(&mut self, medium: Option<&'a Medium>, media: &MediumStack, segment: &Ray) {
+        let begins = std::mem::replace(&mut self.begins, false);
+        if begins {
+            self.flight.first = segment.t_max;
+        }
         let Some(medium) = medium.filter(|_| self.collision.is_none()) else { return };
         let Some(scattering) = &medium.scattering else {
             self.gather(medium, segment);
             self.flight.carried *= transmittance(medium, segment, self.wavelengths);
             return;
         };
+        // The hero's depth is at most its target, so that neither can overflow.
         let over_hero = |depths: Sampled<C>| depths.map(|depth| (depths.hero() - depth).exp());
-        let survived = |depths: Sampled<C>| depths.map(|depth| (-depth).exp());
+        let hero_survives = |depths: Sampled<C>| (-depths.hero()).exp();
         let flight = medium.fly(segment, self.target, &self.wavelengths.nm);
         match flight {
             FreeFlight::Passed { .. } => self.gather(medium, segment),
@@ -149,19 +176,23 @@ impl<'a, const C: usize> Flown<'a, '_, C> {
         match flight {
             FreeFlight::Passed { depths } => {
                 self.target -= depths.hero();
-                *carried *= over_hero(depths);
-                *ratio *= over_hero(depths);
-                *flown *= survived(depths);
+                let over_hero = over_hero(depths);
+                *carried *= over_hero;
+                *ratio *= over_hero;
+                *flown *= over_hero * hero_survives(depths);
             }
             FreeFlight::Ended { distance, depths, extinction } => {
-                let density = over_hero(depths) * extinction / extinction.hero();
+                let (over_hero, hero_survives) = (over_hero(depths), hero_survives(depths));
+                let density = over_hero * extinction / extinction.hero();
                 *carried *= density;
                 *ratio *= density;
-                *flown *= survived(depths);
+                *flown *= over_hero * hero_survives;
+                self.flight.ended = begins.then_some([distance, extinction.hero() * hero_survives]);
                 self.collision = Some((segment.at(distance), scattering, media.clone()));
             }
         }
     }
+
     /// Adds what a medium sends out on a segment that is flown through.
     fn gather(&mut self, medium: &Medium, segment: &Ray) {
         if medium.emission.is_none() {

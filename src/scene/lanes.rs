@@ -1,10 +1,11 @@
 //! What the rays of several paths meet, one path for each lane.
 
 use super::counting::RayKind;
-use super::scene::{Intersection, Scene, Surface};
+use super::intersection::Intersection;
+use super::scene::{Scene, Surface};
 use crate::accel::{Accel, Hits, NO_FACET, Rays};
 use crate::geometry::{Points, Vec3};
-use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, lanes_of, part, set};
+use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, lanes_of, mask_of, part, set};
 use crate::material::{Even, MaterialId, Materials};
 use crate::shape::Shape;
 use crate::spectrum::Spectrum;
@@ -14,7 +15,9 @@ use wide::f64x4;
 /// Where the rays of some lanes have met surfaces; see [`Intersection`].
 #[derive(Clone, Debug)]
 pub struct Intersections {
+    /// The lanes that have met a surface.
     pub met: Mask,
+    /// Where they have met it.
     pub point: [Points<f64x4>; REGISTERS],
     /// Shading normals of the front.
     pub shading_normal: [Vec3Lanes; REGISTERS],
@@ -51,12 +54,14 @@ pub(super) struct EvenSurfaces {
 pub enum Side {
     /// Diffuse, with the reflectance of this number; see [`Scene::reflectances`].
     Diffuse(u32),
+    /// It reflects nothing.
     Black,
     /// Anything else: [`Scene::shade`] tells.
     Other,
 }
 
 impl Intersections {
+    /// No lane has met anything.
     pub const NONE: Self = Self {
         met: 0,
         point: [Points::NONE; REGISTERS],
@@ -237,10 +242,10 @@ impl Scene {
         &self.even.reflectances
     }
 
-    /// Whether rays are answered for all lanes at once: the scene consists of few triangles and spheres, and
-    /// its segments are plain.
+    /// Whether most rays are answered for all lanes at once: the scene consists of few triangles and spheres,
+    /// and nothing absorbs light between them.
     pub fn answers_lanes(&self) -> bool {
-        !self.known.is_empty() && self.has_plain_segments()
+        !self.known.is_empty() && !self.features.absorption
     }
 
     /// Whether a segment leads through nothing, and what it meets is a surface.
@@ -249,9 +254,24 @@ impl Scene {
         !features.medium_stack && !features.absorption && !features.interface_events()
     }
 
-    /// Whether a ray of a kind meets no surface that is none.
+    /// Whether what rays of a kind meet first is a surface unless [`Self::interfaces`] says otherwise, and
+    /// nothing on the way to it counts.
     pub fn meets_at_once(&self, kind: RayKind) -> bool {
         let hides = kind == RayKind::Camera && self.limits.hide_emitters;
-        !hides && !self.features.interface_events()
+        !hides && !self.features.absorption
+    }
+
+    /// The lanes that may have met several surfaces at once, or a boundary of bodies: what becomes of their
+    /// rays depends on the media that they are in.
+    pub fn interfaces(&self, found: &Intersections) -> Mask {
+        if !self.features.interface_events() {
+            return 0;
+        }
+        let is_interface = |&lane: &usize| {
+            let hit = found.hits.get(lane);
+            self.body_of(&hit).is_some()
+                || self.may_touch(hit.shape, &found.point[lane / WIDTH % REGISTERS].get(lane))
+        };
+        mask_of(lanes_of(found.met).filter(is_interface))
     }
 }

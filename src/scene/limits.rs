@@ -34,7 +34,11 @@ pub struct Limits {
     pub hide_emitters: bool,
     /// Whether null transmission makes a segment of its own; then such a surface also blocks light samples.
     pub null_is_a_segment: bool,
+    /// How light is found.
     pub techniques: Techniques,
+    /// Whether distances in media are chosen near lamps, too. The expectation is the same without.
+    pub aims_at_lamps: bool,
+    /// What alpha counts as something.
     pub coverage: Coverage,
 }
 

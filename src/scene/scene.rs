@@ -3,33 +3,44 @@
 use super::coincident::{Contacts, InterfaceEvent};
 use super::counting::{Counters, Query, RayKind};
 use super::description::Note;
+use super::features::Features;
+use super::film_plan::{CameraSample, FilmPlan};
+use super::intersection::Intersection;
 use super::lanes::{EvenSurfaces, KnownSurface};
 use super::{Integrator, Limits};
 use crate::accel::{Accel, Fan};
 use crate::camera::{Camera, SensorRay, Shutter};
-use crate::film::{Extent, FilterKind, FilterSampler};
-use crate::geometry::{Frame, Points, Ray, SurfacePoint, Vec3};
+use crate::film::FilterSampler;
+use crate::geometry::{Frame, Points, Ray, Vec3};
 use crate::lanes::{REGISTERS, Row};
-use crate::light::{Caustics, LightHit, Lights};
+use crate::light::{Caustics, Lights};
 use crate::material::{Exterior, MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
 use crate::sampling::{Dimensions, Stream};
 use crate::shape::{AtRest, Hit, Parametrisation, Shape};
 use crate::spectrum::colour::Observer;
-use crate::spectrum::{Spectrum, WavelengthDensity, Wavelengths};
+use crate::spectrum::{WavelengthDensity, Wavelengths};
 use crate::texture::{MeshPoint, TexturePoint};
 use wide::f64x4;
 
 /// Everything that rendering reads.
 #[derive(Debug)]
 pub struct Scene {
+    /// Which rays the sensor measures.
     pub camera: Camera,
+    /// When they are traced.
     pub shutter: Shutter,
+    /// The film that is exposed.
     pub film: FilmPlan,
+    /// The colour matching functions.
     pub observer: &'static Observer,
+    /// How light is followed.
     pub integrator: Integrator,
+    /// How far paths go.
     pub limits: Limits,
+    /// Density by which wavelengths are chosen, nm⁻¹.
     pub wavelengths: WavelengthDensity,
+    /// The lights, and the choice among them.
     pub lights: Lights,
     pub(super) caustics: Option<Caustics>,
     /// About the brightest light's contribution to Y: fixes the film's quantum.
@@ -67,41 +78,6 @@ pub(super) struct ShapeNumbers {
     pub instances: Vec<u32>,
 }
 
-/// The film that is exposed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FilmPlan {
-    pub extent: Extent,
-    pub filter: FilterKind,
-    /// Whether samples fall outside of the window that is exposed.
-    pub sample_border: bool,
-    pub alpha: bool,
-    /// Whether the second moments of the samples are measured, too.
-    pub moments: bool,
-    /// The sensor's own channels, if it has any.
-    pub channels: Vec<FilmChannel>,
-}
-
-/// A channel of the sensor: what it measures is the integral of spectral radiance over its response.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FilmChannel {
-    pub name: String,
-    pub response: Spectrum,
-    /// Integral of the response over the range of wavelengths, nm. Above 0.
-    pub integral: f64,
-}
-
-/// What begins a path.
-#[derive(Clone, Copy, Debug)]
-pub struct CameraSample<'a> {
-    pub sensor: SensorRay<'a>,
-    /// Weight of the film position by the filter: 1 on average.
-    pub filter_weight: f64,
-    /// The sample value that chooses the wavelengths.
-    pub wavelength: f64,
-    /// When the whole path happens.
-    pub time: f64,
-}
-
 /// What one shape's surface is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surface {
@@ -130,130 +106,6 @@ pub(super) enum Role {
     Null,
     /// A surface that scatters, absorbs or emits.
     Other,
-}
-
-/// Features of the renderer that the scene asks for. The renderer branches around the others.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Features {
-    /// Some surface refracts wavelengths into different directions.
-    pub dispersion: bool,
-    /// Some medium absorbs or scatters.
-    pub absorption: bool,
-    /// Some medium scatters or sends out light: what is between surfaces is looked at.
-    pub scattering: bool,
-    /// Some body may lie within another, or holds a medium: paths keep account of what they are inside of.
-    pub medium_stack: bool,
-    /// Bodies may overlap: surfaces beneath the one that counts are none.
-    pub precedence: bool,
-    /// Transparent bodies may have faces in common with other things.
-    pub contact: bool,
-    /// Rays of the sensor may begin within a body.
-    pub sensor_within: bool,
-    pub lens: bool,
-    /// Something moves while the shutter is open.
-    pub motion: bool,
-    /// Lights that are sampled at each vertex.
-    pub light_samples: bool,
-    pub rough_surfaces: bool,
-    /// Some surface chooses between materials at random.
-    pub choices: bool,
-    /// Shadow rays pass some surfaces by null transmission.
-    pub transparent_shadows: bool,
-    /// Some surface asks for its coordinates.
-    pub textures: bool,
-    /// Light tracing finds caustics.
-    pub light_tracing: bool,
-}
-
-impl Features {
-    fn all(&self) -> [(&'static str, bool); 15] {
-        [
-            ("dispersion", self.dispersion),
-            ("absorption", self.absorption),
-            ("scattering media", self.scattering),
-            ("medium stack", self.medium_stack),
-            ("precedence", self.precedence),
-            ("surfaces in contact", self.contact),
-            ("sensor within a body", self.sensor_within),
-            ("lens", self.lens),
-            ("motion", self.motion),
-            ("light samples", self.light_samples),
-            ("rough surfaces", self.rough_surfaces),
-            ("mixed materials", self.choices),
-            ("transparent shadows", self.transparent_shadows),
-            ("surface coordinates", self.textures),
-            ("light tracing", self.light_tracing),
-        ]
-    }
-
-    /// What one or the other asks for.
-    #[must_use]
-    pub fn or(self, other: Self) -> Self {
-        Self {
-            dispersion: self.dispersion || other.dispersion,
-            absorption: self.absorption || other.absorption,
-            scattering: self.scattering || other.scattering,
-            medium_stack: self.medium_stack || other.medium_stack,
-            precedence: self.precedence || other.precedence,
-            contact: self.contact || other.contact,
-            sensor_within: self.sensor_within || other.sensor_within,
-            lens: self.lens || other.lens,
-            motion: self.motion || other.motion,
-            light_samples: self.light_samples || other.light_samples,
-            rough_surfaces: self.rough_surfaces || other.rough_surfaces,
-            choices: self.choices || other.choices,
-            transparent_shadows: self.transparent_shadows || other.transparent_shadows,
-            textures: self.textures || other.textures,
-            light_tracing: self.light_tracing || other.light_tracing,
-        }
-    }
-
-    /// Whether a hit has to be resolved: surfaces may coincide, or be hidden by a body that counts more.
-    pub fn interface_events(&self) -> bool {
-        self.precedence || self.contact
-    }
-
-    /// What the renderer does for this scene beyond the least.
-    pub fn used(&self) -> Vec<&'static str> {
-        self.all().into_iter().filter(|(_, needed)| *needed).map(|(name, _)| name).collect()
-    }
-
-    /// What the renderer leaves out, because the scene has no need of it.
-    pub fn skipped(&self) -> Vec<&'static str> {
-        self.all().into_iter().filter(|(_, needed)| !*needed).map(|(name, _)| name).collect()
-    }
-}
-
-impl std::fmt::Display for Features {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let list = |names: Vec<&str>| if names.is_empty() { "nothing".to_owned() } else { names.join(", ") };
-        write!(f, "used: {}; skipped: {}", list(self.used()), list(self.skipped()))
-    }
-}
-
-/// Where a ray meets a surface.
-#[derive(Clone, Copy, Debug)]
-pub struct Intersection {
-    pub t: f64,
-    pub point: SurfacePoint,
-    /// Shading normal of the front.
-    pub shading_normal: Vec3,
-    /// The light that the surface is, if it is one.
-    pub light: Option<u32>,
-    pub(super) hit: Hit,
-    pub(super) time: f64,
-    /// Whether the ray comes from the side that the normal points to.
-    pub(super) from_front: bool,
-    /// Whether several bodies end or begin here.
-    pub(super) coincident: bool,
-}
-
-impl Intersection {
-    /// The hit as one of a light, if the surface is one.
-    pub fn on_light(&self) -> Option<LightHit> {
-        let Hit { triangle, barycentric, .. } = self.hit;
-        Some(LightHit { light: self.light?, point: self.point, triangle, barycentric })
-    }
 }
 
 impl Scene {

@@ -10,6 +10,7 @@ use std::path::Path;
 pub struct Place {
     /// Index into [`Sources`].
     pub file: usize,
+    /// Bytes of the file, from the first to before the last.
     pub span: Range<usize>,
 }
 
@@ -99,7 +100,9 @@ impl SceneError {
 /// All that is wrong with a scene, with the texts to show it in. Never empty.
 #[derive(Clone, Debug)]
 pub struct SceneErrors {
+    /// The files that were read.
     pub sources: Sources,
+    /// What is wrong in them, in order. At least one.
     pub errors: Vec<SceneError>,
 }
 

@@ -13,6 +13,7 @@ pub type Along = fn(f64) -> f64;
 pub struct ChartAxes {
     /// Takes what the affine map takes back to the coordinates of the chart.
     pub to_chart: [Along; 2],
+    /// From these coordinates to the texture's.
     pub to_uv: UvTransform,
 }
 

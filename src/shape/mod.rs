@@ -15,9 +15,11 @@ mod crossing;
 mod curves;
 mod cylinder;
 mod disk;
+mod error;
 mod grid;
 mod grid_shape;
 mod heightfield;
+mod hit;
 mod mesh;
 mod patch;
 mod pieces;
@@ -41,8 +43,12 @@ pub use crossing::{Crossing, Crossings};
 pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
+pub use error::ShapeError;
 pub use grid_shape::GridShape;
 pub use heightfield::{HeightData, HeightField, Terrain};
+pub use hit::{
+    AreaSample, AtRest, Hit, NO_INSTANCE, Parametrisation, ShapeSample, SurfaceHit, per_steradian,
+};
 pub use mesh::{Deformation, Mesh, MeshAttribute, MeshData, RectangleSurface, compute_vertex_normals};
 pub use patch::{ControlNet, Patches};
 pub use pieces::Pieces;
@@ -53,119 +59,34 @@ pub use quadric::{Quadric, QuadricKind, Sheets};
 pub use rectangle::Rectangle;
 pub use sdfgrid::{SdfData, SdfGrid};
 pub use sphere::Sphere;
-use std::fmt;
 pub use torus::Torus;
 pub use triangle::{RaySpace, TriangleHit};
 
 /// A surface that rays can meet and light can leave.
 #[derive(Clone, Debug)]
 pub enum Shape {
+    /// A sphere.
     Sphere(Sphere),
+    /// A disk, or a ring.
     Disk(Disk),
+    /// A cylinder without its ends.
     Cylinder(Cylinder),
-    /// Rare and large: the others are not to grow by it.
+    /// Boxed because it is rare and large: an enum is as large as its largest variant.
     Quadric(Box<Quadric>),
+    /// A torus.
     Torus(Box<Torus>),
+    /// Curves with a radius, open at their ends.
     Curves(Curves),
+    /// Curves with a radius, closed by round ends.
     SweptSphere(Box<SweptSphere>),
+    /// A height field or a grid of distances.
     Grid(Box<GridShape>),
+    /// A polygon, a swept or turned profile, or a surface by an equation.
     ProfileOrImplicit(Box<ProfileOrImplicit>),
+    /// Bézier patches.
     Patches(Patches),
+    /// Triangles.
     Mesh(Mesh),
-}
-
-/// Where a ray met a surface: all that is needed to compute the rest with [`Shape::surface`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    /// Distance from the ray's origin.
-    pub t: f64,
-    /// Index of the shape in the list that the acceleration structure was built from.
-    pub shape: u32,
-    /// Index of the triangle within its mesh, of the segment of curves, of the patch, or of the part of an
-    /// analytic shape; 0 where it has but one.
-    pub triangle: u32,
-    /// Index of the instance by which the shape was met; [`NO_INSTANCE`] where it stands for itself.
-    pub instance: u32,
-    /// Barycentric coordinates of the triangle's second and third vertex; for curves the
-    /// place along the segment and 0, for patches u and v, [0, 0] for other analytic shapes.
-    pub barycentric: [f64; 2],
-}
-
-/// See [`Hit::instance`].
-pub const NO_INSTANCE: u32 = u32::MAX;
-
-/// A point on a surface with what shading always asks for.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfaceHit {
-    pub point: SurfacePoint,
-    /// Unit shading normal; equals the geometric normal unless a mesh interpolates vertex normals.
-    pub shading_normal: Vec3,
-}
-
-/// The coordinates of a point on a surface: what only some materials ask for.
-#[derive(Clone, Copy, Debug)]
-pub struct Parametrisation {
-    pub uv: [f64; 2],
-    /// ∂p/∂u, not normalised; zero where the parametrisation is singular.
-    pub tangent: Vec3,
-    /// ∂p/∂v, likewise.
-    pub bitangent: Vec3,
-}
-
-impl Parametrisation {
-    /// Stands for coordinates that nothing asks for.
-    pub const NONE: Self = Self { uv: [0.0; 2], tangent: Vec3::ZERO, bitangent: Vec3::ZERO };
-}
-
-/// A point of a surface where it is before instances and motion carry it anywhere: what is carved from a
-/// block keeps its grain. In the coordinates of the compiled scene; of what is instanced in those that its
-/// group would have in there.
-#[derive(Clone, Copy, Debug)]
-pub struct AtRest {
-    pub position: Vec3,
-    /// ∂p/∂u and ∂p/∂v, as in [`Parametrisation`].
-    pub tangents: [Vec3; 2],
-}
-
-impl AtRest {
-    /// Stands for a place that nothing asks for.
-    pub const NONE: Self = Self { position: Vec3::ZERO, tangents: [Vec3::ZERO; 2] };
-}
-
-/// A point chosen on a surface.
-#[derive(Clone, Copy, Debug)]
-pub struct AreaSample {
-    pub surface: SurfaceHit,
-    /// Number of the triangle, as in [`Hit`].
-    pub triangle: u32,
-    pub barycentric: [f64; 2],
-    /// Per unit of world area.
-    pub density: f64,
-}
-
-/// A point chosen on a surface for what it looks like from a reference point.
-#[derive(Clone, Copy, Debug)]
-pub struct ShapeSample {
-    pub surface: SurfaceHit,
-    /// Number of the triangle, as in [`Hit`].
-    pub triangle: u32,
-    pub barycentric: [f64; 2],
-    /// Per steradian, as seen from the reference point.
-    pub density: f64,
-}
-
-impl AreaSample {
-    /// A sample on a shape that is no mesh.
-    fn analytic(surface: SurfaceHit, density: f64) -> Self {
-        Self { surface, triangle: 0, barycentric: [0.0; 2], density }
-    }
-
-    /// `None` where no density per steradian exists (seen edge-on, or at no distance).
-    pub fn seen_from(self, reference: Vec3) -> Option<ShapeSample> {
-        let Self { surface, triangle, barycentric, density } = self;
-        let density = density * steradians_to_area(reference, &surface.point)?;
-        Some(ShapeSample { surface, triangle, barycentric, density })
-    }
 }
 
 /// Where a surface is open.
@@ -178,101 +99,6 @@ pub enum Opening {
     /// An edge of a mesh, by its vertices, to which triangles of one side are missing.
     Edge([u32; 2]),
 }
-
-/// Why a shape cannot be made.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ShapeError {
-    /// A radius must be positive and finite.
-    Radius(f64),
-    /// The two ends of an axis coincide or are not finite.
-    Ends,
-    /// The tube of a torus is as thick as its ring or thicker.
-    Tube { major: f64, minor: f64 },
-    /// A curve has too few control points.
-    ControlPoints { found: usize, least: usize },
-    /// All coefficients of a quadric vanish, or some are not finite.
-    Coefficients,
-    /// A quadric goes on without end.
-    Endless,
-    /// There is no real surface where it is asked for.
-    Nothing,
-    /// A grid has fewer than two points along an axis, or not a value for each of its points.
-    GridPoints,
-    /// The base of a height field isn't below all of it.
-    Base,
-    /// Contours are not finite or enclose no area.
-    Outline,
-    /// A profile is not finite, has too few points, or reaches over the axis.
-    Profile,
-    /// The threshold of blobs is not above 0, or something of them is not finite.
-    Threshold,
-    /// An exponent of a superquadric is out of range.
-    Exponent(f64),
-    /// The placement makes the shape too thin or too large to compute with.
-    Placement,
-    /// A triangle refers to a vertex that does not exist.
-    VertexIndex { triangle: usize, index: u32, vertices: usize },
-    /// A coordinate of a position, normal or uv is infinite or not a number.
-    NotFinite { attribute: &'static str, vertex: usize },
-    /// There must be as many normals and uvs as positions.
-    AttributeCount { attribute: &'static str, found: usize, vertices: usize },
-    /// An attribute must have one or three numbers for each vertex or triangle.
-    AttributeValues { found: usize, expected: usize },
-    /// A deformation turns a mesh inside out at a vertex.
-    Folded { vertex: usize },
-    /// Subdivision would make more triangles of a mesh than it may.
-    TooFine { most: usize },
-    /// More triangles or vertices than 32-bit indices can name.
-    TooLarge,
-}
-
-impl fmt::Display for ShapeError {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self {
-            Self::Radius(radius) => write!(f, "a radius must be positive and finite, not {radius}"),
-            Self::Ends => write!(f, "the ends of an axis must be finite and differ"),
-            Self::Tube { major, minor } => {
-                write!(f, "the radius of a torus's tube, {minor}, must be below that of its ring, {major}")
-            }
-            Self::ControlPoints { found, least } => {
-                write!(f, "a curve has {found} control points and needs at least {least}")
-            }
-            Self::Coefficients => write!(f, "the coefficients must be finite and not all zero"),
-            Self::Endless => write!(f, "it goes on without end unless it is cut off by planes on all sides"),
-            Self::Nothing => write!(f, "there is no such surface, or none between the planes"),
-            Self::Base => write!(f, "the base must be below all heights"),
-            Self::GridPoints => {
-                write!(f, "a grid needs two points along each axis and a value for each point")
-            }
-            Self::Exponent(exponent) => write!(f, "its exponents must be from 0.001 to 2, not {exponent}"),
-            Self::Profile => write!(f, "its profile must be finite, long enough and on one side of the axis"),
-            Self::Threshold => {
-                write!(f, "all numbers must be finite, and its threshold above 0 and reached somewhere")
-            }
-            Self::Outline => write!(f, "its outline must be finite and enclose an area"),
-            Self::Placement => {
-                write!(f, "the transform makes the shape too thin or too large to compute with")
-            }
-            Self::VertexIndex { triangle, index, vertices } => {
-                write!(f, "triangle {triangle} refers to vertex {index}, but there are {vertices} vertices")
-            }
-            Self::NotFinite { attribute, vertex } => {
-                write!(f, "the {attribute} of vertex {vertex} is not finite")
-            }
-            Self::AttributeCount { attribute, found, vertices } => {
-                write!(f, "there are {found} {attribute}s for {vertices} vertices")
-            }
-            Self::AttributeValues { found, expected } => {
-                write!(f, "an attribute has {found} numbers instead of {expected}")
-            }
-            Self::Folded { vertex } => write!(f, "vertex {vertex} is folded over"),
-            Self::TooFine { most } => write!(f, "subdivided, it would have more than {most} triangles"),
-            Self::TooLarge => write!(f, "a mesh has at most 2^32 - 1 triangles and vertices"),
-        }
-    }
-}
-
-impl std::error::Error for ShapeError {}
 
 impl Shape {
     /// The nearest hit with 0 ≤ t < `ray.t_max`, with shape index 0.
@@ -501,17 +327,4 @@ impl Shape {
         };
         by_solid_angle.unwrap_or_else(|| per_steradian(reference, point, self.area_density(point)))
     }
-}
-
-/// What a density per unit of area at `point` is per steradian at `reference`; zero where that is not finite.
-pub fn per_steradian(reference: Vec3, point: &SurfacePoint, density: f64) -> f64 {
-    steradians_to_area(reference, point).map_or(0.0, |factor| factor * density)
-}
-
-/// Area at `point` that is one steradian at `reference`: r² / |cos θ|. `None` where it is not finite.
-fn steradians_to_area(reference: Vec3, point: &SurfacePoint) -> Option<f64> {
-    let toward = point.position - reference;
-    let squared = toward.length_squared();
-    let factor = squared * squared.sqrt() / toward.dot(point.normal).abs();
-    (factor.is_finite() && factor > 0.0).then_some(factor)
 }

@@ -8,6 +8,7 @@ use crate::geometry::{Bounds, Ray};
 pub enum Pieces {
     /// Segments.
     Curves(Curves),
+    /// Bézier patches.
     Patches(Patches),
 }
 

@@ -12,9 +12,11 @@ use std::hint::select_unpredictable;
 /// The shear that takes a ray to the z axis.
 #[derive(Clone, Copy, Debug)]
 pub struct RaySpace {
+    /// Where the ray begins.
     pub origin: Vec3,
     /// World axes in the order in which they become x, y and z; z is the direction's largest.
     pub axes: [usize; 3],
+    /// Shear and scale that turn the ray to +z (Woop, Benthin and Wald 2013).
     pub shear: [f64; 3],
 }
 
@@ -41,6 +43,7 @@ fn side_of_edge(q: [f64; 3], p: [f64; 3]) -> Side {
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleHit {
+    /// Distance along the ray.
     pub t: f64,
     /// Weights of the second and third vertex.
     pub barycentric: [f64; 2],

@@ -77,11 +77,24 @@ impl FormulaKind {
 #[derive(Clone, Debug, PartialEq)]
 pub enum DispersionError {
     /// Coefficients are finite, and come in pairs after the first.
-    BadCoefficients { found: Vec<f64> },
+    BadCoefficients {
+        /// The coefficients.
+        found: Vec<f64>,
+    },
     /// A range of positive wavelengths, least first.
-    BadRange { min_nm: f64, max_nm: f64 },
+    BadRange {
+        /// Where it begins, nm.
+        min_nm: f64,
+        /// Where it ends, nm.
+        max_nm: f64,
+    },
     /// The formula gives no index above zero at this wavelength, within the range it claims.
-    NoIndex { nm: f64, value: f64 },
+    NoIndex {
+        /// Wavelength, nm.
+        nm: f64,
+        /// What the formula gives there for n.
+        value: f64,
+    },
 }
 
 impl fmt::Display for DispersionError {

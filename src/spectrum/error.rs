@@ -6,21 +6,63 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq)]
 pub enum SpectrumError {
     /// A table needs two nodes to say anything about what lies between.
-    TooFewNodes { found: usize },
+    TooFewNodes {
+        /// How many there are.
+        found: usize,
+    },
     /// Every wavelength needs one value.
-    LengthsDiffer { wavelengths: usize, values: usize },
+    LengthsDiffer {
+        /// Number of wavelengths.
+        wavelengths: usize,
+        /// Number of values.
+        values: usize,
+    },
     /// A wavelength is a positive, finite number of nanometres.
-    BadWavelength { index: usize, nm: f64 },
+    BadWavelength {
+        /// Which node, counted from 0.
+        index: usize,
+        /// The wavelength, nm.
+        nm: f64,
+    },
     /// Wavelengths increase strictly.
-    NotIncreasing { index: usize, previous_nm: f64, nm: f64 },
+    NotIncreasing {
+        /// Which node, counted from 0.
+        index: usize,
+        /// The wavelength before it, nm.
+        previous_nm: f64,
+        /// Its wavelength, nm.
+        nm: f64,
+    },
     /// A value is a finite number.
-    BadValue { index: usize, nm: f64, value: f64 },
+    BadValue {
+        /// Which node, counted from 0.
+        index: usize,
+        /// Its wavelength, nm.
+        nm: f64,
+        /// The value.
+        value: f64,
+    },
     /// A value lies outside what its use allows (`nm` is absent for a constant).
-    OutOfBounds { nm: Option<f64>, value: f64, least: f64, greatest: f64 },
+    OutOfBounds {
+        /// The wavelength, nm.
+        nm: Option<f64>,
+        /// The value.
+        value: f64,
+        /// The least that is allowed.
+        least: f64,
+        /// The greatest that is allowed.
+        greatest: f64,
+    },
     /// A temperature is a finite number of kelvin, at least 0.
-    BadTemperature { kelvin: f64 },
+    BadTemperature {
+        /// The temperature, K.
+        kelvin: f64,
+    },
     /// CIE daylight is defined for correlated colour temperatures from 4000 to 25000 K.
-    NotDaylight { kelvin: f64 },
+    NotDaylight {
+        /// The temperature, K.
+        kelvin: f64,
+    },
 }
 
 impl fmt::Display for SpectrumError {

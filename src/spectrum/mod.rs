@@ -45,7 +45,12 @@ pub enum Spectrum {
     /// Thermal radiation, evaluated exactly.
     Blackbody(Blackbody),
     /// A smooth reflectance made for a colour, times a factor.
-    Sigmoid { shape: Sigmoid, factor: f64 },
+    Sigmoid {
+        /// The curve, from 0 to 1.
+        shape: Sigmoid,
+        /// Factor on the curve.
+        factor: f64,
+    },
 }
 
 impl Spectrum {

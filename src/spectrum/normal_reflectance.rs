@@ -18,11 +18,30 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq)]
 pub enum ReflectanceError {
     /// A reflectance lies in [0, 1); at 1 the index would be infinite. `nm` is absent for a single value.
-    OutOfRange { nm: Option<f64>, reflectance: f64 },
+    OutOfRange {
+        /// The wavelength, nm; `None` for a constant.
+        nm: Option<f64>,
+        /// The reflectance.
+        reflectance: f64,
+    },
     /// A given index is positive and finite.
-    BadIndex { nm: Option<f64>, n: f64 },
+    BadIndex {
+        /// The wavelength, nm; `None` for a constant.
+        nm: Option<f64>,
+        /// The index.
+        n: f64,
+    },
     /// No k explains so small a reflectance: a surface with this n reflects at least `least`.
-    BelowIndex { nm: Option<f64>, reflectance: f64, n: f64, least: f64 },
+    BelowIndex {
+        /// The wavelength, nm; `None` for a constant.
+        nm: Option<f64>,
+        /// The reflectance.
+        reflectance: f64,
+        /// The index n that is assumed.
+        n: f64,
+        /// The least reflectance that this index has.
+        least: f64,
+    },
 }
 
 impl fmt::Display for ReflectanceError {

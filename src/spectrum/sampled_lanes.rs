@@ -9,7 +9,9 @@ use wide::f64x4;
 pub struct SampledLanes<const C: usize>(pub [Row; C]);
 
 impl<const C: usize> SampledLanes<C> {
+    /// 0 at all wavelengths in each lane.
     pub const ZERO: Self = Self([ZERO; C]);
+    /// 1 at all wavelengths in each lane.
     pub const ONE: Self = Self([[f64x4::ONE; REGISTERS]; C]);
 
     /// The same for all lanes.
@@ -22,11 +24,13 @@ impl<const C: usize> SampledLanes<C> {
         all
     }
 
+    /// The values of one lane.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Sampled<C> {
         Sampled::from_fn(|wavelength| get(&self.0[wavelength], lane))
     }
 
+    /// Puts values into one lane.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, value: &Sampled<C>) {
         for (row, &value) in self.0.iter_mut().zip(&value.0) {
@@ -116,6 +120,17 @@ impl<const C: usize> SampledLanes<C> {
             let factor = f64x4::splat(factor[wavelength]);
             for register in 0..REGISTERS {
                 total.0[wavelength][register] += self.0[wavelength][register] * factor;
+            }
+        }
+    }
+
+    /// Adds own · weight · factor, with a weight for each lane.
+    #[inline(always)]
+    pub fn add_weighted(&self, weights: &Row, factor: &Sampled<C>, total: &mut Self) {
+        for wavelength in 0..C {
+            let factor = f64x4::splat(factor[wavelength]);
+            for register in 0..REGISTERS {
+                total.0[wavelength][register] += self.0[wavelength][register] * weights[register] * factor;
             }
         }
     }

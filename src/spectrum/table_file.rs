@@ -8,10 +8,15 @@ use std::fmt;
 /// A table of spectral data with what its header says about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableFile {
+    /// Where the data are from.
     pub source: String,
+    /// Licence of the data.
     pub licence: String,
+    /// Units of the columns.
     pub units: String,
+    /// What else is said of the data.
     pub notes: Vec<String>,
+    /// Names of the columns.
     pub columns: Vec<String>,
     rows: Vec<Row>,
 }
@@ -28,11 +33,28 @@ pub enum TableError {
     /// No line of column names.
     NoColumns,
     /// A row has more or fewer cells than there are columns.
-    RowLength { line: usize, expected: usize, found: usize },
+    RowLength {
+        /// The line, counted from 1.
+        line: usize,
+        /// How many columns there are.
+        expected: usize,
+        /// How many values the line has.
+        found: usize,
+    },
     /// The table has no such column.
-    NoColumn { name: String },
+    NoColumn {
+        /// The name that was asked for.
+        name: String,
+    },
     /// A cell is not a finite number.
-    NotANumber { line: usize, column: String, found: String },
+    NotANumber {
+        /// The line, counted from 1.
+        line: usize,
+        /// Name of the column.
+        column: String,
+        /// What stands there.
+        found: String,
+    },
 }
 
 impl fmt::Display for TableError {

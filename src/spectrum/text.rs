@@ -8,7 +8,9 @@ use std::fmt;
 /// The two columns of a spectrum as written: wavelengths (nm, strictly increasing) and values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
+    /// Wavelengths, nm, strictly ascending.
     pub nodes: Vec<f64>,
+    /// Values at them.
     pub values: Vec<f64>,
 }
 
@@ -26,7 +28,12 @@ pub enum TextProblem {
     /// A wavelength that is not positive.
     NotPositive(f64),
     /// A wavelength that is not above its predecessor.
-    NotIncreasing { previous_nm: f64, nm: f64 },
+    NotIncreasing {
+        /// The wavelength before, nm.
+        previous_nm: f64,
+        /// The wavelength, nm.
+        nm: f64,
+    },
     /// Fewer than two wavelengths in all.
     TooFew(usize),
 }
@@ -50,8 +57,11 @@ impl fmt::Display for TextProblem {
 /// A problem in a file, at a line and a column (both from 1; columns count characters).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpdError {
+    /// The line, counted from 1.
     pub line: usize,
+    /// The column, counted from 1.
     pub column: usize,
+    /// What is wrong there.
     pub problem: TextProblem,
 }
 
@@ -66,7 +76,9 @@ impl std::error::Error for SpdError {}
 /// A problem in a list, at a byte offset from its start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ListError {
+    /// Where it is, in bytes from the beginning of the list.
     pub offset: usize,
+    /// What is wrong there.
     pub problem: TextProblem,
 }
 

@@ -13,6 +13,7 @@ use std::collections::HashMap;
 /// The wavelengths that one path carries; the hero first.
 #[derive(Clone, Copy, Debug)]
 pub struct Wavelengths<const C: usize> {
+    /// Wavelengths, nm, the hero's first.
     pub nm: [f64; C],
     /// Density, per nm, with which each could have been chosen as the hero.
     pub density: Sampled<C>,
@@ -21,6 +22,7 @@ pub struct Wavelengths<const C: usize> {
 /// A light's part in the density over wavelength.
 #[derive(Clone, Copy, Debug)]
 pub struct Emission<'a> {
+    /// What is emitted, by wavelength.
     pub spectrum: &'a Spectrum,
     /// What the light weighs against others, beside its spectrum.
     pub weight: f64,
@@ -29,6 +31,7 @@ pub struct Emission<'a> {
 /// A channel of the sensor in the density over wavelength.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<'a> {
+    /// The sensor's response, by wavelength.
     pub spectrum: &'a Spectrum,
     /// The channel's weight, up to a factor.
     pub weight: f64,
@@ -129,7 +132,7 @@ impl WavelengthDensity {
     }
 }
 
-/// Integrals of so many tables are kept for other lights that share them.
+/// Number of tables whose integrals are kept for other lights that share them.
 const MOST_KNOWN: usize = 1024;
 
 /// The nodes of all, without those that only repeat the ones before.

@@ -10,7 +10,9 @@ const MIN_EXPECTED: f64 = 5.0;
 /// Result of Pearson's chi-square test of goodness of fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChiSquare {
+    /// The statistic χ².
     pub statistic: f64,
+    /// Degrees of freedom.
     pub degrees: usize,
     /// How likely a fit this bad or worse is if the counts do follow the expectation.
     pub p_value: f64,
@@ -105,6 +107,7 @@ pub fn sidak_corrected(smallest: f64, tests: usize) -> f64 {
 pub struct Uniformity {
     /// Largest distance between the empirical distribution function and the diagonal.
     pub distance: f64,
+    /// Probability of a distance at least as large if the values are uniform.
     pub p_value: f64,
 }
 

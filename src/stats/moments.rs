@@ -72,6 +72,7 @@ impl FromIterator<f64> for Moments {
 /// A mean and how well it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
+    /// The mean.
     pub mean: f64,
     /// Variance of the mean, not of the values it was made from.
     pub variance: f64,

@@ -10,7 +10,9 @@ use std::f64::consts::TAU;
 /// An even number of rows keeps the horizon on an edge, where densities are often discontinuous.
 #[derive(Clone, Copy, Debug)]
 pub struct SphereCells {
+    /// Bands of equal height along the axis.
     pub rows: usize,
+    /// Cells of equal width around it.
     pub columns: usize,
 }
 

@@ -44,7 +44,7 @@ fn two_sided(t: f64, degrees: f64) -> f64 {
     if tail.is_nan() { 0.0 } else { 2.0 * tail }
 }
 
-/// The value below which Student's t with so many degrees of freedom stays with probability `p`.
+/// The value below which Student's t with `degrees` degrees of freedom stays with probability `p`.
 pub fn student_quantile(p: f64, degrees: f64) -> f64 {
     if degrees >= 1e6 {
         return Normal::standard().inverse_cdf(p);

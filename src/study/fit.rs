@@ -6,7 +6,9 @@ use serde::Serialize;
 /// A point of an error curve: at `x` (samples or seconds, above 0) the relMSE.
 #[derive(Clone, Copy, Debug)]
 pub struct Measurement {
+    /// Samples or seconds.
     pub x: f64,
+    /// The relMSE, with the variance of its mean.
     pub relmse: Estimate,
 }
 
@@ -20,6 +22,7 @@ pub struct Measurement {
 /// with n − 2 degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PowerLaw {
+    /// Exponent of the power law: −½ for independent samples.
     pub slope: f64,
     /// Half of the 95 % confidence interval of the slope.
     pub slope_half_width: f64,
@@ -30,6 +33,7 @@ pub struct PowerLaw {
     level_half_width: f64,
     /// χ² over its degrees of freedom: about 1 for a true power law.
     pub reduced_chi_square: f64,
+    /// Points that the line is fitted to, at least 3.
     pub points: usize,
 }
 

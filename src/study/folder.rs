@@ -19,6 +19,7 @@ pub enum ForeignStudy {
     NotAStudy,
     /// Another study's: what differs, as far as it can be told.
     Another(Vec<String>),
+    /// A file cannot be read or written.
     Io(io::Error),
 }
 

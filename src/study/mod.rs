@@ -28,7 +28,9 @@ use serde::{Deserialize, Serialize};
 
 /// A scene with values for its parameters.
 pub struct Case {
+    /// What it is called.
     pub id: CaseId,
+    /// The compiled scene.
     pub scene: Scene,
 }
 
@@ -53,18 +55,27 @@ impl CaseId {
 /// depend.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
+    /// Version of abbe.
     pub version: String,
+    /// Scenes with their parameters.
     pub cases: Vec<CaseId>,
+    /// The samplers that are compared.
     pub samplers: Vec<SamplerKind>,
+    /// Samples of a pixel, of each run.
     pub samples_per_pixel: Vec<u32>,
+    /// Wavelengths that a path carries.
     pub wavelengths_per_path: Vec<WavelengthCount>,
+    /// Independent renders of each run.
     pub replicates: u32,
     /// Pixels.
     pub size: [u32; 2],
     /// Where in the film the picture begins.
     pub offset: [u32; 2],
+    /// Seed of the first replicate.
     pub seed: u64,
+    /// Where the reference comes from.
     pub reference: ReferenceRequest,
+    /// Threads to render with.
     pub threads: u32,
 }
 
@@ -73,9 +84,17 @@ pub struct Request {
 #[serde(rename_all = "snake_case")]
 pub enum ReferenceRequest {
     /// A file, with a hash of its values.
-    File { path: String, hash: String },
+    File {
+        /// Its path.
+        path: String,
+        /// Hash of its values, hexadecimal.
+        hash: String,
+    },
     /// The study's own, with so many samples per pixel in all.
-    Rendered { samples_per_pixel: u32 },
+    Rendered {
+        /// Samples of each pixel.
+        samples_per_pixel: u32,
+    },
 }
 
 /// Which run of a study.
@@ -83,8 +102,11 @@ pub enum ReferenceRequest {
 pub struct RunId {
     /// Counted from 0.
     pub case: usize,
+    /// The sampler.
     pub sampler: SamplerKind,
+    /// Samples of each pixel.
     pub samples_per_pixel: u32,
+    /// Wavelengths that a path carries.
     pub wavelengths_per_path: WavelengthCount,
 }
 
@@ -99,6 +121,7 @@ impl RunId {
 /// What a run has found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
+    /// Which run it is.
     pub id: RunId,
     /// relMSE of each replicate, less the error of the reference.
     pub relmse: Vec<f64>,

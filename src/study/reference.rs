@@ -19,8 +19,11 @@ pub const REPLICATES: u32 = 16;
 /// from B's replicates: that is subtracted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
+    /// Columns.
     pub width: usize,
+    /// Rows.
     pub height: usize,
+    /// Y of each pixel, by rows.
     pub y: Vec<f64>,
     /// 1/(B² + 0.01·mean(B)²).
     pub weight: Vec<f64>,
@@ -35,7 +38,9 @@ pub enum ReferenceError {
     Size([usize; 2]),
     /// The names that there are.
     NoLuminance(Vec<String>),
+    /// The picture is black: relMSE has no scale.
     Black,
+    /// A value is infinite or not a number.
     NotFinite,
 }
 

@@ -20,6 +20,7 @@ pub struct Radial {
 /// Radial power and, for those that are shown, the power in the plane.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
+    /// Mean power over rings of equal frequency.
     pub radial: Radial,
     /// Width of the picture; 0 where there is none.
     pub width: usize,

@@ -9,6 +9,7 @@ use crate::spectrum::{Sampled, upsample};
 pub struct Attribute {
     /// Name with the prefix `vertex_` or `face_`.
     pub name: String,
+    /// Factor on what the mesh carries.
     pub scale: f64,
 }
 

@@ -18,8 +18,11 @@ pub enum Filter {
 /// How an image lies on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placing {
+    /// From the shape's uv to the texture's.
     pub to_uv: UvTransform,
+    /// What is between the middles of pixels.
     pub filter: Filter,
+    /// What is beyond the edges.
     pub wrap: Wrap,
 }
 

@@ -9,6 +9,7 @@ use crate::spectrum::Sampled;
 pub struct Checkerboard {
     /// The first is at the origin.
     pub colours: [Texture; 2],
+    /// From the shape's uv to the texture's.
     pub to_uv: UvTransform,
 }
 

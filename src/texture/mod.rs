@@ -35,14 +35,21 @@ use crate::units::WavelengthRange;
 pub enum Texture {
     /// The same everywhere.
     Uniform(Spectrum),
+    /// An image.
     Bitmap(Box<Bitmap>),
+    /// Two textures in turn.
     Checkerboard(Box<Checkerboard>),
+    /// What a mesh carries at its vertices or faces.
     Attribute(Attribute),
+    /// Values on a grid in space.
     Volume(Box<Volume>),
+    /// A formula.
     Procedural(Box<Procedural>),
     /// Another texture times a spectrum.
     Filtered {
+        /// The texture.
         texture: Box<Texture>,
+        /// The spectrum.
         by: Spectrum,
     },
 }
@@ -50,6 +57,7 @@ pub enum Texture {
 /// Where on a surface a texture is asked for.
 #[derive(Clone, Copy, Debug)]
 pub struct TexturePoint<'a> {
+    /// Coordinates u and v of the surface.
     pub uv: [f64; 2],
     /// Position in the coordinates of the compiled scene.
     pub position: Vec3,
@@ -69,7 +77,9 @@ impl TexturePoint<'_> {
 /// A place on a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshPoint<'a> {
+    /// The mesh.
     pub mesh: &'a Mesh,
+    /// Number of the triangle.
     pub triangle: u32,
     /// Weights of the triangle's second and third vertex.
     pub barycentric: [f64; 2],

@@ -24,6 +24,7 @@ pub enum Pattern {
 /// What bends veins and rings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Veins {
+    /// The noise that bends the veins.
     pub octaves: Octaves,
     /// By how many periods they are displaced where the noise is greatest.
     pub strength: f64,

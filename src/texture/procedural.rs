@@ -10,7 +10,9 @@ use glam::DAffine3;
 /// A pattern and the textures that its values stand for.
 #[derive(Clone, Debug)]
 pub struct Procedural {
+    /// The formula.
     pub pattern: Pattern,
+    /// The coordinates that it is computed in.
     pub ground: Ground,
     /// At least two, for values of the pattern from the least to the greatest.
     pub colours: Vec<Texture>,

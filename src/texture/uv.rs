@@ -18,8 +18,11 @@ pub struct Lines {
 /// What lies beyond the edges of an image or grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
+    /// The picture begins anew.
     Repeat,
+    /// The picture goes on as its mirror image.
     Mirror,
+    /// The value at the edge goes on.
     Clamp,
 }
 

@@ -192,7 +192,7 @@ fn film(scene: &Scene, samples: u32, seed: u64) -> Film {
     film
 }
 
-/// Of independent samples: the variance of the mean that they tell is that between replicates.
+/// The variance of the mean that independent samples tell is that between replicates.
 #[test]
 fn second_moments_tell_the_variance_of_independent_samples() {
     let content = |integrator: &str| {

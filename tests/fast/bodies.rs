@@ -81,7 +81,7 @@ fn overlapping_balls_neither_make_nor_lose_light() {
     assert_invisible("smooth and hardly rough", &pair(&glass(1.33), rough));
 }
 
-/// Of bodies that say what is outside of them each surface is what it says, as in Mitsuba 3.
+/// Each surface of a body that says what is outside of it is what it says, as in Mitsuba 3.
 #[test]
 fn what_says_its_outside_conserves_energy_beside_what_leaves_it_open() {
     for outside in ["air", "water"] {

@@ -190,7 +190,7 @@ fn parts_of_one_film_do_not_share_their_noise() {
     let (left, right) = (residuals(&even(&window(0))), residuals(&even(&window(20))));
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let correlation = product(&left, &right) / (product(&left, &left) * product(&right, &right)).sqrt();
-    // Of so many independent pairs its standard error is 1/√n.
+    // Its standard error is 1/√n for n independent pairs.
     let bound = 4.5 / (left.len() as f64).sqrt();
     assert!(correlation.abs() < bound, "{correlation} against {bound}");
 }

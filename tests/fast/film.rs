@@ -36,7 +36,7 @@ fn a_spectral_film_takes_little_memory() {
     let peak = folder.peak_memory(&merge);
     assert!(peak < 250 * MIB, "{} MiB", peak / MIB);
     assert!(folder.bytes("all.exr") == folder.bytes("whole.exr"));
-    // Of the file of bins nothing is left.
+    // The file of bins is gone.
     assert_eq!(folder.files(), ["a.checkpoint", "all.exr", "b.checkpoint", "whole.exr"]);
 }
 

@@ -267,7 +267,8 @@ fn a_browser_shows_a_picture_in_the_making() {
     assert_eq!(view.end().0, Some(0));
 }
 
-/// Of a spectral picture the page reads what is looked at: 230 MB of channels are never held at once.
+/// The page reads only those channels of a spectral picture that are looked at: the 230 MB of all are never
+/// held at once.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_large_picture_is_read_as_far_as_it_is_looked_at() {

@@ -33,7 +33,7 @@ struct Case {
     sees: f64,
 }
 
-const CASES: [Case; 18] = [
+const CASES: [Case; 19] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.015 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
@@ -48,13 +48,14 @@ const CASES: [Case; 18] = [
     Case { name: "motion", samples: 2048, walk_samples: 4096, walk_block: 1, sees: 0.055 },
     Case { name: "contact", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.055 },
     Case { name: "quadrics", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.07 },
-    Case { name: "solids", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.1 },
+    Case { name: "solids", samples: 2048, walk_samples: 8192, walk_block: 1, sees: 0.1 },
     Case { name: "caustics", samples: 1024, walk_samples: 32_768, walk_block: 1, sees: 0.07 },
     Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2, sees: 0.07 },
     Case { name: "chamber", samples: 2048, walk_samples: 32_768, walk_block: 1, sees: 0.08 },
     Case { name: "fog", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.09 },
     Case { name: "smoke", samples: 512, walk_samples: 4096, walk_block: 1, sees: 0.06 },
     Case { name: "haze", samples: 512, walk_samples: 4096, walk_block: 1, sees: 0.06 },
+    Case { name: "beacons", samples: 1024, walk_samples: 24_576, walk_block: 1, sees: 0.09 },
 ];
 
 fn case(name: &str) -> &'static Case {
@@ -88,7 +89,7 @@ fn mean_over(film: &Film, pixels: impl IntoIterator<Item = (u32, u32)>, weights:
 struct Verdict {
     /// The smallest p-value over blocks of pixels and channels, after Šidák's correction.
     smallest: f64,
-    /// Of the mean luminances.
+    /// Welch's test of the mean luminances.
     means: Welch,
     /// Relative difference of the mean luminances that would be found with a probability of 90 %.
     sees: f64,
@@ -132,7 +133,7 @@ fn compare(a: &Film, b: &Film, block: u32) -> Verdict {
     }
 }
 
-/// Of each part of a verdict: 1 % over all comparisons of this file.
+/// Level of each part of a verdict: 1 % over all comparisons of this file.
 fn level() -> f64 {
     sidak(0.01, 2 * (CASES.len() * 6 + 5))
 }
@@ -264,6 +265,27 @@ fn smoke() {
 #[test]
 fn haze() {
     media_agree("haze");
+}
+
+/// Lamps in fog, to which distances are chosen.
+#[test]
+fn beacons() {
+    media_agree("beacons");
+}
+
+/// Distances chosen by lamps change nothing but the noise, for every number of wavelengths: a spot light too,
+/// which the walk never finds.
+#[test]
+fn aiming_at_lamps_changes_the_noise_alone() {
+    for name in ["beacons", "beam"] {
+        let mut scenes = [(); 2].map(|()| small(name, &[]));
+        assert!(scenes[0].limits.aims_at_lamps);
+        scenes[1].limits.aims_at_lamps = false;
+        for count in ALL_COUNTS {
+            let films = [0, 1].map(|i| expose(&scenes[i], &plan(2048, count, 31 + i as u64)));
+            assert_same(&format!("{name} aimed at and not, {count}"), &films[0], &films[1], 1, 0.09);
+        }
+    }
 }
 
 /// Also where light samples pass the boundaries of media.

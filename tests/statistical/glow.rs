@@ -89,6 +89,46 @@ fn a_medium_as_hot_as_its_surroundings_vanishes() {
     }
 }
 
+/// Spheres of which each wavelength is scattered otherwise, and that absorb nothing, cannot be told from the
+/// sky. What a companion carries has to follow its own phase function at every scattering.
+#[test]
+fn spheres_that_absorb_nothing_vanish_in_a_furnace() {
+    let small = r#"<phase type="mie"><float name="radius" value="0.06"/><float name="int_ior" value="1.5"/>
+                   <float name="ext_ior" value="1"/><float name="fraction" value="4e-6"/></phase>"#;
+    let large = r#"<phase type="mie"><float name="radius" value="0.5"/><float name="int_ior" value="1.5"/>
+                   <float name="ext_ior" value="1"/><float name="fraction" value="4e-7"/></phase>"#;
+    let content = format!(
+        r#"<integrator type="volpath"/>{}
+           <emitter type="constant"><spectrum name="radiance" value="1"/></emitter>
+           <shape type="sphere"><bsdf type="null"/><medium name="interior" type="suspension">{small}{large}</medium></shape>"#,
+        beam(r#"origin="0.3, 0.1, 5" target="0.3, 0.1, 0" up="0, 1, 0""#, "")
+    );
+    assert_bins("spheres in a furnace", &scene(&content), 4096, 1e-2, |_| 1.0);
+}
+
+/// A density that is a pattern in space is that of its cells: what a slab lets through is known from their
+/// values.
+#[test]
+fn a_pattern_in_space_is_a_density() {
+    // Waves along z with a period of 1, from 0 to 2, on four cells: 0.2929, 1.7071, 1.7071, 0.2929.
+    let density = r#"<volume name="density" type="texturevolume">
+        <texture name="texture" type="bands"><float name="color0" value="0"/><float name="color1" value="2"/><boolean name="interpolate" value="true"/>
+        <transform name="to_world"><rotate y="1" angle="-90"/></transform></texture>
+        <integer name="resolution" value="4"/>
+        <transform name="to_world"><translate x="-0.5" y="-0.5"/><scale x="10" y="10"/></transform></volume>"#;
+    let content = format!(
+        r#"<integrator type="volpath"><integer name="max_depth" value="1"/></integrator>{}
+           <shape type="cube"><bsdf type="null"/><transform name="to_world"><scale x="5" y="5" z="0.5"/><translate z="0.5"/></transform>
+           <medium name="interior" type="heterogeneous"><spectrum name="sigma_t" value="400:0.5, 700:3"/>
+           <float name="albedo" value="0"/>{density}</medium></shape>
+           <emitter type="constant"><spectrum name="radiance" value="2"/></emitter>"#,
+        beam(r#"origin="0.1, 0.2, 5" target="0.1, 0.2, 0" up="0, 1, 0""#, "")
+    );
+    // Linear between the centres of cells and the same beyond: the mean of the four.
+    let expected = |nm: f64| 2.0 * (-(0.5 + 2.5 * (nm - 400.0) / 300.0)).exp();
+    assert_bins("bands", &scene(&content), 1024, 1e-2, expected);
+}
+
 /// A slab that scatters alike in all directions and absorbs nothing lets a fraction of diffuse light through.
 /// Thin ones: Heaslet and Warming, "Radiative transport and wall temperature slip in an absorbing planar
 /// medium", International Journal of Heat and Mass Transfer 8, 1965, table 1 (the flux between two black

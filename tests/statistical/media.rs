@@ -123,7 +123,7 @@ fn henyey_greenstein(g: f64, cos: f64) -> f64 {
     (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos).powf(1.5))
 }
 
-/// Of light that is scattered once the integral along the ray is known. The lamp stands ahead, beside the
+/// The integral along the ray of light that is scattered once is known. The lamp stands ahead, beside the
 /// ray.
 #[test]
 fn airlight_of_a_point_light() {

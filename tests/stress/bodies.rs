@@ -178,7 +178,7 @@ pub fn icosphere(levels: u32) -> MeshData {
 const MARGIN: f64 = 1e-5;
 
 impl Form {
-    /// Of a mesh as it was placed, rounded vertices and all.
+    /// The body of a mesh as it was placed, rounded vertices and all.
     pub fn of_mesh(mesh: &Mesh) -> Self {
         let triangles = (0..mesh.triangle_count() as u32).map(|triangle| mesh.triangle(triangle));
         let plane = |[a, b, c]: [Vec3; 3]| {

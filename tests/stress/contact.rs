@@ -200,7 +200,7 @@ fn cast(pair: &Pair, stage: &Stage, random: &mut Random, counts: &mut Counts) {
     let away = stage.size * power(random, -7.0, -0.3);
     let above = touch + way * away;
     let Some(upper) = stage.point(&stage.upper, above, -1.0) else { return };
-    // Of a torus the other side of the ring may be in the way of what is further off.
+    // The other side of a torus may be in the way of what is further off.
     let aside = away * power(random, -3.0, if pair.name.starts_with("torus") { -0.3 } else { 0.5 });
     let beside = above + direction(random).with_z(0.0).normalize_or_zero() * aside;
     let Some(lower) = stage.point(&stage.lower, beside, 1.0) else { return };

@@ -70,7 +70,7 @@ type Edge = [(u32, u32); 2];
 struct Closed {
     shapes: Vec<Shape>,
     accel: Accel,
-    /// Of triangles that have an area, in the mesh's coordinates.
+    /// Normals of the triangles that have an area, in the mesh's coordinates.
     normals: Vec<Option<Vec3>>,
     /// With the triangles that meet there.
     vertices: Vec<(u32, Vec<u32>)>,

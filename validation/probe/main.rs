@@ -1,5 +1,5 @@
-//! Answers questions to the library in double precision, for the validation: one JSON question a line on standard input, one
-//! JSON answer a line on standard output.
+//! Answers questions to the library in double precision, for the validation: one JSON question a line on
+//! standard input, one JSON answer a line on standard output.
 
 mod colour;
 mod optics;

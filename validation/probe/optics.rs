@@ -13,9 +13,11 @@ use std::error::Error;
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Question {
-    /// Unpolarised reflectance of a conductor n + ik seen from vacuum, at the cosines of the angles of incidence.
+    /// Unpolarised reflectance of a conductor n + ik seen from vacuum, at the cosines of the angles of
+    /// incidence.
     Conductor { cosine: Vec<f64>, n: Vec<f64>, k: Vec<f64> },
-    /// Unpolarised reflectance of a dielectric of relative index eta, and the cosine of the angle of refraction.
+    /// Unpolarised reflectance of a dielectric of relative index eta, and the cosine of the angle of
+    /// refraction.
     Dielectric { cosine: Vec<f64>, eta: Vec<f64> },
     /// Reflectance at normal incidence of n + ik.
     ReflectanceOfIndex { n: Vec<f64>, k: Vec<f64> },
@@ -25,9 +27,11 @@ pub enum Question {
     ExtinctionOfReflectance { reflectance: Vec<f64>, n: Vec<f64> },
     /// Reflectance of one face from that of both faces of a clear slab.
     FrontFaceOfSlab { slab: Vec<f64> },
-    /// n and k at the wavelengths (nm) from a table of reflectances at normal incidence: `n` of a conductor is given, a dielectric's is found.
+    /// n and k at the wavelengths (nm) from a table of reflectances at normal incidence: `n` of a conductor
+    /// is given, a dielectric's is found.
     NormalReflectance { table_nm: Vec<f64>, table: Vec<f64>, n: Option<f64>, slab: bool, nm: Vec<f64> },
-    /// Index of a dielectric of the catalogue at the wavelengths (nm): as its formula or table gives it, and as a render over `range` has it.
+    /// Index of a dielectric of the catalogue at the wavelengths (nm): as its formula or table gives it, and
+    /// as a render over `range` has it.
     Index { name: String, nm: Vec<f64>, range: [f64; 2] },
     /// n and k of a conductor of the catalogue at the wavelengths (nm).
     ComplexIndex { name: String, nm: Vec<f64> },

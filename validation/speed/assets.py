@@ -10,7 +10,7 @@ from harness.abbe import ROOT
 
 ASSETS = ROOT / "target/validation/speed/assets"
 
-# Of a ball whose six faces are grids of n × n squares there are 12 n² triangles.
+# A ball whose six faces are grids of n × n squares has 12 n² triangles.
 MILLION = 12 * 330**2
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from harness import machine as machines
-from speed import assets, measure
+from speed import assets, gallery, measure
 from speed.figures import mean, relative_errors
 from speed.programs import WORK, Abbe, Mitsuba
 
@@ -28,7 +28,9 @@ def error(pictures, centre, trimmed):
 def main():
     parser = argparse.ArgumentParser(prog="validation/speed/paired", description=__doc__)
     parser.add_argument("binaries", nargs="+", type=Path, metavar="BINARY", help="abbe, or several versions of it")
-    parser.add_argument("--scenes", default=",".join(scene.name for scene in measure.SCENES), metavar="NAME,…", help="which (default: all)")
+    parser.add_argument("--scenes", metavar="NAME,…", help="which (default: all)")
+    parser.add_argument("--gallery", action="store_true", help="the scenes of gallery/; Mitsuba with its default sampler, too")
+    parser.add_argument("--lamps", action="store_true", help="the scenes of lamps/, with Mitsuba as for the gallery")
     parser.add_argument("--seeds", type=int, default=3, help="renders of each program (default: 3)")
     options = parser.parse_args()
     if options.seeds < 2:
@@ -37,15 +39,28 @@ def main():
         parser.error("Mitsuba is fastest with LLVM 19, and there is none (Debian: libllvm19)")
     WORK.mkdir(parents=True, exist_ok=True)
     assets.spectra()
-    assets.ball(assets.MILLION)
-    programs = [Abbe(binary, str(binary)) for binary in options.binaries] + [Mitsuba("Mitsuba", "llvm_ad_spectral", "multijitter")]
+    if options.gallery:
+        gallery.write()
+        scenes = gallery.SCENES
+    elif options.lamps:
+        gallery.write_lamps()
+        scenes = gallery.LAMPS
+    else:
+        assets.ball(assets.MILLION)
+        scenes = measure.SCENES
+    scenes = [scene for scene in scenes if not options.scenes or scene.name in options.scenes.split(",")]
+    # The bench scenes face Mitsuba's best sampler, the gallery what its files name, which is the default.
+    samplers = ("independent", "multijitter") if options.gallery or options.lamps else ("multijitter",)
+    witnesses = [Mitsuba(f"Mitsuba {sampler}", "llvm_ad_spectral", sampler) for sampler in samplers]
+    programs = [Abbe(binary, str(binary)) for binary in options.binaries] + witnesses
     print(machines.describe())
-    for scene in (scene for scene in measure.SCENES if scene.name in options.scenes.split(",")):
-        start = {program.name: program.run(scene.path, measure.LEAST, 9, {})[0].cpu for program in programs}
+    costs = {program.name: [] for program in programs}
+    for scene in scenes:
+        start = {program.name: program.run(scene.path, measure.LEAST, 9, scene.defines or {})[0].cpu for program in programs}
         cpu, pictures = ({program.name: [] for program in programs} for _ in range(2))
         for seed in range(options.seeds):
             for program in programs:
-                used, picture = program.run(scene.path, measure.SPP, 100 + seed, {})
+                used, picture = program.run(scene.path, measure.SPP, 100 + seed, scene.defines or {})
                 cpu[program.name].append(used.cpu - start[program.name])
                 pictures[program.name].append(picture[..., 1])
         centre = np.mean([np.mean(of_program, 0) for of_program in pictures.values()], 0)
@@ -54,10 +69,13 @@ def main():
             smooth = [blurred(picture) for picture in of_program]
             seconds = statistics.median(cpu[name])
             found[name] = (error(of_program, centre, scene.trimmed), error(smooth, blurred(centre), scene.trimmed), seconds)
-        theirs = found["Mitsuba"]
+        theirs = found[witnesses[0].name]
         for name, (own, smooth, seconds) in found.items():
-            ratios = f"cost {own * seconds / theirs[0] / theirs[2]:.3g}, blurred {smooth * seconds / theirs[1] / theirs[2]:.3g}, CPU {seconds / theirs[2]:.3g}"
-            print(f"{scene.name:12} relMSE {own:.3g}, blurred {smooth:.3g}, {seconds:.2f} s; over Mitsuba's: {ratios}  {name}", flush=True)
+            costs[name].append(own * seconds / theirs[0] / theirs[2])
+            ratios = f"cost {costs[name][-1]:.3g}, blurred {smooth * seconds / theirs[1] / theirs[2]:.3g}, relMSE {own / theirs[0]:.3g}, CPU {seconds / theirs[2]:.3g}"
+            print(f"{scene.name:23} relMSE {own:.3g}, blurred {smooth:.3g}, {seconds:.2f} s; over {witnesses[0].name}'s: {ratios}  {name}", flush=True)
+    for name, over in costs.items():
+        print(f"{'geometric mean of cost':23} {statistics.geometric_mean(over):.3g}, largest {max(over):.3g}  {name}")
     return 0
 
 

@@ -5,6 +5,7 @@ mod rays;
 
 use super::{Accel, Tests};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
+use crate::lanes::{LANES, Mask};
 use crate::shape::{ControlPoint, CurveKind, Curves, Cylinder, Disk, Hit, Mesh, MeshData, Shape, Sphere};
 use glam::{DMat4, DQuat};
 use rand::{RngExt, SeedableRng};
@@ -404,6 +405,32 @@ fn lines_through_a_box_meet_the_ball_in_it_as_its_area_says() {
     let entered = entered as f64 / f64::from(LINES);
     let expected = 6.0 / (4.0 * PI);
     assert!((entered - expected).abs() < 4.0 * (expected / f64::from(LINES)).sqrt(), "{entered}");
+}
+
+/// Through trees over all kinds of surfaces, from one place or from many.
+#[test]
+fn rays_that_go_together_are_occluded_as_they_are_alone() {
+    let mut random = random(31);
+    let mut counts = [0; 2];
+    for round in 0..40 {
+        let shapes = mixture(300, 0.1, &mut random);
+        let accel = Accel::build(&shapes);
+        for _ in 0..50 {
+            let one = any_ray(&mut random);
+            let rays: [Ray; LANES] = std::array::from_fn(|_| match round % 2 {
+                0 => Ray { direction: direction(&mut random), ..one },
+                _ => any_ray(&mut random),
+            });
+            let asked: Mask = random.random_range(0..1 << LANES);
+            let together = accel.occluded_together(&rays, 0.0, asked);
+            for (lane, ray) in rays.iter().enumerate() {
+                let alone = asked >> lane & 1 == 1 && accel.occluded(ray, 0.0);
+                assert_eq!(together >> lane & 1 == 1, alone, "{ray:?}");
+                counts[usize::from(alone)] += 1;
+            }
+        }
+    }
+    assert!(counts.iter().all(|&count| count > 1000), "{counts:?}");
 }
 
 /// Counting changes no answer, nor does it stop sooner.

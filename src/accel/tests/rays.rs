@@ -3,7 +3,7 @@
 use super::fans::{any_point, placed, room, slivers};
 use super::*;
 use crate::accel::{Hits, NO_FACET, Rays};
-use crate::lanes::{LANES, Mask, get, set};
+use crate::lanes::{get, set};
 
 /// Small scenes of all kinds, one with more triangles than are tested without a tree, and one of spheres.
 fn scene(round: u32, random: &mut Random) -> Vec<Shape> {

@@ -17,6 +17,7 @@ use std::f64::consts::FRAC_1_PI;
 /// Mitsuba's `principled`.
 #[derive(Clone, Copy, Debug)]
 pub struct Principled<const C: usize> {
+    /// What it has in common with [`super::PrincipledThin`].
     pub base: PrincipledBase<C>,
     /// Weight of metal.
     pub metallic: f64,

@@ -13,6 +13,7 @@ use std::f64::consts::FRAC_1_PI;
 /// the direction of incidence. Mitsuba's `principledthin`.
 #[derive(Clone, Copy, Debug)]
 pub struct PrincipledThin<const C: usize> {
+    /// What it has in common with [`super::Principled`].
     pub base: PrincipledBase<C>,
     /// Diffuse transmission: at 0 none of the diffuse light leaves on the other side, at 1 half, at 2 all.
     pub diff_trans: f64,

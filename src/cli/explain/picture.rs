@@ -1,6 +1,6 @@
 //! A path drawn in two projections.
 
-use abbe::integrator::{Step, Told};
+use abbe::integrator::{RecordedStep, Step};
 use abbe::plot::{Anchor, Drawing, INKS};
 use abbe::render::Explained;
 
@@ -38,7 +38,7 @@ impl Layout {
         // Where each vertex of the path that is under way lies: branches go on from one of them.
         let mut known: Vec<[f64; 3]> = Vec::new();
         let reach = extent(&explained.steps, explained.origin);
-        for Told { vertex, step } in &explained.steps {
+        for RecordedStep { vertex, step } in &explained.steps {
             let vertex = *vertex as usize;
             let from = vertex.checked_sub(1).and_then(|before| known.get(before)).copied();
             let from = from.unwrap_or(explained.origin);
@@ -80,7 +80,7 @@ impl Layout {
 }
 
 /// The largest distance along an axis between vertices.
-fn extent(steps: &[Told], origin: [f64; 3]) -> f64 {
+fn extent(steps: &[RecordedStep], origin: [f64; 3]) -> f64 {
     let places = steps.iter().filter_map(|told| match &told.step {
         Step::Surface { place, .. } | Step::Medium { place, .. } => Some(*place),
         _ => None,

@@ -1,6 +1,6 @@
 //! A sample told in words.
 
-use abbe::integrator::{Step, Told};
+use abbe::integrator::{RecordedStep, Step};
 use abbe::render::{Explained, Shared};
 use abbe::scene::Description;
 use std::fmt::Write;
@@ -79,7 +79,7 @@ fn tell_to(
         writeln!(text, "told is the path of {x},{y}, as that pixel alone would follow it")?;
     }
     writeln!(text, "camera ray from {} toward {}", place(explained.origin), place(explained.direction))?;
-    for Told { vertex, step } in &explained.steps {
+    for RecordedStep { vertex, step } in &explained.steps {
         tell_step(text, *vertex, step, description)?;
     }
     writeln!(text, "radiance of the path: {}", numbers(&explained.path_radiance))

@@ -1,7 +1,9 @@
 mod frames;
 mod long;
+mod outcome;
 mod report;
 mod stats;
+mod until;
 
 use super::png_options::PngOptions;
 use super::sampling_options::SamplingOptions;
@@ -89,7 +91,7 @@ pub(super) fn run_shown(args: &Args, page: Option<&Page>) -> Result<(), Failure>
     let began = Instant::now();
     let mut description = args.scene.read()?;
     let read = began.elapsed();
-    let most = args.long.ends_early().then_some(long::MOST_SAMPLES);
+    let most = args.long.until.ends_early().then_some(until::MOST_SAMPLES);
     args.sampling.apply_to(&mut description, most);
     let range = args.sampling.range(&description);
     let description = description.over(range);

@@ -19,7 +19,7 @@ const RARELY: u32 = 20;
 /// A page that has not asked for so long is closed.
 const SILENCE: Duration = Duration::from_secs(10);
 
-/// A picture and whoever looks at it.
+/// A picture and its viewers.
 pub struct Page {
     title: String,
     shown: Mutex<Shown>,
@@ -33,7 +33,7 @@ struct Shown {
     version: u64,
     progress: f64,
     is_done: bool,
-    /// Pixels of the film that somebody wants to know all of.
+    /// Pixels of the film whose spectrum a viewer asks for.
     questions: Vec<([u32; 2], Sender<Value>)>,
     /// When the page last asked for anything.
     heard: Option<Instant>,

@@ -65,7 +65,7 @@ fn option_of_render() -> Option<String> {
     given.filter_map(clap::Arg::get_long).find(|&name| name != "port").map(str::to_owned)
 }
 
-/// Until somebody has seen enough.
+/// Until a signal ends it.
 pub fn wait(stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(Duration::from_millis(50));

@@ -106,7 +106,7 @@ fn told(kind: &str, content: Vec<u8>) -> Answer {
     headers.fold(Response::from_data(content), Response::with_header)
 }
 
-/// Text of which a URL has some bytes as `%` and two digits. `None` where it is none.
+/// Decodes the text of a URL, with some bytes as `%` and two digits. `None` where it is malformed.
 fn decoded(text: &str) -> Option<String> {
     let mut bytes = Vec::new();
     let mut rest = text.as_bytes();

@@ -1,6 +1,5 @@
 //! Paths that leave a bundle: [`Path`] follows them to their ends.
 
-use super::super::caustics::FirstSurface;
 use super::super::path::{Beside, Parted, Path, PreviousSample};
 use super::super::surfaces::Surfaces;
 use super::{Bundle, Source};
@@ -23,14 +22,10 @@ impl<const C: usize> Bundle<'_, C> {
             }
             return path;
         }
-        let beside = match (scene.features().light_tracing, self.is_shared) {
-            (false, _) => Beside::Nothing,
-            (true, true) => Beside::Shared,
-            (true, false) => Beside::First(FirstSurface {
-                point: self.from.get(lane).point,
-                leaves: ray.direction,
-                density: get(&self.density, lane) * self.ratio.get(lane).sum() / C as f64,
-            }),
+        let beside = match self.firsts.get(lane) {
+            None => Beside::Nothing,
+            Some(_) if self.is_shared => Beside::Shared,
+            Some(first) => Beside::First(*first),
         };
         Path::parted(Parted {
             time: self.time,

@@ -10,8 +10,9 @@ mod pool;
 mod turn;
 
 pub(super) use pool::{Found, follow};
-pub(super) use turn::Turn;
+pub(super) use turn::{Each, Turn};
 
+use super::caustics::FirstSurface;
 use super::path::{late_survival, light_sample_weight, power_heuristic};
 use super::surfaces::{Scatters, Surfaces};
 use crate::accel::Rays;
@@ -60,6 +61,8 @@ pub(super) struct Bundle<'a, const C: usize> {
     is_plain: bool,
     /// By lane, where segments are not plain.
     media: Vec<Media>,
+    /// By lane, in scenes with light tracing: how paths have left their first surfaces.
+    firsts: Vec<FirstSurface>,
     only_radiance: SampledLanes<C>,
     /// Light that has come along the rays, weighed by all that was before.
     pub arriving: SampledLanes<C>,
@@ -92,7 +95,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
             is_shared: false,
             is_plain: scene.has_plain_segments(),
             media: Vec::new(),
-            only_radiance: SampledLanes::splat(&turn.only_radiance),
+            firsts: Vec::new(),
+            only_radiance: turn.only_radiance.clone(),
             arriving: SampledLanes::ZERO,
             contested: Vec::new(),
         };
@@ -125,7 +129,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
     }
 
     fn wavelengths(&self, lane: usize) -> &'a Wavelengths<C> {
-        self.sources[lane].turn.wavelengths
+        let Source { turn, lane, .. } = self.sources[lane];
+        turn.wavelengths(lane)
     }
 
     /// The values of a set for all lanes.
@@ -160,13 +165,17 @@ impl<'a, const C: usize> Bundle<'a, C> {
     /// To the next surfaces; see [`super::path::Path::advance`]. The lanes that meet none have left the
     /// scene.
     pub fn advance(&mut self, found: &mut Intersections) {
-        let scene = self.scene;
-        if self.is_plain && scene.meets_at_once(self.kind()) {
-            return scene.intersect_in_lanes(&self.rays, self.time, self.kind(), self.alive, found);
+        let (scene, kind) = (self.scene, self.kind());
+        let mut alone = self.alive;
+        if scene.meets_at_once(kind) {
+            scene.intersect_in_lanes(&self.rays, self.time, kind, self.alive, found);
+            alone = if self.is_plain { 0 } else { scene.interfaces(found) };
+        } else {
+            found.clear(self.time);
         }
-        found.clear(self.time);
-        for lane in lanes_of(self.alive) {
+        for lane in lanes_of(alone) {
             let mut path = self.path(lane);
+            found.met &= !(1 << lane);
             if let Some(hit) = path.advance(scene, &self.rays.get(lane), self.wavelengths(lane)) {
                 found.set(lane, &hit);
             }
@@ -230,7 +239,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
         for lane in lanes_of(surfaces.hits.met & self.alive) {
             match scene.side(&surfaces.hits, lane, seen_from_front >> lane & 1 == 1) {
                 Side::Diffuse(number) => {
-                    let reflectance = self.sources[lane].turn.reflectance(scene, number);
+                    let Source { turn, lane: of_turn, .. } = self.sources[lane];
+                    let reflectance = turn.reflectance(scene, number, of_turn);
                     surfaces.diffuse |= 1 << lane;
                     surfaces.reflectance.set(lane, &reflectance);
                 }
@@ -311,11 +321,16 @@ impl<'a, const C: usize> Bundle<'a, C> {
         light: &mut SampledLanes<C>,
     ) {
         let scene = self.scene;
-        if self.is_plain && !scene.features().transparent_shadows {
-            light.keep(!scene.occluded_in_lanes(RayKind::Shadow, shadow_rays, self.time, asked));
-            return;
+        let mut unsure = asked;
+        if !scene.features().absorption {
+            // What nothing is in the way of arrives, whatever surfaces may mean.
+            unsure = scene.occluded_in_lanes(RayKind::Shadow, shadow_rays, self.time, asked);
+            if self.is_plain && !scene.features().transparent_shadows {
+                light.keep(!unsure);
+                return;
+            }
         }
-        for lane in lanes_of(asked) {
+        for lane in lanes_of(unsure) {
             let (path, hit) = (self.path(lane), surfaces.hits.get(scene, lane));
             let (ray, shadow_ray) = (self.rays.get(lane), shadow_rays.get(lane));
             let visibility = path.visibility(scene, &ray, &hit, &shadow_ray, self.wavelengths(lane));
@@ -343,6 +358,14 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.rays.leaves = *surfaces.hits.facet();
         self.density = scatters.density;
         self.from = surfaces.receivers();
+        if self.depth == 0 && self.scene.features().light_tracing {
+            let first = |lane| FirstSurface {
+                point: self.from.get(lane).point,
+                leaves: self.rays.get(lane).direction,
+                density: get(&self.density, lane) * scatters.ratio.get(lane).sum() / C as f64,
+            };
+            self.firsts = (0..LANES).map(first).collect();
+        }
         self.depth += 1;
         self.alive = scatters.spread;
     }
@@ -403,6 +426,14 @@ impl<'a, const C: usize> Bundle<'a, C> {
             return;
         }
         self.direct_light(surfaces, &self.draw(Dimensions::Light(self.depth)), 1.0, samples);
+        self.scatter(surfaces);
+    }
+
+    /// On from the surfaces by scattering; see [`super::path::Path::scatter`].
+    pub fn scatter(&mut self, surfaces: &Surfaces<C>) {
+        if self.alive == 0 {
+            return;
+        }
         let u = self.draw(Dimensions::Scattering(self.depth));
         let scatters = surfaces.sample(&u, self.alive);
         self.end_absorbed(&scatters);
@@ -467,6 +498,9 @@ impl<'a, const C: usize> Bundle<'a, C> {
             set(own, lane, get(other, from));
         }
         if let (Some(own), Some(other)) = (self.media.get_mut(lane), other.media.get(from)) {
+            own.clone_from(other);
+        }
+        if let (Some(own), Some(other)) = (self.firsts.get_mut(lane), other.firsts.get(from)) {
             own.clone_from(other);
         }
         self.alive |= 1 << lane;

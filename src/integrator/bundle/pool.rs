@@ -13,18 +13,15 @@ pub(in crate::integrator) struct Found<const C: usize> {
     pub contested: Vec<(usize, usize, Sampled<C>, f64)>,
 }
 
-/// Follows paths to their ends. All bundles have come as far as one another.
+/// Follows paths to their ends. All bundles that have any have come as far as one another.
 pub(in crate::integrator) fn follow<const C: usize>(
     mut bundles: Vec<Bundle<C>>,
     scratch: &mut Scratch<C>,
     samples: usize,
 ) -> Found<C> {
     let mut found = Found { arriving: vec![SampledLanes::ZERO; samples], contested: Vec::new() };
-    let may_merge = bundles.windows(2).all(|two| two[0].may_merge(&two[1]));
     loop {
-        if may_merge {
-            gather(&mut bundles, &mut found);
-        }
+        // Before paths move: a bundle without any has not come as far as the others.
         bundles.retain_mut(|bundle| {
             if bundle.alive == 0 {
                 found.take(bundle, Mask::MAX);
@@ -33,6 +30,9 @@ pub(in crate::integrator) fn follow<const C: usize>(
         });
         if bundles.is_empty() {
             return found;
+        }
+        if bundles.windows(2).all(|two| two[0].may_merge(&two[1])) {
+            gather(&mut bundles, &mut found);
         }
         bundles.iter_mut().for_each(|bundle| bundle.step(scratch));
     }

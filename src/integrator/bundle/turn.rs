@@ -1,45 +1,61 @@
 use crate::lanes::LANES;
 use crate::sampling::Stream;
 use crate::scene::Scene;
-use crate::spectrum::{Sampled, Wavelengths};
+use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use smallvec::SmallVec;
 
 /// One sample of each pixel of a group, with what is known of its wavelengths before the paths are followed.
 pub(in crate::integrator) struct Turn<'a, const C: usize> {
-    pub wavelengths: &'a Wavelengths<C>,
+    /// Those of each lane.
+    wavelengths: [&'a Wavelengths<C>; LANES],
     pub time: f64,
     /// Sample values of each lane; those without a path have some, too.
     pub streams: [Stream<'a>; LANES],
-    /// Reflectances of even surfaces, by their numbers: those of few, once and for all.
+    /// Reflectances of even surfaces, by their numbers: those of few, once and for all lanes.
     reflectances: SmallVec<[Sampled<C>; LOOKED_UP]>,
     /// See [`crate::light::Lights::only_radiance`].
-    pub only_radiance: Sampled<C>,
+    pub only_radiance: SampledLanes<C>,
+}
+
+/// Wavelengths of the lanes.
+pub(in crate::integrator) enum Each<'a, const C: usize> {
+    Same(&'a Wavelengths<C>),
+    Own([&'a Wavelengths<C>; LANES]),
 }
 
 /// Up to this number of reflectances are looked up before any is asked for.
 const LOOKED_UP: usize = 8;
 
 impl<'a, const C: usize> Turn<'a, C> {
-    pub fn new(
-        scene: &Scene,
-        time: f64,
-        wavelengths: &'a Wavelengths<C>,
-        streams: [Stream<'a>; LANES],
-    ) -> Self {
-        let reflectances = scene.reflectances().iter().take(LOOKED_UP);
-        Self {
-            wavelengths,
-            time,
-            streams,
-            reflectances: reflectances.map(|spectrum| spectrum.sample(&wavelengths.nm)).collect(),
-            only_radiance: scene.lights.only_radiance(&wavelengths.nm),
-        }
+    pub fn new(scene: &Scene, time: f64, wavelengths: Each<'a, C>, streams: [Stream<'a>; LANES]) -> Self {
+        let lights = &scene.lights;
+        let mut reflectances = SmallVec::new();
+        let (wavelengths, only_radiance) = match wavelengths {
+            Each::Same(wavelengths) => {
+                let first = scene.reflectances().iter().take(LOOKED_UP);
+                reflectances.extend(first.map(|spectrum| spectrum.sample(&wavelengths.nm)));
+                ([wavelengths; LANES], SampledLanes::splat(&lights.only_radiance(&wavelengths.nm)))
+            }
+            Each::Own(each) => {
+                let mut radiances = SampledLanes::ZERO;
+                for (lane, wavelengths) in each.iter().enumerate() {
+                    radiances.set(lane, &lights.only_radiance(&wavelengths.nm));
+                }
+                (each, radiances)
+            }
+        };
+        Self { wavelengths, time, streams, reflectances, only_radiance }
     }
 
-    pub fn reflectance(&self, scene: &Scene, number: u32) -> Sampled<C> {
+    /// Those of a lane.
+    pub fn wavelengths(&self, lane: usize) -> &'a Wavelengths<C> {
+        self.wavelengths[lane % LANES]
+    }
+
+    pub fn reflectance(&self, scene: &Scene, number: u32, lane: usize) -> Sampled<C> {
         match self.reflectances.get(number as usize) {
             Some(reflectance) => *reflectance,
-            None => scene.reflectances()[number as usize].sample(&self.wavelengths.nm),
+            None => scene.reflectances()[number as usize].sample(&self.wavelengths(lane).nm),
         }
     }
 }

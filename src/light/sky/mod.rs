@@ -39,7 +39,9 @@ pub struct SkySettings {
     pub albedo: [f64; WAVELENGTHS],
     /// In the sky's frame, in which the zenith is +z. Unit length.
     pub sun_direction: Vec3,
+    /// Factor on the radiance of the sky, at least 0.
     pub sky_scale: f64,
+    /// Factor on the radiance of the sun, at least 0.
     pub sun_scale: f64,
     /// Angle across the sun, degrees. The sun's irradiance does not depend on it.
     pub sun_aperture: f64,

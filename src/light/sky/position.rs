@@ -10,12 +10,17 @@ use std::f32::consts::{PI, TAU};
 /// A time of the civil calendar and a place on Earth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunTime {
+    /// Year, Gregorian, from -4000 to 10000.
     pub year: i32,
+    /// Month, from 1 to 12.
     pub month: i32,
+    /// Day of the month, from 1 to 31.
     pub day: i32,
     /// Local time; hours may have a fraction.
     pub hour: f64,
+    /// Minute, from 0 to 60.
     pub minute: f64,
+    /// Second, from 0 to 60.
     pub second: f64,
     /// Degrees, north positive.
     pub latitude: f64,

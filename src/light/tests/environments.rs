@@ -106,6 +106,27 @@ fn both_ways_to_ask_for_a_density_agree() {
     }
 }
 
+/// A sample knows what comes from its direction, as if that were asked for.
+#[test]
+fn a_sample_has_the_radiance_of_its_direction() {
+    for environment in environments() {
+        let mut numbers = Numbers(Pcg64::new(8, 1));
+        for _ in 0..20_000 {
+            let u = numbers.pair();
+            let (direction, density) = environment.sample(u).unwrap();
+            let (same, p, radiance) = environment.sample_radiance(u, &[450.0, NM]).unwrap();
+            assert_eq!((direction, density), (same, p));
+            let expected = environment.radiance(direction, &[450.0, NM]);
+            for (found, expected) in radiance.0.into_iter().zip(expected.0) {
+                assert!(
+                    (found - expected).abs() <= 1e-9 * (1.0 + expected),
+                    "{direction}: {found} {expected}"
+                );
+            }
+        }
+    }
+}
+
 /// The irradiance of a plane, by directions to the light and by those that a diffuse surface scatters to.
 #[test]
 fn a_plane_receives_the_same_by_light_samples_and_by_scattering() {

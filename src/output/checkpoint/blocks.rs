@@ -39,7 +39,7 @@ pub(super) fn packed(numbers: &[u64]) -> Vec<u8> {
     encoder.finish().unwrap_or_default()
 }
 
-/// The inverse of [`packed`], for so many integers.
+/// The inverse of [`packed`], for `count` integers.
 pub(super) fn unpacked(bytes: &[u8], count: usize) -> Result<Vec<u64>> {
     let mut decoder = DeflateDecoder::new(bytes);
     let (mut numbers, mut plane) = (vec![0; count], vec![0; count]);

@@ -82,11 +82,26 @@ pub struct Plan {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Refusal {
     /// They are of different pictures: what differs, and how it is in either.
-    Different { files: [usize; 2], what: String, values: [String; 2] },
+    Different {
+        /// Numbers of the two files.
+        files: [usize; 2],
+        /// What differs.
+        what: String,
+        /// What either has.
+        values: [String; 2],
+    },
     /// Both hold this, and each has something that the other has not.
-    Overlap { files: [usize; 2], part: RenderPart },
+    Overlap {
+        /// Numbers of the two files.
+        files: [usize; 2],
+        /// What both have.
+        part: RenderPart,
+    },
     /// Both hold the same samples, with other sums.
-    Contradiction { files: [usize; 2] },
+    Contradiction {
+        /// Numbers of the two files.
+        files: [usize; 2],
+    },
 }
 
 impl fmt::Display for RenderPart {

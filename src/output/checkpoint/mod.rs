@@ -34,7 +34,9 @@ const AT_ONCE: usize = 1 << 18;
 /// Some samples of the pixels of a rectangle.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RenderPart {
+    /// The rectangle.
     pub region: Region,
+    /// Their numbers, from the first to before the last.
     pub samples: Range<u64>,
 }
 
@@ -44,7 +46,9 @@ pub struct Header {
     /// What all parts of a picture have in common, each with its name: parts in which any differs are of
     /// different pictures.
     pub identity: Vec<(String, String)>,
+    /// What becomes of the film when the picture is written.
     pub picture: Description,
+    /// What the film measures.
     pub film: Measures,
     /// Samples of each pixel in the finished picture.
     pub samples_per_pixel: u64,
@@ -52,6 +56,7 @@ pub struct Header {
     pub holds: Vec<RenderPart>,
     /// What a render was asked for and how far it is. `None` of what was put together from parts.
     pub render: Option<(RenderPart, Position)>,
+    /// Values that were left out of the sums.
     pub bad: BadValues,
     /// By replicate: how many light subpaths there were.
     pub light_paths: Vec<u64>,
@@ -62,7 +67,9 @@ pub struct Header {
 /// What becomes of the film when the picture is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description {
+    /// What the main channels are.
     pub content: Content,
+    /// What the names of the channels of means and of second moments begin with, if there are any.
     pub moments: Option<[String; 2]>,
     /// Name and text, but for those that say how many samples there are.
     pub attributes: Vec<(String, String)>,
@@ -71,10 +78,15 @@ pub struct Description {
 /// What a film measures, and where.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measures {
+    /// The exposed pixels within the whole film.
     pub extent: Extent,
+    /// Parts of the samples, whose spread tells the error.
     pub replicates: u32,
+    /// Replicates of each net.
     pub per_net: u32,
+    /// What is measured beside X, Y and Z.
     pub extras: Extras,
+    /// The quantum that sums are counted in.
     pub scale: FixedPoint,
 }
 
@@ -221,6 +233,7 @@ fn rows_of(measures: &Measures, numbers: &[u64]) -> Vec<Row> {
 
 /// A checkpoint whose header is read.
 pub struct Opened {
+    /// What it says of itself.
     pub header: Header,
     reader: Reader<BufReader<File>>,
     /// Check sum of all blocks: equal for equal sums of the same part.

@@ -8,7 +8,9 @@ use std::path::Path;
 /// What [`read()`] finds in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channels {
+    /// Columns.
     pub width: usize,
+    /// Rows.
     pub height: usize,
     /// Name and values, row by row from the top, in the order of the names.
     pub channels: Vec<(String, Vec<f32>)>,
@@ -85,7 +87,7 @@ pub(super) fn damaged(error: exr::error::Error) -> std::io::Error {
     std::io::Error::other(format!("not a readable OpenEXR file: {error}"))
 }
 
-/// Refuses a header that announces a picture that a file of so many bytes can't hold.
+/// Refuses a header that announces a picture larger than its file can hold.
 pub(super) fn checked(meta: &exr::meta::MetaData, bytes: u64) -> std::io::Result<()> {
     for header in &meta.headers {
         let pixels = header.layer_size.area() as u64;

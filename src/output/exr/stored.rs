@@ -21,7 +21,9 @@ const FEWEST_KEPT: usize = 10;
 /// spectral picture has hundreds of channels, and rarely are more than a few of them looked at.
 #[derive(Debug)]
 pub struct Stored {
+    /// Columns.
     pub width: usize,
+    /// Rows.
     pub height: usize,
     /// In the order of [`Channels`](super::Channels).
     names: Vec<String>,

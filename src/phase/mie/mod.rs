@@ -19,6 +19,7 @@ use std::f64::consts::PI;
 /// Spheres of one material in a medium that absorbs nothing.
 #[derive(Clone, Debug)]
 pub struct Population {
+    /// How large the spheres are.
     pub sizes: Sizes,
     /// n and k of the spheres.
     pub index: [Spectrum; 2],
@@ -29,20 +30,29 @@ pub struct Population {
 /// What a population does to light.
 #[derive(Clone, Debug)]
 pub struct Optics {
+    /// Phase function by wavelength and angle.
     pub phase: SpectralTable,
     /// Extinction and scattering coefficient, µm⁻¹, of as many spheres as fill all of space: those of a
     /// dilution follow by its volume fraction.
     pub extinction: Spectrum,
+    /// Scattering coefficient, likewise.
     pub scattering: Spectrum,
 }
 
 /// Why a population cannot be tabulated.
+/// Why scattering by spheres cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MieError {
     /// The largest spheres have this size parameter.
-    TooLarge { size: f64 },
+    TooLarge {
+        /// Circumference over the wavelength.
+        size: f64,
+    },
     /// The index of spheres or medium is no positive number at this wavelength, nm, or k is below 0.
-    NoIndex { nm: f64 },
+    NoIndex {
+        /// Wavelength, nm.
+        nm: f64,
+    },
 }
 
 impl std::fmt::Display for MieError {

@@ -10,11 +10,21 @@ pub enum Sizes {
     One(f64),
     /// The logarithm is normally distributed: about the median with the logarithm of the geometric standard
     /// deviation, which is above 1.
-    LogNormal { median: f64, spread: f64 },
+    LogNormal {
+        /// Median radius.
+        median: f64,
+        /// Geometric standard deviation, above 1.
+        spread: f64,
+    },
     /// Hansen's gamma distribution, n(r) ∝ r^((1−3b)/b) e^(−r/(ab)), of effective radius a and effective
     /// variance b below 1/2 (Hansen, "Multiple scattering of polarized light in planetary atmospheres. Part
     /// II", Journal of the Atmospheric Sciences 28, 1971).
-    Gamma { effective: f64, variance: f64 },
+    Gamma {
+        /// Effective radius: the third moment over the second.
+        effective: f64,
+        /// Effective variance, above 0 and below ½.
+        variance: f64,
+    },
 }
 
 /// A radius, µm, that stands for a fraction of all spheres.

@@ -12,6 +12,7 @@ use rustfft::num_complex::Complex64;
 pub struct Sphere {
     /// Circumference over the wavelength in the medium around.
     size: f64,
+    /// Coefficients a and b of each order from 1 on.
     pub coefficients: Vec<[Complex64; 2]>,
 }
 
@@ -130,6 +131,7 @@ pub struct Amplitudes {
 }
 
 impl Amplitudes {
+    /// For directions of these cosines of the scattering angle.
     pub fn new(cosines: Vec<f64>) -> Self {
         let columns = std::array::from_fn(|_| vec![0.0; cosines.len()]);
         Self { cosines, columns }

@@ -2,18 +2,22 @@
 
 use super::materials::MaterialCompiler;
 use super::spectra::{index, spectrum, texture};
+use crate::geometry::Vec3;
 use crate::medium::{
     Density, Diluted, Emission, Exponential, Extinction, GridExtinction, Medium, Scattering,
 };
 use crate::phase::mie::Population;
 use crate::phase::{Mixture, Phase, PhaseTable, Sggx, air};
+use crate::raster::Grid;
 use crate::scene::description::{
     self, DensitySource, EmissionSource, ExponentialSource, MediumContent, MieSource, PhaseKind,
+    SampledSource,
 };
 use crate::scene::source::{Place, SceneError};
 use crate::spectrum::{Extrapolation, Spectrum};
-use crate::texture::{Texture, Volume};
+use crate::texture::{Filter, Texture, TexturePoint, Volume, Wrap};
 use crate::units::WavelengthRange;
+use rayon::prelude::*;
 
 /// An extinction that is the same everywhere, and how it scatters.
 struct Uniform {
@@ -68,11 +72,29 @@ impl MaterialCompiler {
                         Density::Grid(grid(texture(source, &self.shift)?, &source.place)?)
                     }
                     DensitySource::Exponential(source) => Density::Exponential(self.exponential(source)),
+                    DensitySource::Sampled(source) => Density::Grid(self.sampled(source)?),
                 };
                 Extinction::Diluted(Box::new(Diluted { density, spectrum: extinction }))
             }
         };
         Ok(Medium { extinction, scattering, emission })
+    }
+
+    /// What is between the centres of cells is linear, so that optical depths are exact.
+    fn sampled(&self, source: &SampledSource) -> Result<GridExtinction, SceneError> {
+        let pattern = texture(&source.pattern, &self.shift)?;
+        let to_local = self.shift.inverse().then(&source.to_world.inverse());
+        let to_scene = to_local.inverse();
+        let cells = source.resolution as usize;
+        let centre = |i: usize| (i as f64 + 0.5) / cells as f64;
+        let at = |i: usize| {
+            let place = Vec3::new(centre(i % cells), centre(i / cells % cells), centre(i / cells / cells));
+            pattern.value(&TexturePoint::in_space(to_scene.point(place))).max(0.0) as f32
+        };
+        let values = (0..cells.pow(3)).into_par_iter().map(at).collect();
+        let grid = Grid { size: [cells; 3], channels: 1, values, corners: [Vec3::ZERO, Vec3::ONE] };
+        let volume = Volume::new(&grid, to_local, Filter::Linear, Wrap::Clamp, true);
+        Ok(GridExtinction { volume, factor: 1.0 })
     }
 
     fn exponential(&self, source: &ExponentialSource) -> Exponential {

@@ -24,8 +24,9 @@ pub(super) use shapes::{bounds as bounds_of_shape, place as place_shape};
 pub(super) use spectra::index as index_of_source;
 
 use super::description::{self, Description, IntegratorKind, Note, ShapeKind};
+use super::features::Features;
 use super::lanes::{EvenSurfaces, KnownSurface};
-use super::scene::{Features, Scene, Surface};
+use super::scene::{Scene, Surface};
 use super::source::{Place, SceneError, SceneErrors};
 use crate::accel::NO_FACET;
 use crate::film::Region;
@@ -47,7 +48,9 @@ use std::collections::HashMap;
 /// What a scene is compiled for.
 #[derive(Clone, Copy, Debug)]
 pub struct CompileOptions {
+    /// Wavelengths that are simulated, nm.
     pub range: WavelengthRange,
+    /// The colour matching functions.
     pub observer: &'static Observer,
     /// Whether spectral bins are measured too: then wavelengths that the observer hardly sees count as well.
     pub spectral: bool,
@@ -63,6 +66,7 @@ pub struct Crop {
     /// Pixels around it, as far as the window goes, that are measured too. What is measured holds whole
     /// squares of pixels of an edge of `square`, each with that margin.
     pub margin: u32,
+    /// Columns, and rows, of such a square, at least 1.
     pub square: u32,
 }
 
@@ -215,6 +219,7 @@ impl Compiler<'_> {
             hide_emitters: description.integrator.hide_emitters,
             null_is_a_segment: !volumetric,
             techniques: description.integrator.techniques,
+            aims_at_lamps: lights.can_aim(),
             coverage: match description.integrator.kind {
                 IntegratorKind::Direct => Coverage::Surface,
                 _ => Coverage::Obstacle,

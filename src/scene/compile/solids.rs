@@ -71,7 +71,7 @@ impl<'a> Flat<'a> {
         self.split(solid, &above);
     }
 
-    /// A union of which nobody sees the inside is nothing but its parts, and costs no more than these.
+    /// A union whose inside cannot be seen is compiled as its parts, and costs no more than these.
     ///
     /// That is exact for all light that begins outside: what lies within another part is hidden by it. A
     /// camera within would see inner faces, and where two faces coincide that look the same way, either may

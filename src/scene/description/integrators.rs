@@ -6,12 +6,15 @@ use crate::scene::source::Place;
 /// What is computed, and by which method.
 #[derive(Clone, Debug)]
 pub struct Integrator {
+    /// Where the file declares it.
     pub place: Place,
+    /// Which integrator it is, with the parameters of its own.
     pub kind: IntegratorKind,
     /// Most segments of a path, camera ray included; `None` is unlimited. 1 shows emission only.
     pub max_depth: Option<u32>,
     /// Number of segments from which Russian roulette may end a path.
     pub rr_depth: u32,
+    /// Whether lights and the environment are invisible to the camera; they still illuminate.
     pub hide_emitters: bool,
     /// `direct` may leave one out.
     pub techniques: Techniques,
@@ -59,6 +62,7 @@ impl Moments {
 pub struct Aov {
     /// What the names of its channels begin with.
     pub name: String,
+    /// What the image shows.
     pub kind: AovKind,
 }
 
@@ -72,6 +76,7 @@ pub enum AovKind {
     Depth,
     /// The place in the coordinates of the file.
     Position,
+    /// Texture coordinates (u, v).
     Uv,
     /// Unit normal of the surface itself, on the side that its orientation says.
     GeometricNormal,

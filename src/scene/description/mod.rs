@@ -17,6 +17,7 @@ pub use materials::{
 };
 pub use media::{
     DensitySource, EmissionSource, ExponentialSource, Medium, MediumContent, MieSource, Phase, PhaseKind,
+    SampledSource,
 };
 pub use sensors::{
     AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmChannel, FilmContent, FovAxis, Lens,
@@ -37,11 +38,17 @@ use crate::units::WavelengthRange;
 /// What a scene file says.
 #[derive(Clone, Debug)]
 pub struct Description {
+    /// The files that it was read from, for messages that point into them.
     pub sources: Sources,
+    /// How light is followed.
     pub integrator: Integrator,
+    /// The sensor that is rendered, one of those that the file may have.
     pub sensor: Sensor,
+    /// Shapes that are no part of a solid or a group.
     pub shapes: Vec<ShapeDescription>,
+    /// Solids by union, intersection and difference.
     pub solids: Vec<Solid>,
+    /// Groups where they stand.
     pub instances: Vec<Instance>,
     /// Lights that are no shape's surface.
     pub lights: Vec<Light>,
@@ -64,7 +71,9 @@ impl Description {
 /// A remark tied to a place.
 #[derive(Clone, Debug)]
 pub struct Note {
+    /// What the note is about.
     pub place: Place,
+    /// The sentence that is printed.
     pub text: String,
     /// Where it is about wavelengths outside of a range alone, that range: a render within has nothing to do
     /// with it.

@@ -12,7 +12,9 @@ use std::sync::Arc;
 /// A spectrum as the file gives it.
 #[derive(Clone, Debug)]
 pub struct SpectrumSource {
+    /// Where the file declares it.
     pub place: Place,
+    /// Which spectrum or texture it is, with its parameters.
     pub kind: SpectrumKind,
     /// Factor on all values.
     pub scale: f64,
@@ -21,33 +23,45 @@ pub struct SpectrumSource {
 /// A function of wavelength, which may vary over a surface or in space.
 #[derive(Clone, Debug)]
 pub enum SpectrumKind {
+    /// The same at all wavelengths.
     Constant(f64),
     /// Linear between the nodes (strictly ascending, nm), zero outside, as in Mitsuba 3:
     /// a `wavelength:value` list, `irregular`, or a `.spd` file.
     Irregular {
+        /// Wavelengths, nm.
         nm: Vec<f64>,
+        /// Values at them.
         values: Vec<f64>,
+        /// The file that they come from; `None` where the scene has them.
         file: Option<PathBuf>,
     },
     /// Equally spaced values, linear between them, zero outside.
     Regular {
+        /// Wavelength of the first value, nm.
         min_nm: f64,
+        /// Wavelength of the last value, nm.
         max_nm: f64,
+        /// The values, at least two.
         values: Vec<f64>,
     },
     /// Mitsuba's `d65`: the CIE table over 98.9974.
     D65,
     /// Planck's law, W·m⁻²·sr⁻¹·nm⁻¹, zero outside the range.
     Blackbody {
+        /// Temperature, K.
         kelvin: f64,
+        /// First wavelength, nm.
         min_nm: f64,
+        /// Last wavelength, nm.
         max_nm: f64,
     },
     /// One of the measured spectra compiled into the program (an extension).
     Named(String),
     /// A smooth spectrum that has a colour: linear values for the primaries of sRGB.
     Rgb {
+        /// Red, green and blue.
         rgb: [f64; 3],
+        /// What the colour describes, which settles its spectrum.
         role: RgbRole,
     },
     /// Three numbers that are no colour: a normal that is the same everywhere.
@@ -58,6 +72,7 @@ pub enum SpectrumKind {
     Checkerboard(Arc<CheckerboardSource>),
     /// What the vertices or faces of a mesh carry under a name that begins with `vertex_` or `face_`.
     MeshAttribute {
+        /// The name of the attribute.
         name: String,
     },
     /// Values in space.
@@ -82,14 +97,19 @@ pub enum RgbRole {
 /// An image on the coordinates u and v.
 #[derive(Clone, Debug)]
 pub struct BitmapSource {
+    /// File of the image, relative to the scene's folder.
     pub file: PathBuf,
+    /// Its pixels.
     pub image: Arc<Image>,
+    /// What is between the middles of pixels.
     pub filter: Filter,
+    /// What is beyond the edges.
     pub wrap: Wrap,
     /// Whether values are taken as they stand in the file, not decoded and not made into spectra.
     pub raw: bool,
     /// Whether what is looked up is kept in half precision (`format` "fp16").
     pub half: bool,
+    /// From the shape's uv to the texture's.
     pub to_uv: Transform,
 }
 
@@ -98,17 +118,24 @@ pub struct BitmapSource {
 pub struct CheckerboardSource {
     /// Colours at the origin, and beside it.
     pub colours: [SpectrumSource; 2],
+    /// From the shape's uv to the texture's, in which a pattern is 1 wide.
     pub to_uv: Transform,
 }
 
 /// `gridvolume`; a `constvolume` is the spectrum that it holds.
 #[derive(Clone, Debug)]
 pub struct VolumeSource {
+    /// File of the grid, relative to the scene's folder.
     pub file: PathBuf,
+    /// Its values.
     pub grid: Arc<Grid>,
+    /// From the unit cube that the grid fills to the scene.
     pub to_world: Transform,
+    /// What is between the middles of cells.
     pub filter: Filter,
+    /// What is beyond the faces.
     pub wrap: Wrap,
+    /// Whether values are taken as they are, not as colours.
     pub raw: bool,
     /// Whether the grid fills the box that its file states, and not the unit cube.
     pub use_grid_bbox: bool,
@@ -117,7 +144,9 @@ pub struct VolumeSource {
 /// A pattern that selects between other textures or mixes them.
 #[derive(Clone, Debug)]
 pub struct ProceduralSource {
+    /// The formula.
     pub pattern: Pattern,
+    /// The coordinates that it is computed in.
     pub space: PatternSpace,
     /// The size of a cell of noise, and the distance between veins, rings, bands: in the file's units, or
     /// those of uv.
@@ -176,13 +205,16 @@ impl SpectrumSource {
 /// A refractive index, real.
 #[derive(Clone, Debug)]
 pub struct IndexSource {
+    /// Where the file declares it.
     pub place: Place,
+    /// Which index it is, with its parameters.
     pub kind: IndexKind,
 }
 
 /// How an index is given.
 #[derive(Clone, Debug)]
 pub enum IndexKind {
+    /// The same at all wavelengths.
     Constant(f64),
     /// A catalogue glass or other material with its dispersion (an extension).
     Named(String),
@@ -193,6 +225,7 @@ pub enum IndexKind {
     /// From the reflectance at normal incidence, k = 0 (an extension; Glassner, *An Introduction to Ray
     /// Tracing*, ch. 4, eq. 18). Held constant beyond the ends of its table.
     NormalReflectance {
+        /// Reflectance against air at normal incidence, from 0 to below 1.
         reflectance: SpectrumSource,
         /// Whether it is that of a polished, clear slab with its back face, and not that of one face.
         slab: bool,

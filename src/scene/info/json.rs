@@ -1,5 +1,5 @@
 use super::super::description::{Description, Note};
-use super::super::scene::Features;
+use super::super::features::Features;
 use super::super::write::{self, Node, Value};
 use crate::geometry::Transform;
 use std::collections::BTreeSet;

@@ -1,21 +1,29 @@
 //! Reconstruction filters.
 
-use super::{declare, float, integer};
+use super::{Range, declare, float, integer};
 use crate::film::FilterKind;
 use crate::scene::read::{Class, Query};
 
 /// Mitsuba 3's default.
 pub const DEFAULT: FilterKind = FilterKind::Gaussian { stddev: 0.5 };
 
+/// Widest radius of a filter, pixels. Each sample is added to all pixels within it.
+const WIDEST: f64 = 128.0;
+
+/// Above 0 and up to a bound.
+const fn up_to(high: f64) -> Range {
+    Range { high, with_high: true, ..Range::POSITIVE }
+}
+
 declare! {
     Class::Filter => FilterKind;
 
     "box", "each sample belongs to the pixel that it falls into" => FilterKind::Box {} {};
     "tent", "falls linearly to 0" => FilterKind::Tent { radius } {
-        radius: float("radius", 1.0, "distance at which it is 0").positive().unit("pixels"),
+        radius: float("radius", 1.0, "distance at which it is 0").within(up_to(WIDEST)).unit("pixels"),
     };
     "gaussian", "a bell, cut off at four standard deviations, the default" => FilterKind::Gaussian { stddev } {
-        stddev: float("stddev", 0.5, "standard deviation").positive().unit("pixels"),
+        stddev: float("stddev", 0.5, "standard deviation").within(up_to(WIDEST / 4.0)).unit("pixels"),
     };
     "mitchell", "the cubic filters of Mitchell and Netravali" => FilterKind::Mitchell { b, c } {
         b: float("B", 1.0 / 3.0, "blur"),

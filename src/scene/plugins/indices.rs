@@ -4,7 +4,7 @@
 use super::{Field, Parameter, Takes};
 use crate::scene::description::{IndexKind, IndexSource, SpectrumKind, SpectrumSource};
 use crate::scene::read::spectra::{self, Use};
-use crate::scene::read::{Class, ObjectId, Query, Reader, Value, attributes, names, textures};
+use crate::scene::read::{Class, ObjectId, Query, Reader, Value, attributes, hints, textures};
 use crate::scene::source::{Place, SceneError};
 use crate::scene::write::{self, Node, Writer};
 use crate::spectrum::DispersionFormula;
@@ -212,7 +212,7 @@ fn named_number(query: &Query<'_>, place: &Place, name: &str, text: &str) -> Opt
         SceneError::at(place, problem, "expected one of the names that Mitsuba 3 has, such as bk7 or water");
     query.error(if attributes::number(text).is_some() {
         error.with_remedy(format!("for a number write <float name=\"{name}\" value=\"{text}\"/>"))
-    } else if let Some(near) = names::nearest(text, &known) {
+    } else if let Some(near) = hints::nearest(text, &known) {
         error.with_remedy(format!("did you mean \"{near}\"?"))
     } else {
         error.with_remedy(format!(

@@ -248,15 +248,15 @@ impl Field for Density {
             .reader
             .extension(&query.place("density"), "density: a factor on all of the extinction".to_owned());
         if let Value::Object(id) = &entry.value
-            && let Some(found) = volumes::exponential(query.reader, *id)
+            && let Some(found) = volumes::density(query.reader, *id)
         {
-            return Some(Some(DensitySource::Exponential(found?)));
+            return Some(Some(found?));
         }
         let source = spectra::read(query, "density", Use::Absorption)?;
         let is_number = matches!(&source.kind, SpectrumKind::Volume(volume) if volume.grid.channels == 1);
         if !is_number {
             let problem = "The density is no grid of numbers";
-            let expected = "expected a <volume type=\"gridvolume\"> of one channel, or an `exponential` one";
+            let expected = "expected a `gridvolume` of one channel, an `exponential` or a `texturevolume`";
             query
                 .error(SceneError::at(&query.place("density"), problem, expected).with_remedy(
                     "what is the same everywhere belongs into `sigma_t`, `scale` or `fraction`",
@@ -273,6 +273,10 @@ impl Field for Density {
             Some(DensitySource::Exponential(source)) => {
                 let place = &node.place.clone();
                 node.named("density", volumes::exponential_node(source, place, writer))
+            }
+            Some(DensitySource::Sampled(source)) => {
+                let place = &node.place.clone();
+                node.named("density", volumes::sampled_node(source, place, writer))
             }
         }
     }

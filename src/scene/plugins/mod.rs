@@ -83,7 +83,7 @@ pub enum Takes {
     Text,
     /// Numbers in a `<string>`.
     Numbers,
-    /// Points of so many coordinates in a `<string>`.
+    /// Points of a number of coordinates each, in a `<string>`.
     Points(usize),
     /// The name of a file in a `<string>`.
     File,
@@ -187,7 +187,7 @@ pub trait Field {
     fn write(&self, node: Node, value: &Self::Value, writer: &mut Writer) -> Node;
 }
 
-/// Says that a plugin is none of Mitsuba 3's, where the file names it.
+/// Notes that a plugin is an extension, where the file names it.
 fn note_extension(query: &Query<'_>, note: &str) {
     let object = query.object;
     let (place, text) = match object.class {

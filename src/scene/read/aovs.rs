@@ -2,7 +2,7 @@
 
 use super::super::description::{Aov, AovKind};
 use super::super::source::SceneError;
-use super::names;
+use super::hints;
 use super::query::Query;
 use std::collections::BTreeSet;
 
@@ -73,10 +73,10 @@ fn unknown(kind: &str) -> Unknown {
             "duv_dx" | "duv_dy" => format!("The image \"{kind}\" is not supported"),
             _ => format!("There is no image \"{kind}\""),
         },
-        expected: format!("expected {}", names::either(&known)),
+        expected: format!("expected {}", hints::either(&known)),
         remedy: match kind {
             "normal" => Some("say which: sh_normal or geo_normal".to_owned()),
-            _ => names::nearest(kind, &known).map(|near| format!("did you mean \"{near}\"?")),
+            _ => hints::nearest(kind, &known).map(|near| format!("did you mean \"{near}\"?")),
         },
     }
 }

@@ -1,7 +1,7 @@
 //! Attributes of an element: `$name` replaced, each with its place, and what values their texts stand for.
 
 use super::super::source::{Place, SceneError};
-use super::names;
+use super::hints;
 use crate::geometry::Vec3;
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
@@ -53,12 +53,12 @@ impl Defaults {
     pub fn unused(&self) -> impl Iterator<Item = SceneError> + '_ {
         self.given.difference(&self.used).map(|name| {
             let used: Vec<&str> = self.used.iter().map(String::as_str).collect();
-            let remedy = match names::nearest(name, &used) {
+            let remedy = match hints::nearest(name, &used) {
                 Some(near) => format!("did you mean -D {near}=...?"),
                 None if used.is_empty() => {
                     format!("write ${name} where the value belongs, or leave out -D {name}")
                 }
-                None => format!("this scene uses: {}", names::listing(&used)),
+                None => format!("this scene uses: {}", hints::listing(&used)),
             };
             SceneError {
                 place: None,
@@ -84,7 +84,7 @@ impl Defaults {
             format!("The parameter ${name} has no value"),
             "expected a parameter that a <default> before this place or -D defines",
         );
-        match names::nearest(name, &known) {
+        match hints::nearest(name, &known) {
             Some(near) => error.with_remedy(format!("did you mean ${near}?")),
             None => error.with_remedy(format!(
                 "write <default name=\"{name}\" value=\"...\"/> above, or give -D {name}=... on the command line"
@@ -199,10 +199,10 @@ fn unknown(tag: &str, name: &str, place: &Place, known: &[&str]) -> SceneError {
         format!("<{tag}> has no attribute \"{name}\""),
         format!(
             "expected {}",
-            if known.is_empty() { "no attribute".to_owned() } else { names::either(known) }
+            if known.is_empty() { "no attribute".to_owned() } else { hints::either(known) }
         ),
     );
-    match names::nearest(name, known) {
+    match hints::nearest(name, known) {
         Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
         None => error,
     }

@@ -1,7 +1,7 @@
 //! Files that a scene names: where they are sought, and reading them within limits.
 
 use super::super::source::{Place, SceneError};
-use super::names;
+use super::hints;
 use std::path::{Path, PathBuf};
 
 /// A larger scene file is refused: meshes belong into files of their own.
@@ -103,5 +103,5 @@ fn neighbour(path: &Path) -> Option<String> {
         entries.take(10_000).filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
     names.sort();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    names::nearest(wanted, &names).map(str::to_owned)
+    hints::nearest(wanted, &names).map(str::to_owned)
 }

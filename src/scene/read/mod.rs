@@ -9,6 +9,7 @@ pub(super) mod attributes;
 mod facing;
 pub(super) mod files;
 mod groups;
+pub(super) mod hints;
 mod json;
 pub(super) mod meshes;
 pub(super) mod metals;
@@ -201,7 +202,7 @@ impl Reader {
     }
 
     pub(super) fn unknown_plugin(&self, object: &Object) {
-        self.error(names::unknown_plugin(object.class, &object.plugin, &object.plugin_place));
+        self.error(hints::unknown_plugin(object.class, &object.plugin, &object.plugin_place));
     }
 
     /// `None` where something without which there is no scene is missing or wrong.

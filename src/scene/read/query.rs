@@ -3,8 +3,8 @@
 
 use super::super::source::{Place, SceneError};
 use super::Reader;
-use super::names;
 use super::tree::{Class, Entry, Keyframe, Object, ObjectId, Value};
+use super::{hints, names};
 use crate::geometry::{Motion, MotionError, Transform, Vec3};
 use crate::scene::description::Animation;
 use glam::DMat4;
@@ -202,8 +202,8 @@ impl<'a> Query<'a> {
         }
         let words: Vec<&str> = choices.iter().map(|(word, _)| *word).collect();
         let problem = format!("\"{text}\" is not a value of \"{name}\"");
-        let error = SceneError::at(&self.place(name), problem, format!("expected {}", names::either(&words)));
-        self.error(match names::nearest(text, &words) {
+        let error = SceneError::at(&self.place(name), problem, format!("expected {}", hints::either(&words)));
+        self.error(match hints::nearest(text, &words) {
             Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
             None => error,
         });
@@ -274,7 +274,7 @@ impl<'a> Query<'a> {
         self.object.entries.iter().any(|entry| matches!(entry.value, Value::Broken))
     }
 
-    /// Reports what nobody asked for.
+    /// Reports the properties that no reader asked for.
     pub fn finish(self) {
         // A child that was wrong itself may be what was asked for.
         for (entry, used) in self.object.entries.iter().zip(self.used.borrow().iter()) {
@@ -296,13 +296,13 @@ impl<'a> Query<'a> {
         let problem = format!("{} has no property \"{name}\"", capital(&self.title()));
         let expected = match known.len() {
             0 => "expected no property".to_owned(),
-            1..=7 => format!("expected {}", names::either(&known)),
+            1..=7 => format!("expected {}", hints::either(&known)),
             _ => "not a name that this plugin knows".to_owned(),
         };
         let error = SceneError::at(&entry.name_place, problem, expected);
-        match names::nearest(name, &known) {
+        match hints::nearest(name, &known) {
             Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
-            None if known.len() > 7 => error.with_remedy(format!("it knows {}", names::listing(&known))),
+            None if known.len() > 7 => error.with_remedy(format!("it knows {}", hints::listing(&known))),
             None => error,
         }
     }

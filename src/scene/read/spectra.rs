@@ -5,7 +5,7 @@ use super::super::plugins;
 use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::tree::{Class, Entry, ObjectId, Value};
-use super::{Reader, names, textures};
+use super::{Reader, hints, textures};
 use crate::spectrum::catalogue::{self, Kind, Quantity};
 use crate::spectrum::{Extrapolation, Spectrum, upsample};
 use crate::units::WavelengthRange;
@@ -37,7 +37,7 @@ pub enum Use {
     Response,
     /// A part of a texture: any number, until it is known what the texture is for.
     Part,
-    /// A height, of which the slope counts.
+    /// A height, whose slope matters.
     Height,
     /// Normals, in three channels.
     Normals,
@@ -384,7 +384,7 @@ pub(in crate::scene) fn lookup(
                 (Some(other), _) => error.with_remedy(format!("\"{name}\" is a measured {other}")),
                 (None, Some(near)) => error.with_remedy(format!("did you mean \"{near}\"?")),
                 (None, None) => {
-                    error.with_remedy(format!("there are {}", names::listing(&catalogue::names(kind))))
+                    error.with_remedy(format!("there are {}", hints::listing(&catalogue::names(kind))))
                 }
             });
             None

@@ -3,7 +3,7 @@
 use super::super::description::Note;
 use super::super::source::{Place, SceneError};
 use super::attributes::{self, Attributes, Defaults, GREATEST, start_tag};
-use super::names;
+use super::hints;
 use crate::geometry::{Frame, Vec3};
 use glam::{DMat3, DMat4, DVec4};
 use roxmltree::Node;
@@ -72,9 +72,9 @@ impl Context<'_> {
                 let error = SceneError::at(
                     &place,
                     format!("<{other}> is not part of a transform"),
-                    format!("expected {}", names::either(&ELEMENTS)),
+                    format!("expected {}", hints::either(&ELEMENTS)),
                 );
-                Err(match names::nearest(other, &ELEMENTS) {
+                Err(match hints::nearest(other, &ELEMENTS) {
                     Some(near) => error.with_remedy(format!("did you mean <{near}>?")),
                     None => error,
                 })

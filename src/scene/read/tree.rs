@@ -292,9 +292,9 @@ pub(in crate::scene) fn dangling<'a>(
         format!("No object has the id \"{id}\""),
         "expected the id of an object in this scene",
     );
-    match super::names::nearest(id, &known) {
+    match super::hints::nearest(id, &known) {
         Some(near) => error.with_remedy(format!("did you mean \"{near}\"?")),
         None if known.is_empty() => error.with_remedy(format!("give an object the attribute id=\"{id}\"")),
-        None => error.with_remedy(format!("ids in this scene: {}", super::names::listing(&known))),
+        None => error.with_remedy(format!("ids in this scene: {}", super::hints::listing(&known))),
     }
 }

@@ -17,7 +17,9 @@ pub use swept::SweptSphere;
 /// A place on a curve and the radius there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlPoint {
+    /// Where it is, in the curve's own coordinates.
     pub position: Vec3,
+    /// Radius of the curve there, at least 0.
     pub radius: f64,
 }
 

@@ -22,6 +22,7 @@ pub struct Terrain {
     pub levels: u32,
     /// Above 0 and below 1.
     pub hurst: f64,
+    /// Seed of the noise.
     pub seed: u64,
 }
 

@@ -13,13 +13,20 @@ use glam::DMat3;
 pub enum Deformation {
     /// Each triangle becomes four, as often as it says.
     Subdivide(u32),
-    /// Turned around z by so many radians per unit of z.
+    /// Turned around z, in radians per unit of z.
     Twist(f64),
     /// x and y multiplied by one and `Taper` times z, which must stay above 0.
     Taper(f64),
     /// Along z, between two heights, bent toward x by so many radians per unit; what is beyond them stays
     /// straight.
-    Bend { rate: f64, from: f64, to: f64 },
+    Bend {
+        /// Radians per unit of z.
+        rate: f64,
+        /// Height at which the bend begins.
+        from: f64,
+        /// Height at which the bend ends.
+        to: f64,
+    },
 }
 
 impl Deformation {

@@ -23,11 +23,13 @@ use std::sync::{Arc, OnceLock};
 /// What a mesh is made from. Positions and normals are in world space.
 #[derive(Clone, Debug, Default)]
 pub struct MeshData {
+    /// Positions of the vertices, in the mesh's own coordinates.
     pub positions: Vec<[f32; 3]>,
     /// Three vertices a triangle, counter-clockwise seen from the side that the normal points to.
     pub indices: Vec<[u32; 3]>,
     /// Vertex normals of any length; without them the mesh is flat-shaded.
     pub normals: Option<Vec<[f32; 3]>>,
+    /// Texture coordinates of the vertices; `None` where the file has none.
     pub uvs: Option<Vec<[f32; 2]>>,
     /// Further values that textures can ask for by name.
     pub attributes: Vec<MeshAttribute>,

@@ -40,6 +40,7 @@ impl Mesh {
 }
 
 impl RectangleSurface {
+    /// The rectangle.
     pub fn rectangle(&self) -> &Rectangle {
         &self.rectangle
     }

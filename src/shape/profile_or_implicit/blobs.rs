@@ -59,7 +59,9 @@ impl Kernel {
 /// One of the balls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blob {
+    /// Where its density is greatest, in the shape's own coordinates.
     pub centre: Vec3,
+    /// The radius that its kernel is scaled by. Above 0.
     pub radius: f64,
     /// In its centre; a negative one takes away from the others.
     pub strength: f64,

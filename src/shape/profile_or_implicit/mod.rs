@@ -34,18 +34,28 @@ use superquadric::Superquadric;
 #[derive(Clone, Debug, PartialEq)]
 pub enum ProfileOrImplicitKind {
     /// A polygon in the plane z = 0, bounded by closed contours.
-    Polygon { contours: Vec<Vec<[f64; 2]>>, rule: FillRule },
+    Polygon {
+        /// Closed polygons, each by its corners (x, y).
+        contours: Vec<Vec<[f64; 2]>>,
+        /// Which points count as inside.
+        rule: FillRule,
+    },
     /// A polygon swept along z, from one height to another.
     Extrusion {
+        /// Closed polygons, each by its corners (x, y).
         contours: Vec<Vec<[f64; 2]>>,
+        /// Which points count as inside.
         rule: FillRule,
+        /// The lower and the upper height.
         heights: [f64; 2],
         /// Whether it is closed at both ends.
         capped: bool,
     },
     /// A profile of points (r, z) turned around z.
     Revolution {
+        /// The points: distance from the axis, at least 0, and height.
         profile: Vec<[f64; 2]>,
+        /// How points are joined.
         interpolation: Interpolation,
         /// Whether the profile comes back to where it begins.
         closed: bool,
@@ -54,9 +64,21 @@ pub enum ProfileOrImplicitKind {
     },
     /// (|x/a|^(2/e₂) + |y/b|^(2/e₂))^(e₂/e₁) + |z/c|^(2/e₁) = 1 with the semi-axes a, b, c and the exponents
     /// e₁, e₂ from 0.001, almost a box, by 1, an ellipsoid, to 2, an octahedron.
-    Superquadric { exponents: [f64; 2], semi_axes: Vec3 },
+    Superquadric {
+        /// e₁, along z, and e₂, across it.
+        exponents: [f64; 2],
+        /// a, b and c, above 0.
+        semi_axes: Vec3,
+    },
     /// Where the densities of soft balls add up to a threshold.
-    Blobs { blobs: Vec<Blob>, kernel: Kernel, threshold: f64 },
+    Blobs {
+        /// The soft balls.
+        blobs: Vec<Blob>,
+        /// How the density of a ball falls off.
+        kernel: Kernel,
+        /// The density on the surface. Above 0.
+        threshold: f64,
+    },
 }
 
 /// A shape in coordinates in which none of a point's exceeds 1.

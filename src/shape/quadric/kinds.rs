@@ -8,7 +8,9 @@ use glam::DMat4;
 /// How many sheets a hyperboloid has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sheets {
+    /// A single sheet, which narrows to a waist.
     One,
+    /// Two sheets, apart from each other.
     Two,
 }
 
@@ -17,13 +19,41 @@ pub enum Sheets {
 pub enum QuadricKind {
     /// A radius that changes steadily from `radii[0]` at `from` to `radii[1]` at `to`: a cone, a part of one,
     /// or a cylinder.
-    Cone { from: Vec3, to: Vec3, radii: [f64; 2] },
+    Cone {
+        /// One end of the axis.
+        from: Vec3,
+        /// The other end.
+        to: Vec3,
+        /// Radius at either end, at least 0.
+        radii: [f64; 2],
+    },
     /// The tip is `from`; around `to` there is a rim of the given radius.
-    Paraboloid { from: Vec3, to: Vec3, radius: f64 },
+    Paraboloid {
+        /// The tip.
+        from: Vec3,
+        /// Middle of the rim.
+        to: Vec3,
+        /// Radius of the rim. Above 0.
+        radius: f64,
+    },
     /// x² + y² = radius² (z²/semi_axis² ± 1), from one z to another.
-    Hyperboloid { sheets: Sheets, radius: f64, semi_axis: f64, heights: [f64; 2] },
+    Hyperboloid {
+        /// One sheet or two.
+        sheets: Sheets,
+        /// Radius of the waist of a single sheet; above 0.
+        radius: f64,
+        /// Half the distance between the tips of two sheets; above 0.
+        semi_axis: f64,
+        /// Where it is cut off: least and greatest z.
+        heights: [f64; 2],
+    },
     /// A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J = 0 within a box, which may be infinite.
-    General { coefficients: [f64; 10], clip: Bounds },
+    General {
+        /// Coefficients of the polynomial.
+        coefficients: [f64; 10],
+        /// The box beyond which there is nothing.
+        clip: Bounds,
+    },
 }
 
 impl Quadric {

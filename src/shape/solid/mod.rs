@@ -38,13 +38,16 @@ pub enum Operation {
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "a tree is small and taken apart at once")]
 pub enum Tree {
+    /// A shape.
     Leaf(Leaf),
+    /// An operation on some solids, from the first on.
     Node(Operation, Vec<Tree>),
 }
 
 /// A closed shape as a part of a solid. On the subtracted side its normals must point inward.
 #[derive(Clone, Debug)]
 pub struct Leaf {
+    /// The shape.
     pub shape: Shape,
     /// Which of the scene's shapes it is: hits carry it.
     pub index: u32,
@@ -55,6 +58,7 @@ pub struct Leaf {
 /// A leaf's motion.
 #[derive(Clone, Debug)]
 pub struct Carried {
+    /// The solid where it is before it moves.
     pub placed: Placed,
     /// Index of the instance that hits carry.
     pub instance: u32,

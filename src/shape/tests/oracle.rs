@@ -204,10 +204,10 @@ fn undecided(found: &Crossings) -> Option<&Crossing> {
 /// How far to both sides of a line, by steps of two, the shape is sure again, in terms of 1 + the origin's
 /// distance. The line touches so nearly that shape and oracle don't find the same crossings. `None` unless
 /// the shape says so:
-/// - the line has crossings that the shape itself doesn't vouch for, or if it has too few of them, the
+/// - the line has crossings that the shape itself doesn't certify, or if it has too few of them, the
 ///   nearest line beside it that has more;
 /// - as far to the sides as shape and oracle agree again, on other crossings here than there, the shape still
-///   doesn't vouch for them: the line is nearer to touching than what it says that it can't tell.
+///   doesn't certify them: the line is nearer to touching than what it says that it can't tell.
 fn unsure_within(shape: &Shape, ray: &Ray, oracle: impl Fn(&Ray) -> usize) -> Option<f64> {
     const FARTHEST: f64 = 1e-6;
     let unit = 1.0 + ray.origin.length();
@@ -229,13 +229,13 @@ fn unsure_within(shape: &Shape, ray: &Ray, oracle: impl Fn(&Ray) -> usize) -> Op
     let normal = shape.surface(&hit, &touching).point.normal;
     let aside = normal.reject_from_normalized(ray.direction).try_normalize()?;
     let sides = |by: f64| [aside, -aside].map(|way| moved(way, by));
-    let vouches = |&by: &f64| sides(by).iter().all(|side| undecided(&shape.crossings(side)).is_none());
+    let certifies = |&by: &f64| sides(by).iter().all(|side| undecided(&shape.crossings(side)).is_none());
     let agree = |&by: &f64| {
         let [one, other] = sides(by).map(|side| (shape.crossings(&side).len(), oracle(&side)));
         one.0 == one.1 && other.0 == other.1 && one != other
     };
-    let settled = distances().find(agree).filter(|by| !vouches(by))?;
-    distances().skip_while(|&by| by < settled).find(vouches)
+    let settled = distances().find(agree).filter(|by| !certifies(by))?;
+    distances().skip_while(|&by| by < settled).find(certifies)
 }
 
 /// The same with any oracle, in ascending order, and its doubt: how near the line is to having other

@@ -74,19 +74,25 @@ impl fmt::Display for Kind {
 /// A spectrum of the catalogue with all that its table says about itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
+    /// What it is.
     pub kind: Kind,
+    /// Its name.
     pub name: String,
+    /// Other names that it is found by.
     pub aliases: Vec<String>,
     /// The table below `data/`, without `.csv`.
     pub file: &'static str,
     /// The column (or row of the table of formulas) that holds it.
     pub column: String,
+    /// Where the data are from.
     pub source: String,
+    /// Licence of the data.
     pub licence: String,
     /// Units as the table's header states them.
     pub units: String,
     /// Notes of the table's header, and what was done beyond the table.
     pub notes: Vec<String>,
+    /// The data.
     pub quantity: Quantity,
 }
 
@@ -98,13 +104,20 @@ pub enum Quantity {
     /// The index of a dielectric.
     Index(RefractiveIndex),
     /// The complex index n + i k of a conductor.
-    ComplexIndex { n: Spectrum, k: Spectrum },
+    ComplexIndex {
+        /// Real part of the index.
+        n: Spectrum,
+        /// Imaginary part of the index, at least 0.
+        k: Spectrum,
+    },
 }
 
 /// The real refractive index of a transparent medium.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RefractiveIndex {
+    /// A dispersion formula.
     Formula(DispersionFormula),
+    /// Measured values.
     Table(Spectrum),
 }
 
@@ -161,7 +174,9 @@ pub fn held(known: WavelengthRange) -> String {
 /// No entry of this kind has this name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnknownName {
+    /// What was looked for.
     pub kind: Kind,
+    /// The name that is not known.
     pub name: String,
     /// The valid name that looks most like it, if any does.
     pub nearest: Option<String>,

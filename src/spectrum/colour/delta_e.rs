@@ -6,8 +6,11 @@ use std::f64::consts::PI;
 /// CIELAB coordinates: lightness 0 (black) to 100 (white), and two opponent coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lab {
+    /// Lightness L*, from 0 (black) to 100 (white).
     pub l: f64,
+    /// Coordinate a*, from green to red.
     pub a: f64,
+    /// Coordinate b*, from blue to yellow.
     pub b: f64,
 }
 

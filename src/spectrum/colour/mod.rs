@@ -19,8 +19,11 @@ use std::ops::{Add, Div, Mul};
 /// Tristimulus values. Their unit is that of what was integrated; relative colours have Y = 1 for white.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Xyz {
+    /// Tristimulus value X.
     pub x: f64,
+    /// Tristimulus value Y: luminance, for radiance in the observer's unit.
     pub y: f64,
+    /// Tristimulus value Z.
     pub z: f64,
 }
 

@@ -14,10 +14,15 @@ use std::io;
 
 /// A finished study with what it was asked and where.
 pub struct Findings<'a> {
+    /// What was asked for.
     pub request: &'a Request,
+    /// The scenes, in the order of the request.
     pub cases: &'a [Case],
+    /// Their references, in the same order.
     pub references: &'a [Reference],
+    /// What each run has found.
     pub runs: Vec<Run>,
+    /// Where and how it was measured.
     pub context: Context,
 }
 
@@ -26,7 +31,9 @@ pub struct Findings<'a> {
 pub struct Context {
     /// The scene's name.
     pub scene: String,
+    /// The command line.
     pub command: String,
+    /// Processor and number of cores.
     pub machine: String,
     /// Relative RMSE whose time is asked for.
     pub target: Option<f64>,

@@ -1,6 +1,7 @@
-//! The worked examples of the source texts, their values recomputed and, where they were misprinted, corrected: A. Glassner (ed.),
-//! *An Introduction to Ray Tracing*, 1989, by its chapters; G. Wyvill, *Practical Ray Tracing*, parts 1 and 2; G. Zachmann's
-//! slides *Introduction to Ray Tracing and Physically-Based Rendering*.
+//! The worked examples of the source texts, their values recomputed and, where they were misprinted,
+//! corrected: A. Glassner (ed.), *An Introduction to Ray Tracing*, 1989, by its chapters; G. Wyvill,
+//! *Practical Ray Tracing*, parts 1 and 2; G. Zachmann's slides *Introduction to Ray Tracing and
+//! Physically-Based Rendering*.
 //!
 //! | example | where it is tested |
 //! | --- | --- |

@@ -166,7 +166,7 @@ fn principled_surfaces_that_conserve_energy_make_none() {
             let (before, after) = (albedo(&plain, eye, samples), albedo(&bsdf, eye, samples));
             made += usize::from(before.mean > 1.02 + 4.0 * before.error());
             kept += usize::from(before.mean == after.mean && before.mean > 0.0);
-            // Of 9 · 160 estimates one lies 4.4 standard errors beyond in a hundred such runs.
+            // One of 9 · 160 estimates lies 4.4 standard errors beyond in a hundred such runs.
             let excess = (after.mean - 1.0) / after.error().max(1e-9);
             if excess > greatest.0 {
                 greatest = (excess, format!("z {z}: {after:?}, {before:?}, {plain:?}"));

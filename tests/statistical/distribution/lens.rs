@@ -142,7 +142,7 @@ fn blades_show_in_the_blur() {
         };
         rows(0, PART / 2) / rows(0, PART)
     };
-    // Of a triangle 5/9 lie on the base's side of its middle: 1 − (1 − 1/3)² = 5/9.
+    // 5/9 of a triangle lie on the base's side of its middle: 1 − (1 − 1/3)² = 5/9.
     let films = [film(0.0), film(60.0)];
     let shares = films.each_ref().map(upper);
     println!("shares of the upper half: {shares:?}");

@@ -43,6 +43,10 @@ const IMAGE_FACTOR: usize = 1100 * (1 + 3 * 4);
 /// A scene may ask for terrain of 2²² points in a word, which is computed in complex numbers.
 const TERRAIN_MEMORY: usize = 48 << 22;
 
+/// The texture of a lamp may have lines so fine that light samples are guided by 2²² cells, each of which
+/// takes less than this while they are made.
+const GUIDE_MEMORY: usize = 64 << 22;
+
 /// And a mesh to be cut into 2²⁰ triangles, each of which takes less than this when it is ready to be
 /// rendered.
 const SUBDIVIDED_MEMORY: usize = 400 << 20;
@@ -227,7 +231,10 @@ fn try_one(case: u64, input: &Input, draw: bool, scratch: &Path, tally: &mut Tal
     let factor = if matches!(input.kind, Kind::Image(_)) { IMAGE_FACTOR } else { MEMORY_FACTOR };
     let length = input.bytes.len();
     let count = |name: &[u8]| input.bytes.windows(name.len()).filter(|word| *word == name).count();
-    let asked = count(b"terrain").min(1) * TERRAIN_MEMORY + count(b"subdivide") * SUBDIVIDED_MEMORY;
+    let lamps = if count(b"checkerboard") + count(b"bitmap") > 0 { count(b"emitter") } else { 0 };
+    let asked = count(b"terrain").min(1) * TERRAIN_MEMORY
+        + count(b"subdivide") * SUBDIVIDED_MEMORY
+        + lamps * GUIDE_MEMORY;
     let most = LEAST_MEMORY + factor * length + asked;
     let is_well = outcome.is_ok() && took < LONGEST && memory < most;
     if !is_well {

@@ -22,7 +22,7 @@ equality shows that nothing was lost on the way, not that the source is right. S
 observer and of D65 (5 nm, single precision), and the published chromaticities (`CCS_ILLUMINANTS`: CIE 15:2004 tables T.3, T.8.1 to T.8.3 and CIE 15:2018). Illuminant A is
 colour-science's formula every 1 nm (ISO 11664-2); D50 to D75 continue beyond 780 nm, where the published tables end, by its daylight formula."""
 
-# Of chromaticities that were published with four decimals: half a unit of the last, and 10⁻⁵ for the rounding of the tables' own values (0.005 in each of those whose
+# Tolerance of chromaticities that were published with four decimals: half a unit of the last, and 10⁻⁵ for the rounding of the tables' own values (0.005 in each of those whose
 # weighted sum is some 500).
 ROUNDED = 6e-5
 PLANTED = [

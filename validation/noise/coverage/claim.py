@@ -53,7 +53,7 @@ def run(claim):
     doubt = np.sqrt(share * (1 - share) / pixels)
     total, error = share.mean(), np.sqrt((doubt**2).sum()) / len(share)
     claim.bounded("share of all intervals that hold the truth, off 95 %", total - 0.95, 0.015)
-    # Of a few hundred pixels each.
+    # Pictures of a few hundred pixels each.
     claim.bounded("share of single scenes, off 95 % beyond three of their standard errors", np.maximum(np.abs(share - 0.95) - 3 * doubt, 0), 0.03)
     for name in scenes:
         rows.append((name, *(f"{100 * cells[name, sampler, spp][0]:.1f}" for sampler in samplers for spp in counts)))

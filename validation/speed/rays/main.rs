@@ -1,4 +1,5 @@
-//! The speed of ray queries, beside that of other programs in turn: on one thread, one ray a call, the same rays.
+//! The speed of ray queries, beside that of other programs in turn: on one thread, one ray a call, the same
+//! rays.
 //!
 //! `cargo run --release --example rays` measures abbe alone; `validation/speed/rays/run` beside Embree.
 
@@ -22,7 +23,8 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Answers the rays of a file whenever it is asked to on standard input: the part of one program in a comparison
+    /// Answers the rays of a file whenever it is asked to on standard input: the part of one program in a
+    /// comparison
     Serve { file: PathBuf },
 }
 

@@ -1,7 +1,8 @@
-//! The scene and the rays, the same to the bit for all that are to answer them, and the file that carries them.
+//! The scene and the rays, the same to the bit for all that are to answer them, and the file that carries
+//! them.
 //!
-//! A closed room with a sphere in its middle that bears bumps of all sizes and 500 small spheres around it. How finely the
-//! spheres are cut into triangles is all that the number of triangles changes.
+//! A closed room with a sphere in its middle that bears bumps of all sizes and 500 small spheres around it.
+//! How finely the spheres are cut into triangles is all that the number of triangles changes.
 
 use abbe::accel::Accel;
 use abbe::geometry::{Frame, Ray, Transform, Vec3};
@@ -18,7 +19,8 @@ const ROOM: f64 = 5.0;
 const SMALL_SPHERES: usize = 500;
 /// The share of the triangles that the sphere in the middle gets.
 const MIDDLE: f64 = 0.64;
-/// How far origins are moved off the surfaces that they are on: far more than single precision rounds in this room.
+/// How far origins are moved off the surfaces that they are on: far more than single precision rounds in this
+/// room.
 const OFFSET: f64 = 1e-4;
 const MAGIC: &[u8; 8] = b"abberays";
 
@@ -55,7 +57,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Of about that many triangles, and of that many rays of each kind.
+    /// A scene of about that many triangles, and that many rays of each kind.
     pub fn new(triangles: usize, rays: usize) -> Result<Self, ShapeError> {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let mut mesh = Mesh::cube(&Transform::scale(ROOM), true)?.data().clone();
@@ -78,7 +80,8 @@ impl Scene {
         &self.rays[kind as usize]
     }
 
-    /// Little-endian: the magic, the numbers of vertices, triangles and rays of each kind as `u64`, then all of them.
+    /// Little-endian: the magic, the numbers of vertices, triangles and rays of each kind as `u64`, then all
+    /// of them.
     pub fn write(&self, path: &Path) -> io::Result<()> {
         let mut file = BufWriter::new(File::create(path)?);
         file.write_all(MAGIC)?;

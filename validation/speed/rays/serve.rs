@@ -1,8 +1,9 @@
 //! abbe's part in a comparison. What is asked for on standard input:
 //!
-//! - `primary`, `bounce` or `shadow`: answers these rays; tells the CPU time of a ray in nanoseconds, and how many hit;
-//! - `answers KIND FILE`: writes what each ray meets: the distance as `f32` (0 for any hit at all, infinite for none), and the
-//!   triangle as `u32`.
+//! - `primary`, `bounce` or `shadow`: answers these rays; tells the CPU time of a ray in nanoseconds, and how
+//!   many hit;
+//! - `answers KIND FILE`: writes what each ray meets: the distance as `f32` (0 for any hit at all, infinite
+//!   for none), and the triangle as `u32`.
 
 use super::scene::{Kind, PackedRay, Scene, unpack};
 use abbe::accel::Accel;

@@ -1,4 +1,5 @@
-//! Several programs that answer the same rays in turn, so that a machine that is faster now and slower then treats all alike.
+//! Several programs that answer the same rays in turn, so that a machine that is faster now and slower then
+//! treats all alike.
 
 use super::Measure;
 use super::scene::{Kind, Scene};
@@ -7,7 +8,8 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-/// Distances that differ by no more than this, of 1 + the distance, are the same: Embree computes in single precision.
+/// Distances that differ by no more than this, of 1 + the distance, are the same: Embree computes in single
+/// precision.
 const SAME: f32 = 1e-4;
 
 /// One program under way.

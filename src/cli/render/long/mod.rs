@@ -1,14 +1,13 @@
-//! Renders that take long: what is kept of them on the way, where they go on, and when they are good enough.
+//! Renders that take long: what is kept of them on the way, and where they go on.
 
 mod kept;
-mod outcome;
 mod watching;
 
 use super::super::Failure;
 use super::super::tev::Tev;
+use super::until::{UntilOptions, parse_time};
 use super::{cannot_write, has_extension};
 use abbe::output::checkpoint;
-use abbe::output::target::Target;
 use abbe::output::{self};
 use abbe::render::Schedule;
 pub use kept::{Kept, cannot_read};
@@ -16,10 +15,6 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 pub use watching::{Viewers, Watching};
-
-/// Samples of each pixel at which a render ends that is to end at an error or a time, and is not told
-/// otherwise.
-pub const MOST_SAMPLES: u32 = 1 << 20;
 
 /// Options of renders that take long.
 #[derive(clap::Args)]
@@ -44,18 +39,8 @@ pub struct LongOptions {
     #[arg(long, value_name = "A..B", value_parser = parse_samples, conflicts_with_all = ["until", "time"])]
     samples: Option<Range<u64>>,
 
-    /// End when the error of the luminance (or of all responses of a specfilm) is below a bound with 95 %
-    /// confidence: 'relmse<1e-3' (as abbe compare has it), 'error<1%' (mean standard error over mean) or, of
-    /// the colours, 'de<0.5' (the mean of each pixel's root mean square CIEDE2000, with the white of abbe
-    /// compare). It is looked at four times for each doubling of the samples. --spp is then the most samples
-    /// that are taken [default then: 1048576]
-    #[arg(long, value_name = "TARGET")]
-    until: Option<Target>,
-
-    /// End after this time, such as 90s, 10m or 2h, but not before each pixel has a sample. --spp is then the
-    /// most samples that are taken [default then: 1048576]
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
-    time: Option<Duration>,
+    #[command(flatten)]
+    pub until: UntilOptions,
 
     /// Show the picture in the making in tev, an image viewer that listens at this address, such as
     /// 127.0.0.1:14158
@@ -81,11 +66,6 @@ impl Places {
 }
 
 impl LongOptions {
-    /// Whether a render may end before it has the samples that are asked for.
-    pub fn ends_early(&self) -> bool {
-        self.until.is_some() || self.time.is_some()
-    }
-
     pub fn resumes(&self) -> bool {
         self.resume
     }
@@ -137,31 +117,12 @@ fn parse_samples(text: &str) -> Result<Range<u64>, String> {
     }
 }
 
-/// A time with its unit: s, m or h.
-fn parse_time(text: &str) -> Result<Duration, String> {
-    let wrong = || "expected a time such as 90s, 10m or 1.5h".to_owned();
-    let (number, unit) = match text.trim().char_indices().last() {
-        Some((at, 's')) => (&text[..at], 1.0),
-        Some((at, 'm')) => (&text[..at], 60.0),
-        Some((at, 'h')) => (&text[..at], 3600.0),
-        _ => (text, 1.0),
-    };
-    let seconds = unit * number.trim().parse::<f64>().map_err(|_| wrong())?;
-    Duration::try_from_secs_f64(seconds).ok().filter(|time| !time.is_zero()).ok_or_else(wrong)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn times_and_ranges_are_read() {
-        let seconds = |text| parse_time(text).map(|time| time.as_secs_f64());
-        assert_eq!([seconds("90"), seconds("90s"), seconds("1.5m")], [const { Ok(90.0) }; 3]);
-        assert_eq!(seconds("2h"), Ok(7200.0));
-        for wrong in ["", "m", "-1s", "0", "1d", "nan", "1e400s"] {
-            assert!(parse_time(wrong).is_err(), "{wrong}");
-        }
+    fn ranges_are_read() {
         assert_eq!(parse_samples("64..128"), Ok(64..128));
         for wrong in ["64", "4..4", "5..4", "..4", "a..b"] {
             assert!(parse_samples(wrong).is_err(), "{wrong}");

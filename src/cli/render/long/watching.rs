@@ -1,12 +1,12 @@
 use super::super::super::print_message;
-use super::super::super::progress::{End, RenderProgress};
+use super::super::super::progress::RenderProgress;
 use super::super::super::tev::Tev;
 use super::super::super::view::Page;
+use super::super::outcome::Outcome;
+use super::super::until::Decision;
+use super::LongOptions;
 use super::kept::Kept;
-use super::outcome::Outcome;
-use super::{LongOptions, MOST_SAMPLES};
 use abbe::film::Film;
-use abbe::output::target::Target;
 use abbe::render::{Progress, Work};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -24,10 +24,9 @@ pub struct Watching<'a> {
     started: Instant,
     /// Milliseconds from the start to the next checkpoint.
     next: AtomicU64,
-    replicates: u64,
     /// Whether every pixel has a sample.
     is_begun: AtomicBool,
-    decision: Mutex<Decision>,
+    decision: Decision,
     /// `None` where there is no viewer, and where it has gone.
     viewer: Mutex<Option<Tev>>,
     page: Option<&'a Page>,
@@ -40,13 +39,6 @@ pub struct Watching<'a> {
 pub struct Viewers<'a> {
     pub tev: Option<Tev>,
     pub page: Option<&'a Page>,
-}
-
-/// Why a render ended, if it was not for a signal or its last sample.
-#[derive(Clone, Copy, Debug, Default)]
-struct Decision {
-    is_met: bool,
-    is_out_of_time: bool,
 }
 
 impl<'a> Watching<'a> {
@@ -62,17 +54,15 @@ impl<'a> Watching<'a> {
         let samples = work.samples();
         let total = film.extent.measured.pixel_count() * (samples.end - samples.start);
         let before = film.measured_samples();
-        let is_open = options.ends_early() && samples.end >= u64::from(MOST_SAMPLES);
-        let end = if is_open { End::Open { time: options.time } } else { End::Samples(total) };
+        let end = options.until.end(samples.end, total);
         let watching = Self {
             progress: RenderProgress::new(end, before, quiet, stop.clone()),
             kept,
             options,
             started: Instant::now(),
             next: AtomicU64::new(millis(options.checkpoint_every)),
-            replicates: u64::from(film.replicates),
             is_begun: AtomicBool::new(*film.samples_per_pixel().start() > 0),
-            decision: Mutex::default(),
+            decision: Decision::default(),
             viewer: Mutex::new(viewers.tev),
             page: viewers.page,
             total,
@@ -87,7 +77,8 @@ impl<'a> Watching<'a> {
 
     /// Ends what is told: what became of the render, and how long it took, s.
     pub fn finish(self, work: &Work) -> (Outcome, f64) {
-        let (outcome, seconds) = (self.outcome(work), self.started.elapsed().as_secs_f64());
+        let outcome = self.decision.outcome(&self.options.until, work);
+        let seconds = self.started.elapsed().as_secs_f64();
         self.show(work.film());
         self.progress.finish();
         (outcome, seconds)
@@ -95,21 +86,12 @@ impl<'a> Watching<'a> {
 
     /// Ends the render where its error is small enough. Whether it was looked at, and told.
     fn decide(&self, film: &Film) -> bool {
-        let samples = *film.samples_per_pixel().start();
-        let decides = |_: &Target| Target::decides_at(samples / self.replicates);
-        let Some(target) = self.options.until.filter(decides) else { return false };
-        let estimate = target.estimate(film);
-        if let Some(estimate) = estimate {
-            self.progress.tells(format!(
-                "{}, at most {}",
-                target.told(estimate.value),
-                target.told(estimate.at_most)
-            ));
+        let Some(look) = self.decision.at_error(&self.options.until, film) else { return false };
+        self.progress.tells(look.told());
+        if look.is_met() {
+            self.stop.store(true, Ordering::Relaxed);
         }
-        if target.is_met(estimate) {
-            self.decided(|decision| decision.is_met = true);
-        }
-        estimate.is_some()
+        true
     }
 
     /// Shows the film to whoever watches. A viewer that does not take it is left alone from then on.
@@ -129,19 +111,6 @@ impl<'a> Watching<'a> {
     fn is_to_be_kept(&self) -> bool {
         self.kept.path.is_some() && millis(self.started.elapsed()) >= self.next.load(Ordering::Relaxed)
     }
-
-    fn decided(&self, change: impl FnOnce(&mut Decision)) {
-        change(&mut self.decision.lock().unwrap_or_else(PoisonError::into_inner));
-        self.stop.store(true, Ordering::Relaxed);
-    }
-
-    fn outcome(&self, work: &Work) -> Outcome {
-        let decision = *self.decision.lock().unwrap_or_else(PoisonError::into_inner);
-        let estimate = self.options.until.and_then(|target| target.estimate(work.film()));
-        let is_met = decision.is_met
-            || work.is_finished() && self.options.until.is_some_and(|target| target.is_met(estimate));
-        Outcome { target: self.options.until, estimate, is_met, is_out_of_time: decision.is_out_of_time }
-    }
 }
 
 fn millis(time: Duration) -> u64 {
@@ -151,9 +120,11 @@ fn millis(time: Duration) -> u64 {
 impl Progress for Watching<'_> {
     fn advanced(&self, samples: u64) {
         self.progress.advanced(samples);
-        let is_over = self.options.time.is_some_and(|time| self.started.elapsed() >= time);
-        if is_over && self.is_begun.load(Ordering::Relaxed) && !self.stop.load(Ordering::Relaxed) {
-            self.decided(|decision| decision.is_out_of_time = true);
+        if self.is_begun.load(Ordering::Relaxed)
+            && !self.stop.load(Ordering::Relaxed)
+            && self.decision.at_time(&self.options.until, self.started.elapsed())
+        {
+            self.stop.store(true, Ordering::Relaxed);
         }
     }
 

@@ -4,8 +4,8 @@ use super::super::{Compiler, Crop, spectra};
 use crate::camera::{Camera, View};
 use crate::film::{Extent, Region};
 use crate::scene::description::{self, FilmContent, SpectrumKind};
-use crate::scene::scene::{FilmChannel, FilmPlan};
 use crate::scene::source::SceneError;
+use crate::scene::{FilmChannel, FilmPlan};
 use crate::spectrum::{Extrapolation, Spectrum};
 use crate::units::WavelengthRange;
 

@@ -162,7 +162,7 @@ impl<T: Clone> Field for Fixed<T> {
 pub struct Ignored {
     name: &'static str,
     takes: Takes,
-    /// `None` where nobody would expect that it changed anything.
+    /// `None` where no user would expect that it changes anything.
     why: Option<&'static str>,
     /// Whether messages list it among what a plugin takes.
     is_listed: bool,

@@ -128,7 +128,7 @@ fn ascending(query: &Query<'_>, name: &'static str, low: f64, high: f64) -> Opti
     Some(())
 }
 
-/// Refuses a surface that is none, or that has no end.
+/// Refuses a surface that is empty or unbounded.
 pub fn finite(query: &Query<'_>, shape: ShapeKind) -> Option<ShapeKind> {
     let ShapeKind::Quadric { kind, capped } = &shape else { return Some(shape) };
     match kind {

@@ -3,9 +3,15 @@
 use super::{ACCEL, Part, Placed, RAW, wrap_mode};
 use crate::geometry::Vec3;
 use crate::raster::Grid;
-use crate::scene::description::{ExponentialSource, SpectrumKind, SpectrumSource, VolumeSource};
+use crate::scene::description::{
+    DensitySource, ExponentialSource, PatternSpace, SampledSource, SpectrumKind, SpectrumSource, VolumeSource,
+};
 use crate::scene::info::hash_of_values;
-use crate::scene::plugins::{Field, Parameter, Takes, boolean, choice, declare, float, ignored, optional};
+use crate::scene::plugins::{
+    Field, Parameter, Takes, boolean, choice, declare, float, ignored, integer, optional,
+};
+use crate::scene::read::spectra::{self, Use};
+use crate::scene::read::textures::varies;
 use crate::scene::read::{Class, ObjectId, Query, Reader};
 use crate::scene::source::{Place, SceneError};
 use crate::scene::write::{Node, Value, Writer};
@@ -18,6 +24,7 @@ pub enum Volume {
     Constant(SpectrumSource),
     Grid(VolumeSource),
     Exponential(ExponentialSource),
+    Sampled(SampledSource),
 }
 
 declare! {
@@ -47,6 +54,12 @@ declare! {
         top: optional(float("top", 1.0, "height above which there is nothing; otherwise 12 `scale_height`").positive()),
         to_world: Placed("to_world", "where it stands; it may not stretch"),
     } then rigid;
+    "texturevolume" extension "a pattern in space, looked up at the centres of cells that fill the unit cube"
+        => Volume::Sampled(SampledSource { pattern, resolution, to_world }) {
+        pattern: PatternInSpace,
+        resolution: integer("resolution", 64, [2, 256], "cells along each axis, between which it is linear"),
+        to_world: Placed("to_world", "where the cube stands"),
+    };
 }
 
 /// A `<volume>`, wherever it stands.
@@ -57,13 +70,13 @@ pub fn of_object(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
         return None;
     }
     let place = query.object.place.clone();
-    if let Some(Volume::Exponential(_)) = &volume {
+    if let Some(Volume::Exponential(_) | Volume::Sampled(_)) = &volume {
         let expected = "expected it as the \"density\" of a `heterogeneous` medium or a `suspension`";
         query.error(SceneError::at(&query.object.plugin_place, "This volume is a density alone", expected));
     }
     query.finish();
     Some(match volume? {
-        Volume::Exponential(_) => return None,
+        Volume::Exponential(_) | Volume::Sampled(_) => return None,
         Volume::Constant(source) => source,
         Volume::Grid(source) => {
             SpectrumSource { place, kind: SpectrumKind::Volume(Arc::new(source)), scale: 1.0 }
@@ -71,19 +84,25 @@ pub fn of_object(reader: &Reader, id: ObjectId) -> Option<SpectrumSource> {
     })
 }
 
-/// An `exponential` volume: `None` for another one, and within it for one that is wrong, which is reported.
-pub fn exponential(reader: &Reader, id: ObjectId) -> Option<Option<ExponentialSource>> {
+/// A volume that is a density alone: `None` for another one, and within it for one that is wrong, which is
+/// reported.
+pub fn density(reader: &Reader, id: ObjectId) -> Option<Option<DensitySource>> {
     let object = reader.tree.get(id);
-    if object.class != Class::Volume || object.plugin != "exponential" {
+    if object.class != Class::Volume || !["exponential", "texturevolume"].contains(&object.plugin.as_str()) {
         return None;
     }
     let query = Query::new(reader, id);
     let volume = read(&query);
     query.finish();
     Some(match volume {
-        Some(Volume::Exponential(source)) => Some(source),
+        Some(Volume::Exponential(source)) => Some(DensitySource::Exponential(source)),
+        Some(Volume::Sampled(source)) => Some(DensitySource::Sampled(Box::new(source))),
         _ => None,
     })
+}
+
+pub fn sampled_node(source: &SampledSource, place: &Place, writer: &mut Writer) -> Node {
+    write(&Volume::Sampled(source.clone()), place, writer)
 }
 
 pub fn exponential_node(source: &ExponentialSource, place: &Place, writer: &mut Writer) -> Node {
@@ -109,6 +128,45 @@ fn rigid(query: &Query<'_>, volume: Volume) -> Option<Volume> {
 
 pub fn node(source: &VolumeSource, place: &Place, writer: &mut Writer) -> Node {
     write(&Volume::Grid(source.clone()), place, writer)
+}
+
+/// A texture that is computed from places in space.
+struct PatternInSpace;
+
+impl PatternInSpace {
+    const NAME: &'static str = "texture";
+
+    fn is_one(source: &SpectrumSource) -> bool {
+        let SpectrumKind::Procedural(pattern) = &source.kind else { return false };
+        let solid = matches!(pattern.space, PatternSpace::World(_));
+        solid && pattern.colours.iter().all(|colour| !varies(colour) || Self::is_one(colour))
+    }
+}
+
+impl Field for PatternInSpace {
+    type Value = SpectrumSource;
+
+    fn parameters(&self) -> Vec<Parameter> {
+        let pattern = Parameter::new(Self::NAME, Takes::Spectrum(Use::Amount));
+        let doc = "`noise`, `turbulence`, `bands`, `marble` or `wood` in space";
+        vec![Parameter { is_required: true, doc, ..pattern }]
+    }
+
+    fn read(&self, query: &Query<'_>) -> Option<SpectrumSource> {
+        query.required(Self::NAME, query.entry(Self::NAME))?;
+        let source = spectra::read(query, Self::NAME, Use::Amount)?;
+        if !Self::is_one(&source) {
+            let problem = "This texture is no pattern in space";
+            let expected = "expected a `noise`, `turbulence`, `bands`, `marble` or `wood`, not on u and v";
+            query.error(SceneError::at(&query.place(Self::NAME), problem, expected));
+            return None;
+        }
+        Some(source)
+    }
+
+    fn write(&self, node: Node, source: &SpectrumSource, _: &mut Writer) -> Node {
+        node.spectrum(Self::NAME, source)
+    }
 }
 
 /// A file of values on a grid.

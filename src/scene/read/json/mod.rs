@@ -9,10 +9,10 @@ mod text;
 use super::super::source::{Place, SceneError, Sources};
 use super::attributes::{Attribute, Defaults};
 use super::files::Search;
-use super::names;
 use super::parsed::Parsed;
 use super::spd;
 use super::tree::{Class, DEEPEST, Entry, Keyframe, Object, ObjectId, Tree, Value};
+use super::{hints, names};
 use crate::geometry::Vec3;
 use glam::{DMat4, DVec4};
 use text::{Kind, Member, Node};
@@ -228,7 +228,7 @@ impl Builder<'_> {
             _ => {}
         }
         let Some(class) = names::class_of(&plugin, members.iter().map(|member| member.key.as_str())) else {
-            self.error(names::no_such_plugin(&plugin, &plugin_place));
+            self.error(hints::no_such_plugin(&plugin, &plugin_place));
             return None;
         };
         let id = ObjectId(self.parsed.tree.objects.len());
@@ -273,7 +273,7 @@ impl Builder<'_> {
             if !known.contains(&member.key.as_str()) {
                 let place = self.place(member.key_span.clone());
                 let problem = format!("\"{}\" means nothing here", member.key);
-                self.error(SceneError::at(&place, problem, format!("expected {}", names::either(&known))));
+                self.error(SceneError::at(&place, problem, format!("expected {}", hints::either(&known))));
             }
         }
         let found = known.map(|name| members.iter().find(|member| member.key == name));
@@ -281,7 +281,7 @@ impl Builder<'_> {
             let place = members.iter().find(|member| member.key == "type").map_or(0..0, Member::span);
             let problem = format!(
                 "This has no {}",
-                names::either(&known.map(|name| format!("\"{name}\"")).each_ref().map(String::as_str))
+                hints::either(&known.map(|name| format!("\"{name}\"")).each_ref().map(String::as_str))
             );
             self.error(SceneError::at(&self.place(place), problem, "expected it in here"));
         }

@@ -1,15 +1,5 @@
 use super::*;
 
-#[test]
-fn the_nearest_name_is_found_or_none() {
-    let known = ["radius", "center", "to_world", "flip_normals"];
-    assert_eq!(nearest("raduis", &known), Some("radius"));
-    assert_eq!(nearest("toWorld", &known), Some("to_world"));
-    assert_eq!(nearest("CENTRE", &known), Some("center"));
-    assert_eq!(nearest("banana", &known), None);
-    assert_eq!(nearest("x", &[]), None);
-}
-
 /// JSON tells the class of an object by its plugin alone, but for the regular spectrum and the regular
 /// sampler.
 #[test]
@@ -39,7 +29,7 @@ fn the_gallery_shows_every_shape_and_texture() {
 
 /// What reading a scene with one object of a plugin says about it. Where the object is meant to stand is
 /// seen to; that it lacks what it cannot be without is no matter.
-fn said_of(class: Class, plugin: &str) -> String {
+pub(in crate::scene::read) fn said_of(class: Class, plugin: &str) -> String {
     let word = class.word();
     let object = format!("<{word} type=\"{plugin}\"/>");
     let film = |content: &str| format!("<film type=\"hdrfilm\">{content}</film>");
@@ -89,26 +79,4 @@ fn the_reader_accepts_what_is_listed_and_nothing_that_is_said_to_be_missing() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
-}
-
-#[test]
-fn a_mistyped_plugin_gets_a_hint() {
-    for (class, wrong, right) in [
-        (Class::Bsdf, "plastik", "plastic"),
-        (Class::Bsdf, "roughplastik", "roughplastic"),
-        (Class::Bsdf, "principaled", "principled"),
-        (Class::Bsdf, "thindielektric", "thindielectric"),
-        (Class::Shape, "spher", "sphere"),
-    ] {
-        let said = said_of(class, wrong);
-        assert!(said.contains(&format!("did you mean \"{right}\"?")), "{said}");
-    }
-}
-
-#[test]
-fn lists_read_well() {
-    assert_eq!(either(&["a", "b", "c"]), "a, b or c");
-    assert_eq!(either(&["a"]), "a");
-    let many: Vec<&str> = vec!["n"; 14];
-    assert!(listing(&many).ends_with("n and 2 more"));
 }

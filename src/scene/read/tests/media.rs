@@ -42,6 +42,13 @@ fn a_medium_emits_and_thins_out() {
     assert!(matches!(found.emission, Some(EmissionSource::Temperature(_))), "{found:?}");
     let Some(DensitySource::Exponential(air)) = &found.density else { panic!("{found:?}") };
     assert!(air.scale_height == 3.0 && air.radius.is_none() && air.top.is_none(), "{air:?}");
+    let found = medium(
+        "heterogeneous",
+        r#"<volume name="density" type="texturevolume"><texture name="texture" type="marble"/>
+           <integer name="resolution" value="16"/></volume>"#,
+    );
+    let Some(DensitySource::Sampled(pattern)) = &found.density else { panic!("{found:?}") };
+    assert_eq!(pattern.resolution, 16);
     let found = medium("homogeneous", r#"<spectrum name="emission" value="400:1, 700:2"/>"#);
     assert!(matches!(found.emission, Some(EmissionSource::Radiance(_))), "{found:?}");
 }
@@ -77,6 +84,18 @@ fn what_is_no_medium_is_refused_with_what_is_wrong() {
         ("homogeneous", r#"<float name="temperature" value="-1"/>"#, "at least 0"),
         ("heterogeneous", r#"<volume name="sigma_t" type="exponential"/>"#, "is a density alone"),
         ("heterogeneous", r#"<volume name="density" type="constvolume"/>"#, "no grid of numbers"),
+        ("heterogeneous", r#"<volume name="density" type="texturevolume"/>"#, "texture"),
+        (
+            "heterogeneous",
+            r#"<volume name="density" type="texturevolume"><float name="texture" value="1"/></volume>"#,
+            "no pattern in space",
+        ),
+        (
+            "heterogeneous",
+            r#"<volume name="density" type="texturevolume"><texture name="texture" type="wood">
+               <string name="space" value="uv"/></texture></volume>"#,
+            "no pattern in space",
+        ),
         (
             "heterogeneous",
             r#"<volume name="density" type="exponential"><transform name="to_world"><scale value="2"/></transform></volume>"#,

@@ -163,7 +163,7 @@ impl Builder<'_> {
         self.parsed.tree.objects[owner.0].entries.push(entry);
     }
 
-    /// What stands for an entry that could not be read, so that nobody complains about its absence as well.
+    /// Stands for an entry that could not be read, so that its absence is not reported as well.
     fn broken(&self, node: Node<'_, '_>) -> Entry {
         let place = start_tag(node, self.file);
         Entry {

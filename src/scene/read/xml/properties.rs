@@ -3,7 +3,7 @@
 use super::super::super::source::{Place, SceneError};
 use super::super::attributes::{self, start_tag};
 use super::super::tree::{Class, Entry, Keyframe, Value};
-use super::super::{names, spd, transforms};
+use super::super::{hints, spd, transforms};
 use super::Builder;
 use glam::DMat4;
 use roxmltree::Node;
@@ -135,7 +135,7 @@ impl Builder<'_> {
             format!("<{tag}> is not a known element"),
             "expected an object or a property",
         );
-        self.error(match names::nearest(tag, &known) {
+        self.error(match hints::nearest(tag, &known) {
             Some(near) => error.with_remedy(format!("did you mean <{near}>?")),
             None => error.with_remedy("objects are shape, bsdf, emitter, sensor, integrator and others; properties are float, string, spectrum and others"),
         });

@@ -1,5 +1,5 @@
-use super::super::super::{Failure, print_message};
-use super::super::report;
+use super::super::{Failure, print_message};
+use super::report;
 use abbe::output::target::{self, Estimate, Target};
 use abbe::render::Work;
 use std::path::Path;

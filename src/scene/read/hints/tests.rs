@@ -1,0 +1,34 @@
+use super::*;
+use crate::scene::read::names::tests::said_of;
+
+#[test]
+fn the_nearest_name_is_found_or_none() {
+    let known = ["radius", "center", "to_world", "flip_normals"];
+    assert_eq!(nearest("raduis", &known), Some("radius"));
+    assert_eq!(nearest("toWorld", &known), Some("to_world"));
+    assert_eq!(nearest("CENTRE", &known), Some("center"));
+    assert_eq!(nearest("banana", &known), None);
+    assert_eq!(nearest("x", &[]), None);
+}
+
+#[test]
+fn a_mistyped_plugin_gets_a_hint() {
+    for (class, wrong, right) in [
+        (Class::Bsdf, "plastik", "plastic"),
+        (Class::Bsdf, "roughplastik", "roughplastic"),
+        (Class::Bsdf, "principaled", "principled"),
+        (Class::Bsdf, "thindielektric", "thindielectric"),
+        (Class::Shape, "spher", "sphere"),
+    ] {
+        let said = said_of(class, wrong);
+        assert!(said.contains(&format!("did you mean \"{right}\"?")), "{said}");
+    }
+}
+
+#[test]
+fn lists_read_well() {
+    assert_eq!(either(&["a", "b", "c"]), "a, b or c");
+    assert_eq!(either(&["a"]), "a");
+    let many: Vec<&str> = vec!["n"; 14];
+    assert!(listing(&many).ends_with("n and 2 more"));
+}
