@@ -11,9 +11,11 @@
 //! with the illuminant E. That is not the interpolation of their product, but what Mitsuba 3 does.
 
 use crate::geometry::{Transform, Vec3, angle};
+use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, Vector, ZERO, get, lanes_of, set};
 use crate::sampling::PiecewiseBilinearGrid;
-use crate::spectrum::{Extrapolation, Sampled, Sigmoid, Spectrum, upsample};
+use crate::spectrum::{Extrapolation, Sampled, SampledLanes, Sigmoid, Spectrum, Wavelengths, upsample};
 use std::f64::consts::{PI, TAU};
+use wide::f64x4;
 
 /// A texel: a reflectance S and its factor m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,11 +43,15 @@ impl Texel {
     }
 
     fn reflectance(&self, nm: f64) -> f64 {
-        if self.factor == 0.0 {
-            return 0.0;
-        }
-        Sigmoid { coefficients: self.coefficients.map(f64::from) }.at(nm)
+        reflectance(self.coefficients.map(f64::from), f64::from(self.factor), nm)
     }
+}
+
+/// The reflectance of texels by their coefficients and factors.
+#[inline(always)]
+fn reflectance<R: Real>(coefficients: [R; 3], factor: R, nm: R) -> R {
+    let zero = R::of(0.0);
+    R::choose(factor.eq(zero), zero, Sigmoid::value(coefficients, nm))
 }
 
 /// A picture at infinity.
@@ -120,26 +126,116 @@ impl EnvironmentMap {
     /// A direction toward the light and its density per steradian.
     pub fn sample(&self, u: [f64; 2]) -> (Vec3, f64) {
         let Sample { direction, density, .. } = self.find(u);
-        (direction, density)
+        (direction.into(), density)
     }
 
     /// [`Self::sample`] with the radiance from there.
     pub fn sample_radiance<const C: usize>(&self, u: [f64; 2], nm: &[f64; C]) -> (Vec3, f64, Sampled<C>) {
-        let Sample { direction, density, longitude, cos } = self.find(u);
-        (direction, density, self.radiance_at([longitude, angle::acos(cos) / PI], nm))
+        let sample = self.find(u);
+        (sample.direction.into(), sample.density, self.radiance_at(sample.angles(), nm))
     }
 
-    fn find(&self, u: [f64; 2]) -> Sample {
-        let ([x, y], density) = self.grid.sample(u);
-        let row = (y as usize).min(self.cosines.len() - 2);
-        let [above, below] = self.edges(row);
-        let cos = above + (y - row as f64) * (below - above);
-        let longitude = x / self.columns as f64 + 0.5 / self.width as f64;
-        let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        let (sin_longitude, cos_longitude) = angle::sin_cos(TAU * longitude);
-        let local = Vec3::new(sin * sin_longitude, cos, -sin * cos_longitude);
-        let (direction, density) = (self.to_world.vector(local), self.per_steradian(row, density));
-        Sample { direction, density, longitude, cos }
+    /// [`Self::sample_radiance`] for the lanes asked for, each with wavelengths of its own.
+    pub fn sample_in_lanes<'w, const C: usize>(
+        &self,
+        u: &[Row; 2],
+        asked: Mask,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+    ) -> EnvironmentSamples<C> {
+        let ([x, y], density) = self.grid.sample_in_lanes(u, asked);
+        let (mut rows, mut edges) = (ZERO, [ZERO; 2]);
+        for lane in lanes_of(asked) {
+            let row = self.row(get(&y, lane));
+            set(&mut rows, lane, row as f64);
+            edges.iter_mut().zip(self.edges(row)).for_each(|(row, edge)| set(row, lane, edge));
+        }
+        let mut samples = EnvironmentSamples {
+            direction: [Vec3Lanes::ZERO; REGISTERS],
+            density: ZERO,
+            radiance: SampledLanes::ZERO,
+        };
+        let mut angles = [ZERO; 2];
+        for register in 0..REGISTERS {
+            let edges = edges.each_ref().map(|edge| edge[register]);
+            let place = [x[register], y[register]];
+            let sample = self.toward(place, rows[register], edges, density[register]);
+            samples.direction[register] = Vector::from(sample.direction);
+            samples.density[register] = sample.density;
+            [angles[0][register], angles[1][register]] = sample.angles();
+        }
+        self.radiance_in_lanes(&angles, asked, wavelengths, &mut samples.radiance);
+        samples
+    }
+
+    /// [`Self::radiance_at`] for some lanes.
+    fn radiance_in_lanes<'w, const C: usize>(
+        &self,
+        angles: &[Row; 2],
+        asked: Mask,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+        radiance: &mut SampledLanes<C>,
+    ) {
+        let mut corners = [Corner::NONE; 4];
+        let mut nm = SampledLanes::ZERO;
+        let mut illuminant: Option<(&Wavelengths<C>, Sampled<C>)> = None;
+        for lane in lanes_of(asked) {
+            let around = self.picture().around(self.texel_place(angles.each_ref().map(|row| get(row, lane))));
+            for (corner, (weight, texel)) in corners.iter_mut().zip(around) {
+                corner.set(lane, weight, texel);
+            }
+            let of_lane = wavelengths(lane);
+            // Lanes that share their wavelengths share what is looked up by them.
+            let emitted = match illuminant {
+                Some((known, emitted)) if std::ptr::eq(known, of_lane) => emitted,
+                _ => self.illuminant.sample(&of_lane.nm),
+            };
+            illuminant = Some((of_lane, emitted));
+            nm.set(lane, &Sampled(of_lane.nm));
+            radiance.set(lane, &emitted);
+        }
+        for register in 0..REGISTERS {
+            let factor = corners
+                .iter()
+                .fold(f64x4::ZERO, |sum, corner| sum + corner.weight[register] * corner.factor[register]);
+            for wavelength in 0..C {
+                let nm = nm.0[wavelength][register];
+                let reflectance = corners.iter().fold(f64x4::ZERO, |sum, corner| {
+                    let coefficients = corner.coefficients.each_ref().map(|row| row[register]);
+                    sum + corner.weight[register] * reflectance(coefficients, corner.factor[register], nm)
+                });
+                let value = &mut radiance.0[wavelength][register];
+                *value = reflectance * *value * factor;
+            }
+        }
+    }
+
+    fn find(&self, u: [f64; 2]) -> Sample<f64> {
+        let (place, density) = self.grid.sample(u);
+        let row = self.row(place[1]);
+        self.toward(place, row as f64, self.edges(row), density)
+    }
+
+    /// From places on the grid, by the rows that they are in and the cosines at the edges of those, to
+    /// directions. `density`: per cell.
+    #[inline(always)]
+    fn toward<R: Real>(&self, [x, y]: [R; 2], row: R, [above, below]: [R; 2], density: R) -> Sample<R> {
+        let one = R::of(1.0);
+        let cos = above + (y - row) * (below - above);
+        let longitude = x / R::of(self.columns as f64) + R::of(0.5 / self.width as f64);
+        let sin = (one - cos * cos).greater(R::of(0.0)).sqrt();
+        let (sin_longitude, cos_longitude) = angle::sin_cos(R::of(TAU) * longitude);
+        let local = Vector::new(sin * sin_longitude, cos, -sin * cos_longitude);
+        Sample {
+            direction: self.to_world.vectors(local),
+            density: self.per_steradian([above, below], density),
+            longitude,
+            cos,
+        }
+    }
+
+    /// The row of cells that a place is in.
+    fn row(&self, y: f64) -> usize {
+        (y as usize).min(self.cosines.len() - 2)
     }
 
     /// The density of [`Self::sample`] at a direction: above 0 wherever light comes from.
@@ -154,7 +250,8 @@ impl EnvironmentMap {
         let row = ((v * rows as f64) as usize).min(rows - 1);
         let [above, below] = self.edges(row);
         let down = ((above - local.y) / (above - below)).clamp(0.0, 1f64.next_down());
-        self.per_steradian(row, self.grid.density([x * self.columns as f64, row as f64 + down]))
+        let density = self.grid.density([x * self.columns as f64, row as f64 + down]);
+        self.per_steradian([above, below], density)
     }
 
     /// Mean radiance over the sphere.
@@ -162,10 +259,10 @@ impl EnvironmentMap {
         &self.mean
     }
 
-    /// Density per steradian, from one per cell.
-    fn per_steradian(&self, row: usize, density: f64) -> f64 {
-        let [above, below] = self.edges(row);
-        density * self.columns as f64 / (TAU * (above - below))
+    /// Density per steradian, from one per cell, by the cosines at the edges of the row.
+    #[inline(always)]
+    fn per_steradian<R: Real>(&self, [above, below]: [R; 2], density: R) -> R {
+        density * R::of(self.columns as f64) / (R::of(TAU) * (above - below))
     }
 
     /// Cosines of the angles from +y at the upper and lower edge of a row of cells.
@@ -179,11 +276,19 @@ impl EnvironmentMap {
         [if longitude < 0.0 { longitude + 1.0 } else { longitude }, angle::acos(local.y) / PI]
     }
 
-    fn interpolate<const C: usize>(&self, [u, v]: [f64; 2], nm: &[f64; C]) -> (Sampled<C>, f64) {
-        let picture = Picture { width: self.width, height: self.height, texels: &self.texels };
+    fn picture(&self) -> Picture<'_> {
+        Picture { width: self.width, height: self.height, texels: &self.texels }
+    }
+
+    /// From angles as [`Self::angles`] gives them to columns and rows from the middle of the first texel.
+    fn texel_place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        [u * self.width as f64 - 0.5, v * (self.height - 1) as f64]
+    }
+
+    fn interpolate<const C: usize>(&self, angles: [f64; 2], nm: &[f64; C]) -> (Sampled<C>, f64) {
         let mut reflectance = Sampled::ZERO;
         let mut factor = 0.0;
-        for (weight, texel) in picture.around([u * self.width as f64 - 0.5, v * (self.height - 1) as f64]) {
+        for (weight, texel) in self.picture().around(self.texel_place(angles)) {
             factor += weight * f64::from(texel.factor);
             for (value, &nm) in reflectance.0.iter_mut().zip(nm) {
                 *value += weight * texel.reflectance(nm);
@@ -200,23 +305,64 @@ impl EnvironmentMap {
         let mut sum = Sampled::<NODES>::ZERO;
         for i in 0..STRATA * STRATA {
             let u = [i % STRATA, i / STRATA].map(|k| (k as f64 + 0.5) / STRATA as f64);
-            let Sample { density, longitude, cos, .. } = self.find(u);
-            let (reflectance, factor) = self.interpolate([longitude, angle::acos(cos) / PI], &nm);
-            sum += reflectance * (factor / density);
+            let sample = self.find(u);
+            let (reflectance, factor) = self.interpolate(sample.angles(), &nm);
+            sum += reflectance * (factor / sample.density);
         }
         let mean = sum * self.illuminant.sample(&nm) / ((STRATA * STRATA) as f64 * 2.0 * TAU);
         Spectrum::regular(nm[0], nm[NODES - 1], &mean.0, Extrapolation::Zero).unwrap_or(Spectrum::ZERO)
     }
 }
 
-/// A sampled direction.
-struct Sample {
-    direction: Vec3,
-    density: f64,
+/// Sampled directions, one or several.
+struct Sample<R> {
+    direction: Vector<R>,
+    /// Per steradian.
+    density: R,
     /// Longitude over 2π, which may be a little above 1, and cosine of the angle from +y, in the picture's
     /// frame.
-    longitude: f64,
-    cos: f64,
+    longitude: R,
+    cos: R,
+}
+
+impl<R: Real> Sample<R> {
+    /// As [`EnvironmentMap::angles`] gives them.
+    #[inline(always)]
+    fn angles(&self) -> [R; 2] {
+        [self.longitude, angle::acos(self.cos) / R::of(PI)]
+    }
+}
+
+/// What [`EnvironmentMap::sample_in_lanes`] finds; in lanes that were not asked for there is anything.
+#[derive(Clone, Debug)]
+pub struct EnvironmentSamples<const C: usize> {
+    /// Unit vectors toward the light.
+    pub direction: [Vec3Lanes; REGISTERS],
+    /// Per steradian.
+    pub density: Row,
+    /// Radiance from there, W·m⁻²·sr⁻¹·nm⁻¹.
+    pub radiance: SampledLanes<C>,
+}
+
+/// One of the four texels around a place, for each lane.
+#[derive(Clone, Copy)]
+struct Corner {
+    weight: Row,
+    coefficients: [Row; 3],
+    factor: Row,
+}
+
+impl Corner {
+    const NONE: Self = Self { weight: ZERO, coefficients: [ZERO; 3], factor: ZERO };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, weight: f64, texel: &Texel) {
+        set(&mut self.weight, lane, weight);
+        set(&mut self.factor, lane, f64::from(texel.factor));
+        for (row, coefficient) in self.coefficients.iter_mut().zip(texel.coefficients) {
+            set(row, lane, f64::from(coefficient));
+        }
+    }
 }
 
 /// The texels with their places.
@@ -226,10 +372,10 @@ struct Picture<'a> {
     texels: &'a [Texel],
 }
 
-impl Picture<'_> {
+impl<'a> Picture<'a> {
     /// The four texels around a place, given in columns and rows from the middle of the first texel, with
     /// their weights. Columns from -1 to twice as many as there are.
-    fn around(&self, [x, y]: [f64; 2]) -> [(f64, &Texel); 4] {
+    fn around(&self, [x, y]: [f64; 2]) -> [(f64, &'a Texel); 4] {
         let left = x.floor();
         let top = (y as usize).min(self.height - 2);
         let (fx, fy) = (x - left, y - top as f64);

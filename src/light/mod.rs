@@ -26,7 +26,7 @@ pub use casters::{Caster, Casters};
 pub use caustics::{Caustics, Source as CausticSource};
 pub use choice::Setting;
 pub use environment::Environment;
-pub use environment_map::{EnvironmentMap, Texel};
+pub use environment_map::{EnvironmentMap, EnvironmentSamples, Texel};
 pub use lanes::{LightSamples, Receivers};
 pub use projector::Projector;
 pub use sky::Sky;
@@ -221,8 +221,19 @@ impl Lights {
         wavelengths: &Wavelengths<C>,
         mut u: [f64; 2],
     ) -> Option<LightSample<C>> {
-        let Chosen { light, part, probability } = self.choose(from, time, wavelengths, &mut u[0])?;
-        let (from, nm) = (&from.point, &wavelengths.nm);
+        let chosen = self.choose(from, time, wavelengths, &mut u[0])?;
+        self.sample_chosen(&chosen, &from.point, time, &wavelengths.nm, u)
+    }
+
+    /// A point on a light that has been chosen.
+    fn sample_chosen<const C: usize>(
+        &self,
+        &Chosen { light, part, probability }: &Chosen,
+        from: &SurfacePoint,
+        time: f64,
+        nm: &[f64; C],
+        u: [f64; 2],
+    ) -> Option<LightSample<C>> {
         let Some(light_chosen) = self.lights.get(light) else {
             let environment = self.environment.as_ref()?;
             let (direction, density, radiance) = environment.sample_radiance(u, nm)?;

@@ -1,6 +1,7 @@
 //! Densities over grids that are bilinear in each cell.
 
-use super::grid::{GridInversion, smallest_positive};
+use super::grid::{GridInversion, InLanes, smallest_positive};
+use crate::lanes::{Mask, REGISTERS, Real, Row, ZERO, lanes_of, set};
 
 /// A density over a grid that chooses cells by their own integrals, and within each follows the values at its
 /// corners.
@@ -39,12 +40,34 @@ impl PiecewiseBilinearGrid {
     /// per cell.
     pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
         let ([x, y], [column, row], of_row) = self.inversion.sample(u);
-        let values = self.cell(column, row);
-        let [left, top] = [column, row].map(|index| index as f64);
-        let [a, b, c, d] = values;
-        let down = linear((y - top).clamp(0.0, 1.0), [a + b, c + d]);
-        let across = linear((x - left).clamp(0.0, 1.0), [a + (c - a) * down, b + (d - b) * down]);
-        ([left + across, top + down], of_row * within(values, [across, down]))
+        let (place, density) =
+            follow(self.cell(column, row), [x, y], [column, row].map(|index| index as f64));
+        (place, of_row * density)
+    }
+
+    /// [`Self::sample`] for the lanes asked for: the places, and the densities there.
+    #[inline]
+    pub fn sample_in_lanes(&self, u: &[Row; 2], asked: Mask) -> ([Row; 2], Row) {
+        let InLanes { mut place, cells, of_row } = self.inversion.sample_in_lanes(u, asked);
+        let (mut corners, mut indices, mut densities) = ([ZERO; 4], [ZERO; 2], ZERO);
+        for lane in lanes_of(asked) {
+            let [column, row] = cells[lane];
+            for (corner, value) in corners.iter_mut().zip(self.cell(column, row)) {
+                set(corner, lane, value);
+            }
+            for (index, value) in indices.iter_mut().zip(cells[lane]) {
+                set(index, lane, value as f64);
+            }
+        }
+        for register in 0..REGISTERS {
+            let of_register = |row: &Row| row[register];
+            let values = corners.each_ref().map(of_register);
+            let found = place.each_ref().map(of_register);
+            let ([x, y], density) = follow(values, found, indices.each_ref().map(of_register));
+            (place[0][register], place[1][register]) = (x, y);
+            densities[register] = of_row[register] * density;
+        }
+        (place, densities)
     }
 
     /// The density of [`Self::sample`] at a place.
@@ -60,21 +83,33 @@ impl PiecewiseBilinearGrid {
     }
 }
 
+/// From a place that is spread evenly over a cell, by the cell's column and row, to one that follows the
+/// values at its corners, and the value there.
+#[inline(always)]
+fn follow<R: Real>(values: [R; 4], place: [R; 2], cell: [R; 2]) -> ([R; 2], R) {
+    let part = |axis: usize| (place[axis] - cell[axis]).greater(R::of(0.0)).lesser(R::of(1.0));
+    let [a, b, c, d] = values;
+    let down = linear(part(1), [a + b, c + d]);
+    let across = linear(part(0), [a + (c - a) * down, b + (d - b) * down]);
+    ([cell[0] + across, cell[1] + down], within(values, [across, down]))
+}
+
 /// Between the values at the corners of a cell.
-fn within([a, b, c, d]: [f64; 4], [x, y]: [f64; 2]) -> f64 {
+#[inline(always)]
+fn within<R: Real>([a, b, c, d]: [R; 4], [x, y]: [R; 2]) -> R {
     let (top, bottom) = (a + (b - a) * x, c + (d - c) * x);
     top + (bottom - top) * y
 }
 
 /// The place in [0, 1] up to which a fraction `u` of a linear density lies, by its values at both ends.
-fn linear(u: f64, [from, to]: [f64; 2]) -> f64 {
-    let all = from + to;
-    if all == 0.0 {
-        return u;
-    }
-    let root = (from * from + u * (to - from) * all).max(0.0).sqrt();
+#[inline(always)]
+fn linear<R: Real>(u: R, [from, to]: [R; 2]) -> R {
+    let (zero, all) = (R::of(0.0), from + to);
+    let root = (from * from + u * (to - from) * all).greater(zero).sqrt();
+    let below = from + root;
     // Without cancellation, whichever end is higher.
-    if from + root > 0.0 { (u * all / (from + root)).min(1.0) } else { 0.0 }
+    let place = R::choose(below.gt(zero), (u * all / below).lesser(R::of(1.0)), zero);
+    R::choose(all.eq(zero), u, place)
 }
 
 #[cfg(test)]
