@@ -1,8 +1,9 @@
 //! Light from beyond the scene.
 
-use super::{EnvironmentMap, Sky};
+use super::{EnvironmentMap, EnvironmentSamples, Sky};
 use crate::geometry::Vec3;
-use crate::spectrum::{Sampled, Spectrum};
+use crate::lanes::{Mask, REGISTERS, Vec3Lanes, WIDTH, lanes_of, set};
+use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 
 /// Radiance from beyond the scene, W·m⁻²·sr⁻¹·nm⁻¹. Directions have unit length and point away from the
 /// scene.
@@ -50,6 +51,26 @@ impl Environment {
             return Some(map.sample_radiance(u, nm));
         }
         self.sample(u).map(|(direction, density)| (direction, density, self.radiance(direction, nm)))
+    }
+
+    /// [`Self::radiance`] and [`Self::density`] for directions of the lanes asked for, each with wavelengths
+    /// of its own.
+    pub fn seen_in_lanes<'w, const C: usize>(
+        &self,
+        directions: &[Vec3Lanes; REGISTERS],
+        asked: Mask,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+    ) -> EnvironmentSamples<C> {
+        if let Self::Map(map) = self {
+            return map.seen_in_lanes(directions, asked, wavelengths);
+        }
+        let mut seen = EnvironmentSamples { direction: *directions, ..EnvironmentSamples::NONE };
+        for lane in lanes_of(asked) {
+            let direction = directions[lane / WIDTH % REGISTERS].get(lane);
+            seen.radiance.set(lane, &self.radiance(direction, &wavelengths(lane).nm));
+            set(&mut seen.density, lane, self.density(direction));
+        }
+        seen
     }
 
     /// The density of [`Self::sample`] at a direction.

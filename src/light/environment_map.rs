@@ -115,7 +115,7 @@ impl EnvironmentMap {
 
     /// Radiance from a direction (unit length, away from the scene).
     pub fn radiance<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
-        self.radiance_at(self.angles(self.from_world.vector(direction)), nm)
+        self.radiance_at(self.angles(self.from_world.vector(direction).into()), nm)
     }
 
     fn radiance_at<const C: usize>(&self, angles: [f64; 2], nm: &[f64; C]) -> Sampled<C> {
@@ -149,11 +149,7 @@ impl EnvironmentMap {
             set(&mut rows, lane, row as f64);
             edges.iter_mut().zip(self.edges(row)).for_each(|(row, edge)| set(row, lane, edge));
         }
-        let mut samples = EnvironmentSamples {
-            direction: [Vec3Lanes::ZERO; REGISTERS],
-            density: ZERO,
-            radiance: SampledLanes::ZERO,
-        };
+        let mut samples = EnvironmentSamples::NONE;
         let mut angles = [ZERO; 2];
         for register in 0..REGISTERS {
             let edges = edges.each_ref().map(|edge| edge[register]);
@@ -165,6 +161,41 @@ impl EnvironmentMap {
         }
         self.radiance_in_lanes(&angles, asked, wavelengths, &mut samples.radiance);
         samples
+    }
+
+    /// [`Self::radiance`] and [`Self::density`] for the lanes asked for, each with wavelengths of its own.
+    pub fn seen_in_lanes<'w, const C: usize>(
+        &self,
+        directions: &[Vec3Lanes; REGISTERS],
+        asked: Mask,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+    ) -> EnvironmentSamples<C> {
+        let mut seen = EnvironmentSamples { direction: *directions, ..EnvironmentSamples::NONE };
+        let (mut heights, mut angles) = (ZERO, [ZERO; 2]);
+        for register in 0..REGISTERS {
+            let local = self.from_world.vectors(directions[register]);
+            heights[register] = local.y;
+            [angles[0][register], angles[1][register]] = self.angles(local);
+        }
+        let (mut rows, mut edges) = (ZERO, [ZERO; 2]);
+        for lane in lanes_of(asked) {
+            let row = self.row_at_angle(get(&angles[1], lane));
+            set(&mut rows, lane, row as f64);
+            edges.iter_mut().zip(self.edges(row)).for_each(|(row, edge)| set(row, lane, edge));
+        }
+        let mut place = [ZERO; 2];
+        for register in 0..REGISTERS {
+            let edges = edges.each_ref().map(|edge| edge[register]);
+            [place[0][register], place[1][register]] =
+                self.place(angles[0][register], heights[register], rows[register], edges);
+        }
+        let density = self.grid.density_in_lanes(&place, asked);
+        for register in 0..REGISTERS {
+            let edges = edges.each_ref().map(|edge| edge[register]);
+            seen.density[register] = self.per_steradian(edges, density[register]);
+        }
+        self.radiance_in_lanes(&angles, asked, wavelengths, &mut seen.radiance);
+        seen
     }
 
     /// [`Self::radiance_at`] for some lanes.
@@ -241,17 +272,28 @@ impl EnvironmentMap {
     /// The density of [`Self::sample`] at a direction: above 0 wherever light comes from.
     pub fn density(&self, direction: Vec3) -> f64 {
         let local = self.from_world.vector(direction);
-        let [u, v] = self.angles(local);
-        let mut x = u - 0.5 / self.width as f64;
-        if x < 0.0 {
-            x += 1.0;
-        }
+        let [longitude, angle] = self.angles(local.into());
+        let row = self.row_at_angle(angle);
+        let edges = self.edges(row);
+        let place = self.place(longitude, local.y, row as f64, edges);
+        self.per_steradian(edges, self.grid.density(place))
+    }
+
+    /// The row of cells at an angle from +y over π.
+    fn row_at_angle(&self, angle: f64) -> usize {
         let rows = self.cosines.len() - 1;
-        let row = ((v * rows as f64) as usize).min(rows - 1);
-        let [above, below] = self.edges(row);
-        let down = ((above - local.y) / (above - below)).clamp(0.0, 1f64.next_down());
-        let density = self.grid.density([x * self.columns as f64, row as f64 + down]);
-        self.per_steradian([above, below], density)
+        ((angle * rows as f64) as usize).min(rows - 1)
+    }
+
+    /// Places on the grid of directions, by their longitudes over 2π, the cosines of their angles from +y,
+    /// the rows of cells that they are in and the cosines at the edges of those.
+    #[inline(always)]
+    fn place<R: Real>(&self, longitude: R, cos: R, row: R, [above, below]: [R; 2]) -> [R; 2] {
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        let x = longitude - R::of(0.5 / self.width as f64);
+        let x = R::choose(x.lt(zero), x + one, x);
+        let down = ((above - cos) / (above - below)).greater(zero).lesser(R::of(1f64.next_down()));
+        [x * R::of(self.columns as f64), row + down]
     }
 
     /// Mean radiance over the sphere.
@@ -271,9 +313,11 @@ impl EnvironmentMap {
     }
 
     /// Longitude over 2π and angle from +y over π of a direction in the picture's frame.
-    fn angles(&self, local: Vec3) -> [f64; 2] {
-        let longitude = angle::atan2(local.x, -local.z) / TAU;
-        [if longitude < 0.0 { longitude + 1.0 } else { longitude }, angle::acos(local.y) / PI]
+    #[inline(always)]
+    fn angles<R: Real>(&self, local: Vector<R>) -> [R; 2] {
+        let longitude = angle::atan2(local.x, -local.z) / R::of(TAU);
+        let longitude = R::choose(longitude.lt(R::of(0.0)), longitude + R::of(1.0), longitude);
+        [longitude, angle::acos(local.y) / R::of(PI)]
     }
 
     fn picture(&self) -> Picture<'_> {
@@ -333,15 +377,21 @@ impl<R: Real> Sample<R> {
     }
 }
 
-/// What [`EnvironmentMap::sample_in_lanes`] finds; in lanes that were not asked for there is anything.
+/// Directions toward an environment, one for each lane; those of lanes that were not asked for mean nothing.
 #[derive(Clone, Debug)]
 pub struct EnvironmentSamples<const C: usize> {
     /// Unit vectors toward the light.
     pub direction: [Vec3Lanes; REGISTERS],
-    /// Per steradian.
+    /// The density of light samples there, per steradian.
     pub density: Row,
     /// Radiance from there, W·m⁻²·sr⁻¹·nm⁻¹.
     pub radiance: SampledLanes<C>,
+}
+
+impl<const C: usize> EnvironmentSamples<C> {
+    /// No lane has a direction.
+    pub const NONE: Self =
+        Self { direction: [Vec3Lanes::ZERO; REGISTERS], density: ZERO, radiance: SampledLanes::ZERO };
 }
 
 /// One of the four texels around a place, for each lane.

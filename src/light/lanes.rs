@@ -180,6 +180,25 @@ impl Lights {
         only.map_or(Sampled::ZERO, |spectrum| spectrum.sample(nm))
     }
 
+    /// [`Self::environment_probability`] of the lanes asked for.
+    pub fn environment_probabilities<'w, const C: usize>(
+        &self,
+        from: &Receivers,
+        time: f64,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+        asked: Mask,
+    ) -> Row {
+        if self.choice.heads().len() == 1 {
+            return [f64x4::ONE; REGISTERS];
+        }
+        let mut probabilities = ZERO;
+        for lane in lanes_of(asked) {
+            let probability = self.environment_probability(&from.get(lane), time, wavelengths(lane));
+            set(&mut probabilities, lane, probability);
+        }
+        probabilities
+    }
+
     /// [`Lights::sample`] for the lanes asked for. `only_radiance` is [`Self::only_radiance`] for each lane.
     #[expect(clippy::too_many_arguments, reason = "all that a light sample depends on, by lane")]
     pub fn sample_in_lanes<'w, const C: usize>(

@@ -306,13 +306,8 @@ impl Lights {
         time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
-        let density = self.density_in_environment(direction);
+        let density = self.sampled_environment().map_or(0.0, |environment| environment.density(direction));
         if density == 0.0 { 0.0 } else { density * self.environment_probability(from, time, wavelengths) }
-    }
-
-    /// Per steradian, the density with which a light sample that goes to the environment finds a direction.
-    pub fn density_in_environment(&self, direction: Vec3) -> f64 {
-        self.sampled_environment().map_or(0.0, |environment| environment.density(direction))
     }
 
     /// The probability with which a light sample goes to the environment.

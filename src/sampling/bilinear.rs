@@ -1,7 +1,7 @@
 //! Densities over grids that are bilinear in each cell.
 
 use super::grid::{GridInversion, InLanes, smallest_positive};
-use crate::lanes::{Mask, REGISTERS, Real, Row, ZERO, lanes_of, set};
+use crate::lanes::{Mask, REGISTERS, Real, Row, ZERO, get, lanes_of, set};
 
 /// A density over a grid that chooses cells by their own integrals, and within each follows the values at its
 /// corners.
@@ -71,11 +71,38 @@ impl PiecewiseBilinearGrid {
     }
 
     /// The density of [`Self::sample`] at a place.
-    pub fn density(&self, [x, y]: [f64; 2]) -> f64 {
+    pub fn density(&self, place: [f64; 2]) -> f64 {
+        let [column, row] = self.cell_at(place);
+        let part = part_of(place, [column as f64, row as f64]);
+        self.inversion.of_row(row) * within(self.cell(column, row), part)
+    }
+
+    /// [`Self::density`] for the lanes asked for.
+    #[inline]
+    pub fn density_in_lanes(&self, place: &[Row; 2], asked: Mask) -> Row {
+        let (mut corners, mut cells, mut of_row) = ([ZERO; 4], [ZERO; 2], ZERO);
+        for lane in lanes_of(asked) {
+            let [column, row] = self.cell_at(place.each_ref().map(|row| get(row, lane)));
+            for (corner, value) in corners.iter_mut().zip(self.cell(column, row)) {
+                set(corner, lane, value);
+            }
+            for (cell, value) in cells.iter_mut().zip([column, row]) {
+                set(cell, lane, value as f64);
+            }
+            set(&mut of_row, lane, self.inversion.of_row(row));
+        }
+        std::array::from_fn(|register| {
+            let of_register = |row: &Row| row[register];
+            let cell = cells.each_ref().map(of_register);
+            let part = part_of(place.each_ref().map(of_register), cell);
+            of_row[register] * within(corners.each_ref().map(of_register), part)
+        })
+    }
+
+    /// Column and row of the cell at a place.
+    fn cell_at(&self, [x, y]: [f64; 2]) -> [usize; 2] {
         let [columns, rows] = self.inversion.size();
-        let (column, row) = ((x as usize).min(columns - 1), (y as usize).min(rows - 1));
-        let place = [x - column as f64, y - row as f64].map(|part| part.clamp(0.0, 1.0));
-        self.inversion.of_row(row) * within(self.cell(column, row), place)
+        [(x as usize).min(columns - 1), (y as usize).min(rows - 1)]
     }
 
     fn cell(&self, column: usize, row: usize) -> [f64; 4] {
@@ -87,11 +114,17 @@ impl PiecewiseBilinearGrid {
 /// values at its corners, and the value there.
 #[inline(always)]
 fn follow<R: Real>(values: [R; 4], place: [R; 2], cell: [R; 2]) -> ([R; 2], R) {
-    let part = |axis: usize| (place[axis] - cell[axis]).greater(R::of(0.0)).lesser(R::of(1.0));
+    let [x, y] = part_of(place, cell);
     let [a, b, c, d] = values;
-    let down = linear(part(1), [a + b, c + d]);
-    let across = linear(part(0), [a + (c - a) * down, b + (d - b) * down]);
+    let down = linear(y, [a + b, c + d]);
+    let across = linear(x, [a + (c - a) * down, b + (d - b) * down]);
     ([cell[0] + across, cell[1] + down], within(values, [across, down]))
+}
+
+/// Where in a cell, by its column and row, a place is.
+#[inline(always)]
+fn part_of<R: Real>(place: [R; 2], cell: [R; 2]) -> [R; 2] {
+    [0, 1].map(|axis| (place[axis] - cell[axis]).greater(R::of(0.0)).lesser(R::of(1.0)))
 }
 
 /// Between the values at the corners of a cell.

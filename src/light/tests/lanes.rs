@@ -1,7 +1,7 @@
 //! Light samples in lanes are those of one surface after the other.
 
 use super::*;
-use crate::lanes::{LANES, Row, WIDTH, ZERO, get, set};
+use crate::lanes::{LANES, REGISTERS, Row, Vec3Lanes, WIDTH, ZERO, get, set};
 use crate::light::{EnvironmentMap, LightSamples, Receivers, Texel};
 use crate::shape::Mesh;
 use crate::spectrum::{Extrapolation, SampledLanes};
@@ -81,4 +81,34 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
         }
     }
     assert!(found > 4000 && none > 1000 && far > 200, "{found} found, {none} not, {far} from afar");
+}
+
+#[test]
+fn environments_in_lanes_are_those_of_each_direction() {
+    let mut numbers = Numbers::new(6);
+    let density = WavelengthDensity::new(WavelengthRange::VISIBLE, &[], &[]);
+    let wavelengths: [Wavelengths<4>; LANES] =
+        std::array::from_fn(|lane| density.sample(lane as f64 / LANES as f64));
+    let constant =
+        Environment::Constant(Spectrum::regular(300.0, 900.0, &[1.0, 3.0], Extrapolation::Zero).unwrap());
+    let mut lit = 0;
+    for environment in [map(), constant] {
+        for _ in 0..200 {
+            let mut directions = [Vec3Lanes::ZERO; REGISTERS];
+            let mut each = [Vec3::ZERO; LANES];
+            for (lane, direction) in each.iter_mut().enumerate() {
+                *direction = uniform_direction(numbers.pair());
+                directions[lane / WIDTH].set(lane, *direction);
+            }
+            let asked = 0b0111_1011_1111_1110;
+            let seen = environment.seen_in_lanes(&directions, asked, |lane| &wavelengths[lane]);
+            for (lane, direction) in each.iter().enumerate().filter(|(lane, _)| asked >> lane & 1 == 1) {
+                let radiance = environment.radiance(*direction, &wavelengths[lane].nm);
+                assert_eq!(seen.radiance.get(lane), radiance);
+                assert_eq!(get(&seen.density, lane), environment.density(*direction));
+                lit += u32::from(!radiance.is_zero());
+            }
+        }
+    }
+    assert!(lit > 3000, "{lit}");
 }
