@@ -25,8 +25,8 @@ pub enum ErrorMeasure {
     RelMse,
     /// The mean standard error over the mean value.
     Error,
-    /// The mean over the pixels of the root mean square colour difference CIEDE2000 that the noise makes,
-    /// with the white of `abbe compare`.
+    /// The mean over tiles of 8 × 8 pixels of the root mean square colour difference CIEDE2000 that the noise
+    /// makes, with the white of `abbe compare`.
     ColourDifference,
 }
 
@@ -71,7 +71,9 @@ impl Sum {
         Self { errors: tiles.values().sum(), squares, divisor: 0.0 }
     }
 
-    /// Root mean square colour differences. Nothing is known of those of a black picture.
+    /// Root mean square colour differences, tile by tile: where a few lit pixels stand in the dark, those that
+    /// no sample has lit say nothing of their colour, and their neighbours say it for them. Nothing is known
+    /// of those of a black picture.
     fn of_colours(film: &Film) -> Self {
         let luminance = film.shown().map(|(x, y)| film.combined(x, y, [0.0, 1.0, 0.0]).mean.max(0.0));
         let luminance: Vec<f64> = luminance.collect();
@@ -89,10 +91,23 @@ impl Sum {
                 deviations.iter().map(difference).sum::<f64>() / f64::from(parts)
             })
         });
-        let sum = Self::over(film, &variances, |_, _, variance| variance.sqrt());
+        let sum = Self::over(film, &of_tiles(film, &variances), |_, _, variance| variance.sqrt());
         let pixels = film.extent.shown.pixel_count() as f64;
         Self { divisor: if is_black { 0.0 } else { pixels }, ..sum }
     }
+}
+
+/// For each pixel that is measured the mean over those of its tile that are shown.
+fn of_tiles(film: &Film, values: &[f64]) -> Vec<f64> {
+    let tile = |x: u32, y: u32| [x / NOISE_TILE, y / NOISE_TILE];
+    let mut sums: BTreeMap<[u32; 2], (f64, f64)> = BTreeMap::new();
+    for (x, y) in film.shown() {
+        let (sum, count) = sums.entry(tile(x, y)).or_default();
+        *sum += values[y as usize * film.width as usize + x as usize];
+        *count += 1.0;
+    }
+    let mean = |[x, y]: [u32; 2]| sums.get(&tile(x, y)).map_or(0.0, |(sum, count)| sum / count);
+    Region::whole(film.extent.measured.size).pixels().map(mean).collect()
 }
 
 /// The error bars of all pixels that are measured, squared, from what equal runs of replicates, so many in

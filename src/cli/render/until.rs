@@ -17,9 +17,9 @@ pub const MOST_SAMPLES: u32 = 1 << 20;
 pub struct UntilOptions {
     /// End when the error of the luminance (or of all responses of a specfilm) is below a bound with 95 %
     /// confidence: 'relmse<1e-3' (as abbe compare has it), 'error<1%' (mean standard error over mean) or, of
-    /// the colours, 'de<0.5' (the mean of each pixel's root mean square CIEDE2000, with the white of abbe
-    /// compare). It is looked at four times for each doubling of the samples. --spp is then the most samples
-    /// that are taken [default then: 1048576]
+    /// the colours, 'de<0.5' (the mean over tiles of 8 × 8 pixels of their root mean square CIEDE2000, with
+    /// the white of abbe compare). It is looked at four times for each doubling of the samples. --spp is then
+    /// the most samples that are taken [default then: 1048576]
     #[arg(long, value_name = "TARGET")]
     until: Option<Target>,
 
