@@ -4,6 +4,7 @@ use super::{EnvironmentMap, EnvironmentSamples, Sky};
 use crate::geometry::Vec3;
 use crate::lanes::{Mask, REGISTERS, Vec3Lanes, WIDTH, lanes_of, set};
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
+use std::f64::consts::PI;
 
 /// Radiance from beyond the scene, W·m⁻²·sr⁻¹·nm⁻¹. Directions have unit length and point away from the
 /// scene.
@@ -80,6 +81,20 @@ impl Environment {
             Self::Map(map) => map.density(direction),
             Self::Sky(sky) => sky.density(direction),
         }
+    }
+
+    /// The mean of the square of the brightness over the square of the mean: 1 where light comes alike from
+    /// everywhere, and the larger the smaller the part of the sphere is that most of it comes from.
+    /// Estimated by directions that follow the brightness.
+    pub fn unevenness(&self) -> f64 {
+        const STRATA: usize = 64;
+        if !self.is_sampled() {
+            return 1.0;
+        }
+        let place = |i: usize| [i % STRATA, i / STRATA].map(|k| (k as f64 + 0.5) / STRATA as f64);
+        let densities =
+            (0..STRATA * STRATA).filter_map(|i| self.sample(place(i))).map(|(_, density)| density);
+        4.0 * PI * densities.sum::<f64>() / (STRATA * STRATA) as f64
     }
 
     /// Mean radiance over the sphere, above 0 at every wavelength at which there is any.
