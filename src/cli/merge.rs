@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let picture = picture(&film, &header.picture, images);
             output::exr::write(&args.output, &picture).map_err(failed(&args.output))?;
             if let Some(png) = &png {
-                output::png::write(png, &picture, args.png.exposure).map_err(failed(png))?;
+                output::png::write(png, &picture, args.png.exposure, args.png.tone).map_err(failed(png))?;
             }
         } else {
             write(&args.output, header, &plan, &film, &images).map_err(failed(&args.output))?;

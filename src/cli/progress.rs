@@ -17,9 +17,18 @@ pub struct RenderProgress {
     stop: Arc<AtomicBool>,
 }
 
+/// When a render ends, as far as that is known.
+#[derive(Clone, Copy)]
+pub enum End {
+    /// After so many samples in all.
+    Samples(u64),
+    /// After a time, or at an error: nobody knows which, and after how many samples.
+    Open { time: Option<Duration> },
+}
+
 /// How far a render is.
 struct Counted {
-    total: u64,
+    end: End,
     /// Done before it began.
     before: u64,
     done: AtomicU64,
@@ -32,55 +41,89 @@ impl Counted {
     fn line(&self) -> String {
         let done = self.done.load(Ordering::Relaxed);
         let rate = (done - self.before) as f64 / self.started.elapsed().as_secs_f64().max(1e-9);
+        let speed = rate / 1e6;
+        let error = self.error.lock().unwrap_or_else(PoisonError::into_inner);
+        let total = match self.end {
+            End::Samples(total) => total,
+            End::Open { time } => {
+                let left = time_to(time, self.started);
+                return format!("{done} samples  {speed:.2} million/s  {left}{error}");
+            }
+        };
         let left = match done {
             _ if rate == 0.0 => "time left not known".to_owned(),
-            _ => format!("{:.0} s left", self.total.saturating_sub(done) as f64 / rate),
+            _ => format!("{:.0} s left", total.saturating_sub(done) as f64 / rate),
         };
-        format!(
-            "{:3.0} %  {done} of {} samples  {:.2} million/s  {left}  {}",
-            100.0 * done as f64 / self.total.max(1) as f64,
-            self.total,
-            rate / 1e6,
-            self.error.lock().unwrap_or_else(PoisonError::into_inner)
-        )
+        let percent = 100.0 * done as f64 / total.max(1) as f64;
+        format!("{percent:3.0} %  {done} of {total} samples  {speed:.2} million/s  {left}  {error}")
     }
 }
 
 const NO_ERROR_YET: &str = "error not known yet";
 
+/// What is left of a time, where there is one.
+fn time_to(time: Option<Duration>, started: Instant) -> String {
+    time.map_or_else(String::new, |time| {
+        format!("at most {:.0} s left  ", time.saturating_sub(started.elapsed()).as_secs_f64())
+    })
+}
+
 impl RenderProgress {
-    /// Progress of a render of `total` samples; `before` of them are done already.
-    pub fn new(total: u64, before: u64, quiet: bool, stop: Arc<AtomicBool>) -> Self {
+    /// Progress of a render until its end; so many samples are done before it begins.
+    pub fn new(end: End, before: u64, quiet: bool, stop: Arc<AtomicBool>) -> Self {
         let terminal = std::io::stderr().is_terminal();
-        let bar = ProgressBar::new(total).with_position(before);
+        let started = Instant::now();
+        let bar = match end {
+            End::Samples(total) => ProgressBar::new(total),
+            End::Open { .. } => ProgressBar::no_length(),
+        };
+        let bar = bar.with_position(before);
         bar.reset_eta();
         bar.set_draw_target(if quiet || !terminal {
             ProgressDrawTarget::hidden()
         } else {
             ProgressDrawTarget::stderr_with_hz(5)
         });
-        if let Ok(style) = ProgressStyle::with_template(
-            "{bar:32} {percent:>3} %  {human_pos} of {human_len} samples  {rate}  {eta} left  {msg}",
-        ) {
+        let template = match end {
+            End::Samples(_) => {
+                "{bar:32} {percent:>3} %  {human_pos} of {human_len} samples  {rate}  {eta} left  {msg}"
+            }
+            End::Open { .. } => "{spinner} {human_pos} samples  {rate}  {limit}{msg}",
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            let limit = move |_: &ProgressState, out: &mut dyn Write| {
+                if let End::Open { time } = end {
+                    let _ = write!(out, "{}", time_to(time, started));
+                }
+            };
             let rate = |state: &ProgressState, out: &mut dyn Write| {
                 // Where the bar cannot be drawn nothing is lost.
                 let _ = write!(out, "{:.2} million/s", state.per_sec() / 1e6);
             };
-            bar.set_style(style.with_key("rate", rate));
+            bar.set_style(style.with_key("rate", rate).with_key("limit", limit));
         }
         bar.enable_steady_tick(Duration::from_millis(250));
         let lines = (!quiet && !terminal).then(|| {
             let counted = Arc::new(Counted {
-                total,
+                end,
                 before,
                 done: AtomicU64::new(before),
-                started: Instant::now(),
+                started,
                 error: Mutex::new(NO_ERROR_YET.to_owned()),
             });
             let told = counted.clone();
             (Pulse::new(move || told.line()), counted)
         });
         Self { bar, lines, stop }
+    }
+
+    /// Tells what the error is now.
+    pub fn tells(&self, error: String) {
+        self.bar.set_message(error.clone());
+        if let Some((pulse, counted)) = &self.lines {
+            *counted.error.lock().unwrap_or_else(PoisonError::into_inner) = error;
+            pulse.says(&counted.line());
+        }
     }
 
     /// Ends what is told of the render.
@@ -98,15 +141,10 @@ impl Progress for RenderProgress {
     }
 
     fn pass_done(&self, film: &Film) {
-        let error = match film.relative_error() {
+        self.tells(match film.relative_error() {
             Some(error) => format!("error {}", percent(error)),
             None => NO_ERROR_YET.to_owned(),
-        };
-        self.bar.set_message(error.clone());
-        if let Some((pulse, counted)) = &self.lines {
-            *counted.error.lock().unwrap_or_else(PoisonError::into_inner) = error;
-            pulse.says(&counted.line());
-        }
+        });
     }
 
     fn stop(&self) -> &AtomicBool {

@@ -22,16 +22,55 @@ pub enum Exposure {
     Stops(f64),
 }
 
-/// Writes the whole file or none of it.
+/// How luminances after exposure become those of the PNG, in which 1 is white. Hues stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToneCurve {
+    /// As they are, up to white.
+    Linear,
+    /// A shoulder that takes the brightest pixel to white instead of burning it (Reinhard et al.,
+    /// "Photographic Tone Reproduction for Digital Images", SIGGRAPH 2002, eq. 4).
+    Reinhard,
+    /// An S that darkens shadows, for more contrast: Narkowicz's fit of the ACES reference curve (2015),
+    /// after a factor of 0.6.
+    Aces,
+}
+
+impl ToneCurve {
+    /// All curves by their names.
+    pub const NAMES: [(&'static str, Self); 3] =
+        [("linear", Self::Linear), ("reinhard", Self::Reinhard), ("aces", Self::Aces)];
+
+    /// The curve of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::NAMES.iter().find(|(known, _)| *known == name).map(|&(_, curve)| curve)
+    }
+
+    /// What becomes of a luminance, where `white` is the one that the shoulder takes to white.
+    fn of(self, luminance: f64, white: f64) -> f64 {
+        match self {
+            Self::Linear => luminance,
+            Self::Reinhard => luminance * (1.0 + luminance / (white * white)) / (1.0 + luminance),
+            Self::Aces => {
+                let x = 0.6 * luminance;
+                (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)
+            }
+        }
+    }
+}
+
+/// Writes the whole file or none of it. The curve is Reinhard's for an automatic exposure and linear for
+/// stops where none is given.
 ///
 /// Values between two codes become either, by a noise that belongs to the pixel: the mean is right, and slow
 /// gradients show no bands.
-pub fn write(path: &Path, picture: &Picture, exposure: Exposure) -> std::io::Result<()> {
+pub fn write(
+    path: &Path,
+    picture: &Picture,
+    exposure: Exposure,
+    curve: Option<ToneCurve>,
+) -> std::io::Result<()> {
     let film = picture.film;
-    let tone = match exposure {
-        Exposure::Auto => Tone::of(picture),
-        Exposure::Stops(stops) => Tone { exposure: stops.exp2(), white: 1.0 },
-    };
+    let tone = Tone::of(picture, exposure, curve);
     let corner = film.extent.measured.offset;
     let colour = |(x, y)| {
         let xyz = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
@@ -65,16 +104,16 @@ fn write_image(path: &Path, image: &image::RgbImage) -> std::io::Result<()> {
     super::write_whole(path, &bytes.into_inner())
 }
 
-/// Exposure and a shoulder that takes the brightest pixel to white instead of burning it
-/// (Reinhard et al., "Photographic Tone Reproduction for Digital Images", SIGGRAPH 2002, eq. 4).
+/// From what a picture holds to what its PNG shows.
 struct Tone {
     exposure: f64,
+    curve: ToneCurve,
     /// Luminance after exposure that becomes white.
     white: f64,
 }
 
 impl Tone {
-    fn of(picture: &Picture) -> Self {
+    fn of(picture: &Picture, exposure: Exposure, curve: Option<ToneCurve>) -> Self {
         let film = picture.film;
         let mut luminance: Vec<f64> =
             film.shown().map(|(x, y)| film.combined(x, y, [0.0, 1.0, 0.0]).mean.max(0.0)).collect();
@@ -82,14 +121,18 @@ impl Tone {
         let last = luminance.len() - 1;
         let lamp = luminance[last - (LAMPS * last as f64) as usize];
         let mean = luminance.iter().map(|&value| value.min(lamp)).sum::<f64>() / luminance.len() as f64;
-        let exposure = if mean > 0.0 { MEAN / mean } else { 1.0 };
-        Self { exposure, white: (exposure * luminance[last]).max(1.0) }
+        let (exposure, usual) = match exposure {
+            Exposure::Auto => (if mean > 0.0 { MEAN / mean } else { 1.0 }, ToneCurve::Reinhard),
+            Exposure::Stops(stops) => (stops.exp2(), ToneCurve::Linear),
+        };
+        let white = (exposure * luminance[last]).max(1.0);
+        Self { exposure, curve: curve.unwrap_or(usual), white }
     }
 
     fn of_colour(&self, xyz: [f64; 3]) -> [f64; 3] {
         let luminance = self.exposure * xyz[1].max(0.0);
-        let shoulder = (1.0 + luminance / (self.white * self.white)) / (1.0 + luminance);
-        xyz.map(|value| value * self.exposure * shoulder)
+        let factor = if luminance > 0.0 { self.curve.of(luminance, self.white) / luminance } else { 1.0 };
+        xyz.map(|value| value * self.exposure * factor)
     }
 }
 
@@ -113,6 +156,23 @@ fn displayed(xyz: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Black stays black, curves rise, and the shoulder ends at white.
+    #[test]
+    fn tone_curves_are_those_of_their_sources() {
+        assert_eq!(ToneCurve::named("aces"), Some(ToneCurve::Aces));
+        assert_eq!(ToneCurve::named("filmic"), None);
+        for (name, curve) in ToneCurve::NAMES {
+            assert_eq!(curve.of(0.0, 8.0), 0.0, "{name}");
+            let values: Vec<f64> = (0..100).map(|i| curve.of(0.1 * f64::from(i), 8.0)).collect();
+            assert!(values.is_sorted(), "{name}: {values:?}");
+        }
+        assert_eq!(ToneCurve::Linear.of(0.7, 8.0), 0.7);
+        assert!((ToneCurve::Reinhard.of(8.0, 8.0) - 1.0).abs() < 1e-15);
+        assert!((ToneCurve::Reinhard.of(1.0, 8.0) - 0.5 * (1.0 + 1.0 / 64.0)).abs() < 1e-15);
+        // 0.6 · 0.3 = 0.18: (0.18 · 0.4818) / (0.18 · 1.0274 + 0.14).
+        assert!((ToneCurve::Aces.of(0.3, 8.0) - 0.086_724 / 0.324_932).abs() < 1e-12);
+    }
 
     /// The mean over many pixels is the value, black and white stay as they are, and no code is off by more
     /// than one.

@@ -25,8 +25,8 @@ pub enum ErrorMeasure {
     RelMse,
     /// The mean standard error over the mean value.
     Error,
-    /// The mean over the pixels of the root mean square colour difference CIEDE2000 that the noise makes,
-    /// with the white of `abbe compare`.
+    /// The mean over tiles of 8 × 8 pixels of the root mean square colour difference CIEDE2000 that the noise
+    /// makes, with the white of `abbe compare`.
     ColourDifference,
 }
 
@@ -71,7 +71,9 @@ impl Sum {
         Self { errors: tiles.values().sum(), squares, divisor: 0.0 }
     }
 
-    /// Root mean square colour differences. Nothing is known of those of a black picture.
+    /// Root mean square colour differences, tile by tile: where a few lit pixels stand in the dark, those that
+    /// no sample has lit say nothing of their colour, and their neighbours say it for them. Nothing is known
+    /// of those of a black picture.
     fn of_colours(film: &Film) -> Self {
         let luminance = film.shown().map(|(x, y)| film.combined(x, y, [0.0, 1.0, 0.0]).mean.max(0.0));
         let luminance: Vec<f64> = luminance.collect();
@@ -89,10 +91,23 @@ impl Sum {
                 deviations.iter().map(difference).sum::<f64>() / f64::from(parts)
             })
         });
-        let sum = Self::over(film, &variances, |_, _, variance| variance.sqrt());
+        let sum = Self::over(film, &of_tiles(film, &variances), |_, _, variance| variance.sqrt());
         let pixels = film.extent.shown.pixel_count() as f64;
         Self { divisor: if is_black { 0.0 } else { pixels }, ..sum }
     }
+}
+
+/// For each pixel that is measured the mean over those of its tile that are shown.
+fn of_tiles(film: &Film, values: &[f64]) -> Vec<f64> {
+    let tile = |x: u32, y: u32| [x / NOISE_TILE, y / NOISE_TILE];
+    let mut sums: BTreeMap<[u32; 2], (f64, f64)> = BTreeMap::new();
+    for (x, y) in film.shown() {
+        let (sum, count) = sums.entry(tile(x, y)).or_default();
+        *sum += values[y as usize * film.width as usize + x as usize];
+        *count += 1.0;
+    }
+    let mean = |[x, y]: [u32; 2]| sums.get(&tile(x, y)).map_or(0.0, |(sum, count)| sum / count);
+    Region::whole(film.extent.measured.size).pixels().map(mean).collect()
 }
 
 /// The error bars of all pixels that are measured, squared, from what equal runs of replicates, so many in
@@ -162,11 +177,16 @@ impl Target {
         all
     }
 
-    /// Whether it is time to decide whether the picture is good enough: when each replicate has a power of
-    /// two of samples, of which there are few. Who looks after every sample stops when chance makes the error
-    /// look small.
+    /// Whether it is time to decide whether the picture is good enough: when each replicate has 4, 6, 8, 10,
+    /// 12, 14, 16, 20, 24, 28, 32, 40 … samples, four times for each doubling.
+    ///
+    /// Who looks after every sample stops when chance makes the error look small. Who looks when the samples
+    /// have doubled takes twice as many where the error was just missed; and as pictures that end at N or at
+    /// 2 N samples by chance weigh the same, their mean is then too small where it goes together with the
+    /// error (`validation/noise/stopping`).
     pub fn decides_at(samples_per_replicate: u64) -> bool {
-        samples_per_replicate >= FEWEST && samples_per_replicate.is_power_of_two()
+        samples_per_replicate >= FEWEST
+            && samples_per_replicate.is_multiple_of(((1_u64 << samples_per_replicate.ilog2()) / 4).max(2))
     }
 
     /// Whether the error is below the bound with the [`CONFIDENCE`].
@@ -233,6 +253,12 @@ mod tests {
         for text in ["relmse<1e-3", "error<1%", "de<0.5"] {
             assert_eq!(read(text).map(|target| target.to_string()), Ok(text.to_owned()));
         }
+    }
+
+    #[test]
+    fn decisions_are_few() {
+        let at: Vec<u64> = (0..70).filter(|&samples| Target::decides_at(samples)).collect();
+        assert_eq!(at, [4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64]);
     }
 
     /// Pixels of the value 3, of which four replicates have 2, 2, 4 and 4: a variance of the mean of 1/3.

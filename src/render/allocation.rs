@@ -6,6 +6,8 @@
 //! A sample's weight is the inverse of its cell's share, so that the film's filter sees the same picture
 //! however it is divided.
 //!
+//! Where the pilot does not show a clear gain the allocation is even.
+//!
 //! The pilot's sample values are its own, so the expectation of the picture is the same whatever it finds.
 
 use super::Progress;
@@ -20,6 +22,14 @@ use std::ops::Range;
 
 /// Largest part of the picture's samples that the pilot takes.
 const BUDGET: f64 = 0.02;
+
+/// Most samples that it takes, per pixel of the picture: a render that ends at an error may need few.
+const MOST: f64 = 0.6;
+
+/// Least gain for which samples are allocated, as one half of the pilot predicts it for the other. Nets err
+/// less than their samples alone, and noisy cells often cost more than others: most of what is predicted
+/// below it is lost (`validation/noise/stopping`).
+const LEAST_GAIN: f64 = 1.5;
 
 /// Nets of the pilot, and the samples of each.
 const PILOT: (u32, u32) = (2, 1);
@@ -122,7 +132,8 @@ impl Allocation {
             return even;
         }
         let of_pilot = Schedule::independent(PILOT.0, PILOT.1);
-        let budget = BUDGET * (window.pixel_count() * schedule.samples()) as f64;
+        let all = window.pixel_count() as f64;
+        let budget = all * MOST.min(BUDGET * schedule.samples() as f64);
         let of_cell = f64::from(BLOCK * BLOCK) * of_pilot.samples() as f64;
         let cells = |edge: u32| window.size.map(|size| size.div_ceil(edge));
         let count = |edge: u32| cells(edge).into_iter().product::<u32>() as usize;
@@ -144,8 +155,10 @@ impl Allocation {
         let corners: Vec<[i64; 2]> = (0..count(edge)).map(corner).collect();
         let pilot = Pilot { sampler: kind, schedule: of_pilot, seed, plan };
         let found = pilot::scatter::<C>(picture, &pilot, &corners, progress);
-        let factors = shares(&deviations(&found), schedule.samples_per_replicate);
-        Self { window, edge, shares: factors }
+        if predicted_gain(&found, schedule.samples_per_replicate) < LEAST_GAIN {
+            return even;
+        }
+        Self { window, edge, shares: shares(&deviations(&found), schedule.samples_per_replicate) }
     }
 }
 
@@ -176,6 +189,25 @@ fn deviations(cells: &[Vec<[f64; 2]>]) -> Vec<f64> {
         mean(&mut pixels.iter().map(relative)).sqrt()
     };
     cells.iter().map(of_cell).collect()
+}
+
+/// By how much fewer samples do for the same error, by what a pilot found in each cell. A pilot finds
+/// differences where there are none, so each half of every cell is judged with the shares that the other
+/// asks for, and the lesser gain counts.
+fn predicted_gain(cells: &[Vec<[f64; 2]>], samples_per_replicate: u32) -> f64 {
+    let halves: Vec<_> = cells.iter().map(|cell| cell.split_at(cell.len() / 2)).collect();
+    let first: Vec<_> = halves.iter().map(|(first, _)| first.to_vec()).collect();
+    let second: Vec<_> = halves.iter().map(|(_, second)| second.to_vec()).collect();
+    let [first, second] = [first, second].map(|half| deviations(&half));
+    let gain = |by: &[f64], of: &[f64]| {
+        let shares = shares(by, samples_per_replicate);
+        let even: f64 = of.iter().map(|deviation| deviation * deviation).sum();
+        let pairs = || of.iter().zip(&shares);
+        let allocated: f64 = pairs().map(|(deviation, share)| deviation * deviation * share.weight()).sum();
+        let samples: f64 = pairs().map(|(_, share)| share.factor()).sum();
+        if allocated > 0.0 { even / allocated * of.len() as f64 / samples } else { 1.0 }
+    };
+    gain(&first, &second).min(gain(&second, &first))
 }
 
 /// The shares nearest to the proportion of the deviations for which the mean share is at most 1.
@@ -227,6 +259,21 @@ mod tests {
         assert_eq!(of(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], 8), [-1, -1, -1, -1, -1, -1, -1, 2]);
         // A single sample cannot be halved.
         assert_eq!(of(&[1.0, 1.0, 1.0, 4.0], 1), [0, 0, 0, 0]);
+    }
+
+    /// A gain that one half of a cell promises and the other does not keep is none.
+    #[test]
+    fn a_gain_is_predicted_by_what_both_halves_of_cells_say() {
+        let cell = |first: f64, second: f64| vec![[1.0, first], [1.0, first], [1.0, second], [1.0, second]];
+        let of = |cells: [Vec<[f64; 2]>; 4]| predicted_gain(&cells, 8);
+        let [quiet, noisy] = [cell(0.0, 0.0), cell(1.0, 1.0)];
+        // Twice the samples for one cell and half for the others, of which the pilot saw no error.
+        let clear = of([quiet.clone(), quiet.clone(), quiet.clone(), noisy.clone()]);
+        assert!((clear - 2.0 * 4.0 / 3.5).abs() < 1e-9, "{clear}");
+        assert_eq!(of([noisy.clone(), noisy.clone(), noisy.clone(), noisy]), 1.0);
+        assert_eq!(of([quiet.clone(), quiet.clone(), quiet.clone(), quiet.clone()]), 1.0);
+        let apparent = of([cell(1.0, 0.0), cell(0.0, 1.0), quiet.clone(), quiet]);
+        assert!(apparent < 1.0, "{apparent}");
     }
 
     /// However a picture's indices are cut, each index of a cell is in one of the runs, and the first is in

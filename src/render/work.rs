@@ -119,13 +119,14 @@ impl Work {
 
     /// The next pass over the picture: which indices, and which of its pieces are done already.
     ///
-    /// Passes double what is there, as far as [`LONGEST_PASS`] allows: what a Sobol sequence has after any of
-    /// them is well spread, and there is a picture with error bars after the first.
+    /// Passes double what is there at first, and then add a quarter of a power of two: what a Sobol sequence
+    /// has after any of them is well spread, there is a picture with error bars after the first, and a render
+    /// that ends at an error ends soon after it is reached.
     pub(super) fn pass(&self) -> Option<Pass> {
         let replicates = u64::from(self.schedule.replicates);
         let first = (self.samples.start / replicates) as u32;
         let end = self.samples.end.div_ceil(replicates) as u32;
-        let step = (self.index - first).clamp(1, LONGEST_PASS).min(end.saturating_sub(self.index));
+        let step = pass_after(self.index - first).min(end.saturating_sub(self.index));
         let indices = self.index..self.index + step;
         (step > 0).then(|| Pass {
             indices,
@@ -152,6 +153,14 @@ impl Work {
             self.index = pass.indices.end;
             self.done.clear();
         }
+    }
+}
+
+/// How many samples of each replicate the pass takes that comes after so many.
+fn pass_after(samples: u32) -> u32 {
+    match samples {
+        0..4 => samples.max(1),
+        _ => ((1_u32 << samples.ilog2()) / 4).clamp(2, LONGEST_PASS),
     }
 }
 
@@ -202,14 +211,15 @@ mod tests {
     }
 
     #[test]
-    fn passes_double_and_cover_every_index_once() {
+    fn passes_grow_and_cover_every_index_once() {
         let ends = |samples: u32| {
             let all = passes(work(Schedule::independent(1, samples), 0..u64::from(samples)));
             all.iter().map(|pass| pass[0].end).collect::<Vec<_>>()
         };
         assert_eq!(ends(1), [1]);
-        assert_eq!(ends(10), [1, 2, 4, 8, 10]);
-        assert_eq!(ends(800), [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 768, 800]);
+        assert_eq!(ends(11), [1, 2, 4, 6, 8, 10, 11]);
+        assert_eq!(ends(100), [1, 2, 4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64, 80, 96, 100]);
+        assert_eq!(ends(2500)[32..], [1024, 1280, 1536, 1792, 2048, 2304, 2500]);
         assert!(ends(0).is_empty());
     }
 

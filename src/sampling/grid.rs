@@ -82,8 +82,8 @@ impl GridInversion {
         ([x, y], [column, row], probability)
     }
 
-    /// [`Self::sample`] for the lanes asked for. The tables are larger than a processor's caches: each step is
-    /// taken for all lanes, so that they wait for memory at the same time.
+    /// [`Self::sample`] for the lanes asked for. The tables are larger than a processor's caches: each step
+    /// is taken for all lanes, so that they wait for memory at the same time.
     #[inline]
     pub(super) fn sample_in_lanes(&self, u: &[Row; 2], asked: Mask) -> InLanes {
         let mut found = InLanes { place: [ZERO; 2], cells: [[0; 2]; LANES], of_row: ZERO };

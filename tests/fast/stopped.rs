@@ -23,8 +23,18 @@ impl Running {
 
     /// Waits for a line that tells how far it is.
     fn tells(&mut self) -> String {
+        self.hears(|line| line.contains(" %  "))
+    }
+
+    /// Waits until every pixel has a sample: only then the error is known. On a busy machine the line that
+    /// comes after ten seconds of silence comes earlier.
+    fn is_begun(&mut self) {
+        self.hears(|line| line.contains(" %  ") && !line.contains("not known yet"));
+    }
+
+    fn hears(&mut self, is_wanted: impl Fn(&str) -> bool) -> String {
         let mut line = String::new();
-        while !line.contains(" %  ") {
+        while !is_wanted(&line) {
             line.clear();
             let read = self.stderr.read_line(&mut line).expect("standard error can be read");
             assert!(read > 0, "it ended without a word");
@@ -68,7 +78,7 @@ fn a_stopped_render_says_what_was_done() {
         let folder = Folder::new(signal);
         let arguments = ["render", &of_repository(BOX), "--spp=1000000", "--size=40x40"];
         let mut render = Running::start(abbe(&folder, &arguments));
-        render.tells();
+        render.is_begun();
         render.signal(signal);
         let (code, told) = render.end();
         assert_eq!(code, Some(3), "{signal}: {told}");

@@ -213,6 +213,7 @@ fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
     let work = kept.begin(work, &args.long, args.quiet)?;
     places.refuse_unwritable()?;
     let viewer = args.long.viewer(&output.to_string_lossy())?;
+    let before = work.film().total_samples();
     let long =
         Watching::new(&kept, &args.long, &work, args.quiet, Viewers { tev: viewer, page }, stop.clone());
     let (work, statistics) = match args.stats {
@@ -242,11 +243,11 @@ fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
         let picture = Picture { film, content, moments, auxiliary: images, attributes };
         output::exr::write(path, &picture).map_err(|error| cannot_write(path, &error))?;
         if let Some(png) = &places.png {
-            output::png::write(png, &picture, args.png.exposure)
+            output::png::write(png, &picture, args.png.exposure, args.png.tone)
                 .map_err(|error| cannot_write(png, &error))?;
         }
         if !args.quiet {
-            report::print(path, places.png.as_deref(), film, seconds);
+            report::print(path, places.png.as_deref(), film, before, seconds);
         }
     }
     kept_all?;

@@ -4,6 +4,7 @@ use super::super::print_message;
 use super::super::progress::percent;
 use super::Args;
 use abbe::film::{Film, Region};
+use abbe::output::target::{ErrorMeasure, Target};
 use abbe::render::Settings;
 use abbe::scene::Scene;
 use abbe::scene::description::{Description, Note};
@@ -104,22 +105,27 @@ pub(in crate::cli) fn sample_count(samples: &RangeInclusive<u64>) -> String {
     if fewest == most { fewest.to_string() } else { format!("{fewest} to {most}") }
 }
 
-pub(super) fn print(path: &Path, png: Option<&Path>, film: &Film, seconds: f64) {
+/// What was rendered, of which so many samples were there before, and the time that the others took, s.
+pub(super) fn print(path: &Path, png: Option<&Path>, film: &Film, before: u64, seconds: f64) {
     let done = film.total_samples();
     let Region { size: [width, height], .. } = film.extent.shown;
     let pixels = film.extent.shown.pixel_count();
-    let error =
-        film.relative_error().map_or("error not known".to_owned(), |e| format!("error {}", percent(e)));
+    // As the error bars of the file have it.
+    let error = Target { measure: ErrorMeasure::Error, bound: 1.0 }
+        .estimate(film)
+        .map_or("error not known".to_owned(), |estimate| format!("error {}", percent(estimate.value)));
+    let speed = match done - before {
+        0 => "nothing left to do".to_owned(),
+        taken => format!("{seconds:.1} s, {:.2} million samples/s", taken as f64 / seconds.max(1e-9) / 1e6),
+    };
     print_message(&format!(
-        "{}{}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {:.1} s, {:.2} million samples/s",
+        "{}{}: {}×{}, {:.0} samples per pixel in {} replicates, {error} of the mean luminance, {speed}",
         path.display(),
         png.map_or_else(String::new, |png| format!(" and {}", png.display())),
         width,
         height,
         done as f64 / pixels as f64,
         film.replicates,
-        seconds,
-        done as f64 / seconds.max(1e-9) / 1e6,
     ));
     let bad = film.bad;
     if bad.total() > 0 {

@@ -1,5 +1,6 @@
 //! When a render ends before its last sample: at an error (`--until`) or a time (`--time`).
 
+use super::super::progress::End;
 use super::outcome::Outcome;
 use abbe::film::Film;
 use abbe::output::target::{Estimate, Target};
@@ -16,9 +17,9 @@ pub const MOST_SAMPLES: u32 = 1 << 20;
 pub struct UntilOptions {
     /// End when the error of the luminance (or of all responses of a specfilm) is below a bound with 95 %
     /// confidence: 'relmse<1e-3' (as abbe compare has it), 'error<1%' (mean standard error over mean) or, of
-    /// the colours, 'de<0.5' (the mean of each pixel's root mean square CIEDE2000, with the white of abbe
-    /// compare). It is looked at whenever the samples have doubled. --spp is then the most samples that are
-    /// taken [default then: 1048576]
+    /// the colours, 'de<0.5' (the mean over tiles of 8 × 8 pixels of their root mean square CIEDE2000, with
+    /// the white of abbe compare). It is looked at four times for each doubling of the samples. --spp is then
+    /// the most samples that are taken [default then: 1048576]
     #[arg(long, value_name = "TARGET")]
     until: Option<Target>,
 
@@ -34,12 +35,12 @@ impl UntilOptions {
         self.until.is_some() || self.time.is_some()
     }
 
-    /// Whether the error is small enough, judged at the numbers of samples at which it is looked at.
-    fn is_good_enough(&self, film: &Film) -> bool {
-        let samples = *film.samples_per_pixel().start();
-        self.until.is_some_and(|target| {
-            Target::decides_at(samples / u64::from(film.replicates)) && target.is_met(target.estimate(film))
-        })
+    /// When a render ends that has `all` samples of each pixel at most, `total` in all.
+    pub fn end(&self, all: u64, total: u64) -> End {
+        match self.ends_early() && all >= u64::from(MOST_SAMPLES) {
+            true => End::Open { time: self.time },
+            false => End::Samples(total),
+        }
     }
 
     fn estimate(&self, film: &Film) -> Option<Estimate> {
@@ -58,13 +59,17 @@ struct Reasons {
 }
 
 impl Decision {
-    /// Whether the render is good enough to end. Remembers that it is.
-    pub fn at_error(&self, options: &UntilOptions, film: &Film) -> bool {
-        let ends = options.is_good_enough(film);
-        if ends {
+    /// The error, at the numbers of samples at which it is looked at and where it is known. Remembers whether
+    /// it is small enough.
+    pub fn at_error(&self, options: &UntilOptions, film: &Film) -> Option<Look> {
+        let samples = *film.samples_per_pixel().start();
+        let is_due = Target::decides_at(samples / u64::from(film.replicates));
+        let target = options.until.filter(|_| is_due)?;
+        let look = Look { target, estimate: target.estimate(film)? };
+        if look.is_met() {
             self.reasons().is_met = true;
         }
-        ends
+        Some(look)
     }
 
     /// Whether its time is over. Remembers that it is.
@@ -87,6 +92,23 @@ impl Decision {
 
     fn reasons(&self) -> std::sync::MutexGuard<'_, Reasons> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The error at one of the numbers of samples at which it is looked at.
+pub struct Look {
+    target: Target,
+    estimate: Estimate,
+}
+
+impl Look {
+    pub fn is_met(&self) -> bool {
+        self.target.is_met(Some(self.estimate))
+    }
+
+    pub fn told(&self) -> String {
+        let Estimate { value, at_most } = self.estimate;
+        format!("{}, at most {}", self.target.told(value), self.target.told(at_most))
     }
 }
 

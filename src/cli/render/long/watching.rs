@@ -54,8 +54,9 @@ impl<'a> Watching<'a> {
         let samples = work.samples();
         let total = film.extent.measured.pixel_count() * (samples.end - samples.start);
         let before = film.measured_samples();
+        let end = options.until.end(samples.end, total);
         let watching = Self {
-            progress: RenderProgress::new(total, before, quiet, stop.clone()),
+            progress: RenderProgress::new(end, before, quiet, stop.clone()),
             kept,
             options,
             started: Instant::now(),
@@ -83,11 +84,14 @@ impl<'a> Watching<'a> {
         (outcome, seconds)
     }
 
-    /// Ends the render where its error is small enough.
-    fn decide(&self, film: &Film) {
-        if self.decision.at_error(&self.options.until, film) {
+    /// Ends the render where its error is small enough. Whether it was looked at, and told.
+    fn decide(&self, film: &Film) -> bool {
+        let Some(look) = self.decision.at_error(&self.options.until, film) else { return false };
+        self.progress.tells(look.told());
+        if look.is_met() {
             self.stop.store(true, Ordering::Relaxed);
         }
+        true
     }
 
     /// Shows the film to whoever watches. A viewer that does not take it is left alone from then on.
@@ -126,8 +130,9 @@ impl Progress for Watching<'_> {
 
     fn pass_done(&self, film: &Film) {
         self.is_begun.store(true, Ordering::Relaxed);
-        self.progress.pass_done(film);
-        self.decide(film);
+        if !self.decide(film) {
+            self.progress.pass_done(film);
+        }
     }
 
     fn wants_to_keep(&self) -> bool {
