@@ -1,4 +1,5 @@
 use super::Vec3;
+use crate::lanes::{Real, Vector};
 use glam::{DMat3, DMat4};
 
 /// An invertible affine map together with its inverse.
@@ -59,6 +60,14 @@ impl Transform {
     /// A displacement; its length changes with the map.
     pub fn vector(&self, vector: Vec3) -> Vec3 {
         self.matrix.transform_vector3(vector)
+    }
+
+    /// The same of one or of several.
+    #[inline(always)]
+    pub fn vectors<R: Real>(&self, vectors: Vector<R>) -> Vector<R> {
+        let [x, y, z] = [self.matrix.x_axis, self.matrix.y_axis, self.matrix.z_axis]
+            .map(|axis| Vector::of(axis.truncate()));
+        x * vectors.x + y * vectors.y + z * vectors.z
     }
 
     /// A normal, by the inverse transpose. Not normalised.

@@ -21,7 +21,8 @@
 //! r = N · p(xₙ) p(ω) / cos θₙ · cos θ₀ / (p(ω₀) ν(x₀)),
 //!
 //! N light subpaths for one sample of each pixel, xₙ and ω where the light subpath begins and in what
-//! direction, ω₀ the direction in which a path from the camera leaves its first surface, x₀, and ν(x₀) pixels
+//! direction (p(xₙ) / cos θₙ is a density per area across the ray; from an environment rays begin with that
+//! at once, on disks across them), ω₀ the direction in which a path from the camera leaves its first surface, x₀, and ν(x₀) pixels
 //! per area of that. This is exact where all but the first surface scatter with the same density, per
 //! projected solid angle, forth and back, as smooth and diffuse ones do; elsewhere the weights are worse, but
 //! still sum to one. So the camera finds near-mirror images of the light, and light tracing finds what is
@@ -37,7 +38,7 @@
 use super::path::{late_survival, power_heuristic};
 use crate::bsdf::Bsdf;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::light::Caustics;
+use crate::light::{Caustics, Origin};
 use crate::medium::Media;
 use crate::sampling::{Density, Dimensions, Stream};
 use crate::scene::{Intersection, RayKind, Scene};
@@ -156,8 +157,7 @@ fn splat_from<'a, const C: usize>(
     }
     let first = FirstSurface { point: hit.point, leaves, density: value.density.sum() / C as f64 };
     let by_camera = caustics.camera_factor(scene, &first, *time);
-    let by_light = caustics.light_factor(subpath.source, &subpath.start, subpath.toward);
-    let weight = power_heuristic(by_light * by_camera, 1.0);
+    let weight = power_heuristic(subpath.begins.factor(caustics) * by_camera, 1.0);
     if weight == 0.0 {
         return None;
     }
@@ -184,10 +184,28 @@ struct LightSubpath<const C: usize> {
     media: Media,
     /// The largest power that it began with.
     begun: f64,
-    /// The light that it came from, where that was and in what direction.
-    source: u32,
-    start: SurfacePoint,
-    toward: Vec3,
+    begins: Beginning,
+}
+
+/// Where a light subpath begins.
+#[derive(Clone, Copy)]
+enum Beginning {
+    /// At a light, where and in what direction.
+    Surface { light: u32, start: SurfacePoint, toward: Vec3 },
+    /// Beyond the scene, from a direction that has a density per steradian, on a ray through a place.
+    Environment { direction: Vec3, density: f64, place: Vec3 },
+}
+
+impl Beginning {
+    /// The light's factor of the ratio of densities.
+    fn factor(self, caustics: &Caustics) -> f64 {
+        match self {
+            Self::Surface { light, start, toward } => caustics.light_factor(light, &start, toward),
+            Self::Environment { direction, density, place } => {
+                caustics.environment_factor(direction, density, place)
+            }
+        }
+    }
 }
 
 impl<const C: usize> LightSubpath<C> {
@@ -197,21 +215,32 @@ impl<const C: usize> LightSubpath<C> {
         let time = scene.shutter.time(time);
         let wavelengths = scene.wavelengths.sample::<C>(wavelength);
         let (source, probability) = caustics.choose(light);
-        let start = scene.lights.emit(source.light, [x, y], time, &wavelengths.nm)?;
-        let (direction, density) = caustics.aim_from(&start.point)?.sample(cone, [u, v])?;
-        let cos = direction.dot(start.point.normal);
-        let power = start.radiance * (cos / (probability * start.density * density));
-        (cos > 0.0).then(|| Self {
+        let (ray, power, begins) = match source.origin {
+            Origin::Surface { light, .. } => {
+                let start = scene.lights.emit(light, [x, y], time, &wavelengths.nm)?;
+                let (toward, density) = caustics.aim_from(&start.point)?.sample(cone, [u, v])?;
+                let cos = toward.dot(start.point.normal);
+                let power = start.radiance * (cos / (probability * start.density * density));
+                let begins = Beginning::Surface { light, start: start.point, toward };
+                (cos > 0.0).then(|| (start.point.ray(toward), power, begins))?
+            }
+            Origin::Environment => {
+                let environment = scene.lights.environment()?;
+                let (direction, density, radiance) = environment.sample_radiance([x, y], &wavelengths.nm)?;
+                let (ray, per_area) = caustics.ray_along(-direction, cone, [u, v])?;
+                let power = radiance / (probability * density * per_area);
+                (ray, power, Beginning::Environment { direction, density, place: ray.origin })
+            }
+        };
+        Some(Self {
             time,
             wavelengths,
-            ray: start.point.ray(direction),
+            ray,
             power,
             ratio: Sampled::ONE,
             media: Media::default(),
             begun: power.max(),
-            source: source.light,
-            start: start.point,
-            toward: direction,
+            begins,
         })
     }
 

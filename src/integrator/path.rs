@@ -20,7 +20,7 @@ use super::observe::{Observe, Step, Unseen, axes, known, list};
 use crate::bsdf::Scatter;
 use crate::geometry::Ray;
 use crate::lanes::Real;
-use crate::light::{LightSample, Receiver};
+use crate::light::{Caustics, LightSample, Receiver};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Density, Dimensions, Stream};
@@ -267,7 +267,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
             }
             None => {
                 self.tell_of_escape(scene, ray);
-                *arriving += self.found(self.escaped(scene, ray, wavelengths));
+                let light = self.escaped(scene, ray, wavelengths);
+                *arriving += self.found(light);
                 self.end(scene, PathEnd::Escaped);
             }
         }
@@ -491,16 +492,20 @@ impl<const C: usize, O: Observe> Path<C, O> {
     }
 
     /// Light from beyond the scene, weighed against having been sampled.
-    pub(super) fn escaped(&self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Sampled<C> {
+    pub(super) fn escaped(&mut self, scene: &Scene, ray: &Ray, wavelengths: &Wavelengths<C>) -> Sampled<C> {
         let hidden = self.camera_visible && scene.limits.hide_emitters;
         let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return Sampled::ZERO };
-        let weight = self.weight_beside_lights(scene, |from| {
+        let mut weight = self.weight_beside_lights(scene, |from| {
             scene.lights.environment_density(from, ray.direction, self.time, wavelengths)
+        });
+        let shared = self.weigh_beside_light_subpaths(scene, &mut weight, |caustics| {
+            caustics.environment_factor(ray.direction, environment.density(ray.direction), ray.origin)
         });
         if weight == 0.0 {
             return Sampled::ZERO;
         }
-        self.throughput * environment.radiance(ray.direction, &wavelengths.nm) * (weight / self.ratio.sum())
+        let radiance = environment.radiance(ray.direction, &wavelengths.nm);
+        self.contest(self.throughput * radiance * (weight / self.ratio.sum()), shared)
     }
 
     /// [`PreviousSample::weight_beside_lights`] of the path.
@@ -523,22 +528,39 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let mut weight = self.weight_beside_lights(scene, |from| {
             scene.lights.density(&light_hit, from, self.time, wavelengths)
         });
-        let mut shared = None;
-        if let (PreviousSample::Discrete, Some(caustics)) = (&self.last, scene.caustics()) {
-            let from_light = || caustics.light_factor(light_hit.light, &hit.point, -ray.direction);
-            match &self.beside_light_subpaths {
-                Beside::Nothing => {}
-                Beside::First(first) => {
-                    weight *= caustics.weight_beside(scene, first, from_light(), self.time);
-                }
-                Beside::Shared => shared = Some(from_light()),
-            }
-        }
+        let shared = self.weigh_beside_light_subpaths(scene, &mut weight, |caustics| {
+            caustics.light_factor(light_hit.light, &hit.point, -ray.direction)
+        });
         if weight == 0.0 {
             return Sampled::ZERO;
         }
         let radiance = scene.lights.radiance(light_hit.light, &scene.texture_point(hit), &wavelengths.nm);
-        let arriving = self.throughput * radiance * (weight / self.ratio.sum());
+        self.contest(self.throughput * radiance * (weight / self.ratio.sum()), shared)
+    }
+
+    /// Weighs light that the path has found against light subpaths that come the same way, by the light's
+    /// factor of the ratio of densities. That factor is returned where several surfaces share the path.
+    #[inline(always)]
+    fn weigh_beside_light_subpaths(
+        &self,
+        scene: &Scene,
+        weight: &mut f64,
+        from_light: impl FnOnce(&Caustics) -> f64,
+    ) -> Option<f64> {
+        let (PreviousSample::Discrete, Some(caustics)) = (&self.last, scene.caustics()) else { return None };
+        match &self.beside_light_subpaths {
+            Beside::Nothing => None,
+            Beside::First(first) => {
+                *weight *= caustics.weight_beside(scene, first, from_light(caustics), self.time);
+                None
+            }
+            Beside::Shared => Some(from_light(caustics)),
+        }
+    }
+
+    /// What the path has found, unless that is kept apart; see [`Beside::Shared`].
+    #[inline(always)]
+    fn contest(&mut self, arriving: Sampled<C>, shared: Option<f64>) -> Sampled<C> {
         match shared {
             Some(from_light) if from_light > 0.0 => {
                 self.contested.push((arriving, from_light));

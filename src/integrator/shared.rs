@@ -27,7 +27,7 @@ use super::path::light_sample_weight;
 use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
 use crate::accel::Rays;
-use crate::geometry::{Ray, Vec3};
+use crate::geometry::Ray;
 use crate::lanes::{LANES, Mask, WIDTH, ZERO, get, lanes_of, mask_of, set};
 use crate::light::{Environment, LightSamples, Receiver};
 use crate::sampling::{Dimensions, Stream};
@@ -302,8 +302,8 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             bundle.stop();
         }
         let beyond = self.beyond(gone, &rays);
-        let mut owners = beyond.iter().fold(0, |mask, (owner, _)| mask | 1 << owner);
-        for &(owner, _) in &beyond {
+        let mut owners = mask_of(beyond.iter().map(|&(owner, ..)| owner));
+        for &(owner, ..) in &beyond {
             firsts.aim_beyond(owner, rays.get(owner).direction, &mut self.links[owner]);
         }
         for owner in lanes_of(lit | bundle.alive) {
@@ -315,8 +315,8 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         }
         firsts.hide(self.links, owners);
         lanes_of(owners).for_each(|owner| firsts.weigh(&mut self.links[owner]));
-        for (owner, radiance) in &beyond {
-            self.share_environment(*owner, rays.get(*owner).direction, radiance);
+        for (owner, radiance, density) in &beyond {
+            self.share_environment(*owner, radiance, *density);
             told(*owner, &self.shared);
         }
         for owner in lanes_of(lit) {
@@ -352,17 +352,18 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         suffixes.push(bundle);
     }
 
-    /// What comes from beyond the scene along the rays that meet no surface, where anything does.
-    fn beyond(&self, gone: Mask, rays: &Rays) -> SmallVec<[(usize, Sampled<C>); LANES]> {
+    /// What comes from beyond the scene along the rays that meet no surface, where anything does, with the
+    /// density of light samples there.
+    fn beyond(&self, gone: Mask, rays: &Rays) -> SmallVec<[(usize, Sampled<C>, f64); LANES]> {
         let Some(environment) = self.firsts.scene.lights.environment() else { return SmallVec::new() };
-        let nm = &self.firsts.wavelengths().nm;
-        let radiance = |owner: usize| (owner, environment.radiance(rays.get(owner).direction, nm));
-        lanes_of(gone).map(radiance).filter(|(_, radiance)| !radiance.is_zero()).collect()
+        let seen = environment.seen_in_lanes(&rays.direction, gone, |_| self.firsts.wavelengths());
+        let of_owner = |owner: usize| (owner, seen.radiance.get(owner), get(&seen.density, owner));
+        lanes_of(gone).map(of_owner).filter(|(_, radiance, _)| !radiance.is_zero()).collect()
     }
 
     /// Gives each first surface what comes from beyond the scene in a direction in which one of them, the
-    /// owner, scatters.
-    fn share_environment(&mut self, owner: usize, direction: Vec3, radiance: &Sampled<C>) {
+    /// owner, scatters. `density`: of light samples that go there.
+    fn share_environment(&mut self, owner: usize, radiance: &Sampled<C>, density: f64) {
         let (firsts, links) = (self.firsts, &self.links[owner]);
         let (lights, wavelengths, time) = (&firsts.scene.lights, firsts.wavelengths(), firsts.turn.time);
         if let Some(Environment::Constant(_)) = lights.environment() {
@@ -373,7 +374,6 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             }
             return;
         }
-        let density = lights.density_in_environment(direction);
         share_light(firsts, links, radiance, &mut self.shared, |from| match density {
             0.0 => 0.0,
             _ => density * lights.environment_probability(from, time, wavelengths),

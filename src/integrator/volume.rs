@@ -62,7 +62,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
             let next = match &event {
                 Event::Nothing => {
                     self.tell_of_escape(scene, &ray);
-                    arriving += self.found(self.escaped(scene, &ray, wavelengths));
+                    let light = self.escaped(scene, &ray, wavelengths);
+                    arriving += self.found(light);
                     self.end(scene, PathEnd::Escaped);
                     None
                 }

@@ -1,10 +1,10 @@
-//! Bodies that cast caustics, and the directions from a light that lead to them.
+//! Bodies that cast caustics, and the rays of a light that lead to them.
 
-use crate::geometry::{Bounds, Frame, SurfacePoint, Vec3, angle};
+use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3, angle};
 use crate::sampling::warp;
 use crate::shape::Shape;
 use smallvec::SmallVec;
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 /// Spheres that hold the bodies.
 #[derive(Clone, Debug, Default)]
@@ -39,6 +39,11 @@ impl Caster {
             _ => None,
         };
         Self { radius: radius.map_or(around.radius, |radius| radius * Self::RESERVE), ..around }
+    }
+
+    /// As seen from afar.
+    fn cross_section(&self) -> f64 {
+        PI * self.radius * self.radius
     }
 
     fn bounds(&self) -> Bounds {
@@ -85,6 +90,47 @@ impl Casters {
             cones.push(Cone { axis: away / squared.sqrt(), height });
         }
         (!cones.is_empty()).then_some(Aim::Cones { cones, solid_angle })
+    }
+}
+
+impl Casters {
+    /// The area of all spheres as they are seen from afar, in squared scene units, counted twice where they
+    /// overlap.
+    pub fn cross_section(&self) -> f64 {
+        self.0.iter().map(Caster::cross_section).sum()
+    }
+
+    /// The solid angle that the spheres fill for a point, but at most a hemisphere's cosine-weighed one.
+    pub fn solid_angle_from(&self, point: Vec3) -> f64 {
+        let of = |caster: &Caster| caster.cross_section() / caster.centre.distance_squared(point);
+        self.0.iter().map(of).sum::<f64>().min(PI)
+    }
+
+    /// A ray from beyond a sphere that holds the scene, along a direction (unit length), that may lead to one
+    /// of the bodies, with its density per area across the ray. `choice` in [0, 1) chooses among the bodies.
+    /// `None` where there is no density.
+    pub fn ray_along(&self, direction: Vec3, scene: &Caster, choice: f64, u: [f64; 2]) -> Option<(Ray, f64)> {
+        let mut rest = choice * self.cross_section();
+        let chosen = self.0.iter().find(|caster| {
+            rest -= caster.cross_section();
+            rest < 0.0
+        });
+        let &Caster { centre, radius } = chosen.or(self.0.last())?;
+        let [x, y] = warp::disk(u);
+        let place = centre + Frame::around(direction).to_world(Vec3::new(x, y, 0.0) * radius);
+        let back = (place - scene.centre).dot(direction) + scene.radius;
+        let density = self.density_along(direction, place);
+        (density > 0.0).then(|| (Ray::new(place - direction * back, direction), density))
+    }
+
+    /// The density of [`Self::ray_along`] for a ray through a place.
+    pub fn density_along(&self, direction: Vec3, place: Vec3) -> f64 {
+        let meets = |caster: &&Caster| {
+            let toward = place - caster.centre;
+            let across = toward - direction * toward.dot(direction);
+            across.length_squared() <= caster.radius * caster.radius
+        };
+        self.0.iter().filter(meets).count() as f64 / self.cross_section()
     }
 }
 
@@ -231,6 +277,40 @@ mod tests {
             if cones.len() == 1 {
                 assert!(chi_square(&rings, &[n / RINGS as f64; RINGS]).p_value > 0.01, "{rings:?}");
             }
+        }
+    }
+
+    /// Rays from everywhere beyond the scene: the mean of one over the density is the area that the spheres
+    /// cover together, as a grid finds it.
+    #[test]
+    fn rays_follow_their_density() {
+        const RAYS: usize = 200_000;
+        const FINE: usize = 1000;
+        let casters =
+            Casters::new(vec![at(1.0, 0.5, 2.0, 0.8), at(0.5, 0.5, 2.0, 0.9), at(0.0, -3.0, 1.0, 0.3)]);
+        let scene = at(0.0, 0.0, 1.0, 6.0);
+        let mut generator = Pcg64Mcg::new(3);
+        let mut next = || (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        for direction in [Vec3::Z, Vec3::new(0.6, -0.8, 0.0), Vec3::new(-0.36, 0.48, -0.8)] {
+            let (mut sum, mut squares) = (0.0, 0.0);
+            for _ in 0..RAYS {
+                let (ray, density) = casters.ray_along(direction, &scene, next(), [next(), next()]).unwrap();
+                assert!((ray.origin - scene.centre).dot(direction) <= -scene.radius + 1e-9);
+                assert_eq!(ray.direction, direction);
+                // The same wherever on the ray it is asked for.
+                assert_eq!(casters.density_along(direction, ray.at(3.7)), density);
+                sum += 1.0 / density;
+                squares += 1.0 / (density * density);
+            }
+            let frame = Frame::around(direction);
+            let covered = (0..FINE * FINE).filter(|i| {
+                let [x, y] = [i % FINE, i / FINE].map(|k| 10.0 * ((k as f64 + 0.5) / FINE as f64 - 0.5));
+                casters.density_along(direction, frame.to_world(Vec3::new(x, y, 0.0))) > 0.0
+            });
+            let expected = 100.0 * covered.count() as f64 / (FINE * FINE) as f64;
+            let n = RAYS as f64;
+            let (mean, error) = (sum / n, ((squares / n - (sum / n).powi(2)).max(0.0) / n).sqrt());
+            assert!((mean - expected).abs() < 4.0 * error + 2e-3 * expected, "{mean} ± {error}, {expected}");
         }
     }
 

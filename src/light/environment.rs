@@ -1,8 +1,10 @@
 //! Light from beyond the scene.
 
-use super::{EnvironmentMap, Sky};
+use super::{EnvironmentMap, EnvironmentSamples, Sky};
 use crate::geometry::Vec3;
-use crate::spectrum::{Sampled, Spectrum};
+use crate::lanes::{Mask, REGISTERS, Vec3Lanes, WIDTH, lanes_of, set};
+use crate::spectrum::{Sampled, Spectrum, Wavelengths};
+use std::f64::consts::PI;
 
 /// Radiance from beyond the scene, W·m⁻²·sr⁻¹·nm⁻¹. Directions have unit length and point away from the
 /// scene.
@@ -52,6 +54,26 @@ impl Environment {
         self.sample(u).map(|(direction, density)| (direction, density, self.radiance(direction, nm)))
     }
 
+    /// [`Self::radiance`] and [`Self::density`] for directions of the lanes asked for, each with wavelengths
+    /// of its own.
+    pub fn seen_in_lanes<'w, const C: usize>(
+        &self,
+        directions: &[Vec3Lanes; REGISTERS],
+        asked: Mask,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+    ) -> EnvironmentSamples<C> {
+        if let Self::Map(map) = self {
+            return map.seen_in_lanes(directions, asked, wavelengths);
+        }
+        let mut seen = EnvironmentSamples { direction: *directions, ..EnvironmentSamples::NONE };
+        for lane in lanes_of(asked) {
+            let direction = directions[lane / WIDTH % REGISTERS].get(lane);
+            seen.radiance.set(lane, &self.radiance(direction, &wavelengths(lane).nm));
+            set(&mut seen.density, lane, self.density(direction));
+        }
+        seen
+    }
+
     /// The density of [`Self::sample`] at a direction.
     pub fn density(&self, direction: Vec3) -> f64 {
         match self {
@@ -59,6 +81,20 @@ impl Environment {
             Self::Map(map) => map.density(direction),
             Self::Sky(sky) => sky.density(direction),
         }
+    }
+
+    /// The mean of the square of the brightness over the square of the mean: 1 where light comes alike from
+    /// everywhere, and the larger the smaller the part of the sphere is that most of it comes from.
+    /// Estimated by directions that follow the brightness.
+    pub fn unevenness(&self) -> f64 {
+        const STRATA: usize = 64;
+        if !self.is_sampled() {
+            return 1.0;
+        }
+        let place = |i: usize| [i % STRATA, i / STRATA].map(|k| (k as f64 + 0.5) / STRATA as f64);
+        let densities =
+            (0..STRATA * STRATA).filter_map(|i| self.sample(place(i))).map(|(_, density)| density);
+        4.0 * PI * densities.sum::<f64>() / (STRATA * STRATA) as f64
     }
 
     /// Mean radiance over the sphere, above 0 at every wavelength at which there is any.

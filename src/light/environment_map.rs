@@ -11,9 +11,11 @@
 //! with the illuminant E. That is not the interpolation of their product, but what Mitsuba 3 does.
 
 use crate::geometry::{Transform, Vec3, angle};
+use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, Vector, ZERO, get, lanes_of, set};
 use crate::sampling::PiecewiseBilinearGrid;
-use crate::spectrum::{Extrapolation, Sampled, Sigmoid, Spectrum, upsample};
+use crate::spectrum::{Extrapolation, Sampled, SampledLanes, Sigmoid, Spectrum, Wavelengths, upsample};
 use std::f64::consts::{PI, TAU};
+use wide::f64x4;
 
 /// A texel: a reflectance S and its factor m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,11 +43,15 @@ impl Texel {
     }
 
     fn reflectance(&self, nm: f64) -> f64 {
-        if self.factor == 0.0 {
-            return 0.0;
-        }
-        Sigmoid { coefficients: self.coefficients.map(f64::from) }.at(nm)
+        reflectance(self.coefficients.map(f64::from), f64::from(self.factor), nm)
     }
+}
+
+/// The reflectance of texels by their coefficients and factors.
+#[inline(always)]
+fn reflectance<R: Real>(coefficients: [R; 3], factor: R, nm: R) -> R {
+    let zero = R::of(0.0);
+    R::choose(factor.eq(zero), zero, Sigmoid::value(coefficients, nm))
 }
 
 /// A picture at infinity.
@@ -109,7 +115,7 @@ impl EnvironmentMap {
 
     /// Radiance from a direction (unit length, away from the scene).
     pub fn radiance<const C: usize>(&self, direction: Vec3, nm: &[f64; C]) -> Sampled<C> {
-        self.radiance_at(self.angles(self.from_world.vector(direction)), nm)
+        self.radiance_at(self.angles(self.from_world.vector(direction).into()), nm)
     }
 
     fn radiance_at<const C: usize>(&self, angles: [f64; 2], nm: &[f64; C]) -> Sampled<C> {
@@ -120,41 +126,174 @@ impl EnvironmentMap {
     /// A direction toward the light and its density per steradian.
     pub fn sample(&self, u: [f64; 2]) -> (Vec3, f64) {
         let Sample { direction, density, .. } = self.find(u);
-        (direction, density)
+        (direction.into(), density)
     }
 
     /// [`Self::sample`] with the radiance from there.
     pub fn sample_radiance<const C: usize>(&self, u: [f64; 2], nm: &[f64; C]) -> (Vec3, f64, Sampled<C>) {
-        let Sample { direction, density, longitude, cos } = self.find(u);
-        (direction, density, self.radiance_at([longitude, angle::acos(cos) / PI], nm))
+        let sample = self.find(u);
+        (sample.direction.into(), sample.density, self.radiance_at(sample.angles(), nm))
     }
 
-    fn find(&self, u: [f64; 2]) -> Sample {
-        let ([x, y], density) = self.grid.sample(u);
-        let row = (y as usize).min(self.cosines.len() - 2);
-        let [above, below] = self.edges(row);
-        let cos = above + (y - row as f64) * (below - above);
-        let longitude = x / self.columns as f64 + 0.5 / self.width as f64;
-        let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        let (sin_longitude, cos_longitude) = angle::sin_cos(TAU * longitude);
-        let local = Vec3::new(sin * sin_longitude, cos, -sin * cos_longitude);
-        let (direction, density) = (self.to_world.vector(local), self.per_steradian(row, density));
-        Sample { direction, density, longitude, cos }
+    /// [`Self::sample_radiance`] for the lanes asked for, each with wavelengths of its own.
+    pub fn sample_in_lanes<'w, const C: usize>(
+        &self,
+        u: &[Row; 2],
+        asked: Mask,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+    ) -> EnvironmentSamples<C> {
+        let ([x, y], density) = self.grid.sample_in_lanes(u, asked);
+        let (mut rows, mut edges) = (ZERO, [ZERO; 2]);
+        for lane in lanes_of(asked) {
+            let row = self.row(get(&y, lane));
+            set(&mut rows, lane, row as f64);
+            edges.iter_mut().zip(self.edges(row)).for_each(|(row, edge)| set(row, lane, edge));
+        }
+        let mut samples = EnvironmentSamples::NONE;
+        let mut angles = [ZERO; 2];
+        for register in 0..REGISTERS {
+            let edges = edges.each_ref().map(|edge| edge[register]);
+            let place = [x[register], y[register]];
+            let sample = self.toward(place, rows[register], edges, density[register]);
+            samples.direction[register] = Vector::from(sample.direction);
+            samples.density[register] = sample.density;
+            [angles[0][register], angles[1][register]] = sample.angles();
+        }
+        self.radiance_in_lanes(&angles, asked, wavelengths, &mut samples.radiance);
+        samples
+    }
+
+    /// [`Self::radiance`] and [`Self::density`] for the lanes asked for, each with wavelengths of its own.
+    pub fn seen_in_lanes<'w, const C: usize>(
+        &self,
+        directions: &[Vec3Lanes; REGISTERS],
+        asked: Mask,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+    ) -> EnvironmentSamples<C> {
+        let mut seen = EnvironmentSamples { direction: *directions, ..EnvironmentSamples::NONE };
+        let (mut heights, mut angles) = (ZERO, [ZERO; 2]);
+        for register in 0..REGISTERS {
+            let local = self.from_world.vectors(directions[register]);
+            heights[register] = local.y;
+            [angles[0][register], angles[1][register]] = self.angles(local);
+        }
+        let (mut rows, mut edges) = (ZERO, [ZERO; 2]);
+        for lane in lanes_of(asked) {
+            let row = self.row_at_angle(get(&angles[1], lane));
+            set(&mut rows, lane, row as f64);
+            edges.iter_mut().zip(self.edges(row)).for_each(|(row, edge)| set(row, lane, edge));
+        }
+        let mut place = [ZERO; 2];
+        for register in 0..REGISTERS {
+            let edges = edges.each_ref().map(|edge| edge[register]);
+            [place[0][register], place[1][register]] =
+                self.place(angles[0][register], heights[register], rows[register], edges);
+        }
+        let density = self.grid.density_in_lanes(&place, asked);
+        for register in 0..REGISTERS {
+            let edges = edges.each_ref().map(|edge| edge[register]);
+            seen.density[register] = self.per_steradian(edges, density[register]);
+        }
+        self.radiance_in_lanes(&angles, asked, wavelengths, &mut seen.radiance);
+        seen
+    }
+
+    /// [`Self::radiance_at`] for some lanes.
+    fn radiance_in_lanes<'w, const C: usize>(
+        &self,
+        angles: &[Row; 2],
+        asked: Mask,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+        radiance: &mut SampledLanes<C>,
+    ) {
+        let mut corners = [Corner::NONE; 4];
+        let mut nm = SampledLanes::ZERO;
+        let mut illuminant: Option<(&Wavelengths<C>, Sampled<C>)> = None;
+        for lane in lanes_of(asked) {
+            let around = self.picture().around(self.texel_place(angles.each_ref().map(|row| get(row, lane))));
+            for (corner, (weight, texel)) in corners.iter_mut().zip(around) {
+                corner.set(lane, weight, texel);
+            }
+            let of_lane = wavelengths(lane);
+            // Lanes that share their wavelengths share what is looked up by them.
+            let emitted = match illuminant {
+                Some((known, emitted)) if std::ptr::eq(known, of_lane) => emitted,
+                _ => self.illuminant.sample(&of_lane.nm),
+            };
+            illuminant = Some((of_lane, emitted));
+            nm.set(lane, &Sampled(of_lane.nm));
+            radiance.set(lane, &emitted);
+        }
+        for register in 0..REGISTERS {
+            let factor = corners
+                .iter()
+                .fold(f64x4::ZERO, |sum, corner| sum + corner.weight[register] * corner.factor[register]);
+            for wavelength in 0..C {
+                let nm = nm.0[wavelength][register];
+                let reflectance = corners.iter().fold(f64x4::ZERO, |sum, corner| {
+                    let coefficients = corner.coefficients.each_ref().map(|row| row[register]);
+                    sum + corner.weight[register] * reflectance(coefficients, corner.factor[register], nm)
+                });
+                let value = &mut radiance.0[wavelength][register];
+                *value = reflectance * *value * factor;
+            }
+        }
+    }
+
+    fn find(&self, u: [f64; 2]) -> Sample<f64> {
+        let (place, density) = self.grid.sample(u);
+        let row = self.row(place[1]);
+        self.toward(place, row as f64, self.edges(row), density)
+    }
+
+    /// From places on the grid, by the rows that they are in and the cosines at the edges of those, to
+    /// directions. `density`: per cell.
+    #[inline(always)]
+    fn toward<R: Real>(&self, [x, y]: [R; 2], row: R, [above, below]: [R; 2], density: R) -> Sample<R> {
+        let one = R::of(1.0);
+        let cos = above + (y - row) * (below - above);
+        let longitude = x / R::of(self.columns as f64) + R::of(0.5 / self.width as f64);
+        let sin = (one - cos * cos).greater(R::of(0.0)).sqrt();
+        let (sin_longitude, cos_longitude) = angle::sin_cos(R::of(TAU) * longitude);
+        let local = Vector::new(sin * sin_longitude, cos, -sin * cos_longitude);
+        Sample {
+            direction: self.to_world.vectors(local),
+            density: self.per_steradian([above, below], density),
+            longitude,
+            cos,
+        }
+    }
+
+    /// The row of cells that a place is in.
+    fn row(&self, y: f64) -> usize {
+        (y as usize).min(self.cosines.len() - 2)
     }
 
     /// The density of [`Self::sample`] at a direction: above 0 wherever light comes from.
     pub fn density(&self, direction: Vec3) -> f64 {
         let local = self.from_world.vector(direction);
-        let [u, v] = self.angles(local);
-        let mut x = u - 0.5 / self.width as f64;
-        if x < 0.0 {
-            x += 1.0;
-        }
+        let [longitude, angle] = self.angles(local.into());
+        let row = self.row_at_angle(angle);
+        let edges = self.edges(row);
+        let place = self.place(longitude, local.y, row as f64, edges);
+        self.per_steradian(edges, self.grid.density(place))
+    }
+
+    /// The row of cells at an angle from +y over π.
+    fn row_at_angle(&self, angle: f64) -> usize {
         let rows = self.cosines.len() - 1;
-        let row = ((v * rows as f64) as usize).min(rows - 1);
-        let [above, below] = self.edges(row);
-        let down = ((above - local.y) / (above - below)).clamp(0.0, 1f64.next_down());
-        self.per_steradian(row, self.grid.density([x * self.columns as f64, row as f64 + down]))
+        ((angle * rows as f64) as usize).min(rows - 1)
+    }
+
+    /// Places on the grid of directions, by their longitudes over 2π, the cosines of their angles from +y,
+    /// the rows of cells that they are in and the cosines at the edges of those.
+    #[inline(always)]
+    fn place<R: Real>(&self, longitude: R, cos: R, row: R, [above, below]: [R; 2]) -> [R; 2] {
+        let (zero, one) = (R::of(0.0), R::of(1.0));
+        let x = longitude - R::of(0.5 / self.width as f64);
+        let x = R::choose(x.lt(zero), x + one, x);
+        let down = ((above - cos) / (above - below)).greater(zero).lesser(R::of(1f64.next_down()));
+        [x * R::of(self.columns as f64), row + down]
     }
 
     /// Mean radiance over the sphere.
@@ -162,10 +301,10 @@ impl EnvironmentMap {
         &self.mean
     }
 
-    /// Density per steradian, from one per cell.
-    fn per_steradian(&self, row: usize, density: f64) -> f64 {
-        let [above, below] = self.edges(row);
-        density * self.columns as f64 / (TAU * (above - below))
+    /// Density per steradian, from one per cell, by the cosines at the edges of the row.
+    #[inline(always)]
+    fn per_steradian<R: Real>(&self, [above, below]: [R; 2], density: R) -> R {
+        density * R::of(self.columns as f64) / (R::of(TAU) * (above - below))
     }
 
     /// Cosines of the angles from +y at the upper and lower edge of a row of cells.
@@ -174,16 +313,26 @@ impl EnvironmentMap {
     }
 
     /// Longitude over 2π and angle from +y over π of a direction in the picture's frame.
-    fn angles(&self, local: Vec3) -> [f64; 2] {
-        let longitude = angle::atan2(local.x, -local.z) / TAU;
-        [if longitude < 0.0 { longitude + 1.0 } else { longitude }, angle::acos(local.y) / PI]
+    #[inline(always)]
+    fn angles<R: Real>(&self, local: Vector<R>) -> [R; 2] {
+        let longitude = angle::atan2(local.x, -local.z) / R::of(TAU);
+        let longitude = R::choose(longitude.lt(R::of(0.0)), longitude + R::of(1.0), longitude);
+        [longitude, angle::acos(local.y) / R::of(PI)]
     }
 
-    fn interpolate<const C: usize>(&self, [u, v]: [f64; 2], nm: &[f64; C]) -> (Sampled<C>, f64) {
-        let picture = Picture { width: self.width, height: self.height, texels: &self.texels };
+    fn picture(&self) -> Picture<'_> {
+        Picture { width: self.width, height: self.height, texels: &self.texels }
+    }
+
+    /// From angles as [`Self::angles`] gives them to columns and rows from the middle of the first texel.
+    fn texel_place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        [u * self.width as f64 - 0.5, v * (self.height - 1) as f64]
+    }
+
+    fn interpolate<const C: usize>(&self, angles: [f64; 2], nm: &[f64; C]) -> (Sampled<C>, f64) {
         let mut reflectance = Sampled::ZERO;
         let mut factor = 0.0;
-        for (weight, texel) in picture.around([u * self.width as f64 - 0.5, v * (self.height - 1) as f64]) {
+        for (weight, texel) in self.picture().around(self.texel_place(angles)) {
             factor += weight * f64::from(texel.factor);
             for (value, &nm) in reflectance.0.iter_mut().zip(nm) {
                 *value += weight * texel.reflectance(nm);
@@ -200,23 +349,70 @@ impl EnvironmentMap {
         let mut sum = Sampled::<NODES>::ZERO;
         for i in 0..STRATA * STRATA {
             let u = [i % STRATA, i / STRATA].map(|k| (k as f64 + 0.5) / STRATA as f64);
-            let Sample { density, longitude, cos, .. } = self.find(u);
-            let (reflectance, factor) = self.interpolate([longitude, angle::acos(cos) / PI], &nm);
-            sum += reflectance * (factor / density);
+            let sample = self.find(u);
+            let (reflectance, factor) = self.interpolate(sample.angles(), &nm);
+            sum += reflectance * (factor / sample.density);
         }
         let mean = sum * self.illuminant.sample(&nm) / ((STRATA * STRATA) as f64 * 2.0 * TAU);
         Spectrum::regular(nm[0], nm[NODES - 1], &mean.0, Extrapolation::Zero).unwrap_or(Spectrum::ZERO)
     }
 }
 
-/// A sampled direction.
-struct Sample {
-    direction: Vec3,
-    density: f64,
+/// Sampled directions, one or several.
+struct Sample<R> {
+    direction: Vector<R>,
+    /// Per steradian.
+    density: R,
     /// Longitude over 2π, which may be a little above 1, and cosine of the angle from +y, in the picture's
     /// frame.
-    longitude: f64,
-    cos: f64,
+    longitude: R,
+    cos: R,
+}
+
+impl<R: Real> Sample<R> {
+    /// As [`EnvironmentMap::angles`] gives them.
+    #[inline(always)]
+    fn angles(&self) -> [R; 2] {
+        [self.longitude, angle::acos(self.cos) / R::of(PI)]
+    }
+}
+
+/// Directions toward an environment, one for each lane; those of lanes that were not asked for mean nothing.
+#[derive(Clone, Debug)]
+pub struct EnvironmentSamples<const C: usize> {
+    /// Unit vectors toward the light.
+    pub direction: [Vec3Lanes; REGISTERS],
+    /// The density of light samples there, per steradian.
+    pub density: Row,
+    /// Radiance from there, W·m⁻²·sr⁻¹·nm⁻¹.
+    pub radiance: SampledLanes<C>,
+}
+
+impl<const C: usize> EnvironmentSamples<C> {
+    /// No lane has a direction.
+    pub const NONE: Self =
+        Self { direction: [Vec3Lanes::ZERO; REGISTERS], density: ZERO, radiance: SampledLanes::ZERO };
+}
+
+/// One of the four texels around a place, for each lane.
+#[derive(Clone, Copy)]
+struct Corner {
+    weight: Row,
+    coefficients: [Row; 3],
+    factor: Row,
+}
+
+impl Corner {
+    const NONE: Self = Self { weight: ZERO, coefficients: [ZERO; 3], factor: ZERO };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, weight: f64, texel: &Texel) {
+        set(&mut self.weight, lane, weight);
+        set(&mut self.factor, lane, f64::from(texel.factor));
+        for (row, coefficient) in self.coefficients.iter_mut().zip(texel.coefficients) {
+            set(row, lane, f64::from(coefficient));
+        }
+    }
 }
 
 /// The texels with their places.
@@ -226,10 +422,10 @@ struct Picture<'a> {
     texels: &'a [Texel],
 }
 
-impl Picture<'_> {
+impl<'a> Picture<'a> {
     /// The four texels around a place, given in columns and rows from the middle of the first texel, with
     /// their weights. Columns from -1 to twice as many as there are.
-    fn around(&self, [x, y]: [f64; 2]) -> [(f64, &Texel); 4] {
+    fn around(&self, [x, y]: [f64; 2]) -> [(f64, &'a Texel); 4] {
         let left = x.floor();
         let top = (y as usize).min(self.height - 2);
         let (fx, fy) = (x - left, y - top as f64);

@@ -1,10 +1,10 @@
 //! Light samples for the surfaces of several paths at once.
 
 use super::choice::Head;
-use super::{Light, Lights, Receiver};
+use super::{Environment, EnvironmentMap, Light, Lights, Receiver};
 use crate::accel::{NO_FACET, Rays};
 use crate::geometry::Points;
-use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
+use crate::lanes::{Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
 use crate::sampling::Density;
 use crate::shape::{RectangleSurface, Shape};
 use crate::spectrum::{Sampled, SampledLanes, Spectrum, Wavelengths};
@@ -59,6 +59,37 @@ impl<const C: usize> LightSamples<C> {
     /// No lane has a sample.
     pub const NONE: Self =
         Self { found: 0, rays: Rays::NONE, radiance: SampledLanes::ZERO, density: ZERO, discrete: 0 };
+
+    /// Samples of the lanes that have chosen the environment, by the probability of that.
+    fn toward_map<'w>(
+        &mut self,
+        map: &EnvironmentMap,
+        from: &Receivers,
+        asked: Mask,
+        u: &[Row; 2],
+        probability: &Row,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+    ) {
+        let samples = map.sample_in_lanes(u, asked, wavelengths);
+        self.found |= asked;
+        for register in 0..REGISTERS {
+            let wanted = Truth::of(part(asked, register));
+            let direction = samples.direction[register];
+            let origin = from.point[register].leave(direction);
+            let rays = &mut self.rays;
+            rays.origin[register] = Vec3Lanes::choose(wanted, origin, rays.origin[register]);
+            rays.direction[register] = Vec3Lanes::choose(wanted, direction, rays.direction[register]);
+            rays.t_max[register] = f64x4::choose(wanted, f64x4::splat(f64::INFINITY), rays.t_max[register]);
+            self.density[register] = f64x4::choose(
+                wanted,
+                samples.density[register] * probability[register],
+                self.density[register],
+            );
+            for (own, radiance) in self.radiance.0.iter_mut().zip(&samples.radiance.0) {
+                own[register] = f64x4::choose(wanted, radiance[register], own[register]);
+            }
+        }
+    }
 
     /// That of a lane.
     pub fn density_of(&self, lane: usize) -> Density {
@@ -149,6 +180,25 @@ impl Lights {
         only.map_or(Sampled::ZERO, |spectrum| spectrum.sample(nm))
     }
 
+    /// [`Self::environment_probability`] of the lanes asked for.
+    pub fn environment_probabilities<'w, const C: usize>(
+        &self,
+        from: &Receivers,
+        time: f64,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+        asked: Mask,
+    ) -> Row {
+        if self.choice.heads().len() == 1 {
+            return [f64x4::ONE; REGISTERS];
+        }
+        let mut probabilities = ZERO;
+        for lane in lanes_of(asked) {
+            let probability = self.environment_probability(&from.get(lane), time, wavelengths(lane));
+            set(&mut probabilities, lane, probability);
+        }
+        probabilities
+    }
+
     /// [`Lights::sample`] for the lanes asked for. `only_radiance` is [`Self::only_radiance`] for each lane.
     #[expect(clippy::too_many_arguments, reason = "all that a light sample depends on, by lane")]
     pub fn sample_in_lanes<'w, const C: usize>(
@@ -167,9 +217,24 @@ impl Lights {
             samples.radiance.clone_from(only_radiance);
             return;
         }
+        let map = match &self.environment {
+            Some(Environment::Map(map)) => Some(map),
+            _ => None,
+        };
+        let (mut beyond, mut of_map, mut probability) = (0, *u, ZERO);
         for lane in lanes_of(asked) {
-            let u = u.each_ref().map(|row| get(row, lane));
-            let Some(sample) = self.sample(&from.get(lane), time, wavelengths(lane), u) else { continue };
+            let (receiver, wavelengths) = (from.get(lane), wavelengths(lane));
+            let mut u = u.each_ref().map(|row| get(row, lane));
+            let Some(chosen) = self.choose(&receiver, time, wavelengths, &mut u[0]) else { continue };
+            if map.is_some() && chosen.light == self.lights.len() {
+                beyond |= 1 << lane;
+                set(&mut of_map[0], lane, u[0]);
+                set(&mut probability, lane, chosen.probability);
+                continue;
+            }
+            let Some(sample) = self.sample_chosen(&chosen, &receiver.point, time, &wavelengths.nm, u) else {
+                continue;
+            };
             samples.found |= 1 << lane;
             samples.rays.set(lane, &sample.shadow_ray);
             samples.radiance.set(lane, &sample.radiance);
@@ -177,6 +242,9 @@ impl Lights {
                 Density::PerSolidAngle(density) => set(&mut samples.density, lane, density),
                 Density::Discrete => samples.discrete |= 1 << lane,
             }
+        }
+        if let Some(map) = map.filter(|_| beyond != 0) {
+            samples.toward_map(map, from, beyond, &of_map, &probability, wavelengths);
         }
     }
 }

@@ -23,10 +23,10 @@ mod tree;
 pub use aim::Aim;
 pub use area::AreaGeometry;
 pub use casters::{Caster, Casters};
-pub use caustics::{Caustics, Source as CausticSource};
+pub use caustics::{Caustics, Origin, Source as CausticSource};
 pub use choice::Setting;
 pub use environment::Environment;
-pub use environment_map::{EnvironmentMap, Texel};
+pub use environment_map::{EnvironmentMap, EnvironmentSamples, Texel};
 pub use lanes::{LightSamples, Receivers};
 pub use projector::Projector;
 pub use sky::Sky;
@@ -221,8 +221,19 @@ impl Lights {
         wavelengths: &Wavelengths<C>,
         mut u: [f64; 2],
     ) -> Option<LightSample<C>> {
-        let Chosen { light, part, probability } = self.choose(from, time, wavelengths, &mut u[0])?;
-        let (from, nm) = (&from.point, &wavelengths.nm);
+        let chosen = self.choose(from, time, wavelengths, &mut u[0])?;
+        self.sample_chosen(&chosen, &from.point, time, &wavelengths.nm, u)
+    }
+
+    /// A point on a light that has been chosen.
+    fn sample_chosen<const C: usize>(
+        &self,
+        &Chosen { light, part, probability }: &Chosen,
+        from: &SurfacePoint,
+        time: f64,
+        nm: &[f64; C],
+        u: [f64; 2],
+    ) -> Option<LightSample<C>> {
         let Some(light_chosen) = self.lights.get(light) else {
             let environment = self.environment.as_ref()?;
             let (direction, density, radiance) = environment.sample_radiance(u, nm)?;
@@ -295,13 +306,8 @@ impl Lights {
         time: f64,
         wavelengths: &Wavelengths<C>,
     ) -> f64 {
-        let density = self.density_in_environment(direction);
+        let density = self.sampled_environment().map_or(0.0, |environment| environment.density(direction));
         if density == 0.0 { 0.0 } else { density * self.environment_probability(from, time, wavelengths) }
-    }
-
-    /// Per steradian, the density with which a light sample that goes to the environment finds a direction.
-    pub fn density_in_environment(&self, direction: Vec3) -> f64 {
-        self.sampled_environment().map_or(0.0, |environment| environment.density(direction))
     }
 
     /// The probability with which a light sample goes to the environment.

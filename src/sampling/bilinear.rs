@@ -1,6 +1,7 @@
 //! Densities over grids that are bilinear in each cell.
 
-use super::grid::{GridInversion, smallest_positive};
+use super::grid::{GridInversion, InLanes, smallest_positive};
+use crate::lanes::{Mask, REGISTERS, Real, Row, ZERO, get, lanes_of, set};
 
 /// A density over a grid that chooses cells by their own integrals, and within each follows the values at its
 /// corners.
@@ -39,20 +40,69 @@ impl PiecewiseBilinearGrid {
     /// per cell.
     pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
         let ([x, y], [column, row], of_row) = self.inversion.sample(u);
-        let values = self.cell(column, row);
-        let [left, top] = [column, row].map(|index| index as f64);
-        let [a, b, c, d] = values;
-        let down = linear((y - top).clamp(0.0, 1.0), [a + b, c + d]);
-        let across = linear((x - left).clamp(0.0, 1.0), [a + (c - a) * down, b + (d - b) * down]);
-        ([left + across, top + down], of_row * within(values, [across, down]))
+        let (place, density) =
+            follow(self.cell(column, row), [x, y], [column, row].map(|index| index as f64));
+        (place, of_row * density)
+    }
+
+    /// [`Self::sample`] for the lanes asked for: the places, and the densities there.
+    #[inline]
+    pub fn sample_in_lanes(&self, u: &[Row; 2], asked: Mask) -> ([Row; 2], Row) {
+        let InLanes { mut place, cells, of_row } = self.inversion.sample_in_lanes(u, asked);
+        let (mut corners, mut indices, mut densities) = ([ZERO; 4], [ZERO; 2], ZERO);
+        for lane in lanes_of(asked) {
+            let [column, row] = cells[lane];
+            for (corner, value) in corners.iter_mut().zip(self.cell(column, row)) {
+                set(corner, lane, value);
+            }
+            for (index, value) in indices.iter_mut().zip(cells[lane]) {
+                set(index, lane, value as f64);
+            }
+        }
+        for register in 0..REGISTERS {
+            let of_register = |row: &Row| row[register];
+            let values = corners.each_ref().map(of_register);
+            let found = place.each_ref().map(of_register);
+            let ([x, y], density) = follow(values, found, indices.each_ref().map(of_register));
+            (place[0][register], place[1][register]) = (x, y);
+            densities[register] = of_row[register] * density;
+        }
+        (place, densities)
     }
 
     /// The density of [`Self::sample`] at a place.
-    pub fn density(&self, [x, y]: [f64; 2]) -> f64 {
+    pub fn density(&self, place: [f64; 2]) -> f64 {
+        let [column, row] = self.cell_at(place);
+        let part = part_of(place, [column as f64, row as f64]);
+        self.inversion.of_row(row) * within(self.cell(column, row), part)
+    }
+
+    /// [`Self::density`] for the lanes asked for.
+    #[inline]
+    pub fn density_in_lanes(&self, place: &[Row; 2], asked: Mask) -> Row {
+        let (mut corners, mut cells, mut of_row) = ([ZERO; 4], [ZERO; 2], ZERO);
+        for lane in lanes_of(asked) {
+            let [column, row] = self.cell_at(place.each_ref().map(|row| get(row, lane)));
+            for (corner, value) in corners.iter_mut().zip(self.cell(column, row)) {
+                set(corner, lane, value);
+            }
+            for (cell, value) in cells.iter_mut().zip([column, row]) {
+                set(cell, lane, value as f64);
+            }
+            set(&mut of_row, lane, self.inversion.of_row(row));
+        }
+        std::array::from_fn(|register| {
+            let of_register = |row: &Row| row[register];
+            let cell = cells.each_ref().map(of_register);
+            let part = part_of(place.each_ref().map(of_register), cell);
+            of_row[register] * within(corners.each_ref().map(of_register), part)
+        })
+    }
+
+    /// Column and row of the cell at a place.
+    fn cell_at(&self, [x, y]: [f64; 2]) -> [usize; 2] {
         let [columns, rows] = self.inversion.size();
-        let (column, row) = ((x as usize).min(columns - 1), (y as usize).min(rows - 1));
-        let place = [x - column as f64, y - row as f64].map(|part| part.clamp(0.0, 1.0));
-        self.inversion.of_row(row) * within(self.cell(column, row), place)
+        [(x as usize).min(columns - 1), (y as usize).min(rows - 1)]
     }
 
     fn cell(&self, column: usize, row: usize) -> [f64; 4] {
@@ -60,21 +110,39 @@ impl PiecewiseBilinearGrid {
     }
 }
 
+/// From a place that is spread evenly over a cell, by the cell's column and row, to one that follows the
+/// values at its corners, and the value there.
+#[inline(always)]
+fn follow<R: Real>(values: [R; 4], place: [R; 2], cell: [R; 2]) -> ([R; 2], R) {
+    let [x, y] = part_of(place, cell);
+    let [a, b, c, d] = values;
+    let down = linear(y, [a + b, c + d]);
+    let across = linear(x, [a + (c - a) * down, b + (d - b) * down]);
+    ([cell[0] + across, cell[1] + down], within(values, [across, down]))
+}
+
+/// Where in a cell, by its column and row, a place is.
+#[inline(always)]
+fn part_of<R: Real>(place: [R; 2], cell: [R; 2]) -> [R; 2] {
+    [0, 1].map(|axis| (place[axis] - cell[axis]).greater(R::of(0.0)).lesser(R::of(1.0)))
+}
+
 /// Between the values at the corners of a cell.
-fn within([a, b, c, d]: [f64; 4], [x, y]: [f64; 2]) -> f64 {
+#[inline(always)]
+fn within<R: Real>([a, b, c, d]: [R; 4], [x, y]: [R; 2]) -> R {
     let (top, bottom) = (a + (b - a) * x, c + (d - c) * x);
     top + (bottom - top) * y
 }
 
 /// The place in [0, 1] up to which a fraction `u` of a linear density lies, by its values at both ends.
-fn linear(u: f64, [from, to]: [f64; 2]) -> f64 {
-    let all = from + to;
-    if all == 0.0 {
-        return u;
-    }
-    let root = (from * from + u * (to - from) * all).max(0.0).sqrt();
+#[inline(always)]
+fn linear<R: Real>(u: R, [from, to]: [R; 2]) -> R {
+    let (zero, all) = (R::of(0.0), from + to);
+    let root = (from * from + u * (to - from) * all).greater(zero).sqrt();
+    let below = from + root;
     // Without cancellation, whichever end is higher.
-    if from + root > 0.0 { (u * all / (from + root)).min(1.0) } else { 0.0 }
+    let place = R::choose(below.gt(zero), (u * all / below).lesser(R::of(1.0)), zero);
+    R::choose(all.eq(zero), u, place)
 }
 
 #[cfg(test)]

@@ -1,3 +1,5 @@
+use crate::lanes::{LANES, Mask, Row, ZERO, get, lanes_of, set};
+
 /// A density that is constant within each cell of a grid, sampled by inversion: first the row, then the
 /// column.
 #[derive(Clone, Debug)]
@@ -20,6 +22,16 @@ pub(super) struct GridInversion {
     guide: Vec<u32>,
     /// Parts of a row.
     parts: usize,
+}
+
+/// What several lanes have found; see [`GridInversion::sample`].
+pub(super) struct InLanes {
+    /// Columns and rows with fractions.
+    pub place: [Row; 2],
+    /// Column and row of each lane.
+    pub cells: [[usize; 2]; LANES],
+    /// The probability of the row.
+    pub of_row: Row,
 }
 
 /// Columns for each part of the unit interval. Their sums fill half a cache line.
@@ -65,23 +77,65 @@ impl GridInversion {
     /// [0, 1)², the cell that it is in, and the probability of its row.
     #[inline]
     pub(super) fn sample(&self, u: [f64; 2]) -> ([f64; 2], [usize; 2], f64) {
-        let (y, probability) = self.rows.sample(u[1]);
-        let row = (y as usize).min(self.of_rows.len() - 1);
+        let (y, row, probability) = self.row(u[1]);
+        let (x, column) = self.column(row, self.guess(row, u[0]), u[0]);
+        ([x, y], [column, row], probability)
+    }
+
+    /// [`Self::sample`] for the lanes asked for. The tables are larger than a processor's caches: each step is
+    /// taken for all lanes, so that they wait for memory at the same time.
+    #[inline]
+    pub(super) fn sample_in_lanes(&self, u: &[Row; 2], asked: Mask) -> InLanes {
+        let mut found = InLanes { place: [ZERO; 2], cells: [[0; 2]; LANES], of_row: ZERO };
+        let mut guesses = [0; LANES];
+        for lane in lanes_of(asked) {
+            let (y, row, probability) = self.row(get(&u[1], lane));
+            set(&mut found.place[1], lane, y);
+            set(&mut found.of_row, lane, probability);
+            found.cells[lane][1] = row;
+        }
+        for lane in lanes_of(asked) {
+            guesses[lane] = self.guess(found.cells[lane][1], get(&u[0], lane));
+        }
+        for lane in lanes_of(asked) {
+            let (x, column) = self.column(found.cells[lane][1], guesses[lane], get(&u[0], lane));
+            set(&mut found.place[0], lane, x);
+            found.cells[lane][0] = column;
+        }
+        found
+    }
+
+    /// The place up to which a fraction of the rows' probability lies, the row and its probability.
+    #[inline(always)]
+    fn row(&self, u: f64) -> (f64, usize, f64) {
+        let (y, probability) = self.rows.sample(u);
+        (y, (y as usize).min(self.of_rows.len() - 1), probability)
+    }
+
+    /// About the column up to which a fraction of a row's probability lies.
+    #[inline(always)]
+    fn guess(&self, row: usize, u: f64) -> usize {
+        let part = ((u * self.parts as f64) as usize).min(self.parts - 1);
+        self.guide[row * self.parts + part] as usize
+    }
+
+    /// The place up to which a fraction of a row's probability lies, and the column. The search begins at a
+    /// column.
+    #[inline(always)]
+    fn column(&self, row: usize, mut column: usize, u: f64) -> (f64, usize) {
         let cumulative = &self.cumulative[row * self.columns..(row + 1) * self.columns];
-        let part = ((u[0] * self.parts as f64) as usize).min(self.parts - 1);
-        let mut column = self.guide[row * self.parts + part] as usize;
         // Rounding may lead into the part behind that of `u`.
-        while column > 0 && cumulative[column - 1] > u[0] {
+        while column > 0 && cumulative[column - 1] > u {
             column -= 1;
         }
-        while column < self.columns && cumulative[column] <= u[0] {
+        while column < self.columns && cumulative[column] <= u {
             column += 1;
         }
         let column = column.min(self.columns - 1);
         let low = if column == 0 { 0.0 } else { cumulative[column - 1] };
         let width = cumulative[column] - low;
-        let fraction = if width > 0.0 { ((u[0] - low) / width).clamp(0.0, 1.0) } else { 0.0 };
-        ([column as f64 + fraction, y], [column, row], probability)
+        let fraction = if width > 0.0 { ((u - low) / width).clamp(0.0, 1.0) } else { 0.0 };
+        (column as f64 + fraction, column)
     }
 
     /// The probability of a row.

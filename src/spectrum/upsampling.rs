@@ -9,6 +9,7 @@
 
 use super::colour::Observer;
 use super::{Spectrum, catalogue};
+use crate::lanes::Real;
 use crate::units::WavelengthRange;
 use std::sync::OnceLock;
 use wide::f64x4;
@@ -24,7 +25,12 @@ impl Sigmoid {
     /// The value at a wavelength (nm).
     #[inline]
     pub fn at(&self, nm: f64) -> f64 {
-        let [a, b, c] = self.coefficients;
+        Self::value(self.coefficients, nm)
+    }
+
+    /// That of coefficients, of one or of several.
+    #[inline(always)]
+    pub fn value<R: Real>([a, b, c]: [R; 3], nm: R) -> R {
         sigmoid((a * nm + b) * nm + c)
     }
 
@@ -65,12 +71,13 @@ impl Sigmoid {
 const GAUSS: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 18.0), (0.0, 8.0 / 18.0), (0.774_596_669_241_483_4, 5.0 / 18.0)];
 
-#[inline]
-fn sigmoid(x: f64) -> f64 {
+#[inline(always)]
+fn sigmoid<R: Real>(x: R) -> R {
     // Beyond this the square overflows nothing yet and the value has long been 0 or 1.
     const FAR: f64 = 1e100;
-    let x = x.clamp(-FAR, FAR);
-    0.5 + 0.5 * x / (1.0 + x * x).sqrt()
+    let (half, one) = (R::of(0.5), R::of(1.0));
+    let x = x.greater(R::of(-FAR)).lesser(R::of(FAR));
+    half + half * x / (one + x * x).sqrt()
 }
 
 /// The reflectance of a colour: linear values for sRGB's primaries; what lies outside [0, 1] is clipped, as

@@ -33,7 +33,7 @@ struct Case {
     sees: f64,
 }
 
-const CASES: [Case; 19] = [
+const CASES: [Case; 20] = [
     Case { name: "diffuse", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.015 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
@@ -50,6 +50,7 @@ const CASES: [Case; 19] = [
     Case { name: "quadrics", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.07 },
     Case { name: "solids", samples: 2048, walk_samples: 8192, walk_block: 1, sees: 0.1 },
     Case { name: "caustics", samples: 1024, walk_samples: 32_768, walk_block: 1, sees: 0.07 },
+    Case { name: "skylight", samples: 1024, walk_samples: 32_768, walk_block: 1, sees: 0.07 },
     Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2, sees: 0.07 },
     Case { name: "chamber", samples: 2048, walk_samples: 32_768, walk_block: 1, sees: 0.08 },
     Case { name: "fog", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.09 },
@@ -234,6 +235,14 @@ fn contact() {
 fn caustics() {
     agrees("caustics");
     let case = case("caustics");
+    assert!(load(case, "path").features().light_tracing && !load(case, "walk").features().light_tracing);
+}
+
+/// Light subpaths from beyond the scene, too.
+#[test]
+fn skylight() {
+    agrees("skylight");
+    let case = case("skylight");
     assert!(load(case, "path").features().light_tracing && !load(case, "walk").features().light_tracing);
 }
 

@@ -18,7 +18,7 @@ use super::surfaces::{Scatters, Surfaces};
 use crate::accel::Rays;
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, lanes_of, part, set};
-use crate::light::{Environment, LightSamples, Receiver, Receivers};
+use crate::light::{LightSamples, Receiver, Receivers};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
@@ -195,18 +195,45 @@ impl<'a, const C: usize> Bundle<'a, C> {
         scene.paths_ended(PathEnd::Escaped, self.depth + 1, gone);
         let hidden = self.depth == 0 && scene.limits.hide_emitters;
         let Some(environment) = scene.lights.environment().filter(|_| !hidden) else { return };
-        for lane in lanes_of(gone) {
-            let wavelengths = self.wavelengths(lane);
-            let light = match environment {
-                // What light samples do not look for has the weight 1.
-                Environment::Constant(radiance) => {
-                    let weight = 1.0 / self.ratio.get(lane).sum();
-                    self.throughput.get(lane) * radiance.sample(&wavelengths.nm) * weight
-                }
-                _ => self.path(lane).escaped(scene, &self.rays.get(lane), wavelengths),
-            };
-            self.arrives(lane, light);
+        if gone == 0 {
+            return;
         }
+        if environment.is_sampled() && scene.limits.techniques != Techniques::Both {
+            for lane in lanes_of(gone) {
+                let light = self.path(lane).escaped(scene, &self.rays.get(lane), self.wavelengths(lane));
+                self.arrives(lane, light);
+            }
+            return;
+        }
+        let seen = environment.seen_in_lanes(&self.rays.direction, gone, |lane| self.wavelengths(lane));
+        let weights = self.weights_of_escape(&seen.density, gone);
+        let mut light = seen.radiance;
+        for (light, throughput) in light.0.iter_mut().zip(&self.throughput.0) {
+            for register in 0..REGISTERS {
+                light[register] *= throughput[register] * weights[register];
+            }
+        }
+        light.keep(gone);
+        self.arriving.add(&light);
+    }
+
+    /// The weights of light from beyond the scene beside light samples, which find it with a density per
+    /// steradian, over the density of the paths; see [`super::path::PreviousSample::weight_beside_lights`].
+    fn weights_of_escape(&self, density: &Row, gone: Mask) -> Row {
+        let sums = self.ratio.sum_of_each();
+        let is_sought = self.depth > 0 && density.iter().any(|density| density.gt(f64x4::ZERO).mask() != 0);
+        if !is_sought {
+            // What light samples do not look for has the weight 1.
+            return sums.map(|sum| f64x4::ONE / sum);
+        }
+        let wavelengths = |lane: usize| self.wavelengths(lane);
+        let lights = &self.scene.lights;
+        let probability = lights.environment_probabilities(&self.from, self.time, wavelengths, gone);
+        std::array::from_fn(|register| {
+            let by_light = density[register] * probability[register];
+            let by_light = self.prior_over_density[register] * by_light;
+            power_heuristic(sums[register], by_light) / sums[register]
+        })
     }
 
     /// Light that the surfaces emit along the rays; see [`super::path::Path::emitted`].

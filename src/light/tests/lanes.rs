@@ -1,10 +1,22 @@
 //! Light samples in lanes are those of one surface after the other.
 
 use super::*;
-use crate::lanes::{LANES, Row, WIDTH, ZERO, get, set};
-use crate::light::{LightSamples, Receivers};
+use crate::lanes::{LANES, REGISTERS, Row, Vec3Lanes, WIDTH, ZERO, get, set};
+use crate::light::{EnvironmentMap, LightSamples, Receivers, Texel};
 use crate::shape::Mesh;
-use crate::spectrum::SampledLanes;
+use crate::spectrum::{Extrapolation, SampledLanes};
+
+/// Colours of different brightness, most of them black.
+fn map() -> Environment {
+    let texel = |i: usize| match i * 7 % 11 {
+        k @ 0..4 => Texel { coefficients: [1e-5 * k as f32, -0.01, 2.0], factor: (1 + k * k) as f32 },
+        _ => Texel::BLACK,
+    };
+    let texels = (0..20 * 11).map(texel).collect();
+    let turned = Transform::new(glam::DMat4::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 1.1)).unwrap();
+    let illuminant = Spectrum::regular(300.0, 900.0, &[1.0, 3.0], Extrapolation::Zero).unwrap();
+    Environment::Map(Box::new(EnvironmentMap::new([20, 11], texels, illuminant, turned).unwrap()))
+}
 
 #[test]
 fn light_samples_in_lanes_are_those_of_each_surface() {
@@ -19,7 +31,12 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
         World::new(vec![rectangle(2.9)], vec![point.clone()], None),
         World::new(Vec::new(), vec![point], None),
         World::new(Vec::new(), Vec::new(), Some(Environment::Constant(Spectrum::ONE))),
+        World::new(Vec::new(), Vec::new(), Some(map())),
+        World::new(vec![rectangle(1.3)], Vec::new(), Some(map())),
     ];
+    let density = WavelengthDensity::new(WavelengthRange::VISIBLE, &[], &[]);
+    let wavelengths: [Wavelengths<2>; LANES] =
+        std::array::from_fn(|lane| density.sample(lane as f64 / LANES as f64));
     let (mut found, mut none, mut far) = (0, 0, 0);
     for (number, world) in worlds.iter().enumerate() {
         for round in 0..200 {
@@ -36,14 +53,17 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
                 set(&mut u[1], lane, numbers.next());
             }
             let asked = 0b1110_1111_1111_0111;
-            let only = SampledLanes::splat(&world.lights.only_radiance(&world.wavelengths.nm));
+            let mut only = SampledLanes::ZERO;
+            for (lane, wavelengths) in wavelengths.iter().enumerate() {
+                only.set(lane, &world.lights.only_radiance(&wavelengths.nm));
+            }
             let mut samples = LightSamples::NONE;
-            let of = |_| &world.wavelengths;
+            let of = |lane: usize| &wavelengths[lane];
             world.lights.sample_in_lanes(&receivers, 0.0, of, &only, asked, &u, &mut samples);
             assert_eq!(samples.found & !asked, 0);
             for lane in (0..LANES).filter(|lane| asked >> lane & 1 == 1) {
                 let values = u.each_ref().map(|row| get(row, lane));
-                let expected = world.lights.sample(&receivers.get(lane), 0.0, &world.wavelengths, values);
+                let expected = world.lights.sample(&receivers.get(lane), 0.0, &wavelengths[lane], values);
                 assert_eq!(samples.found >> lane & 1 == 1, expected.is_some(), "world {number}");
                 let Some(expected) = expected else {
                     none += 1;
@@ -61,4 +81,34 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
         }
     }
     assert!(found > 4000 && none > 1000 && far > 200, "{found} found, {none} not, {far} from afar");
+}
+
+#[test]
+fn environments_in_lanes_are_those_of_each_direction() {
+    let mut numbers = Numbers::new(6);
+    let density = WavelengthDensity::new(WavelengthRange::VISIBLE, &[], &[]);
+    let wavelengths: [Wavelengths<4>; LANES] =
+        std::array::from_fn(|lane| density.sample(lane as f64 / LANES as f64));
+    let constant =
+        Environment::Constant(Spectrum::regular(300.0, 900.0, &[1.0, 3.0], Extrapolation::Zero).unwrap());
+    let mut lit = 0;
+    for environment in [map(), constant] {
+        for _ in 0..200 {
+            let mut directions = [Vec3Lanes::ZERO; REGISTERS];
+            let mut each = [Vec3::ZERO; LANES];
+            for (lane, direction) in each.iter_mut().enumerate() {
+                *direction = uniform_direction(numbers.pair());
+                directions[lane / WIDTH].set(lane, *direction);
+            }
+            let asked = 0b0111_1011_1111_1110;
+            let seen = environment.seen_in_lanes(&directions, asked, |lane| &wavelengths[lane]);
+            for (lane, direction) in each.iter().enumerate().filter(|(lane, _)| asked >> lane & 1 == 1) {
+                let radiance = environment.radiance(*direction, &wavelengths[lane].nm);
+                assert_eq!(seen.radiance.get(lane), radiance);
+                assert_eq!(get(&seen.density, lane), environment.density(*direction));
+                lit += u32::from(!radiance.is_zero());
+            }
+        }
+    }
+    assert!(lit > 3000, "{lit}");
 }

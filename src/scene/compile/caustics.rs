@@ -4,12 +4,16 @@ use super::contact;
 use super::groups::Groups;
 use crate::camera::Camera;
 use crate::geometry::{Bounds, Transform};
-use crate::light::{Caster, Casters, CausticSource, Caustics, Light, Lights};
+use crate::light::{Caster, Casters, CausticSource, Caustics, Light, Lights, Origin};
 use crate::medium::Body;
 use crate::scene::Limits;
 use crate::scene::scene::Surface;
 use crate::shape::Shape;
 use crate::units::WavelengthRange;
+use std::f64::consts::PI;
+
+/// The [`crate::light::Environment::unevenness`] from which on light subpaths begin beyond the scene.
+const WORTH_TRACING: f64 = 4.0;
 
 /// All that decides about light subpaths.
 pub(super) struct Setting<'a> {
@@ -18,6 +22,8 @@ pub(super) struct Setting<'a> {
     pub shapes: &'a [Shape],
     pub bodies: &'a [Body],
     pub lights: &'a Lights,
+    /// Of all surfaces at all times.
+    pub bounds: Bounds,
     pub camera: &'a Camera,
     pub camera_medium: Option<u32>,
     pub limits: Limits,
@@ -28,7 +34,7 @@ pub(super) struct Setting<'a> {
 
 impl Setting<'_> {
     /// Where light subpaths begin and where to. `None` where there are none: nothing is smooth, no light has
-    /// a surface, the sensor does not say where a point is seen, or light goes other ways than from surface
+    /// a surface and the environment is even, the sensor does not say where a point is seen, or light goes other ways than from surface
     /// to surface.
     ///
     /// Smooth surfaces whose place is not known, of parts that move by themselves, are then no longer called
@@ -54,10 +60,31 @@ impl Setting<'_> {
         let instances = instances.map(|shown| Caster::around(shown.bounds));
         let casters = Casters::new(own.chain(instances).collect());
         let [width, height] = self.film.map(u64::from);
-        Caustics::new(casters, self.sources(surfaces), width * height)
+        let mut sources = self.sources(surfaces);
+        sources.extend(self.environment(&casters));
+        Caustics::new(casters, Caster::around(self.bounds), sources, width * height)
     }
 
-    /// The lights that light subpaths begin at: those with a surface that is known to lie outside of all
+    /// The environment, where its light is so uneven that paths from the camera find much of it seldom.
+    fn environment(&self, casters: &Casters) -> Option<CausticSource> {
+        let environment = self.lights.environment()?;
+        if environment.unevenness() < WORTH_TRACING {
+            return None;
+        }
+        // What enters the bodies, over the solid angle by which that of lights with a surface is more than
+        // their weights say.
+        let entering = 4.0 * PI * casters.cross_section() * environment.mean().integral(self.range);
+        let from = |light: &Light| match light {
+            Light::Area { geometry, .. } => Some(casters.solid_angle_from(geometry.bounds().centre())),
+            _ => None,
+        };
+        let angles: Vec<f64> = self.lights.iter().filter_map(from).collect();
+        let angle = if angles.is_empty() { PI } else { angles.iter().sum::<f64>() / angles.len() as f64 };
+        let power = entering / angle;
+        (power > 0.0 && power.is_finite()).then_some(CausticSource { origin: Origin::Environment, power })
+    }
+
+    /// The lights with a surface that light subpaths begin at: those with a surface that is known to lie outside of all
     /// bodies.
     fn sources(&self, surfaces: &[Surface]) -> Vec<CausticSource> {
         let bodies: Vec<Bounds> =
@@ -68,11 +95,8 @@ impl Setting<'_> {
                 geometry.stands_alone() && !bodies.iter().any(|body| body.overlaps(geometry.bounds()));
             let area = geometry.area();
             let power = area * mean.integral(self.range);
-            (outside && power > 0.0 && power.is_finite()).then_some(CausticSource {
-                light: index,
-                power,
-                area,
-            })
+            let origin = Origin::Surface { light: index, area };
+            (outside && power > 0.0 && power.is_finite()).then_some(CausticSource { origin, power })
         };
         (0..).zip(self.lights.iter()).filter_map(begins).collect()
     }

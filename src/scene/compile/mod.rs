@@ -253,6 +253,7 @@ impl Compiler<'_> {
             shapes: &shapes,
             bodies: &bodies,
             lights: &lights,
+            bounds: accel.bounds(),
             camera: &camera,
             camera_medium,
             limits,
