@@ -66,9 +66,11 @@ impl Progress for Statistics<'_> {
     }
 
     fn advanced(&self, samples: u64) {
-        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        taken.first.get_or_insert_with(|| self.started.elapsed());
-        drop(taken);
+        // Blocks around the picture, which a filter reaches, may have none.
+        if samples > 0 {
+            let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+            taken.first.get_or_insert_with(|| self.started.elapsed());
+        }
         self.progress.advanced(samples);
     }
 
@@ -249,7 +251,7 @@ impl Report {
             self.of_pilots.as_secs_f64()
         )?;
         if let Some(first) = self.first_samples() {
-            write!(text, ", first samples {first:.3}")?;
+            write!(text, ", first samples {first:.4}")?;
         }
         for (samples, seconds) in self.times_of_passes() {
             write!(text, ", to {:.4} samples per pixel {seconds:.3}", over(samples, self.pixels))?;
