@@ -48,7 +48,7 @@ fn ladders_stand_on_a_logarithmic_spiral() {
     assert_eq!((feet.len(), description.instances[0].group.shapes.len()), (40, 13));
     for pair in feet.windows(2) {
         let [(before, large), (after, small)] = [pair[0], pair[1]];
-        // Of the last and smallest ladder the file has five digits.
+        // The file has five digits of the last and smallest ladder.
         assert!((small / large - 0.94).abs() < 2e-5, "{pair:?}");
         assert!((after.length() / before.length() - 0.94).abs() < 2e-5, "{pair:?}");
         assert!((before.angle_between(after).to_degrees() - 17.0).abs() < 1e-3, "{pair:?}");

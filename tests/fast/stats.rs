@@ -127,7 +127,7 @@ fn assert_times_are_of_this_render(stats: &Value) {
     let first_pass = passes[0]["seconds"].as_f64().expect("a time");
     let first = number("/seconds/first_samples");
     assert!(first > 0.0 && first <= first_pass, "first samples after {first} s of {first_pass} s");
-    // Of two threads at most; what counting takes is deducted.
+    // Two threads at most; what counting takes is deducted.
     let processor = number("/processor_seconds");
     let all: f64 = passes.iter().map(|pass| pass["seconds"].as_f64().expect("a time")).sum();
     assert!(processor > 0.0 && processor <= 2.0 * all, "{processor} s of two threads in {all} s");

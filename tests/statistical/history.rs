@@ -74,7 +74,7 @@ fn chromaticity(content: &str) -> ([f64; 2], [f64; 2]) {
 fn highlights_of_metals_lose_their_colour_at_grazing_angles() {
     let sky = r#"<emitter type="constant"><spectrum name="radiance" type="d65"/></emitter>"#;
     let (light, light_error) = chromaticity(&(meter("0, 0, 1", "1, 0, 1") + sky));
-    // Of D65 to the CIE's four digits (CIE 15:2018, table 8).
+    // D65 to the CIE's four digits (CIE 15:2018, table 8).
     for (found, (expected, error)) in light.into_iter().zip([0.3127, 0.3290].into_iter().zip(light_error)) {
         assert!((found - expected).abs() < 1e-4 + 4.0 * error, "{light:?} ± {light_error:?}");
     }

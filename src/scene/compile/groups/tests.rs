@@ -12,8 +12,8 @@ use std::path::Path;
 /// Turns by right angles, so that a box around boxes is no wider than what it is around.
 ///
 /// In `a` a ball of radius 1 fills x 2 to 4. `b` shows it on y 2 to 4 and z 4 to 6, and once more, carried
-/// from y −1 to 1 to y −11 to −9: its box is x −1 to 4, y −11 to 4, z −1 to 6. `c` shows `b` twice as large at
-/// x 98 to 108, y −22 to 8, z −2 to 12, beside a ball around its origin. The scene shows `c` with y and z
+/// from y −1 to 1 to y −11 to −9: its box is x −1 to 4, y −11 to 4, z −1 to 6. `c` shows `b` twice as large
+/// at x 98 to 108, y −22 to 8, z −2 to 12, beside a ball around its origin. The scene shows `c` with y and z
 /// turned, a thousand further along z.
 const NESTED: &str = r#"<scene version="3.0.0">
 <sensor type="perspective"><float name="shutter_close" value="1"/></sensor>
