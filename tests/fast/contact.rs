@@ -339,7 +339,8 @@ fn what_touches_is_found_in_groups_of_groups() {
         let key = |time: u32, x: f64| format!(r#"<transform time="{time}"><translate x="{x}"/></transform>"#);
         features(&format!(r#"<animation name="to_world">{}{}</animation>"#, key(0, from), key(1, to)))
     };
-    // Its radius is 2, its middle at y = 7 + 2 x: it reaches down to y = 1 for x = −2, and to 0.8 for x = −2.1.
+    // Its radius is 2, its middle at y = 7 + 2 x: it reaches down to y = 1 for x = −2, and to 0.8 for
+    // x = −2.1.
     assert_eq!(still(-1.5), [false; 3]);
     assert_eq!(still(-2.0), [true, false, true]);
     assert_eq!(still(-2.1), [true, true, true]);
