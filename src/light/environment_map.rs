@@ -155,7 +155,7 @@ impl EnvironmentMap {
             let edges = edges.each_ref().map(|edge| edge[register]);
             let place = [x[register], y[register]];
             let sample = self.toward(place, rows[register], edges, density[register]);
-            samples.direction[register] = Vector::from(sample.direction);
+            samples.direction[register] = sample.direction;
             samples.density[register] = sample.density;
             [angles[0][register], angles[1][register]] = sample.angles();
         }

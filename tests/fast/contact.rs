@@ -315,3 +315,35 @@ fn scenes_that_touch_nothing_need_nothing() {
     assert_eq!(features(&(ball(0.0) + &ball(2.0))), [true, false, false, true]);
     assert_eq!(features(&(ball(0.0) + r#"<shape type="rectangle"/>"#)), [true, false, false, true]);
 }
+
+/// A ball that only groups in groups show, whole or carried there, is found to touch what it touches.
+#[test]
+fn what_touches_is_found_in_groups_of_groups() {
+    let features = |place: &str| {
+        let features = scene(&format!(
+            r#"<sensor type="perspective"><float name="shutter_close" value="1"/>
+                <transform name="to_world"><translate z="-99"/></transform></sensor>
+            <shape type="shapegroup" id="ball"><shape type="sphere"><bsdf type="dielectric"/></shape></shape>
+            <shape type="shapegroup" id="moved"><shape type="instance"><ref id="ball"/>{place}</shape></shape>
+            <shape type="shapegroup" id="more"><shape type="instance"><ref id="moved"/>
+                <transform name="to_world"><scale value="2"/><translate x="7"/></transform></shape></shape>
+            <shape type="instance"><ref id="more"/>
+                <transform name="to_world"><rotate z="1" angle="90"/></transform></shape>
+            <shape type="sphere"><bsdf type="dielectric"/></shape>"#
+        ))
+        .features();
+        [features.contact, features.precedence, features.medium_stack]
+    };
+    let still = |x: f64| features(&format!(r#"<transform name="to_world"><translate x="{x}"/></transform>"#));
+    let carried = |from: f64, to: f64| {
+        let key = |time: u32, x: f64| format!(r#"<transform time="{time}"><translate x="{x}"/></transform>"#);
+        features(&format!(r#"<animation name="to_world">{}{}</animation>"#, key(0, from), key(1, to)))
+    };
+    // Its radius is 2, its middle at y = 7 + 2 x: it reaches down to y = 1 for x = −2, and to 0.8 for
+    // x = −2.1.
+    assert_eq!(still(-1.5), [false; 3]);
+    assert_eq!(still(-2.0), [true, false, true]);
+    assert_eq!(still(-2.1), [true, true, true]);
+    assert_eq!(carried(0.0, -1.5), [false; 3]);
+    assert!(carried(0.0, -2.1)[0] && carried(-2.1, 0.0)[0], "the ball comes near while the shutter is open");
+}

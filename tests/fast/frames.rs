@@ -83,6 +83,78 @@ fn a_frame_that_was_stopped_goes_on() {
     assert!(!folder.exists("f-2.checkpoint"));
 }
 
+/// H33: a wheel with one spoke of light, at five turns a second and six frames a second, turns backwards by
+/// 60° a frame where the shutter is open for an instant, and smears over 300° where it is open all the time.
+#[test]
+fn a_wheel_at_five_turns_a_second_turns_backwards_in_the_film() {
+    let folder = Folder::new("frames-wheel");
+    // A keyframe for each quarter of a turn, a twentieth of a second, and for a second more.
+    let keys: String = (0..=40)
+        .map(|quarter| {
+            format!(
+                r#"<transform time="{}"><rotate z="1" angle="{}"/></transform>"#,
+                f64::from(quarter) / 20.0,
+                90 * quarter
+            )
+        })
+        .collect();
+    folder.write(
+        "wheel.xml",
+        format!(
+            r#"<scene version="3.0.0"><default name="close" value="0"/><integrator type="path"/>
+            <sensor type="orthographic"><float name="shutter_close" value="$close"/>
+            <transform name="to_world"><lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/></transform>
+            <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="24"/>
+            <rfilter type="box"/></film></sensor>
+            <shape type="sphere"><point name="center" x="0.7" y="0" z="0"/><float name="radius" value="0.1"/>
+            <animation name="to_world">{keys}</animation><emitter type="area"><spectrum name="radiance" value="1"/></emitter></shape></scene>"#
+        ),
+    );
+    let render = |more: &[&str]| {
+        let common = ["render", "wheel.xml", "--frames=0..6", "--spp=64", "--no-png", "-q"];
+        folder.ends(0, &[&common[..], &["--estimator=plain"], more].concat());
+    };
+    // What is lit, as angles around the axis.
+    let lit = |name: &str| -> Vec<(f64, f64)> {
+        let green = folder.picture(name).channel("G").expect("a channel").to_vec();
+        let at = |i: usize| ((i % 24) as f64 - 11.5, 11.5 - (i / 24) as f64);
+        (0..green.len())
+            .filter(|&i| green[i] > 0.0)
+            .map(|i| (at(i).1.atan2(at(i).0).to_degrees(), f64::from(green[i])))
+            .collect()
+    };
+    // By how much the spoke seems to turn from frame to frame, the shorter way.
+    let steps = |fps: &str| -> Vec<f64> {
+        render(&[fps, "-o", "at-%d.exr"]);
+        let spoke = |frame: u32| {
+            let sum = lit(&format!("at-{frame}.exr")).iter().fold([0.0; 2], |[x, y], (degrees, light)| {
+                let (sin, cos) = degrees.to_radians().sin_cos();
+                [x + light * cos, y + light * sin]
+            });
+            sum[1].atan2(sum[0]).to_degrees()
+        };
+        let shorter = |step: f64| (step + 540.0).rem_euclid(360.0) - 180.0;
+        (0..5).map(|frame| shorter(spoke(frame + 1) - spoke(frame))).collect()
+    };
+    // 30° a frame is the way that it turns.
+    let (fast, slow) = (steps("--fps=60"), steps("--fps=6"));
+    let forward = fast[0].signum();
+    assert!(fast.iter().all(|step| (forward * step - 30.0).abs() < 3.0), "{fast:?}");
+    assert!(slow.iter().all(|step| (forward * step + 60.0).abs() < 3.0), "{slow:?}, and {fast:?}");
+    // A sixth of a second is five sixths of a turn: of each sixth of the circle, all but one is lit.
+    render(&["--fps=6", "-D", "close=0.1666666667", "-o", "all-%d.exr"]);
+    for frame in 0..6 {
+        let lit = lit(&format!("all-{frame}.exr"));
+        // In steps of 5°: the ball itself is 16° wide.
+        let dark = (0..72).filter(|step| {
+            let middle = 5.0 * f64::from(*step) - 180.0;
+            lit.iter().all(|(degrees, _)| ((degrees - middle + 540.0).rem_euclid(360.0) - 180.0).abs() > 5.0)
+        });
+        let dark = 5 * dark.count();
+        assert!((30..=60).contains(&dark), "frame {frame}: {dark}° are dark");
+    }
+}
+
 #[test]
 fn wrong_frames_are_2() {
     let folder = Folder::new("frames-wrong");

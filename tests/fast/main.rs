@@ -19,6 +19,7 @@ mod groups;
 mod json;
 mod lenses;
 mod long;
+mod models;
 mod photons;
 mod rooms;
 mod scene_errors;

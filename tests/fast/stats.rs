@@ -55,13 +55,15 @@ fn the_counts_of_a_single_sphere_are_exact() {
     assert_eq!(count(&stats, "/all_rays"), 3 * 64);
 }
 
-/// Channels, and all attributes but the counts.
-fn picture(folder: &Folder, name: &str) -> (Channels, bool) {
+/// Channels, and all attributes but those of statistics; these by themselves.
+fn picture(folder: &Folder, name: &str) -> (Channels, Vec<(String, Value)>) {
     let mut picture = folder.picture(name);
-    let before = picture.attributes.len();
-    picture.attributes.retain(|(name, _)| name != "abbe.stats");
-    let has_counts = picture.attributes.len() < before;
-    (picture, has_counts)
+    let is_told = |name: &str| name.starts_with("abbe.stats");
+    let json = |text: &str| serde_json::from_str(text).expect("valid JSON");
+    let told = picture.attributes.iter().filter(|(name, _)| is_told(name));
+    let told = told.map(|(name, text)| (name.clone(), json(text))).collect();
+    picture.attributes.retain(|(name, _)| !is_told(name));
+    (picture, told)
 }
 
 /// Scenes with light tracing, media, contact, and neither.
@@ -77,14 +79,23 @@ fn the_picture_is_the_same_and_kinds_add_up() {
             };
             let words = render(&["--threads", "2"]);
             let stats = json(&folder, &words.iter().map(String::as_str).collect::<Vec<_>>());
-            let (counted, has_counts) = picture(&folder, "x.exr");
+            let (counted, told) = picture(&folder, "x.exr");
+            // The file has what is printed: what is the same for equal renders, and by itself what is not.
+            let names: Vec<&str> = told.iter().map(|(name, _)| name.as_str()).collect();
+            assert_eq!(names, ["abbe.stats", "abbe.stats.run"]);
+            let attributes = told.iter().flat_map(|(_, value)| value.as_object().expect("an object").clone());
+            assert_eq!(Value::Object(attributes.collect()), stats, "{scene} {estimator}");
+            for (name, place) in [("abbe.stats", "/rays/camera"), ("abbe.stats.run", "/memory/film")] {
+                let (_, value) = told.iter().find(|(told, _)| told == name).expect("it is there");
+                assert!(value.pointer(place).is_some(), "{place}: {value:#}");
+            }
             let words = render(&["--threads", "1"]);
             let again = json(&folder, &words.iter().map(String::as_str).collect::<Vec<_>>());
             let mut plain = vec!["render", "--quiet", "-o", "y.exr"];
             plain.extend(words.iter().map(String::as_str));
             folder.ends(0, &plain);
-            let (uncounted, has_none) = picture(&folder, "y.exr");
-            assert!(has_counts && !has_none);
+            let (uncounted, told) = picture(&folder, "y.exr");
+            assert!(told.is_empty(), "{told:?}");
             assert!(counted == uncounted, "{scene} {estimator}: another picture where rays are counted");
             for exact in ["rays", "paths", "all_rays", "rays_of_pilots"] {
                 assert_eq!(stats[exact], again[exact], "{scene} {estimator}: threads change the counts");
@@ -103,8 +114,35 @@ fn the_picture_is_the_same_and_kinds_add_up() {
             }
             let share = stats["share_of_ray_queries"].as_f64().expect("a share");
             assert!(share > 0.02 && share <= 1.0, "{scene} {estimator}: {share} of the time");
+            assert_times_are_of_this_render(&stats);
         }
     }
+}
+
+/// Times are of this render, and the parts of them fit into the whole.
+#[track_caller]
+fn assert_times_are_of_this_render(stats: &Value) {
+    let number = |path: &str| stats.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path}"));
+    let passes = stats["seconds"]["passes"].as_array().expect("passes");
+    let first_pass = passes[0]["seconds"].as_f64().expect("a time");
+    let first = number("/seconds/first_samples");
+    assert!(first > 0.0 && first <= first_pass, "first samples after {first} s of {first_pass} s");
+    // Two threads at most; what counting takes is deducted.
+    let processor = number("/processor_seconds");
+    let all: f64 = passes.iter().map(|pass| pass["seconds"].as_f64().expect("a time")).sum();
+    assert!(processor > 0.0 && processor <= 2.0 * all, "{processor} s of two threads in {all} s");
+    let of_a_ray = 1e6 * processor / number("/all_rays");
+    assert!((number("/microseconds_per_ray") / of_a_ray - 1.0).abs() < 1e-9, "{of_a_ray}");
+    let share: f64 = stats["rays"]
+        .as_object()
+        .expect("kinds")
+        .values()
+        .map(|kind| kind["share"].as_f64())
+        .sum::<Option<f64>>()
+        .expect("shares");
+    assert!((share - 1.0).abs() < 1e-9, "shares of kinds sum to {share}");
+    let paths = number("/paths/number") / number("/samples");
+    assert!((number("/paths/per_sample") / paths - 1.0).abs() < 1e-9, "{paths}");
 }
 
 #[test]
@@ -114,9 +152,21 @@ fn the_text_has_what_the_json_has() {
     let output = folder.run(&["render", "sky.xml", "--stats", "--quiet", "-o", "x.exr"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let told = stdout(&output);
-    for part in
-        ["camera", "scattered", "per pixel", "escaped 100.0%", "bad values", "memory", "read", "pilots"]
-    {
+    for part in [
+        "camera",
+        "scattered",
+        "of all",
+        "per pixel",
+        "1.000 a sample, of 2.00 segments",
+        "escaped 100.0%",
+        "processor time",
+        "a ray",
+        "bad values",
+        "memory",
+        "read",
+        "pilots",
+        "first samples",
+    ] {
         assert!(told.contains(part), "{part}: {told}");
     }
     assert!(folder.ends(2, &["render", "sky.xml", "--json"]).contains("--stats"));

@@ -11,6 +11,7 @@ mod common;
 mod coverage;
 mod distribution;
 mod glow;
+mod history;
 mod media;
 mod sampling;
 mod sensors;

@@ -264,3 +264,48 @@ fn rays_that_leave_a_nest_do_not_return() {
     }
     assert!(rays > 30_000, "{rays}");
 }
+
+/// A ray along a wide disk, from near the origin of its group where coordinates have no errors: what it takes
+/// to get it through the groups turns it by some rounding, which tells far away. It stays on its side within
+/// the group's box, which the groups within it count for.
+#[test]
+fn rays_along_what_a_nest_shows_stay_on_their_side() {
+    const REACH: f64 = 1e3;
+    let mut random = random(94);
+    let mut rays = 0;
+    for _ in 0..200 {
+        let shapes = [Shape::Disk(Disk::new(&Transform::scale(REACH), false).unwrap())];
+        let mut tree = Accel::of_group(&shapes, 0, &[]);
+        for _ in 0..3 {
+            let turn = DMat3::from_axis_angle(direction(&mut random), random.random_range(0.0..6.0));
+            let placed = Placed::still(&Transform::new(DMat4::from_mat3(turn)).unwrap()).unwrap();
+            tree = Accel::of_group_with_instances(
+                &[],
+                1,
+                &[],
+                vec![Instance::new(Arc::new(tree), placed)],
+                [0.0; 2],
+            );
+        }
+        for _ in 0..100 {
+            let toward = direction(&mut random);
+            let ray = crate::geometry::Ray::new(toward * -10f64.powf(random.random_range(-6.0..0.0)), toward);
+            let Some(hit) = tree.closest(&ray, 0.0) else { continue };
+            let point = tree.surface(&shapes, &hit, &ray, 0.0).point;
+            let Some(along) = direction(&mut random).reject_from(point.normal).try_normalize() else {
+                continue;
+            };
+            // Higher than the direction's own rounding.
+            let side = if random.random() { 1.0 } else { -1.0 };
+            let rise = 10f64.powf(random.random_range(-15.5..-14.0));
+            let away = (along + point.normal * side * rise).normalize();
+            if (away.dot(point.normal) * side) < 0.5 * rise {
+                continue;
+            }
+            rays += 1;
+            let again = tree.closest(&point.ray(away), 0.0);
+            assert_eq!(again, None, "{point:?}, {away:?}");
+        }
+    }
+    assert!(rays > 5000, "{rays}");
+}

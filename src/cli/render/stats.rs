@@ -21,6 +21,8 @@ pub struct Statistics<'a> {
 #[derive(Default)]
 struct Taken {
     pilots: Option<(Counts, Duration)>,
+    /// When the first samples of the picture were done.
+    first: Option<Duration>,
     /// Samples of the film after each pass, and when that was.
     passes: Vec<(u64, Duration)>,
 }
@@ -45,6 +47,7 @@ impl<'a> Statistics<'a> {
             light_paths: film.extras.light_paths,
             before,
             of_pilots,
+            first: taken.first,
             passes: taken.passes,
             tree,
             meshes,
@@ -63,6 +66,11 @@ impl Progress for Statistics<'_> {
     }
 
     fn advanced(&self, samples: u64) {
+        // Blocks around the picture, which a filter reaches, may have none.
+        if samples > 0 {
+            let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+            taken.first.get_or_insert_with(|| self.started.elapsed());
+        }
         self.progress.advanced(samples);
     }
 
@@ -96,6 +104,7 @@ pub struct Report {
     light_paths: bool,
     before: [Duration; 2],
     of_pilots: Duration,
+    first: Option<Duration>,
     passes: Vec<(u64, Duration)>,
     /// Bytes.
     tree: usize,
@@ -109,6 +118,14 @@ fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+}
+
+/// The entries of an object of JSON.
+fn object(value: Value) -> Map<String, Value> {
+    match value {
+        Value::Object(entries) => entries,
+        _ => Map::new(),
+    }
 }
 
 /// One number over another; zero over zero is zero.
@@ -136,9 +153,10 @@ impl Report {
     fn write_rays(&self, text: &mut String) -> std::fmt::Result {
         writeln!(
             text,
-            "{:14} {:>12} {:>10} {:>9} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+            "{:14} {:>12} {:>6} {:>9} {:>8} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
             "rays",
             "number",
+            "of all",
             "per pixel",
             "/sample",
             "hit",
@@ -152,7 +170,8 @@ impl Report {
         let mut line = |name: &str, rays: u64, hits: u64, queries: u64, at_once: u64, tests: &Tests| {
             write!(
                 text,
-                "{name:14} {rays:12} {:10.2} {:9.3} {:5.1}%",
+                "{name:14} {rays:12} {:5.1}% {:9.2} {:8.3} {:5.1}%",
+                100.0 * over(rays, self.counts.rays()),
                 over(rays, self.pixels),
                 over(rays, self.samples),
                 100.0 * over(hits, queries),
@@ -190,14 +209,27 @@ impl Report {
 
     fn write_rest(&self, text: &mut String) -> std::fmt::Result {
         let counts = &self.counts;
-        write!(text, "paths          {:12} of {:.2} segments:", counts.paths(), self.mean_length())?;
+        write!(
+            text,
+            "paths          {:12} {:.3} a sample, of {:.2} segments:",
+            counts.paths(),
+            over(counts.paths(), self.samples),
+            self.mean_length()
+        )?;
         for end in PathEnd::ALL {
             write!(text, " {} {:.1}%", end.name(), 100.0 * over(counts.ended(end), counts.paths()))?;
         }
         writeln!(text)?;
         writeln!(text, "pilots         {:12} rays, which are not counted above", self.pilots.rays())?;
-        if let Some(share) = counts.share_of_queries() {
-            writeln!(text, "ray queries    at most {:.1}% of the time of all threads", 100.0 * share)?;
+        write!(
+            text,
+            "processor time {:12.3} s, {:.3} µs a ray",
+            counts.processor_seconds(),
+            self.microseconds()
+        )?;
+        match counts.share_of_queries() {
+            Some(share) => writeln!(text, ", at most {:.1}% of it in ray queries", 100.0 * share)?,
+            None => writeln!(text)?,
         }
         writeln!(text, "bad values     {:12}", self.bad)?;
         let mib = |bytes: f64| bytes / f64::from(1 << 20);
@@ -218,6 +250,9 @@ impl Report {
             "time, s        read {read:.3}, build {build:.3}, pilots {:.3}",
             self.of_pilots.as_secs_f64()
         )?;
+        if let Some(first) = self.first_samples() {
+            write!(text, ", first samples {first:.4}")?;
+        }
         for (samples, seconds) in self.times_of_passes() {
             write!(text, ", to {:.4} samples per pixel {seconds:.3}", over(samples, self.pixels))?;
         }
@@ -238,23 +273,42 @@ impl Report {
         over(self.counts.segments, self.counts.paths())
     }
 
+    /// Processor time of a ray and all that belongs to it.
+    fn microseconds(&self) -> f64 {
+        1e6 * self.counts.processor_seconds() / self.counts.rays().max(1) as f64
+    }
+
+    /// How long it took from the end of the pilots to the first samples of the picture, s.
+    fn first_samples(&self) -> Option<f64> {
+        self.first.map(|first| first.saturating_sub(self.of_pilots).as_secs_f64())
+    }
+
     pub fn json(&self) -> String {
         let mut report = self.counted();
+        report.append(&mut self.measured());
+        format!("{:#}\n", Value::Object(report))
+    }
+
+    /// Times and memory, which are others for each run.
+    fn measured(&self) -> Map<String, Value> {
         let [read, build] = self.before.map(|time| time.as_secs_f64());
         let passes: Vec<Value> = self
             .times_of_passes()
             .map(|(samples, seconds)| json!({ "samples": samples, "seconds": seconds }))
             .collect();
-        report.insert("share_of_ray_queries".to_owned(), json!(self.counts.share_of_queries()));
-        report.insert(
-            "memory".to_owned(),
-            json!({ "tree": self.tree, "meshes": self.meshes, "film": self.film as u64, "peak": self.peak }),
-        );
-        report.insert(
-            "seconds".to_owned(),
-            json!({ "read": read, "build": build, "pilots": self.of_pilots.as_secs_f64(), "passes": passes }),
-        );
-        format!("{:#}\n", Value::Object(report))
+        object(json!({
+            "share_of_ray_queries": self.counts.share_of_queries(),
+            "processor_seconds": self.counts.processor_seconds(),
+            "microseconds_per_ray": self.microseconds(),
+            "memory": { "tree": self.tree, "meshes": self.meshes, "film": self.film as u64, "peak": self.peak },
+            "seconds": {
+                "read": read,
+                "build": build,
+                "pilots": self.of_pilots.as_secs_f64(),
+                "first_samples": self.first_samples(),
+                "passes": passes,
+            },
+        }))
     }
 
     /// What is the same for equal renders.
@@ -265,6 +319,7 @@ impl Report {
                 let RayCounts { rays, queries, hits, tests, segments_at_once, .. } = counts;
                 let value = json!({
                     "rays": rays,
+                    "share": over(*rays, self.counts.rays()),
                     "per_pixel": over(*rays, self.pixels),
                     "per_sample": over(*rays, self.samples),
                     "queries": queries,
@@ -285,24 +340,26 @@ impl Report {
             .into_iter()
             .map(|end| (end.name().replace(' ', "_"), json!(self.counts.ended(end))))
             .collect();
-        let value = json!({
+        object(json!({
             "samples": self.samples,
             "pixels": self.pixels,
             "rays": rays,
             "all_rays": self.counts.rays(),
             "rays_of_pilots": self.pilots.rays(),
             "light_tracing": self.light_paths,
-            "paths": { "number": self.counts.paths(), "mean_segments": self.mean_length(), "ends": ends },
+            "paths": {
+                "number": self.counts.paths(),
+                "per_sample": over(self.counts.paths(), self.samples),
+                "mean_segments": self.mean_length(),
+                "ends": ends,
+            },
             "bad_values": self.bad,
-        });
-        match value {
-            Value::Object(map) => map,
-            _ => Map::new(),
-        }
+        }))
     }
 
-    /// For the file: what is the same for equal renders, so that their files are.
+    /// For the file: what is the same for equal renders, and by itself what is not.
     pub fn attributes(&self) -> Vec<(String, String)> {
-        vec![("abbe.stats".to_owned(), Value::Object(self.counted()).to_string())]
+        let attribute = |name: &str, told| (name.to_owned(), Value::Object(told).to_string());
+        vec![attribute("abbe.stats", self.counted()), attribute("abbe.stats.run", self.measured())]
     }
 }

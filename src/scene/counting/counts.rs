@@ -170,16 +170,26 @@ impl Counts {
         })
     }
 
-    /// The share of the time that goes into ray queries, estimated from the times of some of them, as it is
-    /// where nobody counts. It is an upper bound: what is timed does not overlap with what is before and
-    /// after it. `None` where nothing was timed.
-    pub fn share_of_queries(&self) -> Option<f64> {
+    /// Seconds of ray queries and of counting them, estimated from the times of some of them.
+    fn seconds_of_queries(&self) -> [f64; 2] {
         let timings = self.rays.iter().map(|of_kind| of_kind.timing).chain([self.others]);
-        let [queries, counting] = timings.fold([0.0; 2], |[queries, counting], timing| {
+        timings.fold([0.0; 2], |[queries, counting], timing| {
             let [plain, beside] = timing.seconds();
             [queries + plain, counting + beside]
-        });
-        let whole = self.busy.as_secs_f64() - counting;
+        })
+    }
+
+    /// Processor time of all threads, s, less what counting is estimated to take.
+    pub fn processor_seconds(&self) -> f64 {
+        let [_, counting] = self.seconds_of_queries();
+        (self.busy.as_secs_f64() - counting).max(0.0)
+    }
+
+    /// The share of the time that goes into ray queries, as it is where nobody counts. It is an upper bound:
+    /// what is timed does not overlap with what is before and after it. `None` where nothing was timed.
+    pub fn share_of_queries(&self) -> Option<f64> {
+        let [queries, _] = self.seconds_of_queries();
+        let whole = self.processor_seconds();
         (queries > 0.0 && whole > 0.0).then(|| (queries / whole).min(1.0))
     }
 }

@@ -13,13 +13,15 @@ from harness.plots import plt
 from transport_common import film, integrator, scene, shape, spectrum
 
 METHOD = """`abbe render --stats --json` counts queries and what each took. Numbers that are known are checked: one camera ray for each sample; kinds that sum
-to all; paths between mirrors of a room that nothing leaves and nothing absorbs, whose length is the limit that is given. The rest is told in tables. The share
+to all; paths between mirrors of a room that nothing leaves and nothing absorbs, whose length is the limit that is given. Lines that meet a box meet
+a convex body in it with the ratio of the two areas, by which trees are built: of a cube and its ball π/6. The rest is told in tables. The share
 of the time is an upper bound, from queries that are timed as they are where nobody counts; it is no more than told, for it depends on the machine."""
 DATA = """J. Arvo and D. Kirk in A. Glassner (ed.), An Introduction to Ray Tracing (1989), section 6.2, after T. Whitted (1980); G. Wyvill, Practical Ray
-Tracing (1995), sections 7.1 and 7.3. Spheres: random places in a cube, radius 0.3 of their spacing; seed 1."""
+Tracing (1995), sections 7.1 and 7.3; for the ratio of areas section 6.4.2 of the former. Spheres: random places in a cube, radius 0.3 of their spacing; seed 1."""
 
 SEVEN = "a depth of 7 for one of 8"
-PLANTED = [Planted(SEVEN, ("paths in a closed room of mirrors",))]
+SMALLER = "a ball smaller by 1 %"
+PLANTED = [Planted(SEVEN, ("paths in a closed room of mirrors",)), Planted(SMALLER, ("lines that meet a cube",))]
 
 
 def counted(claim, file, *options):
@@ -58,6 +60,20 @@ def spheres(claim, count):
     return scene(claim.work / f"spheres-{count}.xml", integrator("path", 4), camera, sky, diffuse, balls)
 
 
+def met_in_a_box(claim):
+    """Of lines that meet a cube, uniform among all such lines, the share that meets the ball in it, with its standard error: rays of an irradiance
+    meter all over the cube's inside. Where they meet the black ball there is no light."""
+    inside = '<boolean name="flip_normals" value="true"/><bsdf type="null"/>'
+    box = shape("cube", "", f'{inside}<sensor type="irradiancemeter">{film(16, 16)}</sensor>')
+    radius = 0.99 if claim.planted == SMALLER else 1
+    ball = f'<shape type="sphere"><float name="radius" value="{radius}"/><bsdf type="diffuse">{spectrum("reflectance", 0)}</bsdf></shape>'
+    sky = f'<emitter type="constant">{spectrum("radiance", 1)}</emitter>'
+    file = scene(claim.work / "box.xml", integrator("path", 3), box, ball, sky)
+    picture = claim.abbe.render(file, 256 if claim.quick else 4096, 3, ("--spectral", 1, "--range", "555:556", "--estimator", "plain"))
+    _, irradiance, errors = picture.spectrum()
+    return 1 - irradiance.mean() / math.pi, np.sqrt(np.sum(errors**2)) / errors.size / math.pi
+
+
 def run(claim):
     asked = 7 if claim.planted == SEVEN else 8
     stats = counted(claim, room(claim, asked), "--spp", 16, "--estimator", "plain")
@@ -68,6 +84,8 @@ def run(claim):
         "8",
         "one ray of them",
     )
+    met, error = met_in_a_box(claim)
+    claim.agrees("lines that meet a cube meet the ball in it with π/6", met, math.pi / 6, error)
     if claim.planted:
         return
     rows, sums = [], []

@@ -4,6 +4,8 @@
 
 mod gather;
 mod lamps;
+#[cfg(test)]
+mod tests;
 
 use super::shapes;
 use super::solids::Plan;
