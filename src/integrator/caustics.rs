@@ -21,12 +21,12 @@
 //! r = N · p(xₙ) p(ω) / cos θₙ · cos θ₀ / (p(ω₀) ν(x₀)),
 //!
 //! N light subpaths for one sample of each pixel, xₙ and ω where the light subpath begins and in what
-//! direction (p(xₙ) / cos θₙ is a density per area across the ray; from an environment rays begin with that
-//! at once, on disks across them), ω₀ the direction in which a path from the camera leaves its first surface, x₀, and ν(x₀) pixels
-//! per area of that. This is exact where all but the first surface scatter with the same density, per
-//! projected solid angle, forth and back, as smooth and diffuse ones do; elsewhere the weights are worse, but
-//! still sum to one. So the camera finds near-mirror images of the light, and light tracing finds what is
-//! scattered widely.
+//! direction, ω₀ the direction in which a path from the camera leaves its first surface, x₀, and ν(x₀) pixels
+//! per area of that. From an environment rays begin on disks across them: p(xₙ) / cos θₙ, which is a density
+//! per area across the ray, is then given at once. This is exact where all but the first surface scatter with
+//! the same density, per projected solid angle, forth and back, as smooth and diffuse ones do; elsewhere the
+//! weights are worse, but still sum to one. So the camera finds near-mirror images of the light, and light
+//! tracing finds what is scattered widely.
 //!
 //! The camera also finds caustics that are seen through smooth surfaces or in them: a light subpath would
 //! meet a point in view only by chance. There [`super::path`] splits at the diffuse surface.

@@ -26,8 +26,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
         if weight == 0.0 {
             return Sampled::ZERO;
         }
-        let radiance = environment.radiance(ray.direction, &wavelengths.nm);
-        self.contest(self.throughput * radiance * (weight / self.ratio.sum()), shared)
+        let radiance = environment.radiance(ray.direction, &wavelengths.nm) * (weight / self.ratio.sum());
+        self.contest(self.throughput * radiance, shared)
     }
 
     /// [`PreviousSample::weight_beside_lights`] of the path.

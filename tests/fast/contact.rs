@@ -347,3 +347,31 @@ fn what_touches_is_found_in_groups_of_groups() {
     assert_eq!(carried(0.0, -1.5), [false; 3]);
     assert!(carried(0.0, -2.1)[0] && carried(-2.1, 0.0)[0], "the ball comes near while the shutter is open");
 }
+
+/// The same walls, each in a group in a group: one turns and moves it, one makes it larger or smaller. Between
+/// the two it is far from the origin of its group, which costs digits that the bounds must account for.
+#[test]
+fn touching_walls_of_groups_in_groups_are_one_interface() {
+    let nested = |[there, back]: [&str; 2], to_world: &str| {
+        let (place, scale) = to_world.split_at(to_world.rfind("<scale").expect("it is the last"));
+        let one = |(number, index, range): (u32, &str, [f64; 2])| {
+            let wall = layer("cube", index, range, "", "");
+            format!(
+                r#"<shape type="shapegroup" id="wall{number}">{wall}</shape>
+                <shape type="shapegroup" id="placed{number}"><shape type="instance"><ref id="wall{number}"/>
+                    <transform name="to_world">{place}{there}</transform></shape></shape>
+                <shape type="instance"><ref id="placed{number}"/>
+                    <transform name="to_world">{back}{scale}</transform></shape>"#
+            )
+        };
+        [(0, "1.5", [0.0, 1.0]), (1, "1.33", [1.0, 2.0]), (2, "1.5", [2.0, 3.0])].map(one).concat()
+    };
+    let near = |to_world: &str| nested([""; 2], to_world);
+    let far = |to_world: &str| {
+        let [there, back] = [r#"x="54321.9" y="1e6" z="-777.7""#, r#"x="-54321.9" y="-1e6" z="777.7""#]
+            .map(|offset| format!("<translate {offset}/>"));
+        nested([&there, &back], to_world)
+    };
+    assert_indices(&[&near], &THREE, rays() / 2);
+    assert_indices(&[&far], &THREE, rays() / 2);
+}

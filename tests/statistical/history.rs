@@ -189,7 +189,7 @@ fn a_zone_plate_at_four_samples_tells_samplers_apart() {
         let at = |pixel: u32, i: u32| f64::from(pixel) + (f64::from(i) + 0.5) / f64::from(FINE) - 128.0;
         let inside = (0..FINE * FINE).filter(|i| {
             let [x, y] = [at(x, i % FINE), at(y, i / FINE)];
-            ((x * x + y * y) / 128.0) as u32 % 2 == 0
+            (((x * x + y * y) / 128.0) as u32).is_multiple_of(2)
         });
         inside.count() as f64 / f64::from(FINE * FINE)
     };

@@ -22,7 +22,7 @@ pub(super) struct Setting<'a> {
     pub shapes: &'a [Shape],
     pub bodies: &'a [Body],
     pub lights: &'a Lights,
-    /// Of all surfaces at all times.
+    /// A box around all surfaces at all times.
     pub bounds: Bounds,
     pub camera: &'a Camera,
     pub camera_medium: Option<u32>,
@@ -34,8 +34,8 @@ pub(super) struct Setting<'a> {
 
 impl Setting<'_> {
     /// Where light subpaths begin and where to. `None` where there are none: nothing is smooth, no light has
-    /// a surface and the environment is even, the sensor does not say where a point is seen, or light goes other ways than from surface
-    /// to surface.
+    /// a surface and the environment is even, the sensor does not say where a point is seen, or light goes
+    /// other ways than from surface to surface.
     ///
     /// Smooth surfaces whose place is not known, of parts that move by themselves, are then no longer called
     /// so.
@@ -84,7 +84,7 @@ impl Setting<'_> {
         (power > 0.0 && power.is_finite()).then_some(CausticSource { origin: Origin::Environment, power })
     }
 
-    /// The lights with a surface that light subpaths begin at: those with a surface that is known to lie outside of all
+    /// The lights that light subpaths begin at: those with a surface that is known to lie outside of all
     /// bodies.
     fn sources(&self, surfaces: &[Surface]) -> Vec<CausticSource> {
         let bodies: Vec<Bounds> =

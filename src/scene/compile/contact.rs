@@ -12,8 +12,9 @@ use std::rc::Rc;
 struct Item {
     shapes: Shapes,
     partner: Partner,
-    /// How far its surfaces may be from where they are met.
+    /// How far its surfaces may be from where they are met, and from where the file puts them.
     error: f64,
+    rounding: f64,
     /// Whether it holds a closed body, and whether it holds any surface that encloses something.
     has_closed: bool,
     has_body: bool,
@@ -67,6 +68,7 @@ impl Known<'_> {
             shapes: Shapes::One(shape),
             partner: Partner::new(bounds, self.errors[shape], self.rounding[shape]),
             error: self.errors[shape] + self.rounding[shape],
+            rounding: self.rounding[shape],
             has_closed: self.is_closed(shape),
             has_body: self.is_body(shape),
             several: false,
@@ -86,6 +88,7 @@ impl Known<'_> {
             has_body: any(&|shape| self.is_body(shape)),
             partner: Partner::new(bounds, error, rounding),
             error: error + rounding,
+            rounding,
             shapes: Shapes::All(shown.shapes.clone()),
             several,
         }
@@ -210,7 +213,14 @@ pub(super) fn nearness(
     if found.iter().all(Vec::is_empty) {
         return near;
     }
-    for (partners, rounding) in found.into_iter().zip(known.rounding) {
+    // What a group shows is rounded as the instances are, which make it larger or smaller.
+    let mut all_rounding = vec![0.0; shapes.len()];
+    for item in &items {
+        for &shape in item.shapes.list() {
+            all_rounding[shape] = item.rounding.max(all_rounding[shape]);
+        }
+    }
+    for (partners, rounding) in found.into_iter().zip(all_rounding) {
         let (first, count) = (near.contacts.partners.len() as u32, partners.len() as u32);
         near.contacts.of.push(Contact { rounding, first, count });
         near.contacts.partners.extend(partners);
