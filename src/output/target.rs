@@ -71,8 +71,8 @@ impl Sum {
         Self { errors: tiles.values().sum(), squares, divisor: 0.0 }
     }
 
-    /// Root mean square colour differences, tile by tile: where a few lit pixels stand in the dark, those that
-    /// no sample has lit say nothing of their colour, and their neighbours say it for them. Nothing is known
+    /// Root mean square colour differences, tile by tile. Where a few lit pixels stand in the dark, those
+    /// that no sample has lit say nothing of their colour: their neighbours say it for them. Nothing is known
     /// of those of a black picture.
     fn of_colours(film: &Film) -> Self {
         let luminance = film.shown().map(|(x, y)| film.combined(x, y, [0.0, 1.0, 0.0]).mean.max(0.0));

@@ -348,8 +348,8 @@ fn what_touches_is_found_in_groups_of_groups() {
     assert!(carried(0.0, -2.1)[0] && carried(-2.1, 0.0)[0], "the ball comes near while the shutter is open");
 }
 
-/// The same walls, each in a group in a group: one turns and moves it, one makes it larger or smaller. Between
-/// the two it is far from the origin of its group, which costs digits that the bounds must account for.
+/// The same walls, each in a group in a group: one turns and moves it, one makes it larger or smaller.
+/// Between the two it is far from the origin of its group, which costs digits that the bounds account for.
 #[test]
 fn touching_walls_of_groups_in_groups_are_one_interface() {
     let nested = |[there, back]: [&str; 2], to_world: &str| {
