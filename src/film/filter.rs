@@ -3,10 +3,11 @@
 //! Greiner, "Filter Importance Sampling", 2006).
 
 use super::Region;
+use crate::lanes::{Real, WIDTH};
 use crate::sampling::PiecewiseConstant;
 use smallvec::{SmallVec, smallvec};
 use std::f64::consts::PI;
-use std::ops::Range;
+use wide::f64x4;
 
 /// A separable reconstruction filter over the image plane, in pixels, with Mitsuba 3's names and defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,10 +61,7 @@ impl FilterKind {
         match self {
             Self::Box => 1.0,
             Self::Tent { .. } => 1.0 - x.abs() / radius,
-            Self::Gaussian { stddev } => {
-                let bell = |x: f64| (-0.5 * (x / stddev).powi(2)).exp();
-                bell(x) - bell(radius)
-            }
+            Self::Gaussian { stddev } => lowered_bell(x / stddev),
             Self::Mitchell { b, c } => cubic(x.abs(), b, c),
             Self::CatmullRom => cubic(x.abs(), 0.0, 0.5),
             Self::Lanczos { .. } => sinc(x) * sinc(x / radius),
@@ -101,13 +99,36 @@ impl FilterKind {
             // The middle of a pixel is half a pixel from its corner.
             let first = (place - 0.5 - self.radius()).ceil();
             let last = (place - 0.5 + self.radius()).floor();
-            let count = (last - first + 1.0) as u32;
-            let weights = (0..count).map(|i| self.at(place - 0.5 - first - f64::from(i))).collect();
+            let count = (last - first + 1.0) as usize;
+            let from = place - 0.5 - first;
+            let weights = match self {
+                Self::Gaussian { stddev } => gaussian_weights(from, count, stddev),
+                _ => (0..count).map(|i| self.at(from - i as f64)).collect(),
+            };
             (first as i64, weights)
         };
         let [(left, columns), (top, rows)] = place.map(axis);
         Footprint { first: [left, top], columns, rows }
     }
+}
+
+/// The bell curve, lowered to be zero at four standard deviations.
+#[inline(always)]
+fn lowered_bell<R: Real>(deviations: R) -> R {
+    /// e⁻⁸.
+    const LEAST: f64 = 3.354_626_279_025_118_4e-4;
+    (deviations * deviations * R::of(-0.5)).exp() - R::of(LEAST)
+}
+
+/// What a gaussian filter weighs pixels with, whose distances from a place fall from the first by one each.
+fn gaussian_weights(first: f64, count: usize, stddev: f64) -> SmallVec<[f64; 6]> {
+    let mut weights = SmallVec::new();
+    for start in (0..count).step_by(WIDTH) {
+        let steps = f64x4::splat(start as f64) + f64x4::new([0.0, 1.0, 2.0, 3.0]);
+        let bells = lowered_bell((f64x4::splat(first) - steps) / f64x4::splat(stddev));
+        weights.extend_from_slice(&bells.to_array()[..WIDTH.min(count - start)]);
+    }
+    weights
 }
 
 /// The family of cubics of Mitchell and Netravali (1988, eq. 8), for 0 ≤ x ≤ 2.
@@ -180,31 +201,28 @@ impl FilterSampler {
 }
 
 impl FilterSampler {
-    /// The pixels, from the first to the last column and row, whose filters may reach a film position.
-    pub fn reached(&self, position: [f64; 2]) -> [Range<u32>; 2] {
-        let radius = self.kind.radius();
-        let axis = |position: f64, axis: &Axis| {
-            // The middle of a pixel is half a pixel from its corner.
-            let first = (position - radius - 0.5).ceil().max(0.0);
-            let end = (position + radius - 0.5).floor() + 1.0;
-            (first as u32).max(axis.first)..(end.max(0.0) as u32).min(axis.first + axis.cut_of.len() as u32)
-        };
-        [axis(position[0], &self.columns), axis(position[1], &self.rows)]
-    }
-
-    /// A pixel's filter at a film position, per pixel of area: its integral is 1.
-    pub fn at(&self, pixel: [u32; 2], position: [f64; 2]) -> f64 {
-        let [x, y] = [0, 1].map(|i| position[i] - f64::from(pixel[i]) - 0.5);
-        self.columns.at(self.kind, pixel[0], x) * self.rows.at(self.kind, pixel[1], y)
+    /// The pixels whose filters reach a film position, and the value of each filter there, per pixel of area:
+    /// its integral is 1. Zero outside the window.
+    pub fn footprint(&self, position: [f64; 2]) -> Footprint {
+        let mut footprint = self.kind.footprint(position);
+        let [left, top] = footprint.first;
+        self.columns.cut_off(left, position[0], &mut footprint.columns);
+        self.rows.cut_off(top, position[1], &mut footprint.rows);
+        footprint
     }
 }
 
 impl Axis {
-    fn at(&self, kind: FilterKind, pixel: u32, x: f64) -> f64 {
-        let cut = self.cut(pixel);
-        // Each place between two pixels belongs to one of them.
-        let within = x >= cut.low && x < cut.high;
-        if within { kind.at(x) * cut.normalisation } else { 0.0 }
+    /// Makes weights of pixels those of their cut filters.
+    fn cut_off(&self, first: i64, position: f64, weights: &mut [f64]) {
+        for (pixel, weight) in (first..).zip(weights) {
+            let number = usize::try_from(pixel - i64::from(self.first)).ok();
+            let cut = number.and_then(|number| Some(&self.cuts[usize::from(*self.cut_of.get(number)?)]));
+            let x = position - pixel as f64 - 0.5;
+            // Each place between two pixels belongs to one of them.
+            let cut = cut.filter(|cut| x >= cut.low && x < cut.high);
+            *weight *= cut.map_or(0.0, |cut| cut.normalisation);
+        }
     }
 
     fn new(kind: FilterKind, first: u32, size: u32, sample_border: bool) -> Self {
@@ -346,10 +364,12 @@ mod tests {
                 let middle = |i: u32| -4.0 + (f64::from(i) + 0.5) / 32.0;
                 let (mut weighed, mut whole) = (0.0, 0.0);
                 for place in (0..FINE * FINE).map(|i| [middle(i / FINE), middle(i % FINE)]) {
-                    let at = sampler.at(pixel, place) / (32.0 * 32.0);
-                    let [columns, rows] = sampler.reached(place);
-                    let reached = columns.contains(&pixel[0]) && rows.contains(&pixel[1]);
-                    assert!(reached || at == 0.0, "{kind:?} {pixel:?} {place:?}");
+                    let footprint = sampler.footprint(place);
+                    let along = |axis: usize, weights: &[f64]| {
+                        let number = usize::try_from(i64::from(pixel[axis]) - footprint.first[axis]).ok();
+                        number.and_then(|number| weights.get(number)).copied().unwrap_or(0.0)
+                    };
+                    let at = along(0, &footprint.columns) * along(1, &footprint.rows) / (32.0 * 32.0);
                     weighed += at * measure(place);
                     whole += at;
                 }

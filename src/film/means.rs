@@ -292,7 +292,7 @@ fn variance(parts: u32, spread: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Extras;
+    use crate::film::{Extras, Tristimulus};
 
     const Y: Quantity = Quantity::Combined([0.0, 1.0, 0.0]);
 
@@ -306,7 +306,7 @@ mod tests {
             for replicate in 0..replicates {
                 let [value, weight] = sample(x, y, replicate);
                 tile.add(place, replicate, 1, value * weight, film.scale());
-                tile.weigh(place, replicate, weight);
+                tile.add_weighed(place, replicate, &Tristimulus::BLACK, weight);
             }
         }
         film.add(&tile);

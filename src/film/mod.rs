@@ -33,7 +33,7 @@ pub use region::{Extent, Region};
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 use sums::Sums;
-pub use tile::Tile;
+pub use tile::{Taken, Tile, Tristimulus};
 
 /// How many values could not be used, over a whole render. All zero when nothing is wrong.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

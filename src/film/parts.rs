@@ -70,7 +70,7 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Extent, Extras, FixedPoint};
+    use crate::film::{Extent, Extras, FixedPoint, Tristimulus};
 
     #[test]
     fn rows_go_where_they_belong() {
@@ -80,7 +80,7 @@ mod tests {
         let mut film = Film::part(extent, 2, extras.clone(), FixedPoint::for_reference(1.0));
         let mut tile = extras.tile([0, 0], [3, 2], 0..2);
         for place in 0..6 {
-            tile.weigh(place, 1, place as f64);
+            tile.add_weighed(place, 1, &Tristimulus::BLACK, place as f64);
             tile.count(place, 1 + place as u32);
         }
         film.add(&tile);

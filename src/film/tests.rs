@@ -15,7 +15,7 @@ fn exposed(reference: f64, values: &[[f64; 3]]) -> Film {
         for (channel, &value) in xyz.iter().enumerate() {
             tile.add(0, replicate, channel, value, film.scale());
         }
-        tile.weigh(0, replicate, 1.0);
+        tile.add_weighed(0, replicate, &Tristimulus::BLACK, 1.0);
         tile.count(0, 1);
     }
     film.add(&tile);
@@ -47,7 +47,7 @@ fn light_paths_count_for_all_pixels() {
     let mut tile = film.extras.tile([0, 0], [2, 1], 0..2);
     for (place, replicate) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
         tile.add(place, replicate, 1, 1.0, film.scale());
-        tile.weigh(place, replicate, 1.0);
+        tile.add_weighed(place, replicate, &Tristimulus::BLACK, 1.0);
     }
     film.add(&tile);
     let mut light = film.extras.tile([0, 0], [1, 1], 0..1);
@@ -84,7 +84,7 @@ fn the_order_of_samples_leaves_no_trace() {
         for (i, &value) in order.enumerate() {
             let mut tile = film.extras.tile([0, 0], [1, 1], 0..2);
             tile.add(0, 0, 1, value, film.scale());
-            tile.weigh(0, 0, 1.0);
+            tile.add_weighed(0, 0, &Tristimulus::BLACK, 1.0);
             tile.count(0, u32::from(i % 2 == 0));
             film.add(&tile);
         }
@@ -115,7 +115,7 @@ fn what_is_smaller_than_the_quantum_is_right_on_average() {
         for key in 0..count {
             tile.begin(key);
             tile.add(0, 0, 1, value, film.scale());
-            tile.weigh(0, 0, 1.0);
+            tile.add_weighed(0, 0, &Tristimulus::BLACK, 1.0);
         }
         film.add(&tile);
         let found = film.combined(0, 0, [0.0, 1.0, 0.0]).mean;
@@ -150,7 +150,7 @@ fn sums_beyond_the_range_are_counted_and_left_out() {
         let mut tile = film.extras.tile([0, 0], [1, 1], 0..1);
         for _ in 0..3 {
             tile.add(0, 0, 1, large, film.scale());
-            tile.weigh(0, 0, 1.0);
+            tile.add_weighed(0, 0, &Tristimulus::BLACK, 1.0);
         }
         tile
     };
@@ -191,9 +191,31 @@ fn a_narrow_line_falls_into_its_own_bin() {
     let mut film = film(1.0, 1, Some(bins));
     let mut tile = film.extras.tile([1, 0], [1, 1], 0..1);
     tile.add(0, 0, film.extras.bin_channel(22), 7.0, film.scale());
-    tile.weigh(0, 0, 1.0);
+    tile.add_weighed(0, 0, &Tristimulus::BLACK, 1.0);
     film.add(&tile);
     assert_eq!(film.bin(1, 0, 22).mean, 7.0);
     assert_eq!(film.bin(1, 0, 21).mean, 0.0);
     assert_eq!(film.bin(0, 0, 22).mean, 0.0);
+}
+
+/// Four channels at once are four channels one by one, whatever the size of what is added.
+#[test]
+fn a_weighed_sample_is_added_as_its_channels_are() {
+    let scale = FixedPoint::for_reference(3.0);
+    let extras = Extras::default();
+    let [mut together, mut apart] = [0, 1].map(|_| extras.tile([0, 0], [1, 1], 0..1));
+    let values = [0.0, -0.0, 1e-13, 3e-7, -0.7, 1.3e3, 2e4, -5e6, 1e9];
+    for (key, (&x, &y)) in (0..).zip(values.iter().flat_map(|x| values.iter().map(move |y| (x, y)))) {
+        let (xyz, weight) = ([x, y, x - y], if key % 3 == 0 { -0.06 } else { 0.73 });
+        together.begin(key);
+        together.add_weighed(0, 0, &Tristimulus::new(xyz, scale), weight);
+        apart.begin(key);
+        for (channel, value) in xyz.into_iter().enumerate() {
+            apart.add(0, 0, channel, value * weight, scale);
+        }
+        apart.add(0, 0, WEIGHT, weight, FixedPoint::SHARE);
+        assert_eq!(together.sums, apart.sums, "{x} {y}");
+        assert_eq!(together.bad, apart.bad, "{x} {y}");
+    }
+    assert!(apart.bad.overflow > 0);
 }

@@ -1,8 +1,11 @@
 use super::BadValues;
 use super::extras::{Extras, WEIGHT};
 use super::fixed_point::{FixedPoint, SMALL, TOO_LARGE};
+use crate::lanes::{Real, WIDTH};
 use crate::sampling::mix;
+use smallvec::SmallVec;
 use std::ops::Range;
+use wide::f64x4;
 
 /// Sums over some samples of the pixels of a rectangle, for a run of replicates: work that a thread does by
 /// itself before the film gets it.
@@ -23,6 +26,24 @@ pub struct Tile {
     pub bad: BadValues,
 }
 
+/// X, Y and Z of a sample and 1, in quanta.
+#[derive(Clone, Copy, Debug)]
+pub struct Tristimulus(f64x4);
+
+impl Tristimulus {
+    /// What a sample measures that finds nothing.
+    pub const BLACK: Self = Self(f64x4::new([0.0, 0.0, 0.0, FixedPoint::SHARE.per_quantum]));
+
+    /// Of finite X, Y and Z.
+    pub fn new([x, y, z]: [f64; 3], scale: FixedPoint) -> Self {
+        let [x, y, z] = [x, y, z].map(|value| value * scale.per_quantum);
+        Self(f64x4::new([x, y, z, FixedPoint::SHARE.per_quantum]))
+    }
+}
+
+/// Added to an integer of less than 2⁵¹, makes a number whose lowest bits are the integer's.
+const MANTISSA: f64 = 6_755_399_441_055_744.0;
+
 impl Tile {
     /// Begins what a sample brings to a pixel. What `key` is made from says which sample and which pixel:
     /// contributions round alike in whatever order they come.
@@ -36,28 +57,62 @@ impl Tile {
         (column < self.size[0] && row < self.size[1]).then(|| (row * self.size[0] + column) as usize)
     }
 
+    /// Where the sums of a replicate begin.
+    #[inline]
+    fn first(&self, place: usize, replicate: u32) -> usize {
+        let of_replicate = place * self.replicates.len() + (replicate - self.replicates.start) as usize;
+        of_replicate * self.channels
+    }
+
     /// Adds a sample's finite contribution to a channel of a replicate, at a place. One too large for the
     /// fixed point is counted and left out.
     #[inline]
     pub fn add(&mut self, place: usize, replicate: u32, channel: usize, value: f64, scale: FixedPoint) {
-        let exact = value * scale.per_quantum;
+        self.add_quanta(place, replicate, channel, value * scale.per_quantum);
+    }
+
+    #[inline]
+    fn add_quanta(&mut self, place: usize, replicate: u32, channel: usize, exact: f64) {
         let quanta = if exact.abs() >= SMALL || exact == 0.0 {
             exact.round_ties_even()
         } else {
             (exact + self.rounding).floor()
         };
-        let of_replicate = place * self.replicates.len() + (replicate - self.replicates.start) as usize;
-        let sum = &mut self.sums[of_replicate * self.channels + channel];
+        let index = self.first(place, replicate) + channel;
+        let sum = &mut self.sums[index];
         match sum.checked_add(quanta as i64).filter(|_| quanta.abs() < TOO_LARGE) {
             Some(next) => *sum = next,
             None => self.bad.overflow += 1,
         }
     }
 
-    /// Adds the weight that the filter gives a sample.
+    /// Adds a sample's finite X, Y and Z, times the weight that the filter gives the sample, and that weight:
+    /// what [`Self::add`] does of each, all four at once.
     #[inline]
-    pub fn weigh(&mut self, place: usize, replicate: u32, weight: f64) {
-        self.add(place, replicate, WEIGHT, weight, FixedPoint::SHARE);
+    pub fn add_weighed(&mut self, place: usize, replicate: u32, measured: &Tristimulus, weight: f64) {
+        let exact = measured.0 * f64x4::splat(weight);
+        let small = exact.abs().lt(f64x4::splat(SMALL));
+        let quanta =
+            f64x4::choose(small, (exact + f64x4::splat(self.rounding)).floor(), exact.round_ties_even());
+        // Beyond, the lowest bits of the sum below are not those of the integer.
+        let fits = quanta.abs().lt(f64x4::splat(MANTISSA / 4.0)).mask() == 0b1111;
+        let first = self.first(place, replicate);
+        let Some(sums) = self.sums[first..].first_chunk_mut::<WIDTH>() else { return };
+        let quanta = (quanta + f64x4::splat(MANTISSA)).to_array();
+        let quanta = quanta.map(|sum| sum.to_bits().wrapping_sub(MANTISSA.to_bits()) as i64);
+        let (mut next, mut lost) = (*sums, 0);
+        for ((next, own), quanta) in next.iter_mut().zip(&*sums).zip(quanta) {
+            *next = own.wrapping_add(quanta);
+            lost |= (own ^ *next) & (quanta ^ *next);
+        }
+        if fits && lost >= 0 {
+            *sums = next;
+            return;
+        }
+        let exact = exact.to_array();
+        for (channel, exact) in exact.into_iter().enumerate() {
+            self.add_quanta(place, replicate, channel, exact);
+        }
     }
 
     /// Number of its pixels.
@@ -68,8 +123,7 @@ impl Tile {
     /// The mean of Y at a place in a replicate, or of all responses where the sensor has its own. Zero
     /// without samples.
     pub fn brightness(&self, place: usize, replicate: u32, scale: FixedPoint, extras: &Extras) -> f64 {
-        let of_replicate = place * self.replicates.len() + (replicate - self.replicates.start) as usize;
-        let sums = &self.sums[of_replicate * self.channels..][..self.channels];
+        let sums = &self.sums[self.first(place, replicate)..][..self.channels];
         let channels = match extras.responses.len() {
             0 => 1..2,
             responses => extras.response_channel(0)..extras.response_channel(responses),
@@ -85,11 +139,14 @@ impl Tile {
     }
 
     /// What was added since to channels of the only pixel and replicate; then they are empty again.
-    pub fn take(&mut self) -> Vec<(u32, i64)> {
+    pub fn take(&mut self) -> Taken {
         let sums = (0..).zip(&mut self.sums).filter(|(_, sum)| **sum != 0);
         sums.map(|(channel, sum)| (channel, std::mem::take(sum))).collect()
     }
 }
+
+/// Channels by their numbers, and what was added to them.
+pub type Taken = SmallVec<[(u32, i64); 4]>;
 
 impl Extras {
     /// Empty sums for some pixels of a film that measures this, of a run of replicates.

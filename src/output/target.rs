@@ -239,7 +239,7 @@ impl fmt::Display for Target {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Extras, FixedPoint};
+    use crate::film::{Extras, FixedPoint, Tristimulus};
 
     #[test]
     fn targets_are_read_as_they_are_written() {
@@ -269,7 +269,7 @@ mod tests {
         for place in 0..tile.pixel_count() {
             for (replicate, value) in (0..).zip([2.0, 4.0, 2.0, 4.0]) {
                 tile.add(place, replicate, 1, value, film.scale());
-                tile.weigh(place, replicate, 1.0);
+                tile.add_weighed(place, replicate, &Tristimulus::BLACK, 1.0);
             }
         }
         film.add(&tile);

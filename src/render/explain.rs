@@ -234,8 +234,7 @@ impl Exposure<'_> {
     }
 
     fn luminance<const C: usize>(&self, measured: &Sampled<C>, wavelengths: &Wavelengths<C>) -> f64 {
-        let y = self.contributions(measured, wavelengths);
-        y.iter().filter(|(channel, _)| *channel == 1).map(|(_, value)| value).sum()
+        self.contributions(measured, wavelengths).xyz[1]
     }
 
     fn told<const C: usize>(

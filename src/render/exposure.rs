@@ -3,7 +3,7 @@
 use super::allocation::{Allocation, Samplers, Share};
 use super::groups::{BLOCK, Block, Groups, Pixel};
 use super::{Schedule, admit};
-use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile};
+use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile, Tristimulus};
 use crate::integrator::{self, GroupSample, Plan, RadianceSample, Sight, TOGETHER, Workspace};
 use crate::sampling::{Dimensions, Member, mix};
 use crate::scene::Scene;
@@ -73,8 +73,13 @@ impl<const C: usize> Aimed<'_, C> {
     }
 }
 
-/// A channel and what is added to it.
-pub(super) type Contributions = SmallVec<[(usize, f64); 8]>;
+/// What is added to the film.
+#[derive(Default)]
+pub(super) struct Contributions {
+    pub xyz: [f64; 3],
+    /// To other channels, by their numbers.
+    pub others: SmallVec<[(usize, f64); 4]>,
+}
 
 impl Exposure<'_> {
     /// An empty tile of all pixels that samples of a block may reach.
@@ -277,23 +282,26 @@ impl Exposure<'_> {
         tile: &mut Tile,
     ) {
         let (replicate, share) = (turn.replicate, turn.share.weight());
-        let contributions = self.contributions(&(seen.radiance * sample.weight), wavelengths);
+        let Contributions { xyz, others } = self.contributions(&(seen.radiance * sample.weight), wavelengths);
+        let measured = Tristimulus::new(xyz, self.scale);
         let footprint = self.filter.footprint(sample.place);
         for (row, down) in (footprint.first[1]..).zip(&footprint.rows) {
             for (column, across) in (footprint.first[0]..).zip(&footprint.columns) {
                 let Some(place) = self.place_of([column, row], tile) else { continue };
                 let weight = across * down * share;
                 tile.begin(sample.key ^ mix((column as u64) << 32 | row as u64));
-                tile.weigh(place, replicate, weight);
+                tile.add_weighed(place, replicate, &measured, weight);
                 if self.extras.alpha && seen.alpha_hit {
                     tile.add(place, replicate, self.extras.alpha_channel(), weight, FixedPoint::SHARE);
                 }
-                for &(channel, value) in &contributions {
-                    tile.add(place, replicate, channel, value * weight, self.scale);
-                    if self.extras.moments && channel < 3 {
+                if self.extras.moments {
+                    for (channel, value) in xyz.into_iter().enumerate() {
                         let moment = self.extras.moment_channel(channel);
                         tile.add(place, replicate, moment, value * value * weight, self.square_scale);
                     }
+                }
+                for &(channel, value) in &others {
+                    tile.add(place, replicate, channel, value * weight, self.scale);
                 }
             }
         }
@@ -306,11 +314,7 @@ impl Exposure<'_> {
         wavelengths: &Wavelengths<C>,
     ) -> Contributions {
         let scene = self.scene;
-        let mut contributions = Contributions::new();
-        if measured.is_zero() {
-            return contributions;
-        }
-        let mut xyz = [0.0; 3];
+        let mut contributions = Contributions::default();
         for lane in 0..C {
             if measured[lane] == 0.0 {
                 continue;
@@ -319,21 +323,19 @@ impl Exposure<'_> {
             let weight = measured[lane] / wavelengths.density[lane];
             let response = scene.observer.at(nm);
             for channel in 0..3 {
-                xyz[channel] += weight * response[channel];
+                contributions.xyz[channel] += weight * response[channel];
             }
             for (index, channel) in scene.film.channels.iter().enumerate() {
                 let value = weight * channel.response.at(nm) / channel.integral;
-                contributions.push((self.extras.response_channel(index), value));
+                contributions.others.push((self.extras.response_channel(index), value));
             }
             if let Some(bins) = &self.extras.bins
                 && let Some(bin) = bins.of(nm)
             {
-                contributions.push((self.extras.bin_channel(bin), weight / bins.width()));
+                contributions.others.push((self.extras.bin_channel(bin), weight / bins.width()));
             }
         }
-        contributions.extend(
-            xyz.into_iter().enumerate().map(|(channel, value)| (channel, value / MITSUBA_Y_INTEGRAL)),
-        );
+        contributions.xyz = contributions.xyz.map(|value| value / MITSUBA_Y_INTEGRAL);
         contributions
     }
 }

@@ -1,8 +1,9 @@
 //! The light subpaths of a render: what they bring to the film beside the pixels' own samples.
 
+use super::exposure::Contributions;
 use super::work::Pass;
 use super::{Exposure, Progress, admit};
-use crate::film::{BadValues, Film, FilterSampler};
+use crate::film::{BadValues, Film, FilterSampler, Taken};
 use crate::integrator::{self, Splat};
 use crate::light::Caustics;
 use crate::sampling::{Sampler, SamplerKind, mix};
@@ -20,7 +21,7 @@ const NO_PIXEL: u32 = u32::MAX;
 type Add<'a> = dyn Fn(usize, &dyn Fn(&mut Film)) + Sync + 'a;
 
 /// A pixel, and what came to which of its channels.
-type Splatted = ([u32; 2], Vec<(u32, i64)>);
+type Splatted = ([u32; 2], Taken);
 
 pub(super) struct LightPass<'a> {
     caustics: &'a Caustics,
@@ -94,14 +95,18 @@ impl<'a> LightPass<'a> {
                     radiance *= response.sample(&wavelengths.nm);
                 }
                 admit(&mut radiance, bad);
-                let [columns, rows] = filter.reached(place);
-                for [x, y] in rows.flat_map(|y| columns.clone().map(move |x| [x, y])) {
-                    let fraction = filter.at([x, y], place);
-                    if let Some(measured) = self.exposure.extent.measured.within([x, y])
-                        && fraction != 0.0
-                    {
+                let Contributions { xyz, others } = self.exposure.contributions(&radiance, &wavelengths);
+                let footprint = filter.footprint(place);
+                for (row, down) in (footprint.first[1]..).zip(&footprint.rows) {
+                    for (column, across) in (footprint.first[0]..).zip(&footprint.columns) {
+                        let (Ok(x), Ok(y)) = (u32::try_from(column), u32::try_from(row)) else { continue };
+                        let fraction = across * down;
+                        let Some(measured) = self.exposure.extent.measured.within([x, y]) else { continue };
+                        if fraction == 0.0 {
+                            continue;
+                        }
                         sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));
-                        for (channel, value) in self.exposure.contributions(&radiance, &wavelengths) {
+                        for (channel, value) in (0..).zip(xyz).chain(others.iter().copied()) {
                             sums.add(0, 0, channel, value * fraction, light_scale);
                         }
                         exposed.push((measured, sums.take()));

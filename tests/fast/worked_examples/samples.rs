@@ -2,7 +2,7 @@
 
 use super::assert_near;
 use abbe::camera::{Shutter, ShutterKind};
-use abbe::film::{Extras, Film, FixedPoint};
+use abbe::film::{Extras, Film, FixedPoint, Tristimulus};
 use abbe::sampling::{Dimensions, Sampler, SamplerKind};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
@@ -79,7 +79,7 @@ fn n17_a_pixel_is_the_mean_of_its_rays() {
     let mut tile = film.extras.tile([0, 0], [1, 1], 0..1);
     for ray in 0..9 {
         tile.add(0, 0, if ray < 6 { 1 } else { 2 }, 1.0, film.scale());
-        tile.weigh(0, 0, 1.0);
+        tile.add_weighed(0, 0, &Tristimulus::BLACK, 1.0);
     }
     film.add(&tile);
     assert_near(film.of_replicate(0, 0, 0, [0.0, 1.0, 0.0]), 2.0 / 3.0, 1e-9);
@@ -119,7 +119,7 @@ fn n20_weights_of_the_rays_of_a_divided_pixel() {
         for (ray, weight) in weights {
             let value = if ray == lit { 1.0 } else { 0.0 };
             tile.add(0, 0, 1, factor * weight * value, film.scale());
-            tile.weigh(0, 0, factor * weight);
+            tile.add_weighed(0, 0, &Tristimulus::BLACK, factor * weight);
         }
         film.add(&tile);
         film.of_replicate(0, 0, 0, [0.0, 1.0, 0.0])
