@@ -124,12 +124,8 @@ impl Tile {
     /// without samples.
     pub fn brightness(&self, place: usize, replicate: u32, scale: FixedPoint, extras: &Extras) -> f64 {
         let sums = &self.sums[self.first(place, replicate)..][..self.channels];
-        let channels = match extras.responses.len() {
-            0 => 1..2,
-            responses => extras.response_channel(0)..extras.response_channel(responses),
-        };
         let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
-        let sum = sums[channels].iter().map(|&sum| sum as f64).sum::<f64>() * scale.quantum;
+        let sum = sums[extras.of_brightness()].iter().map(|&sum| sum as f64).sum::<f64>() * scale.quantum;
         if weight == 0.0 { 0.0 } else { sum / weight }
     }
 
@@ -149,6 +145,21 @@ impl Tile {
 pub type Taken = SmallVec<[(u32, i64); 4]>;
 
 impl Extras {
+    /// The channel of Y, or those of all responses where the sensor has its own.
+    fn of_brightness(&self) -> Range<usize> {
+        match self.responses.len() {
+            0 => 1..2,
+            responses => self.response_channel(0)..self.response_channel(responses),
+        }
+    }
+
+    /// Y of what was taken from a tile, or the sum of all responses where the sensor has its own.
+    pub fn brightness(&self, taken: &Taken, scale: FixedPoint) -> f64 {
+        let channels = self.of_brightness();
+        let own = taken.iter().filter(|(channel, _)| channels.contains(&(*channel as usize)));
+        own.map(|&(_, sum)| sum as f64).sum::<f64>() * scale.quantum
+    }
+
     /// Empty sums for some pixels of a film that measures this, of a run of replicates.
     pub fn tile(&self, corner: [u32; 2], size: [u32; 2], replicates: Range<u32>) -> Tile {
         let (channels, pixels) = (self.channels(), size[0] as usize * size[1] as usize);

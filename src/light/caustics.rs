@@ -5,9 +5,9 @@ use super::{Caster, Casters};
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::sampling::PiecewiseConstant;
 
-/// Samples of all pixels for one light subpath: so their cost is small beside the rest, and after few samples
-/// there are as many as pixels.
-const SAMPLES_PER_PATH: u64 = 2;
+/// Samples of a pixel for one light subpath a pixel, where nothing is known of what they cost and gain. The
+/// weights of the two techniques take it for the number: they sum to 1 whatever it is.
+pub const USUAL_SAMPLES_PER_PATH: u64 = 2;
 
 /// Where light subpaths begin, and where to.
 #[derive(Clone, Debug)]
@@ -56,9 +56,10 @@ impl Caustics {
         Some(Self { casters, scene, choice: PiecewiseConstant::new(edges, &powers)?, sources, pixels })
     }
 
-    /// How many light subpaths there are with so many samples of each pixel.
-    pub fn paths(&self, samples: u32) -> u64 {
-        (self.pixels * u64::from(samples)).div_ceil(SAMPLES_PER_PATH)
+    /// How many light subpaths there are with so many samples of each pixel, if there is one a pixel for each
+    /// `samples_per_path`.
+    pub fn paths(&self, samples: u32, samples_per_path: u64) -> u64 {
+        (self.pixels * u64::from(samples)).div_ceil(samples_per_path)
     }
 
     /// A light, and the probability of choosing it.
@@ -89,9 +90,9 @@ impl Caustics {
         self.paths_per_sample() * chosen * self.casters.density_along(-direction, place)
     }
 
-    /// Light subpaths for one sample of each pixel.
+    /// Light subpaths for one sample of each pixel, as the weights have it.
     fn paths_per_sample(&self) -> f64 {
-        self.pixels as f64 / SAMPLES_PER_PATH as f64
+        self.pixels as f64 / USUAL_SAMPLES_PER_PATH as f64
     }
 
     /// The light's factor of the ratio of densities, that of light subpaths over that of camera paths, for

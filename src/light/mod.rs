@@ -23,7 +23,7 @@ mod tree;
 pub use aim::Aim;
 pub use area::AreaGeometry;
 pub use casters::{Caster, Casters};
-pub use caustics::{Caustics, Origin, Source as CausticSource};
+pub use caustics::{Caustics, Origin, Source as CausticSource, USUAL_SAMPLES_PER_PATH};
 pub use choice::Setting;
 pub use environment::Environment;
 pub use environment_map::{EnvironmentMap, EnvironmentSamples, Texel};

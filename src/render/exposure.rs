@@ -22,6 +22,8 @@ pub(super) struct Exposure<'a> {
     pub seed: u64,
     pub groups: &'a Groups,
     pub plan: Plan,
+    /// Samples of a pixel for one light subpath a pixel.
+    pub samples_per_path: u64,
     pub filter: FilterKind,
     pub scale: FixedPoint,
     pub square_scale: FixedPoint,

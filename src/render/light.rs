@@ -41,9 +41,16 @@ impl<'a> LightPass<'a> {
             _ => (SamplerKind::Sobol, exposure.seed),
         };
         let schedule = exposure.schedule;
-        let samples = caustics.paths(schedule.samples_per_replicate) * u64::from(schedule.per_net);
-        let sampler = Sampler::new(kind, seed, u32::try_from(samples).unwrap_or(u32::MAX));
-        Self { caustics, exposure, sampler, filter: exposure.scene.filter_sampler() }
+        let of_replicate = caustics.paths(schedule.samples_per_replicate, exposure.samples_per_path);
+        let of_net = of_replicate * u64::from(schedule.per_net);
+        let sampler = Sampler::new(kind, seed, u32::try_from(of_net).unwrap_or(u32::MAX));
+        let Exposure { extent, filter, .. } = exposure;
+        let filter = FilterSampler::new(*filter, extent.window, exposure.scene.film.sample_border);
+        Self { caustics, exposure, sampler, filter }
+    }
+
+    fn paths(&self, samples: u32) -> u64 {
+        self.caustics.paths(samples, self.exposure.samples_per_path)
     }
 
     /// The light subpaths that belong to the samples of a pass. They come to the film in pieces, of which
@@ -51,7 +58,7 @@ impl<'a> LightPass<'a> {
     pub fn expose<const C: usize>(&self, pass: &Pass, add: &Add, progress: &dyn Progress) -> usize {
         let of_replicate = |replicate: u32| {
             let indices = pass.indices(replicate);
-            let [first, end] = [indices.start, indices.end].map(|samples| self.caustics.paths(samples));
+            let [first, end] = [indices.start, indices.end].map(|samples| self.paths(samples));
             let chunk = move |start: u64| (replicate, start..(start + CHUNK).min(end));
             (first..end).step_by(CHUNK as usize).map(chunk)
         };
@@ -76,6 +83,22 @@ impl<'a> LightPass<'a> {
         chunks.len()
     }
 
+    /// By pixel, the squares of what some light subpaths bring, each to the brightness of one pixel.
+    pub fn squares<const C: usize>(&self, paths: u64, progress: &dyn Progress) -> Vec<([u32; 2], f64)> {
+        let chunks: Vec<u64> = (0..paths).step_by(CHUNK as usize).collect();
+        let Exposure { scene, extras, light_scale, .. } = self.exposure;
+        let of_chunk = |&start: &u64| {
+            if progress.stop().load(Ordering::Relaxed) {
+                return Vec::new();
+            }
+            let range = start..(start + CHUNK).min(paths);
+            let splats = scene.piece(|| self.chunk::<C>(0, range, &mut BadValues::default()));
+            let square = |(pixel, sums): Splatted| (pixel, extras.brightness(&sums, *light_scale).powi(2));
+            splats.into_iter().map(square).collect()
+        };
+        chunks.par_iter().with_max_len(1).flat_map_iter(of_chunk).collect()
+    }
+
     fn chunk<const C: usize>(&self, replicate: u32, range: Range<u64>, bad: &mut BadValues) -> Vec<Splatted> {
         let Exposure { scene, seed, light_scale, .. } = *self.exposure;
         let Self { filter, .. } = self;
@@ -83,7 +106,7 @@ impl<'a> LightPass<'a> {
         let mut exposed = Vec::new();
         let schedule = self.exposure.schedule;
         let (net, run) = (replicate / schedule.per_net, replicate % schedule.per_net);
-        let first = u64::from(run) * self.caustics.paths(schedule.samples_per_replicate);
+        let first = u64::from(run) * self.paths(schedule.samples_per_replicate);
         for index in range.start + first..range.end + first {
             // Beyond what a sequence holds another begins.
             let (sequence, within) = ((index >> 32) as u32, index as u32);

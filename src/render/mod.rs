@@ -21,12 +21,14 @@ pub use work::{Position, Work};
 
 use crate::film::{BadValues, Extras, Film, FixedPoint};
 use crate::integrator::{self, Estimator, Plan};
+use crate::light::USUAL_SAMPLES_PER_PATH;
 use crate::scene::Scene;
 use crate::spectrum::Sampled;
 use allocation::Allocation;
 use exposure::Exposure;
 use groups::{BLOCK, Groups, Members};
 use light::LightPass;
+use pilot::Chosen;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -98,6 +100,7 @@ fn with_exposure<const C: usize, R>(
         seed: settings.seed,
         groups: &alone,
         plan: Plan::PLAIN,
+        samples_per_path: USUAL_SAMPLES_PER_PATH,
         filter: scene.film.filter,
         scale: measures.scale,
         square_scale: measures.square_scale,
@@ -106,11 +109,12 @@ fn with_exposure<const C: usize, R>(
     };
     let is_shared =
         settings.estimator == Estimator::Shared && integrator::why_nothing_is_shared(scene).is_none();
-    let (plan, allocation) = if is_shared {
-        let plan = pilot::choose::<C>(&exposure, settings.sampler, progress);
-        (plan, Allocation::measured::<C>(&exposure, settings.sampler, plan, progress))
+    let (Chosen { plan, samples_per_path }, allocation) = if is_shared {
+        let chosen = pilot::choose::<C>(&exposure, settings.sampler, progress);
+        let allocation = Allocation::measured::<C>(&exposure, settings.sampler, chosen.plan, progress);
+        (chosen, allocation)
     } else {
-        (Plan::PLAIN, even.clone())
+        (Chosen { plan: Plan::PLAIN, samples_per_path: USUAL_SAMPLES_PER_PATH }, even.clone())
     };
     progress.pilots_done();
     let groups = Groups::new(Members::of(scene, plan), schedule.nets(), settings.seed);
@@ -119,6 +123,7 @@ fn with_exposure<const C: usize, R>(
         allocation: &allocation,
         groups: &groups,
         plan,
+        samples_per_path,
         extras: measures.extras.clone(),
         ..exposure
     };

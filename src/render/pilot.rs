@@ -7,9 +7,11 @@
 use super::allocation::Allocation;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block, Groups, Members};
+use super::light::LightPass;
 use super::{Progress, Schedule};
-use crate::film::{Extent, FilterKind};
+use crate::film::{Extent, FilterKind, Region};
 use crate::integrator::{Plan, Sharing};
+use crate::light::{Caustics, USUAL_SAMPLES_PER_PATH};
 use crate::sampling::{SamplerKind, mix};
 use crate::scene::Scene;
 use rayon::prelude::*;
@@ -55,13 +57,30 @@ const BLOCKS: (u64, u64) = (6, 32);
 /// Tells the pilot's sample values from the picture's.
 const SEED: u64 = 0x0070_696c_6f74;
 
-/// The plan of least variance times cost, or the usual one where the picture is too small for a pilot.
-/// Nobody waits for a pilot that is stopped.
+/// What a light subpath costs, in the same unit.
+const LIGHT_SUBPATH: f64 = 1.0;
+
+/// How many samples of a pixel there may be for one light subpath a pixel: the usual number, or more where
+/// light subpaths make little of the noise.
+const SAMPLES_PER_PATH: [u64; 4] = [USUAL_SAMPLES_PER_PATH, 4, 8, 16];
+
+/// Most light subpaths of a pilot.
+const MOST_SUBPATHS: u64 = 1 << 17;
+
+/// How a picture is to be rendered.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chosen {
+    pub plan: Plan,
+    pub samples_per_path: u64,
+}
+
+/// What has least variance times cost, or the usual where the picture is too small for a pilot. Nobody waits
+/// for a pilot that is stopped.
 pub(super) fn choose<const C: usize>(
     picture: &Exposure,
     sampler: SamplerKind,
     progress: &dyn Progress,
-) -> Plan {
+) -> Chosen {
     // Places are those of the whole picture, whatever part of it is rendered: all parts have the same plan.
     let window = picture.extent.window;
     let schedule = Schedule::independent(NETS, picture.schedule.samples_per_net().min(LONGEST));
@@ -69,39 +88,143 @@ pub(super) fn choose<const C: usize>(
     let budget = SHARE * (window.pixel_count() * picture.schedule.samples()) as f64;
     let count = ((budget / per_block as f64) as u64).min(BLOCKS.1);
     if count < BLOCKS.0 || !sampler.is_random() {
-        return Plan::USUAL;
+        return Chosen { plan: Plan::USUAL, samples_per_path: USUAL_SAMPLES_PER_PATH };
     }
     let seed = mix(picture.seed ^ SEED);
-    let [across, down] = window.size.map(|size| u64::from(size.div_ceil(BLOCK)));
-    let corners: Vec<[i64; 2]> = (0..count)
-        .map(|i| {
-            // Spread evenly over the rows and, by the golden ratio, over the columns.
-            let row = i * down / count;
-            let column = (i as f64 * 0.618_033_988_749_895).fract() * across as f64;
-            [0, 1].map(|axis| {
-                i64::from(window.offset[axis]) + i64::from(BLOCK) * [column as i64, row as i64][axis]
-            })
-        })
-        .collect();
+    let corners = corners(window, count);
     let mut tried: Vec<(Plan, f64)> = Vec::with_capacity(TRIED);
-    let mut brightness = None;
+    let mut known: Option<Brightness> = None;
     // What is shared makes indirect light quieter, light samples the direct: each is chosen by itself.
     let mut best_of = |plans: &mut dyn Iterator<Item = Plan>| {
         for plan in plans {
             let pilot = Pilot { sampler, schedule, seed, plan };
-            let found = scatter::<C>(picture, &pilot, &corners, progress).concat();
+            let found = scatter::<C>(picture, &pilot, &corners, progress);
             // One scale for all plans.
-            let mean = || found.iter().map(|&[mean, _]| mean).sum::<f64>() / found.len().max(1) as f64;
-            let brightness = *brightness.get_or_insert_with(mean);
-            let relative =
-                |[mean, variance]: &[f64; 2]| variance / (mean * mean + 0.01 * brightness * brightness);
-            tried.push((plan, found.iter().map(relative).sum::<f64>() * cost(picture.scene, plan)));
+            let known = known.get_or_insert_with(|| Brightness::new(&corners, &found));
+            let samples = schedule.samples() as f64;
+            let relative = |[mean, variance]: &[f64; 2]| samples * variance * known.per_square(*mean);
+            tried.push((plan, average(found.iter().flatten().map(relative))));
         }
-        tried.iter().min_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(Plan::USUAL, |&(plan, _)| plan)
+        let total = |(plan, variance): &(Plan, f64)| variance * cost(picture.scene, *plan);
+        tried.iter().min_by(|a, b| total(a).total_cmp(&total(b))).copied().unwrap_or((Plan::USUAL, 0.0))
     };
-    let of_sharing =
+    let (of_sharing, _) =
         best_of(&mut SHARINGS.into_iter().map(|sharing| Plan { sharing, light_samples: LIGHT_SAMPLES[0] }));
-    best_of(&mut LIGHT_SAMPLES[1..].iter().map(|&light_samples| Plan { light_samples, ..of_sharing }))
+    let (plan, variance) =
+        best_of(&mut LIGHT_SAMPLES[1..].iter().map(|&light_samples| Plan { light_samples, ..of_sharing }));
+    let light = picture.scene.caustics().zip(known).map(|(caustics, known)| {
+        let paths = caustics.paths(1, USUAL_SAMPLES_PER_PATH) as f64 * picture.schedule.samples() as f64;
+        let paths = ((SHARE * paths) as u64).clamp(1, MOST_SUBPATHS);
+        let pilot = Pilot { sampler, schedule, seed, plan };
+        light_variance::<C>(picture, &pilot, caustics, paths, &known, progress)
+    });
+    let samples_per_path = light.map_or(USUAL_SAMPLES_PER_PATH, |light| {
+        samples_per_path([variance, light], [cost(picture.scene, plan), LIGHT_SUBPATH])
+    });
+    Chosen { plan, samples_per_path }
+}
+
+/// The number with least variance times cost, by those of a sample and of a light subpath.
+fn samples_per_path(variance: [f64; 2], cost: [f64; 2]) -> u64 {
+    let total = |&samples: &u64| {
+        let samples = samples as f64;
+        (variance[0] + variance[1] * samples) * (cost[0] + cost[1] / samples)
+    };
+    let best = SAMPLES_PER_PATH.into_iter().min_by(|a, b| total(a).total_cmp(&total(b)));
+    best.unwrap_or(USUAL_SAMPLES_PER_PATH)
+}
+
+/// Where some blocks of a window are.
+fn corners(window: Region, count: u64) -> Vec<[i64; 2]> {
+    let [across, down] = window.size.map(|size| u64::from(size.div_ceil(BLOCK)));
+    let corner = |i: u64| {
+        // Spread evenly over the rows and, by the golden ratio, over the columns.
+        let row = i * down / count;
+        let column = (i as f64 * 0.618_033_988_749_895).fract() * across as f64;
+        [0, 1]
+            .map(|axis| i64::from(window.offset[axis]) + i64::from(BLOCK) * [column as i64, row as i64][axis])
+    };
+    (0..count).map(corner).collect()
+}
+
+/// How bright a picture is, as far as a pilot knows.
+struct Brightness {
+    /// 1 % of the square of the mean.
+    least: f64,
+    /// The corner of each block, and the mean of [`Self::per_square`] over its pixels.
+    blocks: Vec<([i64; 2], f64)>,
+}
+
+impl Brightness {
+    /// By the means and variances of the pixels of blocks at some corners.
+    fn new(corners: &[[i64; 2]], found: &[Vec<[f64; 2]>]) -> Self {
+        let mean = average(found.iter().flatten().map(|&[mean, _]| mean));
+        let mut known = Self { least: 0.01 * mean * mean, blocks: Vec::new() };
+        let of_block =
+            |pixels: &Vec<[f64; 2]>| average(pixels.iter().map(|&[mean, _]| known.per_square(mean)));
+        known.blocks = corners.iter().copied().zip(found.iter().map(of_block)).collect();
+        known
+    }
+
+    /// What turns the variance of a pixel into a relative one.
+    fn per_square(&self, mean: f64) -> f64 {
+        let square = mean * mean + self.least;
+        if square > 0.0 { 1.0 / square } else { 0.0 }
+    }
+
+    /// The same of a pixel of the whole film that nothing else is known of: as in the nearest block.
+    fn near(&self, pixel: [i64; 2]) -> f64 {
+        let distance = |corner: &[i64; 2]| {
+            let [x, y] = [0, 1].map(|axis| pixel[axis] - corner[axis] - i64::from(BLOCK / 2));
+            x * x + y * y
+        };
+        let nearest = self.blocks.iter().min_by_key(|(corner, _)| distance(corner));
+        nearest.map_or(0.0, |&(_, per_square)| per_square)
+    }
+}
+
+fn average(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for value in values {
+        sum += value;
+        count += 1.0;
+    }
+    if count == 0.0 { 0.0 } else { sum / count }
+}
+
+/// The relative variance of a pixel by light subpaths, one a pixel: the mean over the pixels of the picture.
+///
+/// An upper bound. Light subpaths that were independent, each to few pixels, would have about the mean of the
+/// squares for their variance; theirs are stratified, and have less. Few bright ones may make most of that:
+/// what is found is as uncertain as the root of the sum of the squares of its terms, which is added to it.
+fn light_variance<const C: usize>(
+    picture: &Exposure,
+    pilot: &Pilot,
+    caustics: &Caustics,
+    paths: u64,
+    known: &Brightness,
+    progress: &dyn Progress,
+) -> f64 {
+    let window = picture.extent.window;
+    let pixels = window.pixel_count() as f64;
+    let exposure = Exposure {
+        extent: Extent { measured: window, shown: window, ..picture.extent },
+        schedule: pilot.schedule,
+        samplers: picture.allocation.samplers(pilot.sampler, pilot.seed, pilot.schedule, 1),
+        seed: pilot.seed,
+        filter: FilterKind::Box,
+        extras: picture.extras.clone(),
+        ..*picture
+    };
+    let light = LightPass::new(caustics, &exposure, pilot.sampler);
+    let (mut sum, mut of_squares) = (0.0, 0.0);
+    for (pixel, square) in light.squares::<C>(paths, progress) {
+        let pixel = [0, 1].map(|axis| i64::from(pixel[axis]) + i64::from(window.offset[axis]));
+        let relative = square * known.near(pixel);
+        sum += relative;
+        of_squares += relative * relative;
+    }
+    (sum + f64::sqrt(of_squares)) / (paths as f64 * pixels * pixels)
 }
 
 /// How a pilot renders: its sample values are its own.
@@ -166,5 +289,19 @@ impl Exposure<'_> {
             [mean, variance]
         };
         (0..tiles[0].pixel_count()).map(pixel).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where light subpaths make half of the noise there are as many as usual, and few where they make none.
+    #[test]
+    fn light_subpaths_are_as_many_as_pays() {
+        assert_eq!(samples_per_path([1.0, 0.5], [1.0, 1.0]), 2);
+        assert_eq!(samples_per_path([1.0, 1.0 / 16.0], [1.0, 1.0]), 4);
+        assert_eq!(samples_per_path([1.0, 1e-4], [1.0, 1.0]), 16);
+        assert_eq!(samples_per_path([0.0, 1.0], [1.0, 1.0]), 2);
     }
 }
