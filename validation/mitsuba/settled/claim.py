@@ -58,6 +58,7 @@ def write_grid():
     GRID.write_bytes(b"VOL\x03" + struct.pack("<5i6f", 1, 4, 2, 2, 1, 0, 0, 0, 1, 1, 1) + z.tobytes())
 
 
+FLAKES = HERE / "scenes/volumes/flakes_skewed.vol"
 REFLECTED = (0.5 / 2.5) ** 2
 CASES = [
     Case(
@@ -116,6 +117,16 @@ CASES = [
         '<transform name="to_world"><scale x="0.45" y="0.45"/><lookat origin="0.5, 0.5, 5" target="0.5, 0.5, 0" up="0, 1, 0"/></transform>',
         film=16,
         spp=256,
+    ),
+    Case(
+        "ball of white flakes, `sggx`",
+        96,
+        "what absorbs nothing has L = 1 under a sky of 1",
+        1,
+        '<shape type="sphere"><bsdf type="null"/><medium name="interior" type="homogeneous"><spectrum name="sigma_t" value="1"/><spectrum name="albedo" value="1"/>'
+        f'<phase type="sggx"><volume name="S" type="gridvolume"><string name="filename" value="{FLAKES}"/><boolean name="raw" value="true"/></volume></phase></medium></shape>' + SKY,
+        towards((1, -2, -3), (0, 0, 0)),
+        '<integrator type="volpath"/>',
     ),
 ]
 
