@@ -3,27 +3,16 @@
 The cloud is made up: a heap of balls with a flat base, whose outside noise of several octaves eats into.
 """
 
-import struct
+import sys
 from pathlib import Path
 
 import numpy as np
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent))
+from grids import noise, write
+
 X, Y, Z = 56, 40, 32
-
-
-def noise(shape, cells, seed):
-    """Smooth noise between -1 and 1, interpolated from random values on a coarse grid."""
-    random = np.random.default_rng(seed)
-    grid = random.uniform(-1, 1, [c + 2 for c in cells])
-    axes = [np.linspace(0, c, s) for c, s in zip(cells, shape)]
-    for axis, places in enumerate(axes):
-        low = places.astype(int)
-        t = places - low
-        t = (t * t * (3 - 2 * t)).reshape([-1 if a == axis else 1 for a in range(3)])
-        grid = np.take(grid, low, axis) * (1 - t) + np.take(grid, low + 1, axis) * t
-    return grid
-
 
 z, y, x = np.meshgrid(*[(np.arange(n) + 0.5) / n for n in (Z, Y, X)], indexing="ij")
 x, y, z = x * 1.75, y * 1.25, z
@@ -36,5 +25,4 @@ water = np.clip((depth + ragged) / 0.06, 0, 1) * np.clip((z - 0.1) / 0.05, 0, 1)
 water[[0, -1]] = 0
 water[:, [0, -1]] = 0
 water[:, :, [0, -1]] = 0
-header = b"VOL\x03" + struct.pack("<5i6f", 1, X, Y, Z, 1, 0, 0, 0, 1, 1, 1)
-(HERE / "cloud.vol").write_bytes(header + water.astype("<f4").tobytes())
+write(HERE / "cloud.vol", water)

@@ -1,10 +1,13 @@
 """Makes the meshes, images and the grid of the gallery. Run it in this folder: python3 make_files.py (needs numpy and Pillow)."""
 
-import struct
+import sys
+from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
+sys.path.append(str(Path(__file__).resolve().parent.parent))
+import grids
 
 
 def stella_obj(path):
@@ -110,9 +113,7 @@ def grid_vol(path):
     z, y, x = np.mgrid[0:n, 0:n, 0:n] / (n - 1)
     checker = ((np.indices((n, n, n)) // 2).sum(axis=0) % 2)[..., None]
     values = 0.08 + 0.75 * np.stack([x, y, z], axis=-1) * (0.35 + 0.65 * checker)
-    header = b"VOL\x03" + struct.pack("<5i6f", 1, n, n, n, 3, 0, 0, 0, 1, 1, 1)
-    with open(path, "wb") as file:
-        file.write(header + values.astype("<f4").tobytes())
+    grids.write(path, values)
 
 
 def cage_vol(path):
@@ -125,9 +126,7 @@ def cage_vol(path):
     hole = 0.92 - from_centre
     cut = 0.5 * (cube + hole + np.sqrt((cube - hole) ** 2 + 0.12**2))
     values = 0.5 * np.minimum(cut, from_centre - 0.55)
-    header = b"VOL\x03" + struct.pack("<5i6f", 1, n, n, n, 1, 0, 0, 0, 1, 1, 1)
-    with open(path, "wb") as file:
-        file.write(header + values.astype("<f4").tobytes())
+    grids.write(path, values)
 
 
 def ripples_png(path):

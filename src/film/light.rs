@@ -22,6 +22,7 @@ impl LightPaths {
 
     /// What they brought to some replicates of a pixel, per path: a linear function of their sums, in the
     /// unit of contributions.
+    #[inline]
     pub fn mean(&self, replicates: Range<usize>, of_sums: impl Fn(&Sums) -> f64) -> f64 {
         let count: u64 = self.count[replicates].iter().sum();
         if self.is_empty() || count == 0 {

@@ -262,6 +262,7 @@ impl Film {
     }
 
     /// A quantity, in the unit of its sums, from the sum of each channel.
+    #[inline]
     fn value(&self, quantity: Quantity, sum: impl Fn(usize) -> i64) -> f64 {
         let extras = &self.extras;
         match quantity {

@@ -441,7 +441,7 @@ mod tests {
     use crate::lanes::get;
     use crate::material::Shading;
     use crate::sampling::{Dimensions, Sampler, SamplerKind};
-    use crate::scene::{CompileOptions, ReadOptions, compile, read};
+    use crate::scene::agreement;
 
     /// The fraction of a next surface's radiance that a first one gets, and the density of sampling it.
     /// `shading`: how the first one scatters.
@@ -484,12 +484,7 @@ mod tests {
     #[test]
     fn links_are_those_of_each_pair() {
         for name in ["diffuse", "metals", "contact", "quadrics"] {
-            let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-            let file = root.join(format!("tests/scenes/agreement/{name}.xml"));
-            let description =
-                read(&file, &ReadOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
-            let scene =
-                compile(&description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+            let scene = agreement(name);
             let sampler = Sampler::new(SamplerKind::Independent, 5, 1);
             let wavelengths = scene.wavelengths.sample::<4>(0.3);
             let size = scene.film.extent.whole;

@@ -511,7 +511,7 @@ mod tests {
     use super::super::radiance;
     use super::*;
     use crate::sampling::{Sampler, SamplerKind};
-    use crate::scene::{CompileOptions, ReadOptions, compile, read};
+    use crate::scene::agreement;
 
     /// Pixels that share nothing have the paths that they have alone, up to rounding. The lights of these
     /// scenes are sampled by their values alone: random lines, by which others are, turn on their last bits.
@@ -535,12 +535,7 @@ mod tests {
             "veils",
         ];
         for name in SCENES {
-            let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-            let file = root.join(format!("tests/scenes/agreement/{name}.xml"));
-            let description =
-                read(&file, &ReadOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
-            let scene =
-                compile(&description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"));
+            let scene = agreement(name);
             let sampler = Sampler::new(SamplerKind::Independent, 5, 1);
             let size = scene.film.extent.whole;
             let mut lit = 0;

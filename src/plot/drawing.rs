@@ -18,10 +18,66 @@ pub struct Drawing {
     /// Height, in pixels.
     pub height: f64,
     title: String,
-    /// SVG elements.
-    elements: String,
+    pub(super) elements: Vec<Element>,
     pub(super) bitmaps: Vec<(Frame, Bitmap)>,
 }
+
+/// What a drawing is made of.
+#[derive(Clone, Debug)]
+pub(super) enum Element {
+    Line {
+        points: Vec<[f64; 2]>,
+        ink: String,
+        width: f64,
+        dash: Option<String>,
+    },
+    Polygon {
+        points: Vec<[f64; 2]>,
+        ink: String,
+    },
+    Disk {
+        centre: [f64; 2],
+        radius: f64,
+        ink: String,
+    },
+    Rectangle {
+        frame: Frame,
+        ink: String,
+    },
+    Text(Text),
+    /// What shows within a frame only.
+    Clipped {
+        frame: Frame,
+        elements: Vec<Element>,
+    },
+}
+
+/// A line of text.
+#[derive(Clone, Debug)]
+pub(super) struct Text {
+    /// On the base line.
+    pub at: [f64; 2],
+    pub text: String,
+    pub size: f64,
+    pub anchor: Anchor,
+    pub ink: String,
+    pub style: Style,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Style {
+    Plain,
+    /// In semi-bold letters.
+    Heading,
+    /// Read from below.
+    Upward,
+}
+
+/// The ink of texts that name no other.
+const INK: &str = "#222";
+
+/// The outline of polygons and disks, which sets them off from what they lie on.
+pub(super) const OUTLINE: f64 = 0.8;
 
 /// Left, top, width, height.
 pub type Frame = [f64; 4];
@@ -52,15 +108,7 @@ impl Drawing {
     /// Everything that follows is drawn above a white ground. The title is what a reader without eyes for it
     /// is told.
     pub fn new(width: f64, height: f64, title: &str) -> Self {
-        let mut drawing =
-            Self { width, height, title: title.to_owned(), elements: String::new(), bitmaps: Vec::new() };
-        drawing.element(format_args!("<rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"white\"/>"));
-        drawing
-    }
-
-    fn element(&mut self, element: std::fmt::Arguments) {
-        // Writing to a string cannot fail.
-        let _ = writeln!(self.elements, "{element}");
+        Self { width, height, title: title.to_owned(), elements: Vec::new(), bitmaps: Vec::new() }
     }
 
     /// A line through points, not closed.
@@ -68,69 +116,51 @@ impl Drawing {
         if points.is_empty() {
             return;
         }
-        let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.2} {y:.2}")).collect();
-        let dash = dash.map_or(String::new(), |dash| format!(" stroke-dasharray=\"{dash}\""));
-        self.element(format_args!(
-            "<path d=\"M{}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dash}/>",
-            path.join("L")
-        ));
+        let dash = dash.map(str::to_owned);
+        self.elements.push(Element::Line { points: points.to_vec(), ink: ink.to_owned(), width, dash });
     }
 
     /// A filled polygon, with an outline of the paper's colour that sets it off from what it lies on.
     pub fn polygon(&mut self, points: &[[f64; 2]], ink: &str) {
-        let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.2} {y:.2}")).collect();
-        self.element(format_args!(
-            "<path d=\"M{}Z\" fill=\"{ink}\" stroke=\"white\" stroke-width=\"0.8\"/>",
-            path.join("L")
-        ));
+        self.elements.push(Element::Polygon { points: points.to_vec(), ink: ink.to_owned() });
     }
 
     /// Draws a filled disk.
-    pub fn disk(&mut self, [x, y]: [f64; 2], radius: f64, ink: &str) {
-        self.element(format_args!(
-            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\" fill=\"{ink}\" stroke=\"white\" stroke-width=\"0.8\"/>"
-        ));
+    pub fn disk(&mut self, centre: [f64; 2], radius: f64, ink: &str) {
+        self.elements.push(Element::Disk { centre, radius, ink: ink.to_owned() });
     }
 
     /// A rectangle without outline, its edges on whole pixels.
-    pub fn rectangle(&mut self, [x, y, width, height]: Frame, ink: &str) {
-        self.element(format_args!(
-            "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{ink}\" shape-rendering=\"crispEdges\"/>"
-        ));
+    pub fn rectangle(&mut self, frame: Frame, ink: &str) {
+        self.elements.push(Element::Rectangle { frame, ink: ink.to_owned() });
     }
 
     /// A line of text on the base line through `at`.
-    pub fn text(&mut self, [x, y]: [f64; 2], text: &str, size: f64, anchor: Anchor, ink: &str) {
-        self.element(format_args!(
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\"{} fill=\"{ink}\">{}</text>",
-            anchor.attribute(),
-            escaped(text)
-        ));
+    pub fn text(&mut self, at: [f64; 2], text: &str, size: f64, anchor: Anchor, ink: &str) {
+        self.write(at, text, size, anchor, ink, Style::Plain);
     }
 
     /// Writes a heading that begins at a point.
-    pub fn heading(&mut self, [x, y]: [f64; 2], text: &str) {
-        self.element(format_args!(
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"15\" font-weight=\"600\">{}</text>",
-            escaped(text)
-        ));
+    pub fn heading(&mut self, at: [f64; 2], text: &str) {
+        self.write(at, text, 15.0, Anchor::Start, INK, Style::Heading);
     }
 
     /// A text that is read from below, centred on `at`.
-    pub fn upward(&mut self, [x, y]: [f64; 2], text: &str, size: f64) {
-        self.element(format_args!(
-            "<text transform=\"translate({x:.1} {y:.1}) rotate(-90)\" font-size=\"{size}\" text-anchor=\"middle\">{}</text>",
-            escaped(text)
-        ));
+    pub fn upward(&mut self, at: [f64; 2], text: &str, size: f64) {
+        self.write(at, text, size, Anchor::Middle, INK, Style::Upward);
+    }
+
+    fn write(&mut self, at: [f64; 2], text: &str, size: f64, anchor: Anchor, ink: &str, style: Style) {
+        let (text, ink) = (text.to_owned(), ink.to_owned());
+        self.elements.push(Element::Text(Text { at, text, size, anchor, ink, style }));
     }
 
     /// What is drawn by `draw` shows within the frame only. Its coordinates are those of the whole drawing.
-    pub fn clipped(&mut self, [x, y, width, height]: Frame, draw: impl FnOnce(&mut Self)) {
-        self.element(format_args!(
-            "<svg x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" viewBox=\"{x:.2} {y:.2} {width:.2} {height:.2}\" overflow=\"hidden\">"
-        ));
+    pub fn clipped(&mut self, frame: Frame, draw: impl FnOnce(&mut Self)) {
+        let before = std::mem::take(&mut self.elements);
         draw(self);
-        self.element(format_args!("</svg>"));
+        let elements = std::mem::replace(&mut self.elements, before);
+        self.elements.push(Element::Clipped { frame, elements });
     }
 
     /// A bitmap whose pixels stay sharp squares.
@@ -155,17 +185,21 @@ impl Drawing {
     /// The SVG without its bitmaps and its end.
     fn opening(&self) -> String {
         let Self { width, height, title, elements, .. } = self;
-        format!(
+        let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" height=\"{height:.0}\" \
-             role=\"img\" font-family=\"Inter, Helvetica, Arial, sans-serif\" font-size=\"13\" fill=\"#222\">\n\
-             <title>{}</title>\n{elements}",
+             role=\"img\" font-family=\"Inter, Helvetica, Arial, sans-serif\" font-size=\"13\" fill=\"{INK}\">\n\
+             <title>{}</title>\n\
+             <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"white\"/>\n",
             escaped(title)
-        )
+        );
+        // Writing to a string cannot fail.
+        let _ = elements.iter().try_for_each(|element| element.write(&mut out));
+        out
     }
 
     /// A whole PNG file with `scale` pixels for each of the drawing's.
     pub fn png(&self, scale: f64) -> Result<Vec<u8>, String> {
-        png::draw(&(self.opening() + "</svg>\n"), self, scale)
+        png::draw(self, scale)
     }
 
     /// The bytes for a file of this name, by its ending.
@@ -177,6 +211,72 @@ impl Drawing {
             self.png(2.0)
         } else {
             Err(format!("expected a plot file that ends in .svg or .png, found {}", path.display()))
+        }
+    }
+}
+
+impl Element {
+    /// Writes it as SVG.
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        let path = |points: &[[f64; 2]]| {
+            let points: Vec<String> = points.iter().map(|[x, y]| format!("{x:.2} {y:.2}")).collect();
+            points.join("L")
+        };
+        match self {
+            Self::Line { points, ink, width, dash } => {
+                let dash =
+                    dash.as_ref().map_or(String::new(), |dash| format!(" stroke-dasharray=\"{dash}\""));
+                writeln!(
+                    out,
+                    "<path d=\"M{}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dash}/>",
+                    path(points)
+                )
+            }
+            Self::Polygon { points, ink } => writeln!(
+                out,
+                "<path d=\"M{}Z\" fill=\"{ink}\" stroke=\"white\" stroke-width=\"{OUTLINE}\"/>",
+                path(points)
+            ),
+            Self::Disk { centre: [x, y], radius, ink } => writeln!(
+                out,
+                "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\" fill=\"{ink}\" stroke=\"white\" stroke-width=\"{OUTLINE}\"/>"
+            ),
+            Self::Rectangle { frame: [x, y, width, height], ink } => writeln!(
+                out,
+                "<rect x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{ink}\" shape-rendering=\"crispEdges\"/>"
+            ),
+            Self::Text(text) => text.write(out),
+            Self::Clipped { frame: [x, y, width, height], elements } => {
+                writeln!(
+                    out,
+                    "<svg x=\"{x:.2}\" y=\"{y:.2}\" width=\"{width:.2}\" height=\"{height:.2}\" viewBox=\"{x:.2} {y:.2} {width:.2} {height:.2}\" overflow=\"hidden\">"
+                )?;
+                elements.iter().try_for_each(|element| element.write(out))?;
+                writeln!(out, "</svg>")
+            }
+        }
+    }
+}
+
+impl Text {
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        let Self { at: [x, y], text, size, anchor, ink, style } = self;
+        let text = escaped(text);
+        match style {
+            Style::Plain => writeln!(
+                out,
+                "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\"{} fill=\"{ink}\">{text}</text>",
+                anchor.attribute()
+            ),
+            Style::Heading => writeln!(
+                out,
+                "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" font-weight=\"600\">{text}</text>"
+            ),
+            Style::Upward => writeln!(
+                out,
+                "<text transform=\"translate({x:.1} {y:.1}) rotate(-90)\" font-size=\"{size}\"{}>{text}</text>",
+                anchor.attribute()
+            ),
         }
     }
 }

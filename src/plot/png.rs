@@ -1,31 +1,23 @@
-//! From SVG to pixels. The only file that names resvg.
+//! From a drawing to pixels. The only file that names tiny-skia and ttf-parser.
 
-use super::drawing::{Bitmap, Drawing, FONTS};
-use resvg::tiny_skia::{FilterQuality, Pixmap, PixmapPaint, PremultipliedColorU8, Transform};
-use resvg::usvg;
-use std::sync::{Arc, OnceLock};
+use super::drawing::{Anchor, Bitmap, Drawing, Element, FONTS, Frame, OUTLINE, Style, Text};
+use std::sync::OnceLock;
+use tiny_skia::{
+    Color, FillRule, FilterQuality, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, PixmapPaint,
+    PremultipliedColorU8, Rect, Stroke, StrokeDash, Transform,
+};
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
-fn fonts() -> Arc<usvg::fontdb::Database> {
-    static KNOWN: OnceLock<Arc<usvg::fontdb::Database>> = OnceLock::new();
-    let load = || {
-        let mut database = usvg::fontdb::Database::new();
-        for font in FONTS {
-            database.load_font_data(font.to_vec());
-        }
-        Arc::new(database)
-    };
-    KNOWN.get_or_init(load).clone()
-}
-
-/// The drawing whose SVG without bitmaps is given, as a PNG file.
-pub(super) fn draw(svg: &str, drawing: &Drawing, scale: f64) -> Result<Vec<u8>, String> {
-    let options = usvg::Options { fontdb: fonts(), font_family: "Inter".to_owned(), ..Default::default() };
-    let tree = usvg::Tree::from_str(svg, &options).map_err(|error| error.to_string())?;
+/// The drawing as a PNG file, with `scale` pixels for each of its own.
+pub(super) fn draw(drawing: &Drawing, scale: f64) -> Result<Vec<u8>, String> {
     let size = |edge: f64| (edge * scale).round().max(1.0) as u32;
     let mut pixmap = Pixmap::new(size(drawing.width), size(drawing.height))
         .ok_or_else(|| "the picture is too large".to_owned())?;
+    pixmap.fill(Color::WHITE);
     let scaled = Transform::from_scale(scale as f32, scale as f32);
-    resvg::render(&tree, scaled, &mut pixmap.as_mut());
+    let mut canvas = Canvas { pixmap, scaled };
+    canvas.elements(&drawing.elements, None);
+    let Canvas { mut pixmap, .. } = canvas;
     let paint = PixmapPaint { quality: FilterQuality::Nearest, ..Default::default() };
     for ([x, y, width, height], bitmap) in &drawing.bitmaps {
         let Some(source) = pixels(bitmap) else { continue };
@@ -35,6 +27,172 @@ pub(super) fn draw(svg: &str, drawing: &Drawing, scale: f64) -> Result<Vec<u8>, 
         pixmap.draw_pixmap(0, 0, source.as_ref(), &paint, place, None);
     }
     pixmap.encode_png().map_err(|error| error.to_string())
+}
+
+struct Canvas {
+    pixmap: Pixmap,
+    /// From the drawing's pixels to those of the picture.
+    scaled: Transform,
+}
+
+impl Canvas {
+    fn elements(&mut self, elements: &[Element], mask: Option<&Mask>) {
+        for element in elements {
+            match element {
+                Element::Line { points, ink, width, dash } => {
+                    let stroke = Stroke {
+                        width: *width as f32,
+                        line_join: LineJoin::Round,
+                        dash: dash.as_deref().and_then(dashes),
+                        ..Stroke::default()
+                    };
+                    self.stroke(path(points, false), ink, &stroke, mask);
+                }
+                Element::Polygon { points, ink } => self.outlined(path(points, true), ink, mask),
+                Element::Disk { centre: [x, y], radius, ink } => {
+                    let circle = PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32);
+                    self.outlined(circle, ink, mask);
+                }
+                Element::Rectangle { frame, ink } => {
+                    let paint = Paint { anti_alias: false, ..paint(ink) };
+                    self.fill(rectangle(*frame), &paint, self.scaled, mask);
+                }
+                Element::Text(text) => self.text(text, mask),
+                Element::Clipped { frame, elements } => {
+                    let Some(clip) = self.clip(*frame, mask) else { continue };
+                    self.elements(elements, Some(&clip));
+                }
+            }
+        }
+    }
+
+    /// What shows within a frame, and within the mask around it.
+    fn clip(&self, frame: Frame, around: Option<&Mask>) -> Option<Mask> {
+        let path = rectangle(frame)?;
+        if let Some(around) = around {
+            let mut mask = around.clone();
+            mask.intersect_path(&path, FillRule::Winding, true, self.scaled);
+            return Some(mask);
+        }
+        let mut mask = Mask::new(self.pixmap.width(), self.pixmap.height())?;
+        mask.fill_path(&path, FillRule::Winding, true, self.scaled);
+        Some(mask)
+    }
+
+    fn fill(&mut self, path: Option<Path>, paint: &Paint<'_>, place: Transform, mask: Option<&Mask>) {
+        if let Some(path) = path {
+            self.pixmap.fill_path(&path, paint, FillRule::Winding, place, mask);
+        }
+    }
+
+    fn stroke(&mut self, path: Option<Path>, ink: &str, stroke: &Stroke, mask: Option<&Mask>) {
+        if let Some(path) = path {
+            self.pixmap.stroke_path(&path, &paint(ink), stroke, self.scaled, mask);
+        }
+    }
+
+    fn outlined(&mut self, path: Option<Path>, ink: &str, mask: Option<&Mask>) {
+        self.fill(path.clone(), &paint(ink), self.scaled, mask);
+        let stroke = Stroke { width: OUTLINE as f32, ..Stroke::default() };
+        self.stroke(path, "#fff", &stroke, mask);
+    }
+
+    /// Letters stand side by side by their widths, without the pairs that a font sets closer.
+    fn text(&mut self, text: &Text, mask: Option<&Mask>) {
+        let [plain, heading] = faces();
+        let face = if text.style == Style::Heading { heading } else { plain };
+        let size = text.size as f32 / f32::from(face.units_per_em());
+        let glyphs: Vec<GlyphId> =
+            text.text.chars().map(|letter| face.glyph_index(letter).unwrap_or_default()).collect();
+        let advance = |glyph: &GlyphId| f32::from(face.glyph_hor_advance(*glyph).unwrap_or_default());
+        let width: f32 = glyphs.iter().map(advance).sum();
+        let mut along = match text.anchor {
+            Anchor::Start => 0.0,
+            Anchor::Middle => -0.5 * width,
+            Anchor::End => -width,
+        };
+        let at = self.scaled.pre_translate(text.at[0] as f32, text.at[1] as f32);
+        let turned = if text.style == Style::Upward { at.pre_rotate(-90.0) } else { at };
+        // The y axis of a font points up.
+        let place = turned.pre_scale(size, -size);
+        for glyph in &glyphs {
+            let mut outline = Outline(PathBuilder::new());
+            // A space has none.
+            let _ = face.outline_glyph(*glyph, &mut outline);
+            self.fill(outline.0.finish(), &paint(&text.ink), place.pre_translate(along, 0.0), mask);
+            along += advance(glyph);
+        }
+    }
+}
+
+/// The regular and the semi-bold face.
+fn faces() -> &'static [Face<'static>; 2] {
+    static FACES: OnceLock<[Face<'static>; 2]> = OnceLock::new();
+    FACES.get_or_init(|| FONTS.map(|font| Face::parse(font, 0).expect("a font that comes with the program")))
+}
+
+struct Outline(PathBuilder);
+
+impl OutlineBuilder for Outline {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.0.move_to(x, y);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.0.line_to(x, y);
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        self.0.quad_to(x1, y1, x, y);
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        self.0.cubic_to(x1, y1, x2, y2, x, y);
+    }
+
+    fn close(&mut self) {
+        self.0.close();
+    }
+}
+
+fn path(points: &[[f64; 2]], is_closed: bool) -> Option<Path> {
+    let mut builder = PathBuilder::new();
+    for (i, &[x, y]) in points.iter().enumerate() {
+        let (x, y) = (x as f32, y as f32);
+        if i == 0 { builder.move_to(x, y) } else { builder.line_to(x, y) }
+    }
+    if is_closed {
+        builder.close();
+    }
+    builder.finish()
+}
+
+fn rectangle([x, y, width, height]: Frame) -> Option<Path> {
+    let [x, y, width, height] = [x, y, width, height].map(|edge| edge as f32);
+    Rect::from_xywh(x, y, width, height).map(PathBuilder::from_rect)
+}
+
+/// Lengths of dashes and gaps by turns.
+fn dashes(lengths: &str) -> Option<StrokeDash> {
+    let lengths: Vec<f32> = lengths.split(' ').filter_map(|length| length.parse().ok()).collect();
+    StrokeDash::new(lengths, 0.0)
+}
+
+fn paint(ink: &str) -> Paint<'static> {
+    let mut paint = Paint::default();
+    let [red, green, blue] = colour(ink);
+    paint.set_color_rgba8(red, green, blue, 255);
+    paint
+}
+
+/// `#rgb` or `#rrggbb`; black for all else.
+fn colour(ink: &str) -> [u8; 3] {
+    let digits = ink.trim_start_matches('#');
+    let (width, factor) = if digits.len() == 3 { (1, 17) } else { (2, 1) };
+    [0, 1, 2].map(|i| {
+        let digits = digits.get(i * width..(i + 1) * width).unwrap_or("0");
+        u8::from_str_radix(digits, 16).unwrap_or(0) * factor
+    })
 }
 
 /// `None` for a bitmap without pixels.

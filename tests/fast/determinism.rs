@@ -4,7 +4,7 @@ use crate::common::folder::{Folder, of_repository};
 
 fn render(folder: &Folder, arguments: &[&str]) -> Vec<u8> {
     let scene = of_repository("tests/scenes/agreement/dispersion.xml");
-    let common = ["render", &scene, "--quiet", "--spp=16", "--spectral=10", "--size=50x40", "-o", "x.exr"];
+    let common = ["render", &scene, "--quiet", "--spp=16", "--spectral=10", "--size=35x20", "-o", "x.exr"];
     let images = ["--aov", "albedo,sh_normal,depth,position,shape_index"];
     folder.ends(0, &[&common, &images[..], arguments].concat());
     folder.bytes("x.exr")

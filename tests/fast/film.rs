@@ -81,8 +81,8 @@ fn a_film_in_a_file_is_that_in_memory() {
         sampler: SamplerKind::Sobol,
         wavelengths: WavelengthCount::Four,
         estimator: Estimator::Shared,
-        // 150 MB of sums, and as many of light subpaths.
-        bins: Some(SpectralBins { range, count: 4000 }),
+        // 38 MB of sums, and as many of light subpaths.
+        bins: Some(SpectralBins { range, count: 1000 }),
     };
     let path = |name: &str| folder.path(name);
     for (name, place) in [("memory", Place::Memory), ("file", Place::Folder(folder.as_ref()))] {

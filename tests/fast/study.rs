@@ -109,7 +109,7 @@ fn a_noisy_reference_does_not_raise_the_error() {
     };
     let (good, noisy) = (Folder::new("study-good-reference"), Folder::new("study-noisy-reference"));
     let settings = ["--samplers=independent", "--spp=64", "--replicates=32", "-q"];
-    for (folder, samples) in [(&good, "--reference-spp=16384"), (&noisy, "--reference-spp=64")] {
+    for (folder, samples) in [(&good, "--reference-spp=4096"), (&noisy, "--reference-spp=64")] {
         let output = study(folder, &[&settings[..], &[samples]].concat());
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     }

@@ -221,7 +221,7 @@ fn a_browser_shows_a_picture_in_the_making() {
     };
     let (folder, kept) = (Folder::new("browser"), Folder::kept("view-page"));
     folder.write("made.xml", SCENE);
-    let arguments = ["made.xml", "--spp=1000000", "--time=20s", "--spectral=5", "-o", "a.exr"];
+    let arguments = ["made.xml", "--spp=1000000", "--time=10s", "--threads=1", "--spectral=5", "-o", "a.exr"];
     let view = View::new(&folder, &arguments);
     let url = format!("http://127.0.0.1:{}/", view.port);
     let mut tab = Tab::open(&program, &kept.path("profile"), &url);
@@ -274,7 +274,7 @@ fn a_browser_shows_a_picture_in_the_making() {
 fn a_large_picture_is_read_as_far_as_it_is_looked_at() {
     let folder = Folder::new("large");
     folder.write("made.xml", SCENE);
-    let options = ["--size=640x480", "--spectral=90", "--spp=8", "--max-depth=1", "--no-png", "--quiet"];
+    let options = ["--size=640x480", "--spectral=90", "--spp=2", "--max-depth=1", "--no-png", "--quiet"];
     folder.ends(0, &[&["render", "made.xml", "-o", "a.exr"], &options[..]].concat());
     let view = View::new(&folder, &["a.exr"]);
     let picture = folder.picture("a.exr");

@@ -33,7 +33,7 @@ fn intervals_of_95_percent_hold_the_truth_in_95_percent_of_pixels() {
     for name in ["diffuse", "metals", "frosted"] {
         let scene = scene(&format!("tests/scenes/agreement/{name}.xml"), &[], WavelengthRange::VISIBLE);
         let render = |samples, seed| expose(&scene, &settings(samples, WavelengthCount::Four, seed));
-        let (truth, truth_error, _) = developed(&render(4096, 99));
+        let (truth, truth_error, _) = developed(&render(2048, 99));
         for samples in [16, 64, 256, 1024] {
             let (mut own_held, mut own_all) = (0.0, 0.0);
             for seed in 0..u64::from((512 / samples).clamp(1, 8)) {

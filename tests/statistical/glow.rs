@@ -43,7 +43,7 @@ fn a_slab_that_glows_and_absorbs() {
         let emission = 1.0 + 2.0 * (nm - 400.0) / 300.0;
         emission * -(-sigma(nm)).exp_m1() / sigma(nm)
     };
-    assert_bins("glow", &scene(&slab(&medium)), 1024, 5e-3, expected);
+    assert_bins("glow", &scene(&slab(&medium)), 768, 5e-3, expected);
 }
 
 /// A slab of one temperature sends out the part of a black body's light that it would have absorbed.
@@ -53,7 +53,7 @@ fn a_hot_slab() {
         r#"<medium name="interior" type="homogeneous">{SIGMA}<float name="temperature" value="3000"/></medium>"#
     );
     let expected = |nm: f64| blackbody_radiance(nm, 3000.0) * -(-sigma(nm)).exp_m1();
-    assert_bins("hot slab", &scene(&slab(&medium)), 4096, 1e-2, expected);
+    assert_bins("hot slab", &scene(&slab(&medium)), 1024, 1e-2, expected);
 }
 
 /// What is as hot as everything around it cannot be told from that, whatever it scatters and wherever it is
@@ -85,7 +85,7 @@ fn a_medium_as_hot_as_its_surroundings_vanishes() {
                <float name="temperature" value="3000"/></medium></shape>"#,
             beam(r#"origin="0.3, 0.1, 5" target="0.3, 0.1, 0" up="0, 1, 0""#, "")
         );
-        assert_bins(name, &scene(&content), 2048, 2e-2, |nm| blackbody_radiance(nm, 3000.0));
+        assert_bins(name, &scene(&content), 512, 2e-2, |nm| blackbody_radiance(nm, 3000.0));
     }
 }
 
@@ -103,7 +103,7 @@ fn spheres_that_absorb_nothing_vanish_in_a_furnace() {
            <shape type="sphere"><bsdf type="null"/><medium name="interior" type="suspension">{small}{large}</medium></shape>"#,
         beam(r#"origin="0.3, 0.1, 5" target="0.3, 0.1, 0" up="0, 1, 0""#, "")
     );
-    assert_bins("spheres in a furnace", &scene(&content), 4096, 1e-2, |_| 1.0);
+    assert_bins("spheres in a furnace", &scene(&content), 512, 1e-2, |_| 1.0);
 }
 
 /// A density that is a pattern in space is that of its cells: what a slab lets through is known from their
@@ -126,17 +126,23 @@ fn a_pattern_in_space_is_a_density() {
     );
     // Linear between the centres of cells and the same beyond: the mean of the four.
     let expected = |nm: f64| 2.0 * (-(0.5 + 2.5 * (nm - 400.0) / 300.0)).exp();
-    assert_bins("bands", &scene(&content), 1024, 1e-2, expected);
+    assert_bins("bands", &scene(&content), 256, 1e-2, expected);
 }
 
 /// A slab that scatters alike in all directions and absorbs nothing lets a fraction of diffuse light through.
 /// Thin ones: Heaslet and Warming, "Radiative transport and wall temperature slip in an absorbing planar
 /// medium", International Journal of Heat and Mass Transfer 8, 1965, table 1 (the flux between two black
 /// walls is the same function; van de Hulst, *Multiple Light Scattering*, 1980, has it as UTU). Thick ones:
-/// (4/3) / (τ + 2 · 0.710446).
+/// (4/3) / (τ + 2 · 0.710446). Sees a difference of five times 2 %.
 #[test]
 fn diffuse_light_through_a_slab() {
-    let cases = [(0.5, 0.7040), (1.0, 0.5532), (2.0, 0.3900), (3.0, 0.3016), (20.0, 4.0 / 3.0 / 21.420_892)];
+    let cases = [
+        (0.5, 0.7040, 256),
+        (1.0, 0.5532, 256),
+        (2.0, 0.3900, 512),
+        (3.0, 0.3016, 1024),
+        (20.0, 4.0 / 3.0 / 21.420_892, 8192),
+    ];
     let tail = sidak(0.01, cases.len() * ALL_COUNTS.len()) / 2.0;
     let bound = Normal::standard().inverse_cdf(1.0 - tail);
     let through = |depth: f64| {
@@ -160,11 +166,10 @@ fn diffuse_light_through_a_slab() {
         mean_over_pixels(&film, |x, y| film.combined(x, y, [0.0, 1.0, 0.0]))
     };
     let clear = through(0.0);
-    for (depth, expected) in cases {
+    let clear = ALL_COUNTS.map(|count| luminance(&clear, 2048, count));
+    for (depth, expected, samples) in cases {
         let scene = through(depth);
-        let samples = if depth > 10.0 { 8192 } else { 2048 };
-        for count in ALL_COUNTS {
-            let (whole, error_of_whole) = luminance(&clear, 2048, count);
+        for (count, (whole, error_of_whole)) in ALL_COUNTS.into_iter().zip(clear) {
             assert!(error_of_whole < 1e-3 * whole, "{whole} ± {error_of_whole}");
             let (mean, error) = luminance(&scene, samples * stress::count(1, 16), count);
             let (mean, error) = (mean / whole, error.hypot(error_of_whole) / whole);
@@ -215,5 +220,5 @@ fn spheres_scatter_each_wavelength_by_itself() {
             .sum()
     };
     println!("blue {:.4}, red {:.4}", expected(410.0), expected(690.0));
-    assert_bins("spheres", &scene(&content), 8192, 2e-2, expected);
+    assert_bins("spheres", &scene(&content), 2048, 2e-2, expected);
 }

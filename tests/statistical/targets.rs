@@ -10,21 +10,40 @@ use abbe::sampling::SamplerKind;
 use abbe::scene::Scene;
 use abbe::spectrum::colour::{Xyz, assumed_white, delta_e_2000, rec709_to_xyz};
 use abbe::units::WavelengthRange;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Ends a render as `abbe render --until` does.
-struct Until {
-    target: Target,
+/// A picture at which a render ends.
+struct Ended {
+    colours: Vec<Xyz>,
+    samples: f64,
+}
+
+/// Notes where `abbe render --until` ends for each of several targets, and ends the render when all are
+/// reached: until then the samples are the same.
+struct Until<'a> {
+    targets: &'a [Target],
+    ended: Mutex<Vec<Option<Ended>>>,
     replicates: u64,
     stop: AtomicBool,
 }
 
-impl Progress for Until {
+impl Progress for Until<'_> {
     fn advanced(&self, _: u64) {}
 
     fn pass_done(&self, film: &Film) {
         let samples = *film.samples_per_pixel().start() / self.replicates;
-        if Target::decides_at(samples) && self.target.is_met(self.target.estimate(film)) {
+        if !Target::decides_at(samples) {
+            return;
+        }
+        let mut ended = self.ended.lock().expect("no test has failed");
+        for (target, ended) in self.targets.iter().zip(ended.iter_mut()) {
+            if ended.is_none() && target.is_met(target.estimate(film)) {
+                let samples = *film.samples_per_pixel().end() as f64;
+                *ended = Some(Ended { colours: colours(film), samples });
+            }
+        }
+        if ended.iter().all(Option::is_some) {
             self.stop.store(true, Ordering::Relaxed);
         }
     }
@@ -58,14 +77,15 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The picture that a render ends with.
-fn ended(scene: &Scene, target: Target, seed: u64) -> Film {
+/// The pictures that renders with these targets end with.
+fn ended(scene: &Scene, targets: &[Target], seed: u64) -> Vec<Ended> {
     let settings = settings(1 << 14, seed);
     let replicates = u64::from(settings.schedule().replicates);
-    let until = Until { target, replicates, stop: AtomicBool::new(false) };
-    let work = go_on(scene, &settings, Work::new(scene, &settings, None), &until);
-    assert!(until.stop.load(Ordering::Relaxed), "the target is not reached");
-    work.into_film()
+    let none = targets.iter().map(|_| None).collect();
+    let until = Until { targets, ended: Mutex::new(none), replicates, stop: AtomicBool::new(false) };
+    go_on(scene, &settings, Work::new(scene, &settings, None), &until);
+    let ended = until.ended.into_inner().expect("no test has failed");
+    ended.into_iter().map(|ended| ended.expect("the target is reached")).collect()
 }
 
 /// With 20 renders a target that is reached in four of five is seen, and a bias of four fifths of a standard
@@ -81,14 +101,14 @@ fn errors_are_reached_and_pictures_stay_right() {
     let (of_colours, truth) = (truth.clone(), luminance(&truth));
     let scale = mean(&truth);
     // Chance decides whether these take one number of samples or twice that.
-    for text in ["relmse<9e-4", "error<0.85%", "de<0.345"] {
-        let target: Target = text.parse().expect("a target");
+    let texts = ["relmse<9e-4", "error<0.85%", "de<0.345"];
+    let targets = texts.map(|text| text.parse::<Target>().expect("a target"));
+    let renders: Vec<_> = (0..seeds).map(|seed| ended(&scene, &targets, seed)).collect();
+    for (i, (text, target)) in texts.into_iter().zip(targets).enumerate() {
         let (mut reached, mut means, mut samples) = (0, Vec::new(), Vec::new());
-        for seed in 0..seeds {
-            let film = ended(&scene, target, seed);
-            let seen = colours(&film);
-            let picture = luminance(&seen);
-            samples.push(*film.samples_per_pixel().end() as f64);
+        for Ended { colours: seen, samples: taken } in renders.iter().map(|ended| &ended[i]) {
+            let picture = luminance(seen);
+            samples.push(*taken);
             means.push(mean(&picture));
             let pairs = || picture.iter().zip(&truth);
             let error = match text.split_once('<') {

@@ -1,7 +1,7 @@
 //! Textures in whole renders: patterns stick to what moves and to what is instanced, and reliefs make no
 //! energy.
 
-use crate::common::{bins, bound, expose, made, mean_over_pixels, settings};
+use crate::common::{bins, bound, expose, made, mean_over_pixels, settings, stress};
 use abbe::render::{Settings, WavelengthCount};
 use abbe::scene::{CompileOptions, Scene};
 use abbe::units::WavelengthRange;
@@ -105,7 +105,8 @@ fn a_pattern_is_placed_by_its_own_transform() {
 }
 
 /// A white or clear ball with a bumpy surface in a furnace of radiance 1 never returns more than 1: what a
-/// relief's normals would send to the wrong side is lost, not gained.
+/// relief's normals would send to the wrong side is lost, not gained. Sees 4 % too much of what is noisiest,
+/// and 1 % with all samples.
 #[test]
 fn reliefs_make_no_energy() {
     let heights = [
@@ -125,6 +126,7 @@ fn reliefs_make_no_energy() {
         r#"<bsdf type="plastic"><spectrum name="diffuse_reflectance" value="1"/></bsdf>"#,
     ];
     let bound = bound(heights.len() * bsdfs.len() * 4);
+    let samples = stress::count(256, 4096);
     for (i, height) in heights.iter().enumerate() {
         for bsdf in bsdfs {
             for (scale, shadowing) in [(0.05, true), (0.05, false), (0.5, true), (0.5, false)] {
@@ -136,8 +138,10 @@ fn reliefs_make_no_energy() {
                        <boolean name="use_shadowing_function" value="{shadowing}"/>{height}{bsdf}</bsdf></shape>{DAY}"#
                 ));
                 let one_bin = bins(WavelengthRange::VISIBLE, 1);
-                let film =
-                    expose(&scene, &Settings { bins: one_bin, ..settings(1024, WavelengthCount::Four, 5) });
+                let film = expose(
+                    &scene,
+                    &Settings { bins: one_bin, ..settings(samples, WavelengthCount::Four, 5) },
+                );
                 let (mean, error) = mean_over_pixels(&film, |x, y| film.bin(x, y, 0));
                 println!("height {i}, scale {scale}, {shadowing}, {bsdf}: {mean:.4} ± {error:.1e}");
                 assert!(mean <= 1.0 + bound * error, "{height}, {scale}, {bsdf}: {mean} ± {error}");

@@ -121,6 +121,18 @@ def curves(power, contestants, scene):
     return found
 
 
+def by_turns(contestants, path, seeds, defines):
+    """By each contestant's name, what a few renders of different seeds take without the start (median of CPU seconds), and their pictures."""
+    start = {contestant.name: contestant.run(path, LEAST, 9, defines)[0].cpu for contestant in contestants}
+    cpu, pictures = ({contestant.name: [] for contestant in contestants} for _ in range(2))
+    for seed in range(seeds):
+        for contestant in contestants:
+            used, picture = contestant.run(path, SPP, 100 + seed, defines)
+            cpu[contestant.name].append(used.cpu - start[contestant.name])
+            pictures[contestant.name].append(picture)
+    return {name: median(of_contestant) for name, of_contestant in cpu.items()}, pictures
+
+
 def warm(contestants, scene, counts=(SPP,)):
     """Mitsuba compiles a kernel once for each scene, sampler and number of samples and keeps it: none of the measured runs shall do that."""
     for program in contestants[1:]:

@@ -2,7 +2,6 @@
 wavelengths a path. The error is that of X, Y and Z together, for in such media noise is coloured. Started by `validation/speed/media`."""
 
 import argparse
-import statistics
 import sys
 from pathlib import Path
 
@@ -42,15 +41,8 @@ def main():
     print("|" + " --- |" * 11)
     for scene in options.scenes.split(","):
         path = HERE / "scenes" / f"{scene}.xml"
-        start = {program.name: program.run(path, measure.LEAST, 9, {})[0].cpu for program in programs}
-        cpu, pictures = ({program.name: [] for program in programs} for _ in range(2))
-        for seed in range(options.seeds):
-            for program in programs:
-                used, picture = program.run(path, measure.SPP, 100 + seed, {})
-                cpu[program.name].append(used.cpu - start[program.name])
-                pictures[program.name].append(picture)
+        seconds, pictures = measure.by_turns(programs, path, options.seeds, {})
         centre = np.mean([np.mean(of_program, 0) for of_program in pictures.values()], 0)
-        seconds = {name: statistics.median(of_program) for name, of_program in cpu.items()}
         errors = {name: error(of_program, centre, (0, 1, 2)) for name, of_program in pictures.items()}
         of_y = {name: error(of_program, centre, (1,)) for name, of_program in pictures.items()}
 

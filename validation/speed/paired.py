@@ -56,19 +56,13 @@ def main():
     print(machines.describe())
     costs = {program.name: [] for program in programs}
     for scene in scenes:
-        start = {program.name: program.run(scene.path, measure.LEAST, 9, scene.defines or {})[0].cpu for program in programs}
-        cpu, pictures = ({program.name: [] for program in programs} for _ in range(2))
-        for seed in range(options.seeds):
-            for program in programs:
-                used, picture = program.run(scene.path, measure.SPP, 100 + seed, scene.defines or {})
-                cpu[program.name].append(used.cpu - start[program.name])
-                pictures[program.name].append(picture[..., 1])
+        cpu, pictures = measure.by_turns(programs, scene.path, options.seeds, scene.defines or {})
+        pictures = {name: [picture[..., 1] for picture in of_program] for name, of_program in pictures.items()}
         centre = np.mean([np.mean(of_program, 0) for of_program in pictures.values()], 0)
         found = {}
         for name, of_program in pictures.items():
             smooth = [blurred(picture) for picture in of_program]
-            seconds = statistics.median(cpu[name])
-            found[name] = (error(of_program, centre, scene.trimmed), error(smooth, blurred(centre), scene.trimmed), seconds)
+            found[name] = (error(of_program, centre, scene.trimmed), error(smooth, blurred(centre), scene.trimmed), cpu[name])
         theirs = found[witnesses[0].name]
         for name, (own, smooth, seconds) in found.items():
             costs[name].append(own * seconds / theirs[0] / theirs[2])

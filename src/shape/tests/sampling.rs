@@ -3,6 +3,7 @@
 use super::super::{Cylinder, Disk, Mesh, Shape, Sphere};
 use super::{all_shapes, by_random_lines, close, direction, unit_sphere};
 use crate::geometry::{Ray, SurfacePoint, Transform, Vec3};
+use crate::stress::count;
 use glam::DMat4;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
@@ -71,8 +72,8 @@ fn check_solid_angle(name: &str, shape: &Shape, reference: Vec3, seed: u64) -> f
     };
     // By directions: where rays go, what the density is there (summed over all crossings).
     // Densities of chords take time.
-    let fewer = if by_random_lines(shape) { 8 } else { 1 };
-    let uniform = 400_000 / fewer;
+    let drawn = if by_random_lines(shape) { count(8_000, 25_000) } else { 200_000 };
+    let uniform = 2 * drawn;
     let (mut expected, mut squares) = (vec![0.0; RINGS * SECTORS], vec![0.0; RINGS * SECTORS]);
     for _ in 0..uniform {
         let x = cap * random.random::<f64>();
@@ -98,7 +99,6 @@ fn check_solid_angle(name: &str, shape: &Shape, reference: Vec3, seed: u64) -> f
         squares[cell(away)] += fraction * fraction;
     }
     // By samples.
-    let drawn = 200_000 / fewer;
     let mut observed = vec![0.0; RINGS * SECTORS];
     for _ in 0..drawn {
         let Some(sample) = shape.sample_toward(reference, [random.random(), random.random()]) else {
@@ -129,7 +129,8 @@ fn check_solid_angle(name: &str, shape: &Shape, reference: Vec3, seed: u64) -> f
 }
 
 /// The density per steradian integrates to one and is that of the samples, for every shape and from many
-/// places.
+/// places. Sees a density that is off by 3 % on the average; of what is sampled by random lines by 15 %, with
+/// all samples by 8 %.
 #[test]
 fn solid_angle_sampling_follows_its_density() {
     let places = [Vec3::new(3.0, 1.0, 2.0), Vec3::new(-0.6, 1.1, 0.9), Vec3::new(200.0, -300.0, 100.0)];

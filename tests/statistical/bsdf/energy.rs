@@ -154,19 +154,19 @@ fn any_principled(uniform: &mut Uniform) -> Bsdf<1> {
 /// too much.
 #[test]
 fn principled_surfaces_that_conserve_energy_make_none() {
-    const SETS: usize = 160;
+    const SETS: usize = 96;
     let samples = stress::count(2000, 40_000);
     let mut uniform = Uniform::new(11);
     let (mut made, mut kept, mut greatest) = (0, 0, (f64::NEG_INFINITY, String::new()));
     for set in 0..SETS {
         let plain = any_principled(&mut uniform);
-        let bsdf = layered::conserving(plain, set % 2 == 0);
+        let bsdf = layered::conserving(plain, set % 4 != 0);
         for z in [1.0, 0.9, 0.72, 0.7, uniform.next(), 0.3, 0.1, 0.03, -0.5] {
             let eye = at(z, uniform.between(0.0, TAU));
             let (before, after) = (albedo(&plain, eye, samples), albedo(&bsdf, eye, samples));
             made += usize::from(before.mean > 1.02 + 4.0 * before.error());
             kept += usize::from(before.mean == after.mean && before.mean > 0.0);
-            // One of 9 · 160 estimates lies 4.4 standard errors beyond in a hundred such runs.
+            // One of 9 · 96 estimates lies 4.4 standard errors beyond in two hundred such runs.
             let excess = (after.mean - 1.0) / after.error().max(1e-9);
             if excess > greatest.0 {
                 greatest = (excess, format!("z {z}: {after:?}, {before:?}, {plain:?}"));

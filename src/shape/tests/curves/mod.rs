@@ -7,6 +7,7 @@ use super::oracle::any_ray;
 use super::{close, direction, near, placement};
 use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::{ControlPoint, CurveKind, Curves, Shape, ShapeError, SweptSphere};
+use crate::stress::count;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
 use std::f64::consts::PI;
@@ -134,7 +135,7 @@ fn hits_are_on_the_surface_and_within_the_box() {
         let bounds = shape.bounds();
         let mut seen = 0;
         for _ in 0..8_000 {
-            if seen == 500 {
+            if seen == count(150, 500) {
                 break;
             }
             let ray = any_ray(&shape, bounds, &mut random);
