@@ -129,6 +129,11 @@ impl Tile {
         if weight == 0.0 { 0.0 } else { sum / weight }
     }
 
+    /// Whether samples of a pixel have been counted.
+    pub fn is_sampled(&self, place: usize) -> bool {
+        self.samples[place] > 0
+    }
+
     /// Counts further samples of a pixel.
     pub fn count(&mut self, place: usize, samples: u32) {
         self.samples[place] += samples;

@@ -1,7 +1,7 @@
 //! The samples of a picture, from the sample values to the sums of the film.
 
 use super::allocation::{Allocation, Samplers, Share};
-use super::groups::{BLOCK, Block, Groups, Pixel};
+use super::groups::{BLOCK, Block, Groups, Pixel, STAGGER};
 use super::{Schedule, admit};
 use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile, Tristimulus};
 use crate::integrator::{self, GroupSample, Plan, RadianceSample, Sight, TOGETHER, Workspace};
@@ -90,7 +90,7 @@ impl Exposure<'_> {
         let [columns, rows] = [0, 1].map(|axis| {
             let first = block.corner[axis] - i64::from(measured.offset[axis]);
             let clamped = |place: i64| place.clamp(0, i64::from(measured.size[axis])) as u32;
-            clamped(first - reach)..clamped(first + i64::from(BLOCK) + reach)
+            clamped(first - reach)..clamped(first + i64::from(BLOCK + STAGGER) + reach)
         });
         let first = block.net * self.schedule.per_net;
         self.extras.tile(

@@ -44,8 +44,8 @@ impl Members {
 }
 
 /// Pixels of a group that share lie two pixels apart, so that the groups of a block interleave: what a group
-/// has too much of is spread between the pixels of others, and does not show as a square. Each net has its
-/// blocks elsewhere: no border of groups stays.
+/// has too much of is spread between the pixels of others. They do not begin at the same places, and each net
+/// has its blocks elsewhere: no border of groups stays.
 #[derive(Clone, Debug)]
 pub struct Groups {
     members: Members,
@@ -53,8 +53,13 @@ pub struct Groups {
     shifts: Vec<[u32; 2]>,
 }
 
-/// Edge of a block, pixels: that of a group of sixteen with those between its members.
+/// Edge of a block, pixels: that of a group of sixteen with those between its members. Blocks follow one
+/// another at this distance.
 pub const BLOCK: u32 = 8;
+
+/// By how much the second groups of a block across and down, which share, begin after the first: so their
+/// borders lie in the middles of the others. The pixels of a block reach as far beyond its edge.
+pub const STAGGER: u32 = 4;
 
 /// Distance between the members of a group that share, pixels.
 const SPACING: u32 = 2;
@@ -100,7 +105,9 @@ impl Groups {
         let block = i64::from(BLOCK);
         let shift = self.shifts[net as usize].map(i64::from);
         let [columns, rows] = [0, 1].map(|axis| {
-            let first = (pixels[axis].start - shift[axis]).div_euclid(block) * block + shift[axis];
+            // Groups of the block before may begin within this one.
+            let start = pixels[axis].start - i64::from(STAGGER);
+            let first = (start - shift[axis]).div_euclid(block) * block + shift[axis];
             (first..pixels[axis].end).step_by(BLOCK as usize)
         });
         rows.flat_map(move |y| columns.clone().map(move |x| Block { net, corner: [x, y] }))
@@ -110,7 +117,7 @@ impl Groups {
     pub fn of(&self, block: &Block) -> impl Iterator<Item = impl Iterator<Item = Pixel> + use<>> + use<> {
         let (edge, spacing, corner) = (self.members.edge(), self.members.spacing(), block.corner);
         let shares = self.sharers() > 1;
-        let (across, step) = (BLOCK / edge, if spacing == 1 { edge } else { 1 });
+        let (across, step) = (BLOCK / edge, if spacing == 1 { edge } else { 1 + STAGGER });
         (0..across * across).map(move |group| {
             let origin = [group % across, group / across];
             let origin: [i64; 2] = std::array::from_fn(|axis| corner[axis] + i64::from(step * origin[axis]));

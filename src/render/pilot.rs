@@ -235,7 +235,7 @@ pub(super) struct Pilot {
     pub plan: Plan,
 }
 
-/// For each pixel of some blocks, by their corners, what the nets of a pilot make of it, and the variance of
+/// For each pixel of some blocks that has samples, by their corners, what the nets of a pilot make of it, and the variance of
 /// that. Blocks have no pixels once the pilot is cancelled.
 pub(super) fn scatter<const C: usize>(
     picture: &Exposure,
@@ -268,7 +268,8 @@ pub(super) fn scatter<const C: usize>(
 }
 
 impl Exposure<'_> {
-    /// For each pixel of a block that is measured, what its nets make of it, and the variance of that.
+    /// For each pixel of a block that has samples and is measured, what its nets make of it, and the variance
+    /// of that.
     fn scatter_of_block<const C: usize>(&self, corner: [i64; 2]) -> Vec<[f64; 2]> {
         let nets = self.schedule.nets();
         let tiles: Vec<_> = (0..nets)
@@ -288,7 +289,8 @@ impl Exposure<'_> {
             let variance = values.map(|value| (value - mean) * (value - mean)).sum::<f64>() / (n * (n - 1.0));
             [mean, variance]
         };
-        (0..tiles[0].pixel_count()).map(pixel).collect()
+        let is_sampled = |place: &usize| tiles.iter().all(|tile| tile.is_sampled(*place));
+        (0..tiles[0].pixel_count()).filter(is_sampled).map(pixel).collect()
     }
 }
 
