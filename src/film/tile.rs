@@ -34,7 +34,7 @@ impl Tristimulus {
     /// What a sample measures that finds nothing.
     pub const BLACK: Self = Self(f64x4::new([0.0, 0.0, 0.0, FixedPoint::SHARE.per_quantum]));
 
-    /// Of finite X, Y and Z.
+    /// Takes finite X, Y and Z.
     pub fn new([x, y, z]: [f64; 3], scale: FixedPoint) -> Self {
         let [x, y, z] = [x, y, z].map(|value| value * scale.per_quantum);
         Self(f64x4::new([x, y, z, FixedPoint::SHARE.per_quantum]))

@@ -164,7 +164,7 @@ impl Real for f64 {
 /// Added to an integer n, makes a number whose lowest bits are those of n + 1023.
 const EXPONENT_BIAS: f64 = 6_755_399_441_055_744.0 + 1023.0;
 
-/// Of an `f64`.
+/// The width of the fraction of an `f64`.
 const MANTISSA_BITS: u32 = 52;
 
 impl Real for f64x4 {

@@ -235,8 +235,8 @@ pub(super) struct Pilot {
     pub plan: Plan,
 }
 
-/// For each pixel of some blocks that has samples, by their corners, what the nets of a pilot make of it, and the variance of
-/// that. Blocks have no pixels once the pilot is cancelled.
+/// For each pixel of some blocks that has samples, by their corners, what the nets of a pilot make of it, and
+/// the variance of that. Blocks have no pixels once the pilot is cancelled.
 pub(super) fn scatter<const C: usize>(
     picture: &Exposure,
     pilot: &Pilot,
