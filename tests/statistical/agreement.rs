@@ -34,26 +34,26 @@ struct Case {
 }
 
 const CASES: [Case; 20] = [
-    Case { name: "diffuse", samples: 512, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
+    Case { name: "diffuse", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.015 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
     // pixels: there it knows no error.
-    Case { name: "dispersion", samples: 4096, walk_samples: 16_384, walk_block: 4, sees: 0.016 },
-    Case { name: "frosted", samples: 1024, walk_samples: 2048, walk_block: 1, sees: 0.03 },
+    Case { name: "dispersion", samples: 6144, walk_samples: 32_768, walk_block: 4, sees: 0.016 },
+    Case { name: "frosted", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.03 },
     Case { name: "absorption", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.013 },
-    Case { name: "lines", samples: 512, walk_samples: 8192, walk_block: 1, sees: 0.06 },
+    Case { name: "lines", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.06 },
     Case { name: "extentless", samples: 1024, walk_samples: 0, walk_block: 1, sees: 0.04 },
     Case { name: "veils", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.08 },
     // A pixel at the border sees light by way of the glass alone, in few samples.
     Case { name: "motion", samples: 2048, walk_samples: 4096, walk_block: 1, sees: 0.055 },
     Case { name: "contact", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.055 },
-    Case { name: "quadrics", samples: 1024, walk_samples: 2048, walk_block: 1, sees: 0.07 },
-    Case { name: "solids", samples: 2048, walk_samples: 2048, walk_block: 1, sees: 0.1 },
-    Case { name: "caustics", samples: 1024, walk_samples: 24_576, walk_block: 1, sees: 0.07 },
-    Case { name: "skylight", samples: 512, walk_samples: 8192, walk_block: 1, sees: 0.07 },
-    Case { name: "lamps", samples: 1024, walk_samples: 8192, walk_block: 2, sees: 0.07 },
-    Case { name: "chamber", samples: 1024, walk_samples: 24_576, walk_block: 1, sees: 0.08 },
-    Case { name: "fog", samples: 768, walk_samples: 4096, walk_block: 1, sees: 0.09 },
+    Case { name: "quadrics", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.07 },
+    Case { name: "solids", samples: 2048, walk_samples: 8192, walk_block: 1, sees: 0.1 },
+    Case { name: "caustics", samples: 1024, walk_samples: 32_768, walk_block: 1, sees: 0.07 },
+    Case { name: "skylight", samples: 1024, walk_samples: 32_768, walk_block: 1, sees: 0.07 },
+    Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2, sees: 0.07 },
+    Case { name: "chamber", samples: 2048, walk_samples: 32_768, walk_block: 1, sees: 0.08 },
+    Case { name: "fog", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.09 },
     Case { name: "smoke", samples: 512, walk_samples: 4096, walk_block: 1, sees: 0.06 },
     Case { name: "haze", samples: 512, walk_samples: 4096, walk_block: 1, sees: 0.06 },
     Case { name: "beacons", samples: 1024, walk_samples: 24_576, walk_block: 1, sees: 0.09 },
@@ -291,7 +291,7 @@ fn aiming_at_lamps_changes_the_noise_alone() {
         assert!(scenes[0].limits.aims_at_lamps);
         scenes[1].limits.aims_at_lamps = false;
         for count in ALL_COUNTS {
-            let films = [0, 1].map(|i| expose(&scenes[i], &plan(1536, count, 31 + i as u64)));
+            let films = [0, 1].map(|i| expose(&scenes[i], &plan(2048, count, 31 + i as u64)));
             assert_same(&format!("{name} aimed at and not, {count}"), &films[0], &films[1], 1, 0.09);
         }
     }
