@@ -80,6 +80,27 @@ pub struct Footprint {
     pub rows: SmallVec<[f64; 6]>,
 }
 
+impl Footprint {
+    /// Visits each pixel, by column and row, with its weight.
+    #[inline(always)]
+    pub fn for_each(&self, mut visit: impl FnMut([i64; 2], f64)) {
+        for (row, down) in (self.first[1]..).zip(&self.rows) {
+            for (column, across) in (self.first[0]..).zip(&self.columns) {
+                visit([column, row], across * down);
+            }
+        }
+    }
+
+    /// The weight of one pixel; zero of those that the sample does not reach.
+    pub fn weight(&self, pixel: [i64; 2]) -> f64 {
+        let along = |axis: usize, weights: &[f64]| {
+            let number = usize::try_from(pixel[axis] - self.first[axis]).ok();
+            number.and_then(|number| weights.get(number)).copied().unwrap_or(0.0)
+        };
+        along(0, &self.columns) * along(1, &self.rows)
+    }
+}
+
 impl FilterKind {
     /// How many pixels away from its own pixel a sample may reach.
     pub fn reach(self) -> u32 {
@@ -364,12 +385,7 @@ mod tests {
                 let middle = |i: u32| -4.0 + (f64::from(i) + 0.5) / 32.0;
                 let (mut weighed, mut whole) = (0.0, 0.0);
                 for place in (0..FINE * FINE).map(|i| [middle(i / FINE), middle(i % FINE)]) {
-                    let footprint = sampler.footprint(place);
-                    let along = |axis: usize, weights: &[f64]| {
-                        let number = usize::try_from(i64::from(pixel[axis]) - footprint.first[axis]).ok();
-                        number.and_then(|number| weights.get(number)).copied().unwrap_or(0.0)
-                    };
-                    let at = along(0, &footprint.columns) * along(1, &footprint.rows) / (32.0 * 32.0);
+                    let at = sampler.footprint(place).weight(pixel.map(i64::from)) / (32.0 * 32.0);
                     weighed += at * measure(place);
                     whole += at;
                 }

@@ -1,7 +1,7 @@
 use super::BadValues;
 use super::extras::{Extras, WEIGHT};
 use super::fixed_point::{FixedPoint, SMALL, TOO_LARGE};
-use crate::lanes::{Real, WIDTH};
+use crate::lanes::{MOST_INTEGER, Real, WIDTH, integers};
 use crate::sampling::mix;
 use smallvec::SmallVec;
 use std::ops::Range;
@@ -40,9 +40,6 @@ impl Tristimulus {
         Self(f64x4::new([x, y, z, FixedPoint::SHARE.per_quantum]))
     }
 }
-
-/// Added to an integer of less than 2⁵¹, makes a number whose lowest bits are the integer's.
-const MANTISSA: f64 = 6_755_399_441_055_744.0;
 
 impl Tile {
     /// Begins what a sample brings to a pixel. What `key` is made from says which sample and which pixel:
@@ -94,14 +91,11 @@ impl Tile {
         let small = exact.abs().lt(f64x4::splat(SMALL));
         let quanta =
             f64x4::choose(small, (exact + f64x4::splat(self.rounding)).floor(), exact.round_ties_even());
-        // Beyond, the lowest bits of the sum below are not those of the integer.
-        let fits = quanta.abs().lt(f64x4::splat(MANTISSA / 4.0)).mask() == 0b1111;
+        let fits = quanta.abs().lt(f64x4::splat(MOST_INTEGER)).mask() == 0b1111;
         let first = self.first(place, replicate);
         let Some(sums) = self.sums[first..].first_chunk_mut::<WIDTH>() else { return };
-        let quanta = (quanta + f64x4::splat(MANTISSA)).to_array();
-        let quanta = quanta.map(|sum| sum.to_bits().wrapping_sub(MANTISSA.to_bits()) as i64);
         let (mut next, mut lost) = (*sums, 0);
-        for ((next, own), quanta) in next.iter_mut().zip(&*sums).zip(quanta) {
+        for ((next, own), quanta) in next.iter_mut().zip(&*sums).zip(integers(quanta)) {
             *next = own.wrapping_add(quanta);
             lost |= (own ^ *next) & (quanta ^ *next);
         }

@@ -7,7 +7,7 @@
 mod real;
 mod vector;
 
-pub use real::{Real, Truth};
+pub use real::{MOST_INTEGER, Real, Truth, integers};
 pub use vector::{Vec3Lanes, Vector};
 
 use wide::f64x4;

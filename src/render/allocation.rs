@@ -14,7 +14,7 @@ use super::Progress;
 use super::Schedule;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block};
-use super::pilot::{self, Pilot};
+use super::pilot::{self, Pilot, average};
 use crate::film::Region;
 use crate::integrator::Plan;
 use crate::sampling::{Sampler, SamplerKind, mix};
@@ -175,18 +175,14 @@ impl Samplers {
 /// the relative mean squared error does, it takes 0.01 times the square of the picture's mean as the least
 /// square of a mean. That of a pixel is hardly known, so the cell's own has half of the weight.
 fn deviations(cells: &[Vec<[f64; 2]>]) -> Vec<f64> {
-    let mean = |pixels: &mut dyn Iterator<Item = f64>| {
-        let (count, sum) = pixels.fold((0, 0.0), |(count, sum), value| (count + 1, sum + value));
-        sum / f64::from(count.max(1))
-    };
-    let of_picture = mean(&mut cells.iter().flatten().map(|&[mean, _]| mean));
+    let of_picture = average(cells.iter().flatten().map(|&[mean, _]| mean));
     let of_cell = |pixels: &Vec<[f64; 2]>| {
-        let of_cell = mean(&mut pixels.iter().map(|&[mean, _]| mean));
+        let of_cell = average(pixels.iter().map(|&[mean, _]| mean));
         let relative = |&[mean, variance]: &[f64; 2]| {
             let square = 0.5 * (mean * mean + of_cell * of_cell) + 0.01 * of_picture * of_picture;
             if square > 0.0 { variance / square } else { 0.0 }
         };
-        mean(&mut pixels.iter().map(relative)).sqrt()
+        average(pixels.iter().map(relative)).sqrt()
     };
     cells.iter().map(of_cell).collect()
 }

@@ -220,11 +220,7 @@ impl Exposure<'_> {
     fn brings<const C: usize>(&self, candidate: &Candidate, pixel: [i64; 2]) -> (f64, f64) {
         let aimed = self.aim::<C>(&candidate.group, candidate.turn);
         let footprint = self.filter.footprint(aimed.samples[candidate.member].place);
-        let at = |axis: usize, weights: &[f64]| {
-            let place = usize::try_from(pixel[axis] - footprint.first[axis]).ok();
-            place.and_then(|place| weights.get(place)).copied().unwrap_or(0.0)
-        };
-        let weight = at(0, &footprint.columns) * at(1, &footprint.rows) * candidate.turn.share.weight();
+        let weight = footprint.weight(pixel) * candidate.turn.share.weight();
         if weight == 0.0 {
             return (0.0, 0.0);
         }

@@ -1,7 +1,7 @@
 //! The samples of a picture, from the sample values to the sums of the film.
 
 use super::allocation::{Allocation, Samplers, Share};
-use super::groups::{BLOCK, Block, Groups, Pixel, STAGGER};
+use super::groups::{Block, Groups, Pixel};
 use super::{Schedule, admit};
 use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile, Tristimulus};
 use crate::integrator::{self, GroupSample, Plan, RadianceSample, Sight, TOGETHER, Workspace};
@@ -90,7 +90,7 @@ impl Exposure<'_> {
         let [columns, rows] = [0, 1].map(|axis| {
             let first = block.corner[axis] - i64::from(measured.offset[axis]);
             let clamped = |place: i64| place.clamp(0, i64::from(measured.size[axis])) as u32;
-            clamped(first - reach)..clamped(first + i64::from(BLOCK + STAGGER) + reach)
+            clamped(first - reach)..clamped(first + i64::from(self.groups.extent_of_block()) + reach)
         });
         let first = block.net * self.schedule.per_net;
         self.extras.tile(
@@ -286,27 +286,24 @@ impl Exposure<'_> {
         let (replicate, share) = (turn.replicate, turn.share.weight());
         let Contributions { xyz, others } = self.contributions(&(seen.radiance * sample.weight), wavelengths);
         let measured = Tristimulus::new(xyz, self.scale);
-        let footprint = self.filter.footprint(sample.place);
-        for (row, down) in (footprint.first[1]..).zip(&footprint.rows) {
-            for (column, across) in (footprint.first[0]..).zip(&footprint.columns) {
-                let Some(place) = self.place_of([column, row], tile) else { continue };
-                let weight = across * down * share;
-                tile.begin(sample.key ^ mix((column as u64) << 32 | row as u64));
-                tile.add_weighed(place, replicate, &measured, weight);
-                if self.extras.alpha && seen.alpha_hit {
-                    tile.add(place, replicate, self.extras.alpha_channel(), weight, FixedPoint::SHARE);
-                }
-                if self.extras.moments {
-                    for (channel, value) in xyz.into_iter().enumerate() {
-                        let moment = self.extras.moment_channel(channel);
-                        tile.add(place, replicate, moment, value * value * weight, self.square_scale);
-                    }
-                }
-                for &(channel, value) in &others {
-                    tile.add(place, replicate, channel, value * weight, self.scale);
+        self.filter.footprint(sample.place).for_each(|[column, row], weight| {
+            let Some(place) = self.place_of([column, row], tile) else { return };
+            let weight = weight * share;
+            tile.begin(sample.key ^ mix((column as u64) << 32 | row as u64));
+            tile.add_weighed(place, replicate, &measured, weight);
+            if self.extras.alpha && seen.alpha_hit {
+                tile.add(place, replicate, self.extras.alpha_channel(), weight, FixedPoint::SHARE);
+            }
+            if self.extras.moments {
+                for (channel, value) in xyz.into_iter().enumerate() {
+                    let moment = self.extras.moment_channel(channel);
+                    tile.add(place, replicate, moment, value * value * weight, self.square_scale);
                 }
             }
-        }
+            for &(channel, value) in &others {
+                tile.add(place, replicate, channel, value * weight, self.scale);
+            }
+        });
     }
 
     /// What a path that measured this adds to the channels of the film.

@@ -41,6 +41,15 @@ impl Members {
             Self::Sixteen => SPACING,
         }
     }
+
+    /// By how much the second groups of a block across and down begin after the first, beside what lets them
+    /// interleave.
+    fn stagger(self) -> u32 {
+        match self {
+            Self::One | Self::Strangers => 0,
+            Self::Sixteen => STAGGER,
+        }
+    }
 }
 
 /// Pixels of a group that share lie two pixels apart, so that the groups of a block interleave: what a group
@@ -57,9 +66,9 @@ pub struct Groups {
 /// another at this distance.
 pub const BLOCK: u32 = 8;
 
-/// By how much the second groups of a block across and down, which share, begin after the first: so their
-/// borders lie in the middles of the others. The pixels of a block reach as far beyond its edge.
-pub const STAGGER: u32 = 4;
+/// By how much groups that share begin after others of their block: so their borders lie in the middles of
+/// the others.
+const STAGGER: u32 = 4;
 
 /// Distance between the members of a group that share, pixels.
 const SPACING: u32 = 2;
@@ -99,6 +108,11 @@ impl Groups {
         }
     }
 
+    /// Edge of the square in which the pixels of a block lie, from the block's corner on.
+    pub fn extent_of_block(&self) -> u32 {
+        BLOCK + self.members.stagger()
+    }
+
     /// The blocks of a net in which there are pixels of a rectangle, given by the range of its columns and of
     /// its rows.
     pub fn blocks(&self, net: u32, pixels: [Range<i64>; 2]) -> impl Iterator<Item = Block> + use<> {
@@ -106,7 +120,7 @@ impl Groups {
         let shift = self.shifts[net as usize].map(i64::from);
         let [columns, rows] = [0, 1].map(|axis| {
             // Groups of the block before may begin within this one.
-            let start = pixels[axis].start - i64::from(STAGGER);
+            let start = pixels[axis].start - i64::from(self.members.stagger());
             let first = (start - shift[axis]).div_euclid(block) * block + shift[axis];
             (first..pixels[axis].end).step_by(BLOCK as usize)
         });
@@ -117,7 +131,8 @@ impl Groups {
     pub fn of(&self, block: &Block) -> impl Iterator<Item = impl Iterator<Item = Pixel> + use<>> + use<> {
         let (edge, spacing, corner) = (self.members.edge(), self.members.spacing(), block.corner);
         let shares = self.sharers() > 1;
-        let (across, step) = (BLOCK / edge, if spacing == 1 { edge } else { 1 + STAGGER });
+        let step = if spacing == 1 { edge } else { 1 + self.members.stagger() };
+        let across = BLOCK / edge;
         (0..across * across).map(move |group| {
             let origin = [group % across, group / across];
             let origin: [i64; 2] = std::array::from_fn(|axis| corner[axis] + i64::from(step * origin[axis]));

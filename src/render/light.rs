@@ -119,22 +119,18 @@ impl<'a> LightPass<'a> {
                 }
                 admit(&mut radiance, bad);
                 let Contributions { xyz, others } = self.exposure.contributions(&radiance, &wavelengths);
-                let footprint = filter.footprint(place);
-                for (row, down) in (footprint.first[1]..).zip(&footprint.rows) {
-                    for (column, across) in (footprint.first[0]..).zip(&footprint.columns) {
-                        let (Ok(x), Ok(y)) = (u32::try_from(column), u32::try_from(row)) else { continue };
-                        let fraction = across * down;
-                        let Some(measured) = self.exposure.extent.measured.within([x, y]) else { continue };
-                        if fraction == 0.0 {
-                            continue;
-                        }
+                filter.footprint(place).for_each(|[column, row], fraction| {
+                    let (Ok(x), Ok(y)) = (u32::try_from(column), u32::try_from(row)) else { return };
+                    if let Some(measured) = self.exposure.extent.measured.within([x, y])
+                        && fraction != 0.0
+                    {
                         sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));
                         for (channel, value) in (0..).zip(xyz).chain(others.iter().copied()) {
                             sums.add(0, 0, channel, value * fraction, light_scale);
                         }
                         exposed.push((measured, sums.take()));
                     }
-                }
+                });
                 // The next surface of the path rounds for itself.
                 of_path = mix(of_path);
             });

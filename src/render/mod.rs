@@ -114,7 +114,7 @@ fn with_exposure<const C: usize, R>(
         let allocation = Allocation::measured::<C>(&exposure, settings.sampler, chosen.plan, progress);
         (chosen, allocation)
     } else {
-        (Chosen { plan: Plan::PLAIN, samples_per_path: USUAL_SAMPLES_PER_PATH }, even.clone())
+        (Chosen::usual(Plan::PLAIN), even.clone())
     };
     progress.pilots_done();
     let groups = Groups::new(Members::of(scene, plan), schedule.nets(), settings.seed);

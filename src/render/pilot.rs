@@ -74,6 +74,13 @@ pub(super) struct Chosen {
     pub samples_per_path: u64,
 }
 
+impl Chosen {
+    /// A plan with the usual number of light subpaths.
+    pub fn usual(plan: Plan) -> Self {
+        Self { plan, samples_per_path: USUAL_SAMPLES_PER_PATH }
+    }
+}
+
 /// What has least variance times cost, or the usual where the picture is too small for a pilot. Nobody waits
 /// for a pilot that is stopped.
 pub(super) fn choose<const C: usize>(
@@ -88,7 +95,7 @@ pub(super) fn choose<const C: usize>(
     let budget = SHARE * (window.pixel_count() * picture.schedule.samples()) as f64;
     let count = ((budget / per_block as f64) as u64).min(BLOCKS.1);
     if count < BLOCKS.0 || !sampler.is_random() {
-        return Chosen { plan: Plan::USUAL, samples_per_path: USUAL_SAMPLES_PER_PATH };
+        return Chosen::usual(Plan::USUAL);
     }
     let seed = mix(picture.seed ^ SEED);
     let corners = corners(window, count);
@@ -183,7 +190,8 @@ impl Brightness {
     }
 }
 
-fn average(values: impl Iterator<Item = f64>) -> f64 {
+/// 0 of none.
+pub(super) fn average(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for value in values {
         sum += value;
@@ -207,15 +215,7 @@ fn light_variance<const C: usize>(
 ) -> f64 {
     let window = picture.extent.window;
     let pixels = window.pixel_count() as f64;
-    let exposure = Exposure {
-        extent: Extent { measured: window, shown: window, ..picture.extent },
-        schedule: pilot.schedule,
-        samplers: picture.allocation.samplers(pilot.sampler, pilot.seed, pilot.schedule, 1),
-        seed: pilot.seed,
-        filter: FilterKind::Box,
-        extras: picture.extras.clone(),
-        ..*picture
-    };
+    let exposure = pilot.exposure(picture, picture.allocation, picture.groups);
     let light = LightPass::new(caustics, &exposure, pilot.sampler);
     let (mut sum, mut of_squares) = (0.0, 0.0);
     for (pixel, square) in light.squares::<C>(paths, progress) {
@@ -235,6 +235,27 @@ pub(super) struct Pilot {
     pub plan: Plan,
 }
 
+impl Pilot {
+    /// As the picture is exposed, by the pilot's samples. `even`: samples are allocated evenly.
+    fn exposure<'a>(&self, picture: &Exposure<'a>, even: &'a Allocation, groups: &'a Groups) -> Exposure<'a> {
+        let &Self { sampler, schedule, seed, plan } = self;
+        let window = picture.extent.window;
+        Exposure {
+            extent: Extent { measured: window, shown: window, ..picture.extent },
+            schedule,
+            allocation: even,
+            samplers: even.samplers(sampler, seed, schedule, groups.sharers()),
+            seed,
+            groups,
+            plan,
+            // Each pixel's own samples, whatever they are splatted onto.
+            filter: FilterKind::Box,
+            extras: picture.extras.clone(),
+            ..*picture
+        }
+    }
+}
+
 /// For each pixel of some blocks that has samples, by their corners, what the nets of a pilot make of it, and
 /// the variance of that. Blocks have no pixels once the pilot is cancelled.
 pub(super) fn scatter<const C: usize>(
@@ -243,23 +264,10 @@ pub(super) fn scatter<const C: usize>(
     corners: &[[i64; 2]],
     progress: &dyn Progress,
 ) -> Vec<Vec<[f64; 2]>> {
-    let &Pilot { sampler, schedule, seed, plan } = pilot;
-    let window = picture.extent.window;
-    let even = Allocation::even(window);
-    let groups = Groups::new(Members::of(picture.scene, plan), schedule.nets(), seed);
-    let exposure = Exposure {
-        extent: Extent { measured: window, shown: window, ..picture.extent },
-        schedule,
-        allocation: &even,
-        samplers: even.samplers(sampler, seed, schedule, groups.sharers()),
-        seed,
-        groups: &groups,
-        plan,
-        // Each pixel's own samples, whatever they are splatted onto.
-        filter: FilterKind::Box,
-        extras: picture.extras.clone(),
-        ..*picture
-    };
+    let even = Allocation::even(picture.extent.window);
+    let members = Members::of(picture.scene, pilot.plan);
+    let groups = Groups::new(members, pilot.schedule.nets(), pilot.seed);
+    let exposure = pilot.exposure(picture, &even, &groups);
     let of_block = |corner: &[i64; 2]| {
         let is_stopped = progress.stop().load(Ordering::Relaxed);
         if is_stopped { Vec::new() } else { exposure.scatter_of_block::<C>(*corner) }
