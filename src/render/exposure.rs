@@ -106,6 +106,7 @@ impl Exposure<'_> {
         &self,
         block: &Block,
         indices: &dyn Fn(u32) -> Range<u32>,
+        workspace: &mut Workspace<C>,
         tile: &mut Tile,
     ) -> u64 {
         let first = block.net * self.schedule.per_net;
@@ -115,7 +116,7 @@ impl Exposure<'_> {
         let [even, each]: [u32; 2] = (0..self.schedule.per_net)
             .map(|run| [indices(first + run).len() as u32, taken(run).len() as u32])
             .fold([0; 2], |[even, each], [e, t]| [even + e, each + t]);
-        let (mut samples, mut workspace) = (0, Workspace::<C>::default());
+        let mut samples = 0;
         for group in self.groups.of(block) {
             let group = self.on_film(group);
             if !group.iter().any(|pixel| self.counts(pixel)) {
@@ -133,7 +134,7 @@ impl Exposure<'_> {
                 if some.is_empty() {
                     break;
                 }
-                self.group(&group, &some, &mut workspace, tile);
+                self.group(&group, &some, workspace, tile);
             }
             for pixel in &group {
                 if let Some(place) = self.place_of(pixel.place, tile) {

@@ -20,7 +20,7 @@ pub use settings::{Settings, WavelengthCount};
 pub use work::{Position, Work};
 
 use crate::film::{BadValues, Extras, Film, FixedPoint};
-use crate::integrator::{self, Estimator, Plan};
+use crate::integrator::{self, Estimator, Plan, Workspace};
 use crate::light::USUAL_SAMPLES_PER_PATH;
 use crate::scene::Scene;
 use crate::spectrum::Sampled;
@@ -160,17 +160,20 @@ fn fill<const C: usize>(
         // The pieces of a pass: light subpaths, and then blocks of pixels.
         let light_pieces = light.as_ref().map_or(0, |light| light.expose::<C>(&pass, &add, progress));
         // Block by block, in their order: what a thread has taken no other can take over, and blocks differ.
-        blocks.iter().enumerate().par_bridge().for_each(|(number, block)| {
-            let piece = light_pieces + number;
-            if pass.is_done(piece) || progress.stop().load(Ordering::Relaxed) {
-                return;
-            }
-            let mut tile = exposure.tile(block);
-            let samples =
-                scene.piece(|| exposure.block::<C>(block, &|replicate| pass.indices(replicate), &mut tile));
-            add(piece, &|film| film.add(&tile));
-            progress.advanced(samples);
-        });
+        blocks.iter().enumerate().par_bridge().for_each_init(
+            Workspace::default,
+            |workspace, (number, block)| {
+                let piece = light_pieces + number;
+                if pass.is_done(piece) || progress.stop().load(Ordering::Relaxed) {
+                    return;
+                }
+                let mut tile = exposure.tile(block);
+                let indices = |replicate| pass.indices(replicate);
+                let samples = scene.piece(|| exposure.block::<C>(block, &indices, workspace, &mut tile));
+                add(piece, &|film| film.add(&tile));
+                progress.advanced(samples);
+            },
+        );
         let mut work = lock(&work);
         if work.pieces_done() == light_pieces + blocks.len() {
             work.end_pass();

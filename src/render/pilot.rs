@@ -10,7 +10,7 @@ use super::groups::{BLOCK, Block, Groups, Members};
 use super::light::LightPass;
 use super::{Progress, Schedule};
 use crate::film::{Extent, FilterKind, Region};
-use crate::integrator::{Plan, Sharing};
+use crate::integrator::{Plan, Sharing, Workspace};
 use crate::light::{Caustics, USUAL_SAMPLES_PER_PATH};
 use crate::sampling::{SamplerKind, mix};
 use crate::scene::Scene;
@@ -268,23 +268,28 @@ pub(super) fn scatter<const C: usize>(
     let members = Members::of(picture.scene, pilot.plan);
     let groups = Groups::new(members, pilot.schedule.nets(), pilot.seed);
     let exposure = pilot.exposure(picture, &even, &groups);
-    let of_block = |corner: &[i64; 2]| {
+    let of_block = |workspace: &mut Workspace<C>, corner: &[i64; 2]| {
         let is_stopped = progress.stop().load(Ordering::Relaxed);
-        if is_stopped { Vec::new() } else { exposure.scatter_of_block::<C>(*corner) }
+        if is_stopped { Vec::new() } else { exposure.scatter_of_block(*corner, workspace) }
     };
-    corners.par_iter().map(of_block).collect()
+    corners.par_iter().map_init(Workspace::default, of_block).collect()
 }
 
 impl Exposure<'_> {
     /// For each pixel of a block that has samples and is measured, what its nets make of it, and the variance
     /// of that.
-    fn scatter_of_block<const C: usize>(&self, corner: [i64; 2]) -> Vec<[f64; 2]> {
+    fn scatter_of_block<const C: usize>(
+        &self,
+        corner: [i64; 2],
+        workspace: &mut Workspace<C>,
+    ) -> Vec<[f64; 2]> {
         let nets = self.schedule.nets();
         let tiles: Vec<_> = (0..nets)
             .map(|net| {
                 let block = Block { net, corner };
                 let mut tile = self.tile(&block);
-                self.block::<C>(&block, &|_| 0..self.schedule.samples_per_replicate, &mut tile);
+                let indices = |_| 0..self.schedule.samples_per_replicate;
+                self.block(&block, &indices, workspace, &mut tile);
                 tile
             })
             .collect();
