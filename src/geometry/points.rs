@@ -51,8 +51,14 @@ impl<R: Real> Points<R> {
         let error = target.error + R::of(16.0 * f64::EPSILON) * toward.length();
         let between = Self { error, ..*target }.leave(-toward) - origin;
         let length = between.length();
-        let direction = Vector::new(between.x / length, between.y / length, between.z / length);
-        Segments { origin, direction, length }
+        Segments { origin, direction: between / length, length }
+    }
+}
+
+impl From<Points<f64>> for SurfacePoint {
+    #[inline(always)]
+    fn from(point: Points<f64>) -> Self {
+        Self { position: point.position.into(), normal: point.normal.into(), error: point.error }
     }
 }
 

@@ -28,12 +28,13 @@ use super::surfaces::Surfaces;
 use super::weights::light_sample_weight;
 use crate::accel::Rays;
 use crate::geometry::Ray;
-use crate::lanes::{LANES, Mask, WIDTH, ZERO, get, lanes_of, mask_of, set};
-use crate::light::{Environment, LightSamples, Receiver};
+use crate::lanes::{LANES, Mask, Row, WIDTH, ZERO, get, lanes_of, mask_of, set};
+use crate::light::{Environment, LightSamples};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{PathEnd, Scene};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use smallvec::SmallVec;
+use wide::f64x4;
 
 /// The camera ray of a pixel of a group.
 #[derive(Clone, Copy, Debug)]
@@ -325,8 +326,10 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             let (time, wavelengths) = (firsts.turn.time, firsts.wavelengths());
             let radiance =
                 scene.lights.radiance(light_hit.light, &scene.texture_point(&hit), &wavelengths.nm);
-            share_light(firsts, &self.links[owner], &radiance, &mut self.shared, |from| {
-                scene.lights.density(&light_hit, from, time, wavelengths)
+            let links = &self.links[owner];
+            share_light(firsts, links, &radiance, &mut self.shared, || {
+                let (from, light, of) = (&firsts.receivers, &firsts.turn.lamp_light, |_: usize| wavelengths);
+                scene.lights.densities(&light_hit, from, time, of, light, links.linked)
             });
             told(owner, &self.shared);
         }
@@ -374,9 +377,14 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             }
             return;
         }
-        share_light(firsts, links, radiance, &mut self.shared, |from| match density {
-            0.0 => 0.0,
-            _ => density * lights.environment_probability(from, time, wavelengths),
+        share_light(firsts, links, radiance, &mut self.shared, || match density {
+            0.0 => ZERO,
+            _ => {
+                let (from, light, asked) = (&firsts.receivers, &firsts.turn.lamp_light, links.linked);
+                let of = |_: usize| wavelengths;
+                let probabilities = lights.environment_probabilities(from, time, of, light, asked);
+                probabilities.map(|probability| f64x4::splat(density) * probability)
+            }
         });
     }
 
@@ -492,17 +500,13 @@ fn share_light<const C: usize>(
     links: &Links<C>,
     radiance: &Sampled<C>,
     shared: &mut SampledLanes<C>,
-    by_light: impl Fn(&Receiver) -> f64,
+    by_light: impl FnOnce() -> Row,
 ) {
     let density = links.density.sum().sum();
     if density <= 0.0 {
         return;
     }
-    let mut by_light_samples = ZERO;
-    for lane in lanes_of(links.linked) {
-        set(&mut by_light_samples, lane, by_light(&firsts.receivers.get(lane)));
-    }
-    let weights = firsts.weights_beside_lights(links, &by_light_samples);
+    let weights = firsts.weights_beside_lights(links, &by_light());
     links.reach.add_weighted(&weights, &(*radiance / density), shared);
 }
 

@@ -1,6 +1,6 @@
 use super::{Real, WIDTH};
-use glam::DVec3;
-use std::ops::{Add, Mul, Neg, Sub};
+use glam::{DMat3, DVec3};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 use wide::f64x4;
 
 /// A vector of numbers that a formula is written for.
@@ -46,6 +46,25 @@ impl<R: Real> Vector<R> {
     #[inline(always)]
     pub fn length(self) -> R {
         self.length_squared().sqrt()
+    }
+
+    /// The product of a matrix with the vector.
+    #[inline(always)]
+    pub fn mapped(self, matrix: &DMat3) -> Self {
+        let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Self::of);
+        x * self.x + y * self.y + z * self.z
+    }
+
+    /// Absolute values of the coordinates.
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        Self { x: self.x.abs(), y: self.y.abs(), z: self.z.abs() }
+    }
+
+    /// The greatest coordinate.
+    #[inline(always)]
+    pub fn greatest(self) -> R {
+        self.x.greater(self.y.greater(self.z))
     }
 
     /// With length 1.
@@ -120,6 +139,14 @@ impl<R: Real> Mul<R> for Vector<R> {
     #[inline(always)]
     fn mul(self, factor: R) -> Self {
         Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
+    }
+}
+
+impl<R: Real> Div<R> for Vector<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, divisor: R) -> Self {
+        Self { x: self.x / divisor, y: self.y / divisor, z: self.z / divisor }
     }
 }
 

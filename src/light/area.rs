@@ -1,6 +1,7 @@
 use super::tree::Bound;
 use super::{Guides, LightHit, Receiver};
 use crate::geometry::{Bounds, Placed, Pose, SurfacePoint, Vec3};
+use crate::lanes::{Real, Vector};
 use crate::shape::solid::Solid;
 use crate::shape::{AreaSample, AtRest, Hit, NO_INSTANCE, Shape, ShapeSample, per_steradian};
 use crate::texture::{MeshPoint, TexturePoint};
@@ -14,17 +15,49 @@ pub struct AreaGeometry {
     placed: Option<Box<Placed>>,
     /// What it is a part of.
     whole: Option<Whole>,
-    area: f64,
-    /// A sphere around the surface.
-    centre: Vec3,
-    radius: f64,
-    /// The normal of a surface that lies in one plane. This, centre and radius are in the coordinates of the
-    /// shape.
-    plane: Option<Vec3>,
+    /// In the coordinates of the shape.
+    extent: Extent,
     /// Whether each triangle is a part.
     pub(super) divided: bool,
     /// Where light samples go, if not to all of it alike.
     pub(super) guides: Option<Guides>,
+}
+
+/// Where a surface is, and how large.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    pub area: f64,
+    /// A sphere around the surface.
+    centre: Vec3,
+    radius: f64,
+    /// The normal of a surface that lies in one plane.
+    plane: Option<Vec3>,
+}
+
+impl Extent {
+    /// About the solid angle that the front subtends, from places anywhere from whose `facing` side alone
+    /// light counts. Zero only where it is not seen at all.
+    #[inline(always)]
+    pub fn estimates<R: Real>(&self, position: Vector<R>, facing: Vector<R>) -> R {
+        let beyond = (Vector::of(self.centre) - position).dot(facing).lt(R::of(-self.radius));
+        R::choose(beyond, R::of(0.0), self.estimates_all_around(position))
+    }
+
+    /// The same where light from anywhere counts.
+    #[inline(always)]
+    fn estimates_all_around<R: Real>(&self, from: Vector<R>) -> R {
+        let away = from - Vector::of(self.centre);
+        let squared = away.length_squared() + R::of(self.radius * self.radius);
+        let estimate = |cos: R| R::of(self.area) * cos / squared;
+        let Some(normal) = self.plane else {
+            // The mean over the directions from which a convex body is seen.
+            return estimate(R::of(0.25));
+        };
+        let height = Vector::of(normal).dot(away);
+        // A wide light seen at a slant has parts that are seen less so.
+        let seen = estimate((height / squared.sqrt()).greater(R::of(0.1)));
+        R::choose(height.le(R::of(0.0)), R::of(0.0), seen)
+    }
 }
 
 /// Flat meshes of at most so many triangles have but one part: there is little to choose.
@@ -59,10 +92,12 @@ impl AreaGeometry {
             _ => false,
         };
         Self {
-            area: shape.area(),
-            centre: bounds.centre(),
-            radius: 0.5 * bounds.diameter(),
-            plane,
+            extent: Extent {
+                area: shape.area(),
+                centre: bounds.centre(),
+                radius: 0.5 * bounds.diameter(),
+                plane,
+            },
             divided,
             guides: None,
             shape,
@@ -88,7 +123,11 @@ impl AreaGeometry {
 
     /// In its own coordinates.
     pub fn area(&self) -> f64 {
-        self.area
+        self.extent.area
+    }
+
+    pub(super) fn extent(&self) -> &Extent {
+        &self.extent
     }
 
     /// Whether all of the surface emits, and stays where it is.
@@ -115,9 +154,10 @@ impl AreaGeometry {
     /// A ball around it: its centre and radius.
     pub fn ball(&self, time: f64) -> (Vec3, f64) {
         match &self.placed {
-            None => (self.centre, self.radius),
+            None => (self.extent.centre, self.extent.radius),
             Some(placed) => {
-                (placed.at(time).world_point(self.centre), self.radius * placed.largest_stretch())
+                let centre = placed.at(time).world_point(self.extent.centre);
+                (centre, self.extent.radius * placed.largest_stretch())
             }
         }
     }
@@ -143,7 +183,7 @@ impl AreaGeometry {
                 let normal = mesh.surface(part, [1.0 / 3.0; 2]).point.normal;
                 (Bounds::of(mesh.triangle(part)), mesh.triangle_area(part), Some(normal))
             }
-            shape => (shape.bounds(), self.area, self.plane),
+            shape => (shape.bounds(), self.extent.area, self.extent.plane),
         };
         if !(area > 0.0 && area.is_finite()) {
             return None;
@@ -191,7 +231,7 @@ impl AreaGeometry {
         let mut sample = self
             .sample_local(part, pose.local_point(from.position), u)
             .filter(|sample| left(local, sample))?;
-        let point = placed.surface_point(&pose, &sample.surface.point, 2.0 * self.radius);
+        let point = placed.surface_point(&pose, &sample.surface.point, 2.0 * self.extent.radius);
         let direction = (point.position - from.position).try_normalize()?;
         sample.surface.point = point;
         sample.density *= pose.solid_angle_ratio(direction);
@@ -276,37 +316,19 @@ impl AreaGeometry {
         }
     }
 
-    /// About the solid angle that the front subtends, from a place anywhere. Zero only where it is not seen
-    /// at all.
+    /// See [`Extent::estimates`].
     pub fn estimate(&self, from: &Receiver, time: f64) -> f64 {
         let position = from.point.position;
         let Some(pose) = self.pose(time) else {
-            let hidden = from.sees_none_of(self.centre, self.radius);
-            return if hidden { 0.0 } else { self.estimate_local(position) };
+            return self.extent.estimates::<f64>(Vector::of(position), Vector::of(from.facing));
         };
-        let estimate = self.estimate_local(pose.local_point(position));
-        match (pose.world_point(self.centre) - position).try_normalize() {
+        let local = pose.local_point(position);
+        let estimate = self.extent.estimates_all_around::<f64>(Vector::of(local));
+        match (pose.world_point(self.extent.centre) - position).try_normalize() {
             // The shape's solid angle in its own coordinates, made one of the world's.
             Some(direction) if estimate > 0.0 => estimate / pose.solid_angle_ratio(direction),
             _ => estimate,
         }
-    }
-
-    fn estimate_local(&self, from: Vec3) -> f64 {
-        let squared = from.distance_squared(self.centre) + self.radius * self.radius;
-        let cos = match self.plane {
-            Some(normal) => {
-                let height = normal.dot(from - self.centre);
-                if height <= 0.0 {
-                    return 0.0;
-                }
-                // A wide light seen at a slant has parts that are seen less so.
-                (height / squared.sqrt()).max(0.1)
-            }
-            // The mean over the directions from which a convex body is seen.
-            None => 0.25,
-        };
-        self.area * cos / squared
     }
 }
 

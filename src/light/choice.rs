@@ -6,6 +6,7 @@
 
 use super::tree::{Tree, Viewpoint};
 use super::{Light, Lights, Receiver};
+use crate::lanes::Real;
 use crate::sampling::PiecewiseConstant;
 use crate::spectrum::{Spectrum, WavelengthDensity, Wavelengths};
 use crate::units::WavelengthRange;
@@ -173,7 +174,7 @@ impl Distant {
     fn choose(&self, u: &mut f64) -> (u32, f64) {
         let (place, probability) = self.choice.sample(*u);
         let index = (place as usize).min(self.lights.len() - 1);
-        *u = below_one(place - index as f64);
+        *u = below_one::<f64>(place - index as f64);
         (self.lights[index], probability)
     }
 }
@@ -302,7 +303,7 @@ fn pick(weights: &[f64], all: f64, u: &mut f64) -> Option<(usize, f64)> {
     for (index, &weight) in weights.iter().enumerate() {
         // The last that weighs anything takes what rounding leaves over.
         if weight > 0.0 && (remaining < weight || remaining - weight <= 1e-12 * all) {
-            *u = below_one(remaining / weight);
+            *u = below_one::<f64>(remaining / weight);
             return Some((index, weight / all));
         }
         remaining -= weight;
@@ -310,8 +311,9 @@ fn pick(weights: &[f64], all: f64, u: &mut f64) -> Option<(usize, f64)> {
     None
 }
 
-fn below_one(u: f64) -> f64 {
-    u.clamp(0.0, 1f64.next_down())
+#[inline(always)]
+pub(super) fn below_one<R: Real>(u: R) -> R {
+    u.greater(R::of(0.0)).lesser(R::of(1f64.next_down()))
 }
 
 impl Receiver {

@@ -1,13 +1,13 @@
 //! Light samples for the surfaces of several paths at once.
 
-use super::choice::Head;
-use super::{Environment, EnvironmentMap, Light, Lights, Receiver};
+use super::choice::Chosen;
+use super::lamps::{Choices, Lamp, Lamps};
+use super::{Environment, EnvironmentMap, LampLight, LightHit, LightSample, Lights, Receiver};
 use crate::accel::{NO_FACET, Rays};
 use crate::geometry::Points;
 use crate::lanes::{Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
 use crate::sampling::Density;
-use crate::shape::{RectangleSurface, Shape};
-use crate::spectrum::{Sampled, SampledLanes, Spectrum, Wavelengths};
+use crate::spectrum::{SampledLanes, Wavelengths};
 use wide::f64x4;
 
 /// Places that lights may light, one for each lane; see [`Receiver`].
@@ -32,16 +32,6 @@ pub struct LightSamples<const C: usize> {
     pub density: Row,
     /// The lanes whose light has no extent.
     pub discrete: Mask,
-}
-
-/// A lamp that all light samples go to: a rectangle that emits evenly and stays where it is.
-#[derive(Clone, Debug)]
-pub(super) struct OnlyRectangle {
-    surface: RectangleSurface,
-    area: f64,
-    light: usize,
-    /// The facet that it is, where the scene consists of few; see [`Rays::arrives`].
-    facet: f64,
 }
 
 impl Receivers {
@@ -91,6 +81,57 @@ impl<const C: usize> LightSamples<C> {
         }
     }
 
+    /// Samples of the lanes that have chosen a lamp. The lanes that it means nothing for.
+    #[inline(always)]
+    fn toward_lamp(
+        &mut self,
+        lamp: &Lamp,
+        from: &Receivers,
+        asked: Mask,
+        u: &[Row; 2],
+        probability: &Row,
+    ) -> Mask {
+        let mut unknown = 0;
+        for register in 0..REGISTERS {
+            let wanted = part(asked, register);
+            if wanted == 0 {
+                continue;
+            }
+            let points = &from.point[register];
+            let target = lamp.sample(points.position, [u[0][register], u[1][register]], wanted);
+            unknown |= target.unknown << (WIDTH * register);
+            let facing = (target.points.position - points.position).dot(target.points.normal);
+            let segment = points.segments_to(&target.points);
+            let found = facing.lt(f64x4::ZERO)
+                & target.density.gt(f64x4::ZERO)
+                & target.density.lt(f64x4::splat(f64::INFINITY))
+                & segment.length.gt(f64x4::ZERO);
+            self.found |= (found.mask() & wanted & !target.unknown) << (WIDTH * register);
+            let wanted = Truth::of(wanted);
+            let rays = &mut self.rays;
+            rays.origin[register] = Vec3Lanes::choose(wanted, segment.origin, rays.origin[register]);
+            rays.direction[register] = Vec3Lanes::choose(wanted, segment.direction, rays.direction[register]);
+            rays.t_max[register] = f64x4::choose(wanted, segment.length, rays.t_max[register]);
+            let facet = f64x4::splat(lamp.facet);
+            rays.arrives[register] = f64x4::choose(wanted, facet, rays.arrives[register]);
+            let density = target.density * probability[register];
+            self.density[register] = f64x4::choose(wanted, density, self.density[register]);
+        }
+        unknown
+    }
+
+    /// The sample of a lane, if it has found one.
+    fn put(&mut self, lane: usize, sample: Option<LightSample<C>>) {
+        let Some(sample) = sample else { return };
+        self.found |= 1 << lane;
+        self.rays.set(lane, &sample.shadow_ray);
+        self.radiance.set(lane, &sample.radiance);
+        match sample.density {
+            Density::PerSolidAngle(density) => set(&mut self.density, lane, density),
+            Density::Discrete => self.discrete |= 1 << lane,
+        }
+    }
+
     /// That of a lane.
     pub fn density_of(&self, lane: usize) -> Density {
         match self.discrete >> lane & 1 {
@@ -100,84 +141,13 @@ impl<const C: usize> LightSamples<C> {
     }
 }
 
-impl OnlyRectangle {
-    /// `None` where there are other lights, too, or another one.
-    pub fn new(lights: &Lights) -> Option<Self> {
-        let [Head::Light(light)] = lights.choice.heads() else { return None };
-        let light = *light as usize;
-        let Light::Area { geometry, radiance, .. } = &lights.lights[light] else { return None };
-        let Shape::Mesh(mesh) = &geometry.shape else { return None };
-        let is_plain = geometry.stands_alone() && geometry.guides.is_none() && radiance.uniform().is_some();
-        let surface = mesh.rectangle_surface().filter(|_| is_plain && geometry.area() > 0.0)?;
-        Some(Self { surface, area: geometry.area(), light, facet: NO_FACET })
-    }
-
-    fn radiance<'a>(&self, lights: &'a Lights) -> Option<&'a Spectrum> {
-        match &lights.lights[self.light] {
-            Light::Area { radiance, .. } => radiance.uniform(),
-            _ => None,
-        }
-    }
-
-    /// Samples by solid angle where that pays, and else by area.
-    fn sample<const C: usize>(
-        &self,
-        from: &Receivers,
-        asked: Mask,
-        u: &[Row; 2],
-        samples: &mut LightSamples<C>,
-    ) {
-        let rectangle = self.surface.rectangle();
-        for register in 0..REGISTERS {
-            let wanted = part(asked, register);
-            if wanted == 0 {
-                continue;
-            }
-            let points = &from.point[register];
-            let u = [u[0][register], u[1][register]];
-            let near = rectangle.is_near(points.position);
-            let (mut place, mut density, mut by_angle) = (u, f64x4::ZERO, near);
-            if near.mask() & wanted != 0 {
-                let (seen, usable) = rectangle.project(points.position);
-                by_angle = by_angle & usable;
-                let of_angle = seen.sample(u);
-                place = [0, 1].map(|axis| f64x4::choose(by_angle, of_angle[axis], u[axis]));
-                density = f64x4::ONE / seen.solid_angle();
-            }
-            let target = self.surface.points(place);
-            let toward = target.position - points.position;
-            let squared = toward.length_squared();
-            let facing = toward.dot(target.normal);
-            let of_area = squared * squared.sqrt() / facing.abs() * f64x4::splat(1.0 / self.area);
-            density = f64x4::choose(by_angle, density, of_area);
-            let segment = points.segments_to(&target);
-            let found = facing.lt(f64x4::ZERO)
-                & density.gt(f64x4::ZERO)
-                & density.lt(f64x4::splat(f64::INFINITY))
-                & segment.length.gt(f64x4::ZERO);
-            samples.found |= (found.mask() & wanted) << (WIDTH * register);
-            samples.rays.origin[register] = segment.origin;
-            samples.rays.direction[register] = segment.direction;
-            samples.rays.t_max[register] = segment.length;
-            samples.density[register] = density;
-            samples.rays.arrives[register] = f64x4::splat(self.facet);
-        }
-    }
-}
-
 impl Lights {
-    /// Says which facet of a small scene the lamp is that all light samples go to, by `facet_of` a light.
-    pub fn set_facet(&mut self, facet_of: impl Fn(usize) -> f64) {
-        if let Some(only) = &mut self.only_rectangle {
-            only.facet = facet_of(only.light);
+    /// Says which facet of a small scene each lamp is whose light samples are taken in lanes, by `facet_of` a
+    /// light.
+    pub fn set_facets(&mut self, facet_of: impl Fn(usize) -> f64) {
+        for lamp in self.lamps.iter_mut().flat_map(|lamps| lamps.all_mut()) {
+            lamp.facet = facet_of(lamp.light);
         }
-    }
-
-    /// What the lamp emits that all light samples go to, at the wavelengths (nm) of a path: the same from all
-    /// over it. Zero where there is no such lamp.
-    pub fn only_radiance<const C: usize>(&self, nm: &[f64; C]) -> Sampled<C> {
-        let only = self.only_rectangle.as_ref().and_then(|only| only.radiance(self));
-        only.map_or(Sampled::ZERO, |spectrum| spectrum.sample(nm))
     }
 
     /// [`Self::environment_probability`] of the lanes asked for.
@@ -186,10 +156,14 @@ impl Lights {
         from: &Receivers,
         time: f64,
         wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+        light: &LampLight<C>,
         asked: Mask,
     ) -> Row {
         if self.choice.heads().len() == 1 {
             return [f64x4::ONE; REGISTERS];
+        }
+        if let Some(lamps) = &self.lamps {
+            return lamps.probabilities_of_environment(from, light, asked);
         }
         let mut probabilities = ZERO;
         for lane in lanes_of(asked) {
@@ -199,52 +173,125 @@ impl Lights {
         probabilities
     }
 
-    /// [`Lights::sample`] for the lanes asked for. `only_radiance` is [`Self::only_radiance`] for each lane.
+    /// [`Self::density`] for the lanes asked for.
+    pub fn densities<'w, const C: usize>(
+        &self,
+        hit: &LightHit,
+        from: &Receivers,
+        time: f64,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+        light: &LampLight<C>,
+        asked: Mask,
+    ) -> Row {
+        if let Some(lamps) = &self.lamps
+            && let Some(number) = lamps.number_of(hit.light as usize)
+        {
+            return lamps.densities(number, hit, from, light, asked);
+        }
+        let mut densities = ZERO;
+        for lane in lanes_of(asked) {
+            set(&mut densities, lane, self.density(hit, &from.get(lane), time, wavelengths(lane)));
+        }
+        densities
+    }
+
+    /// [`Lights::sample`] for the lanes asked for, with what lamps emit in each.
     #[expect(clippy::too_many_arguments, reason = "all that a light sample depends on, by lane")]
     pub fn sample_in_lanes<'w, const C: usize>(
         &self,
         from: &Receivers,
         time: f64,
         wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
-        only_radiance: &SampledLanes<C>,
+        light: &LampLight<C>,
         asked: Mask,
         u: &[Row; 2],
         samples: &mut LightSamples<C>,
     ) {
         (samples.found, samples.discrete) = (0, 0);
-        if let Some(only) = &self.only_rectangle {
-            only.sample(from, asked, u, samples);
-            samples.radiance.clone_from(only_radiance);
-            return;
+        if let Some(lamps) = &self.lamps {
+            return self.sample_lamps(lamps, from, time, wavelengths, light, asked, u, samples);
         }
-        let map = match &self.environment {
-            Some(Environment::Map(map)) => Some(map),
-            _ => None,
-        };
         let (mut beyond, mut of_map, mut probability) = (0, *u, ZERO);
         for lane in lanes_of(asked) {
             let (receiver, wavelengths) = (from.get(lane), wavelengths(lane));
             let mut u = u.each_ref().map(|row| get(row, lane));
             let Some(chosen) = self.choose(&receiver, time, wavelengths, &mut u[0]) else { continue };
-            if map.is_some() && chosen.light == self.lights.len() {
+            if self.map().is_some() && chosen.light == self.lights.len() {
                 beyond |= 1 << lane;
                 set(&mut of_map[0], lane, u[0]);
                 set(&mut probability, lane, chosen.probability);
                 continue;
             }
-            let Some(sample) = self.sample_chosen(&chosen, &receiver.point, time, &wavelengths.nm, u) else {
-                continue;
-            };
-            samples.found |= 1 << lane;
-            samples.rays.set(lane, &sample.shadow_ray);
-            samples.radiance.set(lane, &sample.radiance);
-            match sample.density {
-                Density::PerSolidAngle(density) => set(&mut samples.density, lane, density),
-                Density::Discrete => samples.discrete |= 1 << lane,
+            samples.put(lane, self.sample_chosen(&chosen, &receiver.point, time, &wavelengths.nm, u));
+        }
+        if let Some(map) = self.map().filter(|_| beyond != 0) {
+            samples.toward_map(map, from, beyond, &of_map, &probability, wavelengths);
+        }
+    }
+
+    /// The same where all lights are lamps, but for the environment.
+    #[expect(clippy::too_many_arguments, reason = "all that a light sample depends on, by lane")]
+    #[inline(always)]
+    fn sample_lamps<'w, const C: usize>(
+        &self,
+        lamps: &Lamps,
+        from: &Receivers,
+        time: f64,
+        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
+        light: &LampLight<C>,
+        asked: Mask,
+        u: &[Row; 2],
+        samples: &mut LightSamples<C>,
+    ) {
+        let chosen = lamps.choose(from, light, asked, &u[0]);
+        let u = [chosen.u, u[1]];
+        samples.rays.arrives = [f64x4::splat(NO_FACET); REGISTERS];
+        for (number, (lamp, &lanes)) in lamps.all().iter().zip(&chosen.lanes).enumerate() {
+            let unknown = samples.toward_lamp(lamp, from, lanes, &u, &chosen.probability);
+            for (own, radiance) in samples.radiance.0.iter_mut().zip(&light.radiance[number].0) {
+                for register in 0..REGISTERS {
+                    let wanted = Truth::of(part(lanes, register));
+                    own[register] = f64x4::choose(wanted, radiance[register], own[register]);
+                }
+            }
+            self.sample_each(lamp.light, from, time, &wavelengths, &chosen, unknown, &u, samples);
+        }
+        let beyond = chosen.lanes[lamps.environment()];
+        match self.map().filter(|_| beyond != 0) {
+            Some(map) => samples.toward_map(map, from, beyond, &u, &chosen.probability, wavelengths),
+            None => {
+                let number = self.lights.len();
+                self.sample_each(number, from, time, &wavelengths, &chosen, beyond, &u, samples);
             }
         }
-        if let Some(map) = map.filter(|_| beyond != 0) {
-            samples.toward_map(map, from, beyond, &of_map, &probability, wavelengths);
+    }
+
+    /// Samples of a light that some lanes have chosen, one by one.
+    #[expect(clippy::too_many_arguments, reason = "all that a light sample depends on, by lane")]
+    fn sample_each<'w, const C: usize>(
+        &self,
+        light: usize,
+        from: &Receivers,
+        time: f64,
+        wavelengths: &impl Fn(usize) -> &'w Wavelengths<C>,
+        choices: &Choices,
+        lanes: Mask,
+        u: &[Row; 2],
+        samples: &mut LightSamples<C>,
+    ) {
+        for lane in lanes_of(lanes) {
+            let chosen = Chosen { light, part: 0, probability: get(&choices.probability, lane) };
+            let u = u.each_ref().map(|row| get(row, lane));
+            let point = from.get(lane).point;
+            samples.put(lane, self.sample_chosen(&chosen, &point, time, &wavelengths(lane).nm, u));
+        }
+    }
+
+    /// The environment, if it is a map.
+    fn map(&self) -> Option<&EnvironmentMap> {
+        match &self.environment {
+            Some(Environment::Map(map)) => Some(map),
+            _ => None,
         }
     }
 }

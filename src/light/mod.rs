@@ -12,6 +12,7 @@ mod choice;
 mod environment;
 mod environment_map;
 mod guide;
+mod lamps;
 mod lanes;
 mod projector;
 pub mod sky;
@@ -27,6 +28,7 @@ pub use caustics::{Caustics, Origin, Source as CausticSource, USUAL_SAMPLES_PER_
 pub use choice::Setting;
 pub use environment::Environment;
 pub use environment_map::{EnvironmentMap, EnvironmentSamples, Texel};
+pub use lamps::LampLight;
 pub use lanes::{LightSamples, Receivers};
 pub use projector::Projector;
 pub use sky::Sky;
@@ -38,7 +40,7 @@ use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 use crate::texture::{Texture, TexturePoint};
 use choice::{Choice, Chosen};
 use guide::Guides;
-use lanes::OnlyRectangle;
+use lamps::Lamps;
 use tree::Bound;
 
 /// A light within the scene, or one whose light comes from one direction.
@@ -131,8 +133,8 @@ pub struct Lights {
     placed: Vec<Option<Placed>>,
     environment: Option<Environment>,
     choice: Choice,
-    /// Where there is but one lamp, of a kind that is sampled for several surfaces at once.
-    only_rectangle: Option<OnlyRectangle>,
+    /// Where there are few lights, of kinds that are sampled for several surfaces at once.
+    lamps: Option<Lamps>,
 }
 
 impl Lights {
@@ -158,7 +160,7 @@ impl Lights {
         }
         let mut all = Self { lights, placed, environment, ..Self::default() };
         all.choice = Choice::new(&all, setting);
-        all.only_rectangle = OnlyRectangle::new(&all);
+        all.lamps = Lamps::new(&all);
         all
     }
 

@@ -3,6 +3,7 @@
 use super::crossing::{Crossing, Crossings};
 use super::random_lines::OnLine;
 use crate::geometry::{Pose, Ray, Transform, Vec3};
+use crate::lanes::{Real, Vector};
 use crate::shape::ShapeError;
 use smallvec::SmallVec;
 
@@ -86,8 +87,15 @@ impl Placement {
     ///   doubled for reserve.
     /// - A local distance s along the normal is s / |L⁻ᵀ n| in world space.
     pub fn error(&self, position: Vec3, outward: Vec3, stretch: f64) -> f64 {
-        let reach = position.abs().max_element() + self.pose.origin.abs().max_element();
-        0.5 * f64::EPSILON * (self.local_error.dot(outward.abs()) / stretch + 4.0 * reach)
+        self.errors::<f64>(Vector::of(position), Vector::of(outward), stretch)
+    }
+
+    /// The same of several points.
+    #[inline(always)]
+    pub fn errors<R: Real>(&self, position: Vector<R>, outward: Vector<R>, stretch: R) -> R {
+        let reach = position.abs().greatest() + R::of(self.pose.origin.abs().max_element());
+        let local_error = Vector::of(self.local_error).dot(outward.abs());
+        R::of(0.5 * f64::EPSILON) * (local_error / stretch + R::of(4.0) * reach)
     }
 
     /// Bound on the error of the local coordinates, along any axis, of points on a ray that starts up to

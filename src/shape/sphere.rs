@@ -3,7 +3,7 @@
 use super::crossing::{Crossing, Crossings};
 use super::placement::Placement;
 use super::{AreaSample, Parametrisation, ShapeError, ShapeSample, SurfaceHit};
-use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3, angle};
+use crate::geometry::{Bounds, Points, Ray, SurfacePoint, Transform, Vec3, angle, axes_around};
 use crate::lanes::{Real, Vector};
 use crate::sampling::quadrature::gauss_legendre;
 use std::f64::consts::{PI, TAU};
@@ -50,12 +50,10 @@ impl Sphere {
     #[inline(always)]
     pub fn distance<R: Real>(&self, origin: Vector<R>, direction: Vector<R>) -> (R, R::Truth) {
         let pose = &self.placement.pose;
-        let [x, y, z] = [pose.inverse.x_axis, pose.inverse.y_axis, pose.inverse.z_axis].map(Vector::of);
-        let to_local = |world: Vector<R>| x * world.x + y * world.y + z * world.z;
-        let direction = to_local(direction);
+        let direction = direction.mapped(&pose.inverse);
         let speed = direction.length();
-        let unit = Vector::new(direction.x / speed, direction.y / speed, direction.z / speed);
-        let ([near, far], met) = unit_ball_roots(to_local(origin - Vector::of(pose.origin)), unit);
+        let origin = (origin - Vector::of(pose.origin)).mapped(&pose.inverse);
+        let ([near, far], met) = unit_ball_roots(origin, direction / speed);
         let t = R::choose(near.ge(R::of(0.0)), near, far) / speed;
         (t, met & t.ge(R::of(0.0)))
     }
@@ -81,14 +79,19 @@ impl Sphere {
     }
 
     fn surface_at(&self, local: Vec3) -> SurfaceHit {
-        let position = self.placement.pose.world_point(local);
-        let outward = self.placement.pose.world_normal(local);
+        let point = SurfacePoint::from(self.points_at::<f64>(Vector::of(local)));
+        SurfaceHit { point, shading_normal: point.normal }
+    }
+
+    /// The points where these are in local space.
+    #[inline(always)]
+    fn points_at<R: Real>(&self, local: Vector<R>) -> Points<R> {
+        let pose = &self.placement.pose;
+        let position = Vector::of(pose.origin) + local.mapped(&pose.linear);
+        let outward = local.mapped(&pose.inverse.transpose());
         let stretch = outward.length();
         let normal = outward / if self.inward { -stretch } else { stretch };
-        SurfaceHit {
-            point: SurfacePoint { position, normal, error: self.placement.error(position, local, stretch) },
-            shading_normal: normal,
-        }
+        Points { position, normal, error: self.placement.errors(position, local, stretch) }
     }
 
     /// u along the azimuth, v from the pole at local +z to the other.
@@ -157,54 +160,85 @@ impl Sphere {
     /// Uniform in solid angle over the cone that the sphere fills. `None` from inside, where the placement
     /// isn't a similarity or where normals point inward.
     pub fn sample_cone(&self, reference: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
-        let cone = self.cone(reference)?;
-        // x = 1 - cos θ is kept, never cos θ: a distant sphere fills no more than x = 1e-20.
-        let x = u[0] * cone.one_minus_cos;
-        let (cos_theta, sin_squared) = (1.0 - x, x * (2.0 - x));
-        // β is the angle at the surface between its normal and the ray, α the one at the centre: α = β - θ.
-        let sin_beta = (sin_squared.sqrt() / cone.sin).min(1.0);
-        let cos_beta = (1.0 - sin_beta * sin_beta).sqrt();
-        let sin_theta = sin_squared.sqrt();
-        let cos_alpha = cos_beta * cos_theta + sin_beta * sin_theta;
-        let sin_alpha = sin_beta * cos_theta - cos_beta * sin_theta;
-        let (sin_phi, cos_phi) = angle::sin_cos(TAU * u[1]);
-        let frame = Frame::around(cone.toward_reference);
-        let direction = frame.to_world(Vec3::new(sin_alpha * cos_phi, sin_alpha * sin_phi, cos_alpha));
-        let local = self.placement.pose.local_vector(direction).normalize();
-        let surface = self.surface_at(local);
-        Some(ShapeSample { surface, triangle: 0, barycentric: [0.0; 2], density: cone.density() })
+        self.cone_radius()?;
+        let (points, density, is_outside) = self.cone_points::<f64>(Vector::of(reference), u);
+        let point = SurfacePoint::from(points);
+        let surface = SurfaceHit { point, shading_normal: point.normal };
+        is_outside.then_some(ShapeSample { surface, triangle: 0, barycentric: [0.0; 2], density })
     }
 
     /// Density per steradian of [`Sphere::sample_cone`], wherever it is defined.
     pub fn cone_density(&self, reference: Vec3) -> Option<f64> {
-        self.cone(reference).map(|cone| cone.density())
+        self.cone_radius()?;
+        let (density, is_outside) = self.cone_densities::<f64>(Vector::of(reference));
+        is_outside.then_some(density)
     }
 
-    fn cone(&self, reference: Vec3) -> Option<Cone> {
-        // From outside, the front of one that is turned inside out is what lies beyond the cone's near side.
-        let radius = self.placement.scale.filter(|_| !self.inward)?;
-        let from_centre = reference - self.placement.pose.origin;
+    /// The radius of one that fills a cone as seen from outside. From there, the front of one that is turned
+    /// inside out is what lies beyond the cone's near side.
+    pub fn cone_radius(&self) -> Option<f64> {
+        self.placement.scale.filter(|_| !self.inward)
+    }
+
+    /// The points that [`Sphere::sample_cone`] finds from several places, with their densities and whether
+    /// the places are outside. For spheres that have a [`Sphere::cone_radius`].
+    #[inline(always)]
+    pub fn cone_points<R: Real>(&self, reference: Vector<R>, u: [R; 2]) -> (Points<R>, R, R::Truth) {
+        let one = R::of(1.0);
+        let cone = self.cone(reference);
+        // x = 1 - cos θ is kept, never cos θ: a distant sphere fills no more than x = 1e-20.
+        let x = u[0] * cone.one_minus_cos;
+        let (cos_theta, sin_squared) = (one - x, x * (R::of(2.0) - x));
+        // β is the angle at the surface between its normal and the ray, α the one at the centre: α = β - θ.
+        let sin_theta = sin_squared.sqrt();
+        let sin_beta = (sin_theta / cone.sin).lesser(one);
+        let cos_beta = (one - sin_beta * sin_beta).sqrt();
+        let cos_alpha = cos_beta * cos_theta + sin_beta * sin_theta;
+        let sin_alpha = sin_beta * cos_theta - cos_beta * sin_theta;
+        let (sin_phi, cos_phi) = angle::sin_cos(R::of(TAU) * u[1]);
+        let z = cone.toward_reference;
+        let [x, y] = axes_around(z);
+        let direction = x * (sin_alpha * cos_phi) + y * (sin_alpha * sin_phi) + z * cos_alpha;
+        let local = direction.mapped(&self.placement.pose.inverse).normalize();
+        (self.points_at(local), cone.density(), cone.is_outside)
+    }
+
+    /// Likewise [`Sphere::cone_density`].
+    #[inline(always)]
+    pub fn cone_densities<R: Real>(&self, reference: Vector<R>) -> (R, R::Truth) {
+        let cone = self.cone(reference);
+        (cone.density(), cone.is_outside)
+    }
+
+    #[inline(always)]
+    fn cone<R: Real>(&self, reference: Vector<R>) -> Cone<R> {
+        let radius = R::of(self.cone_radius().unwrap_or(f64::INFINITY));
+        let from_centre = reference - Vector::of(self.placement.pose.origin);
         let distance = from_centre.length();
-        if distance <= radius {
-            return None;
-        }
         let sin = radius / distance;
         // cos² = 1 - sin², without losing digits where the reference is close to the surface.
         let cos = ((distance - radius) * (distance + radius)).sqrt() / distance;
-        Some(Cone { sin, one_minus_cos: sin * sin / (1.0 + cos), toward_reference: from_centre / distance })
+        Cone {
+            sin,
+            one_minus_cos: sin * sin / (R::of(1.0) + cos),
+            toward_reference: from_centre / distance,
+            is_outside: distance.gt(radius),
+        }
     }
 }
 
-/// The directions from a point in which it sees a sphere.
-struct Cone {
-    sin: f64,
-    one_minus_cos: f64,
-    toward_reference: Vec3,
+/// The directions from a point in which it sees a sphere. Means nothing inside.
+struct Cone<R: Real> {
+    sin: R,
+    one_minus_cos: R,
+    toward_reference: Vector<R>,
+    is_outside: R::Truth,
 }
 
-impl Cone {
-    fn density(&self) -> f64 {
-        1.0 / (TAU * self.one_minus_cos)
+impl<R: Real> Cone<R> {
+    #[inline(always)]
+    fn density(&self) -> R {
+        R::of(1.0) / (R::of(TAU) * self.one_minus_cos)
     }
 }
 

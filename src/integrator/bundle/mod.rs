@@ -18,7 +18,7 @@ use super::weights::{late_survival, light_sample_weight, power_heuristic};
 use crate::accel::Rays;
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, lanes_of, part, set};
-use crate::light::{LightSamples, Receiver, Receivers};
+use crate::light::{LampLight, LightSamples, Receiver, Receivers};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
@@ -63,7 +63,7 @@ pub(super) struct Bundle<'a, const C: usize> {
     media: Vec<Media>,
     /// By lane, in scenes with light tracing: how paths have left their first surfaces.
     firsts: Vec<FirstSurface>,
-    only_radiance: SampledLanes<C>,
+    pub lamp_light: LampLight<C>,
     /// Light that has come along the rays, weighed by all that was before.
     pub arriving: SampledLanes<C>,
     /// What paths that have left the bundle have found that light subpaths compete for: the light, and its
@@ -96,7 +96,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             is_plain: scene.has_plain_segments(),
             media: Vec::new(),
             firsts: Vec::new(),
-            only_radiance: turn.only_radiance.clone(),
+            lamp_light: turn.lamp_light.clone(),
             arriving: SampledLanes::ZERO,
             contested: Vec::new(),
         };
@@ -228,7 +228,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
         }
         let wavelengths = |lane: usize| self.wavelengths(lane);
         let lights = &self.scene.lights;
-        let probability = lights.environment_probabilities(&self.from, self.time, wavelengths, gone);
+        let light = &self.lamp_light;
+        let probability = lights.environment_probabilities(&self.from, self.time, wavelengths, light, gone);
         std::array::from_fn(|register| {
             let by_light = density[register] * probability[register];
             let by_light = self.prior_over_density[register] * by_light;
@@ -299,8 +300,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
         }
         let (receivers, values) = (surfaces.receivers(), [u[0], u[1]]);
         let wavelengths = |lane: usize| self.wavelengths(lane);
-        let only = &self.only_radiance;
-        lights.sample_in_lanes(&receivers, self.time, wavelengths, only, self.alive, &values, samples);
+        let light = &self.lamp_light;
+        lights.sample_in_lanes(&receivers, self.time, wavelengths, light, self.alive, &values, samples);
         samples.rays.leaves = *surfaces.hits.facet();
     }
 
@@ -512,7 +513,6 @@ impl<'a, const C: usize> Bundle<'a, C> {
         for (own, other) in [
             (&mut self.throughput, &other.throughput),
             (&mut self.ratio, &other.ratio),
-            (&mut self.only_radiance, &other.only_radiance),
             (&mut self.arriving, &other.arriving),
         ] {
             own.set(lane, &other.get(from));
@@ -524,6 +524,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         ] {
             set(own, lane, get(other, from));
         }
+        self.lamp_light.take(lane, &other.lamp_light, from);
         if let (Some(own), Some(other)) = (self.media.get_mut(lane), other.media.get(from)) {
             own.clone_from(other);
         }

@@ -1,7 +1,8 @@
 use crate::lanes::LANES;
+use crate::light::LampLight;
 use crate::sampling::Stream;
 use crate::scene::Scene;
-use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
+use crate::spectrum::{Sampled, Wavelengths};
 use smallvec::SmallVec;
 
 /// One sample of each pixel of a group, with what is known of its wavelengths before the paths are followed.
@@ -13,8 +14,8 @@ pub(in crate::integrator) struct Turn<'a, const C: usize> {
     pub streams: [Stream<'a>; LANES],
     /// Reflectances of even surfaces, by their numbers: those of few, once and for all lanes.
     reflectances: SmallVec<[Sampled<C>; LOOKED_UP]>,
-    /// See [`crate::light::Lights::only_radiance`].
-    pub only_radiance: SampledLanes<C>,
+    /// What lamps emit.
+    pub lamp_light: LampLight<C>,
 }
 
 /// Wavelengths of the lanes.
@@ -28,23 +29,17 @@ const LOOKED_UP: usize = 8;
 
 impl<'a, const C: usize> Turn<'a, C> {
     pub fn new(scene: &Scene, time: f64, wavelengths: Each<'a, C>, streams: [Stream<'a>; LANES]) -> Self {
-        let lights = &scene.lights;
         let mut reflectances = SmallVec::new();
-        let (wavelengths, only_radiance) = match wavelengths {
+        let (wavelengths, are_same) = match wavelengths {
             Each::Same(wavelengths) => {
                 let first = scene.reflectances().iter().take(LOOKED_UP);
                 reflectances.extend(first.map(|spectrum| spectrum.sample(&wavelengths.nm)));
-                ([wavelengths; LANES], SampledLanes::splat(&lights.only_radiance(&wavelengths.nm)))
+                ([wavelengths; LANES], true)
             }
-            Each::Own(each) => {
-                let mut radiances = SampledLanes::ZERO;
-                for (lane, wavelengths) in each.iter().enumerate() {
-                    radiances.set(lane, &lights.only_radiance(&wavelengths.nm));
-                }
-                (each, radiances)
-            }
+            Each::Own(each) => (each, false),
         };
-        Self { wavelengths, time, streams, reflectances, only_radiance }
+        let lamp_light = LampLight::new(&scene.lights, |lane| wavelengths[lane], are_same);
+        Self { wavelengths, time, streams, reflectances, lamp_light }
     }
 
     /// Those of a lane.

@@ -2,9 +2,9 @@
 
 use super::*;
 use crate::lanes::{LANES, REGISTERS, Row, Vec3Lanes, WIDTH, ZERO, get, set};
-use crate::light::{EnvironmentMap, LightSamples, Receivers, Texel};
-use crate::shape::Mesh;
-use crate::spectrum::{Extrapolation, SampledLanes};
+use crate::light::{EnvironmentMap, LampLight, LightSamples, Receivers, Texel};
+use crate::shape::{Mesh, Sphere};
+use crate::spectrum::Extrapolation;
 
 /// Colours of different brightness, most of them black.
 fn map() -> Environment {
@@ -25,6 +25,13 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
         let place = placed(0.7, Vec3::new(0.1, 0.2, 1.0), turn);
         (Shape::Mesh(Mesh::rectangle(&place, false).unwrap()), grey(2.0))
     };
+    let ball = |x: f64, radius: f64, radiance: f64| {
+        let centre = Vec3::new(x, 0.4, -0.2);
+        (
+            Shape::Sphere(Sphere::new(&placed(1.0, Vec3::ZERO, 0.4), centre, radius, false).unwrap()),
+            grey(radiance),
+        )
+    };
     let point = Light::Point { position: Vec3::new(0.3, -1.0, 1.0), intensity: Spectrum::Constant(3.0) };
     let worlds = [
         World::new(vec![rectangle(0.3)], Vec::new(), None),
@@ -33,6 +40,9 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
         World::new(Vec::new(), Vec::new(), Some(Environment::Constant(Spectrum::ONE))),
         World::new(Vec::new(), Vec::new(), Some(map())),
         World::new(vec![rectangle(1.3)], Vec::new(), Some(map())),
+        World::new(vec![ball(0.5, 1.0, 2.0)], Vec::new(), None),
+        World::new(vec![ball(0.5, 1.0, 2.0), rectangle(0.8), ball(-2.0, 0.3, 5.0)], Vec::new(), None),
+        World::new(vec![rectangle(2.0), ball(1.0, 0.2, 3.0)], Vec::new(), Some(map())),
     ];
     let density = WavelengthDensity::new(WavelengthRange::VISIBLE, &[], &[]);
     let wavelengths: [Wavelengths<2>; LANES] =
@@ -53,15 +63,32 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
                 set(&mut u[1], lane, numbers.next());
             }
             let asked = 0b1110_1111_1111_0111;
-            let mut only = SampledLanes::ZERO;
-            for (lane, wavelengths) in wavelengths.iter().enumerate() {
-                only.set(lane, &world.lights.only_radiance(&wavelengths.nm));
-            }
             let mut samples = LightSamples::NONE;
             let of = |lane: usize| &wavelengths[lane];
-            world.lights.sample_in_lanes(&receivers, 0.0, of, &only, asked, &u, &mut samples);
+            let light = LampLight::new(&world.lights, of, false);
+            world.lights.sample_in_lanes(&receivers, 0.0, of, &light, asked, &u, &mut samples);
             assert_eq!(samples.found & !asked, 0);
+            let lights = &world.lights;
+            let is_sampled = lights.environment().is_some_and(Environment::is_sampled);
+            let beyond =
+                is_sampled.then(|| lights.environment_probabilities(&receivers, 0.0, of, &light, asked));
+            let hits = (0..lights.iter().count() as u32).filter_map(|light| {
+                let point = lights.emit(light, numbers.pair(), 0.0, &[550.0])?.point;
+                Some(LightHit { light, point, triangle: 0, barycentric: [0.0; 2] })
+            });
+            let hits: Vec<_> = hits.collect();
+            let each_hit = hits.iter().map(|hit| lights.densities(hit, &receivers, 0.0, of, &light, asked));
+            let densities: Vec<Row> = each_hit.collect();
             for lane in (0..LANES).filter(|lane| asked >> lane & 1 == 1) {
+                let receiver = receivers.get(lane);
+                for (hit, densities) in hits.iter().zip(&densities) {
+                    let expected = lights.density(hit, &receiver, 0.0, &wavelengths[lane]);
+                    assert_eq!(get(densities, lane), expected, "world {number}");
+                }
+                if let Some(beyond) = &beyond {
+                    let expected = lights.environment_probability(&receiver, 0.0, &wavelengths[lane]);
+                    assert_eq!(get(beyond, lane), expected, "world {number}");
+                }
                 let values = u.each_ref().map(|row| get(row, lane));
                 let expected = world.lights.sample(&receivers.get(lane), 0.0, &wavelengths[lane], values);
                 assert_eq!(samples.found >> lane & 1 == 1, expected.is_some(), "world {number}");

@@ -209,7 +209,7 @@ impl Compiler<'_> {
         };
         let choice = light::Setting { during, density: &wavelengths };
         let mut lights = Lights::new(lights, environment, moving_lights, &choice);
-        lights.set_facet(|light| {
+        lights.set_facets(|light| {
             let shape = surfaces.iter().position(|surface| surface.light == Some(light as u32));
             shape.map_or(NO_FACET, |shape| accel.facet_of(shape as u32, 0))
         });
