@@ -316,7 +316,8 @@ impl AreaGeometry {
         }
     }
 
-    /// See [`Extent::estimates`].
+    /// About the solid angle that the front subtends, from a place anywhere. Zero only where it is not seen
+    /// at all.
     pub fn estimate(&self, from: &Receiver, time: f64) -> f64 {
         let position = from.point.position;
         let Some(pose) = self.pose(time) else {
