@@ -11,15 +11,13 @@ rustup component add llvm-tools
 tools=$(rustc --print target-libdir)/../bin
 work=$(pwd)/target/profile-guided
 profiles=$work/profiles
-# As in .cargo/config.toml, which the variable replaces.
-case $(uname -m) in
-x86_64) flags="-C target-cpu=x86-64-v3" ;;
-*) flags="" ;;
-esac
+# The variable would take the place of the flags in .cargo/config.toml; these are added to them.
+unset RUSTFLAGS
+build() { cargo build --release --config "target.'cfg(all())'.rustflags = ['-C', '$1']" --target-dir "$2"; }
 rm -rf "$profiles"
 mkdir -p "$profiles"
 
-RUSTFLAGS="$flags -C profile-generate=$profiles" cargo build --release --target-dir "$work/measured"
+build "profile-generate=$profiles" "$work/measured"
 for scene in box metals caustic sphereflake shapes doublet coloured-glass gem fluorescent cloud marble effects/gloss; do
     for estimator in shared plain; do
         "$work/measured/release/abbe" render "scenes/$scene/scene.xml" --size 192x144 --spp 16 --estimator $estimator \
@@ -28,5 +26,5 @@ for scene in box metals caustic sphereflake shapes doublet coloured-glass gem fl
 done
 "$tools/llvm-profdata" merge -o "$profiles/abbe.profdata" "$profiles"/*.profraw
 
-RUSTFLAGS="$flags -C profile-use=$profiles/abbe.profdata" cargo build --release --target-dir "$work"
+build "profile-use=$profiles/abbe.profdata" "$work"
 echo "$work/release/abbe"

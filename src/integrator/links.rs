@@ -13,7 +13,7 @@ use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::lanes::{
     self, LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, lanes_of, mask_of, part,
 };
-use crate::light::Receivers;
+use crate::light::{Lit, Receivers};
 use crate::scene::{RayKind, Scene, Techniques};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use std::f64::consts::FRAC_1_PI;
@@ -122,6 +122,13 @@ impl<'a, const C: usize> Firsts<'a, C> {
     /// Those of the group.
     pub fn wavelengths(&self) -> &'a Wavelengths<C> {
         self.turn.wavelengths(0)
+    }
+
+    /// The first surfaces as they ask for light.
+    pub fn lit(&self, asked: Mask) -> Lit<'_, impl Fn(usize) -> &'a Wavelengths<C> + use<'_, 'a, C>, C> {
+        let (turn, wavelengths) = (self.turn, self.wavelengths());
+        let wavelengths = move |_: usize| wavelengths;
+        Lit { from: &self.receivers, time: turn.time, wavelengths, light: &turn.lamp_light, asked }
     }
 
     /// The weight, beside light subpaths that reach a first surface, of what it gets of a suffix.

@@ -316,21 +316,19 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         }
         firsts.hide(self.links, owners);
         lanes_of(owners).for_each(|owner| firsts.weigh(&mut self.links[owner]));
+        let probability = if beyond.is_empty() { ZERO } else { self.environment_probabilities() };
         for (owner, radiance, density) in &beyond {
-            self.share_environment(*owner, radiance, *density);
+            let by_light = probability.map(|probability| f64x4::splat(*density) * probability);
+            self.share_environment(*owner, radiance, &by_light);
             told(*owner, &self.shared);
         }
         for owner in lanes_of(lit) {
             let hit = surfaces.hits.get(scene, owner);
             let Some(light_hit) = hit.on_light() else { continue };
-            let (time, wavelengths) = (firsts.turn.time, firsts.wavelengths());
-            let radiance =
-                scene.lights.radiance(light_hit.light, &scene.texture_point(&hit), &wavelengths.nm);
-            let links = &self.links[owner];
-            share_light(firsts, links, &radiance, &mut self.shared, || {
-                let (from, light, of) = (&firsts.receivers, &firsts.turn.lamp_light, |_: usize| wavelengths);
-                scene.lights.densities(&light_hit, from, time, of, light, links.linked)
-            });
+            let (lights, links, nm) = (&scene.lights, &self.links[owner], &firsts.wavelengths().nm);
+            let radiance = lights.radiance(light_hit.light, &scene.texture_point(&hit), nm);
+            let by_light = lights.densities(&light_hit, &firsts.lit(links.linked));
+            share_light(firsts, links, &radiance, &mut self.shared, &by_light);
             told(owner, &self.shared);
         }
         if is_last {
@@ -365,11 +363,10 @@ impl<'a, const C: usize> SharedSample<'a, C> {
     }
 
     /// Gives each first surface what comes from beyond the scene in a direction in which one of them, the
-    /// owner, scatters. `density`: of light samples that go there.
-    fn share_environment(&mut self, owner: usize, radiance: &Sampled<C>, density: f64) {
+    /// owner, scatters. `by_light`: density of light samples that go there.
+    fn share_environment(&mut self, owner: usize, radiance: &Sampled<C>, by_light: &Row) {
         let (firsts, links) = (self.firsts, &self.links[owner]);
-        let (lights, wavelengths, time) = (&firsts.scene.lights, firsts.wavelengths(), firsts.turn.time);
-        if let Some(Environment::Constant(_)) = lights.environment() {
+        if let Some(Environment::Constant(_)) = firsts.scene.lights.environment() {
             // No light sample looks for it.
             let density = links.density.sum().sum();
             if density > 0.0 {
@@ -377,15 +374,18 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             }
             return;
         }
-        share_light(firsts, links, radiance, &mut self.shared, || match density {
-            0.0 => ZERO,
-            _ => {
-                let (from, light, asked) = (&firsts.receivers, &firsts.turn.lamp_light, links.linked);
-                let of = |_: usize| wavelengths;
-                let probabilities = lights.environment_probabilities(from, time, of, light, asked);
-                probabilities.map(|probability| f64x4::splat(density) * probability)
+        share_light(firsts, links, radiance, &mut self.shared, by_light);
+    }
+
+    /// The probabilities with which light samples of the first surfaces go to the environment.
+    fn environment_probabilities(&self) -> Row {
+        let lights = &self.firsts.scene.lights;
+        match lights.environment() {
+            Some(environment) if environment.is_sampled() => {
+                lights.environment_probabilities(&self.firsts.lit(self.firsts.all))
             }
-        });
+            _ => ZERO,
+        }
     }
 
     /// Gives each first surface the light that reaches the next ones straight from lights. `priors`: the next
@@ -500,13 +500,13 @@ fn share_light<const C: usize>(
     links: &Links<C>,
     radiance: &Sampled<C>,
     shared: &mut SampledLanes<C>,
-    by_light: impl FnOnce() -> Row,
+    by_light: &Row,
 ) {
     let density = links.density.sum().sum();
     if density <= 0.0 {
         return;
     }
-    let weights = firsts.weights_beside_lights(links, &by_light());
+    let weights = firsts.weights_beside_lights(links, by_light);
     links.reach.add_weighted(&weights, &(*radiance / density), shared);
 }
 

@@ -1,5 +1,5 @@
 use super::tree::Bound;
-use super::{Guides, LightHit, Receiver};
+use super::{Guides, LightHit, Receiver, sees_none_of};
 use crate::geometry::{Bounds, Placed, Pose, SurfacePoint, Vec3};
 use crate::lanes::{Real, Vector};
 use crate::shape::solid::Solid;
@@ -16,7 +16,7 @@ pub struct AreaGeometry {
     /// What it is a part of.
     whole: Option<Whole>,
     /// In the coordinates of the shape.
-    extent: Extent,
+    pub(super) extent: Extent,
     /// Whether each triangle is a part.
     pub(super) divided: bool,
     /// Where light samples go, if not to all of it alike.
@@ -39,8 +39,8 @@ impl Extent {
     /// light counts. Zero only where it is not seen at all.
     #[inline(always)]
     pub fn estimates<R: Real>(&self, position: Vector<R>, facing: Vector<R>) -> R {
-        let beyond = (Vector::of(self.centre) - position).dot(facing).lt(R::of(-self.radius));
-        R::choose(beyond, R::of(0.0), self.estimates_all_around(position))
+        let hidden = sees_none_of(position, facing, self.centre, self.radius);
+        R::choose(hidden, R::of(0.0), self.estimates_all_around(position))
     }
 
     /// The same where light from anywhere counts.
@@ -124,10 +124,6 @@ impl AreaGeometry {
     /// In its own coordinates.
     pub fn area(&self) -> f64 {
         self.extent.area
-    }
-
-    pub(super) fn extent(&self) -> &Extent {
-        &self.extent
     }
 
     /// Whether all of the surface emits, and stays where it is.

@@ -13,6 +13,10 @@ use crate::units::WavelengthRange;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
+/// What the mean radiance of the environment is multiplied by for its estimate: half of it is above a
+/// surface, at a slant.
+pub(super) const ENVIRONMENT_WEIGHT: f64 = PI;
+
 /// Up to this number of lights each is estimated at each vertex.
 const FEW: usize = 32;
 
@@ -174,7 +178,7 @@ impl Distant {
     fn choose(&self, u: &mut f64) -> (u32, f64) {
         let (place, probability) = self.choice.sample(*u);
         let index = (place as usize).min(self.lights.len() - 1);
-        *u = below_one::<f64>(place - index as f64);
+        *u = below_one(place - index as f64);
         (self.lights[index], probability)
     }
 }
@@ -287,11 +291,9 @@ impl Lights {
             }
             Head::Near(near) => C as f64 * near.tree.estimate(&from.view()),
             Head::Distant(distant) => C as f64 * distant.irradiance,
-            // Half of it is above a surface, at a slant.
-            Head::Environment => self
-                .environment
-                .as_ref()
-                .map_or(0.0, |environment| PI * environment.mean().sample(&wavelengths.nm).sum()),
+            Head::Environment => self.environment.as_ref().map_or(0.0, |environment| {
+                ENVIRONMENT_WEIGHT * environment.mean().sample(&wavelengths.nm).sum()
+            }),
         }
     }
 }
@@ -303,7 +305,7 @@ fn pick(weights: &[f64], all: f64, u: &mut f64) -> Option<(usize, f64)> {
     for (index, &weight) in weights.iter().enumerate() {
         // The last that weighs anything takes what rounding leaves over.
         if weight > 0.0 && (remaining < weight || remaining - weight <= 1e-12 * all) {
-            *u = below_one::<f64>(remaining / weight);
+            *u = below_one(remaining / weight);
             return Some((index, weight / all));
         }
         remaining -= weight;

@@ -2,15 +2,14 @@
 //! where they are. Beside them there may be an environment.
 
 use super::area::Extent;
-use super::choice::{Head, below_one};
-use super::{Light, LightHit, Lights, Receivers};
+use super::choice::{ENVIRONMENT_WEIGHT, Head, below_one};
+use super::{Light, LightHit, Lights, Lit};
 use crate::accel::NO_FACET;
 use crate::geometry::Points;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, part, set};
 use crate::shape::{RectangleSurface, Shape, Sphere};
-use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
+use crate::spectrum::{Sampled, SampledLanes, Spectrum, Wavelengths};
 use smallvec::SmallVec;
-use std::f64::consts::PI;
 use wide::f64x4;
 
 /// Each lamp is estimated for each surface: more go one by one.
@@ -19,7 +18,7 @@ const MOST: usize = 8;
 /// All that light samples go to.
 #[derive(Clone, Debug)]
 pub(super) struct Lamps {
-    lamps: Vec<Lamp>,
+    pub lamps: Vec<Lamp>,
     /// Whether they go to the environment, too.
     has_environment: bool,
 }
@@ -28,6 +27,10 @@ pub(super) struct Lamps {
 #[derive(Clone, Debug)]
 pub(super) struct Lamp {
     pub light: usize,
+    /// The same from all over it.
+    radiance: Spectrum,
+    /// What it weighs by in the choice; see [`Light::Area`].
+    mean: Spectrum,
     form: Form,
     extent: Extent,
     /// The facet that it is, where the scene consists of few; see [`crate::accel::Rays::arrives`].
@@ -55,8 +58,8 @@ pub(super) struct Choices {
     /// By lamp, and at last the environment.
     pub lanes: [Mask; MOST + 1],
     pub probability: Row,
-    /// What is left of the sample value that has chosen: it is uniform again.
-    pub u: Row,
+    /// The sample values. What is left of the first, which has chosen, is uniform again.
+    pub u: [Row; 2],
 }
 
 /// Points on lamps as lanes see them.
@@ -70,9 +73,9 @@ pub(super) struct Targets {
 
 impl Lamp {
     fn new(lights: &Lights, light: usize) -> Option<Self> {
-        let Light::Area { geometry, radiance, .. } = &lights.lights[light] else { return None };
-        let is_plain = geometry.stands_alone() && geometry.guides.is_none() && radiance.uniform().is_some();
-        if !is_plain || geometry.area() <= 0.0 {
+        let Light::Area { geometry, radiance, mean } = &lights.lights[light] else { return None };
+        let radiance = radiance.uniform()?.clone();
+        if !geometry.stands_alone() || geometry.guides.is_some() || geometry.area() <= 0.0 {
             return None;
         }
         let form = match &geometry.shape {
@@ -83,7 +86,7 @@ impl Lamp {
             }
             _ => return None,
         };
-        Some(Self { light, form, extent: *geometry.extent(), facet: NO_FACET })
+        Some(Self { light, radiance, mean: mean.clone(), form, extent: geometry.extent, facet: NO_FACET })
     }
 
     /// Points on it for the lanes of a register that are asked for: by solid angle where that pays, and else
@@ -92,18 +95,16 @@ impl Lamp {
     pub fn sample(&self, from: Vec3Lanes, u: [f64x4; 2], wanted: Mask) -> Targets {
         match &self.form {
             Form::Rectangle(surface) => {
-                let rectangle = surface.rectangle();
-                let near = rectangle.is_near(from);
-                let (mut place, mut density, mut by_angle) = (u, f64x4::ZERO, near);
-                if near.mask() & wanted != 0 {
-                    let (seen, usable) = rectangle.project(from);
-                    by_angle = by_angle & usable;
+                let seen = surface.rectangle().seen_in_lanes(from, wanted);
+                let place = seen.map_or(u, |(seen, by_angle)| {
                     let of_angle = seen.sample(u);
-                    place = [0, 1].map(|axis| f64x4::choose(by_angle, of_angle[axis], u[axis]));
-                    density = f64x4::ONE / seen.solid_angle();
-                }
+                    [0, 1].map(|axis| f64x4::choose(by_angle, of_angle[axis], u[axis]))
+                });
                 let points = surface.points(place);
-                density = f64x4::choose(by_angle, density, self.density_of_area(from, &points));
+                let of_area = self.density_of_area(from, &points);
+                let density = seen.map_or(of_area, |(seen, by_angle)| {
+                    f64x4::choose(by_angle, f64x4::ONE / seen.solid_angle(), of_area)
+                });
                 Targets { points, density, unknown: 0 }
             }
             Form::Ball(sphere) => {
@@ -119,14 +120,10 @@ impl Lamp {
         let of_area = self.density_of_area(from, points);
         let of_area = f64x4::choose(of_area.lt(f64x4::splat(f64::INFINITY)), of_area, f64x4::ZERO);
         let (density, by_angle) = match &self.form {
-            Form::Rectangle(surface) => {
-                let near = surface.rectangle().is_near(from);
-                if near.mask() & wanted == 0 {
-                    return of_area;
-                }
-                let (seen, usable) = surface.rectangle().project(from);
-                (f64x4::ONE / seen.solid_angle(), near & usable)
-            }
+            Form::Rectangle(surface) => match surface.rectangle().seen_in_lanes(from, wanted) {
+                None => return of_area,
+                Some((seen, by_angle)) => (f64x4::ONE / seen.solid_angle(), by_angle),
+            },
             Form::Ball(sphere) => sphere.cone_densities(from),
         };
         f64x4::choose(by_angle, density, of_area)
@@ -155,14 +152,6 @@ impl Lamps {
         (1..=MOST).contains(&lamps.len()).then_some(Self { lamps, has_environment })
     }
 
-    pub fn all(&self) -> &[Lamp] {
-        &self.lamps
-    }
-
-    pub fn all_mut(&mut self) -> &mut [Lamp] {
-        &mut self.lamps
-    }
-
     /// How many a light sample chooses among.
     fn heads(&self) -> usize {
         self.lamps.len() + usize::from(self.has_environment)
@@ -180,19 +169,14 @@ impl Lamps {
 
     /// What each brings to places, and the sum; see [`Lights::choose`].
     #[inline(always)]
-    fn estimates<const C: usize>(
-        &self,
-        from: &Receivers,
-        light: &LampLight<C>,
-        register: usize,
-    ) -> ([f64x4; MOST + 1], f64x4) {
+    fn estimates<F, const C: usize>(&self, lit: &Lit<F, C>, register: usize) -> ([f64x4; MOST + 1], f64x4) {
+        let (position, facing) = (lit.from.point[register].position, lit.from.facing[register]);
         let (mut estimates, mut all) = ([f64x4::ZERO; MOST + 1], f64x4::ZERO);
-        for (number, (estimate, spectral)) in estimates.iter_mut().zip(&light.spectral).enumerate() {
+        for (number, (estimate, spectral)) in estimates.iter_mut().zip(&lit.light.spectral).enumerate() {
             let spectral = spectral[register];
             *estimate = match self.lamps.get(number) {
                 Some(lamp) => {
-                    let seen = lamp.extent.estimates(from.point[register].position, from.facing[register]);
-                    spectral.gt(f64x4::ZERO).only(spectral * seen)
+                    spectral.gt(f64x4::ZERO).only(spectral * lamp.extent.estimates(position, facing))
                 }
                 None => spectral,
             };
@@ -201,33 +185,26 @@ impl Lamps {
         (estimates, all)
     }
 
-    /// Which of them light samples go to, by a sample value.
-    pub fn choose<const C: usize>(
-        &self,
-        from: &Receivers,
-        light: &LampLight<C>,
-        asked: Mask,
-        u: &Row,
-    ) -> Choices {
+    /// Which of them light samples go to, by the first of their sample values.
+    pub fn choose<F, const C: usize>(&self, lit: &Lit<F, C>, u: &[Row; 2]) -> Choices {
         let mut choices = Choices { lanes: [0; MOST + 1], probability: [f64x4::ONE; REGISTERS], u: *u };
         if self.heads() == 1 {
-            choices.lanes[0] = asked;
+            choices.lanes[0] = lit.asked;
             return choices;
         }
         for register in 0..REGISTERS {
-            let mut open = part(asked, register);
+            let mut open = part(lit.asked, register);
             if open == 0 {
                 continue;
             }
-            let (estimates, all) = self.estimates(from, light, register);
-            let u = u[register];
-            let mut remaining = u * all;
+            let (estimates, all) = self.estimates(lit, register);
+            let mut remaining = u[0][register] * all;
             for (lanes, weight) in choices.lanes.iter_mut().zip(estimates).take(self.heads()) {
                 // The last that weighs anything takes what rounding leaves over.
                 let left = (remaining - weight).le(f64x4::splat(1e-12) * all);
                 let taken = weight.gt(f64x4::ZERO) & (remaining.lt(weight) | left);
                 let taken = Truth::of(taken.mask() & open);
-                let (probability, value) = (&mut choices.probability[register], &mut choices.u[register]);
+                let (probability, value) = (&mut choices.probability[register], &mut choices.u[0][register]);
                 *value = f64x4::choose(taken, below_one(remaining / weight), *value);
                 *probability = f64x4::choose(taken, weight / all, *probability);
                 *lanes |= taken.mask() << (WIDTH * register);
@@ -240,53 +217,35 @@ impl Lamps {
 
     /// The probability with which one of them is chosen.
     #[inline(always)]
-    fn probability<const C: usize>(
-        &self,
-        number: usize,
-        from: &Receivers,
-        light: &LampLight<C>,
-        register: usize,
-    ) -> f64x4 {
+    fn probability<F, const C: usize>(&self, number: usize, lit: &Lit<F, C>, register: usize) -> f64x4 {
         if self.heads() == 1 {
             return f64x4::ONE;
         }
-        let (estimates, all) = self.estimates(from, light, register);
-        let estimate = estimates[number.min(MOST)];
+        let (estimates, all) = self.estimates(lit, register);
+        let estimate = estimates[number];
         estimate.gt(f64x4::ZERO).only(estimate / all)
     }
 
-    /// That of the environment, in the lanes asked for.
-    pub fn probabilities_of_environment<const C: usize>(
-        &self,
-        from: &Receivers,
-        light: &LampLight<C>,
-        asked: Mask,
-    ) -> Row {
+    /// That of the environment.
+    pub fn probabilities_of_environment<F, const C: usize>(&self, lit: &Lit<F, C>) -> Row {
         let mut probabilities = ZERO;
-        for register in (0..REGISTERS).filter(|&register| part(asked, register) != 0) {
-            probabilities[register] = self.probability(self.environment(), from, light, register);
+        for register in (0..REGISTERS).filter(|&register| part(lit.asked, register) != 0) {
+            probabilities[register] = self.probability(self.environment(), lit, register);
         }
         probabilities
     }
 
-    /// The density with which light samples find a point of a lamp, in the lanes asked for.
-    pub fn densities<const C: usize>(
-        &self,
-        number: usize,
-        hit: &LightHit,
-        from: &Receivers,
-        light: &LampLight<C>,
-        asked: Mask,
-    ) -> Row {
+    /// The density with which light samples find a point of a lamp.
+    pub fn densities<F, const C: usize>(&self, number: usize, hit: &LightHit, lit: &Lit<F, C>) -> Row {
         let points = Points::of(&hit.point);
         let mut densities = ZERO;
         for register in 0..REGISTERS {
-            let wanted = part(asked, register);
+            let wanted = part(lit.asked, register);
             if wanted == 0 {
                 continue;
             }
-            let probability = self.probability(number, from, light, register);
-            let density = self.lamps[number].density(from.point[register].position, &points, wanted);
+            let probability = self.probability(number, lit, register);
+            let density = self.lamps[number].density(lit.from.point[register].position, &points, wanted);
             densities[register] = probability.gt(f64x4::ZERO).only(probability * density);
         }
         densities
@@ -312,19 +271,14 @@ impl<const C: usize> LampLight<C> {
             }
             lanes
         };
-        let is_chosen = lamps.heads() > 1;
-        for lamp in &lamps.lamps {
-            let Light::Area { radiance, mean, .. } = &lights.lights[lamp.light] else { continue };
-            let Some(radiance) = radiance.uniform() else { continue };
-            all.radiance.push(lanes(&|nm| radiance.sample(nm)));
-            if is_chosen {
-                all.spectral.push(lanes(&|nm| mean.sample(nm)).sum_of_each());
-            }
+        all.radiance.extend(lamps.lamps.iter().map(|lamp| lanes(&|nm| lamp.radiance.sample(nm))));
+        if lamps.heads() > 1 {
+            let means = lamps.lamps.iter().map(|lamp| lanes(&|nm| lamp.mean.sample(nm)).sum_of_each());
+            all.spectral.extend(means);
         }
-        if let Some(environment) = lights.environment.as_ref().filter(|_| lamps.has_environment && is_chosen)
-        {
+        if let Some(environment) = lights.environment.as_ref().filter(|_| lamps.has_environment) {
             let sums = lanes(&|nm| environment.mean().sample(nm)).sum_of_each();
-            all.spectral.push(sums.map(|sum| f64x4::splat(PI) * sum));
+            all.spectral.push(sums.map(|sum| f64x4::splat(ENVIRONMENT_WEIGHT) * sum));
         }
         all
     }

@@ -4,7 +4,7 @@ use super::choice::Chosen;
 use super::lamps::{Choices, Lamp, Lamps};
 use super::{Environment, EnvironmentMap, LampLight, LightHit, LightSample, Lights, Receiver};
 use crate::accel::{NO_FACET, Rays};
-use crate::geometry::Points;
+use crate::geometry::{Points, Segments};
 use crate::lanes::{Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
 use crate::sampling::Density;
 use crate::spectrum::{SampledLanes, Wavelengths};
@@ -17,6 +17,21 @@ pub struct Receivers {
     pub point: [Points<f64x4>; REGISTERS],
     /// The sides from which light counts, as [`Receiver::facing`] has them.
     pub facing: [Vec3Lanes; REGISTERS],
+}
+
+/// The places of some lanes, and what else light samples for them depend on.
+#[derive(Clone, Copy, Debug)]
+pub struct Lit<'a, F, const C: usize> {
+    /// The places.
+    pub from: &'a Receivers,
+    /// When they are lit.
+    pub time: f64,
+    /// The wavelengths of a lane.
+    pub wavelengths: F,
+    /// What lamps emit at these.
+    pub light: &'a LampLight<C>,
+    /// The lanes that ask.
+    pub asked: Mask,
 }
 
 /// Light samples of the lanes that found one; see [`super::LightSample`].
@@ -45,6 +60,17 @@ impl Receivers {
     }
 }
 
+impl<'w, F: Fn(usize) -> &'w Wavelengths<C>, const C: usize> Lit<'_, F, C> {
+    /// A number for each of the lanes.
+    fn each(&self, of: impl Fn(&Receiver, &Wavelengths<C>) -> f64) -> Row {
+        let mut row = ZERO;
+        for lane in lanes_of(self.asked) {
+            set(&mut row, lane, of(&self.from.get(lane), (self.wavelengths)(lane)));
+        }
+        row
+    }
+}
+
 impl<const C: usize> LightSamples<C> {
     /// No lane has a sample.
     pub const NONE: Self =
@@ -54,51 +80,40 @@ impl<const C: usize> LightSamples<C> {
     fn toward_map<'w>(
         &mut self,
         map: &EnvironmentMap,
-        from: &Receivers,
-        asked: Mask,
+        lit: &Lit<'_, impl Fn(usize) -> &'w Wavelengths<C>, C>,
+        lanes: Mask,
         u: &[Row; 2],
         probability: &Row,
-        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
     ) {
-        let samples = map.sample_in_lanes(u, asked, wavelengths);
-        self.found |= asked;
+        let samples = map.sample_in_lanes(u, lanes, &lit.wavelengths);
+        self.found |= lanes;
         for register in 0..REGISTERS {
-            let wanted = Truth::of(part(asked, register));
             let direction = samples.direction[register];
-            let origin = from.point[register].leave(direction);
-            let rays = &mut self.rays;
-            rays.origin[register] = Vec3Lanes::choose(wanted, origin, rays.origin[register]);
-            rays.direction[register] = Vec3Lanes::choose(wanted, direction, rays.direction[register]);
-            rays.t_max[register] = f64x4::choose(wanted, f64x4::splat(f64::INFINITY), rays.t_max[register]);
-            self.density[register] = f64x4::choose(
-                wanted,
-                samples.density[register] * probability[register],
-                self.density[register],
-            );
-            for (own, radiance) in self.radiance.0.iter_mut().zip(&samples.radiance.0) {
-                own[register] = f64x4::choose(wanted, radiance[register], own[register]);
-            }
+            let origin = lit.from.point[register].leave(direction);
+            let ray = Segments { origin, direction, length: f64x4::splat(f64::INFINITY) };
+            let density = samples.density[register] * probability[register];
+            self.put_in_lanes(register, part(lanes, register), &ray, density, &samples.radiance);
         }
     }
 
-    /// Samples of the lanes that have chosen a lamp. The lanes that it means nothing for.
+    /// Samples of the lanes that have chosen a lamp, which has this radiance. The lanes that go one by one.
     #[inline(always)]
     fn toward_lamp(
         &mut self,
         lamp: &Lamp,
+        radiance: &SampledLanes<C>,
         from: &Receivers,
-        asked: Mask,
-        u: &[Row; 2],
-        probability: &Row,
+        lanes: Mask,
+        choices: &Choices,
     ) -> Mask {
         let mut unknown = 0;
         for register in 0..REGISTERS {
-            let wanted = part(asked, register);
+            let wanted = part(lanes, register);
             if wanted == 0 {
                 continue;
             }
             let points = &from.point[register];
-            let target = lamp.sample(points.position, [u[0][register], u[1][register]], wanted);
+            let target = lamp.sample(points.position, choices.u.map(|row| row[register]), wanted);
             unknown |= target.unknown << (WIDTH * register);
             let facing = (target.points.position - points.position).dot(target.points.normal);
             let segment = points.segments_to(&target.points);
@@ -107,17 +122,33 @@ impl<const C: usize> LightSamples<C> {
                 & target.density.lt(f64x4::splat(f64::INFINITY))
                 & segment.length.gt(f64x4::ZERO);
             self.found |= (found.mask() & wanted & !target.unknown) << (WIDTH * register);
-            let wanted = Truth::of(wanted);
-            let rays = &mut self.rays;
-            rays.origin[register] = Vec3Lanes::choose(wanted, segment.origin, rays.origin[register]);
-            rays.direction[register] = Vec3Lanes::choose(wanted, segment.direction, rays.direction[register]);
-            rays.t_max[register] = f64x4::choose(wanted, segment.length, rays.t_max[register]);
-            let facet = f64x4::splat(lamp.facet);
-            rays.arrives[register] = f64x4::choose(wanted, facet, rays.arrives[register]);
-            let density = target.density * probability[register];
-            self.density[register] = f64x4::choose(wanted, density, self.density[register]);
+            let density = target.density * choices.probability[register];
+            self.put_in_lanes(register, wanted, &segment, density, radiance);
+            let arrives = &mut self.rays.arrives[register];
+            *arrives = f64x4::choose(Truth::of(wanted), f64x4::splat(lamp.facet), *arrives);
         }
         unknown
+    }
+
+    /// Samples of some lanes of a register.
+    #[inline(always)]
+    fn put_in_lanes(
+        &mut self,
+        register: usize,
+        wanted: Mask,
+        ray: &Segments<f64x4>,
+        density: f64x4,
+        radiance: &SampledLanes<C>,
+    ) {
+        let wanted = Truth::of(wanted);
+        let rays = &mut self.rays;
+        rays.origin[register] = Vec3Lanes::choose(wanted, ray.origin, rays.origin[register]);
+        rays.direction[register] = Vec3Lanes::choose(wanted, ray.direction, rays.direction[register]);
+        rays.t_max[register] = f64x4::choose(wanted, ray.length, rays.t_max[register]);
+        self.density[register] = f64x4::choose(wanted, density, self.density[register]);
+        for (own, radiance) in self.radiance.0.iter_mut().zip(&radiance.0) {
+            own[register] = f64x4::choose(wanted, radiance[register], own[register]);
+        }
     }
 
     /// The sample of a lane, if it has found one.
@@ -145,145 +176,103 @@ impl Lights {
     /// Says which facet of a small scene each lamp is whose light samples are taken in lanes, by `facet_of` a
     /// light.
     pub fn set_facets(&mut self, facet_of: impl Fn(usize) -> f64) {
-        for lamp in self.lamps.iter_mut().flat_map(|lamps| lamps.all_mut()) {
+        for lamp in self.lamps.iter_mut().flat_map(|lamps| &mut lamps.lamps) {
             lamp.facet = facet_of(lamp.light);
         }
     }
 
-    /// [`Self::environment_probability`] of the lanes asked for.
+    /// [`Self::environment_probability`] of the lanes.
     pub fn environment_probabilities<'w, const C: usize>(
         &self,
-        from: &Receivers,
-        time: f64,
-        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
-        light: &LampLight<C>,
-        asked: Mask,
+        lit: &Lit<'_, impl Fn(usize) -> &'w Wavelengths<C>, C>,
     ) -> Row {
         if self.choice.heads().len() == 1 {
             return [f64x4::ONE; REGISTERS];
         }
-        if let Some(lamps) = &self.lamps {
-            return lamps.probabilities_of_environment(from, light, asked);
+        match &self.lamps {
+            Some(lamps) => lamps.probabilities_of_environment(lit),
+            None => lit.each(|from, wavelengths| self.environment_probability(from, lit.time, wavelengths)),
         }
-        let mut probabilities = ZERO;
-        for lane in lanes_of(asked) {
-            let probability = self.environment_probability(&from.get(lane), time, wavelengths(lane));
-            set(&mut probabilities, lane, probability);
-        }
-        probabilities
     }
 
-    /// [`Self::density`] for the lanes asked for.
+    /// [`Self::density`] for the lanes.
     pub fn densities<'w, const C: usize>(
         &self,
         hit: &LightHit,
-        from: &Receivers,
-        time: f64,
-        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
-        light: &LampLight<C>,
-        asked: Mask,
+        lit: &Lit<'_, impl Fn(usize) -> &'w Wavelengths<C>, C>,
     ) -> Row {
-        if let Some(lamps) = &self.lamps
-            && let Some(number) = lamps.number_of(hit.light as usize)
-        {
-            return lamps.densities(number, hit, from, light, asked);
+        let lamps = self.lamps.as_ref();
+        match lamps.and_then(|lamps| Some((lamps, lamps.number_of(hit.light as usize)?))) {
+            Some((lamps, number)) => lamps.densities(number, hit, lit),
+            None => lit.each(|from, wavelengths| self.density(hit, from, lit.time, wavelengths)),
         }
-        let mut densities = ZERO;
-        for lane in lanes_of(asked) {
-            set(&mut densities, lane, self.density(hit, &from.get(lane), time, wavelengths(lane)));
-        }
-        densities
     }
 
-    /// [`Lights::sample`] for the lanes asked for, with what lamps emit in each.
-    #[expect(clippy::too_many_arguments, reason = "all that a light sample depends on, by lane")]
+    /// [`Lights::sample`] for the lanes.
     pub fn sample_in_lanes<'w, const C: usize>(
         &self,
-        from: &Receivers,
-        time: f64,
-        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
-        light: &LampLight<C>,
-        asked: Mask,
+        lit: &Lit<'_, impl Fn(usize) -> &'w Wavelengths<C>, C>,
         u: &[Row; 2],
         samples: &mut LightSamples<C>,
     ) {
         (samples.found, samples.discrete) = (0, 0);
         if let Some(lamps) = &self.lamps {
-            return self.sample_lamps(lamps, from, time, wavelengths, light, asked, u, samples);
+            return self.sample_lamps(lamps, lit, u, samples);
         }
         let (mut beyond, mut of_map, mut probability) = (0, *u, ZERO);
-        for lane in lanes_of(asked) {
-            let (receiver, wavelengths) = (from.get(lane), wavelengths(lane));
+        for lane in lanes_of(lit.asked) {
+            let (receiver, wavelengths) = (lit.from.get(lane), (lit.wavelengths)(lane));
             let mut u = u.each_ref().map(|row| get(row, lane));
-            let Some(chosen) = self.choose(&receiver, time, wavelengths, &mut u[0]) else { continue };
+            let Some(chosen) = self.choose(&receiver, lit.time, wavelengths, &mut u[0]) else { continue };
             if self.map().is_some() && chosen.light == self.lights.len() {
                 beyond |= 1 << lane;
                 set(&mut of_map[0], lane, u[0]);
                 set(&mut probability, lane, chosen.probability);
                 continue;
             }
-            samples.put(lane, self.sample_chosen(&chosen, &receiver.point, time, &wavelengths.nm, u));
+            samples.put(lane, self.sample_chosen(&chosen, &receiver.point, lit.time, &wavelengths.nm, u));
         }
         if let Some(map) = self.map().filter(|_| beyond != 0) {
-            samples.toward_map(map, from, beyond, &of_map, &probability, wavelengths);
+            samples.toward_map(map, lit, beyond, &of_map, &probability);
         }
     }
 
     /// The same where all lights are lamps, but for the environment.
-    #[expect(clippy::too_many_arguments, reason = "all that a light sample depends on, by lane")]
     #[inline(always)]
     fn sample_lamps<'w, const C: usize>(
         &self,
         lamps: &Lamps,
-        from: &Receivers,
-        time: f64,
-        wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
-        light: &LampLight<C>,
-        asked: Mask,
+        lit: &Lit<'_, impl Fn(usize) -> &'w Wavelengths<C>, C>,
         u: &[Row; 2],
         samples: &mut LightSamples<C>,
     ) {
-        let chosen = lamps.choose(from, light, asked, &u[0]);
-        let u = [chosen.u, u[1]];
+        let chosen = lamps.choose(lit, u);
         samples.rays.arrives = [f64x4::splat(NO_FACET); REGISTERS];
-        for (number, (lamp, &lanes)) in lamps.all().iter().zip(&chosen.lanes).enumerate() {
-            let unknown = samples.toward_lamp(lamp, from, lanes, &u, &chosen.probability);
-            for (own, radiance) in samples.radiance.0.iter_mut().zip(&light.radiance[number].0) {
-                for register in 0..REGISTERS {
-                    let wanted = Truth::of(part(lanes, register));
-                    own[register] = f64x4::choose(wanted, radiance[register], own[register]);
-                }
-            }
-            self.sample_each(lamp.light, from, time, &wavelengths, &chosen, unknown, &u, samples);
+        for ((lamp, radiance), &lanes) in lamps.lamps.iter().zip(&lit.light.radiance).zip(&chosen.lanes) {
+            let unknown = samples.toward_lamp(lamp, radiance, lit.from, lanes, &chosen);
+            self.sample_each(lamp.light, lit, unknown, &chosen, samples);
         }
         let beyond = chosen.lanes[lamps.environment()];
         match self.map().filter(|_| beyond != 0) {
-            Some(map) => samples.toward_map(map, from, beyond, &u, &chosen.probability, wavelengths),
-            None => {
-                let number = self.lights.len();
-                self.sample_each(number, from, time, &wavelengths, &chosen, beyond, &u, samples);
-            }
+            Some(map) => samples.toward_map(map, lit, beyond, &chosen.u, &chosen.probability),
+            None => self.sample_each(self.lights.len(), lit, beyond, &chosen, samples),
         }
     }
 
     /// Samples of a light that some lanes have chosen, one by one.
-    #[expect(clippy::too_many_arguments, reason = "all that a light sample depends on, by lane")]
     fn sample_each<'w, const C: usize>(
         &self,
         light: usize,
-        from: &Receivers,
-        time: f64,
-        wavelengths: &impl Fn(usize) -> &'w Wavelengths<C>,
-        choices: &Choices,
+        lit: &Lit<'_, impl Fn(usize) -> &'w Wavelengths<C>, C>,
         lanes: Mask,
-        u: &[Row; 2],
+        choices: &Choices,
         samples: &mut LightSamples<C>,
     ) {
         for lane in lanes_of(lanes) {
             let chosen = Chosen { light, part: 0, probability: get(&choices.probability, lane) };
-            let u = u.each_ref().map(|row| get(row, lane));
-            let point = from.get(lane).point;
-            samples.put(lane, self.sample_chosen(&chosen, &point, time, &wavelengths(lane).nm, u));
+            let u = choices.u.each_ref().map(|row| get(row, lane));
+            let (point, nm) = (lit.from.get(lane).point, &(lit.wavelengths)(lane).nm);
+            samples.put(lane, self.sample_chosen(&chosen, &point, lit.time, nm, u));
         }
     }
 

@@ -29,12 +29,13 @@ pub use choice::Setting;
 pub use environment::Environment;
 pub use environment_map::{EnvironmentMap, EnvironmentSamples, Texel};
 pub use lamps::LampLight;
-pub use lanes::{LightSamples, Receivers};
+pub use lanes::{LightSamples, Lit, Receivers};
 pub use projector::Projector;
 pub use sky::Sky;
 pub use spot::Spot;
 
 use crate::geometry::{Bounds, Placed, Ray, SurfacePoint, Vec3};
+use crate::lanes::{Real, Vector};
 use crate::sampling::Density;
 use crate::spectrum::{Sampled, Spectrum, Wavelengths};
 use crate::texture::{Texture, TexturePoint};
@@ -389,7 +390,8 @@ impl Light {
             let position = pose.map_or(position, |pose| pose.world_point(position));
             let away = from.point.position - position;
             let squared = away.length_squared();
-            if squared == 0.0 || from.sees_none_of(position, 0.0) {
+            let [place, facing] = [from.point.position, from.facing].map(Vector::of);
+            if squared == 0.0 || sees_none_of::<f64>(place, facing, position, 0.0) {
                 return 0.0;
             }
             let direction = away / squared.sqrt();
@@ -414,9 +416,8 @@ impl Light {
     }
 }
 
-impl Receiver {
-    /// Whether all of a ball lies on the side from which no light counts.
-    fn sees_none_of(&self, centre: Vec3, radius: f64) -> bool {
-        (centre - self.point.position).dot(self.facing) < -radius
-    }
+/// Whether all of a ball lies on the side from which no light counts at a place.
+#[inline(always)]
+fn sees_none_of<R: Real>(position: Vector<R>, facing: Vector<R>, centre: Vec3, radius: f64) -> R::Truth {
+    (Vector::of(centre) - position).dot(facing).lt(R::of(-radius))
 }

@@ -3,9 +3,10 @@
 
 use crate::geometry::Vec3;
 use crate::geometry::angle::{atan2, sin_cos};
-use crate::lanes::{Real, Vector};
+use crate::lanes::{Mask, Real, Truth, Vec3Lanes, Vector};
 use std::f64::consts::TAU;
 use std::ops::Mul;
+use wide::f64x4;
 
 /// A parallelogram with perpendicular edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +45,21 @@ impl Rectangle {
         }
         let (seen, usable) = self.project(reference);
         usable.then_some(seen)
+    }
+
+    /// The same from several points, and where it is as well; `None` where it is far from all that are wanted.
+    #[inline(always)]
+    pub fn seen_in_lanes(
+        &self,
+        reference: Vec3Lanes,
+        wanted: Mask,
+    ) -> Option<(SphericalRectangle<f64x4>, Truth)> {
+        let near = self.is_near(reference);
+        if near.mask() & wanted == 0 {
+            return None;
+        }
+        let (seen, usable) = self.project(reference);
+        Some((seen, near & usable))
     }
 
     /// Whether it is so near that its solid angle pays.

@@ -160,7 +160,6 @@ impl Sphere {
     /// Uniform in solid angle over the cone that the sphere fills. `None` from inside, where the placement
     /// isn't a similarity or where normals point inward.
     pub fn sample_cone(&self, reference: Vec3, u: [f64; 2]) -> Option<ShapeSample> {
-        self.cone_radius()?;
         let (points, density, is_outside) = self.cone_points::<f64>(Vector::of(reference), u);
         let point = SurfacePoint::from(points);
         let surface = SurfaceHit { point, shading_normal: point.normal };
@@ -169,7 +168,6 @@ impl Sphere {
 
     /// Density per steradian of [`Sphere::sample_cone`], wherever it is defined.
     pub fn cone_density(&self, reference: Vec3) -> Option<f64> {
-        self.cone_radius()?;
         let (density, is_outside) = self.cone_densities::<f64>(Vector::of(reference));
         is_outside.then_some(density)
     }
@@ -181,7 +179,7 @@ impl Sphere {
     }
 
     /// The points that [`Sphere::sample_cone`] finds from several places, with their densities and whether
-    /// the places are outside. For spheres that have a [`Sphere::cone_radius`].
+    /// the places are outside. None is of a sphere without a [`Sphere::cone_radius`].
     #[inline(always)]
     pub fn cone_points<R: Real>(&self, reference: Vector<R>, u: [R; 2]) -> (Points<R>, R, R::Truth) {
         let one = R::of(1.0);

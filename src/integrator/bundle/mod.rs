@@ -18,7 +18,7 @@ use super::weights::{late_survival, light_sample_weight, power_heuristic};
 use crate::accel::Rays;
 use crate::geometry::Ray;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, lanes_of, part, set};
-use crate::light::{LampLight, LightSamples, Receiver, Receivers};
+use crate::light::{LampLight, LightSamples, Lit, Receiver, Receivers};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
 use crate::sampling::{Dimensions, Stream};
@@ -63,7 +63,7 @@ pub(super) struct Bundle<'a, const C: usize> {
     media: Vec<Media>,
     /// By lane, in scenes with light tracing: how paths have left their first surfaces.
     firsts: Vec<FirstSurface>,
-    pub lamp_light: LampLight<C>,
+    lamp_light: LampLight<C>,
     /// Light that has come along the rays, weighed by all that was before.
     pub arriving: SampledLanes<C>,
     /// What paths that have left the bundle have found that light subpaths compete for: the light, and its
@@ -154,6 +154,16 @@ impl<'a, const C: usize> Bundle<'a, C> {
         }
     }
 
+    /// Places of some lanes that ask for light.
+    fn lit<'s>(
+        &'s self,
+        from: &'s Receivers,
+        asked: Mask,
+    ) -> Lit<'s, impl Fn(usize) -> &'a Wavelengths<C> + use<'s, 'a, C>, C> {
+        let wavelengths = |lane: usize| self.wavelengths(lane);
+        Lit { from, time: self.time, wavelengths, light: &self.lamp_light, asked }
+    }
+
     fn kind(&self) -> RayKind {
         if self.depth == 0 { RayKind::Camera } else { RayKind::Scattered }
     }
@@ -226,10 +236,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             // What light samples do not look for has the weight 1.
             return sums.map(|sum| f64x4::ONE / sum);
         }
-        let wavelengths = |lane: usize| self.wavelengths(lane);
-        let lights = &self.scene.lights;
-        let light = &self.lamp_light;
-        let probability = lights.environment_probabilities(&self.from, self.time, wavelengths, light, gone);
+        let probability = self.scene.lights.environment_probabilities(&self.lit(&self.from, gone));
         std::array::from_fn(|register| {
             let by_light = density[register] * probability[register];
             let by_light = self.prior_over_density[register] * by_light;
@@ -298,10 +305,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             samples.found = 0;
             return;
         }
-        let (receivers, values) = (surfaces.receivers(), [u[0], u[1]]);
-        let wavelengths = |lane: usize| self.wavelengths(lane);
-        let light = &self.lamp_light;
-        lights.sample_in_lanes(&receivers, self.time, wavelengths, light, self.alive, &values, samples);
+        lights.sample_in_lanes(&self.lit(&surfaces.receivers(), self.alive), &[u[0], u[1]], samples);
         samples.rays.leaves = *surfaces.hits.facet();
     }
 

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::lanes::{LANES, REGISTERS, Row, Vec3Lanes, WIDTH, ZERO, get, set};
-use crate::light::{EnvironmentMap, LampLight, LightSamples, Receivers, Texel};
+use crate::light::{EnvironmentMap, LampLight, LightSamples, Lit, Receivers, Texel};
 use crate::shape::{Mesh, Sphere};
 use crate::spectrum::Extrapolation;
 
@@ -66,18 +66,18 @@ fn light_samples_in_lanes_are_those_of_each_surface() {
             let mut samples = LightSamples::NONE;
             let of = |lane: usize| &wavelengths[lane];
             let light = LampLight::new(&world.lights, of, false);
-            world.lights.sample_in_lanes(&receivers, 0.0, of, &light, asked, &u, &mut samples);
+            let lit = Lit { from: &receivers, time: 0.0, wavelengths: of, light: &light, asked };
+            world.lights.sample_in_lanes(&lit, &u, &mut samples);
             assert_eq!(samples.found & !asked, 0);
             let lights = &world.lights;
             let is_sampled = lights.environment().is_some_and(Environment::is_sampled);
-            let beyond =
-                is_sampled.then(|| lights.environment_probabilities(&receivers, 0.0, of, &light, asked));
+            let beyond = is_sampled.then(|| lights.environment_probabilities(&lit));
             let hits = (0..lights.iter().count() as u32).filter_map(|light| {
                 let point = lights.emit(light, numbers.pair(), 0.0, &[550.0])?.point;
                 Some(LightHit { light, point, triangle: 0, barycentric: [0.0; 2] })
             });
             let hits: Vec<_> = hits.collect();
-            let each_hit = hits.iter().map(|hit| lights.densities(hit, &receivers, 0.0, of, &light, asked));
+            let each_hit = hits.iter().map(|hit| lights.densities(hit, &lit));
             let densities: Vec<Row> = each_hit.collect();
             for lane in (0..LANES).filter(|lane| asked >> lane & 1 == 1) {
                 let receiver = receivers.get(lane);
