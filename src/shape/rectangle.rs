@@ -47,7 +47,8 @@ impl Rectangle {
         usable.then_some(seen)
     }
 
-    /// The same from several points, and where it is as well; `None` where it is far from all that are wanted.
+    /// The same from several points, and for which of them it holds. `None` where the rectangle is far from
+    /// all the lanes that are wanted.
     #[inline(always)]
     pub fn seen_in_lanes(
         &self,
