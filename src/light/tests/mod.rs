@@ -16,6 +16,8 @@ use rand_pcg::rand_core::Rng;
 /// Lights with the shapes that they are the surfaces of, the first lights in the same order.
 struct World {
     shapes: Vec<Shape>,
+    /// Around each of them: a centre and the square of a radius.
+    balls: Vec<(Vec3, f64)>,
     lights: Lights,
     wavelengths: Wavelengths<1>,
 }
@@ -33,6 +35,11 @@ impl World {
     ) -> Self {
         let density = WavelengthDensity::new(WavelengthRange::VISIBLE, &[], &[]);
         let shapes: Vec<Shape> = areas.iter().map(|(shape, _)| shape.clone()).collect();
+        let ball = |shape: &Shape| {
+            let bounds = shape.bounds();
+            (bounds.centre(), (0.5001 * bounds.diameter()).powi(2))
+        };
+        let balls = shapes.iter().map(ball).collect();
         let area = |(shape, radiance): (Shape, Texture)| Light::Area {
             geometry: Box::new(AreaGeometry::new(shape, radiance.varies())),
             mean: radiance.mean_spectrum(WavelengthRange::VISIBLE),
@@ -41,12 +48,18 @@ impl World {
         let lights = areas.into_iter().map(area).chain(others).collect();
         let setting = Setting { during: [0.0, 1.0], density: &density };
         let lights = Lights::new(lights, environment, moving, &setting);
-        Self { shapes, lights, wavelengths: density.sample(0.5) }
+        Self { shapes, balls, lights, wavelengths: density.sample(0.5) }
     }
 
     /// The light that a ray meets first on its front, and its radiance there.
     fn meet(&self, ray: &Ray) -> Option<(LightHit, f64)> {
-        let hits = (0..).zip(&self.shapes).filter_map(|(i, shape)| Some((i, shape, shape.intersect(ray)?)));
+        let passes = |&(centre, square): &(Vec3, f64)| {
+            let toward = centre - ray.origin;
+            let along = toward.dot(ray.direction);
+            toward.length_squared() - along * along < square
+        };
+        let near = (0..).zip(&self.shapes).zip(&self.balls).filter(|(_, ball)| passes(ball));
+        let hits = near.filter_map(|((i, shape), _)| Some((i, shape, shape.intersect(ray)?)));
         let (light, shape, hit) = hits.min_by(|a, b| a.2.t.total_cmp(&b.2.t))?;
         let point = shape.surface(&hit, ray).point;
         let light_hit = LightHit { light, point, triangle: hit.triangle, barycentric: hit.barycentric };
