@@ -59,7 +59,9 @@ def plant(folder):
     replace_once(fresh / "Cargo.toml", 'name = "abbe"\n', 'name = "abbe-mutants"\n')
     replace_once(fresh / "Cargo.toml", 'default-run = "abbe"\n', '')
     replace_once(fresh / "Cargo.toml", 'name = "probe"\n', 'name = "probe-mutants"\n')
-    (fresh / "Cargo.toml").write_text((fresh / "Cargo.toml").read_text() + '\n[lib]\nname = "abbe"\n\n[[bin]]\nname = "abbe-mutants"\npath = "src/main.rs"\n\n[lints.rust]\nunused_parens = "allow"\n\n[workspace]\n')
+    replace_once(fresh / "Cargo.toml", '[lints.rust]\n', '[lints.rust]\nunused_parens = "allow"\n')
+    replace_once(fresh / "Cargo.toml", '\nabbe = { codegen', '\nabbe-mutants = { codegen')
+    (fresh / "Cargo.toml").write_text((fresh / "Cargo.toml").read_text() + '\n[lib]\nname = "abbe"\n\n[[bin]]\nname = "abbe-mutants"\npath = "src/main.rs"\n\n[workspace]\n')
     replace_once(fresh / "Cargo.lock", 'name = "abbe"\n', 'name = "abbe-mutants"\n')
     for name, fault in faults.items():
         path = fresh / fault["file"]
@@ -71,6 +73,8 @@ def plant(folder):
         if path.is_file():
             copy(path, folder / path.relative_to(fresh))
     shutil.rmtree(fresh)
+    # Whether the manifest still is one: `validation/run --quick` does not build what is planted.
+    subprocess.run(["cargo", "metadata", "--no-deps", "--format-version=1"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
 
 
 def build(folder):
