@@ -157,7 +157,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let Aimed { lamps, medium, scattering, around } = aimed;
         let position = ray.at(t);
         let depths = medium.optical_depths(&Ray { t_max: t, ..*ray }, nm);
-        let flown = medium.extinction_at(position, ray.direction, nm) * depths.map(|depth| (-depth).exp());
+        let flown = medium.extinction_at(position, ray.direction, nm) * (-depths).exp();
         let prior = Prior {
             throughput: self.throughput * flown * scattering.albedo(position, nm),
             ratio: self.ratio * flown,

@@ -68,7 +68,7 @@ impl Lights {
             let toward = centre - ray.origin;
             let nearest = toward.dot(ray.direction);
             // A lamp that has a size lights what is within it no brighter than its surface.
-            let distance = (toward - ray.direction * nearest).length().hypot(radius);
+            let distance = ((toward - ray.direction * nearest).length_squared() + radius * radius).sqrt();
             let near = 4.0 * distance <= reach && -distance <= nearest && nearest - distance <= reach;
             // On the line of the ray itself no distance is likelier than another by a factor that is known.
             if near && distance > 1e-9 * nearest.abs() && intensity > 0.0 && intensity.is_finite() {

@@ -128,9 +128,9 @@ impl Medium {
         depths: Sampled<C>,
     ) -> Sampled<C> {
         if self.scattering.is_none() {
-            return carried * depths.map(|depth| (-depth).exp()) * (1.0 / ratio.sum());
+            return carried * (-depths).exp() * (1.0 / ratio.sum());
         }
-        let over_hero = depths.map(|depth| (depths.hero() - depth).exp());
+        let over_hero = (Sampled::splat(depths.hero()) - depths).exp();
         carried * over_hero * (1.0 / (ratio * over_hero).sum())
     }
 

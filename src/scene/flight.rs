@@ -5,6 +5,7 @@ use super::intersection::Intersection;
 use super::passage::transmittance;
 use super::scene::Scene;
 use crate::geometry::{Ray, Vec3};
+use crate::lanes::Real;
 use crate::medium::{Extinction, FreeFlight, Media, Medium, MediumStack, Scattering, Segment};
 use crate::spectrum::{Sampled, Wavelengths};
 
@@ -165,8 +166,8 @@ impl<'a, const C: usize> Flown<'a, '_, C> {
             return;
         };
         // The hero's depth is at most its target, so that neither can overflow.
-        let over_hero = |depths: Sampled<C>| depths.map(|depth| (depths.hero() - depth).exp());
-        let hero_survives = |depths: Sampled<C>| (-depths.hero()).exp();
+        let over_hero = |depths: Sampled<C>| (Sampled::splat(depths.hero()) - depths).exp();
+        let hero_survives = |depths: Sampled<C>| Real::exp(-depths.hero());
         let flight = medium.fly(segment, self.target, &self.wavelengths.nm);
         match flight {
             FreeFlight::Passed { .. } => self.gather(medium, segment),

@@ -150,5 +150,5 @@ pub(super) fn transmittance<const C: usize>(
     segment: &Ray,
     wavelengths: &Wavelengths<C>,
 ) -> Sampled<C> {
-    medium.optical_depths(segment, &wavelengths.nm).map(|depth| (-depth).exp())
+    (-medium.optical_depths(segment, &wavelengths.nm)).exp()
 }

@@ -1,4 +1,6 @@
-use std::ops::{Add, AddAssign, Div, DivAssign, Index, IndexMut, Mul, MulAssign, Sub};
+use crate::lanes::{Real, WIDTH};
+use std::ops::{Add, AddAssign, Div, DivAssign, Index, IndexMut, Mul, MulAssign, Neg, Sub};
+use wide::f64x4;
 
 /// The values of functions of wavelength at the `C` wavelengths of one path; lane 0 is the hero's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +51,19 @@ impl<const C: usize> Sampled<C> {
         Self::from_fn(|lane| f(self.0[lane], other.0[lane]))
     }
 
+    /// e to the power of each value; see [`Real::exp`].
+    #[inline]
+    pub fn exp(mut self) -> Self {
+        let (registers, rest) = self.0.as_chunks_mut::<WIDTH>();
+        for register in registers {
+            *register = f64x4::new(*register).exp().to_array();
+        }
+        for value in rest {
+            *value = Real::exp(*value);
+        }
+        self
+    }
+
     /// The sum of the values.
     pub fn sum(self) -> f64 {
         self.0.iter().sum()
@@ -87,6 +102,14 @@ lane_by_lane!(Add, add, +);
 lane_by_lane!(Sub, sub, -);
 lane_by_lane!(Mul, mul, *);
 lane_by_lane!(Div, div, /);
+
+impl<const C: usize> Neg for Sampled<C> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        self.map(|a| -a)
+    }
+}
 
 impl<const C: usize> AddAssign for Sampled<C> {
     #[inline]
@@ -128,5 +151,21 @@ impl<const C: usize> IndexMut<usize> for Sampled<C> {
     #[inline]
     fn index_mut(&mut self, lane: usize) -> &mut f64 {
         &mut self.0[lane]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exponentials_of_many_are_those_of_each() {
+        fn check<const C: usize>() {
+            let values = Sampled::<C>::from_fn(|lane| 3.7 - 11.3 * lane as f64);
+            assert_eq!(values.exp(), values.map(Real::exp));
+        }
+        check::<1>();
+        check::<4>();
+        check::<8>();
     }
 }
