@@ -53,6 +53,46 @@ impl Shape {
         boxes.max(-(self.reach(direction) + other.reach(-direction)))
     }
 
+    /// How far the surfaces of two shapes at least stay from one another, one of which may lie within the
+    /// other. Below zero where that is not seen: it is where one is a ball around the other, or a mesh of few
+    /// triangles each of whose planes has the other on one side.
+    pub fn clearance(&self, other: &Self) -> f64 {
+        if ![self, other].iter().all(|shape| shape.bounds().half_area().is_finite()) {
+            return f64::NEG_INFINITY;
+        }
+        self.clearance_within(other).max(other.clearance_within(self))
+    }
+
+    fn clearance_within(&self, around: &Self) -> f64 {
+        /// Each triangle asks how far the other shape reaches.
+        const FEW: usize = 64;
+        match around {
+            Self::Sphere(sphere) if let Some((centre, radius)) = sphere.ball() => {
+                radius - self.farthest_from(centre)
+            }
+            Self::Mesh(mesh) if mesh.triangle_count() <= FEW => {
+                let of_triangle = |triangle: u32| {
+                    let [a, b, c] = mesh.triangle(triangle);
+                    let Some(normal) = (b - a).cross(c - a).try_normalize() else { return f64::NEG_INFINITY };
+                    let height = normal.dot(a);
+                    (height - self.reach(normal)).max(-self.reach(-normal) - height)
+                };
+                (0..mesh.triangle_count() as u32).map(of_triangle).fold(f64::INFINITY, f64::min)
+            }
+            _ => f64::NEG_INFINITY,
+        }
+    }
+
+    /// An upper bound on the distance of the points of the shape from a place.
+    fn farthest_from(&self, place: Vec3) -> f64 {
+        match self {
+            Self::Sphere(sphere) if let Some((centre, radius)) = sphere.ball() => {
+                centre.distance(place) + radius
+            }
+            _ => self.bounds().corners().map(|corner| corner.distance(place)).fold(0.0, f64::max),
+        }
+    }
+
     /// An upper bound on direction · x for the points x of the shape.
     fn reach(&self, direction: Vec3) -> f64 {
         /// Larger meshes are taken for their boxes: they may have many neighbours.

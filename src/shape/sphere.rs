@@ -172,6 +172,11 @@ impl Sphere {
         is_outside.then_some(density)
     }
 
+    /// Centre and radius of one that is not an ellipsoid.
+    pub fn ball(&self) -> Option<(Vec3, f64)> {
+        self.placement.scale.map(|radius| (self.placement.pose.origin, radius))
+    }
+
     /// The radius of one that fills a cone as seen from outside. From there, the front of one that is turned
     /// inside out is what lies beyond the cone's near side.
     pub fn cone_radius(&self) -> Option<f64> {

@@ -253,7 +253,8 @@ impl Nearness {
                 }
             }
         }
-        true
+        // No plane parts what lies within something else.
+        shapes.is_none_or(|(one, other)| one.clearance(other) <= 2.0 * reach)
     }
 
     /// Likewise of what a group holds.

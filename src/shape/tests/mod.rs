@@ -1,5 +1,6 @@
 //! Tests over all shapes.
 
+mod apart;
 mod curves;
 pub(super) mod doubled;
 mod grid_shapes;

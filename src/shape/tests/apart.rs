@@ -1,0 +1,62 @@
+//! How far surfaces keep apart.
+
+use super::super::{Mesh, Shape, Sphere};
+use super::{Random, all_shapes};
+use crate::geometry::{Transform, Vec3};
+use rand::{RngExt, SeedableRng};
+
+/// Points of both surfaces are no nearer to one another than is told, wherever the one lies within the other
+/// or pokes through it; and it is told that they keep apart where the other is wide enough.
+#[test]
+fn surfaces_within_one_another_keep_their_clearance() {
+    let mut random = Random::seed_from_u64(3);
+    for (name, inner) in all_shapes() {
+        let (centre, diameter) = (inner.bounds().centre(), inner.bounds().diameter());
+        for (shift, is_within) in [(0.0, true), (0.4, false), (0.9, false)] {
+            let around = Transform::scale(0.6 * diameter)
+                .then(&Transform::translation(centre + shift * diameter * Vec3::new(0.6, -0.64, 0.48)));
+            let outer = [
+                Shape::Sphere(Sphere::new(&around, Vec3::ZERO, 1.0, false).unwrap()),
+                Shape::Mesh(Mesh::cube(&around, false).unwrap()),
+            ];
+            for outer in outer {
+                let clearance = inner.clearance(&outer);
+                assert_eq!(clearance, outer.clearance(&inner), "{name}");
+                assert!(!is_within || clearance > 0.05 * diameter, "{name}: {clearance}");
+                let points = [&inner, &outer].map(|shape| {
+                    let sample = |_| shape.sample([random.random(), random.random()]);
+                    let points = (0..300).filter_map(sample).map(|sample| sample.surface.point.position);
+                    points.collect::<Vec<_>>()
+                });
+                for p in &points[0] {
+                    for q in &points[1] {
+                        assert!(p.distance(*q) >= clearance, "{name}: {p} {q} {clearance}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What touches a surface from within, or crosses it, is not said to keep off it.
+#[test]
+fn surfaces_that_meet_have_no_clearance() {
+    let ball = |radius: f64, x: f64| {
+        Shape::Sphere(Sphere::new(&Transform::IDENTITY, Vec3::X * x, radius, false).unwrap())
+    };
+    let cube = Shape::Mesh(Mesh::cube(&Transform::IDENTITY, false).unwrap());
+    for (inner, outer) in [
+        (ball(0.5, 0.5), &ball(1.0, 0.0)),
+        (ball(0.5, 0.7), &ball(1.0, 0.0)),
+        (ball(0.5, 0.5), &cube),
+        (ball(0.5, 0.7), &cube),
+        (ball(0.5, 1.4), &cube),
+    ] {
+        assert!(inner.clearance(outer) <= 0.0, "{inner:?} in {outer:?}");
+    }
+    for (inner, outer) in
+        [(ball(0.5, 0.4), &ball(1.0, 0.0)), (ball(0.5, 0.4), &cube), (ball(0.5, 1.6), &cube)]
+    {
+        assert!((inner.clearance(outer) - 0.1).abs() < 1e-12, "{inner:?} in {outer:?}");
+    }
+}
