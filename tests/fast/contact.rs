@@ -315,7 +315,9 @@ fn scenes_that_touch_nothing_need_nothing() {
     assert_eq!(features(&(ball(0.0) + &ball(2.0))), [true, false, false, true]);
     assert_eq!(features(&(ball(0.0) + r#"<shape type="rectangle"/>"#)), [true, false, false, true]);
     let within = |x: f64| {
-        format!(r#"<shape type="sphere"><point name="center" x="{x}" y="0" z="0"/><float name="radius" value="0.5"/></shape>"#)
+        format!(
+            r#"<shape type="sphere"><point name="center" x="{x}" y="0" z="0"/><float name="radius" value="0.5"/></shape>"#
+        )
     };
     assert_eq!(features(&(ball(0.0) + &within(0.25))), [false; 4]);
     assert_eq!(features(&(ball(0.0) + &within(0.5))), [true, false, false, true]);
