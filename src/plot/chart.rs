@@ -30,7 +30,7 @@ pub struct Series {
     pub marker: Option<Marker>,
     /// Width of the line through the points; 0 for none.
     pub line: f64,
-    /// Of a line that is not continuous.
+    /// How a line is broken; `None` for a continuous one.
     pub dash: Option<Dash>,
 }
 
