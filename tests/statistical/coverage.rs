@@ -31,8 +31,8 @@ fn developed(film: &Film) -> (Vec<f32>, Vec<f32>, f64) {
 /// number of samples, and those that are a quarter too small at one number of them.
 ///
 /// The truth is a picture of 2048 samples, whose own error the intervals hold. That is a third of their
-/// square at 1024 samples, and where only the bars of pictures with so many are wrong, they are found from two
-/// fifths too small on.
+/// square at 1024 samples, and where only the bars of pictures with so many are wrong, they are found where
+/// they are two fifths too small.
 #[test]
 fn intervals_of_95_percent_hold_the_truth_in_95_percent_of_pixels() {
     const SAMPLES: [u32; 4] = [16, 64, 256, 1024];
