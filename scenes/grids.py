@@ -1,4 +1,4 @@
-"""Values on grids for the scripts of the scenes: noise, and Mitsuba's file format. Needs NumPy."""
+"""Values on grids for the scripts of the scenes and of validation/mitsuba: noise, and Mitsuba's file format, version 3. Needs NumPy."""
 
 import struct
 
@@ -18,9 +18,9 @@ def noise(shape, cells, seed):
     return grid
 
 
-def write(path, values):
-    """Values over the unit cube by z, y, x and, where there are several, channel."""
+def write(path, values, box=(0, 0, 0, 1, 1, 1)):
+    """Values over a box, given by its two corners, by z, y, x and, where there are several, channel."""
     z, y, x, *channels = values.shape
-    header = b"VOL\x03" + struct.pack("<5i6f", 1, x, y, z, *(channels or [1]), 0, 0, 0, 1, 1, 1)
+    header = b"VOL\x03" + struct.pack("<5i6f", 1, x, y, z, *(channels or [1]), *box)
     with open(path, "wb") as file:
         file.write(header + values.astype("<f4").tobytes())

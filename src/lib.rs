@@ -109,11 +109,11 @@ pub mod spectrum;
 
 pub mod raster;
 
-pub mod bsdf;
 pub mod shape;
 pub mod texture;
 
 pub mod accel;
+pub mod bsdf;
 pub mod light;
 pub mod material;
 pub mod phase;

@@ -1,10 +1,11 @@
 //! A smooth interface between two transparent media.
 
-use super::Scatter;
 use super::fresnel::{self, Interface};
+use super::{Bsdf, RoughDielectric, RoughnessTextures, Scatter};
 use crate::geometry::Vec3;
 use crate::sampling::Density;
-use crate::spectrum::Sampled;
+use crate::spectrum::{Sampled, Spectrum};
+use crate::texture::{Texture, TexturePoint};
 
 /// A smooth interface between two dielectrics: a mirror and a window at once, from both sides.
 /// Mitsuba's `dielectric`, with an index for each wavelength.
@@ -100,3 +101,61 @@ pub(super) fn interfaces<const C: usize>(cos: f64, eta: Sampled<C>) -> [Interfac
     let hero = fresnel::dielectric(cos, eta.hero());
     eta.0.map(|eta_lane| if eta_lane == eta.hero() { hero } else { fresnel::dielectric(cos, eta_lane) })
 }
+
+/// A transparent body's surface.
+#[derive(Clone, Debug)]
+pub struct DielectricTextures {
+    /// Index on the inside.
+    pub interior: Spectrum,
+    /// Index on the outside; `None` where it is that of whatever surrounds the body.
+    pub exterior: Option<Spectrum>,
+    /// Factor on the reflectance, from 0 to 1; 1 is physical.
+    pub specular_reflectance: Texture,
+    /// Factor on the transmittance, from 0 to 1; 1 is physical.
+    pub specular_transmittance: Texture,
+    /// Roughness; `None` for a polished surface.
+    pub roughness: Option<RoughnessTextures>,
+}
+
+impl DielectricTextures {
+    pub(super) fn bsdf<const C: usize>(
+        &self,
+        at: &TexturePoint,
+        nm: &[f64; C],
+        exterior: Exterior<'_>,
+    ) -> Bsdf<C> {
+        let outside = match self.exterior.as_ref().filter(|_| !exterior.coincident).or(exterior.index) {
+            Some(index) => index.sample(nm),
+            None => Sampled::splat(AIR_INDEX),
+        };
+        let facet = Dielectric {
+            eta: self.interior.sample(nm) / outside,
+            specular_reflectance: self.specular_reflectance.sample(at, nm),
+            specular_transmittance: self.specular_transmittance.sample(at, nm),
+        };
+        match &self.roughness {
+            None => Bsdf::Dielectric(facet),
+            Some(roughness) => {
+                Bsdf::RoughDielectric(RoughDielectric { facet, microfacets: roughness.microfacets(at) })
+            }
+        }
+    }
+}
+
+/// What is on the other side of a body's surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Exterior<'a> {
+    /// The index there; `None` in air.
+    pub index: Option<&'a Spectrum>,
+    /// Whether another body ends or begins there, so that what the surface's own material says of its outside
+    /// does not count.
+    pub coincident: bool,
+}
+
+impl Exterior<'_> {
+    /// For materials that are evaluated without knowledge of what is around.
+    pub const UNKNOWN: Self = Self { index: None, coincident: false };
+}
+
+/// Index of air at standard conditions as Mitsuba 3 has it: what surrounds a body in nothing else.
+pub const AIR_INDEX: f64 = 1.000_277;

@@ -1,7 +1,7 @@
 //! How a surface scatters light at one point.
 //!
-//! A [`Bsdf`] holds only numbers: the material has looked up its spectra at the wavelengths of the
-//! path already. Evaluation, sampling and density therefore agree by construction.
+//! A [`Bsdf`] holds only numbers: its textures and spectra, [`BsdfTextures`], are looked up once at the point
+//! and the wavelengths of the path. Evaluation, sampling and density therefore agree by construction.
 //!
 //! Conventions, for every variant:
 //! - Directions are in the local frame whose z axis is the shading normal, point away from the
@@ -16,26 +16,35 @@ mod conductor;
 mod dielectric;
 pub mod fresnel;
 mod lambert;
+mod metal;
 pub mod microfacet;
 mod plastic;
 mod principled;
 mod rough_dielectric;
 mod rough_plastic;
+mod roughness;
 mod thin_dielectric;
 
 pub use conductor::{Conductor, FacetReflection, RoughConductor};
-pub use dielectric::Dielectric;
+pub use dielectric::{AIR_INDEX, Dielectric, DielectricTextures, Exterior};
 pub use lambert::{DiffuseTransmitter, Lambert};
+pub use metal::Metal;
 pub use microfacet::{Ggx, Microfacets};
-pub use plastic::{DiffuseBase, Plastic};
-pub use principled::{Albedo, Extent, Principled, PrincipledBase, PrincipledThin};
+pub use plastic::{DiffuseBase, Plastic, PlasticTextures};
+pub(crate) use principled::LEAST_INDEX;
+pub use principled::{
+    Albedo, Extent, Principled, PrincipledBase, PrincipledBaseTextures, PrincipledTextures, PrincipledThin,
+    PrincipledThinTextures,
+};
 pub use rough_dielectric::RoughDielectric;
 pub use rough_plastic::{RoughCoat, RoughPlastic};
-pub use thin_dielectric::ThinDielectric;
+pub use roughness::RoughnessTextures;
+pub use thin_dielectric::{ThinDielectric, ThinDielectricTextures};
 
 use crate::geometry::Vec3;
 use crate::sampling::Density;
 use crate::spectrum::Sampled;
+use crate::texture::{Texture, TexturePoint};
 
 /// How a surface scatters at one point, at the wavelengths of one path.
 #[derive(Clone, Copy, Debug)]
@@ -183,6 +192,172 @@ impl<const C: usize> Bsdf<C> {
             Bsdf::Null => Sampled::ONE,
             Bsdf::ThinDielectric(bsdf) => bsdf.null_transmittance(toward_eye),
             _ => Sampled::ZERO,
+        }
+    }
+}
+
+/// How a surface scatters all over: the textures and spectra that a [`Bsdf`] of numbers is looked up in.
+#[derive(Clone, Debug)]
+pub enum BsdfTextures {
+    /// Absorbs everything.
+    Black,
+    /// Nothing: light passes as if there were no surface.
+    Null,
+    /// A Lambertian surface, black on its back.
+    Diffuse {
+        /// Fraction of the light that is reflected, from 0 to 1.
+        reflectance: Texture,
+    },
+    /// A sheet that reflects and transmits diffusely.
+    DiffuseTransmitter {
+        /// Fraction of the light that is reflected, from 0 to 1.
+        reflectance: Texture,
+        /// Fraction of the light that is transmitted, from 0 to 1.
+        transmittance: Texture,
+    },
+    /// A metal against vacuum.
+    Conductor {
+        /// What its index comes from.
+        index: Metal,
+        /// Factor on the reflectance, from 0 to 1; 1 is physical.
+        specular_reflectance: Texture,
+        /// Roughness; `None` for a polished surface.
+        roughness: Option<RoughnessTextures>,
+    },
+    /// The surface of a transparent body.
+    Dielectric(DielectricTextures),
+    /// A transparent sheet.
+    ThinDielectric(ThinDielectricTextures),
+    /// A coat on a diffuse base.
+    Plastic(PlasticTextures),
+    /// Disney's BSDF for solids.
+    Principled(Box<PrincipledTextures>),
+    /// Disney's BSDF for thin sheets.
+    PrincipledThin(Box<PrincipledThinTextures>),
+}
+
+impl BsdfTextures {
+    /// The numbers at a point and the wavelengths of a path. `exterior` is the index of what surrounds the
+    /// surface, for bodies that leave it open.
+    pub fn sample<const C: usize>(
+        &self,
+        at: &TexturePoint,
+        nm: &[f64; C],
+        exterior: Exterior<'_>,
+    ) -> Bsdf<C> {
+        match self {
+            Self::Black => Bsdf::Black,
+            Self::Null => Bsdf::Null,
+            Self::Diffuse { reflectance } => {
+                Bsdf::Lambert(Lambert { reflectance: reflectance.sample(at, nm) })
+            }
+            Self::DiffuseTransmitter { reflectance, transmittance } => {
+                Bsdf::DiffuseTransmitter(DiffuseTransmitter {
+                    reflectance: reflectance.sample(at, nm),
+                    transmittance: transmittance.sample(at, nm),
+                })
+            }
+            Self::Conductor { index, specular_reflectance, roughness } => {
+                let (eta, k) = index.sample(at, nm);
+                let specular_reflectance = specular_reflectance.sample(at, nm);
+                let facet = Conductor { eta, k, specular_reflectance };
+                match roughness {
+                    None => Bsdf::Conductor(facet),
+                    Some(roughness) => {
+                        Bsdf::RoughConductor(RoughConductor { facet, microfacets: roughness.microfacets(at) })
+                    }
+                }
+            }
+            Self::Dielectric(dielectric) => dielectric.bsdf(at, nm, exterior),
+            Self::ThinDielectric(pane) => pane.bsdf(at, nm),
+            Self::Plastic(plastic) => plastic.bsdf(at, nm),
+            Self::Principled(principled) => principled.bsdf(at, nm),
+            Self::PrincipledThin(thin) => thin.bsdf(at, nm),
+        }
+    }
+
+    /// All of its textures.
+    pub fn textures(&self) -> Vec<&Texture> {
+        match self {
+            Self::Diffuse { reflectance } => vec![reflectance],
+            Self::DiffuseTransmitter { reflectance, transmittance } => vec![reflectance, transmittance],
+            Self::Conductor { index, specular_reflectance, roughness } => {
+                let roughness = roughness.iter().flat_map(RoughnessTextures::textures);
+                roughness.chain(index.textures()).chain([specular_reflectance]).collect()
+            }
+            Self::Dielectric(dielectric) => {
+                let factors = [&dielectric.specular_reflectance, &dielectric.specular_transmittance];
+                dielectric.roughness.iter().flat_map(RoughnessTextures::textures).chain(factors).collect()
+            }
+            Self::ThinDielectric(pane) => vec![&pane.specular_reflectance, &pane.specular_transmittance],
+            Self::Plastic(plastic) => vec![&plastic.diffuse_reflectance, &plastic.specular_reflectance],
+            Self::Principled(principled) => principled.all_textures(),
+            Self::PrincipledThin(thin) => thin.all_textures(),
+            Self::Black | Self::Null => Vec::new(),
+        }
+    }
+
+    /// Whether it sends light on in single directions alone, the same way forth and back.
+    pub fn is_smooth(&self) -> bool {
+        match self {
+            Self::Conductor { roughness, .. } => roughness.is_none(),
+            Self::Dielectric(dielectric) => dielectric.roughness.is_none(),
+            _ => false,
+        }
+    }
+
+    /// Whether light may pass by null transmission: straight on, as if there were no surface.
+    pub fn has_null_transmission(&self) -> bool {
+        matches!(self, Self::Null | Self::ThinDielectric(_))
+    }
+
+    /// Whether light may get to the other side.
+    pub fn transmits(&self) -> bool {
+        match self {
+            Self::Null
+            | Self::Dielectric(_)
+            | Self::DiffuseTransmitter { .. }
+            | Self::ThinDielectric(_)
+            | Self::PrincipledThin(_) => true,
+            Self::Principled(principled) => principled.glass,
+            _ => false,
+        }
+    }
+
+    /// Whether directions are spread by a roughness.
+    pub fn is_rough(&self) -> bool {
+        match self {
+            Self::Plastic(plastic) => plastic.coat.is_some(),
+            Self::Principled(_) | Self::PrincipledThin(_) => true,
+            _ => self.roughness().is_some(),
+        }
+    }
+
+    /// Whether it matters which way the surface's coordinates run.
+    pub fn is_anisotropic(&self) -> bool {
+        match self {
+            Self::Principled(principled) => principled.base.is_anisotropic(),
+            Self::PrincipledThin(thin) => thin.base.is_anisotropic(),
+            _ => self.roughness().is_some_and(RoughnessTextures::is_anisotropic),
+        }
+    }
+
+    /// Whether wavelengths may part at this surface.
+    pub fn disperses(&self) -> bool {
+        match self {
+            Self::Dielectric(d) => {
+                !d.interior.is_constant()
+                    || d.exterior.as_ref().is_some_and(|exterior| !exterior.is_constant())
+            }
+            _ => false,
+        }
+    }
+
+    fn roughness(&self) -> Option<&RoughnessTextures> {
+        match self {
+            Self::Conductor { roughness, .. } => roughness.as_ref(),
+            Self::Dielectric(dielectric) => dielectric.roughness.as_ref(),
+            _ => None,
         }
     }
 }

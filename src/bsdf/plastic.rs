@@ -1,9 +1,10 @@
 //! A smooth coat over a diffuse base.
 
-use super::{Evaluation, Scatter, flipped, fresnel};
+use super::{Bsdf, Evaluation, RoughCoat, RoughPlastic, Scatter, flipped, fresnel};
 use crate::geometry::Vec3;
 use crate::sampling::{Density, warp};
-use crate::spectrum::Sampled;
+use crate::spectrum::{Sampled, Spectrum};
+use crate::texture::{Texture, TexturePoint};
 use std::f64::consts::FRAC_1_PI;
 
 /// A diffuse base under a smooth dielectric coat. The coat reflects a part of the light. The rest enters, is
@@ -98,5 +99,38 @@ impl<const C: usize> Plastic<C> {
                 if eta == self.eta.hero() { hero } else { fresnel::dielectric(cos, eta).reflectance }
             },
         )
+    }
+}
+
+/// A diffuse base under a coat.
+#[derive(Clone, Debug)]
+pub struct PlasticTextures {
+    /// Refractive index of the coat.
+    pub interior: Spectrum,
+    /// Refractive index around it.
+    pub exterior: Spectrum,
+    /// Reflectance of the diffuse base, from 0 to 1.
+    pub diffuse_reflectance: Texture,
+    /// Factor on the coat's reflectance, from 0 to 1; 1 is physical.
+    pub specular_reflectance: Texture,
+    /// Whether light that is reflected inside is coloured each time.
+    pub nonlinear: bool,
+    /// A rough coat; its indices are those above.
+    pub coat: Option<&'static RoughCoat>,
+}
+
+impl PlasticTextures {
+    pub(super) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
+        let base =
+            DiffuseBase { reflectance: self.diffuse_reflectance.sample(at, nm), nonlinear: self.nonlinear };
+        let specular_reflectance = self.specular_reflectance.sample(at, nm);
+        match self.coat {
+            Some(coat) => Bsdf::RoughPlastic(RoughPlastic { coat, base, specular_reflectance }),
+            None => Bsdf::Plastic(Plastic {
+                eta: self.interior.sample(nm) / self.exterior.sample(nm),
+                base,
+                specular_reflectance,
+            }),
+        }
     }
 }

@@ -1,9 +1,10 @@
 //! A thin sheet of glass.
 
-use super::{Scatter, flipped, fresnel};
+use super::{Bsdf, Scatter, flipped, fresnel};
 use crate::geometry::Vec3;
 use crate::sampling::Density;
-use crate::spectrum::Sampled;
+use crate::spectrum::{Sampled, Spectrum};
+use crate::texture::{Texture, TexturePoint};
 
 /// A window pane: two parallel smooth interfaces, too close to be told apart. Light is mirrored, or goes
 /// straight on as if there were no surface. All orders of reflection between the two faces are summed
@@ -57,6 +58,29 @@ impl<const C: usize> ThinDielectric<C> {
         self.eta.map(|eta| {
             let face = fresnel::dielectric(toward_eye.z.abs().min(1.0), eta).reflectance;
             2.0 * face / (1.0 + face)
+        })
+    }
+}
+
+/// A sheet of glass.
+#[derive(Clone, Debug)]
+pub struct ThinDielectricTextures {
+    /// Refractive index of the sheet.
+    pub interior: Spectrum,
+    /// Refractive index around it.
+    pub exterior: Spectrum,
+    /// Factor on the reflectance, from 0 to 1; 1 is physical.
+    pub specular_reflectance: Texture,
+    /// Factor on the transmittance, from 0 to 1; 1 is physical.
+    pub specular_transmittance: Texture,
+}
+
+impl ThinDielectricTextures {
+    pub(super) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
+        Bsdf::ThinDielectric(ThinDielectric {
+            eta: self.interior.sample(nm) / self.exterior.sample(nm),
+            specular_reflectance: self.specular_reflectance.sample(at, nm),
+            specular_transmittance: self.specular_transmittance.sample(at, nm),
         })
     }
 }

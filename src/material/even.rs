@@ -1,6 +1,7 @@
 //! Diffuse materials that look the same all over a surface: what groups of paths look up once.
 
 use super::{Material, MaterialId, Materials};
+use crate::bsdf::BsdfTextures;
 use crate::spectrum::Spectrum;
 
 /// What is known of one side of a surface, independent of the place on it.
@@ -19,11 +20,11 @@ impl Materials {
             Material::TwoSided { front: shown, .. } if front => self.even(*shown, true),
             // The back is seen from its own front.
             Material::TwoSided { back, .. } => self.even(*back, true),
-            Material::Diffuse { reflectance } => {
+            Material::Bsdf(BsdfTextures::Diffuse { reflectance }) => {
                 let spectrum = reflectance.uniform()?;
                 Some(if front { Even::Diffuse(spectrum) } else { Even::Black })
             }
-            Material::Black => Some(Even::Black),
+            Material::Bsdf(BsdfTextures::Black) => Some(Even::Black),
             _ => None,
         }
     }
@@ -38,11 +39,12 @@ mod tests {
     fn two_sided_materials_show_each_side_from_its_front() {
         let mut materials = Materials::default();
         let mut diffuse = |value: f64| {
-            materials.add(Material::Diffuse { reflectance: Texture::Uniform(Spectrum::Constant(value)) })
+            let reflectance = Texture::Uniform(Spectrum::Constant(value));
+            materials.add(Material::Bsdf(BsdfTextures::Diffuse { reflectance }))
         };
         let [light, dark] = [0.8, 0.1].map(&mut diffuse);
         let both = materials.add(Material::TwoSided { front: light, back: dark });
-        let mirror = materials.add(Material::Null);
+        let mirror = materials.add(Material::Bsdf(BsdfTextures::Null));
         let seen = |id, front| match materials.even(id, front) {
             Some(Even::Diffuse(spectrum)) => Some(spectrum.at(550.0)),
             Some(Even::Black) => Some(0.0),

@@ -1,32 +1,21 @@
-//! Materials: textures that become a [`Bsdf`] of numbers at one point and the wavelengths of one path.
+//! Materials: what a surface is made of, a BSDF or several that nest.
 //!
-//! Materials nest: one may choose between others (a mask, a blend), turn the surface (a bump or normal map)
+//! A material may choose between others (a mask, a blend), turn the surface (a bump or normal map)
 //! or see which side is looked at. At a point all of that is gone through once, which leaves one BSDF in one
 //! frame: [`Shading`]. Between nested materials one is chosen at random, with the probability that is its
 //! weight.
 
 mod even;
-mod metal;
 mod normal_map;
-mod plastic;
-mod principled;
-mod roughness;
 mod shading;
 
 pub use even::Even;
-pub use metal::Metal;
 pub use normal_map::{NormalMap, NormalMapping};
-pub use plastic::PlasticMaterial;
-pub(crate) use principled::LEAST_INDEX;
-pub use principled::{PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial};
-pub use roughness::RoughnessTextures;
 pub use shading::{RoughMetal, Shading, ShadingPoint};
 
-use crate::bsdf::{
-    Bsdf, Conductor, Dielectric, DiffuseTransmitter, Lambert, RoughConductor, RoughDielectric, ThinDielectric,
-};
-use crate::spectrum::{Sampled, Spectrum};
-use crate::texture::{Texture, TexturePoint};
+use crate::bsdf::BsdfTextures;
+use crate::spectrum::Spectrum;
+use crate::texture::Texture;
 use std::collections::BTreeSet;
 
 /// Index into [`Materials`].
@@ -34,42 +23,10 @@ pub type MaterialId = u32;
 
 /// What a surface is made of.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "most materials are of the large variant, and are few")]
 pub enum Material {
-    /// Absorbs everything.
-    Black,
-    /// Nothing: light passes as if there were no surface.
-    Null,
-    /// A Lambertian surface, black on its back.
-    Diffuse {
-        /// Fraction of the light that is reflected, from 0 to 1.
-        reflectance: Texture,
-    },
-    /// A sheet that reflects and transmits diffusely.
-    DiffuseTransmitter {
-        /// Fraction of the light that is reflected, from 0 to 1.
-        reflectance: Texture,
-        /// Fraction of the light that is transmitted, from 0 to 1.
-        transmittance: Texture,
-    },
-    /// A metal against vacuum.
-    Conductor {
-        /// What its index comes from.
-        index: Metal,
-        /// Factor on the reflectance, from 0 to 1; 1 is physical.
-        specular_reflectance: Texture,
-        /// Roughness; `None` for a polished surface.
-        roughness: Option<RoughnessTextures>,
-    },
-    /// The surface of a transparent body.
-    Dielectric(DielectricMaterial),
-    /// A transparent sheet.
-    ThinDielectric(ThinDielectricMaterial),
-    /// A coat on a diffuse base.
-    Plastic(PlasticMaterial),
-    /// Disney's material for solids.
-    Principled(Box<PrincipledMaterial>),
-    /// Disney's material for thin sheets.
-    PrincipledThin(Box<PrincipledThinMaterial>),
+    /// Nests no other.
+    Bsdf(BsdfTextures),
     /// One material in front, another or the same behind; each sees the surface from its own front.
     TwoSided {
         /// Material of the front.
@@ -99,52 +56,6 @@ pub enum Material {
         nested: MaterialId,
     },
 }
-
-/// A transparent body's surface.
-#[derive(Clone, Debug)]
-pub struct DielectricMaterial {
-    /// Index on the inside.
-    pub interior: Spectrum,
-    /// Index on the outside; `None` where it is that of whatever surrounds the body.
-    pub exterior: Option<Spectrum>,
-    /// Factor on the reflectance, from 0 to 1; 1 is physical.
-    pub specular_reflectance: Texture,
-    /// Factor on the transmittance, from 0 to 1; 1 is physical.
-    pub specular_transmittance: Texture,
-    /// Roughness; `None` for a polished surface.
-    pub roughness: Option<RoughnessTextures>,
-}
-
-/// A sheet of glass.
-#[derive(Clone, Debug)]
-pub struct ThinDielectricMaterial {
-    /// Refractive index of the sheet.
-    pub interior: Spectrum,
-    /// Refractive index around it.
-    pub exterior: Spectrum,
-    /// Factor on the reflectance, from 0 to 1; 1 is physical.
-    pub specular_reflectance: Texture,
-    /// Factor on the transmittance, from 0 to 1; 1 is physical.
-    pub specular_transmittance: Texture,
-}
-
-/// What is on the other side of a body's surface.
-#[derive(Clone, Copy, Debug)]
-pub struct Exterior<'a> {
-    /// The index there; `None` in air.
-    pub index: Option<&'a Spectrum>,
-    /// Whether another body ends or begins there, so that what the surface's own material says of its outside
-    /// does not count.
-    pub coincident: bool,
-}
-
-impl Exterior<'_> {
-    /// For materials that are evaluated without knowledge of what is around.
-    pub const UNKNOWN: Self = Self { index: None, coincident: false };
-}
-
-/// Index of air at standard conditions as Mitsuba 3 has it: what surrounds a body in nothing else.
-pub const AIR_INDEX: f64 = 1.000_277;
 
 /// The materials of a scene. What nests comes after what it holds.
 #[derive(Clone, Debug, Default)]
@@ -188,8 +99,7 @@ impl Materials {
     pub fn is_smooth(&self, id: MaterialId) -> bool {
         match self.get(id) {
             Material::TwoSided { front, back } => self.is_smooth(*front) && self.is_smooth(*back),
-            Material::Conductor { roughness, .. } => roughness.is_none(),
-            Material::Dielectric(dielectric) => dielectric.roughness.is_none(),
+            Material::Bsdf(bsdf) => bsdf.is_smooth(),
             _ => false,
         }
     }
@@ -210,7 +120,7 @@ impl Materials {
     /// The index on the inside of the first dielectric within a material.
     pub fn interior_index(&self, id: MaterialId) -> Option<&Spectrum> {
         self.within(id).find_map(|material| match material {
-            Material::Dielectric(dielectric) => Some(&dielectric.interior),
+            Material::Bsdf(BsdfTextures::Dielectric(dielectric)) => Some(&dielectric.interior),
             _ => None,
         })
     }
@@ -219,19 +129,18 @@ impl Materials {
 impl Material {
     fn nested(&self) -> [Option<MaterialId>; 2] {
         match self {
+            Self::Bsdf(_) => [None, None],
             Self::TwoSided { front, back } => [Some(*front), Some(*back)],
             Self::Blend { nested: [first, second], .. } => [Some(*first), Some(*second)],
             Self::Mask { nested, .. } | Self::NormalMapping { nested, .. } => [Some(*nested), None],
-            Self::Black
-            | Self::Null
-            | Self::Diffuse { .. }
-            | Self::DiffuseTransmitter { .. }
-            | Self::Conductor { .. }
-            | Self::Dielectric(_)
-            | Self::ThinDielectric(_)
-            | Self::Plastic(_)
-            | Self::Principled(_)
-            | Self::PrincipledThin(_) => [None, None],
+        }
+    }
+
+    /// The BSDF that it is, if it nests no other.
+    pub fn bsdf(&self) -> Option<&BsdfTextures> {
+        match self {
+            Self::Bsdf(bsdf) => Some(bsdf),
+            _ => None,
         }
     }
 
@@ -242,151 +151,43 @@ impl Material {
 
     /// Whether light may pass by null transmission: straight on, as if there were no surface.
     pub fn has_null_transmission(&self) -> bool {
-        matches!(self, Self::Null | Self::Mask { .. } | Self::ThinDielectric(_))
+        match self {
+            Self::Mask { .. } => true,
+            _ => self.bsdf().is_some_and(BsdfTextures::has_null_transmission),
+        }
     }
 
     /// Whether light may get to the other side.
     pub fn transmits(&self) -> bool {
         match self {
-            Self::Null
-            | Self::Mask { .. }
-            | Self::Dielectric(_)
-            | Self::DiffuseTransmitter { .. }
-            | Self::ThinDielectric(_)
-            | Self::PrincipledThin(_) => true,
-            Self::Principled(principled) => principled.glass,
-            _ => false,
+            Self::Mask { .. } => true,
+            _ => self.bsdf().is_some_and(BsdfTextures::transmits),
         }
     }
 
     /// Whether directions are spread by a roughness.
     pub fn is_rough(&self) -> bool {
-        match self {
-            Self::Plastic(plastic) => plastic.coat.is_some(),
-            Self::Principled(_) | Self::PrincipledThin(_) => true,
-            _ => self.roughness().is_some(),
-        }
+        self.bsdf().is_some_and(BsdfTextures::is_rough)
     }
 
     /// Whether it asks for the surface's coordinates.
     pub fn is_parametrised(&self) -> bool {
-        let anisotropic = match self {
-            Self::Principled(principled) => principled.textures.is_anisotropic(),
-            Self::PrincipledThin(thin) => thin.textures.is_anisotropic(),
-            _ => self.roughness().is_some_and(RoughnessTextures::is_anisotropic),
-        };
-        anisotropic
-            || matches!(self, Self::NormalMapping { .. })
-            || self.textures().iter().any(|t| t.varies())
+        matches!(self, Self::NormalMapping { .. })
+            || self.bsdf().is_some_and(BsdfTextures::is_anisotropic)
+            || self.textures().iter().any(|texture| texture.varies())
     }
 
     /// Whether wavelengths may part at this surface.
     pub fn disperses(&self) -> bool {
-        match self {
-            Self::Dielectric(d) => {
-                !d.interior.is_constant()
-                    || d.exterior.as_ref().is_some_and(|exterior| !exterior.is_constant())
-            }
-            _ => false,
-        }
-    }
-
-    fn roughness(&self) -> Option<&RoughnessTextures> {
-        match self {
-            Self::Conductor { roughness, .. } => roughness.as_ref(),
-            Self::Dielectric(dielectric) => dielectric.roughness.as_ref(),
-            _ => None,
-        }
+        self.bsdf().is_some_and(BsdfTextures::disperses)
     }
 
     /// All textures but those of a bump or normal map.
     fn textures(&self) -> Vec<&Texture> {
         match self {
-            Self::Diffuse { reflectance } => vec![reflectance],
-            Self::DiffuseTransmitter { reflectance, transmittance } => vec![reflectance, transmittance],
-            Self::Conductor { index, specular_reflectance, roughness } => {
-                let roughness = roughness.iter().flat_map(RoughnessTextures::textures);
-                roughness.chain(index.textures()).chain([specular_reflectance]).collect()
-            }
-            Self::Dielectric(dielectric) => {
-                let factors = [&dielectric.specular_reflectance, &dielectric.specular_transmittance];
-                dielectric.roughness.iter().flat_map(RoughnessTextures::textures).chain(factors).collect()
-            }
-            Self::ThinDielectric(pane) => vec![&pane.specular_reflectance, &pane.specular_transmittance],
-            Self::Plastic(plastic) => vec![&plastic.diffuse_reflectance, &plastic.specular_reflectance],
-            Self::Principled(principled) => principled.all_textures(),
-            Self::PrincipledThin(thin) => thin.all_textures(),
+            Self::Bsdf(bsdf) => bsdf.textures(),
             Self::Mask { opacity: texture, .. } | Self::Blend { weight: texture, .. } => vec![texture],
-            Self::Black | Self::Null | Self::TwoSided { .. } | Self::NormalMapping { .. } => Vec::new(),
+            Self::TwoSided { .. } | Self::NormalMapping { .. } => Vec::new(),
         }
-    }
-
-    /// The numbers at a point and the wavelengths of a path. `exterior` is the index of what surrounds the
-    /// surface, for bodies that leave it open. A material that nests is [`Bsdf::Black`]: it is gone through
-    /// before.
-    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], exterior: Exterior<'_>) -> Bsdf<C> {
-        match self {
-            Self::Black
-            | Self::TwoSided { .. }
-            | Self::Mask { .. }
-            | Self::Blend { .. }
-            | Self::NormalMapping { .. } => Bsdf::Black,
-            Self::Null => Bsdf::Null,
-            Self::Diffuse { reflectance } => {
-                Bsdf::Lambert(Lambert { reflectance: reflectance.sample(at, nm) })
-            }
-            Self::DiffuseTransmitter { reflectance, transmittance } => {
-                Bsdf::DiffuseTransmitter(DiffuseTransmitter {
-                    reflectance: reflectance.sample(at, nm),
-                    transmittance: transmittance.sample(at, nm),
-                })
-            }
-            Self::Conductor { index, specular_reflectance, roughness } => {
-                let (eta, k) = index.sample(at, nm);
-                let specular_reflectance = specular_reflectance.sample(at, nm);
-                let facet = Conductor { eta, k, specular_reflectance };
-                match roughness {
-                    None => Bsdf::Conductor(facet),
-                    Some(roughness) => {
-                        Bsdf::RoughConductor(RoughConductor { facet, microfacets: roughness.microfacets(at) })
-                    }
-                }
-            }
-            Self::Dielectric(dielectric) => dielectric.bsdf(at, nm, exterior),
-            Self::ThinDielectric(pane) => pane.bsdf(at, nm),
-            Self::Plastic(plastic) => plastic.bsdf(at, nm),
-            Self::Principled(principled) => principled.bsdf(at, nm),
-            Self::PrincipledThin(thin) => thin.bsdf(at, nm),
-        }
-    }
-}
-
-impl DielectricMaterial {
-    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C], exterior: Exterior<'_>) -> Bsdf<C> {
-        let outside = match self.exterior.as_ref().filter(|_| !exterior.coincident).or(exterior.index) {
-            Some(index) => index.sample(nm),
-            None => Sampled::splat(AIR_INDEX),
-        };
-        let facet = Dielectric {
-            eta: self.interior.sample(nm) / outside,
-            specular_reflectance: self.specular_reflectance.sample(at, nm),
-            specular_transmittance: self.specular_transmittance.sample(at, nm),
-        };
-        match &self.roughness {
-            None => Bsdf::Dielectric(facet),
-            Some(roughness) => {
-                Bsdf::RoughDielectric(RoughDielectric { facet, microfacets: roughness.microfacets(at) })
-            }
-        }
-    }
-}
-
-impl ThinDielectricMaterial {
-    fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
-        Bsdf::ThinDielectric(ThinDielectric {
-            eta: self.interior.sample(nm) / self.exterior.sample(nm),
-            specular_reflectance: self.specular_reflectance.sample(at, nm),
-            specular_transmittance: self.specular_transmittance.sample(at, nm),
-        })
     }
 }

@@ -1,8 +1,8 @@
 //! How a surface scatters at one point, in world space.
 
 use super::normal_map::ShadowTerminator;
-use super::{Exterior, Material, MaterialId, Materials};
-use crate::bsdf::{Bsdf, Conductor, Evaluation, Ggx, RoughConductor, Scatter};
+use super::{Material, MaterialId, Materials};
+use crate::bsdf::{Bsdf, BsdfTextures, Conductor, Evaluation, Exterior, Ggx, RoughConductor, Scatter};
 use crate::geometry::{Frame, Vec3};
 use crate::sampling::decide;
 use crate::spectrum::Sampled;
@@ -63,7 +63,7 @@ impl Materials {
     ) -> Shading<C> {
         let mut frame = at.frame;
         let mut terminators = SmallVec::new();
-        let leaf = loop {
+        let bsdf = loop {
             match self.get(id) {
                 Material::TwoSided { front, back } => {
                     id = if frame.z.dot(toward_eye) < 0.0 {
@@ -75,7 +75,7 @@ impl Materials {
                 }
                 Material::Mask { opacity, nested } => {
                     if !decide(&mut choice, opacity.value(&at.texture)) {
-                        break &Material::Null;
+                        break &BsdfTextures::Null;
                     }
                     id = *nested;
                 }
@@ -88,11 +88,11 @@ impl Materials {
                     terminators.push(terminator);
                     id = *nested;
                 }
-                leaf => break leaf,
+                Material::Bsdf(bsdf) => break bsdf,
             }
         };
         Shading {
-            bsdf: leaf.bsdf(&at.texture, nm, exterior),
+            bsdf: bsdf.sample(&at.texture, nm, exterior),
             frame,
             toward_eye: frame.to_local(toward_eye),
             terminators,
@@ -123,7 +123,9 @@ impl Materials {
                 of(*first) * (1.0 - weight) + of(*second) * weight
             }
             Material::NormalMapping { nested, .. } => of(*nested),
-            leaf => leaf.bsdf(&at.texture, nm, exterior).null_transmittance(at.frame.to_local(toward_eye)),
+            Material::Bsdf(bsdf) => {
+                bsdf.sample(&at.texture, nm, exterior).null_transmittance(at.frame.to_local(toward_eye))
+            }
         }
     }
 }

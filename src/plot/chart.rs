@@ -1,5 +1,6 @@
 use super::axis::{Axis, Settled};
 use super::drawing::{Anchor, Drawing};
+use super::{Dash, Ink};
 
 /// Curves and points over two axes.
 #[derive(Clone, Debug)]
@@ -21,16 +22,16 @@ pub struct Chart {
 pub struct Series {
     /// Not in the legend if empty.
     pub name: String,
-    /// Colour of line and markers, as SVG has it.
-    pub ink: String,
+    /// Colour of line and markers.
+    pub ink: Ink,
     /// The points, in the order in which the line joins them.
     pub points: Vec<Point>,
     /// What is drawn at each point; `None` for nothing.
     pub marker: Option<Marker>,
     /// Width of the line through the points; 0 for none.
     pub line: f64,
-    /// Lengths of dashes and gaps of a line that is not continuous.
-    pub dash: Option<&'static str>,
+    /// How a line is broken; `None` for a continuous one.
+    pub dash: Option<Dash>,
 }
 
 /// A point with its error bar, which is left out where it has no length.
@@ -77,7 +78,7 @@ impl Marker {
     pub const ALL: [Self; 7] =
         [Self::Disk, Self::Square, Self::Triangle, Self::Diamond, Self::Wedge, Self::Plus, Self::Star];
 
-    fn draw(self, drawing: &mut Drawing, [x, y]: [f64; 2], ink: &str) {
+    fn draw(self, drawing: &mut Drawing, [x, y]: [f64; 2], ink: Ink) {
         const R: f64 = 4.4;
         // Corners at these angles, in degrees clockwise from the right, and distances.
         let corners = |angles: &[(f64, f64)]| -> Vec<[f64; 2]> {
@@ -124,8 +125,8 @@ pub struct Strip {
     pub from: f64,
     /// Where it ends on the x axis.
     pub to: f64,
-    /// Its colour, as SVG has it.
-    pub colour: String,
+    /// Its colour.
+    pub colour: Ink,
 }
 
 const WIDTH: f64 = 800.0;
@@ -157,7 +158,7 @@ impl Chart {
         self.draw_axes(&mut drawing, (&x, &y), right, band);
         for strip in &self.band {
             if let (Some(from), Some(to)) = (across(strip.from), across(strip.to)) {
-                drawing.rectangle([from, BOTTOM, to - from + 0.3, BAND], &strip.colour);
+                drawing.rectangle([from, BOTTOM, to - from + 0.3, BAND], strip.colour);
             }
         }
         let room = 7.0; // for markers on the edge
@@ -167,21 +168,16 @@ impl Chart {
                 series.draw(drawing, &across, &up, [TOP, BOTTOM]);
             }
         });
-        drawing.line(&[[LEFT, TOP], [LEFT, BOTTOM], [right, BOTTOM]], "#222", 1.0, None);
+        drawing.line(&[[LEFT, TOP], [LEFT, BOTTOM], [right, BOTTOM]], Ink::TEXT, 1.0, None);
         for (i, series) in named.into_iter().enumerate() {
             let at = TOP + 12.0 + 22.0 * i as f64;
             if series.line > 0.0 {
-                drawing.line(
-                    &[[right + 12.0, at], [right + 38.0, at]],
-                    &series.ink,
-                    series.line,
-                    series.dash,
-                );
+                drawing.line(&[[right + 12.0, at], [right + 38.0, at]], series.ink, series.line, series.dash);
             }
             if let Some(marker) = series.marker {
-                marker.draw(&mut drawing, [right + 25.0, at], &series.ink);
+                marker.draw(&mut drawing, [right + 25.0, at], series.ink);
             }
-            drawing.text([right + 45.0, at + 4.5], &series.name, 13.0, Anchor::Start, "#222");
+            drawing.text([right + 45.0, at + 4.5], &series.name, 13.0, Anchor::Start, Ink::TEXT);
         }
         drawing
     }
@@ -189,33 +185,33 @@ impl Chart {
     fn draw_axes(&self, drawing: &mut Drawing, (x, y): (&Settled, &Settled), right: f64, band: f64) {
         for place in y.minor() {
             let at = BOTTOM - place * (BOTTOM - TOP);
-            drawing.line(&[[LEFT, at], [right, at]], "#f0f0f0", 1.0, None);
+            drawing.line(&[[LEFT, at], [right, at]], Ink::hex(0xf0f0f0), 1.0, None);
         }
         for place in x.minor() {
             let at = LEFT + place * (right - LEFT);
-            drawing.line(&[[at, TOP], [at, BOTTOM]], "#f5f5f5", 1.0, None);
+            drawing.line(&[[at, TOP], [at, BOTTOM]], Ink::hex(0xf5f5f5), 1.0, None);
         }
         for (tick, label) in &y.ticks {
             let Some(place) = y.place(*tick) else { continue };
             let at = BOTTOM - place * (BOTTOM - TOP);
-            drawing.line(&[[LEFT, at], [right, at]], "#d8d8d8", 1.0, None);
-            drawing.text([LEFT - 8.0, at + 4.5], label, 13.0, Anchor::End, "#222");
+            drawing.line(&[[LEFT, at], [right, at]], Ink::hex(0xd8d8d8), 1.0, None);
+            drawing.text([LEFT - 8.0, at + 4.5], label, 13.0, Anchor::End, Ink::TEXT);
         }
         for (tick, label) in &x.ticks {
             let Some(place) = x.place(*tick) else { continue };
             let at = LEFT + place * (right - LEFT);
             if band == 0.0 {
-                drawing.line(&[[at, TOP], [at, BOTTOM]], "#e8e8e8", 1.0, None);
+                drawing.line(&[[at, TOP], [at, BOTTOM]], Ink::hex(0xe8e8e8), 1.0, None);
             }
-            drawing.line(&[[at, BOTTOM], [at, BOTTOM + band + 5.0]], "#222", 1.0, None);
-            drawing.text([at, BOTTOM + band + 19.0], label, 13.0, Anchor::Middle, "#222");
+            drawing.line(&[[at, BOTTOM], [at, BOTTOM + band + 5.0]], Ink::TEXT, 1.0, None);
+            drawing.text([at, BOTTOM + band + 19.0], label, 13.0, Anchor::Middle, Ink::TEXT);
         }
         drawing.text(
             [0.5 * (LEFT + right), BOTTOM + band + 44.0],
             &self.x.title,
             13.0,
             Anchor::Middle,
-            "#222",
+            Ink::TEXT,
         );
         drawing.upward([20.0, 0.5 * (TOP + BOTTOM)], &self.y.title, 13.0);
     }
@@ -235,18 +231,18 @@ impl Series {
             // A bar that goes below what a logarithmic axis shows goes to its end.
             let low = up(point.low).unwrap_or(bottom).min(bottom);
             let high = up(point.high).unwrap_or(top).max(top);
-            drawing.line(&[[*x, low], [*x, high]], &self.ink, 1.2, None);
+            drawing.line(&[[*x, low], [*x, high]], self.ink, 1.2, None);
             for end in [low, high] {
-                drawing.line(&[[x - 3.0, end], [x + 3.0, end]], &self.ink, 1.2, None);
+                drawing.line(&[[x - 3.0, end], [x + 3.0, end]], self.ink, 1.2, None);
             }
         }
         if self.line > 0.0 {
             let path: Vec<[f64; 2]> = placed.iter().map(|(_, at)| *at).collect();
-            drawing.line(&path, &self.ink, self.line, self.dash);
+            drawing.line(&path, self.ink, self.line, self.dash);
         }
         if let Some(marker) = self.marker {
             for (_, at) in &placed {
-                marker.draw(drawing, *at, &self.ink);
+                marker.draw(drawing, *at, self.ink);
             }
         }
     }
@@ -260,7 +256,7 @@ mod tests {
     fn chart(points: Vec<Point>) -> Chart {
         let series = Series {
             name: "a".to_owned(),
-            ink: "#ff0000".to_owned(),
+            ink: Ink::hex(0xff0000),
             points,
             marker: Some(Marker::Disk),
             line: 1.5,

@@ -1,4 +1,4 @@
-use super::png;
+use super::{Dash, Ink, png};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use std::fmt::Write;
@@ -27,22 +27,22 @@ pub struct Drawing {
 pub(super) enum Element {
     Line {
         points: Vec<[f64; 2]>,
-        ink: String,
+        ink: Ink,
         width: f64,
-        dash: Option<String>,
+        dash: Option<Dash>,
     },
     Polygon {
         points: Vec<[f64; 2]>,
-        ink: String,
+        ink: Ink,
     },
     Disk {
         centre: [f64; 2],
         radius: f64,
-        ink: String,
+        ink: Ink,
     },
     Rectangle {
         frame: Frame,
-        ink: String,
+        ink: Ink,
     },
     Text(Text),
     /// What shows within a frame only.
@@ -60,7 +60,7 @@ pub(super) struct Text {
     pub text: String,
     pub size: f64,
     pub anchor: Anchor,
-    pub ink: String,
+    pub ink: Ink,
     pub style: Style,
 }
 
@@ -72,9 +72,6 @@ pub(super) enum Style {
     /// Read from below.
     Upward,
 }
-
-/// The ink of texts that name no other.
-const INK: &str = "#222";
 
 /// The outline of polygons and disks, which sets them off from what they lie on.
 pub(super) const OUTLINE: f64 = 0.8;
@@ -112,47 +109,45 @@ impl Drawing {
     }
 
     /// A line through points, not closed.
-    pub fn line(&mut self, points: &[[f64; 2]], ink: &str, width: f64, dash: Option<&str>) {
+    pub fn line(&mut self, points: &[[f64; 2]], ink: Ink, width: f64, dash: Option<Dash>) {
         if points.is_empty() {
             return;
         }
-        let dash = dash.map(str::to_owned);
-        self.elements.push(Element::Line { points: points.to_vec(), ink: ink.to_owned(), width, dash });
+        self.elements.push(Element::Line { points: points.to_vec(), ink, width, dash });
     }
 
     /// A filled polygon, with an outline of the paper's colour that sets it off from what it lies on.
-    pub fn polygon(&mut self, points: &[[f64; 2]], ink: &str) {
-        self.elements.push(Element::Polygon { points: points.to_vec(), ink: ink.to_owned() });
+    pub fn polygon(&mut self, points: &[[f64; 2]], ink: Ink) {
+        self.elements.push(Element::Polygon { points: points.to_vec(), ink });
     }
 
     /// Draws a filled disk.
-    pub fn disk(&mut self, centre: [f64; 2], radius: f64, ink: &str) {
-        self.elements.push(Element::Disk { centre, radius, ink: ink.to_owned() });
+    pub fn disk(&mut self, centre: [f64; 2], radius: f64, ink: Ink) {
+        self.elements.push(Element::Disk { centre, radius, ink });
     }
 
     /// A rectangle without outline, its edges on whole pixels.
-    pub fn rectangle(&mut self, frame: Frame, ink: &str) {
-        self.elements.push(Element::Rectangle { frame, ink: ink.to_owned() });
+    pub fn rectangle(&mut self, frame: Frame, ink: Ink) {
+        self.elements.push(Element::Rectangle { frame, ink });
     }
 
     /// A line of text on the base line through `at`.
-    pub fn text(&mut self, at: [f64; 2], text: &str, size: f64, anchor: Anchor, ink: &str) {
+    pub fn text(&mut self, at: [f64; 2], text: &str, size: f64, anchor: Anchor, ink: Ink) {
         self.write(at, text, size, anchor, ink, Style::Plain);
     }
 
     /// Writes a heading that begins at a point.
     pub fn heading(&mut self, at: [f64; 2], text: &str) {
-        self.write(at, text, 15.0, Anchor::Start, INK, Style::Heading);
+        self.write(at, text, 15.0, Anchor::Start, Ink::TEXT, Style::Heading);
     }
 
     /// A text that is read from below, centred on `at`.
     pub fn upward(&mut self, at: [f64; 2], text: &str, size: f64) {
-        self.write(at, text, size, Anchor::Middle, INK, Style::Upward);
+        self.write(at, text, size, Anchor::Middle, Ink::TEXT, Style::Upward);
     }
 
-    fn write(&mut self, at: [f64; 2], text: &str, size: f64, anchor: Anchor, ink: &str, style: Style) {
-        let (text, ink) = (text.to_owned(), ink.to_owned());
-        self.elements.push(Element::Text(Text { at, text, size, anchor, ink, style }));
+    fn write(&mut self, at: [f64; 2], text: &str, size: f64, anchor: Anchor, ink: Ink, style: Style) {
+        self.elements.push(Element::Text(Text { at, text: text.to_owned(), size, anchor, ink, style }));
     }
 
     /// What is drawn by `draw` shows within the frame only. Its coordinates are those of the whole drawing.
@@ -185,9 +180,10 @@ impl Drawing {
     /// The SVG without its bitmaps and its end.
     fn opening(&self) -> String {
         let Self { width, height, title, elements, .. } = self;
+        let ink = Ink::TEXT;
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" height=\"{height:.0}\" \
-             role=\"img\" font-family=\"Inter, Helvetica, Arial, sans-serif\" font-size=\"13\" fill=\"{INK}\">\n\
+             role=\"img\" font-family=\"Inter, Helvetica, Arial, sans-serif\" font-size=\"13\" fill=\"{ink}\">\n\
              <title>{}</title>\n\
              <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"white\"/>\n",
             escaped(title)
@@ -224,8 +220,8 @@ impl Element {
         };
         match self {
             Self::Line { points, ink, width, dash } => {
-                let dash =
-                    dash.as_ref().map_or(String::new(), |dash| format!(" stroke-dasharray=\"{dash}\""));
+                let dash = dash
+                    .map_or(String::new(), |Dash(dash, gap)| format!(" stroke-dasharray=\"{dash} {gap}\""));
                 writeln!(
                     out,
                     "<path d=\"M{}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dash}/>",
@@ -303,7 +299,7 @@ mod tests {
     #[test]
     fn texts_cannot_break_the_picture() {
         let mut drawing = Drawing::new(40.0, 20.0, "a<b & \"c\"");
-        drawing.text([1.0, 10.0], "</svg>", 10.0, Anchor::Start, "#000");
+        drawing.text([1.0, 10.0], "</svg>", 10.0, Anchor::Start, Ink::Grey(0));
         let svg = drawing.svg();
         assert!(roxmltree::Document::parse(&svg).is_ok(), "{svg}");
         assert!(drawing.png(1.0).is_ok());
@@ -313,8 +309,8 @@ mod tests {
     #[test]
     fn a_png_shows_lines_text_and_bitmaps() {
         let mut drawing = Drawing::new(100.0, 60.0, "test");
-        drawing.line(&[[0.0, 5.0], [100.0, 5.0]], "#ff0000", 4.0, None);
-        drawing.text([5.0, 40.0], "10⁻³ − Σλ", 12.0, Anchor::Start, "#000000");
+        drawing.line(&[[0.0, 5.0], [100.0, 5.0]], Ink::hex(0xff0000), 4.0, None);
+        drawing.text([5.0, 40.0], "10⁻³ − Σλ", 12.0, Anchor::Start, Ink::Grey(0));
         drawing.bitmap(
             [80.0, 40.0, 20.0, 20.0],
             Bitmap { width: 2, height: 1, pixels: vec![[0, 0, 255], [0, 255, 0]] },

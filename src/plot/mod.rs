@@ -7,14 +7,24 @@
 mod axis;
 mod chart;
 mod drawing;
+mod ink;
 mod panels;
 mod png;
 
 pub use axis::{Axis, Scale};
 pub use chart::{Chart, Marker, Point, Series, Strip};
 pub use drawing::{Anchor, Bitmap, Drawing, FONTS, escaped};
+pub use ink::{Dash, Ink};
 pub use panels::{Colours, Panel, Panels};
 
 /// Inks that people with any colour vision tell apart, and that print: Okabe and Ito, "Color Universal
 /// Design", 2008, without the yellow that white paper swallows.
-pub const INKS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#222222"];
+pub const INKS: [Ink; 7] = [
+    Ink::hex(0x0072b2),
+    Ink::hex(0xd55e00),
+    Ink::hex(0x009e73),
+    Ink::hex(0xcc79a7),
+    Ink::hex(0xe69f00),
+    Ink::hex(0x56b4e9),
+    Ink::hex(0x222222),
+];

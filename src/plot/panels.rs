@@ -1,3 +1,4 @@
+use super::Ink;
 use super::axis::{Axis, Scale, Settled};
 use super::drawing::{Anchor, Bitmap, Drawing};
 
@@ -81,8 +82,8 @@ impl Panels {
         for (i, panel) in self.panels.iter().enumerate() {
             let left = MARGIN + (i % columns) as f64 * (width + GAP);
             let top = TOP + (i / columns) as f64 * (HEAD + height + GAP) + HEAD;
-            drawing.text([left, top - 23.0], &panel.title, 13.0, Anchor::Start, "#222");
-            drawing.text([left, top - 7.0], &panel.note, 11.5, Anchor::Start, "#666");
+            drawing.text([left, top - 23.0], &panel.title, 13.0, Anchor::Start, Ink::TEXT);
+            drawing.text([left, top - 7.0], &panel.note, 11.5, Anchor::Start, Ink::NOTE);
             if let Some(bitmap) = self.bitmap(panel, &scale) {
                 drawing.bitmap([left, top, width, height_of(panel).min(height)], bitmap);
             }
@@ -113,10 +114,10 @@ impl Panels {
         for (tick, label) in &scale.ticks {
             let Some(place) = scale.place(*tick) else { continue };
             let at = top + (1.0 - place) * height;
-            drawing.line(&[[left + width, at], [left + width + 4.0, at]], "#222", 1.0, None);
-            drawing.text([left + width + 7.0, at + 4.0], label, 11.5, Anchor::Start, "#222");
+            drawing.line(&[[left + width, at], [left + width + 4.0, at]], Ink::TEXT, 1.0, None);
+            drawing.text([left + width + 7.0, at + 4.0], label, 11.5, Anchor::Start, Ink::TEXT);
         }
-        drawing.text([WIDTH - MARGIN, top - 12.0], &self.quantity, 11.5, Anchor::End, "#222");
+        drawing.text([WIDTH - MARGIN, top - 12.0], &self.quantity, 11.5, Anchor::End, Ink::TEXT);
     }
 }
 

@@ -1,6 +1,7 @@
 //! From a drawing to pixels. The only file that names tiny-skia and ttf-parser.
 
 use super::drawing::{Anchor, Bitmap, Drawing, Element, FONTS, Frame, OUTLINE, Style, Text};
+use super::{Dash, Ink};
 use std::sync::OnceLock;
 use tiny_skia::{
     Color, FillRule, FilterQuality, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, PixmapPaint,
@@ -43,18 +44,19 @@ impl Canvas {
                     let stroke = Stroke {
                         width: *width as f32,
                         line_join: LineJoin::Round,
-                        dash: dash.as_deref().and_then(dashes),
+                        dash: dash
+                            .and_then(|Dash(dash, gap)| StrokeDash::new(vec![dash as f32, gap as f32], 0.0)),
                         ..Stroke::default()
                     };
-                    self.stroke(path(points, false), ink, &stroke, mask);
+                    self.stroke(path(points, false), *ink, &stroke, mask);
                 }
-                Element::Polygon { points, ink } => self.outlined(path(points, true), ink, mask),
+                Element::Polygon { points, ink } => self.outlined(path(points, true), *ink, mask),
                 Element::Disk { centre: [x, y], radius, ink } => {
                     let circle = PathBuilder::from_circle(*x as f32, *y as f32, *radius as f32);
-                    self.outlined(circle, ink, mask);
+                    self.outlined(circle, *ink, mask);
                 }
                 Element::Rectangle { frame, ink } => {
-                    let paint = Paint { anti_alias: false, ..paint(ink) };
+                    let paint = Paint { anti_alias: false, ..paint(*ink) };
                     self.fill(rectangle(*frame), &paint, self.scaled, mask);
                 }
                 Element::Text(text) => self.text(text, mask),
@@ -85,16 +87,16 @@ impl Canvas {
         }
     }
 
-    fn stroke(&mut self, path: Option<Path>, ink: &str, stroke: &Stroke, mask: Option<&Mask>) {
+    fn stroke(&mut self, path: Option<Path>, ink: Ink, stroke: &Stroke, mask: Option<&Mask>) {
         if let Some(path) = path {
             self.pixmap.stroke_path(&path, &paint(ink), stroke, self.scaled, mask);
         }
     }
 
-    fn outlined(&mut self, path: Option<Path>, ink: &str, mask: Option<&Mask>) {
+    fn outlined(&mut self, path: Option<Path>, ink: Ink, mask: Option<&Mask>) {
         self.fill(path.clone(), &paint(ink), self.scaled, mask);
         let stroke = Stroke { width: OUTLINE as f32, ..Stroke::default() };
-        self.stroke(path, "#fff", &stroke, mask);
+        self.stroke(path, Ink::Grey(15), &stroke, mask);
     }
 
     /// Letters stand side by side by their widths, without the pairs that a font sets closer.
@@ -119,7 +121,7 @@ impl Canvas {
             let mut outline = Outline(PathBuilder::new());
             // A space has none.
             let _ = face.outline_glyph(*glyph, &mut outline);
-            self.fill(outline.0.finish(), &paint(&text.ink), place.pre_translate(along, 0.0), mask);
+            self.fill(outline.0.finish(), &paint(text.ink), place.pre_translate(along, 0.0), mask);
             along += advance(glyph);
         }
     }
@@ -172,27 +174,11 @@ fn rectangle([x, y, width, height]: Frame) -> Option<Path> {
     Rect::from_xywh(x, y, width, height).map(PathBuilder::from_rect)
 }
 
-/// Lengths of dashes and gaps by turns.
-fn dashes(lengths: &str) -> Option<StrokeDash> {
-    let lengths: Vec<f32> = lengths.split(' ').filter_map(|length| length.parse().ok()).collect();
-    StrokeDash::new(lengths, 0.0)
-}
-
-fn paint(ink: &str) -> Paint<'static> {
+fn paint(ink: Ink) -> Paint<'static> {
     let mut paint = Paint::default();
-    let [red, green, blue] = colour(ink);
+    let [red, green, blue] = ink.rgb();
     paint.set_color_rgba8(red, green, blue, 255);
     paint
-}
-
-/// `#rgb` or `#rrggbb`; black for all else.
-fn colour(ink: &str) -> [u8; 3] {
-    let digits = ink.trim_start_matches('#');
-    let (width, factor) = if digits.len() == 3 { (1, 17) } else { (2, 1) };
-    [0, 1, 2].map(|i| {
-        let digits = digits.get(i * width..(i + 1) * width).unwrap_or("0");
-        u8::from_str_radix(digits, 16).unwrap_or(0) * factor
-    })
 }
 
 /// `None` for a bitmap without pixels.

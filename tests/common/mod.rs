@@ -62,6 +62,11 @@ pub fn bound(tests: usize) -> f64 {
     Normal::standard().inverse_cdf(1.0 - tail).max(3.0)
 }
 
+/// Standard errors of a difference that a test which allows `bound` of them finds with a probability of 90 %.
+pub fn found(bound: f64) -> f64 {
+    bound + Normal::standard().inverse_cdf(0.9)
+}
+
 pub fn settings(samples: u32, wavelengths: WavelengthCount, seed: u64) -> Settings {
     // Pixels and replicates that are independent of one another: that is what the tests' statistics rest on.
     let dealt = Schedule::new(samples);

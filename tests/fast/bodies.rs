@@ -2,7 +2,7 @@
 //! look like the sky.
 
 use crate::common::folder::Folder;
-use crate::common::{expose, made, mean_over_pixels, settings};
+use crate::common::{expose, found, made, mean_over_pixels, settings};
 use abbe::render::WavelengthCount;
 use abbe::scene::{CompileOptions, Features, ReadOptions, Scene, read_str};
 
@@ -25,8 +25,10 @@ fn camera(origin: &str) -> String {
 
 const SKY: &str = r#"<emitter type="constant"><spectrum name="radiance" value="1"/></emitter>"#;
 
-/// Half a percent is seen of most bodies, and 2.5 % of the noisiest.
 const SAMPLES: u32 = 128;
+
+/// Standard errors that are allowed.
+const BOUND: f64 = 4.0;
 
 /// What a film has of a radiance of 1, and its standard error.
 fn radiance(content: &str, origin: &str) -> (f64, f64) {
@@ -40,14 +42,21 @@ fn radiance(content: &str, origin: &str) -> (f64, f64) {
     (mean / one, error / one)
 }
 
-/// From all sides bodies under an even sky cannot be seen.
+/// From all sides bodies under an even sky cannot be seen. From each side light that is made or lost is found
+/// with a probability of 90 % where it is 3.5 % of the sky's, from the side that shows it best where it is
+/// 1 %.
 #[track_caller]
 fn assert_invisible(name: &str, content: &str) {
+    let mut least = f64::INFINITY;
     for origin in SIDES {
         let (mean, error) = radiance(content, origin);
         println!("{name} from ({origin}): {mean:.5} ± {error:.5}");
-        assert!((mean - 1.0).abs() < 4.0 * error + 1e-6, "{name} from ({origin}): {mean} ± {error}");
+        assert!((mean - 1.0).abs() < BOUND * error + 1e-6, "{name} from ({origin}): {mean} ± {error}");
+        let sees = found(BOUND) * error;
+        assert!(sees < 0.035, "{name} from ({origin}): less than {sees} is not found");
+        least = least.min(sees);
     }
+    assert!(least < 0.01, "{name}: less than {least} is not found");
 }
 
 fn ball(x: f64, radius: f64, more: &str) -> String {
@@ -140,7 +149,8 @@ fn bodies_that_move_into_one_another_neither_make_nor_lose_light() {
     assert_invisible("moving", &(moving + &ball(0.6, 0.9, &glass(1.33))));
 }
 
-/// Each ray begins in the body that counts where it begins: n² of the sky's radiance.
+/// Each ray begins in the body that counts where it begins: n² of the sky's radiance. Finds half a percent of
+/// that, with a probability of 90 %.
 #[test]
 fn a_camera_where_bodies_overlap_is_in_both() {
     let bodies = pair(&glass(1.5), &glass(1.5)) + &ball(0.1, 0.2, &glass(1.33));
@@ -148,7 +158,8 @@ fn a_camera_where_bodies_overlap_is_in_both() {
         let (mean, error) = radiance(&bodies, origin);
         let expected = f64::powi(index / 1.000_277, 2);
         println!("from ({origin}): {mean:.5} ± {error:.5}, expected {expected:.5}");
-        assert!((mean - expected).abs() < 4.0 * error + 1e-6, "from ({origin}): {mean} ± {error}");
+        assert!((mean - expected).abs() < BOUND * error + 1e-6, "from ({origin}): {mean} ± {error}");
+        assert!(found(BOUND) * error < 0.005 * expected, "from ({origin}): {mean} ± {error}");
     }
 }
 
@@ -220,7 +231,8 @@ fn glass_made_of_several_surfaces_neither_makes_nor_loses_light() {
 }
 
 /// Light that is in a body for good, since what counts depends on where it came from, neither divides paths
-/// without end nor is sought from the side of the light.
+/// without end nor is sought from the side of the light. Finds a difference of 2 %, with a probability of
+/// 90 %.
 #[test]
 fn overlapping_balls_under_a_lamp_are_what_a_random_walk_finds() {
     let lit = |integrator: &str| {
@@ -241,7 +253,9 @@ fn overlapping_balls_under_a_lamp_are_what_a_random_walk_finds() {
     };
     let ((path, path_error), (walk, walk_error)) = (measure("path", 2048), measure("walk", 16384));
     println!("path {path} ± {path_error}, walk {walk} ± {walk_error}");
-    assert!((path - walk).abs() < 4.0 * path_error.hypot(walk_error), "{path} {walk}");
+    let error = path_error.hypot(walk_error);
+    assert!((path - walk).abs() < BOUND * error, "{path} {walk}");
+    assert!(found(BOUND) * error < 0.02 * walk, "{error} of {walk}");
     assert!(!lit("path").features().light_tracing);
 }
 

@@ -282,9 +282,7 @@ fn a_browser_shows_the_page() {
             assert!(painted > 0.4 && colours.len() > 100, "{id}: {painted} {}", colours.len());
         } else {
             for ink in &abbe::plot::INKS[..6] {
-                let channel = |i: usize| u8::from_str_radix(&ink[i..i + 2], 16).expect("a colour");
-                let rgb = [channel(1), channel(3), channel(5)];
-                let near = |pixel: &[u8; 3]| pixel.iter().zip(rgb).all(|(a, b)| a.abs_diff(b) < 16);
+                let near = |pixel: &[u8; 3]| pixel.iter().zip(ink.rgb()).all(|(a, b)| a.abs_diff(b) < 16);
                 assert!(share(&near) * pixels.len() as f64 > 25.0, "{id} has no ink {ink}");
             }
         }

@@ -1,7 +1,7 @@
 //! Textures in whole renders: patterns stick to what moves and to what is instanced, and reliefs make no
 //! energy.
 
-use crate::common::{bins, bound, expose, made, mean_over_pixels, settings, stress};
+use crate::common::{bins, bound, expose, found, made, mean_over_pixels, settings, stress};
 use abbe::render::{Settings, WavelengthCount};
 use abbe::scene::{CompileOptions, Scene};
 use abbe::units::WavelengthRange;
@@ -105,8 +105,9 @@ fn a_pattern_is_placed_by_its_own_transform() {
 }
 
 /// A white or clear ball with a bumpy surface in a furnace of radiance 1 never returns more than 1: what a
-/// relief's normals would send to the wrong side is lost, not gained. Sees 4 % too much of what is noisiest,
-/// and 1 % with all samples.
+/// relief's normals would send to the wrong side is lost, not gained. What is lost, by rough facets too,
+/// hides a gain as large. So the gain that is found, with a probability of 90 %, stands beside each BSDF for
+/// the relief that hides least of it. On the steepest relief a gain below most of the light is not found.
 #[test]
 fn reliefs_make_no_energy() {
     let heights = [
@@ -118,17 +119,21 @@ fn reliefs_make_no_energy() {
            <boolean name="raw" value="true"/></texture>"#,
     ];
     let bsdfs = [
-        r#"<bsdf type="diffuse"><spectrum name="reflectance" value="1"/></bsdf>"#,
-        r#"<bsdf type="conductor"/>"#,
-        r#"<bsdf type="roughconductor"><float name="alpha" value="0.3"/><string name="distribution" value="ggx"/></bsdf>"#,
-        r#"<bsdf type="dielectric"/>"#,
-        r#"<bsdf type="roughdielectric"><float name="alpha" value="0.3"/></bsdf>"#,
-        r#"<bsdf type="plastic"><spectrum name="diffuse_reflectance" value="1"/></bsdf>"#,
+        (r#"<bsdf type="diffuse"><spectrum name="reflectance" value="1"/></bsdf>"#, 0.005),
+        (r#"<bsdf type="conductor"/>"#, 0.005),
+        (
+            r#"<bsdf type="roughconductor"><float name="alpha" value="0.3"/><string name="distribution" value="ggx"/></bsdf>"#,
+            0.16,
+        ),
+        (r#"<bsdf type="dielectric"/>"#, 0.015),
+        (r#"<bsdf type="roughdielectric"><float name="alpha" value="0.3"/></bsdf>"#, 0.1),
+        (r#"<bsdf type="plastic"><spectrum name="diffuse_reflectance" value="1"/></bsdf>"#, 0.01),
     ];
     let bound = bound(heights.len() * bsdfs.len() * 4);
     let samples = stress::count(256, 4096);
-    for (i, height) in heights.iter().enumerate() {
-        for bsdf in bsdfs {
+    for (bsdf, sees) in bsdfs {
+        let mut least = f64::INFINITY;
+        for (i, height) in heights.iter().enumerate() {
             for (scale, shadowing) in [(0.05, true), (0.05, false), (0.5, true), (0.5, false)] {
                 let scene = compiled(&format!(
                     r#"<integrator type="path"/><sensor type="perspective"><float name="fov" value="20"/>
@@ -146,7 +151,9 @@ fn reliefs_make_no_energy() {
                 println!("height {i}, scale {scale}, {shadowing}, {bsdf}: {mean:.4} ± {error:.1e}");
                 assert!(mean <= 1.0 + bound * error, "{height}, {scale}, {bsdf}: {mean} ± {error}");
                 assert!(mean > 0.1, "{height}, {scale}, {bsdf}: {mean} ± {error} is nearly black");
+                least = least.min(1.0 - mean + found(bound) * error);
             }
         }
+        assert!(least < sees, "{bsdf}: a gain of less than {least} is not found");
     }
 }

@@ -5,12 +5,17 @@ Every picture is coarse and has no symmetry, so that a mirrored, shifted or diff
 """
 
 import struct
+import sys
 import zlib
 from pathlib import Path
 
 import numpy as np
 
-SCENES = Path(__file__).resolve().parent / "scenes"
+HERE = Path(__file__).resolve().parent
+sys.path.append(str(HERE.parents[1] / "scenes"))
+import grids
+
+SCENES = HERE / "scenes"
 MESHES, TEXTURES, VOLUMES = (SCENES / folder for folder in ("meshes", "textures", "volumes"))
 
 
@@ -210,24 +215,20 @@ def meshes():
 
 
 def volumes():
-    """Mitsuba's binary grid, version 3: float32, x fastest."""
     rng = np.random.default_rng(7)
     grey = 0.1 + 0.8 * rng.random((3, 4, 5, 1), np.float32)
     colour = 0.1 + 0.8 * rng.random((2, 3, 4, 3), np.float32)
     for name, data, box in (("grey", grey, (0, 0, 0, 1, 1, 1)), ("colour", colour, (-1, -0.5, 0, 1, 1, 1.5))):
-        z, y, x, c = data.shape
-        (VOLUMES / f"{name}.vol").write_bytes(b"VOL\x03" + struct.pack("<5i6f", 1, x, y, z, c, *box) + data.astype("<f4").tobytes())
+        grids.write(VOLUMES / f"{name}.vol", data, box)
     # Flakes of SGGX, the same everywhere.
     for name, matrix in (("flakes_flat", (0.05, 0.1, 1, 0, 0, 0)), ("flakes_skewed", (1, 0.35, 0.32, 0.52, 0.44, 0.2))):
-        (VOLUMES / f"{name}.vol").write_bytes(b"VOL\x03" + struct.pack("<5i6f6f", 1, 1, 1, 1, 6, 0, 0, 0, 1, 1, 1, *matrix))
+        grids.write(VOLUMES / f"{name}.vol", np.reshape(matrix, (1, 1, 1, 6)))
     # Two balls that run into one another, on few points: cells are as large as what they show. As many points along z as along x, for
     # Mitsuba takes either for the other (FACTS.md, 89).
     z, y, x = np.meshgrid(*(np.linspace(0, 1, points) for points in (11, 9, 11)), indexing="ij")
     balls = [np.sqrt((x - cx) ** 2 + (y - 0.5) ** 2 + (z - cz) ** 2) - r for cx, cz, r in ((0.36, 0.42, 0.24), (0.66, 0.6, 0.2))]
     distances = -0.05 * np.log(sum(np.exp(-ball / 0.05) for ball in balls))
-    z, y, x = distances.shape
-    header = b"VOL\x03" + struct.pack("<5i6f", 1, x, y, z, 1, 0, 0, 0, 1, 1, 1)
-    (VOLUMES / "distances.vol").write_bytes(header + distances.astype("<f4").tobytes())
+    grids.write(VOLUMES / "distances.vol", distances)
 
 
 if __name__ == "__main__":

@@ -13,10 +13,13 @@
 mod albedo;
 mod clear_coat;
 mod solid;
+mod textures;
 mod thin;
 
 pub use albedo::{Albedo, Extent};
 pub use solid::Principled;
+pub(crate) use textures::LEAST_INDEX;
+pub use textures::{PrincipledBaseTextures, PrincipledTextures, PrincipledThinTextures};
 pub use thin::PrincipledThin;
 
 use super::fresnel::{self, Interface};

@@ -1,7 +1,7 @@
 //! A path drawn in two projections.
 
 use abbe::integrator::{RecordedStep, Step};
-use abbe::plot::{Anchor, Drawing, INKS};
+use abbe::plot::{Anchor, Dash, Drawing, INKS, Ink};
 use abbe::render::Explained;
 
 const EDGE: f64 = 420.0;
@@ -99,7 +99,7 @@ pub fn draw(explained: &Explained) -> Drawing {
     let mut drawing = Drawing::new(width, TOP + EDGE + 2.0 * MARGIN, &title);
     drawing.heading([MARGIN, 28.0], &title);
     let note = "path: line; light samples: dashed; what brings light: red; the camera: square";
-    drawing.text([MARGIN, 46.0], note, 11.5, Anchor::Start, "#666");
+    drawing.text([MARGIN, 46.0], note, 11.5, Anchor::Start, Ink::NOTE);
     // One scale for both, so that lengths compare.
     let size = bounds.map(|[least, most]| most - least).into_iter().fold(0.0, f64::max);
     let scale = (EDGE - 2.0 * MARGIN) / if size > 0.0 { size } else { 1.0 };
@@ -112,13 +112,13 @@ pub fn draw(explained: &Explained) -> Drawing {
                 TOP + 0.5 * EDGE - (place[up] - middle(up)) * scale,
             ]
         };
-        drawing.rectangle([left, TOP, EDGE, EDGE], "#f4f4f4");
+        drawing.rectangle([left, TOP, EDGE, EDGE], Ink::hex(0xf4f4f4));
         let name = |axis: usize| ["x", "y", "z"][axis];
         let axes = format!("{} to the right, {} up", name(across), name(up));
-        drawing.text([left + 0.5 * EDGE, TOP + EDGE + 18.0], &axes, 11.5, Anchor::Middle, "#666");
+        drawing.text([left + 0.5 * EDGE, TOP + EDGE + 18.0], &axes, 11.5, Anchor::Middle, Ink::NOTE);
         for Stroke { ends, is_light_sample, brings } in &layout.strokes {
             let ink = if *brings { INKS[1] } else { INKS[0] };
-            let dash = is_light_sample.then_some("4 3");
+            let dash = is_light_sample.then_some(Dash(4.0, 3.0));
             drawing.line(&ends.map(project), ink, if *is_light_sample { 1.0 } else { 1.8 }, dash);
         }
         let [cx, cy] = project(explained.origin);
@@ -126,7 +126,7 @@ pub fn draw(explained: &Explained) -> Drawing {
         for (number, place) in &layout.vertices {
             let at = project(*place);
             drawing.disk(at, 3.5, INKS[6]);
-            drawing.text([at[0] + 6.0, at[1] - 5.0], &number.to_string(), 10.0, Anchor::Start, "#222");
+            drawing.text([at[0] + 6.0, at[1] - 5.0], &number.to_string(), 10.0, Anchor::Start, Ink::TEXT);
         }
     }
     drawing

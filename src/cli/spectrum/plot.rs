@@ -1,7 +1,7 @@
 //! A spectrum drawn: curves over a band of the spectrum's colours.
 
 use super::Subject;
-use abbe::plot::{Axis, Chart, Drawing, INKS, Point, Scale, Series, Strip};
+use abbe::plot::{Axis, Chart, Drawing, INKS, Ink, Point, Scale, Series, Strip};
 use abbe::spectrum::catalogue::{Kind, Quantity};
 use abbe::spectrum::colour::{Observer, srgb_encode, xyz_to_rec709};
 use abbe::units::WavelengthRange;
@@ -23,9 +23,9 @@ pub(super) fn draw(subject: &Subject) -> Drawing {
     if let ([curve], false) = (curves.as_slice(), several) {
         y.title = curve.name.to_owned();
     }
-    let series = |(curve, ink): (Curve, &&str)| Series {
+    let series = |(curve, ink): (Curve, &Ink)| Series {
         name: if several { curve.name.to_owned() } else { String::new() },
-        ink: (*ink).to_owned(),
+        ink: *ink,
         points: curve.points,
         marker: None,
         line: 1.8,
@@ -33,7 +33,7 @@ pub(super) fn draw(subject: &Subject) -> Drawing {
     };
     let invisible = Series {
         name: String::new(),
-        ink: "none".to_owned(),
+        ink: Ink::TEXT,
         points: floor.into_iter().collect(),
         marker: None,
         line: 0.0,
@@ -88,11 +88,10 @@ fn curves(subject: &Subject) -> Vec<Curve> {
 
 /// A displayable colour for one wavelength: its own colour clipped to the gamut, darker at the ends of the
 /// visible range.
-fn band_colour(nm: f64) -> String {
+fn band_colour(nm: f64) -> Ink {
     let [x, y, z] = Observer::cie1931().at(nm);
     let linear = xyz_to_rec709([x, y, z].into()).map(|value| value.max(0.0));
     let top = linear.iter().copied().fold(1e-9, f64::max);
     let strength = (x + y + z).min(0.25) / 0.25;
-    let [r, g, b] = linear.map(|value| (srgb_encode(value / top * strength) * 255.0).round() as u8);
-    format!("#{r:02x}{g:02x}{b:02x}")
+    Ink::Rgb(linear.map(|value| (srgb_encode(value / top * strength) * 255.0).round() as u8))
 }

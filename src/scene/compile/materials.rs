@@ -1,10 +1,10 @@
 use super::spectra::{self, index};
 use super::{plastic, principled};
-use crate::geometry::Transform;
-use crate::material::{
-    AIR_INDEX, DielectricMaterial, Material, MaterialId, Materials, Metal, NormalMap, NormalMapping,
-    RoughnessTextures, ThinDielectricMaterial,
+use crate::bsdf::{
+    AIR_INDEX, BsdfTextures, DielectricTextures, Metal, RoughnessTextures, ThinDielectricTextures,
 };
+use crate::geometry::Transform;
+use crate::material::{Material, MaterialId, Materials, NormalMap, NormalMapping};
 use crate::medium::{Body, Filling, Medium, Refraction};
 use crate::scene::description::{
     self, Alpha, Bsdf, BsdfKind, ConductorIndex, IndexSource, MetalAssumption, NormalMapShading, Roughness,
@@ -62,8 +62,8 @@ impl MaterialCompiler {
             light: None,
             role: match self.materials.below_normal_map(material) {
                 _ if shape.emission.is_some() => Role::Other,
-                Material::Dielectric(_) => Role::Interface,
-                Material::Null => Role::Null,
+                Material::Bsdf(BsdfTextures::Dielectric(_)) => Role::Interface,
+                Material::Bsdf(BsdfTextures::Null) => Role::Null,
                 _ => Role::Other,
             },
             part: false,
@@ -134,9 +134,11 @@ impl MaterialCompiler {
 
     /// A priority is as good as leaving the outside open.
     fn refraction(&self, shape: &ShapeDescription, material: MaterialId) -> Refraction {
-        let states = |material: &Material| match material {
-            Material::Dielectric(dielectric) => dielectric.exterior.is_some() && shape.priority.is_none(),
-            Material::Principled(principled) => principled.glass,
+        let states = |material: &Material| match material.bsdf() {
+            Some(BsdfTextures::Dielectric(dielectric)) => {
+                dielectric.exterior.is_some() && shape.priority.is_none()
+            }
+            Some(BsdfTextures::Principled(principled)) => principled.glass,
             _ => false,
         };
         if self.materials.any(material, &states) {
@@ -196,47 +198,51 @@ impl MaterialCompiler {
         Ok(match &bsdf.kind {
             BsdfKind::Diffuse { reflectance } => {
                 let reflectance = texture(reflectance)?;
-                if reflectance.is_zero(self.range) {
-                    Material::Black
+                Material::Bsdf(if reflectance.is_zero(self.range) {
+                    BsdfTextures::Black
                 } else {
-                    Material::Diffuse { reflectance }
-                }
+                    BsdfTextures::Diffuse { reflectance }
+                })
             }
-            BsdfKind::DiffuseTransmitter { reflectance, transmittance } => Material::DiffuseTransmitter {
-                reflectance: texture(reflectance)?,
-                transmittance: texture(transmittance)?,
-            },
-            BsdfKind::Conductor { index, specular_reflectance, roughness } => Material::Conductor {
-                index: self.metal(index)?,
-                specular_reflectance: texture(specular_reflectance)?,
-                roughness: roughness.as_ref().map(textures).transpose()?,
-            },
+            BsdfKind::DiffuseTransmitter { reflectance, transmittance } => {
+                Material::Bsdf(BsdfTextures::DiffuseTransmitter {
+                    reflectance: texture(reflectance)?,
+                    transmittance: texture(transmittance)?,
+                })
+            }
+            BsdfKind::Conductor { index, specular_reflectance, roughness } => {
+                Material::Bsdf(BsdfTextures::Conductor {
+                    index: self.metal(index)?,
+                    specular_reflectance: texture(specular_reflectance)?,
+                    roughness: roughness.as_ref().map(textures).transpose()?,
+                })
+            }
             BsdfKind::Dielectric {
                 interior,
                 exterior,
                 specular_reflectance,
                 specular_transmittance,
                 roughness,
-            } => Material::Dielectric(DielectricMaterial {
+            } => Material::Bsdf(BsdfTextures::Dielectric(DielectricTextures {
                 interior: index(interior, self.range)?,
                 exterior: exterior.as_ref().map(|source| index(source, self.range)).transpose()?,
                 specular_reflectance: texture(specular_reflectance)?,
                 specular_transmittance: texture(specular_transmittance)?,
                 roughness: roughness.as_ref().map(textures).transpose()?,
-            }),
+            })),
             BsdfKind::ThinDielectric { interior, exterior, specular_reflectance, specular_transmittance } => {
-                Material::ThinDielectric(ThinDielectricMaterial {
+                Material::Bsdf(BsdfTextures::ThinDielectric(ThinDielectricTextures {
                     interior: index(interior, self.range)?,
                     exterior: outside(exterior, self.range)?,
                     specular_reflectance: texture(specular_reflectance)?,
                     specular_transmittance: texture(specular_transmittance)?,
-                })
+                }))
             }
-            BsdfKind::Plastic { .. } => plastic::compiled(&bsdf.kind, self.range, &shift)?,
+            BsdfKind::Plastic { .. } => Material::Bsdf(plastic::compiled(&bsdf.kind, self.range, &shift)?),
             BsdfKind::Principled { .. } | BsdfKind::PrincipledThin { .. } => {
-                principled::compiled(&bsdf.kind, &shift)?
+                Material::Bsdf(principled::compiled(&bsdf.kind, &shift)?)
             }
-            BsdfKind::Null => Material::Null,
+            BsdfKind::Null => Material::Bsdf(BsdfTextures::Null),
             BsdfKind::Mask { opacity, nested } => {
                 Material::Mask { opacity: texture(opacity)?, nested: self.material(nested)? }
             }

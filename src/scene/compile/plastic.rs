@@ -2,20 +2,19 @@
 
 use super::materials::outside;
 use super::spectra::{self, index};
-use crate::bsdf::RoughCoat;
+use crate::bsdf::{BsdfTextures, PlasticTextures, RoughCoat};
 use crate::geometry::Transform;
-use crate::material::{Material, PlasticMaterial};
 use crate::scene::description::{BsdfKind, CoatRoughness, IndexSource, SpectrumSource};
 use crate::scene::source::SceneError;
 use crate::spectrum::Spectrum;
 use crate::units::WavelengthRange;
 
-/// The material of a plastic BSDF; any other is black.
+/// The textures of a plastic BSDF; any other is black.
 pub(super) fn compiled(
     kind: &BsdfKind,
     range: WavelengthRange,
     shift: &Transform,
-) -> Result<Material, SceneError> {
+) -> Result<BsdfTextures, SceneError> {
     let texture = |source: &SpectrumSource| spectra::texture(source, shift);
     Ok(match kind {
         BsdfKind::Plastic {
@@ -28,7 +27,7 @@ pub(super) fn compiled(
         } => {
             let (inside, outside) = (index(interior, range)?, outside(exterior, range)?);
             refuse_dense(interior, &inside, &outside, range)?;
-            Material::Plastic(PlasticMaterial {
+            BsdfTextures::Plastic(PlasticTextures {
                 coat: roughness.map(|roughness| coat(roughness, interior, &inside, &outside)).transpose()?,
                 interior: inside,
                 exterior: outside,
@@ -37,7 +36,7 @@ pub(super) fn compiled(
                 nonlinear: *nonlinear,
             })
         }
-        _ => Material::Black,
+        _ => BsdfTextures::Black,
     })
 }
 

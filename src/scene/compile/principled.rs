@@ -1,22 +1,22 @@
 //! "Principled" surfaces, with and without a body.
 
 use super::spectra;
-use crate::bsdf::{Albedo, Extent};
-use crate::geometry::Transform;
-use crate::material::{
-    LEAST_INDEX, Material, PrincipledMaterial, PrincipledTextures, PrincipledThinMaterial,
+use crate::bsdf::{
+    Albedo, BsdfTextures, Extent, LEAST_INDEX, PrincipledBaseTextures, PrincipledTextures,
+    PrincipledThinTextures,
 };
+use crate::geometry::Transform;
 use crate::scene::description::{BsdfKind, PrincipledBase, SpectrumSource};
 use crate::scene::source::SceneError;
 
-/// The material of a principled BSDF; any other is black.
-pub(super) fn compiled(kind: &BsdfKind, shift: &Transform) -> Result<Material, SceneError> {
+/// The textures of a principled BSDF; any other is black.
+pub(super) fn compiled(kind: &BsdfKind, shift: &Transform) -> Result<BsdfTextures, SceneError> {
     let texture = |source: &SpectrumSource| spectra::texture(source, shift);
     Ok(match kind {
         BsdfKind::Principled { base, metallic, clearcoat, clearcoat_gloss, eta, conserve_energy } => {
             let extent = Extent { gloss: fraction(clearcoat_gloss), ..extent(base, false, *eta) };
-            Material::Principled(Box::new(PrincipledMaterial {
-                textures: textures(base, shift)?,
+            BsdfTextures::Principled(Box::new(PrincipledTextures {
+                base: textures(base, shift)?,
                 metallic: texture(metallic)?,
                 clearcoat: texture(clearcoat)?,
                 clearcoat_gloss: texture(clearcoat_gloss)?,
@@ -28,14 +28,14 @@ pub(super) fn compiled(kind: &BsdfKind, shift: &Transform) -> Result<Material, S
         BsdfKind::PrincipledThin { base, diff_trans, eta, conserve_energy } => {
             // The reader sees to it that one that conserves energy has one index.
             let extent = extent(base, true, eta.constant().unwrap_or(1.0).max(LEAST_INDEX));
-            Material::PrincipledThin(Box::new(PrincipledThinMaterial {
-                textures: textures(base, shift)?,
+            BsdfTextures::PrincipledThin(Box::new(PrincipledThinTextures {
+                base: textures(base, shift)?,
                 diff_trans: texture(diff_trans)?,
                 eta: texture(eta)?,
                 albedo: conserve_energy.then(|| Albedo::shared(extent)),
             }))
         }
-        _ => Material::Black,
+        _ => BsdfTextures::Black,
     })
 }
 
@@ -50,9 +50,9 @@ fn fraction(source: &SpectrumSource) -> Option<f64> {
     source.constant().map(|fraction| fraction.clamp(0.0, 1.0))
 }
 
-fn textures(base: &PrincipledBase, shift: &Transform) -> Result<PrincipledTextures, SceneError> {
+fn textures(base: &PrincipledBase, shift: &Transform) -> Result<PrincipledBaseTextures, SceneError> {
     let texture = |source: &SpectrumSource| spectra::texture(source, shift);
-    Ok(PrincipledTextures {
+    Ok(PrincipledBaseTextures {
         base_color: texture(&base.base_color)?,
         roughness: texture(&base.roughness)?,
         anisotropic: texture(&base.anisotropic)?,

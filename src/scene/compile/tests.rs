@@ -1,8 +1,9 @@
 //! Indices beyond the ends of what the file says of them.
 
 use super::materials::MaterialCompiler;
+use crate::bsdf::{BsdfTextures, Metal};
 use crate::geometry::{Transform, Vec3};
-use crate::material::{Material, Metal};
+use crate::material::Material;
 use crate::scene::description::Description;
 use crate::scene::{CompileOptions, ReadOptions, compile, json, read_str};
 use crate::shape::AtRest;
@@ -31,7 +32,9 @@ fn material(description: &Description) -> Material {
 
 /// n and k of a metal at a place of its surface.
 fn metal(description: &Description, uv: [f64; 2], nm: f64) -> (f64, f64) {
-    let Material::Conductor { index, .. } = material(description) else { panic!("no conductor") };
+    let Material::Bsdf(BsdfTextures::Conductor { index, .. }) = material(description) else {
+        panic!("no conductor")
+    };
     let at = TexturePoint { uv, position: Vec3::ZERO, at_rest: AtRest::NONE, mesh: None };
     let (n, k) = index.sample(&at, &[nm]);
     (n.hero(), k.hero())
@@ -43,7 +46,7 @@ fn a_glass_known_by_its_reflectance_is_held_beyond_the_table() {
     let scene = scene(
         r#"<bsdf type="dielectric"><spectrum name="normal_reflectance" value="400:0.05, 700:0.04"/></bsdf>"#,
     );
-    let Material::Dielectric(glass) = material(&scene) else { panic!("no glass") };
+    let Material::Bsdf(BsdfTextures::Dielectric(glass)) = material(&scene) else { panic!("no glass") };
     let reflectance = |nm: f64| reflectance_of_index(glass.interior.at(nm), 0.0);
     for (nm, expected) in [(360.0, 0.05), (399.0, 0.05), (550.0, 0.045), (701.0, 0.04), (830.0, 0.04)] {
         assert!((reflectance(nm) - expected).abs() < 1e-6, "{nm} nm: {}", reflectance(nm));
@@ -91,7 +94,9 @@ fn a_metal_that_varies_is_held_beyond_its_tables() {
                <spectrum name="color0" value="500:0.2, 600:0.3"/><spectrum name="color1" value="500:0.2, 600:0.3"/></texture>
            </texture></bsdf>"#,
     );
-    let Material::Conductor { index: Metal::NormalReflectance { .. }, .. } = material(&scene) else {
+    let Material::Bsdf(BsdfTextures::Conductor { index: Metal::NormalReflectance { .. }, .. }) =
+        material(&scene)
+    else {
         panic!("no metal whose reflectance varies")
     };
     for (uv, ends) in [([0.25; 2], [0.5, 0.9]), ([0.25, 0.75], [0.2, 0.3])] {
@@ -118,7 +123,7 @@ fn the_back_face_of_a_slab_is_taken_away() {
     };
     let slab = r#"<string name="specimen" value="slab"/>"#;
     let known = scene(&of("dielectric", slab));
-    let Material::Dielectric(glass) = material(&known) else { panic!("no glass") };
+    let Material::Bsdf(BsdfTextures::Dielectric(glass)) = material(&known) else { panic!("no glass") };
     assert!((glass.interior.at(550.0) - 1.5168).abs() < 1e-12, "{}", glass.interior.at(550.0));
     assert!(known.assumptions.iter().any(|note| note.text.contains("both faces")), "{:?}", known.assumptions);
     let features = compile(&known, &CompileOptions::default()).unwrap().features();

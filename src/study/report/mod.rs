@@ -7,7 +7,7 @@ mod tables;
 use super::fit::{Measurement, PowerLaw};
 use super::measure::{EqualTime, equal_time};
 use super::{Case, Folder, Reference, Request, Run, RunId, Spectrum, spectra};
-use crate::plot::{INKS, Marker};
+use crate::plot::{Dash, INKS, Ink, Marker};
 use crate::render::{Progress, WavelengthCount};
 use crate::sampling::SamplerKind;
 use std::io;
@@ -45,9 +45,9 @@ struct Series<'a> {
     sampler: SamplerKind,
     wavelengths: WavelengthCount,
     label: String,
-    ink: &'static str,
+    ink: Ink,
     marker: Marker,
-    dash: Option<&'static str>,
+    dash: Option<Dash>,
     /// Runs in the order of samples per pixel.
     runs: Vec<&'a Run>,
     against_samples: Option<PowerLaw>,
@@ -109,7 +109,7 @@ impl Findings<'_> {
                     },
                     ink: INKS[place % INKS.len()],
                     marker: Marker::ALL[place % Marker::ALL.len()],
-                    dash: [None, Some("6 3"), Some("2 3")][dash % 3],
+                    dash: [None, Some(Dash(6.0, 3.0)), Some(Dash(2.0, 3.0))][dash % 3],
                     against_samples: law(|run| f64::from(run.id.samples_per_pixel)),
                     against_time: law(|run| run.cpu_seconds),
                     runs,

@@ -1,5 +1,5 @@
 use super::{Findings, Series, percent, short, slope};
-use crate::plot::{Axis, Chart, Colours, Drawing, Panel, Panels, Point, Scale, Series as Curve};
+use crate::plot::{Axis, Chart, Colours, Dash, Drawing, Ink, Panel, Panels, Point, Scale, Series as Curve};
 use crate::sampling::SamplerKind;
 use crate::stats::Estimate;
 use crate::study::Spectrum;
@@ -45,7 +45,7 @@ fn curves(series: &[Series], of: impl Fn(&Series) -> (Vec<Point>, Option<PowerLa
         let fitted = law.map_or(Vec::new(), |law| ends.map(|x| Point::new(x, law.at(x))).collect());
         curves.push(Curve {
             name: String::new(),
-            ink: series.ink.to_owned(),
+            ink: series.ink,
             points: fitted,
             marker: None,
             line: 1.4,
@@ -53,7 +53,7 @@ fn curves(series: &[Series], of: impl Fn(&Series) -> (Vec<Point>, Option<PowerLa
         });
         curves.push(Curve {
             name,
-            ink: series.ink.to_owned(),
+            ink: series.ink,
             points,
             marker: Some(series.marker),
             line: 0.0,
@@ -128,11 +128,11 @@ fn error_against_time(findings: &Findings, series: &[Series], target: f64) -> Re
     let ends = [times().fold(f64::MAX, f64::min), times().fold(0.0, f64::max)];
     all.push(Curve {
         name: format!("{} is the target", percent(target)),
-        ink: "#888".to_owned(),
+        ink: Ink::Grey(8),
         points: ends.map(|x| Point::new(x, target)).to_vec(),
         marker: None,
         line: 1.0,
-        dash: Some("3 3"),
+        dash: Some(Dash(3.0, 3.0)),
     });
     let drawing = Chart {
         title: "Error against CPU time".to_owned(),
@@ -250,7 +250,7 @@ const LEAST_POWER: f64 = 1e-3;
 fn radial(title: &str, x: &str, all: &[(&Series, String, &Spectrum)]) -> Drawing {
     let curve = |(series, name, spectrum): &(&Series, String, &Spectrum)| Curve {
         name: name.clone(),
-        ink: series.ink.to_owned(),
+        ink: series.ink,
         points: spectrum
             .radial
             .frequency

@@ -4,14 +4,18 @@ abbe has the value of a closed form where Mitsuba has another. Each case is a sc
 found, whoever was wrong, with the witness of each.
 """
 
-import struct
+import sys
 from dataclasses import dataclass
 
 import numpy as np
 
 import compare
 from compare import HERE
+from harness.abbe import ROOT
 from harness.claim import ROUNDING, Planted
+
+sys.path.append(str(ROOT / "scenes"))
+import grids
 
 METHOD = """The same file is rendered by both programs with 16 seeds, seen by a film that integrates the radiance L from 500 to 600 nm. abbe must agree with the witness by Student's t-test;
 Mitsuba must differ by more than 5 standard errors and 0.5 %, so that a disagreement which a later Mitsuba mends is noticed. The formulas: the balance of energy under a sky of
@@ -53,9 +57,8 @@ GRID = compare.KEPT / "settled/plane.vol"
 
 
 def write_grid():
-    """z - 1/2 on 4×2×2 points of the unit cube, in Mitsuba's format: float32, x fastest."""
-    z = np.repeat([-0.5, 0.5], 8).astype("<f4")
-    GRID.write_bytes(b"VOL\x03" + struct.pack("<5i6f", 1, 4, 2, 2, 1, 0, 0, 0, 1, 1, 1) + z.tobytes())
+    """z - 1/2 on 4×2×2 points of the unit cube."""
+    grids.write(GRID, np.repeat([-0.5, 0.5], 8).reshape(2, 2, 4))
 
 
 FLAKES = HERE / "scenes/volumes/flakes_skewed.vol"

@@ -130,10 +130,14 @@ fn check_all(rays: u32) {
         println!(
             "{made:?}: {doubtful} of {count} rays touch within rounding; t is off by {worst:.1e} of itself and the shape's size at most"
         );
-        assert!(f64::from(doubtful) < 0.1 * f64::from(count));
+        assert!(f64::from(doubtful) < 0.005 * f64::from(count), "{made:?}: {doubtful} of {count}");
     }
 }
 
+/// A wrong crossing is found wherever it is met, but for one ray in 200 at most, which touches within
+/// rounding. So a fault is found with a probability of 95 % where one in 1300 rays at a kind of surface shows
+/// it, or one in 130 at one path in one place: 3 over the number of rays. That a reported error of t is
+/// larger than it has to be is not found; the largest true error is printed.
 #[test]
 fn curves_are_crossed_where_the_oracle_says() {
     check_all(crate::stress::count(400, 100_000));

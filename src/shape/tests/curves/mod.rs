@@ -127,7 +127,9 @@ fn kinds() -> Vec<(String, Shape)> {
 }
 
 /// Points are on their surface within their error, boxes hold them, normals stand across both tangents, and
-/// rays that leave outward don't meet the surface where they started.
+/// rays that leave outward don't meet the surface where they started. A fault is found with a probability of
+/// 95 % where one in 50 hits of a surface shows it, one in four of a hair's, or one in 800 of all: 3 over the
+/// number of hits.
 #[test]
 fn hits_are_on_the_surface_and_within_the_box() {
     let mut random = Random::seed_from_u64(21);
@@ -173,7 +175,9 @@ fn hits_are_on_the_surface_and_within_the_box() {
             }
             seen += 1;
         }
-        assert!(seen > 1, "{name}: {seen}");
+        // Few rays meet a hair.
+        let least = if name.starts_with("hair") { 10 } else { 150 };
+        assert!(seen >= least, "{name}: {seen}");
     }
 }
 

@@ -1,13 +1,14 @@
-//! "Principled" surfaces: textures that become the parameters of Burley's model.
+//! The textures that become the parameters of the model.
 
-use crate::bsdf::{Albedo, Bsdf, Principled, PrincipledBase, PrincipledThin};
+use super::{Albedo, Principled, PrincipledBase, PrincipledThin};
+use crate::bsdf::Bsdf;
 use crate::spectrum::colour::Observer;
 use crate::spectrum::{Sampled, Spectrum};
 use crate::texture::{Texture, TexturePoint};
 
 /// What the surfaces of [`PrincipledBase`] are steered by.
 #[derive(Clone, Debug)]
-pub struct PrincipledTextures {
+pub struct PrincipledBaseTextures {
     /// Colour of the base, from 0 to 1.
     pub base_color: Texture,
     /// Roughness, from 0 to 1; its square is the width α of the microfacets.
@@ -26,8 +27,8 @@ pub struct PrincipledTextures {
     pub flatness: Texture,
 }
 
-impl PrincipledTextures {
-    fn base<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> PrincipledBase<C> {
+impl PrincipledBaseTextures {
+    fn sample<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> PrincipledBase<C> {
         let fraction = |texture: &Texture| texture.value(at).clamp(0.0, 1.0);
         let color = self.base_color.sample(at, nm);
         let (spec_tint, sheen_tint) = (fraction(&self.spec_tint), fraction(&self.sheen_tint));
@@ -57,7 +58,7 @@ impl PrincipledTextures {
         })
     }
 
-    pub(super) fn is_anisotropic(&self) -> bool {
+    pub(in crate::bsdf) fn is_anisotropic(&self) -> bool {
         self.anisotropic.uniform().is_none_or(|anisotropic| *anisotropic != Spectrum::Constant(0.0))
     }
 
@@ -94,9 +95,9 @@ fn companions(nm: f64) -> [f64; 4] {
 
 /// Metal, diffuse base and glass under sheen and clear coat.
 #[derive(Clone, Debug)]
-pub struct PrincipledMaterial {
-    /// What it has in common with the material for thin sheets.
-    pub textures: PrincipledTextures,
+pub struct PrincipledTextures {
+    /// What it has in common with the one for thin sheets.
+    pub base: PrincipledBaseTextures,
     /// Weight of the metallic lobe, from 0 (dielectric) to 1 (metal).
     pub metallic: Texture,
     /// Strength of the clear coat, from 0 to 1.
@@ -111,10 +112,10 @@ pub struct PrincipledMaterial {
     pub albedo: Option<&'static Albedo>,
 }
 
-impl PrincipledMaterial {
-    pub(super) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
+impl PrincipledTextures {
+    pub(in crate::bsdf) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
         Bsdf::Principled(Principled {
-            base: self.textures.base(at, nm),
+            base: self.base.sample(at, nm),
             metallic: self.metallic.value(at).clamp(0.0, 1.0),
             clearcoat: self.clearcoat.value(at).max(0.0),
             clearcoat_gloss: self.clearcoat_gloss.value(at).clamp(0.0, 1.0),
@@ -123,9 +124,9 @@ impl PrincipledMaterial {
         })
     }
 
-    pub(super) fn all_textures(&self) -> Vec<&Texture> {
+    pub(in crate::bsdf) fn all_textures(&self) -> Vec<&Texture> {
         let own = [&self.metallic, &self.clearcoat, &self.clearcoat_gloss];
-        self.textures.all().into_iter().chain(own).collect()
+        self.base.all().into_iter().chain(own).collect()
     }
 }
 
@@ -134,9 +135,9 @@ pub(crate) const LEAST_INDEX: f64 = 1e-3;
 
 /// A thin sheet of the same.
 #[derive(Clone, Debug)]
-pub struct PrincipledThinMaterial {
-    /// What it has in common with the material for solids.
-    pub textures: PrincipledTextures,
+pub struct PrincipledThinTextures {
+    /// What it has in common with the one for solids.
+    pub base: PrincipledBaseTextures,
     /// Diffuse transmission, from 0 (none) to 2 (all that is diffuse is transmitted).
     pub diff_trans: Texture,
     /// Refractive index over that of air.
@@ -145,18 +146,18 @@ pub struct PrincipledThinMaterial {
     pub albedo: Option<&'static Albedo>,
 }
 
-impl PrincipledThinMaterial {
-    pub(super) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
+impl PrincipledThinTextures {
+    pub(in crate::bsdf) fn bsdf<const C: usize>(&self, at: &TexturePoint, nm: &[f64; C]) -> Bsdf<C> {
         Bsdf::PrincipledThin(PrincipledThin {
-            base: self.textures.base(at, nm),
+            base: self.base.sample(at, nm),
             diff_trans: self.diff_trans.value(at).clamp(0.0, 2.0),
             eta: self.eta.value(at).max(LEAST_INDEX),
             albedo: self.albedo,
         })
     }
 
-    pub(super) fn all_textures(&self) -> Vec<&Texture> {
-        self.textures.all().into_iter().chain([&self.diff_trans, &self.eta]).collect()
+    pub(in crate::bsdf) fn all_textures(&self) -> Vec<&Texture> {
+        self.base.all().into_iter().chain([&self.diff_trans, &self.eta]).collect()
     }
 }
 

@@ -1,6 +1,6 @@
 //! The microfacet distribution and roughness of a surface, which may vary over it.
 
-use crate::bsdf::{Microfacets, microfacet};
+use super::{Microfacets, microfacet};
 use crate::texture::{Texture, TexturePoint};
 
 /// The microfacet distribution of a rough surface and the textures of its roughness.
