@@ -73,11 +73,15 @@ impl Shape {
             Self::Mesh(mesh) if mesh.triangle_count() <= FEW => {
                 let of_triangle = |triangle: u32| {
                     let [a, b, c] = mesh.triangle(triangle);
-                    let Some(normal) = (b - a).cross(c - a).try_normalize() else { return f64::NEG_INFINITY };
+                    let normal = (b - a).cross(c - a).try_normalize()?;
                     let height = normal.dot(a);
-                    (height - self.reach(normal)).max(-self.reach(-normal) - height)
+                    let clearance = (height - self.reach(normal)).max(-self.reach(-normal) - height);
+                    // The first plane that crosses the other shape says that nothing is known.
+                    (clearance > 0.0).then_some(clearance)
                 };
-                (0..mesh.triangle_count() as u32).map(of_triangle).fold(f64::INFINITY, f64::min)
+                (0..mesh.triangle_count() as u32)
+                    .try_fold(f64::INFINITY, |least, triangle| Some(least.min(of_triangle(triangle)?)))
+                    .unwrap_or(f64::NEG_INFINITY)
             }
             _ => f64::NEG_INFINITY,
         }

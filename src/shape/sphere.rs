@@ -126,6 +126,11 @@ impl Sphere {
         self.placement.scale
     }
 
+    /// Its centre and its radius, if it has one.
+    pub fn ball(&self) -> Option<(Vec3, f64)> {
+        self.radius().map(|radius| (self.placement.pose.origin, radius))
+    }
+
     /// Area of its surface.
     pub fn area(&self) -> f64 {
         self.area
@@ -170,11 +175,6 @@ impl Sphere {
     pub fn cone_density(&self, reference: Vec3) -> Option<f64> {
         let (density, is_outside) = self.cone_densities::<f64>(Vector::of(reference));
         is_outside.then_some(density)
-    }
-
-    /// Centre and radius of one that is not an ellipsoid.
-    pub fn ball(&self) -> Option<(Vec3, f64)> {
-        self.placement.scale.map(|radius| (self.placement.pose.origin, radius))
     }
 
     /// The radius of one that fills a cone as seen from outside. From there, the front of one that is turned
