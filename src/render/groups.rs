@@ -1,6 +1,6 @@
 //! How the pixels of a film are dealt into groups that share work.
 
-use crate::integrator::{self, Plan, Sharing};
+use crate::integrator::{Plan, Sharing};
 use crate::sampling::{Member, mix};
 use crate::scene::Scene;
 use std::ops::Range;
@@ -8,9 +8,10 @@ use std::ops::Range;
 /// Pixels of a group, and what they have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Members {
-    /// One pixel, that goes alone.
+    /// One pixel, with a time of its own.
     One,
-    /// Sixteen pixels that are worked on together, each with sample values of its own.
+    /// Sixteen pixels that are worked on together, each with sample values of its own. They have the time in
+    /// common.
     Strangers,
     /// Sixteen pixels that share sample values, too: a Sobol sequence, wavelengths and times.
     Sixteen,
@@ -20,8 +21,8 @@ impl Members {
     /// As a plan asks for them.
     pub fn of(scene: &Scene, plan: Plan) -> Self {
         match plan.sharing {
-            Sharing::Nothing if integrator::takes_strangers(scene) => Self::Strangers,
-            Sharing::Nothing => Self::One,
+            Sharing::Nothing if scene.features().motion => Self::One,
+            Sharing::Nothing => Self::Strangers,
             Sharing::Four | Sharing::Sixteen => Self::Sixteen,
         }
     }

@@ -72,11 +72,11 @@ impl Scene {
         let target = plan.target;
         let mut flown =
             Flown { target, plan, wavelengths, flight: Flight::BEGINNING, begins: true, collision: None };
-        let searched = match plan.looks_ahead {
-            true => *ray,
-            false => self.reach(ray, kind, target, media, wavelengths),
+        let reach = match plan.looks_ahead {
+            true => ray.t_max,
+            false => self.reach(ray, target, media, wavelengths),
         };
-        let hit = self.intersect(&searched, time, kind, media, |media, segment| {
+        let hit = self.intersect_within(ray, reach, time, kind, media, |media, segment| {
             flown.cross(self.medium(media), media, segment);
         });
         let Flown { flight, collision, .. } = flown;
@@ -92,31 +92,27 @@ impl Scene {
         (event, flight)
     }
 
-    /// The part of a ray on which surfaces have to be looked for.
+    /// The distance at which a ray ends if it meets no surface before.
     fn reach<const C: usize>(
         &self,
         ray: &Ray,
-        kind: RayKind,
         target: f64,
         media: &Media,
         wavelengths: &Wavelengths<C>,
-    ) -> Ray {
+    ) -> f64 {
         /// A surface that is so much farther away than the end is looked for all the same: the place is kept
         /// off it.
         const MARGIN: f64 = 1e-9;
-        if self.features.interface_events() || kind == RayKind::Camera && self.limits.hide_emitters {
-            return *ray;
-        }
         match self.medium(&media.here) {
             Some(
                 medium @ Medium { extinction: Extinction::Homogeneous(spectrum), scattering: Some(_), .. },
             ) => {
                 let extinction = spectrum.at(wavelengths.nm[0]) * medium.projected_area(ray.direction);
                 let distance = target / extinction;
-                let t_max = (distance * (1.0 + MARGIN)).min(ray.t_max);
-                if t_max.is_nan() { *ray } else { Ray { t_max, ..*ray } }
+                // Where both are zero, it is no number: `min` takes the other.
+                (distance * (1.0 + MARGIN)).min(ray.t_max)
             }
-            _ => *ray,
+            _ => ray.t_max,
         }
     }
 }

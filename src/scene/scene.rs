@@ -163,13 +163,27 @@ impl Scene {
         time: f64,
         kind: RayKind,
         media: &mut Media,
+        cross: impl FnMut(&MediumStack, &Ray),
+    ) -> Option<Intersection> {
+        self.intersect_within(ray, ray.t_max, time, kind, media, cross)
+    }
+
+    /// The same of a ray that need not be followed beyond `reach` if it comes there without meeting anything.
+    #[inline]
+    pub(super) fn intersect_within(
+        &self,
+        ray: &Ray,
+        reach: f64,
+        time: f64,
+        kind: RayKind,
+        media: &mut Media,
         mut cross: impl FnMut(&MediumStack, &Ray),
     ) -> Option<Intersection> {
         let hides = kind == RayKind::Camera && self.limits.hide_emitters;
         if !hides && !self.features.interface_events() {
             // What is large is made last, in the place where it stays: to move it costs as much as a shadow
             // ray.
-            let hit = self.closest(kind.begins(), ray, time);
+            let hit = self.closest(kind.begins(), &Ray { t_max: reach, ..*ray }, time);
             cross(&media.here, &Ray { t_max: hit.as_ref().map_or(f64::INFINITY, |hit| hit.t), ..*ray });
             return hit.map(|hit| self.intersection(&hit, ray, time));
         }
@@ -177,10 +191,11 @@ impl Scene {
         // Length of the way, and that of the part of it that leads through what the ray is in now, with where
         // that begins.
         let (mut passed, mut within, mut start) = (0.0, 0.0, ray);
-        let mut query = kind.begins();
+        let (mut query, mut reach) = (kind.begins(), reach);
         loop {
-            let found = self.meet(query, &ray, time);
+            let found = self.meet(query, &Ray { t_max: reach.min(ray.t_max), ..ray }, time);
             query.begins = false;
+            reach = f64::INFINITY;
             let Some(mut hit) = found else {
                 cross(&media.here, &start);
                 return None;
