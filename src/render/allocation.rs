@@ -1,10 +1,10 @@
 //! How the samples of a picture are allocated: more of them where pixels err more.
 //!
-//! The film's window is divided into cells. A pilot estimates the variance of a sample in each of them, and
-//! each cell gets samples in proportion to its standard deviation, which is the least error for the number of
-//! all samples. The shares are powers of two: each net of a cell is then a whole Sobol net of its own length.
-//! A sample's weight is the inverse of its cell's share, so that the film's filter sees the same picture
-//! however it is divided.
+//! The film's window is divided into cells. A pilot estimates in each of them the variance of a sample and
+//! what it costs, in rays. Each cell gets samples in proportion to the standard deviation over the root of the
+//! cost, which is the least error for the cost of all samples. The shares are powers of two: each net of a
+//! cell is then a whole Sobol net of its own length. A sample's weight is the inverse of its cell's share, so
+//! that the film's filter sees the same picture however it is divided.
 //!
 //! Where the pilot does not show a clear gain the allocation is even.
 //!
@@ -14,7 +14,7 @@ use super::Progress;
 use super::Schedule;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block};
-use super::pilot::{self, Pilot, average};
+use super::pilot::{self, Pilot, Scatter, average};
 use crate::film::Region;
 use crate::integrator::Plan;
 use crate::sampling::{Sampler, SamplerKind, mix};
@@ -27,12 +27,15 @@ const BUDGET: f64 = 0.02;
 const MOST: f64 = 0.6;
 
 /// Least gain for which samples are allocated, as one half of the pilot predicts it for the other. Nets err
-/// less than their samples alone, and noisy cells often cost more than others: most of what is predicted
-/// below it is lost (`validation/noise/stopping`).
-const LEAST_GAIN: f64 = 1.5;
+/// less than their samples alone, and most where there is little noise, so that fewer samples cost more there
+/// than is predicted: of 1.1 may come anything from 0.74 to 1.05 (`validation/noise/stopping`).
+const LEAST_GAIN: f64 = 1.25;
 
 /// Nets of the pilot, and the samples of each.
 const PILOT: (u32, u32) = (2, 1);
+
+/// What a sample costs beside its rays, in rays.
+const OVERHEAD: f64 = 1.0;
 
 /// Tells the pilot's sample values from those of the picture and of other pilots.
 const SEED: u64 = 0x616c_6c6f_6361;
@@ -155,10 +158,11 @@ impl Allocation {
         let corners: Vec<[i64; 2]> = (0..count(edge)).map(corner).collect();
         let pilot = Pilot { sampler: kind, schedule: of_pilot, seed, plan };
         let found = pilot::scatter::<C>(picture, &pilot, &corners, progress);
-        if predicted_gain(&found, schedule.samples_per_replicate) < LEAST_GAIN {
+        let cells: Vec<Cell> = found.iter().map(|block| Cell::new(block, &of_pilot)).collect();
+        if predicted_gain(&cells, schedule.samples_per_replicate) < LEAST_GAIN {
             return even;
         }
-        Self { window, edge, shares: shares(&deviations(&found), schedule.samples_per_replicate) }
+        Self { window, edge, shares: shares(&wanted(&cells), schedule.samples_per_replicate) }
     }
 }
 
@@ -171,12 +175,33 @@ impl Samplers {
     }
 }
 
-/// The relative standard deviation of the pixels of each cell, from means of pixels and their variances. As
-/// the relative mean squared error does, it takes 0.01 times the square of the picture's mean as the least
-/// square of a mean. That of a pixel is hardly known, so the cell's own has half of the weight.
-fn deviations(cells: &[Vec<[f64; 2]>]) -> Vec<f64> {
-    let of_picture = average(cells.iter().flatten().map(|&[mean, _]| mean));
-    let of_cell = |pixels: &Vec<[f64; 2]>| {
+/// What a pilot says of a cell.
+struct Cell {
+    /// Means of pixels, and their variances.
+    pixels: Vec<[f64; 2]>,
+    /// What a sample costs, in rays.
+    cost: f64,
+}
+
+impl Cell {
+    fn new(found: &Scatter, schedule: &Schedule) -> Self {
+        // Pixels without samples of their own cost little.
+        let samples = (found.pixels.len() as u64 * schedule.samples()).max(1) as f64;
+        Self { pixels: found.pixels.clone(), cost: OVERHEAD + found.rays as f64 / samples }
+    }
+
+    /// The same of some of the pixels.
+    fn of(&self, pixels: &[[f64; 2]]) -> Self {
+        Self { pixels: pixels.to_vec(), cost: self.cost }
+    }
+}
+
+/// The relative standard deviation of the pixels of each cell. As the relative mean squared error does, it
+/// takes 0.01 times the square of the picture's mean as the least square of a mean. That of a pixel is hardly
+/// known, so the cell's own has half of the weight.
+fn deviations(cells: &[Cell]) -> Vec<f64> {
+    let of_picture = average(cells.iter().flat_map(|cell| &cell.pixels).map(|&[mean, _]| mean));
+    let of_cell = |Cell { pixels, .. }: &Cell| {
         let of_cell = average(pixels.iter().map(|&[mean, _]| mean));
         let relative = |&[mean, variance]: &[f64; 2]| {
             let square = 0.5 * (mean * mean + of_cell * of_cell) + 0.01 * of_picture * of_picture;
@@ -187,51 +212,60 @@ fn deviations(cells: &[Vec<[f64; 2]>]) -> Vec<f64> {
     cells.iter().map(of_cell).collect()
 }
 
-/// By how much fewer samples do for the same error, by what a pilot found in each cell. A pilot finds
-/// differences where there are none, so each half of every cell is judged with the shares that the other
-/// asks for, and the lesser gain counts.
-fn predicted_gain(cells: &[Vec<[f64; 2]>], samples_per_replicate: u32) -> f64 {
-    let halves: Vec<_> = cells.iter().map(|cell| cell.split_at(cell.len() / 2)).collect();
-    let first: Vec<_> = halves.iter().map(|(first, _)| first.to_vec()).collect();
-    let second: Vec<_> = halves.iter().map(|(_, second)| second.to_vec()).collect();
-    let [first, second] = [first, second].map(|half| deviations(&half));
-    let gain = |by: &[f64], of: &[f64]| {
-        let shares = shares(by, samples_per_replicate);
-        let even: f64 = of.iter().map(|deviation| deviation * deviation).sum();
-        let pairs = || of.iter().zip(&shares);
-        let allocated: f64 = pairs().map(|(deviation, share)| deviation * deviation * share.weight()).sum();
-        let samples: f64 = pairs().map(|(_, share)| share.factor()).sum();
-        if allocated > 0.0 { even / allocated * of.len() as f64 / samples } else { 1.0 }
+/// What the number of each cell's samples is to be in proportion to.
+fn wanted(cells: &[Cell]) -> Vec<f64> {
+    deviations(cells).iter().zip(cells).map(|(deviation, cell)| deviation / cell.cost.sqrt()).collect()
+}
+
+/// By how much less the same error costs, by what a pilot found in each cell. A pilot finds differences where
+/// there are none, so each half of every cell is judged with the shares that the other asks for, and the
+/// lesser gain counts.
+fn predicted_gain(cells: &[Cell], samples_per_replicate: u32) -> f64 {
+    let halves = cells.iter().map(|cell| {
+        let (first, second) = cell.pixels.split_at(cell.pixels.len() / 2);
+        (cell.of(first), cell.of(second))
+    });
+    let [first, second]: [Vec<Cell>; 2] = halves.unzip().into();
+    let gain = |by: &[Cell], of: &[Cell]| {
+        let shares = shares(&wanted(by), samples_per_replicate);
+        let [mut even, mut allocated] = [[0.0; 2]; 2];
+        for ((deviation, share), cell) in deviations(of).iter().zip(&shares).zip(of) {
+            let variance = deviation * deviation;
+            even = [even[0] + variance, even[1] + cell.cost];
+            allocated = [allocated[0] + variance * share.weight(), allocated[1] + cell.cost * share.factor()];
+        }
+        let [even, allocated] = [even, allocated].map(|[variance, cost]| variance * cost);
+        if allocated > 0.0 { even / allocated } else { 1.0 }
     };
     gain(&first, &second).min(gain(&second, &first))
 }
 
-/// The shares nearest to the proportion of the deviations for which the mean share is at most 1.
-fn shares(deviations: &[f64], samples_per_replicate: u32) -> Vec<Share> {
+/// The shares nearest to the proportion of what is wanted for which the mean share is at most 1.
+fn shares(wanted: &[f64], samples_per_replicate: u32) -> Vec<Share> {
     // Fewer samples than one are none.
     let least = if samples_per_replicate.is_multiple_of(2) { Share::LEAST } else { 0 };
     let with = |scale: f64| -> Vec<Share> {
-        let share = |&deviation: &f64| {
-            let wanted = deviation * scale;
+        let share = |&wanted: &f64| {
+            let wanted = wanted * scale;
             let up = (least + 1..=Share::MOST).rev();
             // Halfway on the logarithmic scale.
             Share(up.clone().find(|&share| wanted >= Share(share).factor() * 0.5f64.sqrt()).unwrap_or(least))
         };
-        deviations.iter().map(share).collect()
+        wanted.iter().map(share).collect()
     };
     let total = |shares: &[Share]| shares.iter().map(|share| share.factor()).sum::<f64>();
-    let most = deviations.iter().copied().fold(0.0, f64::max);
+    let most = wanted.iter().copied().fold(0.0, f64::max);
     if most <= 0.0 {
-        return vec![Share::EVEN; deviations.len()];
+        return vec![Share::EVEN; wanted.len()];
     }
-    // Between all cells at the least share and the cell of most deviation at the greatest.
+    // Between all cells at the least share and the cell that wants most at the greatest.
     let (mut low, mut high) = (0.0, f64::from(1 << 20) / most);
-    if total(&with(low)) > deviations.len() as f64 {
-        return vec![Share::EVEN; deviations.len()];
+    if total(&with(low)) > wanted.len() as f64 {
+        return vec![Share::EVEN; wanted.len()];
     }
     for _ in 0..48 {
         let middle = 0.5 * (low + high);
-        if total(&with(middle)) <= deviations.len() as f64 {
+        if total(&with(middle)) <= wanted.len() as f64 {
             low = middle;
         } else {
             high = middle;
@@ -260,16 +294,30 @@ mod tests {
     /// A gain that one half of a cell promises and the other does not keep is none.
     #[test]
     fn a_gain_is_predicted_by_what_both_halves_of_cells_say() {
-        let cell = |first: f64, second: f64| vec![[1.0, first], [1.0, first], [1.0, second], [1.0, second]];
-        let of = |cells: [Vec<[f64; 2]>; 4]| predicted_gain(&cells, 8);
-        let [quiet, noisy] = [cell(0.0, 0.0), cell(1.0, 1.0)];
+        let cell = |first: f64, second: f64, cost: f64| {
+            let pixels = vec![[1.0, first], [1.0, first], [1.0, second], [1.0, second]];
+            Cell { pixels, cost }
+        };
+        let of = |cells: [Cell; 4]| predicted_gain(&cells, 8);
+        let (quiet, noisy) = (|| cell(0.0, 0.0, 1.0), |cost: f64| cell(1.0, 1.0, cost));
         // Twice the samples for one cell and half for the others, of which the pilot saw no error.
-        let clear = of([quiet.clone(), quiet.clone(), quiet.clone(), noisy.clone()]);
+        let clear = of([quiet(), quiet(), quiet(), noisy(1.0)]);
         assert!((clear - 2.0 * 4.0 / 3.5).abs() < 1e-9, "{clear}");
-        assert_eq!(of([noisy.clone(), noisy.clone(), noisy.clone(), noisy]), 1.0);
-        assert_eq!(of([quiet.clone(), quiet.clone(), quiet.clone(), quiet.clone()]), 1.0);
-        let apparent = of([cell(1.0, 0.0), cell(0.0, 1.0), quiet.clone(), quiet]);
+        assert_eq!(of([(); 4].map(|()| noisy(1.0))), 1.0);
+        assert_eq!(of([(); 4].map(|()| quiet())), 1.0);
+        let apparent = of([cell(1.0, 0.0, 1.0), cell(0.0, 1.0, 1.0), quiet(), quiet()]);
         assert!(apparent < 1.0, "{apparent}");
+        // What costs most of all gains little by having more samples.
+        let dear = of([quiet(), quiet(), quiet(), noisy(9.0)]);
+        assert!((dear - 2.0 * 12.0 / 19.5).abs() < 1e-9, "{dear}");
+    }
+
+    /// As many cells as err by 1 for 1 have twice the samples of those that err by 1 for 4.
+    #[test]
+    fn what_costs_more_has_fewer_samples() {
+        let cell = |cost: f64| Cell { pixels: vec![[1.0, 1.0]; 4], cost };
+        let of = shares(&wanted(&[cell(1.0), cell(4.0), cell(4.0), cell(4.0)]), 8);
+        assert_eq!(of.iter().map(|share| share.0).collect::<Vec<_>>(), [0, -1, -1, -1]);
     }
 
     /// However a picture's indices are cut, each index of a cell is in one of the runs, and the first is in

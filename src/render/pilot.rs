@@ -13,7 +13,7 @@ use crate::film::{Extent, FilterKind, Region};
 use crate::integrator::{Plan, Sharing, Workspace};
 use crate::light::{Caustics, USUAL_SAMPLES_PER_PATH};
 use crate::sampling::{SamplerKind, mix};
-use crate::scene::Scene;
+use crate::scene::{Scene, rays_of_this_thread};
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
@@ -110,7 +110,7 @@ pub(super) fn choose<const C: usize>(
             let known = known.get_or_insert_with(|| Brightness::new(&corners, &found));
             let samples = schedule.samples() as f64;
             let relative = |[mean, variance]: &[f64; 2]| samples * variance * known.per_square(*mean);
-            tried.push((plan, average(found.iter().flatten().map(relative))));
+            tried.push((plan, average(found.iter().flat_map(|block| &block.pixels).map(relative))));
         }
         let total = |(plan, variance): &(Plan, f64)| variance * cost(picture.scene, *plan);
         tried.iter().min_by(|a, b| total(a).total_cmp(&total(b))).copied().unwrap_or((Plan::USUAL, 0.0))
@@ -164,11 +164,11 @@ struct Brightness {
 
 impl Brightness {
     /// By the means and variances of the pixels of blocks at some corners.
-    fn new(corners: &[[i64; 2]], found: &[Vec<[f64; 2]>]) -> Self {
-        let mean = average(found.iter().flatten().map(|&[mean, _]| mean));
+    fn new(corners: &[[i64; 2]], found: &[Scatter]) -> Self {
+        let mean = average(found.iter().flat_map(|block| &block.pixels).map(|&[mean, _]| mean));
         let mut known = Self { least: 0.01 * mean * mean, blocks: Vec::new() };
         let of_block =
-            |pixels: &Vec<[f64; 2]>| average(pixels.iter().map(|&[mean, _]| known.per_square(mean)));
+            |block: &Scatter| average(block.pixels.iter().map(|&[mean, _]| known.per_square(mean)));
         known.blocks = corners.iter().copied().zip(found.iter().map(of_block)).collect();
         known
     }
@@ -256,33 +256,36 @@ impl Pilot {
     }
 }
 
-/// For each pixel of some blocks that has samples, by their corners, what the nets of a pilot make of it, and
-/// the variance of that. Blocks have no pixels once the pilot is cancelled.
+/// What a pilot finds of a block.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scatter {
+    /// For each pixel that has samples and is measured, what the nets make of it, and the variance of that.
+    pub pixels: Vec<[f64; 2]>,
+    /// Rays that all samples of the block took.
+    pub rays: u64,
+}
+
+/// What a pilot finds of some blocks, by their corners. Blocks have no pixels once the pilot is cancelled.
 pub(super) fn scatter<const C: usize>(
     picture: &Exposure,
     pilot: &Pilot,
     corners: &[[i64; 2]],
     progress: &dyn Progress,
-) -> Vec<Vec<[f64; 2]>> {
+) -> Vec<Scatter> {
     let even = Allocation::even(picture.extent.window);
     let members = Members::of(picture.scene, pilot.plan);
     let groups = Groups::new(members, pilot.schedule.nets(), pilot.seed);
     let exposure = pilot.exposure(picture, &even, &groups);
     let of_block = |workspace: &mut Workspace<C>, corner: &[i64; 2]| {
         let is_stopped = progress.stop().load(Ordering::Relaxed);
-        if is_stopped { Vec::new() } else { exposure.scatter_of_block(*corner, workspace) }
+        if is_stopped { Scatter::default() } else { exposure.scatter_of_block(*corner, workspace) }
     };
     corners.par_iter().map_init(Workspace::default, of_block).collect()
 }
 
 impl Exposure<'_> {
-    /// For each pixel of a block that has samples and is measured, what its nets make of it, and the variance
-    /// of that.
-    fn scatter_of_block<const C: usize>(
-        &self,
-        corner: [i64; 2],
-        workspace: &mut Workspace<C>,
-    ) -> Vec<[f64; 2]> {
+    fn scatter_of_block<const C: usize>(&self, corner: [i64; 2], workspace: &mut Workspace<C>) -> Scatter {
+        let before = rays_of_this_thread();
         let nets = self.schedule.nets();
         let tiles: Vec<_> = (0..nets)
             .map(|net| {
@@ -293,6 +296,7 @@ impl Exposure<'_> {
                 tile
             })
             .collect();
+        let rays = rays_of_this_thread() - before;
         let n = f64::from(nets);
         let pixel = |place: usize| {
             let values = (0..nets)
@@ -303,7 +307,7 @@ impl Exposure<'_> {
             [mean, variance]
         };
         let is_sampled = |place: &usize| tiles.iter().all(|tile| tile.is_sampled(*place));
-        (0..tiles[0].pixel_count()).filter(is_sampled).map(pixel).collect()
+        Scatter { pixels: (0..tiles[0].pixel_count()).filter(is_sampled).map(pixel).collect(), rays }
     }
 }
 

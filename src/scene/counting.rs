@@ -24,6 +24,22 @@ pub struct Counters {
     clock: Duration,
 }
 
+thread_local! {
+    /// See [`rays_of_this_thread`].
+    static RAYS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Rays that this thread has looked for surfaces with, in all scenes. The difference of two of these tells
+/// what lies between them costs, alike on all machines. Segments that a [`Fan`] answers are none.
+pub fn rays_of_this_thread() -> u64 {
+    RAYS.get()
+}
+
+#[inline(always)]
+fn note_rays(count: u32) {
+    RAYS.set(RAYS.get().wrapping_add(u64::from(count)));
+}
+
 /// Number of queries, one of which is timed.
 const TIMED: u64 = 32;
 
@@ -177,6 +193,7 @@ impl Scene {
     /// See [`Accel::closest`].
     #[inline(always)]
     pub(super) fn closest(&self, query: Query, ray: &Ray, time: f64) -> Option<Hit> {
+        note_rays(1);
         match &self.counters {
             None => self.accel.closest(ray, time),
             Some(counters) => counters.closest(&self.accel, query, ray, time),
@@ -193,6 +210,7 @@ impl Scene {
         asked: Mask,
         hits: &mut Hits,
     ) {
+        note_rays(asked.count_ones());
         let Some(counters) = &self.counters else { return self.accel.closest_of(rays, time, asked, hits) };
         hits.clone_from(&Hits::NONE);
         for lane in lanes_of(asked) {
@@ -205,6 +223,7 @@ impl Scene {
     /// The lanes asked for in which anything at all is in the way of a ray of a kind.
     #[inline(always)]
     pub fn occluded_in_lanes(&self, kind: RayKind, rays: &Rays, time: f64, asked: Mask) -> Mask {
+        note_rays(asked.count_ones());
         let Some(counters) = &self.counters else { return self.accel.occluded_of(rays, time, asked) };
         let query = kind.begins();
         let occluded = |lane: &usize| counters.occluded(&self.accel, query, &rays.get(*lane), time);
@@ -214,6 +233,7 @@ impl Scene {
     /// See [`Accel::occluded_together`].
     #[inline(always)]
     pub fn occluded_together(&self, kind: RayKind, rays: &[Ray; LANES], time: f64, asked: Mask) -> Mask {
+        note_rays(asked.count_ones());
         let Some(counters) = &self.counters else { return self.accel.occluded_together(rays, time, asked) };
         let query = kind.begins();
         let occluded = |lane: &usize| counters.occluded(&self.accel, query, &rays[*lane], time);
@@ -223,6 +243,7 @@ impl Scene {
     /// See [`Accel::occluded`].
     #[inline(always)]
     pub(super) fn occluded(&self, query: Query, ray: &Ray, time: f64) -> bool {
+        note_rays(1);
         match &self.counters {
             None => self.accel.occluded(ray, time),
             Some(counters) => counters.occluded(&self.accel, query, ray, time),
@@ -247,6 +268,7 @@ impl Scene {
         range: [f64; 2],
         report: &mut dyn FnMut(Hit, Option<f64>),
     ) {
+        note_rays(1);
         match &self.counters {
             None => self.accel.crossings(ray, time, range, report),
             Some(counters) => counters.crossings(|| self.accel.crossings(ray, time, range, report)),

@@ -20,7 +20,7 @@ pub mod source;
 mod write;
 
 pub use compile::{CompileOptions, Crop, compile};
-pub use counting::{Counters, Counts, PathEnd, RayCounts, RayKind};
+pub use counting::{Counters, Counts, PathEnd, RayCounts, RayKind, rays_of_this_thread};
 pub use description::Description;
 pub use features::Features;
 pub use film_plan::{CameraSample, FilmChannel, FilmPlan};
