@@ -2,8 +2,9 @@
 //! picture.
 
 use abbe::film::Film;
-use abbe::render::WavelengthCount;
-use abbe::scene::{Features, Scene};
+use abbe::integrator::Estimator;
+use abbe::render::{Settings, WavelengthCount};
+use abbe::scene::{CompileOptions, Features, Scene};
 use abbe::units::WavelengthRange;
 
 fn scene(file: &str) -> Scene {
@@ -11,7 +12,11 @@ fn scene(file: &str) -> Scene {
 }
 
 fn picture(scene: &Scene) -> Vec<[u64; 3]> {
-    let film = crate::common::expose(scene, &crate::common::settings(8, WavelengthCount::Four, 3));
+    picture_by(scene, &crate::common::settings(8, WavelengthCount::Four, 3))
+}
+
+fn picture_by(scene: &Scene, settings: &Settings) -> Vec<[u64; 3]> {
+    let film = crate::common::expose(scene, settings);
     let xyz = |film: &Film, x, y| {
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|w| film.combined(x, y, w).mean.to_bits())
     };
@@ -63,4 +68,36 @@ fn scenes_need_what_they_use() {
     assert!(features.absorption && features.medium_stack, "{features}");
     assert!(!scene(CAUSTIC).features().absorption);
     assert_ne!(picture(&scene(ABSORBER)), picture(&scene(CAUSTIC)));
+}
+
+/// Clip planes end the rays of the camera alone: what the wall that it sees gets from farther away is there.
+#[test]
+fn clips_end_no_other_rays_than_the_cameras() {
+    let picture = |far: &str, more: &str, estimator: Estimator| {
+        let content = format!(
+            r#"<sensor type="perspective"><float name="near_clip" value="1"/><float name="far_clip" value="{far}"/>
+                <film type="hdrfilm"><integer name="width" value="16"/><integer name="height" value="16"/></film></sensor>
+            <emitter type="constant"/>
+            <shape type="rectangle"><transform name="to_world"><scale value="3"/><rotate y="1" angle="180"/>
+                <translate z="2"/></transform><bsdf type="diffuse"/></shape>
+            <shape type="rectangle"><transform name="to_world"><scale value="20"/><translate z="-10"/></transform>
+                <bsdf type="diffuse"><spectrum name="reflectance" value="0.1"/></bsdf></shape>{more}"#
+        );
+        let scene = crate::common::made(&content, &CompileOptions::default());
+        let settings = Settings { estimator, ..crate::common::settings(8, WavelengthCount::Four, 3) };
+        picture_by(&scene, &settings)
+    };
+    let many: String = (0..40)
+        .map(|i| format!(r#"<shape type="sphere"><point name="center" x="{i}" y="30" z="-9"/></shape>"#))
+        .collect();
+    let glass = r#"<shape type="sphere"><point name="center" x="0" y="0" z="1.5"/><float name="radius" value="0.2"/>
+        <bsdf type="dielectric"/></shape>"#;
+    for more in ["", &many, glass] {
+        for estimator in [Estimator::Shared, Estimator::Plain] {
+            assert!(
+                picture("4", more, estimator) == picture("1000", more, estimator),
+                "{estimator:?}: {more}"
+            );
+        }
+    }
 }

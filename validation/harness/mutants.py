@@ -1,7 +1,7 @@
 """A second abbe with known faults, of which the environment variable ABBE_MUTANT turns one on.
 
-The files in `controls/` name each fault: a file, a piece of code that stands in it exactly once, and what stands there in the faulty program. The source is
-copied, changed and built once, so the program under test never holds a fault.
+The files in `controls/` name each fault: a file, a piece of code that stands in it exactly once, and what stands there in the faulty program; `also` names more
+of these, where a formula stands both for one path and for several in lanes. The source is copied, changed and built once, so the program under test never holds a fault.
 """
 
 import json
@@ -64,8 +64,8 @@ def plant(folder):
     (fresh / "Cargo.toml").write_text((fresh / "Cargo.toml").read_text() + '\n[lib]\nname = "abbe"\n\n[[bin]]\nname = "abbe-mutants"\npath = "src/main.rs"\n\n[workspace]\n')
     replace_once(fresh / "Cargo.lock", 'name = "abbe"\n', 'name = "abbe-mutants"\n')
     for name, fault in faults.items():
-        path = fresh / fault["file"]
-        replace_once(path, fault["old"], "(if crate::planted(\"%s\") { %s } else { %s })" % (name, fault["new"], fault["old"]))
+        for place in (fault, *fault.get("also", ())):
+            replace_once(fresh / place["file"], place["old"], "(if crate::planted(\"%s\") { %s } else { %s })" % (name, place["new"], place["old"]))
     library = fresh / "src/lib.rs"
     # The parentheses around what was planted are not needed everywhere.
     library.write_text(library.read_text().replace("\npub mod ", "\n#[allow(unused_parens)]\npub mod ") + SWITCH)

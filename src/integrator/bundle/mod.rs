@@ -387,6 +387,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
         for lane in lanes_of(surfaces.others & scatters.spread) {
             self.ratio.set(lane, &(self.ratio.get(lane) * scatters.ratio.get(lane)));
         }
+        // The camera's far clip ends its own rays alone.
+        self.rays.t_max = Rays::NONE.t_max;
         self.rays.leaves = *surfaces.hits.facet();
         self.density = scatters.density;
         self.from = surfaces.receivers();

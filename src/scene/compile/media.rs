@@ -207,9 +207,11 @@ impl MaterialCompiler {
                     nested: Box::new([self.phase(first)?, self.phase(second)?]),
                 }
             }
-            PhaseKind::Sggx { matrix } => Phase::Sggx(Box::new(Sggx::new(*matrix).ok_or_else(|| {
-                SceneError::at(&phase.place, "this matrix is no ellipsoid", "a positive definite matrix")
-            })?)),
+            PhaseKind::Sggx { matrix } => {
+                Phase::Sggx(Box::new(Sggx::new(matrix.elements).ok_or_else(|| {
+                    SceneError::at(&phase.place, "this matrix is no ellipsoid", "a positive definite matrix")
+                })?))
+            }
             PhaseKind::Mie(source) => Phase::Spectral(Box::new(self.mie(&phase.place, source)?.phase)),
             PhaseKind::Air { .. } => self.air(&phase.place)?.1,
         })

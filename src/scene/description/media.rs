@@ -1,6 +1,6 @@
 //! Media and phase functions as a scene file says them.
 
-use super::spectra::{IndexSource, SpectrumSource};
+use super::spectra::{IndexSource, SpectrumSource, VolumeSource};
 use crate::geometry::Transform;
 use crate::phase::mie::Sizes;
 use crate::scene::source::Place;
@@ -126,7 +126,7 @@ pub enum PhaseKind {
     /// S_xx, S_yy, S_zz, S_xy, S_xz and S_yz of the ellipsoid of flakes.
     Sggx {
         /// The six elements, in this order.
-        matrix: [f64; 6],
+        matrix: FlakeMatrix,
     },
     /// Spheres (an extension).
     Mie(Box<MieSource>),
@@ -135,6 +135,17 @@ pub enum PhaseKind {
         /// Number density over the standard one, at least 0.
         amount: f64,
     },
+}
+
+/// The matrix of `sggx`.
+#[derive(Clone, Debug)]
+pub struct FlakeMatrix {
+    /// Its six elements.
+    pub elements: [f64; 6],
+    /// The grid that has them in all its cells, where the file states one.
+    pub grid: Option<VolumeSource>,
+    /// Where the file states it.
+    pub place: Place,
 }
 
 /// Spheres in a medium that absorbs nothing.

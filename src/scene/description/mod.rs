@@ -16,8 +16,8 @@ pub use materials::{
     Roughness,
 };
 pub use media::{
-    DensitySource, EmissionSource, ExponentialSource, Medium, MediumContent, MieSource, Phase, PhaseKind,
-    SampledSource,
+    DensitySource, EmissionSource, ExponentialSource, FlakeMatrix, Medium, MediumContent, MieSource, Phase,
+    PhaseKind, SampledSource,
 };
 pub use sensors::{
     AngularMap, Aperture, Crop, DistantTarget, FieldOfView, Film, FilmChannel, FilmContent, FovAxis, Lens,

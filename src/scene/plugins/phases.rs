@@ -7,7 +7,7 @@ use super::textures::volumes;
 use super::{Field, Parameter, Range, Simple, Takes, choice, declare, float, numbers, optional};
 use crate::phase::mie::Sizes;
 use crate::phase::{PhaseTable, Sggx};
-use crate::scene::description::{MieSource, Phase, PhaseKind, SpectrumKind};
+use crate::scene::description::{FlakeMatrix, MieSource, Phase, PhaseKind, SpectrumKind, VolumeSource};
 use crate::scene::read::query::capital;
 use crate::scene::read::spectra::{self, Use};
 use crate::scene::read::textures::varies;
@@ -83,7 +83,7 @@ impl Field for Two {
 struct Ellipsoid;
 
 impl Field for Ellipsoid {
-    type Value = [f64; 6];
+    type Value = FlakeMatrix;
 
     fn parameters(&self) -> Vec<Parameter> {
         let doc = "S_xx, S_yy, S_zz, S_xy, S_xz and S_yz of the ellipsoid, as six numbers (an extension) or as a \
@@ -91,13 +91,13 @@ impl Field for Ellipsoid {
         vec![Parameter { doc, is_required: true, ..Parameter::new("S", Takes::Numbers) }]
     }
 
-    fn read(&self, query: &Query<'_>) -> Option<[f64; 6]> {
+    fn read(&self, query: &Query<'_>) -> Option<FlakeMatrix> {
         let refuse = |problem: &str, expected: &str| {
             query.error(SceneError::at(&query.place("S"), problem, expected));
             None
         };
         let six = "expected S_xx, S_yy, S_zz, S_xy, S_xz and S_yz";
-        let values = match query.entry("S").map(|entry| &entry.value) {
+        let (values, grid) = match query.entry("S").map(|entry| &entry.value) {
             Some(Value::Object(id)) if query.reader.tree.get(*id).class == Class::Volume => {
                 let source = volumes::of_object(query.reader, *id)?;
                 let SpectrumKind::Volume(volume) = &source.kind else {
@@ -112,26 +112,29 @@ impl Field for Ellipsoid {
                     let expected = "expected a grid with the same values everywhere";
                     return refuse("The matrix \"S\" varies from place to place", expected);
                 }
-                first.into_iter().map(f64::from).collect()
+                (first.into_iter().map(f64::from).collect(), Some(VolumeSource::clone(volume)))
             }
             Some(_) => {
                 query.reader.extension(&query.place("S"), "S: six numbers without a grid".to_owned());
-                spectra::numbers(query, "S")?
+                (spectra::numbers(query, "S")?, None)
             }
             None => return query.required("S", None),
         };
-        let Ok(matrix) = <[f64; 6]>::try_from(values) else {
+        let Ok(elements) = <[f64; 6]>::try_from(values) else {
             return refuse("The matrix \"S\" has no six numbers", six);
         };
-        if Sggx::new(matrix).is_none() {
+        if Sggx::new(elements).is_none() {
             let expected = "expected a positive definite matrix, such as 1, 1, 1, 0, 0, 0";
             return refuse("The matrix \"S\" is no ellipsoid", expected);
         }
-        Some(matrix)
+        Some(FlakeMatrix { elements, grid, place: query.place("S") })
     }
 
-    fn write(&self, node: Node, matrix: &[f64; 6], _: &mut Writer) -> Node {
-        node.with("S", write::Value::Numbers(matrix.to_vec()))
+    fn write(&self, node: Node, matrix: &FlakeMatrix, writer: &mut Writer) -> Node {
+        match &matrix.grid {
+            Some(grid) => node.named("S", volumes::node(grid, &matrix.place, writer)),
+            None => node.with("S", write::Value::Numbers(matrix.elements.to_vec())),
+        }
     }
 }
 
