@@ -4,6 +4,7 @@ use super::spectra::{IndexSource, SpectrumSource, VolumeSource};
 use crate::geometry::Transform;
 use crate::phase::mie::Sizes;
 use crate::scene::source::Place;
+use std::sync::Arc;
 
 /// What fills a shape, or surrounds the sensor.
 #[derive(Clone, Debug)]
@@ -143,7 +144,7 @@ pub struct FlakeMatrix {
     /// Its six elements.
     pub elements: [f64; 6],
     /// The grid that has them in all its cells, where the file states one.
-    pub grid: Option<VolumeSource>,
+    pub grid: Option<Arc<VolumeSource>>,
     /// Where the file states it.
     pub place: Place,
 }

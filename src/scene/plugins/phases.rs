@@ -7,7 +7,7 @@ use super::textures::volumes;
 use super::{Field, Parameter, Range, Simple, Takes, choice, declare, float, numbers, optional};
 use crate::phase::mie::Sizes;
 use crate::phase::{PhaseTable, Sggx};
-use crate::scene::description::{FlakeMatrix, MieSource, Phase, PhaseKind, SpectrumKind, VolumeSource};
+use crate::scene::description::{FlakeMatrix, MieSource, Phase, PhaseKind, SpectrumKind};
 use crate::scene::read::query::capital;
 use crate::scene::read::spectra::{self, Use};
 use crate::scene::read::textures::varies;
@@ -112,7 +112,7 @@ impl Field for Ellipsoid {
                     let expected = "expected a grid with the same values everywhere";
                     return refuse("The matrix \"S\" varies from place to place", expected);
                 }
-                (first.into_iter().map(f64::from).collect(), Some(VolumeSource::clone(volume)))
+                (first.into_iter().map(f64::from).collect(), Some(volume.clone()))
             }
             Some(_) => {
                 query.reader.extension(&query.place("S"), "S: six numbers without a grid".to_owned());

@@ -154,7 +154,7 @@ fn any_principled(uniform: &mut Uniform) -> Bsdf<1> {
 /// too much.
 #[test]
 fn principled_surfaces_that_conserve_energy_make_none() {
-    const SETS: usize = 96;
+    const SETS: usize = 48;
     let samples = stress::count(2000, 40_000);
     let mut uniform = Uniform::new(11);
     let (mut made, mut kept, mut greatest) = (0, 0, (f64::NEG_INFINITY, String::new()));
@@ -166,7 +166,7 @@ fn principled_surfaces_that_conserve_energy_make_none() {
             let (before, after) = (albedo(&plain, eye, samples), albedo(&bsdf, eye, samples));
             made += usize::from(before.mean > 1.02 + 4.0 * before.error());
             kept += usize::from(before.mean == after.mean && before.mean > 0.0);
-            // One of 9 · 96 estimates lies 4.4 standard errors beyond in two hundred such runs.
+            // One of 9 · 48 estimates lies 4.4 standard errors beyond in four hundred such runs.
             let excess = (after.mean - 1.0) / after.error().max(1e-9);
             if excess > greatest.0 {
                 greatest = (excess, format!("z {z}: {after:?}, {before:?}, {plain:?}"));
@@ -176,7 +176,7 @@ fn principled_surfaces_that_conserve_energy_make_none() {
     }
     println!("{made} made energy, {kept} are as they were; {greatest:?}");
     assert!(greatest.0 < 4.4, "{greatest:?}");
-    assert!(made > 100 && kept > 100, "{made} made energy, {kept} are as they were");
+    assert!(made > 50 && kept > 50, "{made} made energy, {kept} are as they were");
 }
 
 /// Without chance, where light is spread so widely that a sum over directions is exact: not above 1, and not
