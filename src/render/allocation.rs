@@ -1,10 +1,10 @@
 //! How the samples of a picture are allocated: more of them where pixels err more.
 //!
 //! The film's window is divided into cells. A pilot estimates in each of them the variance of a sample and
-//! what it costs, in rays. Each cell gets samples in proportion to the standard deviation over the root of the
-//! cost, which is the least error for the cost of all samples. The shares are powers of two: each net of a
-//! cell is then a whole Sobol net of its own length. A sample's weight is the inverse of its cell's share, so
-//! that the film's filter sees the same picture however it is divided.
+//! what it costs, in rays. Each cell gets samples in proportion to the standard deviation over the root of
+//! the cost, which is the least error for the cost of all samples. The shares are powers of two: each net
+//! of a cell is then a whole Sobol net of its own length. A sample's weight is the inverse of its cell's
+//! share, so that the film's filter sees the same picture however it is divided.
 //!
 //! Where the pilot does not show a clear gain the allocation is even.
 //!
