@@ -158,11 +158,10 @@ impl Allocation {
         let corners: Vec<[i64; 2]> = (0..count(edge)).map(corner).collect();
         let pilot = Pilot { sampler: kind, schedule: of_pilot, seed, plan };
         let found = pilot::scatter::<C>(picture, &pilot, &corners, progress);
-        let cells: Vec<Cell> = found.iter().map(|block| Cell::new(block, &of_pilot)).collect();
-        if predicted_gain(&cells, schedule.samples_per_replicate) < LEAST_GAIN {
+        if predicted_gain(&found, schedule.samples_per_replicate) < LEAST_GAIN {
             return even;
         }
-        Self { window, edge, shares: shares(&wanted(&cells), schedule.samples_per_replicate) }
+        Self { window, edge, shares: shares(&wanted(&found), schedule.samples_per_replicate) }
     }
 }
 
@@ -175,33 +174,17 @@ impl Samplers {
     }
 }
 
-/// What a pilot says of a cell.
-struct Cell {
-    /// Means of pixels, and their variances.
-    pixels: Vec<[f64; 2]>,
-    /// What a sample costs, in rays.
-    cost: f64,
-}
-
-impl Cell {
-    fn new(found: &Scatter, schedule: &Schedule) -> Self {
-        // Pixels without samples of their own cost little.
-        let samples = (found.pixels.len() as u64 * schedule.samples()).max(1) as f64;
-        Self { pixels: found.pixels.clone(), cost: OVERHEAD + found.rays as f64 / samples }
-    }
-
-    /// The same of some of the pixels.
-    fn of(&self, pixels: &[[f64; 2]]) -> Self {
-        Self { pixels: pixels.to_vec(), cost: self.cost }
-    }
+/// What a sample of a cell costs, in rays.
+fn cost(cell: &Scatter) -> f64 {
+    OVERHEAD + cell.rays
 }
 
 /// The relative standard deviation of the pixels of each cell. As the relative mean squared error does, it
 /// takes 0.01 times the square of the picture's mean as the least square of a mean. That of a pixel is hardly
 /// known, so the cell's own has half of the weight.
-fn deviations(cells: &[Cell]) -> Vec<f64> {
+fn deviations(cells: &[Scatter]) -> Vec<f64> {
     let of_picture = average(cells.iter().flat_map(|cell| &cell.pixels).map(|&[mean, _]| mean));
-    let of_cell = |Cell { pixels, .. }: &Cell| {
+    let of_cell = |Scatter { pixels, .. }: &Scatter| {
         let of_cell = average(pixels.iter().map(|&[mean, _]| mean));
         let relative = |&[mean, variance]: &[f64; 2]| {
             let square = 0.5 * (mean * mean + of_cell * of_cell) + 0.01 * of_picture * of_picture;
@@ -213,26 +196,28 @@ fn deviations(cells: &[Cell]) -> Vec<f64> {
 }
 
 /// What the number of each cell's samples is to be in proportion to.
-fn wanted(cells: &[Cell]) -> Vec<f64> {
-    deviations(cells).iter().zip(cells).map(|(deviation, cell)| deviation / cell.cost.sqrt()).collect()
+fn wanted(cells: &[Scatter]) -> Vec<f64> {
+    deviations(cells).iter().zip(cells).map(|(deviation, cell)| deviation / cost(cell).sqrt()).collect()
 }
 
 /// By how much less the same error costs, by what a pilot found in each cell. A pilot finds differences where
 /// there are none, so each half of every cell is judged with the shares that the other asks for, and the
 /// lesser gain counts.
-fn predicted_gain(cells: &[Cell], samples_per_replicate: u32) -> f64 {
+fn predicted_gain(cells: &[Scatter], samples_per_replicate: u32) -> f64 {
     let halves = cells.iter().map(|cell| {
         let (first, second) = cell.pixels.split_at(cell.pixels.len() / 2);
-        (cell.of(first), cell.of(second))
+        let half = |pixels: &[[f64; 2]]| Scatter { pixels: pixels.to_vec(), rays: cell.rays };
+        (half(first), half(second))
     });
-    let [first, second]: [Vec<Cell>; 2] = halves.unzip().into();
-    let gain = |by: &[Cell], of: &[Cell]| {
+    let [first, second]: [Vec<Scatter>; 2] = halves.unzip().into();
+    let gain = |by: &[Scatter], of: &[Scatter]| {
         let shares = shares(&wanted(by), samples_per_replicate);
         let [mut even, mut allocated] = [[0.0; 2]; 2];
         for ((deviation, share), cell) in deviations(of).iter().zip(&shares).zip(of) {
             let variance = deviation * deviation;
-            even = [even[0] + variance, even[1] + cell.cost];
-            allocated = [allocated[0] + variance * share.weight(), allocated[1] + cell.cost * share.factor()];
+            even = [even[0] + variance, even[1] + cost(cell)];
+            allocated =
+                [allocated[0] + variance * share.weight(), allocated[1] + cost(cell) * share.factor()];
         }
         let [even, allocated] = [even, allocated].map(|[variance, cost]| variance * cost);
         if allocated > 0.0 { even / allocated } else { 1.0 }
@@ -296,9 +281,9 @@ mod tests {
     fn a_gain_is_predicted_by_what_both_halves_of_cells_say() {
         let cell = |first: f64, second: f64, cost: f64| {
             let pixels = vec![[1.0, first], [1.0, first], [1.0, second], [1.0, second]];
-            Cell { pixels, cost }
+            Scatter { pixels, rays: cost - OVERHEAD }
         };
-        let of = |cells: [Cell; 4]| predicted_gain(&cells, 8);
+        let of = |cells: [Scatter; 4]| predicted_gain(&cells, 8);
         let (quiet, noisy) = (|| cell(0.0, 0.0, 1.0), |cost: f64| cell(1.0, 1.0, cost));
         // Twice the samples for one cell and half for the others, of which the pilot saw no error.
         let clear = of([quiet(), quiet(), quiet(), noisy(1.0)]);
@@ -315,7 +300,7 @@ mod tests {
     /// As many cells as err by 1 for 1 have twice the samples of those that err by 1 for 4.
     #[test]
     fn what_costs_more_has_fewer_samples() {
-        let cell = |cost: f64| Cell { pixels: vec![[1.0, 1.0]; 4], cost };
+        let cell = |cost: f64| Scatter { pixels: vec![[1.0, 1.0]; 4], rays: cost - OVERHEAD };
         let of = shares(&wanted(&[cell(1.0), cell(4.0), cell(4.0), cell(4.0)]), 8);
         assert_eq!(of.iter().map(|share| share.0).collect::<Vec<_>>(), [0, -1, -1, -1]);
     }

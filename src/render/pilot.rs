@@ -261,8 +261,8 @@ impl Pilot {
 pub(super) struct Scatter {
     /// For each pixel that has samples and is measured, what the nets make of it, and the variance of that.
     pub pixels: Vec<[f64; 2]>,
-    /// Rays that all samples of the block took.
-    pub rays: u64,
+    /// Rays that a sample took on the average.
+    pub rays: f64,
 }
 
 /// What a pilot finds of some blocks, by their corners. Blocks have no pixels once the pilot is cancelled.
@@ -307,7 +307,9 @@ impl Exposure<'_> {
             [mean, variance]
         };
         let is_sampled = |place: &usize| tiles.iter().all(|tile| tile.is_sampled(*place));
-        Scatter { pixels: (0..tiles[0].pixel_count()).filter(is_sampled).map(pixel).collect(), rays }
+        let pixels: Vec<_> = (0..tiles[0].pixel_count()).filter(is_sampled).map(pixel).collect();
+        let samples = (pixels.len() as u64 * self.schedule.samples()).max(1);
+        Scatter { pixels, rays: rays as f64 / samples as f64 }
     }
 }
 

@@ -149,8 +149,8 @@ fn bodies_that_move_into_one_another_neither_make_nor_lose_light() {
     assert_invisible("moving", &(moving + &ball(0.6, 0.9, &glass(1.33))));
 }
 
-/// Each ray begins in the body that counts where it begins: n² of the sky's radiance. Finds half a percent of
-/// that, with a probability of 90 %.
+/// Each ray begins in the body that counts where it begins: n² of the sky's radiance. Finds half a percent
+/// of that, with a probability of 90 %.
 #[test]
 fn a_camera_where_bodies_overlap_is_in_both() {
     let bodies = pair(&glass(1.5), &glass(1.5)) + &ball(0.1, 0.2, &glass(1.33));

@@ -126,7 +126,7 @@ pub enum PhaseKind {
     },
     /// S_xx, S_yy, S_zz, S_xy, S_xz and S_yz of the ellipsoid of flakes.
     Sggx {
-        /// The six elements, in this order.
+        /// The elements, in this order, and where they come from.
         matrix: FlakeMatrix,
     },
     /// Spheres (an extension).
