@@ -35,11 +35,11 @@ use std::ops::Range;
 /// it seldom but bright; the segments before it are a small part of the work.
 const BRANCHES: u32 = 4;
 
-/// A path that has met only smooth surfaces splits into reflection and refraction, in the same scenes, where
-/// each of the two may bring at least this fraction of the sample's value. At the rim of a glass body, and in
-/// its mirror image of a lamp, the random choice between the two makes most of the noise. The threshold is
-/// below the 4 % that glass reflects at normal incidence.
-const WORTH_FOLLOWING: f64 = 1.0 / 32.0;
+/// A path splits at clear glass into reflection and refraction where each of the two may bring at least this
+/// fraction of the sample's value. At the rim of a glass body, in its mirror image of a lamp, and in the
+/// shadow that it casts, the random choice between the two makes most of the noise. The threshold is below
+/// the 4 % that glass reflects at normal incidence, behind a grey surface, too.
+const WORTH_FOLLOWING: f64 = 1.0 / 64.0;
 
 /// What has become of a path so far.
 #[derive(Clone)]
@@ -65,8 +65,8 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     /// What the path has found while it is [`Beside::Shared`], with the light's part in the ratio of the
     /// densities.
     pub(super) contested: SmallVec<[(Sampled<C>, f64); 1]>,
-    /// Whether it may still split.
-    may_split: bool,
+    /// Whether it has been scattered only in single directions.
+    specular: bool,
     /// Its weight in the sample: the product of the weights of the branches that led to it.
     pub(super) branch_weight: f64,
     /// Whether the camera sees along the path: it has met nothing that alpha counts. Such a ray does not see
@@ -189,7 +189,7 @@ impl<const C: usize> Path<C> {
             eta_scale: 1.0,
             beside_light_subpaths,
             contested: SmallVec::new(),
-            may_split: false,
+            specular: false,
             branch_weight: 1.0,
             camera_visible: false,
             alpha_hit: true,
@@ -217,7 +217,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
             eta_scale: 1.0,
             beside_light_subpaths: Beside::Nothing,
             contested: SmallVec::new(),
-            may_split: scene.features().light_tracing,
+            specular: true,
             branch_weight: 1.0,
             camera_visible: true,
             alpha_hit: scene.limits.sky_covers(scene),
@@ -314,9 +314,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         arriving: &mut Sampled<C>,
     ) -> Option<Ray> {
         *arriving += self.direct_light(scene, ray, hit, shading, wavelengths, stream);
-        if self.may_split
-            && let Some(ends) = self.split(shading)
-        {
+        if let Some(ends) = self.split(scene, shading) {
             *arriving += self.follow_branches(scene, hit, shading, wavelengths, stream, &ends);
             return None;
         }
@@ -331,16 +329,17 @@ impl<const C: usize, O: Observe> Path<C, O> {
     /// The branches into which the path splits here, if it does: the end of each in the values that choose a
     /// lobe. Each branch gets the values from the end of the one before to its own, so the branches cover
     /// [0, 1) once and their weights sum to 1.
-    fn split(&self, shading: &Shading<C>) -> Option<SmallVec<[f64; BRANCHES as usize]>> {
+    fn split(&self, scene: &Scene, shading: &Shading<C>) -> Option<SmallVec<[f64; BRANCHES as usize]>> {
         if let Some(reflection) = shading.reflection_probability() {
             let lesser = reflection.min(1.0 - reflection) * self.branch_weight * self.roulette_throughput();
             // Paths that roulette may end without loss grow in weight when they survive: that must not make
             // them split without end.
-            let late = late_survival(self.depth) < 1.0;
-            return (!late && lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
+            let may_split = scene.limits.splits_at_glass && late_survival(self.depth) == 1.0;
+            return (may_split && lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
         }
         // The first diffuse surface, unless the camera sees it directly.
-        (self.vertex > 0 && !shading.bsdf.is_discrete() && !shading.bsdf.transmits())
+        let may_split = scene.features().light_tracing && self.specular && self.vertex > 0;
+        (may_split && !shading.bsdf.is_discrete() && !shading.bsdf.transmits())
             .then(|| (1..=BRANCHES).map(|branch| f64::from(branch) / f64::from(BRANCHES)).collect())
     }
 
@@ -356,8 +355,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         stream: &Stream,
         ends: &[f64],
     ) -> Sampled<C> {
-        // Light subpaths go on from a diffuse surface.
-        self.may_split &= shading.bsdf.is_discrete();
+        self.specular &= shading.bsdf.is_discrete();
         // A path does not split by null transmission.
         self.alpha_hit = true;
         let mut arriving = Sampled::ZERO;
@@ -435,7 +433,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
             self.last = match scatter.density {
                 Density::Discrete => PreviousSample::Discrete,
                 Density::PerSolidAngle(density) => {
-                    self.may_split = false;
+                    self.specular = false;
                     let prior_over_density = prior / density;
                     PreviousSample::Scattered {
                         from: receiver(hit, shading),

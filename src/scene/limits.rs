@@ -38,6 +38,8 @@ pub struct Limits {
     pub techniques: Techniques,
     /// Whether distances in media are chosen near lamps, too. The expectation is the same without.
     pub aims_at_lamps: bool,
+    /// Whether paths split at clear glass. The expectation is the same without.
+    pub splits_at_glass: bool,
     /// What alpha counts as something.
     pub coverage: Coverage,
 }

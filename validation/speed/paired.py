@@ -25,6 +25,13 @@ def error(pictures, centre, trimmed):
     return mean(relative_errors(np.var(pictures, 0, ddof=1), centre), trimmed)
 
 
+def centre_of(stacks):
+    """The mean of all renders, those of each program weighed by how sure they are: where one has single bright pixels, the error that they make
+    is relative to what is there, not to themselves."""
+    weights = [1 / np.var(stack, 0, ddof=1).mean() for stack in stacks]
+    return np.average([np.mean(stack, 0) for stack in stacks], axis=0, weights=weights)
+
+
 def main():
     parser = argparse.ArgumentParser(prog="validation/speed/paired", description=__doc__)
     parser.add_argument("binaries", nargs="+", type=Path, metavar="BINARY", help="abbe, or several versions of it")
@@ -58,7 +65,7 @@ def main():
     for scene in scenes:
         cpu, pictures = measure.by_turns(programs, scene.path, options.seeds, scene.defines or {})
         pictures = {name: [picture[..., 1] for picture in of_program] for name, of_program in pictures.items()}
-        centre = np.mean([np.mean(of_program, 0) for of_program in pictures.values()], 0)
+        centre = centre_of(list(pictures.values()))
         found = {}
         for name, of_program in pictures.items():
             smooth = [blurred(picture) for picture in of_program]

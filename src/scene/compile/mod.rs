@@ -220,6 +220,8 @@ impl Compiler<'_> {
             null_is_a_segment: !volumetric,
             techniques: description.integrator.techniques,
             aims_at_lamps: lights.can_aim(),
+            // A path through media that scatter is so long that a second one costs more than it brings.
+            splits_at_glass: !scattering,
             coverage: match description.integrator.kind {
                 IntegratorKind::Direct => Coverage::Surface,
                 _ => Coverage::Obstacle,
