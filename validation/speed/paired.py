@@ -20,16 +20,18 @@ def blurred(picture):
     return picture.reshape(height // 4, 4, width // 4, 4).mean((1, 3))
 
 
-def error(pictures, centre, trimmed):
-    """relMSE of each of some renders, by their spread."""
-    return mean(relative_errors(np.var(pictures, 0, ddof=1), centre), trimmed)
+def errors(stacks, trimmed):
+    """relMSE of a render of each program, by how far some renders are from the mean of all.
 
-
-def centre_of(stacks):
-    """The mean of all renders, those of each program weighed by how sure they are: where one has single bright pixels, the error that they make
-    is relative to what is there, not to themselves."""
-    weights = [1 / np.var(stack, 0, ddof=1).mean() for stack in stacks]
-    return np.average([np.mean(stack, 0) for stack in stacks], axis=0, weights=weights)
+    In that mean the programs are weighed by how sure they are, so that single bright pixels of one are not in what it is judged by. A render is a part
+    of the mean: with weight w a program's n renders differ from it by the fraction 1 − 2w/n + w²/n of their variance, and by w²/n of the others'."""
+    renders = [len(stack) for stack in stacks]
+    weights = np.array([1 / np.var(stack, 0, ddof=1).mean() for stack in stacks])
+    weights /= weights.sum()
+    centre = np.average([np.mean(stack, 0) for stack in stacks], axis=0, weights=weights)
+    found = [np.mean([mean(relative_errors((picture - centre) ** 2, centre), trimmed) for picture in stack]) for stack in stacks]
+    parts = np.tile(weights**2 / renders, (len(stacks), 1))
+    return np.linalg.solve(parts + np.diag(1 - 2 * weights / renders), found)
 
 
 def main():
@@ -65,15 +67,16 @@ def main():
     for scene in scenes:
         cpu, pictures = measure.by_turns(programs, scene.path, options.seeds, scene.defines or {})
         pictures = {name: [picture[..., 1] for picture in of_program] for name, of_program in pictures.items()}
-        centre = centre_of(list(pictures.values()))
-        found = {}
-        for name, of_program in pictures.items():
-            smooth = [blurred(picture) for picture in of_program]
-            found[name] = (error(of_program, centre, scene.trimmed), error(smooth, blurred(centre), scene.trimmed), cpu[name])
+        stacks = list(pictures.values())
+        smooth = [[blurred(picture) for picture in stack] for stack in stacks]
+        own, whole, rough = errors(stacks, scene.trimmed), errors(stacks, False), errors(smooth, scene.trimmed)
+        found = {name: (own[i], rough[i], cpu[name], whole[i]) for i, name in enumerate(pictures)}
         theirs = found[witnesses[0].name]
-        for name, (own, smooth, seconds) in found.items():
-            costs[name].append(own * seconds / theirs[0] / theirs[2])
-            ratios = f"cost {costs[name][-1]:.3g}, blurred {smooth * seconds / theirs[1] / theirs[2]:.3g}, relMSE {own / theirs[0]:.3g}, CPU {seconds / theirs[2]:.3g}"
+        for name, (own, smooth, seconds, whole) in found.items():
+            cost = [ours * seconds / other / theirs[2] for ours, other in ((own, theirs[0]), (smooth, theirs[1]), (whole, theirs[3]))]
+            costs[name].append(cost[0])
+            told = f" (with all pixels {cost[2]:.3g})" if scene.trimmed else ""
+            ratios = f"cost {cost[0]:.3g}{told}, blurred {cost[1]:.3g}, relMSE {own / theirs[0]:.3g}, CPU {seconds / theirs[2]:.3g}"
             print(f"{scene.name:23} relMSE {own:.3g}, blurred {smooth:.3g}, {seconds:.2f} s; over {witnesses[0].name}'s: {ratios}  {name}", flush=True)
     for name, over in costs.items():
         print(f"{'geometric mean of cost':23} {statistics.geometric_mean(over):.3g}, largest {max(over):.3g}  {name}")
