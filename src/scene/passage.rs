@@ -2,7 +2,7 @@
 
 use super::coincident::InterfaceEvent;
 use super::counting::RayKind;
-use super::scene::Scene;
+use super::scene::{Role, Scene};
 use crate::geometry::Ray;
 use crate::medium::{Media, Medium, MediumStack};
 use crate::spectrum::{Sampled, Wavelengths};
@@ -115,18 +115,21 @@ impl Scene {
                     if !(transparent_shadows && surface.null_transmission) {
                         return none;
                     }
-                    let exterior = self.exterior(&hit, &media);
-                    let at = self.shading_point(&hit);
-                    let toward_eye = -ray.direction;
-                    passage.transmittance *= self.materials.null_transmittance(
-                        surface.material,
-                        &at,
-                        toward_eye,
-                        &wavelengths.nm,
-                        exterior,
-                    );
-                    if passage.transmittance.is_zero() {
-                        return none;
+                    // Light passes a mere boundary of media as it is.
+                    if surface.role != Role::Null {
+                        let exterior = self.exterior(&hit, &media);
+                        let at = self.shading_point(&hit);
+                        let toward_eye = -ray.direction;
+                        passage.transmittance *= self.materials.null_transmittance(
+                            surface.material,
+                            &at,
+                            toward_eye,
+                            &wavelengths.nm,
+                            exterior,
+                        );
+                        if passage.transmittance.is_zero() {
+                            return none;
+                        }
                     }
                     within(&mut passage, &media.here, &before);
                     self.pass_through(&hit, ray.direction, &mut media);
