@@ -36,8 +36,8 @@ use std::ops::Range;
 const BRANCHES: u32 = 4;
 
 /// A path splits at clear glass into reflection and refraction where each of the two may bring at least this
-/// fraction of the sample's value. At the rim of a glass body, in its mirror image of a lamp, and in the
-/// shadow that it casts, the random choice between the two makes most of the noise. The threshold is below
+/// fraction of the sample's value. At the rim of a glass body, in its mirror image of a lamp, and in its
+/// shadow, the random choice between the two makes most of the noise. The threshold is below
 /// the 4 % that glass reflects at normal incidence, behind a grey surface, too.
 const WORTH_FOLLOWING: f64 = 1.0 / 64.0;
 
@@ -65,7 +65,7 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     /// What the path has found while it is [`Beside::Shared`], with the light's part in the ratio of the
     /// densities.
     pub(super) contested: SmallVec<[(Sampled<C>, f64); 1]>,
-    /// Whether it has been scattered only in single directions.
+    /// Whether it has been scattered only in single directions, and has not split at a diffuse surface.
     specular: bool,
     /// Its weight in the sample: the product of the weights of the branches that led to it.
     pub(super) branch_weight: f64,
@@ -330,12 +330,14 @@ impl<const C: usize, O: Observe> Path<C, O> {
     /// lobe. Each branch gets the values from the end of the one before to its own, so the branches cover
     /// [0, 1) once and their weights sum to 1.
     fn split(&self, scene: &Scene, shading: &Shading<C>) -> Option<SmallVec<[f64; BRANCHES as usize]>> {
-        if let Some(reflection) = shading.reflection_probability() {
+        // Paths that roulette may end without loss grow in weight when they survive: that must not make them
+        // split without end.
+        if scene.limits.splits_at_glass
+            && late_survival(self.depth) == 1.0
+            && let Some(reflection) = shading.reflection_probability()
+        {
             let lesser = reflection.min(1.0 - reflection) * self.branch_weight * self.roulette_throughput();
-            // Paths that roulette may end without loss grow in weight when they survive: that must not make
-            // them split without end.
-            let may_split = scene.limits.splits_at_glass && late_survival(self.depth) == 1.0;
-            return (may_split && lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
+            return (lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
         }
         // The first diffuse surface, unless the camera sees it directly.
         let may_split = scene.features().light_tracing && self.specular && self.vertex > 0;

@@ -247,6 +247,7 @@ fn a_floor_in_contact_scatters_into_the_glass() {
 /// reflections there: n² T exp(−a r) / (1 − R exp(−2 a r)) of the sky's radiance from the middle.
 #[test]
 fn a_sensor_in_glass_sees_what_glass_lets_through() {
+    let (blank, error_of_blank) = one();
     for (index, absorption) in [(1.5, 0.4), (1.33, 1.5)] {
         let scene = scene(&format!(
             r#"<integrator type="path"><integer name="max_depth" value="64"/></integrator>
@@ -266,7 +267,6 @@ fn a_sensor_in_glass_sees_what_glass_lets_through() {
             index * index * (1.0 - reflectance) * through / (1.0 - reflectance * through * through);
         let film = expose(&scene, &settings(4096, WavelengthCount::Four, 1));
         let (mean, error) = mean_over_pixels(&film, |x, y| film.combined(x, y, [0.0, 1.0, 0.0]));
-        let (blank, error_of_blank) = one();
         let error = error.hypot(expected * error_of_blank);
         println!("{index}: {mean} ± {error}, expected {}", expected * blank);
         assert!((mean - expected * blank).abs() < 4.0 * error + 1e-6 * mean, "{index}: {mean} ± {error}");

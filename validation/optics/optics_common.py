@@ -98,7 +98,7 @@ def repeat(claim, scene, spp, seeds, read, options=(), defines=None):
 def moderated(error, reach=5):
     """Errors of rows, each variance at least the mean of those of the `reach` rows on either side (last axis). A few renders tell a variance badly,
     and stratified samples that count reflections may agree by chance to the last one; rows that lie together have much the same, but for one that
-    grazes the surface: it varies more than they, and has its own. Degrees of freedom grow by at least `reach`."""
+    grazes the surface: it varies more than they, and has its own. Degrees of freedom grow by at least `reach` where the mean is taken."""
     window = np.ones(2 * reach + 1)
     mean = lambda row: np.convolve(row, window, "same") / np.convolve(np.ones_like(row), window, "same")
     variance = np.asarray(error) ** 2

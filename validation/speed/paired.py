@@ -69,15 +69,16 @@ def main():
         pictures = {name: [picture[..., 1] for picture in of_program] for name, of_program in pictures.items()}
         stacks = list(pictures.values())
         smooth = [[blurred(picture) for picture in stack] for stack in stacks]
-        own, whole, rough = errors(stacks, scene.trimmed), errors(stacks, False), errors(smooth, scene.trimmed)
-        found = {name: (own[i], rough[i], cpu[name], whole[i]) for i, name in enumerate(pictures)}
-        theirs = found[witnesses[0].name]
-        for name, (own, smooth, seconds, whole) in found.items():
-            cost = [ours * seconds / other / theirs[2] for ours, other in ((own, theirs[0]), (smooth, theirs[1]), (whole, theirs[3]))]
-            costs[name].append(cost[0])
-            told = f" (with all pixels {cost[2]:.3g})" if scene.trimmed else ""
-            ratios = f"cost {cost[0]:.3g}{told}, blurred {cost[1]:.3g}, relMSE {own / theirs[0]:.3g}, CPU {seconds / theirs[2]:.3g}"
-            print(f"{scene.name:23} relMSE {own:.3g}, blurred {smooth:.3g}, {seconds:.2f} s; over {witnesses[0].name}'s: {ratios}  {name}", flush=True)
+        seconds = np.array([cpu[name] for name in pictures])
+        own, rough, whole = errors(stacks, scene.trimmed), errors(smooth, scene.trimmed), errors(stacks, False)
+        witness = list(pictures).index(witnesses[0].name)
+        over = lambda values: values / values[witness]
+        cost, cost_blurred, cost_whole = over(own * seconds), over(rough * seconds), over(whole * seconds)
+        for i, name in enumerate(pictures):
+            costs[name].append(cost[i])
+            told = f" (with all pixels {cost_whole[i]:.3g})" if scene.trimmed else ""
+            ratios = f"cost {cost[i]:.3g}{told}, blurred {cost_blurred[i]:.3g}, relMSE {over(own)[i]:.3g}, CPU {over(seconds)[i]:.3g}"
+            print(f"{scene.name:23} relMSE {own[i]:.3g}, blurred {rough[i]:.3g}, {seconds[i]:.2f} s; over {witnesses[0].name}'s: {ratios}  {name}", flush=True)
     for name, over in costs.items():
         print(f"{'geometric mean of cost':23} {statistics.geometric_mean(over):.3g}, largest {max(over):.3g}  {name}")
     return 0

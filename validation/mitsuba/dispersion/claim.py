@@ -174,8 +174,8 @@ def ball_scene(nm, glass, folder):
     return document(nm, camera, 48, 36, bodies)
 
 
-# Samples per pixel at full power. abbe follows both ways at each face, Mitsuba one by chance: its few reflections are as skewed as they are rare, and
-# nothing of abbe's makes the difference symmetric, so that the prism takes more.
+# Samples per pixel at full power. Where abbe follows both ways at a face, some pixels vary by Mitsuba's rare reflections alone, and few renders tell that
+# variance badly: with 64 samples the largest |t| of 8 renders is 10 to 17, and that of 60 is 3.6, as it should be. So the prism takes more.
 SCENES = {"prism": (prism_scene, "N-SF11", 1024), "ball": (ball_scene, "N-BK7", 256)}
 
 
