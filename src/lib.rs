@@ -45,7 +45,7 @@
 //!     schedule: Schedule::new(64),
 //!     seed: 0,
 //!     sampler: SamplerKind::Sobol,
-//!     wavelengths: WavelengthCount::Four,
+//!     wavelengths: Some(WavelengthCount::Four),
 //!     estimator: Estimator::Shared,
 //!     bins: None,
 //! };

@@ -25,7 +25,7 @@ pub fn picture(name: String, scene: Scene) -> Kernel {
         schedule: Schedule::new(SAMPLES),
         seed: 1,
         sampler: SamplerKind::Sobol,
-        wavelengths: WavelengthCount::Four,
+        wavelengths: Some(WavelengthCount::Four),
         estimator: Estimator::Plain,
         bins: None,
     };

@@ -129,29 +129,26 @@ impl Fan<'_> {
         if tested == 0 {
             return blocked;
         }
-        let segments = self.points.each_ref().map(|points| FanSegments::new(points, target.point));
-        for (facet, &candidates) in few.facets.iter().zip(&candidates) {
-            let candidates = candidates & !blocked;
-            if candidates == 0 {
+        for (register, points) in self.points.iter().enumerate() {
+            let mut open = part(tested, register);
+            if open == 0 {
                 continue;
             }
-            for (register, segments) in segments.iter().enumerate() {
-                if part(candidates, register) == 0 {
-                    continue;
-                }
-                for triangle in &facet.triangles {
-                    let met = segments.meet(triangle) & part(candidates, register);
-                    blocked |= met << (WIDTH * register);
-                }
-            }
-        }
-        for (_, sphere) in &few.spheres {
-            let open = open & !blocked;
-            for (register, segments) in segments.iter().enumerate() {
-                if part(open, register) != 0 {
-                    blocked |= (segments.meet_sphere(sphere) & part(open, register)) << (WIDTH * register);
+            let segments = FanSegments::new(points, target.point);
+            for (facet, &candidates) in few.facets.iter().zip(&candidates) {
+                let candidates = part(candidates, register) & open;
+                if candidates != 0 {
+                    for triangle in &facet.triangles {
+                        open &= !(segments.meet(triangle) & candidates);
+                    }
                 }
             }
+            for (_, sphere) in &few.spheres {
+                if open != 0 {
+                    open &= !segments.meet_sphere(sphere);
+                }
+            }
+            blocked |= (part(tested, register) & !open) << (WIDTH * register);
         }
         blocked
     }

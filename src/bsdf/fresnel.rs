@@ -62,26 +62,22 @@ pub fn dielectric(cos_incident: f64, eta: f64) -> Interface {
 pub fn conductor<R: Real>(cos_incident: R, n: R, k: R) -> R {
     let (zero, half, one) = (R::of(0.0), R::of(0.5), R::of(1.0));
     let c = cos_incident;
-    // a + ib = √((n + ik)² − sin² θ)
+    // w = a + ib = √(m² − sin² θ), m = n + ik: of it the real part and |w|² do.
     let real = squared_g(c, n, k);
     let half_imaginary = n * k;
     let modulus = (real * real + R::of(4.0) * half_imaginary * half_imaginary).sqrt();
     let large = (half * (modulus + real.abs())).sqrt();
     let small = R::choose(large.gt(zero), half_imaginary / large, zero);
-    let is_real = real.ge(zero);
-    let (a, b) = (R::choose(is_real, large, small), R::choose(is_real, small, large));
-    // |m² − 1|² and the squared moduli of the denominators, m = n + ik.
+    let a = R::choose(real.ge(zero), large, small);
+    // |m² − 1|². The denominators are (c + w)² and (m² c + w)² = (c + w)² (c w + sin² θ)².
     let k2 = k * k;
     let step = ((n - one) * (n - one) + k2) * ((n + one) * (n + one) + k2);
-    let s_root = (c + a) * (c + a) + b * b;
-    let r_s = step / (s_root * s_root);
-    let real_m2 = (n - k) * (n + k);
-    let imaginary_m2 = R::of(2.0) * half_imaginary;
-    let (x, y) = (real_m2 * c + a, imaginary_m2 * c + b);
-    let p_root = x * x + y * y;
-    let (x, y) = (brewster(c, real_m2), imaginary_m2 * c * c);
-    let r_p = step * ((x * x + y * y) / (p_root * p_root));
-    let reflectance = (half * (r_s + r_p)).lesser(one);
+    let sin2 = (one - c) * (one + c);
+    let s_root = c * c + R::of(2.0) * c * a + modulus;
+    let p_root = sin2 * sin2 + R::of(2.0) * c * sin2 * a + c * c * modulus;
+    let (x, y) = (brewster(c, (n - k) * (n + k)), R::of(2.0) * half_imaginary * c * c);
+    let both = s_root * p_root;
+    let reflectance = (half * step * ((p_root * p_root + x * x + y * y) / (both * both))).lesser(one);
     R::choose(n.eq(zero), one, R::choose(step.eq(zero), zero, reflectance))
 }
 

@@ -35,8 +35,9 @@ pub struct SamplingOptions {
     pub sampler: Option<SamplerKind>,
 
     /// Wavelengths that a path carries: 1, 4 or 8. The expectation is the same, noise and time are not
-    #[arg(long, value_name = "C", default_value = "4", value_parser = parse_wavelengths)]
-    pub wavelengths: WavelengthCount,
+    /// [default: 4 or 8, as a pilot finds best]
+    #[arg(long, value_name = "C", value_parser = parse_wavelengths)]
+    pub wavelengths: Option<WavelengthCount>,
 
     /// Estimator: shared (pixels share the suffixes of their paths, and samples go where pixels err) or plain
     /// (each pixel traces its own paths, all the same number). The expectation is the same, noise and time

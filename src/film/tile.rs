@@ -123,6 +123,17 @@ impl Tile {
         if weight == 0.0 { 0.0 } else { sum / weight }
     }
 
+    /// The means of X, Y and Z at a place in a replicate. Zero without samples.
+    pub fn xyz(&self, place: usize, replicate: u32, scale: FixedPoint) -> [f64; 3] {
+        let sums = &self.sums[self.first(place, replicate)..][..self.channels];
+        let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
+        std::array::from_fn(
+            |channel| {
+                if weight == 0.0 { 0.0 } else { sums[channel] as f64 * scale.quantum / weight }
+            },
+        )
+    }
+
     /// Whether samples of a pixel have been counted.
     pub fn is_sampled(&self, place: usize) -> bool {
         self.samples[place] > 0

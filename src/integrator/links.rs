@@ -393,19 +393,19 @@ impl<const C: usize> Values<C> {
         if shading.is_diffuse() {
             return Self::Same(shading.evaluate(toward_light));
         }
-        let mut values = Evaluations::ZERO;
+        let mut values = Box::new(Evaluations::ZERO);
         if let Some(metal) = shading.rough_metal() {
             let toward_light = [Vec3Lanes::of(toward_light); REGISTERS];
             let metal = Metals::splat(&metal);
             metal.evaluate_from(&links.toward_first, &toward_light, links.linked, &mut values);
-            return Self::Each(Box::new(values));
+            return Self::Each(values);
         }
         for lane in lanes_of(links.linked) {
             let value = shading.evaluate_from(links.toward_first(lane), toward_light);
             values.f_cos.set(lane, &value.f_cos);
             values.density.set(lane, &value.density);
         }
-        Self::Each(Box::new(values))
+        Self::Each(values)
     }
 
     /// What the sensor gets of the light, over all first surfaces.

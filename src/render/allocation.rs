@@ -14,9 +14,8 @@ use super::Progress;
 use super::Schedule;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block};
-use super::pilot::{self, Pilot, Scatter, average};
+use super::pilot::{self, Chosen, Pilot, Scatter, average};
 use crate::film::Region;
-use crate::integrator::Plan;
 use crate::sampling::{Sampler, SamplerKind, mix};
 use std::ops::Range;
 
@@ -120,12 +119,7 @@ impl Allocation {
 
     /// What suits a picture that is rendered by the plan that it has. Even where the sampler has no nets of
     /// any length, where a pilot would cost too much, and when nobody waits for it.
-    pub fn measured<const C: usize>(
-        picture: &Exposure,
-        kind: SamplerKind,
-        plan: Plan,
-        progress: &dyn Progress,
-    ) -> Self {
+    pub fn measured(picture: &Exposure, kind: SamplerKind, chosen: &Chosen, progress: &dyn Progress) -> Self {
         // Places are those of the whole picture: parts of it have the shares of the whole.
         let window = picture.extent.window;
         let even = Self::even(window);
@@ -156,8 +150,8 @@ impl Allocation {
             })
         };
         let corners: Vec<[i64; 2]> = (0..count(edge)).map(corner).collect();
-        let pilot = Pilot { sampler: kind, schedule: of_pilot, seed, plan };
-        let found = pilot::scatter::<C>(picture, &pilot, &corners, progress);
+        let pilot = Pilot { sampler: kind, schedule: of_pilot, seed, plan: chosen.plan };
+        let found = pilot::scatter(picture, &pilot, chosen.wavelengths, &corners, progress);
         if predicted_gain(&found, schedule.samples_per_replicate) < LEAST_GAIN {
             return even;
         }
@@ -206,7 +200,8 @@ fn wanted(cells: &[Scatter]) -> Vec<f64> {
 fn predicted_gain(cells: &[Scatter], samples_per_replicate: u32) -> f64 {
     let halves = cells.iter().map(|cell| {
         let (first, second) = cell.pixels.split_at(cell.pixels.len() / 2);
-        let half = |pixels: &[[f64; 2]]| Scatter { pixels: pixels.to_vec(), rays: cell.rays };
+        let half =
+            |pixels: &[[f64; 2]]| Scatter { pixels: pixels.to_vec(), rays: cell.rays, ..Scatter::default() };
         (half(first), half(second))
     });
     let [first, second]: [Vec<Scatter>; 2] = halves.unzip().into();
@@ -281,7 +276,7 @@ mod tests {
     fn a_gain_is_predicted_by_what_both_halves_of_cells_say() {
         let cell = |first: f64, second: f64, cost: f64| {
             let pixels = vec![[1.0, first], [1.0, first], [1.0, second], [1.0, second]];
-            Scatter { pixels, rays: cost - OVERHEAD }
+            Scatter { pixels, rays: cost - OVERHEAD, ..Scatter::default() }
         };
         let of = |cells: [Scatter; 4]| predicted_gain(&cells, 8);
         let (quiet, noisy) = (|| cell(0.0, 0.0, 1.0), |cost: f64| cell(1.0, 1.0, cost));
@@ -300,7 +295,8 @@ mod tests {
     /// As many cells as err by 1 for 1 have twice the samples of those that err by 1 for 4.
     #[test]
     fn what_costs_more_has_fewer_samples() {
-        let cell = |cost: f64| Scatter { pixels: vec![[1.0, 1.0]; 4], rays: cost - OVERHEAD };
+        let cell =
+            |cost: f64| Scatter { pixels: vec![[1.0, 1.0]; 4], rays: cost - OVERHEAD, ..Scatter::default() };
         let of = shares(&wanted(&[cell(1.0), cell(4.0), cell(4.0), cell(4.0)]), 8);
         assert_eq!(of.iter().map(|share| share.0).collect::<Vec<_>>(), [0, -1, -1, -1]);
     }

@@ -2,6 +2,7 @@
 
 use super::exposure::{Exposure, Turn};
 use super::groups::{Block, Pixel};
+use super::settings::with_count;
 use super::{Measures, NoProgress, Settings, with_exposure};
 use crate::film::{Extent, Film, FixedPoint, Region};
 use crate::integrator::{self, Plan, RecordedStep, Sight, Workspace};
@@ -99,28 +100,19 @@ pub fn explain(
         let [width, height] = scene.film.extent.whole;
         return Err(format!("the picture of {width}×{height} pixels has no pixel {},{}", pixel[0], pixel[1]));
     }
-    match settings.wavelengths.get() {
-        1 => explain_with::<1>(scene, settings, pixel, wanted),
-        4 => explain_with::<4>(scene, settings, pixel, wanted),
-        _ => explain_with::<8>(scene, settings, pixel, wanted),
-    }
-}
-
-fn explain_with<const C: usize>(
-    scene: &Scene,
-    settings: &Settings,
-    pixel: [u32; 2],
-    wanted: Wanted,
-) -> Result<Explained, String> {
     // Only its scales are asked for, which are those of the whole film.
     let here = Region { offset: pixel, size: [1, 1] };
     let extent = Extent { measured: here, shown: here, ..scene.film.extent };
     let scale = FixedPoint::for_reference(scene.reference_radiance);
     let film = Film::part(extent, settings.schedule().replicates, settings.extras(scene), scale);
     let measures = Measures::of(&film);
-    with_exposure::<C, _>(scene, settings, &measures, &NoProgress::new(), |exposure| {
-        exposure.explain::<C>(pixel, wanted)
-    })
+    with_exposure(
+        scene,
+        settings,
+        &measures,
+        &NoProgress::new(),
+        |exposure, count| with_count!(count, C => exposure.explain::<C>(pixel, wanted)),
+    )
 }
 
 /// A sample among those that a pixel sees.

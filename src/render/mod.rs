@@ -30,6 +30,7 @@ use groups::{BLOCK, Groups, Members};
 use light::LightPass;
 use pilot::Chosen;
 use rayon::prelude::*;
+use settings::with_count;
 use std::sync::atomic::Ordering;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -42,21 +43,17 @@ pub fn render(scene: &Scene, settings: &Settings, progress: &dyn Progress) -> Fi
 /// The same from wherever a work of that scene and these settings is. However often it is stopped and goes
 /// on, the film is the same in the end, bit by bit.
 pub fn go_on(scene: &Scene, settings: &Settings, work: Work, progress: &dyn Progress) -> Work {
-    match settings.wavelengths {
-        WavelengthCount::One => expose::<1>(scene, settings, work, progress),
-        WavelengthCount::Four => expose::<4>(scene, settings, work, progress),
-        WavelengthCount::Eight => expose::<8>(scene, settings, work, progress),
-    }
-}
-
-fn expose<const C: usize>(scene: &Scene, settings: &Settings, work: Work, progress: &dyn Progress) -> Work {
     if work.pass().is_none() {
         return work;
     }
     let measures = Measures::of(work.film());
-    with_exposure::<C, _>(scene, settings, &measures, progress, |exposure| {
-        fill::<C>(exposure, settings, work, progress)
-    })
+    with_exposure(
+        scene,
+        settings,
+        &measures,
+        progress,
+        |exposure, count| with_count!(count, C => fill::<C>(exposure, settings, work, progress)),
+    )
 }
 
 /// What a film measures, and in which quanta.
@@ -78,13 +75,14 @@ impl Measures {
     }
 }
 
-/// All that decides what the samples of a picture are, by pilots where the settings ask for them.
-fn with_exposure<const C: usize, R>(
+/// All that decides what the samples of a picture are, by pilots where the settings ask for them. The last of
+/// it is the number of wavelengths that a path carries.
+fn with_exposure<R>(
     scene: &Scene,
     settings: &Settings,
     measures: &Measures,
     progress: &dyn Progress,
-    then: impl FnOnce(&Exposure) -> R,
+    then: impl FnOnce(&Exposure, WavelengthCount) -> R,
 ) -> R {
     let schedule = settings.schedule();
     let (alone, even) = (
@@ -109,13 +107,14 @@ fn with_exposure<const C: usize, R>(
     };
     let is_shared =
         settings.estimator == Estimator::Shared && integrator::why_nothing_is_shared(scene).is_none();
-    let (Chosen { plan, samples_per_path }, allocation) = if is_shared {
-        let chosen = pilot::choose::<C>(&exposure, settings.sampler, progress);
-        let allocation = Allocation::measured::<C>(&exposure, settings.sampler, chosen.plan, progress);
+    let (chosen, allocation) = if is_shared {
+        let chosen = pilot::choose(&exposure, settings.sampler, settings.wavelengths, progress);
+        let allocation = Allocation::measured(&exposure, settings.sampler, &chosen, progress);
         (chosen, allocation)
     } else {
-        (Chosen::usual(Plan::PLAIN), even.clone())
+        (Chosen::usual(Plan::PLAIN, settings.wavelengths), even.clone())
     };
+    let Chosen { plan, wavelengths, samples_per_path } = chosen;
     progress.pilots_done();
     let groups = Groups::new(Members::of(scene, plan), schedule.nets(), settings.seed);
     let exposure = Exposure {
@@ -127,7 +126,7 @@ fn with_exposure<const C: usize, R>(
         extras: measures.extras.clone(),
         ..exposure
     };
-    then(&exposure)
+    then(&exposure, wavelengths)
 }
 
 /// Takes the samples that are still to be taken.

@@ -8,8 +8,9 @@ use super::allocation::Allocation;
 use super::exposure::Exposure;
 use super::groups::{BLOCK, Block, Groups, Members};
 use super::light::LightPass;
+use super::settings::{WavelengthCount, with_count};
 use super::{Progress, Schedule};
-use crate::film::{Extent, FilterKind, Region};
+use crate::film::{Extent, FilterKind, Region, Tile};
 use crate::integrator::{Plan, Sharing, Workspace};
 use crate::light::{Caustics, USUAL_SAMPLES_PER_PATH};
 use crate::sampling::{SamplerKind, mix};
@@ -41,6 +42,10 @@ fn cost(scene: &Scene, plan: Plan) -> f64 {
     sharing + light_sample * f64::from(plan.light_samples - 1)
 }
 
+/// What a sample of eight wavelengths costs, in samples of four: 1.05 to 1.2 where surfaces are diffuse, 1.3
+/// to 1.5 where they are rough metals.
+const COST_OF_EIGHT: f64 = 1.25;
+
 /// Nets of the pilot. The spread of two, over many pixels, tells their error.
 const NETS: u32 = 2;
 
@@ -48,7 +53,7 @@ const NETS: u32 = 2;
 /// take what is shared for worse than it is, and light samples for better.
 const LONGEST: u32 = 16;
 
-/// Largest part of the picture's samples that a pilot takes.
+/// Largest part of the picture's samples that the plans of a pilot take. Eight wavelengths take a fifth of that.
 const SHARE: f64 = 0.03;
 
 /// Fewest and most blocks that it looks at.
@@ -71,21 +76,24 @@ const MOST_SUBPATHS: u64 = 1 << 17;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chosen {
     pub plan: Plan,
+    pub wavelengths: WavelengthCount,
     pub samples_per_path: u64,
 }
 
 impl Chosen {
-    /// A plan with the usual number of light subpaths.
-    pub fn usual(plan: Plan) -> Self {
-        Self { plan, samples_per_path: USUAL_SAMPLES_PER_PATH }
+    /// A plan with the usual number of light subpaths, and of wavelengths where none is asked for.
+    pub fn usual(plan: Plan, wavelengths: Option<WavelengthCount>) -> Self {
+        let wavelengths = wavelengths.unwrap_or(WavelengthCount::Four);
+        Self { plan, wavelengths, samples_per_path: USUAL_SAMPLES_PER_PATH }
     }
 }
 
 /// What has least variance times cost, or the usual where the picture is too small for a pilot. Nobody waits
-/// for a pilot that is stopped.
-pub(super) fn choose<const C: usize>(
+/// for a pilot that is stopped. `asked`: the number of wavelengths, where it is no choice.
+pub(super) fn choose(
     picture: &Exposure,
     sampler: SamplerKind,
+    asked: Option<WavelengthCount>,
     progress: &dyn Progress,
 ) -> Chosen {
     // Places are those of the whole picture, whatever part of it is rendered: all parts have the same plan.
@@ -95,40 +103,51 @@ pub(super) fn choose<const C: usize>(
     let budget = SHARE * (window.pixel_count() * picture.schedule.samples()) as f64;
     let count = ((budget / per_block as f64) as u64).min(BLOCKS.1);
     if count < BLOCKS.0 || !sampler.is_random() {
-        return Chosen::usual(Plan::USUAL);
+        return Chosen::usual(Plan::USUAL, asked);
     }
     let seed = mix(picture.seed ^ SEED);
     let corners = corners(window, count);
-    let mut tried: Vec<(Plan, f64)> = Vec::with_capacity(TRIED);
+    let first = asked.unwrap_or(WavelengthCount::Four);
+    let mut tried: Vec<(Plan, Relative)> = Vec::new();
     let mut known: Option<Brightness> = None;
+    let mut relative = |plan: Plan, wavelengths: WavelengthCount| {
+        let pilot = Pilot { sampler, schedule, seed, plan };
+        let found = scatter(picture, &pilot, wavelengths, &corners, progress);
+        // One scale for all.
+        let known = known.get_or_insert_with(|| Brightness::new(&corners, &found));
+        Relative::new(&found, schedule.samples() as f64, known)
+    };
     // What is shared makes indirect light quieter, light samples the direct: each is chosen by itself.
     let mut best_of = |plans: &mut dyn Iterator<Item = Plan>| {
         for plan in plans {
-            let pilot = Pilot { sampler, schedule, seed, plan };
-            let found = scatter::<C>(picture, &pilot, &corners, progress);
-            // One scale for all plans.
-            let known = known.get_or_insert_with(|| Brightness::new(&corners, &found));
-            let samples = schedule.samples() as f64;
-            let relative = |[mean, variance]: &[f64; 2]| samples * variance * known.per_square(*mean);
-            tried.push((plan, average(found.iter().flat_map(|block| &block.pixels).map(relative))));
+            tried.push((plan, relative(plan, first)));
         }
-        let total = |(plan, variance): &(Plan, f64)| variance * cost(picture.scene, *plan);
-        tried.iter().min_by(|a, b| total(a).total_cmp(&total(b))).copied().unwrap_or((Plan::USUAL, 0.0))
+        let total = |(plan, found): &(Plan, Relative)| found.brightness * cost(picture.scene, *plan);
+        let usual = (Plan::USUAL, Relative::default());
+        tried.iter().min_by(|a, b| total(a).total_cmp(&total(b))).copied().unwrap_or(usual)
     };
     let (of_sharing, _) =
         best_of(&mut SHARINGS.into_iter().map(|sharing| Plan { sharing, light_samples: LIGHT_SAMPLES[0] }));
-    let (plan, variance) =
+    let (plan, mut variance) =
         best_of(&mut LIGHT_SAMPLES[1..].iter().map(|&light_samples| Plan { light_samples, ..of_sharing }));
+    let mut wavelengths = first;
+    if asked.is_none() {
+        // Companions tell of colour.
+        let of_eight = relative(plan, WavelengthCount::Eight);
+        if of_eight.colour * COST_OF_EIGHT < variance.colour {
+            (wavelengths, variance) = (WavelengthCount::Eight, of_eight);
+        }
+    }
     let light = picture.scene.caustics().zip(known).map(|(caustics, known)| {
         let paths = caustics.paths(1, USUAL_SAMPLES_PER_PATH) as f64 * picture.schedule.samples() as f64;
         let paths = ((SHARE * paths) as u64).clamp(1, MOST_SUBPATHS);
         let pilot = Pilot { sampler, schedule, seed, plan };
-        light_variance::<C>(picture, &pilot, caustics, paths, &known, progress)
+        with_count!(wavelengths, C => light_variance::<C>(picture, &pilot, caustics, paths, &known, progress))
     });
     let samples_per_path = light.map_or(USUAL_SAMPLES_PER_PATH, |light| {
-        samples_per_path([variance, light], [cost(picture.scene, plan), LIGHT_SUBPATH])
+        samples_per_path([variance.brightness, light], [cost(picture.scene, plan), LIGHT_SUBPATH])
     });
-    Chosen { plan, samples_per_path }
+    Chosen { plan, wavelengths, samples_per_path }
 }
 
 /// The number with least variance times cost, by those of a sample and of a light subpath.
@@ -139,6 +158,30 @@ fn samples_per_path(variance: [f64; 2], cost: [f64; 2]) -> u64 {
     };
     let best = SAMPLES_PER_PATH.into_iter().min_by(|a, b| total(a).total_cmp(&total(b)));
     best.unwrap_or(USUAL_SAMPLES_PER_PATH)
+}
+
+/// The relative variance of a sample, the mean over the pixels of a pilot.
+#[derive(Clone, Copy, Debug, Default)]
+struct Relative {
+    brightness: f64,
+    /// The mean of that of X, Y and Z.
+    colour: f64,
+}
+
+impl Relative {
+    /// Of what blocks with so many samples of a pixel have found.
+    fn new(found: &[Scatter], samples: f64, known: &Brightness) -> Self {
+        let of_block = |block: &Scatter| {
+            let scale = |&[mean, _]: &[f64; 2]| samples * known.per_square(mean);
+            let scales: Vec<f64> = block.pixels.iter().map(scale).collect();
+            scales.into_iter().zip(block.pixels.clone()).zip(block.colour.clone())
+        };
+        let all: Vec<_> = found.iter().flat_map(of_block).collect();
+        Self {
+            brightness: average(all.iter().map(|((scale, [_, variance]), _)| scale * variance)),
+            colour: average(all.iter().map(|((scale, _), colour)| scale * colour)),
+        }
+    }
 }
 
 /// Where some blocks of a window are.
@@ -261,14 +304,17 @@ impl Pilot {
 pub(super) struct Scatter {
     /// For each pixel that has samples and is measured, what the nets make of it, and the variance of that.
     pub pixels: Vec<[f64; 2]>,
+    /// For each of them the mean of the variances of X, Y and Z.
+    pub colour: Vec<f64>,
     /// Rays that a sample took on the average.
     pub rays: f64,
 }
 
 /// What a pilot finds of some blocks, by their corners. Blocks have no pixels once the pilot is cancelled.
-pub(super) fn scatter<const C: usize>(
+pub(super) fn scatter(
     picture: &Exposure,
     pilot: &Pilot,
+    wavelengths: WavelengthCount,
     corners: &[[i64; 2]],
     progress: &dyn Progress,
 ) -> Vec<Scatter> {
@@ -276,14 +322,22 @@ pub(super) fn scatter<const C: usize>(
     let members = Members::of(picture.scene, pilot.plan);
     let groups = Groups::new(members, pilot.schedule.nets(), pilot.seed);
     let exposure = pilot.exposure(picture, &even, &groups);
-    let of_block = |workspace: &mut Workspace<C>, corner: &[i64; 2]| {
-        let is_stopped = progress.stop().load(Ordering::Relaxed);
-        if is_stopped { Scatter::default() } else { exposure.scatter_of_block(*corner, workspace) }
-    };
-    corners.par_iter().map_init(Workspace::default, of_block).collect()
+    with_count!(wavelengths, C => exposure.scatter_of_blocks::<C>(corners, progress))
 }
 
 impl Exposure<'_> {
+    fn scatter_of_blocks<const C: usize>(
+        &self,
+        corners: &[[i64; 2]],
+        progress: &dyn Progress,
+    ) -> Vec<Scatter> {
+        let of_block = |workspace: &mut Workspace<C>, corner: &[i64; 2]| {
+            let is_stopped = progress.stop().load(Ordering::Relaxed);
+            if is_stopped { Scatter::default() } else { self.scatter_of_block(*corner, workspace) }
+        };
+        corners.par_iter().map_init(Workspace::default, of_block).collect()
+    }
+
     fn scatter_of_block<const C: usize>(&self, corner: [i64; 2], workspace: &mut Workspace<C>) -> Scatter {
         let before = rays_of_this_thread();
         let nets = self.schedule.nets();
@@ -298,18 +352,25 @@ impl Exposure<'_> {
             .collect();
         let rays = rays_of_this_thread() - before;
         let n = f64::from(nets);
-        let pixel = |place: usize| {
-            let values = (0..nets)
-                .zip(&tiles)
-                .map(|(net, tile)| tile.brightness(place, net, self.scale, &self.extras));
+        let of_nets = |value: &dyn Fn(u32, &Tile) -> f64| {
+            let values = (0..nets).zip(&tiles).map(|(net, tile)| value(net, tile));
             let mean = values.clone().sum::<f64>() / n;
             let variance = values.map(|value| (value - mean) * (value - mean)).sum::<f64>() / (n * (n - 1.0));
             [mean, variance]
         };
+        let pixel =
+            |&place: &usize| of_nets(&|net, tile| tile.brightness(place, net, self.scale, &self.extras));
+        let colour = |&place: &usize| {
+            average((0..3).map(|channel| of_nets(&|net, tile| tile.xyz(place, net, self.scale)[channel])[1]))
+        };
         let is_sampled = |place: &usize| tiles.iter().all(|tile| tile.is_sampled(*place));
-        let pixels: Vec<_> = (0..tiles[0].pixel_count()).filter(is_sampled).map(pixel).collect();
-        let samples = (pixels.len() as u64 * self.schedule.samples()).max(1);
-        Scatter { pixels, rays: rays as f64 / samples as f64 }
+        let places: Vec<_> = (0..tiles[0].pixel_count()).filter(is_sampled).collect();
+        let samples = (places.len() as u64 * self.schedule.samples()).max(1);
+        Scatter {
+            pixels: places.iter().map(pixel).collect(),
+            colour: places.iter().map(colour).collect(),
+            rays: rays as f64 / samples as f64,
+        }
     }
 }
 

@@ -17,8 +17,8 @@ pub struct Settings {
     pub seed: u64,
     /// How samples are placed.
     pub sampler: SamplerKind,
-    /// Wavelengths that a path carries.
-    pub wavelengths: WavelengthCount,
+    /// Wavelengths that a path carries; without, four or eight, as a pilot finds best.
+    pub wavelengths: Option<WavelengthCount>,
     /// How light is estimated.
     pub estimator: Estimator,
     /// Spectral bins to measure beside X, Y, Z.
@@ -47,6 +47,27 @@ impl WavelengthCount {
         }
     }
 }
+
+/// An expression in which the number that a [`WavelengthCount`] stands for is a constant of that name.
+macro_rules! with_count {
+    ($count:expr, $name:ident => $value:expr) => {
+        match $count {
+            $crate::render::WavelengthCount::One => {
+                const $name: usize = 1;
+                $value
+            }
+            $crate::render::WavelengthCount::Four => {
+                const $name: usize = 4;
+                $value
+            }
+            $crate::render::WavelengthCount::Eight => {
+                const $name: usize = 8;
+                $value
+            }
+        }
+    };
+}
+pub(super) use with_count;
 
 impl From<WavelengthCount> for u32 {
     fn from(count: WavelengthCount) -> u32 {

@@ -16,7 +16,7 @@ impl Request {
             schedule: Schedule::independent(replicates, id.samples_per_pixel),
             seed: seed_of_run(self.seed, purpose, id, batch),
             sampler: id.sampler,
-            wavelengths: id.wavelengths_per_path,
+            wavelengths: Some(id.wavelengths_per_path),
             // Samplers are compared by what they make of each pixel alone.
             estimator: Estimator::Plain,
             bins: None,

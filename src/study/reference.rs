@@ -111,7 +111,7 @@ pub fn settings(request: &Request, case: usize, samples_per_pixel: u32) -> Setti
         schedule: Schedule::with_replicates(samples_per_pixel, REPLICATES),
         seed: derived_seed(request.seed, Purpose::Reference, [case as u64]),
         sampler: SamplerKind::Sobol,
-        wavelengths: WavelengthCount::Four,
+        wavelengths: Some(WavelengthCount::Four),
         estimator: Estimator::Shared,
         bins: None,
     }

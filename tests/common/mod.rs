@@ -74,7 +74,7 @@ pub fn settings(samples: u32, wavelengths: WavelengthCount, seed: u64) -> Settin
         schedule: Schedule::independent(dealt.replicates, dealt.samples_per_replicate),
         seed,
         sampler: SamplerKind::Sobol,
-        wavelengths,
+        wavelengths: Some(wavelengths),
         estimator: Estimator::Plain,
         bins: None,
     }

@@ -183,7 +183,7 @@ fn film(scene: &Scene, samples: u32, seed: u64) -> Film {
         schedule: Schedule::with_replicates(samples, 16),
         seed,
         sampler: SamplerKind::Independent,
-        wavelengths: WavelengthCount::Four,
+        wavelengths: Some(WavelengthCount::Four),
         estimator: abbe::integrator::Estimator::Plain,
         bins: None,
     };

@@ -79,7 +79,7 @@ fn a_film_in_a_file_is_that_in_memory() {
         schedule: Schedule::new(16),
         seed: 3,
         sampler: SamplerKind::Sobol,
-        wavelengths: WavelengthCount::Four,
+        wavelengths: Some(WavelengthCount::Four),
         estimator: Estimator::Shared,
         // 38 MB of sums, and as many of light subpaths.
         bins: Some(SpectralBins { range, count: 1000 }),

@@ -45,7 +45,7 @@ fn sums(mut description: Description) -> Vec<u8> {
         schedule: Schedule::new(4),
         seed: 7,
         sampler: description.sensor.sampler.kind,
-        wavelengths: WavelengthCount::Four,
+        wavelengths: Some(WavelengthCount::Four),
         estimator: Estimator::Shared,
         bins: None,
     };

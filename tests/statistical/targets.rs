@@ -58,7 +58,7 @@ fn settings(samples: u32, seed: u64) -> Settings {
         schedule: Schedule::new(samples),
         seed,
         sampler: SamplerKind::Sobol,
-        wavelengths: WavelengthCount::Four,
+        wavelengths: Some(WavelengthCount::Four),
         estimator: Estimator::Shared,
         bins: None,
     }

@@ -33,7 +33,7 @@ pub fn expose(scene: &Scene, samples_per_replicate: u32, seed: u64) -> Film {
         schedule: Schedule::independent(REPLICATES, samples_per_replicate),
         seed,
         sampler: SamplerKind::Independent,
-        wavelengths: WavelengthCount::Four,
+        wavelengths: Some(WavelengthCount::Four),
         estimator: Estimator::Plain,
         bins: Some(ONE_BIN),
     };

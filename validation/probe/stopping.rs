@@ -88,7 +88,7 @@ pub fn answer(question: Question) -> Result<Value, Box<dyn std::error::Error>> {
             schedule: Schedule::new(most),
             seed,
             sampler: SamplerKind::Sobol,
-            wavelengths: WavelengthCount::Four,
+            wavelengths: Some(WavelengthCount::Four),
             estimator: Estimator::Shared,
             bins: None,
         };

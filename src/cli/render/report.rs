@@ -29,7 +29,7 @@ pub(super) fn attributes(
         ("sampler", settings.sampler.name().to_owned()),
         ("replicates", settings.schedule.replicates.to_string()),
         ("estimator", settings.estimator.name().to_owned()),
-        ("wavelengthsPerPath", settings.wavelengths.get().to_string()),
+        ("wavelengthsPerPath", per_path(settings)),
         ("wavelengthRange", format!("{} nm to {} nm", range.min, range.max)),
         ("observer", args.sampling.observer.name().to_owned()),
         ("whitePoint", "D65, x = 0.3127, y = 0.3290 (linear Rec. 709)".to_owned()),
@@ -75,7 +75,7 @@ pub(super) fn identity(
         ("sampler", settings.sampler.name().to_owned()),
         ("replicates", format!("{} in {} nets", schedule.replicates, schedule.nets())),
         ("estimator", settings.estimator.name().to_owned()),
-        ("wavelengths per path", settings.wavelengths.get().to_string()),
+        ("wavelengths per path", per_path(settings)),
         ("range of wavelengths", format!("{}:{}", range.min, range.max)),
         ("observer", args.sampling.observer.name().to_owned()),
         ("spectral bins", bins),
@@ -83,6 +83,11 @@ pub(super) fn identity(
         ("scene", format!("{:016x}", description.hash())),
     ];
     text.map(|(name, value)| (name.to_owned(), value)).to_vec()
+}
+
+/// How many wavelengths a path carries, as far as the settings say.
+fn per_path(settings: &Settings) -> String {
+    settings.wavelengths.map_or("4 or 8, by a pilot".to_owned(), |count| count.to_string())
 }
 
 /// What notes say, each once and with the number of places that it is said of.

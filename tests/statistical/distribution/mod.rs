@@ -52,7 +52,7 @@ fn settings(sampler: SamplerKind, replicates: u32, samples_per_replicate: u32, s
         schedule,
         seed,
         sampler,
-        wavelengths: WavelengthCount::Four,
+        wavelengths: Some(WavelengthCount::Four),
         estimator: Estimator::Plain,
         bins: Some(ONE_BIN),
     }

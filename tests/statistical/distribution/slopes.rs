@@ -21,7 +21,7 @@ fn exposed(scene: &Scene, sampler: SamplerKind, replicates: u32, samples: u32, s
             schedule,
             seed,
             sampler,
-            wavelengths: WavelengthCount::Four,
+            wavelengths: Some(WavelengthCount::Four),
             estimator: Estimator::Plain,
             bins: None,
         },

@@ -185,7 +185,7 @@ fn attempt(kind: Kind, bytes: &[u8], folder: &Path, scratch: &Path, draw: bool) 
             schedule: Schedule::new(4),
             seed: 1,
             sampler: description.sensor.sampler.kind,
-            wavelengths: WavelengthCount::Four,
+            wavelengths: Some(WavelengthCount::Four),
             estimator: Estimator::Shared,
             bins: None,
         };
