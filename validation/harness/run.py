@@ -1,12 +1,17 @@
 """Runs claims, plants errors in them, and writes the report. Started by `validation/run`."""
 
 import argparse
+import contextlib
+import functools
 import importlib.util
+import io
+import multiprocessing
 import os
 import shutil
 import sys
 import time
 import traceback
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,6 +23,8 @@ HERE = ROOT / "validation"
 WORK = ROOT / "target/validation"
 # The order of the report: what rests on what.
 GROUPS = ("method", "colour", "optics", "transport", "mitsuba", "noise")
+# It takes a third of the time of all, so it starts first.
+LONGEST = "mitsuba/pairs"
 
 
 @dataclass
@@ -25,9 +32,12 @@ class Outcome:
     """What became of one claim."""
 
     claim: Claim
-    module: object
     seconds: float
     planted: list = field(default_factory=list)  # (Planted, Claim) pairs
+
+    @property
+    def module(self):
+        return load(self.claim.name)
 
     @property
     def passed(self):
@@ -46,6 +56,7 @@ def names():
     return sorted(found, key=lambda name: (GROUPS.index(name.split("/")[0]), name))
 
 
+@functools.cache
 def load(name):
     """The module of a claim; its folder's neighbours can be imported by it."""
     folder = HERE / name
@@ -76,13 +87,14 @@ def renderer(work, binaries, mutant=None):
 
 
 def run(name, options, faulty):
+    """The claim, its planted errors with what became of each, and the seconds that they took: what can be handed from one process to another."""
     module = load(name)
     print(f"{name}: {module.__doc__.splitlines()[0]}", flush=True)
     start = time.monotonic()
     work = WORK / name
     binaries = (options.abbe, options.abbe.parent / "examples/probe")
     claim = execute(module, name, work, renderer(work, binaries), options.quick, only=options.only)
-    outcome = Outcome(claim, module, 0)
+    tried = []
     # An error is told from noise at the power of --quick, so that is what the planted ones are run at.
     for planted in () if options.only else getattr(module, "PLANTED", ()):
         if planted.mutant and not faulty:
@@ -90,12 +102,36 @@ def run(name, options, faulty):
         where = WORK / name / "planted" / planted.what.replace(" ", "-").replace("%", "percent")
         abbe = renderer(where, faulty if planted.mutant else binaries, planted.mutant)
         wrong = execute(module, name, where, abbe, True, planted.what)
-        outcome.planted.append((planted, wrong))
+        tried.append((planted, wrong))
         fallen = sum(not check.passed for check in wrong.checks)
         print(f"    {'caught' if caught(planted, wrong) else 'MISSED'}  planted: {planted.what}: {fallen} of {len(wrong.checks)} checks fell", flush=True)
-    outcome.seconds = time.monotonic() - start
-    print(f"    {outcome.seconds:.0f} s", flush=True)
-    return outcome
+    seconds = time.monotonic() - start
+    print(f"    {seconds:.0f} s", flush=True)
+    return claim, seconds, tried
+
+
+def run_quietly(*words):
+    """The same with what it prints, which else would mix with that of others."""
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+        outcome = run(*words)
+    return outcome, printed.getvalue()
+
+
+def run_all(names, options, faulty):
+    """The outcomes of claims in their order. As many are run at a time as there are cores: much of their time, programs start and numbers are looked at by one thread."""
+    at_once = min(os.cpu_count() or 1, len(names))
+    if at_once < 2:
+        return [Outcome(*run(name, options, faulty)) for name in names]
+    found = {}
+    # A fresh interpreter for each claim: Mitsuba and the modules of claims are loaded anew.
+    with ProcessPoolExecutor(at_once, multiprocessing.get_context("spawn"), max_tasks_per_child=1) as pool:
+        running = {pool.submit(run_quietly, name, options, faulty): name for name in sorted(names, key=lambda name: name != LONGEST)}
+        for done in as_completed(running):
+            outcome, printed = done.result()
+            print(printed, end="", flush=True)
+            found[running[done]] = Outcome(*outcome)
+    return [found[name] for name in names]
 
 
 def main():
@@ -120,7 +156,7 @@ def main():
     if options.quick:
         # They are not built here, but the lists of faults must not rot unseen.
         mutants.plant(WORK / "mutants")
-    outcomes = [run(name, options, faulty) for name in wanted]
+    outcomes = run_all(wanted, options, faulty)
     complete = not options.claims and not options.quick and not options.only
     page = report.write(outcomes, HERE / "report", options.quick, time.monotonic() - start)
     if complete:

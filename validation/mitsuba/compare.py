@@ -82,7 +82,10 @@ class Mitsuba:
         loaded = self.mitsuba.load_file(str(scene), **defines)
         pictures = np.stack([self._render(loaded, spp, s, names) for s in seeds])
         names = names or tuple(f.name for f in loaded.sensors()[0].film().bitmap(raw=False).struct_())
-        np.savez(kept, pictures=pictures, names=np.array(names))
+        # Whole or not at all: other claims may look for it meanwhile.
+        whole = kept.with_suffix(f".{os.getpid()}.npz")
+        np.savez(whole, pictures=pictures, names=np.array(names))
+        whole.replace(kept)
         end = os.times()
         return Stack(names, pictures, None, end.user + end.system - start.user - start.system)
 
