@@ -53,7 +53,8 @@ const NETS: u32 = 2;
 /// take what is shared for worse than it is, and light samples for better.
 const LONGEST: u32 = 16;
 
-/// Largest part of the picture's samples that the plans of a pilot take. Eight wavelengths take a fifth of that.
+/// Largest part of the picture's samples that the plans of a pilot take. Eight wavelengths take a fifth of
+/// that.
 const SHARE: f64 = 0.03;
 
 /// Fewest and most blocks that it looks at.
@@ -169,7 +170,7 @@ struct Relative {
 }
 
 impl Relative {
-    /// Of what blocks with so many samples of a pixel have found.
+    /// By what blocks with so many samples of a pixel have found.
     fn new(found: &[Scatter], samples: f64, known: &Brightness) -> Self {
         let of_block = |block: &Scatter| {
             let scale = |&[mean, _]: &[f64; 2]| samples * known.per_square(mean);

@@ -95,14 +95,16 @@ def repeat(claim, scene, spp, seeds, read, options=(), defines=None):
     return values.mean(0), values.std(0, ddof=1) / math.sqrt(seeds)
 
 
-def moderated(error, reach=5):
-    """Errors of rows, each variance at least the mean of those of the `reach` rows on either side (last axis). A few renders tell a variance badly,
-    and stratified samples that count reflections may agree by chance to the last one; rows that lie together have much the same, but for one that
-    grazes the surface: it varies more than they, and has its own. Degrees of freedom grow by at least `reach` where the mean is taken."""
+def moderated(error, seeds, reach=5):
+    """Errors of rows by so many seeds, with their degrees of freedom: each variance at least the mean of those of the `reach` rows on either side
+    (last axis). A few renders tell a variance badly, and stratified samples that count reflections may agree by chance to the last one; rows that lie
+    together have much the same, but for one that grazes the surface: it varies more than they, and has its own. Degrees of freedom grow by at least
+    `reach` where a variance is not more than twice that mean: by chance few are."""
     window = np.ones(2 * reach + 1)
     mean = lambda row: np.convolve(row, window, "same") / np.convolve(np.ones_like(row), window, "same")
     variance = np.asarray(error) ** 2
-    return np.sqrt(np.maximum(variance, np.apply_along_axis(mean, -1, variance)))
+    common = np.apply_along_axis(mean, -1, variance)
+    return np.sqrt(np.maximum(variance, common)), np.where(variance > 2 * common, 1, reach) * (seeds - 1)
 
 
 def measured(name):

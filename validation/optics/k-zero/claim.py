@@ -158,7 +158,7 @@ def pictures(claim):
         )
         mean, error = np.moveaxis([band(nm) for nm in (450, 520, 550, 650)], 1, 0)
         expected = np.array([floor_picture(forms[name], np.array([nm, nm + 2.0]), count)[:, 0] for nm in (450.0, 520.0, 550.0, 650.0)])
-        claim.agrees(f"picture: {name}, every row at 450, 520, 550 and 650 nm", mean, expected, moderated(error), 5 * (seeds - 1))
+        claim.agrees(f"picture: {name}, every row at 450, 520, 550 and 650 nm", mean, expected, *moderated(error, seeds))
         spread = np.sqrt(np.sum((error / expected) ** 2)) / expected.size
         claim.agrees(
             f"picture: {name}, all rows together, over the closed form", (mean / expected).mean(), 1.0, spread, (seeds - 1) * expected.size / 4

@@ -142,9 +142,9 @@ def floor(claim, spp, seeds):
             mean, error = repeat(
                 claim, scene, spp, seeds, lambda p: p.spectrum()[1][:, 0, 0], ("--range", f"{nm - 2}:{nm + 2}", "--spectral", "1"), {"rows": count}
             )
-            kept[name, nm] = (mean, moderated(error), floor_picture(f, np.array([nm, nm + 4]), count)[:, 0])
-    mean, error, expected = (np.array([v[i] for v in kept.values()]) for i in range(3))
-    claim.agrees("floor: every row", mean, expected, error, 5 * (seeds - 1))
+            kept[name, nm] = (mean, *moderated(error, seeds), floor_picture(f, np.array([nm, nm + 4]), count)[:, 0])
+    mean, error, freedom, expected = (np.array([v[i] for v in kept.values()]) for i in range(4))
+    claim.agrees("floor: every row", mean, expected, error, freedom)
     claim.agrees(
         "floor: all rows together, over Fresnel",
         mean.mean() / expected.mean(),
@@ -202,7 +202,7 @@ def show(claim, edges, rows, count):
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(7.2, 4.4), sharex=True, height_ratios=(2, 1))
     s = 1 - (2 * np.arange(count) + 1) / count
     angles = 45 + np.degrees(np.arctan(s))
-    for (name, nm), (mean, error, expected) in rows.items():
+    for (name, nm), (mean, error, _, expected) in rows.items():
         (drawn,) = top.plot(angles, expected, lw=1, label=f"{name}, {nm:g} nm")
         top.plot(angles, mean, ".", ms=3, color=drawn.get_color())
         bottom.plot(angles, (mean - expected) / error, ".", ms=3, color=drawn.get_color())
