@@ -377,7 +377,10 @@ impl Exposure<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Measures, NoProgress, Settings, Work, with_exposure};
     use super::*;
+    use crate::integrator::Estimator;
+    use crate::scene::{self, CompileOptions, ReadOptions};
 
     /// Where light subpaths make half of the noise there are as many as usual, and few where they make none.
     #[test]
@@ -386,5 +389,33 @@ mod tests {
         assert_eq!(samples_per_path([1.0, 1.0 / 16.0], [1.0, 1.0]), 4);
         assert_eq!(samples_per_path([1.0, 1e-4], [1.0, 1.0]), 16);
         assert_eq!(samples_per_path([0.0, 1.0], [1.0, 1.0]), 2);
+    }
+    /// How many wavelengths the paths of a scene of `tests/scenes` carry.
+    fn wavelengths(name: &str, asked: Option<WavelengthCount>) -> WavelengthCount {
+        let file = format!("{}/tests/scenes/{name}.xml", env!("CARGO_MANIFEST_DIR"));
+        let mut description = scene::read(file.as_ref(), &ReadOptions::default()).expect("it is well-formed");
+        (description.sensor.film.width, description.sensor.film.height) = (192, 192);
+        let scene = scene::compile(&description, &CompileOptions::default()).expect("it can be compiled");
+        let settings = Settings {
+            schedule: Schedule::of(SamplerKind::Sobol, 64),
+            seed: 1,
+            sampler: SamplerKind::Sobol,
+            wavelengths: asked,
+            estimator: Estimator::Shared,
+            bins: None,
+        };
+        let film = Work::new(&scene, &settings, None).into_film();
+        with_exposure(&scene, &settings, &Measures::of(&film), &NoProgress::new(), |_, count| count)
+    }
+
+    /// Where a lamp lights a floor, wavelengths are what varies; in a room it is the light.
+    #[test]
+    fn eight_wavelengths_are_for_what_is_smooth() {
+        let [light, room] = ["smooth/light", "agreement/diffuse"];
+        assert_eq!(wavelengths(light, None), WavelengthCount::Eight);
+        assert_eq!(wavelengths(room, None), WavelengthCount::Four);
+        for asked in [WavelengthCount::One, WavelengthCount::Four] {
+            assert_eq!(wavelengths(light, Some(asked)), asked);
+        }
     }
 }
