@@ -100,6 +100,9 @@ pub(super) enum Values<const C: usize> {
     Each(Box<Evaluations<C>>),
 }
 
+/// Memory for values that are no longer needed: they are many, and asking for it takes time.
+pub(super) type Spare<const C: usize> = Vec<Box<Evaluations<C>>>;
+
 impl<'a, const C: usize> Firsts<'a, C> {
     pub fn new(
         scene: &'a Scene,
@@ -379,8 +382,14 @@ impl<const C: usize> Links<C> {
 }
 
 impl<const C: usize> Values<C> {
-    /// How the surface that a lane has met scatters it.
-    pub fn new(surfaces: &Surfaces<C>, lane: usize, links: &Links<C>, toward_light: Vec3) -> Self {
+    /// How the surface that a lane has met scatters it. `spare`: what [`Self::Each`] may be written over.
+    pub fn new(
+        surfaces: &Surfaces<C>,
+        lane: usize,
+        links: &Links<C>,
+        toward_light: Vec3,
+        spare: &mut Spare<C>,
+    ) -> Self {
         let Some(shading) = surfaces.shading(lane) else {
             let cos = surfaces.normal[lane / WIDTH % REGISTERS].get(lane).dot(toward_light);
             if surfaces.diffuse >> lane & 1 == 0 || cos <= 0.0 {
@@ -393,7 +402,8 @@ impl<const C: usize> Values<C> {
         if shading.is_diffuse() {
             return Self::Same(shading.evaluate(toward_light));
         }
-        let mut values = Box::new(Evaluations::ZERO);
+        let mut values = spare.pop().unwrap_or_else(|| Box::new(Evaluations::ZERO));
+        values.clear();
         if let Some(metal) = shading.rough_metal() {
             let toward_light = [Vec3Lanes::of(toward_light); REGISTERS];
             let metal = Metals::splat(&metal);
@@ -406,6 +416,13 @@ impl<const C: usize> Values<C> {
             values.density.set(lane, &value.density);
         }
         Self::Each(values)
+    }
+
+    /// Leaves its memory to others.
+    pub fn end(self, spare: &mut Spare<C>) {
+        if let Self::Each(values) = self {
+            spare.push(values);
+        }
     }
 
     /// What the sensor gets of the light, over all first surfaces.

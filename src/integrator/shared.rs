@@ -22,7 +22,7 @@
 
 use super::RadianceSample;
 use super::bundle::{Bundle, Each, Found, Scratch, Turn, follow};
-use super::links::{Firsts, Links, Next, Values};
+use super::links::{Firsts, Links, Next, Spare, Values};
 use super::plan::{Plan, Sharing};
 use super::surfaces::Surfaces;
 use super::weights::light_sample_weight;
@@ -123,7 +123,7 @@ fn share<'s, const C: usize>(
         Some((number, Turn::new(scene, sample.time, wavelengths, streams)))
     };
     let turns: Vec<(usize, Turn<C>)> = samples.iter().enumerate().filter_map(turn).collect();
-    let Workspace { scratch, surfaces, links } = workspace;
+    let Workspace { scratch, surfaces, links, spare } = workspace;
     surfaces.resize_with(turns.len(), Surfaces::new);
     links.resize_with(turns.len(), Vec::new);
     let mut bundles = Vec::with_capacity(turns.len());
@@ -159,13 +159,13 @@ fn share<'s, const C: usize>(
     for ((firsts, links), (number, _)) in firsts.iter().zip(links.iter_mut()).zip(&turns) {
         let mut sharing = SharedSample::new(*number, firsts, links);
         if firsts.all != 0 {
-            sharing.next_surfaces(scratch, &mut suffixes, &mut told);
+            sharing.next_surfaces(scratch, spare, &mut suffixes, &mut told);
         }
         groups.push(sharing);
     }
     let found = follow(suffixes, scratch, samples.len());
     for group in &mut groups {
-        group.share_suffixes(&found, &mut told);
+        group.share_suffixes(&found, spare, &mut told);
         for (lane, sight) in samples[group.number].sights.iter().enumerate() {
             let light = group.own.get(lane) + group.firsts.bundle.arriving.get(lane);
             seen[group.number][sight.member].radiance += light + group.shared.get(lane);
@@ -179,11 +179,12 @@ pub struct Workspace<const C: usize> {
     /// First surfaces, and links to next ones, by sample.
     surfaces: Vec<Surfaces<C>>,
     links: Vec<Vec<Links<C>>>,
+    spare: Spare<C>,
 }
 
 impl<const C: usize> Default for Workspace<C> {
     fn default() -> Self {
-        Self { scratch: Scratch::new(), surfaces: Vec::new(), links: Vec::new() }
+        Self { scratch: Scratch::new(), surfaces: Vec::new(), links: Vec::new(), spare: Vec::new() }
     }
 }
 
@@ -263,6 +264,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
     fn next_surfaces(
         &mut self,
         scratch: &mut Scratch<C>,
+        spare: &mut Spare<C>,
         suffixes: &mut Vec<Bundle<'a, C>>,
         told: &mut impl FnMut(usize, &SampledLanes<C>),
     ) {
@@ -346,8 +348,8 @@ impl<'a, const C: usize> SharedSample<'a, C> {
                 bundle.alive &= !(1 << owner);
             }
         }
-        self.light(&bundle, surfaces, &priors, samples, told);
-        self.begin_suffixes(&mut bundle, surfaces, &priors);
+        self.light(&bundle, surfaces, &priors, samples, spare, told);
+        self.begin_suffixes(&mut bundle, surfaces, &priors, spare);
         self.own.add(&bundle.arriving);
         bundle.arriving = SampledLanes::ZERO;
         suffixes.push(bundle);
@@ -396,6 +398,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         surfaces: &Surfaces<C>,
         priors: &[(usize, Sampled<C>)],
         samples: &mut LightSamples<C>,
+        spare: &mut Spare<C>,
         told: &mut impl FnMut(usize, &SampledLanes<C>),
     ) {
         bundle.sample_lights(surfaces, &bundle.draw(Dimensions::Light(bundle.depth)), samples);
@@ -407,8 +410,9 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             }
             let links = &self.links[owner];
             let toward_light = samples.rays.direction[owner / WIDTH].get(owner);
-            let value = Values::new(surfaces, owner, links, toward_light);
+            let value = Values::new(surfaces, owner, links, toward_light, spare);
             if value.reach(links).is_zero() {
+                value.end(spare);
                 continue;
             }
             let density = samples.density_of(owner);
@@ -418,16 +422,19 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             if weight != 0.0 {
                 arriving.set(owner, &(samples.radiance.get(owner) * weight));
                 values.push((owner, value));
+            } else {
+                value.end(spare);
             }
         }
         let wanted = arriving.nonzero();
         bundle.attenuate(surfaces, &samples.rays, wanted, &mut arriving);
-        for (owner, value) in &values {
-            let light = arriving.get(*owner);
+        for (owner, value) in values {
+            let light = arriving.get(owner);
             if !light.is_zero() {
-                value.give(&self.links[*owner], &light, &mut self.shared);
-                told(*owner, &self.shared);
+                value.give(&self.links[owner], &light, &mut self.shared);
+                told(owner, &self.shared);
             }
+            value.end(spare);
         }
     }
 
@@ -438,6 +445,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         bundle: &mut Bundle<C>,
         surfaces: &Surfaces<C>,
         priors: &[(usize, Sampled<C>)],
+        spare: &mut Spare<C>,
     ) {
         let u = bundle.draw(Dimensions::Scattering(bundle.depth));
         let scatters = surfaces.sample(&u, bundle.alive);
@@ -451,7 +459,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         bundle.throughput = SampledLanes::ONE;
         for &(owner, prior) in priors.iter().filter(|(owner, _)| scatters.spread >> owner & 1 == 1) {
             let links = &self.links[owner];
-            let value = Values::new(surfaces, owner, links, bundle.rays.get(owner).direction);
+            let value = Values::new(surfaces, owner, links, bundle.rays.get(owner).direction, spare);
             // The density of the next surface together with the direction in which the path goes on from it,
             // over all first surfaces.
             let joint = value.joint(links, prior);
@@ -459,6 +467,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             if joint.hero() <= 0.0 || suffix.is_zero() {
                 bundle.end_before_next(PathEnd::Absorbed, 1 << owner);
                 bundle.alive &= !(1 << owner);
+                value.end(spare);
                 continue;
             }
             let alive = joint.0.iter().filter(|&&density| density > 0.0).count() as f64;
@@ -471,24 +480,30 @@ impl<'a, const C: usize> SharedSample<'a, C> {
     }
 
     /// Gives each first surface what the suffixes have found.
-    fn share_suffixes(&mut self, found: &Found<C>, told: &mut impl FnMut(usize, &SampledLanes<C>)) {
-        for (owner, value, density) in &self.suffixes {
-            let links = &self.links[*owner];
-            let light = found.arriving[self.number].get(*owner);
+    fn share_suffixes(
+        &mut self,
+        found: &Found<C>,
+        spare: &mut Spare<C>,
+        told: &mut impl FnMut(usize, &SampledLanes<C>),
+    ) {
+        for (owner, value, density) in self.suffixes.drain(..) {
+            let links = &self.links[owner];
+            let light = found.arriving[self.number].get(owner);
             if !light.is_zero() {
-                value.give(links, &(light / *density), &mut self.shared);
+                value.give(links, &(light / density), &mut self.shared);
             }
             let is_own = |contested: &&(usize, usize, Sampled<C>, f64)| {
-                (contested.0, contested.1) == (self.number, *owner)
+                (contested.0, contested.1) == (self.number, owner)
             };
             for (_, _, light, from_light) in found.contested.iter().filter(is_own) {
                 for lane in lanes_of(links.linked) {
-                    let carried = links.reach.get(lane) * value.f_cos(lane) / *density;
+                    let carried = links.reach.get(lane) * value.f_cos(lane) / density;
                     let weight = self.firsts.weight_beside_light_subpaths(links, lane, *from_light);
                     self.shared.set(lane, &(self.shared.get(lane) + carried * *light * weight));
                 }
             }
-            told(*owner, &self.shared);
+            told(owner, &self.shared);
+            value.end(spare);
         }
     }
 }

@@ -38,6 +38,13 @@ pub(super) struct Evaluations<const C: usize> {
 
 impl<const C: usize> Evaluations<C> {
     pub const ZERO: Self = Self { f_cos: SampledLanes::ZERO, density: SampledLanes::ZERO };
+
+    /// Makes all of them zero.
+    pub fn clear(&mut self) {
+        for rows in [&mut self.f_cos, &mut self.density] {
+            rows.0.fill(ZERO);
+        }
+    }
 }
 
 /// Sampled directions; see [`Scatter`].
