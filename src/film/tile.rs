@@ -117,21 +117,16 @@ impl Tile {
     /// The mean of Y at a place in a replicate, or of all responses where the sensor has its own. Zero
     /// without samples.
     pub fn brightness(&self, place: usize, replicate: u32, scale: FixedPoint, extras: &Extras) -> f64 {
-        let sums = &self.sums[self.first(place, replicate)..][..self.channels];
-        let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
-        let sum = sums[extras.of_brightness()].iter().map(|&sum| sum as f64).sum::<f64>() * scale.quantum;
-        if weight == 0.0 { 0.0 } else { sum / weight }
+        self.mean(place, replicate, scale, extras.of_brightness())
     }
 
-    /// The means of X, Y and Z at a place in a replicate. Zero without samples.
-    pub fn xyz(&self, place: usize, replicate: u32, scale: FixedPoint) -> [f64; 3] {
+    /// The sum of the means of some channels at a place in a replicate; X, Y and Z are the first three. Zero
+    /// without samples.
+    pub fn mean(&self, place: usize, replicate: u32, scale: FixedPoint, channels: Range<usize>) -> f64 {
         let sums = &self.sums[self.first(place, replicate)..][..self.channels];
         let weight = sums[WEIGHT] as f64 * FixedPoint::SHARE.quantum;
-        std::array::from_fn(
-            |channel| {
-                if weight == 0.0 { 0.0 } else { sums[channel] as f64 * scale.quantum / weight }
-            },
-        )
+        let sum = sums[channels].iter().map(|&sum| sum as f64).sum::<f64>() * scale.quantum;
+        if weight == 0.0 { 0.0 } else { sum / weight }
     }
 
     /// Whether samples of a pixel have been counted.

@@ -172,16 +172,14 @@ struct Relative {
 impl Relative {
     /// By what blocks with so many samples of a pixel have found.
     fn new(found: &[Scatter], samples: f64, known: &Brightness) -> Self {
-        let of_block = |block: &Scatter| {
-            let scale = |&[mean, _]: &[f64; 2]| samples * known.per_square(mean);
-            let scales: Vec<f64> = block.pixels.iter().map(scale).collect();
-            scales.into_iter().zip(block.pixels.clone()).zip(block.colour.clone())
+        let mean = |variance: fn(&[f64; 2], f64) -> f64| {
+            let pixels = found.iter().flat_map(|block| block.pixels.iter().zip(&block.colour));
+            average(pixels.map(|(pixel, &colour)| {
+                let scale = samples * known.per_square(pixel[0]);
+                scale * variance(pixel, colour)
+            }))
         };
-        let all: Vec<_> = found.iter().flat_map(of_block).collect();
-        Self {
-            brightness: average(all.iter().map(|((scale, [_, variance]), _)| scale * variance)),
-            colour: average(all.iter().map(|((scale, _), colour)| scale * colour)),
-        }
+        Self { brightness: mean(|&[_, variance], _| variance), colour: mean(|_, colour| colour) }
     }
 }
 
@@ -362,7 +360,9 @@ impl Exposure<'_> {
         let pixel =
             |&place: &usize| of_nets(&|net, tile| tile.brightness(place, net, self.scale, &self.extras));
         let colour = |&place: &usize| {
-            average((0..3).map(|channel| of_nets(&|net, tile| tile.xyz(place, net, self.scale)[channel])[1]))
+            average((0..3).map(|channel| {
+                of_nets(&|net, tile| tile.mean(place, net, self.scale, channel..channel + 1))[1]
+            }))
         };
         let is_sampled = |place: &usize| tiles.iter().all(|tile| tile.is_sampled(*place));
         let places: Vec<_> = (0..tiles[0].pixel_count()).filter(is_sampled).collect();
@@ -390,6 +390,7 @@ mod tests {
         assert_eq!(samples_per_path([1.0, 1e-4], [1.0, 1.0]), 16);
         assert_eq!(samples_per_path([0.0, 1.0], [1.0, 1.0]), 2);
     }
+
     /// How many wavelengths the paths of a scene of `tests/scenes` carry.
     fn wavelengths(name: &str, asked: Option<WavelengthCount>) -> WavelengthCount {
         let file = format!("{}/tests/scenes/{name}.xml", env!("CARGO_MANIFEST_DIR"));
