@@ -158,17 +158,42 @@ impl Torus {
         1.0 / (4.0 * PI * PI * self.major * self.minor * self.placement.area_stretch(normal))
     }
 
+    /// Where a line may be in the torus, as distances from its point nearest to the centre: in the ball of
+    /// radius 1, in the slab as thick as the tube and not in the cylinder through the hole, all a little
+    /// enlarged. From both ends it goes on as far as the torus is away.
+    fn reached(&self, start: Vec3, direction: Vec3) -> Option<[f64; 2]> {
+        const MARGIN: f64 = 1e-9;
+        const STEPS: usize = 2;
+        let half = (1.0 + MARGIN - start.length_squared()).sqrt();
+        if half.is_nan() {
+            return None;
+        }
+        let slab = [-1.0, 1.0].map(|side| (side * (self.minor + MARGIN) - start.z) / direction.z);
+        // `f64::max` and `f64::min` drop the NaN of a line that lies in a face of the slab.
+        let mut low = slab[0].min(slab[1]).max(-half);
+        let mut high = slab[0].max(slab[1]).min(half);
+        let from_axis = |t: f64| (start + direction * t).with_z(0.0).length();
+        if low > high || from_axis(low).max(from_axis(high)) < self.major - self.minor - MARGIN {
+            return None;
+        }
+        for _ in 0..STEPS {
+            let away = |t: f64| self.off_centre_line(start + direction * t).length() - self.minor - MARGIN;
+            low += away(low).max(0.0);
+            high -= away(high).max(0.0);
+            if low > high {
+                return None;
+            }
+        }
+        Some([low, high])
+    }
+
     /// Up to four crossings of the line through a local point, its direction of unit length.
     fn crossed(&self, origin: Vec3, direction: Vec3) -> SmallVec<[OnLine; 4]> {
         let (major, minor) = (self.major, self.minor);
         let shift = -origin.dot(direction);
         let start = origin + direction * shift;
         let mut found = SmallVec::new();
-        // Within the ball of radius 1 around it, a little enlarged.
-        let half = (1.0 + 1e-9 - start.length_squared()).sqrt();
-        if half.is_nan() {
-            return found;
-        }
+        let Some([low, high]) = self.reached(start, direction) else { return found };
         // The quartic has the coefficients, with A = 1, B = start·direction, C = start·start − (major² +
         // minor²): [C² − 4 major² (minor² − z₀²), 4 B C + 8 major² z₀ z₁, 2 C + 4 B² + 4 major² z₁², 4 B, 1].
         let (b, c) = (start.dot(direction), start.length_squared() - (major * major + minor * minor));
@@ -181,9 +206,9 @@ impl Torus {
             4.0,
         ];
         let mut edges: SmallVec<[f64; 5]> = SmallVec::new();
-        edges.push(-half);
-        edges.extend(polynomial_within(&derivative, [-half, half]).iter().map(|root| root.t));
-        edges.push(half);
+        edges.push(low);
+        edges.extend(polynomial_within(&derivative, [low, high]).iter().map(|root| root.t));
+        edges.push(high);
         let function = |t: f64| self.distance(start + direction * t, direction);
         let roots = sign_changes(&edges, function);
         let coordinate = self.placement.coordinate_error(1.0 + origin.abs().max_element());
