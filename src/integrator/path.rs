@@ -30,10 +30,14 @@ use crate::spectrum::{Sampled, Wavelengths};
 use smallvec::{SmallVec, smallvec};
 use std::ops::Range;
 
-/// Number of branches when a path first meets a diffuse surface after specular ones, in a scene with light
-/// tracing. Light subpaths cannot connect such a surface to the camera, and camera paths find the caustics on
-/// it seldom but bright; the segments before it are a small part of the work.
-const BRANCHES: u32 = 4;
+/// Number of branches when a whole path first meets a diffuse surface after specular ones. Such a path shares
+/// nothing with others, and the segments before that surface are most of its work. A branch of a path that
+/// has split at glass splits into fewer, by its weight.
+const BRANCHES: u32 = 8;
+
+/// The least number of them in a scene with light tracing. Light subpaths cannot connect such a surface to
+/// the camera, and camera paths find the caustics on it seldom but bright.
+const BRANCHES_BESIDE_LIGHT_TRACING: u32 = 4;
 
 /// A path splits at clear glass into reflection and refraction where each of the two may bring at least this
 /// fraction of the sample's value. At the rim of a glass body, in its mirror image of a lamp, and in its
@@ -67,6 +71,9 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     pub(super) contested: SmallVec<[(Sampled<C>, f64); 1]>,
     /// Whether it has been scattered only in single directions, and has not split at a diffuse surface.
     specular: bool,
+    /// Whether all surfaces that have scattered it have no other directions: it is all of its sample, or a
+    /// branch at glass.
+    through_discrete: bool,
     /// Its weight in the sample: the product of the weights of the branches that led to it.
     pub(super) branch_weight: f64,
     /// Whether the camera sees along the path: it has met nothing that alpha counts. Such a ray does not see
@@ -190,6 +197,7 @@ impl<const C: usize> Path<C> {
             beside_light_subpaths,
             contested: SmallVec::new(),
             specular: false,
+            through_discrete: false,
             branch_weight: 1.0,
             camera_visible: false,
             alpha_hit: true,
@@ -218,6 +226,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
             beside_light_subpaths: Beside::Nothing,
             contested: SmallVec::new(),
             specular: true,
+            through_discrete: true,
             branch_weight: 1.0,
             camera_visible: true,
             alpha_hit: scene.limits.sky_covers(scene),
@@ -340,9 +349,13 @@ impl<const C: usize, O: Observe> Path<C, O> {
             return (lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
         }
         // The first diffuse surface, unless the camera sees it directly.
-        let may_split = scene.features().light_tracing && self.specular && self.vertex > 0;
-        (may_split && !shading.bsdf.is_discrete() && !shading.bsdf.transmits())
-            .then(|| (1..=BRANCHES).map(|branch| f64::from(branch) / f64::from(BRANCHES)).collect())
+        if !self.specular || self.vertex == 0 || shading.bsdf.is_discrete() || shading.bsdf.transmits() {
+            return None;
+        }
+        let least = if scene.features().light_tracing { BRANCHES_BESIDE_LIGHT_TRACING } else { 1 };
+        let by_weight = if self.through_discrete { f64::from(BRANCHES) * self.branch_weight } else { 1.0 };
+        let branches = (by_weight.round() as u32).max(least);
+        (branches > 1).then(|| (1..=branches).map(|branch| f64::from(branch) / f64::from(branches)).collect())
     }
 
     /// Sum of what the branches find, each by its weight. A function of its own keeps the code of other
@@ -428,6 +441,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     ) -> Ray {
         let passes = passes(shading, scatter);
         let prior = self.ratio.sum();
+        self.through_discrete &= shading.bsdf.is_discrete();
         self.throughput *= scatter.weight;
         self.ratio *= scatter.ratio;
         self.camera_visible &= !scene.limits.surface_covers(passes);
