@@ -26,9 +26,12 @@ impl Caster {
         Self { centre: bounds.centre(), radius: 0.5 * bounds.diameter() * Self::RESERVE }
     }
 
-    /// The smallest sphere known to hold a shape.
-    pub fn of(shape: &Shape) -> Self {
-        let around = Self::around(shape.bounds());
+    /// The smallest sphere known to hold what is left of a shape within a box.
+    pub fn of(shape: &Shape, left: Bounds) -> Self {
+        let around = Self::around(left);
+        if !left.contains(shape.bounds()) {
+            return around;
+        }
         let radius = match shape {
             Shape::Sphere(sphere) => sphere.radius(),
             Shape::Mesh(mesh) => {

@@ -41,8 +41,8 @@ impl Shape {
     }
 
     /// A plane parts two shapes by at least so much, or, below zero, no plane that is tried parts them and
-    /// some let them reach into one another by no more than that. Exact for balls; tried are the axes and the
-    /// line between the middles.
+    /// some let them reach into one another by no more than that. Exact for balls; tried are planes across the
+    /// axes and across the line between the middles, and the faces of meshes of few triangles.
     pub fn gap(&self, other: &Self) -> f64 {
         let [own, others] = [self, other].map(Self::bounds);
         let boxes = own.gap(others);
@@ -50,7 +50,25 @@ impl Shape {
             Some(direction) if boxes.is_finite() => direction,
             _ => return boxes,
         };
-        boxes.max(-(self.reach(direction) + other.reach(-direction)))
+        let between = |direction: Vec3| -(self.reach(direction) + other.reach(-direction));
+        let gap = boxes.max(between(direction));
+        if gap > 0.0 {
+            return gap;
+        }
+        let outward = self.few_faces().map(|[a, b, c]| (b - a).cross(c - a));
+        let inward = other.few_faces().map(|[a, b, c]| (c - a).cross(b - a));
+        outward.chain(inward).filter_map(Vec3::try_normalize).map(between).fold(gap, f64::max)
+    }
+
+    /// The triangles of a mesh, if they are so few that each may be looked at.
+    fn few_faces(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
+        const FEW: u32 = 64;
+        let mesh = match self {
+            Self::Mesh(mesh) => Some(mesh).filter(|mesh| mesh.triangle_count() <= FEW as usize),
+            _ => None,
+        };
+        mesh.into_iter()
+            .flat_map(|mesh| (0..mesh.triangle_count() as u32).map(|triangle| mesh.triangle(triangle)))
     }
 
     /// How far the surfaces of two shapes at least stay from one another, one of which may lie within the
@@ -64,23 +82,24 @@ impl Shape {
     }
 
     fn clearance_within(&self, around: &Self) -> f64 {
-        /// Each triangle asks how far the other shape reaches.
-        const FEW: usize = 64;
         match around {
             Self::Sphere(sphere) if let Some((centre, radius)) = sphere.ball() => {
                 radius - self.farthest_from(centre)
             }
-            Self::Mesh(mesh) if mesh.triangle_count() <= FEW => {
-                let of_triangle = |triangle: u32| {
-                    let [a, b, c] = mesh.triangle(triangle);
+            Self::Mesh(_) => {
+                let of_triangle = |[a, b, c]: [Vec3; 3]| {
                     let normal = (b - a).cross(c - a).try_normalize()?;
                     let height = normal.dot(a);
                     let clearance = (height - self.reach(normal)).max(-self.reach(-normal) - height);
                     // The first plane that crosses the other shape says that nothing is known.
                     (clearance > 0.0).then_some(clearance)
                 };
-                (0..mesh.triangle_count() as u32)
-                    .try_fold(f64::INFINITY, |least, triangle| Some(least.min(of_triangle(triangle)?)))
+                let mut faces = around.few_faces().peekable();
+                if faces.peek().is_none() {
+                    return f64::NEG_INFINITY;
+                }
+                faces
+                    .try_fold(f64::INFINITY, |least, face| Some(least.min(of_triangle(face)?)))
                     .unwrap_or(f64::NEG_INFINITY)
             }
             _ => f64::NEG_INFINITY,

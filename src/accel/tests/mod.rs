@@ -7,6 +7,7 @@ use super::{Accel, Tests};
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Transform, Vec3};
 use crate::lanes::{LANES, Mask};
 use crate::shape::{ControlPoint, CurveKind, Curves, Cylinder, Disk, Hit, Mesh, MeshData, Shape, Sphere};
+use crate::stress;
 use glam::{DMat4, DQuat};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg as Random;
@@ -412,7 +413,7 @@ fn lines_through_a_box_meet_the_ball_in_it_as_its_area_says() {
 fn rays_that_go_together_are_occluded_as_they_are_alone() {
     let mut random = random(31);
     let mut counts = [0; 2];
-    for round in 0..40 {
+    for round in 0..stress::count(16, 40) {
         let shapes = mixture(300, 0.1, &mut random);
         let accel = Accel::build(&shapes);
         for _ in 0..50 {

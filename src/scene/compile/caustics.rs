@@ -20,6 +20,8 @@ pub(super) struct Setting<'a> {
     pub groups: &'a Groups<'a>,
     pub shift: &'a Transform,
     pub shapes: &'a [Shape],
+    /// Boxes around what is left of them.
+    pub boxes: &'a [Bounds],
     pub bodies: &'a [Body],
     pub lights: &'a Lights,
     /// A box around all surfaces at all times.
@@ -54,7 +56,8 @@ impl Setting<'_> {
             surface.smooth &= !self.groups.moves(i);
         }
         let smooth = |shape: usize| surfaces[shape].smooth;
-        let own = (0..own).filter(|&i| smooth(i)).map(|i| Caster::of(&self.shapes[i]));
+        let left = (0..own).filter(|&i| smooth(i) && !self.boxes[i].is_empty());
+        let own = left.map(|i| Caster::of(&self.shapes[i], self.boxes[i]));
         let shown = self.groups.shown(&self.groups.contents(self.shapes), self.shift);
         let instances = shown.iter().filter(|shown| shown.shapes.iter().any(|&shape| smooth(shape)));
         let instances = instances.map(|shown| Caster::around(shown.bounds));
@@ -88,7 +91,8 @@ impl Setting<'_> {
     /// bodies.
     fn sources(&self, surfaces: &[Surface]) -> Vec<CausticSource> {
         let bodies: Vec<Bounds> =
-            contact::body_boxes(self.groups, self.shift, self.shapes, surfaces, self.bodies).collect();
+            contact::body_boxes(self.groups, self.shift, self.shapes, self.boxes, surfaces, self.bodies)
+                .collect();
         let begins = |(index, light): (u32, &Light)| {
             let Light::Area { geometry, mean, .. } = light else { return None };
             let outside =

@@ -1,6 +1,6 @@
 //! Which shapes may have faces in common, and whether bodies may overlap, going by planes that part them.
 
-use super::groups::{Content, Groups, Shown};
+use super::groups::{Assembled, Content, Groups, Shown};
 use crate::geometry::{Bounds, Transform, Vec3};
 use crate::medium::{Body, Refraction};
 use crate::scene::coincident::{Contact, Contacts, Partner};
@@ -39,6 +39,8 @@ impl Shapes {
 /// What is known of shapes by themselves.
 struct Known<'a> {
     shapes: &'a [Shape],
+    /// Boxes around what is left of them.
+    boxes: &'a [Bounds],
     surfaces: &'a [Surface],
     bodies: &'a [Body],
     /// Typical errors and placement errors.
@@ -113,6 +115,11 @@ impl Known<'_> {
         within
     }
 
+    /// [`Shape::gap`] of what is left of two shapes.
+    fn gap(&self, a: usize, b: usize) -> f64 {
+        self.shapes[a].gap(&self.shapes[b]).max(self.boxes[a].gap(self.boxes[b]))
+    }
+
     /// Whether nothing but the direction of the light says which of two bodies counts.
     fn unordered(&self, a: usize, b: usize) -> bool {
         let body = |shape: usize| self.surfaces[shape].body.map(|body| &self.bodies[body as usize]);
@@ -149,16 +156,31 @@ impl Nearness {
 
 const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
 
+/// Boxes around what is left of shapes, by those of the solids that some are parts of: of a large ball that
+/// grinds a lens it is a small piece.
+pub(super) fn boxes(groups: &Groups<'_>, shapes: &[Shape], solids: &[Assembled]) -> Vec<Bounds> {
+    let mut boxes: Vec<Bounds> = shapes.iter().map(Shape::bounds).collect();
+    for (Assembled { solid, .. }, parts) in solids.iter().zip(groups.solids()) {
+        for part in parts {
+            boxes[part] = boxes[part].common(solid.bounds());
+        }
+    }
+    boxes
+}
+
+/// `boxes`: those of [`boxes`].
 pub(super) fn nearness(
     groups: &Groups<'_>,
     shift: &Transform,
     shapes: &[Shape],
+    boxes: &[Bounds],
     surfaces: &[Surface],
     bodies: &[Body],
 ) -> Nearness {
     let moved = shift.point(Vec3::ZERO).length();
     let known = Known {
         shapes,
+        boxes,
         surfaces,
         bodies,
         errors: shapes.iter().map(Shape::typical_error).collect(),
@@ -170,7 +192,7 @@ pub(super) fn nearness(
     let contents = groups.contents(shapes);
     let within = known.errors_within(&contents);
     let own = (0..groups.own()).map(|i| {
-        let bounds = if groups.moves(i) { EVERYWHERE } else { shapes[i].bounds() };
+        let bounds = if groups.moves(i) { EVERYWHERE } else { boxes[i] };
         known.single(i, bounds)
     });
     let shown = groups.shown(&contents, shift);
@@ -182,7 +204,7 @@ pub(super) fn nearness(
         Shapes::All(_) => None,
     };
     let own_body = |item: &Item| single(item).and_then(|shape| surfaces[shape].body);
-    let still = |item: &Item| single(item).filter(|&shape| !groups.moves(shape)).map(|shape| &shapes[shape]);
+    let still = |item: &Item| single(item).filter(|&shape| !groups.moves(shape));
     let mut found: Vec<Vec<Partner>> = vec![Vec::new(); shapes.len()];
     let mut near = Nearness::none();
     for (a, b) in touching(&items) {
@@ -231,10 +253,10 @@ pub(super) fn nearness(
 impl Nearness {
     /// Takes note of two things, and returns whether they may touch. `shapes`: the two, where they are known
     /// to stand by themselves.
-    fn meet(&mut self, known: &Known<'_>, a: &Item, b: &Item, shapes: Option<(&Shape, &Shape)>) -> bool {
+    fn meet(&mut self, known: &Known<'_>, a: &Item, b: &Item, shapes: Option<(usize, usize)>) -> bool {
         let reach = a.partner.reach + b.partner.reach;
         let gap = match shapes {
-            Some((one, other)) => one.gap(other),
+            Some((one, other)) => known.gap(one, other),
             // These boxes are wider by the reach.
             _ => a.partner.bounds.gap(b.partner.bounds) + reach,
         };
@@ -254,20 +276,20 @@ impl Nearness {
             }
         }
         // No plane parts what lies within something else.
-        shapes.is_none_or(|(one, other)| one.clearance(other) <= 2.0 * reach)
+        shapes.is_none_or(|(one, other)| known.shapes[one].clearance(&known.shapes[other]) <= 2.0 * reach)
     }
 
     /// Likewise of what a group holds.
     fn within_group(&mut self, known: &Known<'_>, content: &Content, within: &[Errors]) {
-        let Known { shapes, surfaces, errors, rounding, .. } = known;
+        let Known { boxes, surfaces, errors, rounding, .. } = known;
         let of_group: Vec<usize> = content.own.clone().filter(|&i| known.is_body(i)).collect();
         for (later, &i) in of_group.iter().enumerate() {
             for &j in of_group[..later].iter().filter(|&&j| surfaces[i].body != surfaces[j].body) {
-                let gap = shapes[i].gap(&shapes[j]);
+                let gap = known.gap(i, j);
                 self.adjoin = true;
                 if gap < -(errors[i] + rounding[i] + errors[j] + rounding[j]) {
                     self.overlap = true;
-                    if known.unordered(i, j) && cross(shapes[i].bounds(), shapes[j].bounds()) {
+                    if known.unordered(i, j) && cross(boxes[i], boxes[j]) {
                         self.one_way.extend([i, j]);
                     }
                 }
@@ -276,7 +298,7 @@ impl Nearness {
         if content.shown.is_empty() {
             return;
         }
-        let own = content.own.clone().map(|i| known.single(i, shapes[i].bounds()));
+        let own = content.own.clone().map(|i| known.single(i, boxes[i]));
         let shown = content.shown.iter().map(|shown| known.shown(shown, within, content.moved));
         let items: Vec<Item> = own.chain(shown).filter(|item| !item.partner.bounds.is_empty()).collect();
         for (a, b) in touching(&items) {
@@ -295,11 +317,12 @@ pub(super) fn body_boxes<'a>(
     groups: &'a Groups<'_>,
     shift: &'a Transform,
     shapes: &'a [Shape],
+    boxes: &'a [Bounds],
     surfaces: &'a [Surface],
     bodies: &'a [Body],
 ) -> impl Iterator<Item = Bounds> + 'a {
     let is_body = |shape: usize| surfaces[shape].body.is_some_and(|body| bodies[body as usize].closed);
-    let bounds = |i: usize| if groups.moves(i) { EVERYWHERE } else { shapes[i].bounds() };
+    let bounds = |i: usize| if groups.moves(i) { EVERYWHERE } else { boxes[i] };
     let own = (0..groups.own()).filter(move |&i| is_body(i)).map(bounds);
     let shown = groups.shown(&groups.contents(shapes), shift).into_iter();
     let shown = shown.filter(move |shown| shown.shapes.iter().any(|&shape| is_body(shape)));

@@ -180,11 +180,12 @@ impl Compiler<'_> {
         let Some(camera) = self.camera(&shift, accel.bounds()).filter(|_| self.errors.is_empty()) else {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         };
+        let boxes = contact::boxes(&groups, &shapes, &solids);
         let Nearness { contacts, adjoin, overlap, one_way } =
-            contact::nearness(&groups, &shift, &shapes, &surfaces, &bodies);
+            contact::nearness(&groups, &shift, &shapes, &boxes, &surfaces, &bodies);
         let contact = !contacts.of.is_empty();
         let during = description.sensor.shutter.during();
-        let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &surfaces, &bodies)
+        let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &boxes, &surfaces, &bodies)
             .any(|around| around.overlaps(camera.origins(during)));
         let absorption = media.iter().any(Option::is_some);
         let emitting: Vec<&Emission> =
@@ -253,6 +254,7 @@ impl Compiler<'_> {
             groups: &groups,
             shift: &shift,
             shapes: &shapes,
+            boxes: &boxes,
             bodies: &bodies,
             lights: &lights,
             bounds: accel.bounds(),

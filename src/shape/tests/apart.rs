@@ -3,7 +3,9 @@
 use super::super::{Mesh, Shape, Sphere};
 use super::{Random, all_shapes};
 use crate::geometry::{Transform, Vec3};
+use glam::DMat4;
 use rand::{RngExt, SeedableRng};
+use std::f64::consts::FRAC_PI_4;
 
 /// Points of both surfaces are no nearer to one another than is told, wherever the one lies within the other
 /// or pokes through it; and it is told that they keep apart where the other is wide enough.
@@ -58,5 +60,25 @@ fn surfaces_that_meet_have_no_clearance() {
         [(ball(0.5, 0.4), &ball(1.0, 0.0)), (ball(0.5, 0.4), &cube), (ball(0.5, 1.6), &cube)]
     {
         assert!((inner.clearance(outer) - 0.1).abs() < 1e-12, "{inner:?} in {outer:?}");
+    }
+}
+
+/// Neither an axis nor the line between the middles parts these cubes: a face of either does.
+#[test]
+fn a_face_parts_bodies_that_no_axis_parts() {
+    let turned = |size: f64, place: Vec3| {
+        let to_world = Transform::scale(size)
+            .then(&Transform::new(DMat4::from_rotation_z(FRAC_PI_4)).unwrap())
+            .then(&Transform::translation(place));
+        Shape::Mesh(Mesh::cube(&to_world, false).unwrap())
+    };
+    let (outward, along) = (Vec3::new(1.0, 1.0, 0.0).normalize(), Vec3::new(-1.0, 1.0, 0.0).normalize());
+    let large = turned(1.0, Vec3::ZERO);
+    for apart in [0.1, -0.1] {
+        let small = turned(0.3, (1.3 + apart) * outward + 0.9 * along);
+        assert!(large.bounds().gap(small.bounds()) < 0.0);
+        for gap in [large.gap(&small), small.gap(&large)] {
+            assert!((gap - apart).abs() < 1e-6, "{gap}, not {apart}");
+        }
     }
 }
