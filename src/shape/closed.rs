@@ -41,8 +41,8 @@ impl Shape {
     }
 
     /// A plane parts two shapes by at least so much, or, below zero, no plane that is tried parts them and
-    /// some let them reach into one another by no more than that. Exact for balls; tried are planes across the
-    /// axes and across the line between the middles, and the faces of meshes of few triangles.
+    /// some let them reach into one another by no more than that. Exact for balls. Tried are planes across
+    /// the axes and across the line between the middles, and the faces of meshes of few triangles.
     pub fn gap(&self, other: &Self) -> f64 {
         let [own, others] = [self, other].map(Self::bounds);
         let boxes = own.gap(others);

@@ -323,6 +323,26 @@ fn scenes_that_touch_nothing_need_nothing() {
     assert_eq!(features(&(ball(0.0) + &within(0.5))), [true, false, false, true]);
 }
 
+/// A lens is no larger than what is left of the large balls that it is ground from: sensor, lamp and another
+/// body lie within these, and outside of the lens.
+#[test]
+fn a_lens_is_not_the_balls_that_it_is_ground_from() {
+    let scene = scene(
+        r#"<integrator type="path"/>
+        <sensor type="perspective"><transform name="to_world"><translate z="-9"/></transform></sensor>
+        <shape type="intersection"><bsdf type="dielectric"/>
+            <shape type="sphere"><point name="center" x="0" y="0" z="19.5"/><float name="radius" value="20"/></shape>
+            <shape type="sphere"><point name="center" x="0" y="0" z="-19.5"/><float name="radius" value="20"/></shape>
+        </shape>
+        <shape type="sphere"><point name="center" x="0" y="0" z="4"/><bsdf type="dielectric"/></shape>
+        <shape type="rectangle"><transform name="to_world"><translate z="-12"/></transform>
+            <emitter type="area"><spectrum name="radiance" value="1"/></emitter></shape>"#,
+    );
+    let features = scene.features();
+    let asked = [features.contact, features.precedence, features.sensor_within, features.medium_stack];
+    assert_eq!((asked, features.light_tracing), ([false; 4], true));
+}
+
 /// A ball that only groups in groups show, whole or carried there, is found to touch what it touches.
 #[test]
 fn what_touches_is_found_in_groups_of_groups() {

@@ -158,7 +158,10 @@ fn agrees(name: &str) {
     let films = ALL_COUNTS.map(|count| expose(&path, &plan(case.samples, count, 1 + count.get() as u64)));
     assert_same(&format!("{name}, 4 and 1"), &films[1], &films[0], 1, case.sees);
     assert_same(&format!("{name}, 4 and 8"), &films[1], &films[2], 1, case.sees);
-    for (count, plain) in ALL_COUNTS.into_iter().zip(&films) {
+    // Each scene by one number of wavelengths, and by all where all is tried.
+    let place = CASES.iter().position(|known| known.name == name).unwrap_or(0) % films.len();
+    let tried = stress::count(place..place + 1, 0..films.len());
+    for (&count, plain) in ALL_COUNTS[tried.clone()].iter().zip(&films[tried]) {
         let plan =
             Settings { estimator: Estimator::Shared, ..plan(case.samples, count, 11 + count.get() as u64) };
         let what = format!("{name}, shared and plain, {count}");
