@@ -177,7 +177,7 @@ impl Torus {
             return None;
         }
         for _ in 0..STEPS {
-            let away = |t: f64| self.off_centre_line(start + direction * t).length() - self.minor - MARGIN;
+            let away = |t: f64| self.distance(start + direction * t, direction).value - MARGIN;
             low += away(low).max(0.0);
             high -= away(high).max(0.0);
             if low > high {

@@ -154,10 +154,11 @@ fn any_principled(uniform: &mut Uniform) -> Bsdf<1> {
 /// too much.
 #[test]
 fn principled_surfaces_that_conserve_energy_make_none() {
-    let (sets, samples) = stress::count((24, 2000), (48, 40_000));
+    const SETS: usize = 48;
+    let samples = stress::count(2000, 40_000);
     let mut uniform = Uniform::new(11);
     let (mut made, mut kept, mut greatest) = (0, 0, (f64::NEG_INFINITY, String::new()));
-    for set in 0..sets {
+    for set in 0..SETS {
         let plain = any_principled(&mut uniform);
         let bsdf = layered::conserving(plain, set % 4 != 0);
         for z in [1.0, 0.9, 0.72, 0.7, uniform.next(), 0.3, 0.1, 0.03, -0.5] {
@@ -175,7 +176,7 @@ fn principled_surfaces_that_conserve_energy_make_none() {
     }
     println!("{made} made energy, {kept} are as they were; {greatest:?}");
     assert!(greatest.0 < 4.4, "{greatest:?}");
-    assert!(made > sets && kept > sets, "{made} made energy, {kept} are as they were");
+    assert!(made > 50 && kept > 50, "{made} made energy, {kept} are as they were");
 }
 
 /// Without chance, where light is spread so widely that a sum over directions is exact: not above 1, and not
