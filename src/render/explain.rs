@@ -1,6 +1,6 @@
 //! One sample of a pixel, told step by step, from the sample values that the picture has.
 
-use super::exposure::{Exposure, Turn};
+use super::exposure::{Aimed, Exposure, Seen, Turn};
 use super::groups::{Block, Pixel};
 use super::settings::with_count;
 use super::{Measures, NoProgress, Settings, with_exposure};
@@ -210,15 +210,28 @@ impl Exposure<'_> {
 
     /// The Y of a sample, and what it weighs in a pixel.
     fn brings<const C: usize>(&self, candidate: &Candidate, pixel: [i64; 2]) -> (f64, f64) {
-        let aimed = self.aim::<C>(&candidate.group, candidate.turn);
+        let aimed = self.aimed::<C>(&candidate.group, candidate.turn);
         let footprint = self.filter.footprint(aimed.samples[candidate.member].place);
         let weight = footprint.weight(pixel) * candidate.turn.share.weight();
         if weight == 0.0 {
             return (0.0, 0.0);
         }
-        let seen = self.see(std::slice::from_ref(&aimed), candidate.group.len(), &mut Workspace::default());
-        let measured = seen[0][candidate.member].radiance * aimed.samples[candidate.member].weight;
+        let measured =
+            self.seen_by(&aimed)[candidate.member].radiance * aimed.samples[candidate.member].weight;
         (self.luminance(&measured, aimed.wavelengths_of(candidate.member)), weight)
+    }
+
+    fn aimed<const C: usize>(&self, group: &[Pixel], turn: Turn) -> Aimed<'_, C> {
+        let mut aimed = Aimed::default();
+        self.aim(group, turn, &mut aimed);
+        aimed
+    }
+
+    fn seen_by<const C: usize>(&self, aimed: &Aimed<C>) -> Seen<C> {
+        let mut seen = Seen::new();
+        let (samples, radiance) = (std::slice::from_ref(aimed), std::slice::from_mut(&mut seen));
+        self.see(samples, &mut Workspace::default(), radiance);
+        seen
     }
 
     fn luminance<const C: usize>(&self, measured: &Sampled<C>, wavelengths: &Wavelengths<C>) -> f64 {
@@ -231,15 +244,13 @@ impl Exposure<'_> {
         [pixel_luminance, share_of_pixel]: [f64; 2],
     ) -> Result<Explained, String> {
         let Candidate { pixel, number, samples, turn, group, member } = candidate;
-        let aimed = self.aim::<C>(group, *turn);
+        let aimed = self.aimed::<C>(group, *turn);
         let sample = &aimed.samples[*member];
         let sight_of = |member: usize| aimed.sights.iter().find(|sight| sight.member == member);
         let Some(Sight { ray, .. }) = sight_of(*member) else {
             return Err("the sensor measures nothing at the sample's place".to_owned());
         };
-        let radiance = self.see(std::slice::from_ref(&aimed), group.len(), &mut Workspace::default())[0]
-            [*member]
-            .radiance;
+        let radiance = self.seen_by(&aimed)[*member].radiance;
         let of_member = |member: usize| group[member].place.map(|place| place as u32);
         let (mut told, mut shared) = (*member, None);
         if self.plan != Plan::PLAIN {

@@ -42,14 +42,22 @@ pub(super) struct Turn {
 }
 
 /// The samples of a group as they begin.
+#[derive(Default)]
 pub(super) struct Aimed<'a, const C: usize> {
     /// Those of all members, or one for each, in their order.
-    wavelengths: SmallVec<[Wavelengths<C>; 1]>,
+    wavelengths: Vec<Wavelengths<C>>,
     pub time: f64,
     /// One for each member, in their order.
-    pub samples: SmallVec<[Sample<C>; 16]>,
+    pub samples: Vec<Sample<C>>,
     /// Camera rays of those at whose place the sensor measures something.
-    pub sights: SmallVec<[Sight<'a>; 16]>,
+    pub sights: Vec<Sight<'a>>,
+}
+
+/// Memory for the turns of a group: what is filled anew for each turn and never moves.
+#[derive(Default)]
+struct Turns<'a, const C: usize> {
+    aimed: [Aimed<'a, C>; TOGETHER],
+    seen: [Seen<C>; TOGETHER],
 }
 
 /// Where a sample of a pixel is, and what its radiance is multiplied by.
@@ -61,7 +69,7 @@ pub(super) struct Sample<const C: usize> {
 }
 
 /// What camera rays lead to, by the members' numbers.
-pub(super) type Seen<const C: usize> = SmallVec<[RadianceSample<C>; 16]>;
+pub(super) type Seen<const C: usize> = Vec<RadianceSample<C>>;
 
 impl<const C: usize> Aimed<'_, C> {
     /// Those of a member.
@@ -116,6 +124,7 @@ impl Exposure<'_> {
         let [even, each]: [u32; 2] = (0..self.schedule.per_net)
             .map(|run| [indices(first + run).len() as u32, taken(run).len() as u32])
             .fold([0; 2], |[even, each], [e, t]| [even + e, each + t]);
+        let mut memory = Turns::default();
         let mut samples = 0;
         for group in self.groups.of(block) {
             let group = self.on_film(group);
@@ -134,7 +143,7 @@ impl Exposure<'_> {
                 if some.is_empty() {
                     break;
                 }
-                self.group(&group, &some, workspace, tile);
+                self.group(&group, &some, &mut memory, workspace, tile);
             }
             for pixel in &group {
                 if let Some(place) = self.place_of(pixel.place, tile) {
@@ -180,18 +189,19 @@ impl Exposure<'_> {
     }
 
     /// Some samples of each pixel of a group.
-    fn group<const C: usize>(
-        &self,
+    fn group<'a, const C: usize>(
+        &'a self,
         group: &[Pixel],
         turns: &[Turn],
+        memory: &mut Turns<'a, C>,
         workspace: &mut Workspace<C>,
         tile: &mut Tile,
     ) {
-        let aimed: SmallVec<[Aimed<C>; TOGETHER]> =
-            turns.iter().map(|&turn| self.aim::<C>(group, turn)).collect();
-        let seen = self.see(&aimed, group.len(), workspace);
-        for (&turn, (aimed, mut seen)) in turns.iter().zip(aimed.iter().zip(seen)) {
-            let samples = aimed.samples.iter().zip(&mut seen).enumerate();
+        let (aimed, seen) = (&mut memory.aimed[..turns.len()], &mut memory.seen[..turns.len()]);
+        aimed.iter_mut().zip(turns).for_each(|(aimed, &turn)| self.aim(group, turn, aimed));
+        self.see(aimed, workspace, seen);
+        for (&turn, (aimed, seen)) in turns.iter().zip(aimed.iter().zip(seen)) {
+            let samples = aimed.samples.iter().zip(seen).enumerate();
             for (pixel, (member, (sample, seen))) in group.iter().zip(samples) {
                 if self.counts(pixel) {
                     admit(&mut seen.radiance, &mut tile.bad);
@@ -203,7 +213,7 @@ impl Exposure<'_> {
 
     /// What the samples of a group begin with.
     #[inline(always)]
-    pub fn aim<const C: usize>(&self, group: &[Pixel], turn: Turn) -> Aimed<'_, C> {
+    pub fn aim<'a, const C: usize>(&'a self, group: &[Pixel], turn: Turn, aimed: &mut Aimed<'a, C>) {
         let (scene, Turn { net, index, share, .. }) = (self.scene, turn);
         let sampler = self.samplers.of(share);
         let stream_of = |pixel: &Pixel| {
@@ -218,15 +228,17 @@ impl Exposure<'_> {
         let leading = stream_of(&leader);
         let [.., wavelength, time] = leading.draw(Dimensions::Camera);
         let shares = self.groups.sharers() > 1;
-        let mut wavelengths: SmallVec<[Wavelengths<C>; 1]> = SmallVec::new();
+        let Aimed { wavelengths, samples, sights, .. } = aimed;
+        wavelengths.clear();
+        samples.clear();
+        sights.clear();
         if shares {
             // Spread wavelengths make the runs of a net differ more than the net errs, and its error bars too
             // wide. Groups that share gain more by them than that.
             wavelengths.push(scene.wavelengths.sample::<C>(leading.spread(wavelength, C as u32)));
         }
         let time = scene.shutter.time(time);
-        let mut samples: SmallVec<[Sample<C>; 16]> = SmallVec::new();
-        let mut sights: SmallVec<[Sight; 16]> = SmallVec::new();
+        aimed.time = time;
         for (member, pixel) in group.iter().enumerate() {
             let stream = stream_of(pixel);
             let [x, y, wavelength, _] = stream.draw(Dimensions::Camera);
@@ -246,33 +258,32 @@ impl Exposure<'_> {
             }
             samples.push(Sample { place, weight, key });
         }
-        Aimed { wavelengths, time, samples, sights }
     }
 
     /// What the camera rays of samples of a group lead to, each by the members' numbers.
     pub fn see<const C: usize>(
         &self,
         aimed: &[Aimed<C>],
-        members: usize,
         workspace: &mut Workspace<C>,
-    ) -> SmallVec<[Seen<C>; TOGETHER]> {
-        let mut seen: SmallVec<[Seen<C>; TOGETHER]> =
-            aimed.iter().map(|_| SmallVec::from_elem(RadianceSample::NOTHING, members)).collect();
+        seen: &mut [Seen<C>],
+    ) {
+        for (aimed, seen) in aimed.iter().zip(&mut *seen) {
+            seen.clear();
+            seen.resize(aimed.samples.len(), RadianceSample::NOTHING);
+        }
         if self.plan == Plan::PLAIN && !integrator::takes_strangers(self.scene) {
-            for (aimed, seen) in aimed.iter().zip(&mut seen) {
+            for (aimed, seen) in aimed.iter().zip(seen) {
                 for Sight { member, ray, stream } in &aimed.sights {
                     let wavelengths = aimed.wavelengths_of(*member);
                     seen[*member] = integrator::radiance(self.scene, *ray, aimed.time, wavelengths, stream);
                 }
             }
-            return seen;
+            return;
         }
         let samples: SmallVec<[GroupSample<C>; TOGETHER]> = aimed.iter().map(Aimed::of_group).collect();
         let mut of_samples: SmallVec<[&mut [RadianceSample<C>]; TOGETHER]> =
             seen.iter_mut().map(|seen| &mut seen[..]).collect();
         integrator::radiance_of_group(self.scene, &samples, self.plan, &mut of_samples, workspace);
-        drop(of_samples);
-        seen
     }
 
     /// Adds a sample to all pixels that its filter reaches.

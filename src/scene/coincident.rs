@@ -49,6 +49,8 @@ pub(super) struct Partner {
     pub bounds: Bounds,
     /// How far from a surface it has to be looked for.
     pub reach: f64,
+    /// The scene's shape that it is, if it stands where its file puts it.
+    pub shape: Option<u32>,
 }
 
 /// One of several surfaces that coincide.
@@ -164,10 +166,16 @@ impl Scene {
     /// What a shape touches near one of its points.
     fn partners_near(&self, shape: u32, point: &SurfacePoint) -> impl Iterator<Item = &Partner> {
         let contact = self.contacts.of.get(shape as usize).copied().unwrap_or_default();
-        let margin = Vec3::splat(point.error + contact.rounding);
-        let here = Bounds { min: point.position - margin, max: point.position + margin };
+        let (place, margin) = (point.position, point.error + contact.rounding);
+        let here = Bounds { min: place - Vec3::splat(margin), max: place + Vec3::splat(margin) };
+        // Rounding of a distance from a shape.
+        let margin = margin + 64.0 * f64::EPSILON * place.abs().max_element();
+        let distance = move |shape: u32| self.shapes[shape as usize].distance_from(place);
         let partners = &self.contacts.partners[contact.first as usize..][..contact.count as usize];
-        partners.iter().filter(move |partner| partner.bounds.overlaps(here))
+        partners.iter().filter(move |partner| {
+            partner.bounds.overlaps(here)
+                && partner.shape.is_none_or(|shape| distance(shape) <= margin + partner.reach)
+        })
     }
 
     /// Leaves and enters, from here to beyond, all bodies whose surfaces coincide, and returns how many.
@@ -328,6 +336,7 @@ impl Partner {
         // Errors are known at a few points only, and are nearly the same at all.
         let reach = 4.0 * error + rounding;
         let margin = Vec3::splat(reach);
-        Self { bounds: Bounds { min: bounds.min - margin, max: bounds.max + margin }, reach }
+        let bounds = Bounds { min: bounds.min - margin, max: bounds.max + margin };
+        Self { bounds, reach, shape: None }
     }
 }

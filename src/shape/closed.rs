@@ -106,6 +106,26 @@ impl Shape {
         }
     }
 
+    /// How deep all of it lies within a ball. Below zero where it does not, or where this is no ball.
+    pub fn depth_within_ball(&self, ball: &Self) -> f64 {
+        match ball {
+            Self::Sphere(_) => self.clearance_within(ball),
+            _ => f64::NEG_INFINITY,
+        }
+    }
+
+    /// A lower bound on the distance of a place from the surface, up to rounding. It says something of balls
+    /// and round rings only: their boxes hold much that is far from them.
+    pub fn distance_from(&self, place: Vec3) -> f64 {
+        match self {
+            Self::Sphere(sphere) if let Some((centre, radius)) = sphere.ball() => {
+                (place.distance(centre) - radius).abs()
+            }
+            Self::Torus(torus) => torus.distance_from(place).unwrap_or(0.0),
+            _ => 0.0,
+        }
+    }
+
     /// An upper bound on the distance of the points of the shape from a place.
     fn farthest_from(&self, place: Vec3) -> f64 {
         match self {

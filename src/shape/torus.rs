@@ -52,6 +52,13 @@ impl Torus {
         self.placement.crossings(ray, self.inward, |origin, direction| self.crossed(origin, direction))
     }
 
+    /// How far a place is from the surface, unless the torus is stretched.
+    pub fn distance_from(&self, place: Vec3) -> Option<f64> {
+        let local = self.placement.pose.local_point(place);
+        let from_line = self.off_centre_line(local).length();
+        self.placement.scale.map(|scale| (from_line - self.minor).abs() * scale)
+    }
+
     /// From the nearest point of the tube's centre line to a local point.
     fn off_centre_line(&self, local: Vec3) -> Vec3 {
         let around = local.with_z(0.0).try_normalize().unwrap_or(Vec3::X);

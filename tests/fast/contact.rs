@@ -343,6 +343,38 @@ fn a_lens_is_not_the_balls_that_it_is_ground_from() {
     assert_eq!((asked, features.light_tracing), ([false; 4], true));
 }
 
+/// The glasses of an achromat lie in one another's hollow, where no plane parts them; they touch where the
+/// hollow is as deep as the other glass.
+#[test]
+fn a_glass_in_the_hollow_of_another_one_does_not_touch_it() {
+    let asked = |radius: f64| {
+        let scene = scene(&format!(
+            r#"<integrator type="path"/>
+            <sensor type="perspective"><transform name="to_world"><translate z="-9"/></transform></sensor>
+            <shape type="intersection"><bsdf type="dielectric"><float name="int_ior" value="1.5"/></bsdf>
+                <shape type="sphere"><point name="center" x="0" y="0" z="0.7"/></shape>
+                <shape type="sphere"><point name="center" x="0" y="0" z="-0.7"/></shape>
+            </shape>
+            <shape type="difference"><bsdf type="dielectric"><float name="int_ior" value="1.6"/></bsdf>
+                <shape type="cone"><point name="p0" x="0" y="0" z="-0.4"/><point name="p1" x="0" y="0" z="0"/>
+                    <float name="radius" value="0.5"/><float name="radius1" value="0.5"/></shape>
+                <shape type="union">
+                    <shape type="sphere"><point name="center" x="0" y="0" z="0.7"/>
+                        <float name="radius" value="{radius}"/></shape>
+                    <shape type="sphere"><point name="center" x="9" y="0" z="0"/></shape>
+                </shape>
+            </shape>
+            <shape type="rectangle"><transform name="to_world"><translate z="-12"/></transform>
+                <emitter type="area"><spectrum name="radiance" value="1"/></emitter></shape>"#
+        ));
+        let features = scene.features();
+        [features.contact, features.precedence, features.medium_stack]
+    };
+    assert_eq!(asked(1.01), [false; 3]);
+    assert_eq!(asked(1.0), [true; 3]);
+    assert_eq!(asked(0.99), [true; 3]);
+}
+
 /// A ball that only groups in groups show, whole or carried there, is found to touch what it touches.
 #[test]
 fn what_touches_is_found_in_groups_of_groups() {

@@ -14,7 +14,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Channels that are kept once they were read: so many bytes, and this many channels at least.
-const KEPT: usize = 64 << 20;
+const KEPT: usize = 32 << 20;
 const FEWEST_KEPT: usize = 10;
 
 /// An EXR file that stays open, of whose first part with flat channels single channels and pixels are read. A
@@ -75,9 +75,9 @@ impl Stored {
         &self.names
     }
 
-    /// The values of a channel, row by row from the top; `None` where there is none of this name. The
-    /// channels of `likely` are read on the same way through the file, for who asks for one asks for the
-    /// others next.
+    /// The values of a channel, row by row from the top; `None` where there is none of this name. One way
+    /// through the file also reads what is asked for next: the channels of `likely`, and the neighbours in the
+    /// order of the file, as long as they fill no more than half of what is kept.
     ///
     /// # Errors
     /// Where the file cannot be read, or is damaged.
@@ -88,18 +88,22 @@ impl Stored {
             return Ok(Some(known));
         }
         let most = (KEPT / (self.width * self.height * size_of::<f32>()).max(1)).max(FEWEST_KEPT);
-        let mut together: Vec<usize> = match self.names.len() <= most {
-            true => (0..self.names.len()).collect(),
-            false => likely.iter().filter_map(|name| index(name)).take(most - 1).collect(),
-        };
+        let mut together: Vec<usize> = (0..self.names.len()).collect();
+        if together.len() > most {
+            let likely: Vec<usize> = likely.iter().filter_map(|name| index(name)).collect();
+            together.sort_by_key(|&other| (!likely.contains(&other), other.abs_diff(wanted)));
+            together.truncate(likely.len().max(most / 2).min(most));
+        }
         together.retain(|&other| other != wanted && self.kept().find(other).is_none());
         together.push(wanted);
+        // Room is made first: both at once would be more than is kept.
+        let mut kept = self.kept();
+        let beyond = (kept.channels.len() + together.len()).saturating_sub(most);
+        kept.channels.drain(..beyond);
+        drop(kept);
         let found = self.read(&together)?;
         let asked = found.last().cloned();
-        let mut kept = self.kept();
-        kept.channels.extend(together.into_iter().zip(found));
-        let beyond = kept.channels.len().saturating_sub(most);
-        kept.channels.drain(..beyond);
+        self.kept().channels.extend(together.into_iter().zip(found));
         Ok(asked)
     }
 

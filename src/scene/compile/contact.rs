@@ -6,6 +6,7 @@ use crate::medium::{Body, Refraction};
 use crate::scene::coincident::{Contact, Contacts, Partner};
 use crate::scene::scene::Surface;
 use crate::shape::Shape;
+use crate::shape::solid::Solid;
 use std::rc::Rc;
 
 /// Something that stands by itself: a shape of the scene or of a group, or all that an instance shows.
@@ -41,6 +42,8 @@ struct Known<'a> {
     shapes: &'a [Shape],
     /// Boxes around what is left of them.
     boxes: &'a [Bounds],
+    /// The solids that they are parts of.
+    solids: Vec<Option<&'a Solid>>,
     surfaces: &'a [Surface],
     bodies: &'a [Body],
     /// Typical errors and placement errors.
@@ -117,7 +120,8 @@ impl Known<'_> {
 
     /// [`Shape::gap`] of what is left of two shapes.
     fn gap(&self, a: usize, b: usize) -> f64 {
-        self.shapes[a].gap(&self.shapes[b]).max(self.boxes[a].gap(self.boxes[b]))
+        let of_solids = self.solids[a].zip(self.solids[b]).map_or(f64::NEG_INFINITY, |(a, b)| a.gap(b));
+        self.shapes[a].gap(&self.shapes[b]).max(self.boxes[a].gap(self.boxes[b])).max(of_solids)
     }
 
     /// Whether nothing but the direction of the light says which of two bodies counts.
@@ -168,12 +172,22 @@ pub(super) fn boxes(groups: &Groups<'_>, shapes: &[Shape], solids: &[Assembled])
     boxes
 }
 
+/// The solid of each shape that is a part of one.
+fn solids_of<'a>(groups: &Groups<'_>, shapes: &[Shape], solids: &'a [Assembled]) -> Vec<Option<&'a Solid>> {
+    let mut of = vec![None; shapes.len()];
+    for (Assembled { solid, .. }, parts) in solids.iter().zip(groups.solids()) {
+        parts.into_iter().for_each(|part| of[part] = Some(&**solid));
+    }
+    of
+}
+
 /// `boxes`: those of [`boxes`].
 pub(super) fn nearness(
     groups: &Groups<'_>,
     shift: &Transform,
     shapes: &[Shape],
     boxes: &[Bounds],
+    solids: &[Assembled],
     surfaces: &[Surface],
     bodies: &[Body],
 ) -> Nearness {
@@ -181,6 +195,7 @@ pub(super) fn nearness(
     let known = Known {
         shapes,
         boxes,
+        solids: solids_of(groups, shapes, solids),
         surfaces,
         bodies,
         errors: shapes.iter().map(Shape::typical_error).collect(),
@@ -220,7 +235,8 @@ pub(super) fn nearness(
         for (one, other) in [(a, b), (b, a)] {
             // A group's shapes don't lie where the instance shows them.
             let bounds = if single(one).is_some() { other.partner.bounds } else { EVERYWHERE };
-            let partner = Partner { bounds, ..other.partner };
+            let shape = single(one).and(still(other)).map(|shape| shape as u32);
+            let partner = Partner { bounds, shape, ..other.partner };
             one.shapes.list().iter().for_each(|&shape| found[shape].push(partner));
         }
     }

@@ -182,7 +182,7 @@ impl Compiler<'_> {
         };
         let boxes = contact::boxes(&groups, &shapes, &solids);
         let Nearness { contacts, adjoin, overlap, one_way } =
-            contact::nearness(&groups, &shift, &shapes, &boxes, &surfaces, &bodies);
+            contact::nearness(&groups, &shift, &shapes, &boxes, &solids, &surfaces, &bodies);
         let contact = !contacts.of.is_empty();
         let during = description.sensor.shutter.during();
         let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &boxes, &surfaces, &bodies)

@@ -154,6 +154,54 @@ impl Solid {
         self.nodes[0].bounds
     }
 
+    /// How far two solids at least stay apart, or −∞ where that is not seen: it is where one lies within a ball
+    /// that has been cut out of the other, as the glasses of an achromat do.
+    pub fn gap(&self, other: &Self) -> f64 {
+        let one_way = |within: &Self, cut: &Self| {
+            let (mut around, mut outside) = (Vec::new(), Vec::new());
+            within.bound_by(0, &mut around, &mut Vec::new());
+            cut.bound_by(0, &mut Vec::new(), &mut outside);
+            let depths = around.iter().flat_map(|a| outside.iter().map(|o| a.depth_within_ball(o)));
+            Some(depths.fold(f64::NEG_INFINITY, f64::max)).filter(|&depth| depth > 0.0)
+        };
+        one_way(self, other).or_else(|| one_way(other, self)).unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// The leaves around all that a node holds, and those of which it holds nothing, as far as they stand
+    /// still.
+    fn bound_by<'a>(&'a self, node: usize, around: &mut Vec<&'a Shape>, outside: &mut Vec<&'a Shape>) {
+        let operation = match self.nodes[node].kind {
+            Kind::Leaf(leaf) => return around.extend(self.leaves[leaf].leaf.still()),
+            Kind::Operation(operation) => operation,
+        };
+        let parts: Vec<usize> = self.parts_of(node).collect();
+        match operation {
+            Operation::Intersection => parts.iter().for_each(|&part| self.bound_by(part, around, outside)),
+            Operation::Difference => {
+                self.bound_by(parts[0], around, outside);
+                parts[1..].iter().for_each(|&part| self.filled_by(part, outside));
+            }
+            Operation::Union => {}
+        }
+    }
+
+    /// Leaves that a node holds whole.
+    fn filled_by<'a>(&'a self, node: usize, leaves: &mut Vec<&'a Shape>) {
+        match self.nodes[node].kind {
+            Kind::Leaf(leaf) => leaves.extend(self.leaves[leaf].leaf.still()),
+            Kind::Operation(Operation::Union) => {
+                self.parts_of(node).for_each(|part| self.filled_by(part, leaves));
+            }
+            Kind::Operation(_) => {}
+        }
+    }
+
+    /// The nodes right below a node.
+    fn parts_of(&self, node: usize) -> impl Iterator<Item = usize> {
+        let before_end = move |part: usize| Some(part).filter(|&part| part < self.nodes[node].end);
+        std::iter::successors(before_end(node + 1), move |&part| before_end(self.nodes[part].end))
+    }
+
     /// The scene's shapes that are its leaves, and the instances of those that move.
     pub fn parts(&self) -> impl Iterator<Item = (u32, Option<u32>)> {
         self.leaves
@@ -320,6 +368,14 @@ impl Solid {
 }
 
 impl Leaf {
+    /// Its shape, unless it moves.
+    fn still(&self) -> Option<&Shape> {
+        match self.carried {
+            None => Some(&self.shape),
+            Some(_) => None,
+        }
+    }
+
     /// Whether there are any crossings.
     fn add_crossings(&self, leaf: usize, ray: &Ray, time: f64, events: &mut Events) -> bool {
         let known = events.len();

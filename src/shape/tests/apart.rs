@@ -1,6 +1,6 @@
 //! How far surfaces keep apart.
 
-use super::super::{Mesh, Shape, Sphere};
+use super::super::{Mesh, Shape, Sphere, Torus};
 use super::{Random, all_shapes};
 use crate::geometry::{Transform, Vec3};
 use glam::DMat4;
@@ -38,6 +38,33 @@ fn surfaces_within_one_another_keep_their_clearance() {
             }
         }
     }
+}
+
+/// No point of a surface is nearer to a place than is told; of balls and round rings some are hardly farther.
+#[test]
+fn places_are_no_nearer_than_is_told() {
+    let mut random = Random::seed_from_u64(4);
+    for (name, shape) in all_shapes() {
+        let (centre, diameter) = (shape.bounds().centre(), shape.bounds().diameter());
+        let sample = |_| shape.sample([random.random(), random.random()]);
+        let points: Vec<Vec3> =
+            (0..20_000).filter_map(sample).map(|sample| sample.surface.point.position).collect();
+        for _ in 0..40 {
+            let place = centre
+                + 0.6 * diameter * Vec3::from_array(random.random::<[f64; 3]>().map(|x| 2.0 * x - 1.0));
+            let nearest = points.iter().map(|point| point.distance(place)).fold(f64::INFINITY, f64::min);
+            let told = shape.distance_from(place);
+            assert!(told <= nearest * (1.0 + 1e-12), "{name}: {place}, {told} told, {nearest} found");
+            if told > 0.0 {
+                assert!(nearest - told < 0.03 * diameter, "{name}: {place}, {told} told, {nearest} found");
+            }
+        }
+    }
+    let told = |shape: &Shape| shape.distance_from(Vec3::new(0.1, 0.2, 0.3)) > 0.0;
+    let stretched = Transform::new(DMat4::from_scale(Vec3::new(1.0, 2.0, 3.0))).unwrap();
+    let tori = [Transform::scale(2.0), stretched]
+        .map(|place| Shape::Torus(Box::new(Torus::new(&place, 1.0, 0.1, false).unwrap())));
+    assert_eq!(tori.each_ref().map(told), [true, false]);
 }
 
 /// What touches a surface from within, or crosses it, is not said to keep off it.
