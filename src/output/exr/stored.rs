@@ -76,8 +76,8 @@ impl Stored {
     }
 
     /// The values of a channel, row by row from the top; `None` where there is none of this name. One way
-    /// through the file also reads what is asked for next: the channels of `likely`, and the neighbours in the
-    /// order of the file, as long as they fill no more than half of what is kept.
+    /// through the file also reads what may be asked for next: the channels of `likely`, and neighbours in
+    /// the order of the file, as long as they fill no more than half of what is kept.
     ///
     /// # Errors
     /// Where the file cannot be read, or is damaged.

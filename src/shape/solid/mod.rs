@@ -154,8 +154,8 @@ impl Solid {
         self.nodes[0].bounds
     }
 
-    /// How far two solids at least stay apart, or −∞ where that is not seen: it is where one lies within a ball
-    /// that has been cut out of the other, as the glasses of an achromat do.
+    /// How far two solids at least stay apart, or −∞ where that is not seen: it is where one lies within a
+    /// ball that has been cut out of the other, as the glasses of an achromat do.
     pub fn gap(&self, other: &Self) -> f64 {
         let one_way = |within: &Self, cut: &Self| {
             let (mut around, mut outside) = (Vec::new(), Vec::new());
