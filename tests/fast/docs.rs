@@ -210,3 +210,21 @@ fn comments_are_short_and_begin_with_what_they_are_about() {
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
+
+/// What is written by hand in the pages has at most 110 columns, too. Rows of tables, headings, pictures and
+/// links by themselves cannot be wrapped.
+#[test]
+fn pages_can_be_read_as_they_are_written() {
+    let mut wrong = Vec::new();
+    for path in pages().into_iter().chain([root().join("CHANGELOG.md"), root().join("data/README.md")]) {
+        let page = read(&path);
+        // The reference of the scene format is generated.
+        let by_hand = page.split("## Reference").next().unwrap_or_default();
+        let can_wrap = |line: &&str| !line.trim_start().starts_with(['|', '#', '!', '[', '<']);
+        let long = prose(by_hand).lines().filter(can_wrap).filter(|line| line.chars().count() > 110).count();
+        if long > 0 {
+            wrong.push(format!("{}: {long}", path.display()));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
