@@ -127,7 +127,7 @@ def run_all(names, options, faulty):
     found = {}
     # A fresh process for each claim: Mitsuba and the modules of claims are loaded anew, and only what most of them need is there already.
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["harness.plots", "harness.run", "scipy.stats", "colour"])
+    context.set_forkserver_preload(["harness.plots", "scipy.stats", "colour"])
     with ProcessPoolExecutor(at_once, context, max_tasks_per_child=1) as pool:
         running = {pool.submit(run_quietly, name, options, faulty): name for name in sorted(names, key=lambda name: name != LONGEST)}
         for done in as_completed(running):
