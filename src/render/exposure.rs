@@ -53,9 +53,9 @@ pub(super) struct Aimed<'a, const C: usize> {
     pub sights: Vec<Sight<'a>>,
 }
 
-/// Memory for the turns of a group: what is filled anew for each turn and never moves.
+/// Memory for some turns of a group, filled anew each time and never moved.
 #[derive(Default)]
-struct Turns<'a, const C: usize> {
+struct TurnMemory<'a, const C: usize> {
     aimed: [Aimed<'a, C>; TOGETHER],
     seen: [Seen<C>; TOGETHER],
 }
@@ -124,7 +124,7 @@ impl Exposure<'_> {
         let [even, each]: [u32; 2] = (0..self.schedule.per_net)
             .map(|run| [indices(first + run).len() as u32, taken(run).len() as u32])
             .fold([0; 2], |[even, each], [e, t]| [even + e, each + t]);
-        let mut memory = Turns::default();
+        let mut memory = TurnMemory::default();
         let mut samples = 0;
         for group in self.groups.of(block) {
             let group = self.on_film(group);
@@ -193,7 +193,7 @@ impl Exposure<'_> {
         &'a self,
         group: &[Pixel],
         turns: &[Turn],
-        memory: &mut Turns<'a, C>,
+        memory: &mut TurnMemory<'a, C>,
         workspace: &mut Workspace<C>,
         tile: &mut Tile,
     ) {

@@ -55,8 +55,7 @@ impl Torus {
     /// How far a place is from the surface, unless the torus is stretched.
     pub fn distance_from(&self, place: Vec3) -> Option<f64> {
         let local = self.placement.pose.local_point(place);
-        let from_line = self.off_centre_line(local).length();
-        self.placement.scale.map(|scale| (from_line - self.minor).abs() * scale)
+        self.placement.scale.map(|scale| self.distance(local, Vec3::ZERO).value.abs() * scale)
     }
 
     /// From the nearest point of the tube's centre line to a local point.

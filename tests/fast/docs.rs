@@ -132,10 +132,12 @@ fn the_front_page_is_short() {
     assert!(lines <= 200, "README.md has {lines} lines");
 }
 
+/// Stands before what is generated in the scene format.
+const MARK: &str = "<!-- What follows is generated from the declarations in src/scene/plugins. -->\n";
+
 /// The reference of the scene format follows from the declarations of the plugins.
 #[test]
 fn the_reference_of_the_scene_format_is_current() {
-    const MARK: &str = "<!-- What follows is generated from the declarations in src/scene/plugins. -->\n";
     let page = read(&root().join("docs/scene-format.md"));
     let (written_by_hand, _) = page.split_once(MARK).expect("the mark");
     let current = format!("{written_by_hand}{MARK}\n{}", abbe::scene::reference());
@@ -218,8 +220,7 @@ fn pages_can_be_read_as_they_are_written() {
     let mut wrong = Vec::new();
     for path in pages().into_iter().chain([root().join("CHANGELOG.md"), root().join("data/README.md")]) {
         let page = read(&path);
-        // The reference of the scene format is generated.
-        let by_hand = page.split("## Reference").next().unwrap_or_default();
+        let by_hand = page.split(MARK).next().unwrap_or_default();
         let can_wrap = |line: &&str| !line.trim_start().starts_with(['|', '#', '!', '[', '<']);
         let long = prose(by_hand).lines().filter(can_wrap).filter(|line| line.chars().count() > 110).count();
         if long > 0 {

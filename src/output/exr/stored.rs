@@ -94,10 +94,10 @@ impl Stored {
             together.sort_by_key(|&other| (!likely.contains(&other), other.abs_diff(wanted)));
             together.truncate(likely.len().max(most / 2).min(most));
         }
-        together.retain(|&other| other != wanted && self.kept().find(other).is_none());
+        let mut kept = self.kept();
+        together.retain(|&other| other != wanted && kept.find(other).is_none());
         together.push(wanted);
         // Room is made first: both at once would be more than is kept.
-        let mut kept = self.kept();
         let beyond = (kept.channels.len() + together.len()).saturating_sub(most);
         kept.channels.drain(..beyond);
         drop(kept);

@@ -43,7 +43,7 @@ struct Known<'a> {
     /// Boxes around what is left of them.
     boxes: &'a [Bounds],
     /// The solids that they are parts of.
-    solids: Vec<Option<&'a Solid>>,
+    solids: &'a [Option<&'a Solid>],
     surfaces: &'a [Surface],
     bodies: &'a [Body],
     /// Typical errors and placement errors.
@@ -162,32 +162,34 @@ const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY
 
 /// Boxes around what is left of shapes, by those of the solids that some are parts of: of a large ball that
 /// grinds a lens it is a small piece.
-pub(super) fn boxes(groups: &Groups<'_>, shapes: &[Shape], solids: &[Assembled]) -> Vec<Bounds> {
-    let mut boxes: Vec<Bounds> = shapes.iter().map(Shape::bounds).collect();
-    for (Assembled { solid, .. }, parts) in solids.iter().zip(groups.solids()) {
-        for part in parts {
-            boxes[part] = boxes[part].common(solid.bounds());
-        }
-    }
-    boxes
+pub(super) fn boxes(shapes: &[Shape], solids: &[Option<&Solid>]) -> Vec<Bounds> {
+    let left = |(shape, solid): (&Shape, &Option<&Solid>)| {
+        let bounds = shape.bounds();
+        solid.map_or(bounds, |solid| bounds.common(solid.bounds()))
+    };
+    shapes.iter().zip(solids).map(left).collect()
 }
 
 /// The solid of each shape that is a part of one.
-fn solids_of<'a>(groups: &Groups<'_>, shapes: &[Shape], solids: &'a [Assembled]) -> Vec<Option<&'a Solid>> {
+pub(super) fn solids_of<'a>(
+    groups: &Groups<'_>,
+    shapes: &[Shape],
+    assembled: &'a [Assembled],
+) -> Vec<Option<&'a Solid>> {
     let mut of = vec![None; shapes.len()];
-    for (Assembled { solid, .. }, parts) in solids.iter().zip(groups.solids()) {
+    for (Assembled { solid, .. }, parts) in assembled.iter().zip(groups.solids()) {
         parts.into_iter().for_each(|part| of[part] = Some(&**solid));
     }
     of
 }
 
-/// `boxes`: those of [`boxes`].
+/// `boxes`: those of [`boxes`]; `solids`: those of [`solids_of`].
 pub(super) fn nearness(
     groups: &Groups<'_>,
     shift: &Transform,
     shapes: &[Shape],
     boxes: &[Bounds],
-    solids: &[Assembled],
+    solids: &[Option<&Solid>],
     surfaces: &[Surface],
     bodies: &[Body],
 ) -> Nearness {
@@ -195,7 +197,7 @@ pub(super) fn nearness(
     let known = Known {
         shapes,
         boxes,
-        solids: solids_of(groups, shapes, solids),
+        solids,
         surfaces,
         bodies,
         errors: shapes.iter().map(Shape::typical_error).collect(),

@@ -180,9 +180,10 @@ impl Compiler<'_> {
         let Some(camera) = self.camera(&shift, accel.bounds()).filter(|_| self.errors.is_empty()) else {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         };
-        let boxes = contact::boxes(&groups, &shapes, &solids);
+        let solids_of = contact::solids_of(&groups, &shapes, &solids);
+        let boxes = contact::boxes(&shapes, &solids_of);
         let Nearness { contacts, adjoin, overlap, one_way } =
-            contact::nearness(&groups, &shift, &shapes, &boxes, &solids, &surfaces, &bodies);
+            contact::nearness(&groups, &shift, &shapes, &boxes, &solids_of, &surfaces, &bodies);
         let contact = !contacts.of.is_empty();
         let during = description.sensor.shutter.during();
         let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &boxes, &surfaces, &bodies)

@@ -105,6 +105,13 @@ pub struct Boundary {
     leaf: usize,
 }
 
+/// Leaves around all that a node holds, and leaves of which it holds nothing.
+#[derive(Default)]
+struct Limits<'a> {
+    around: Vec<&'a Shape>,
+    outside: Vec<&'a Shape>,
+}
+
 /// How often the line's current place is within each leaf.
 type Windings = SmallVec<[i32; 16]>;
 
@@ -154,32 +161,40 @@ impl Solid {
         self.nodes[0].bounds
     }
 
-    /// How far two solids at least stay apart, or −∞ where that is not seen: it is where one lies within a
-    /// ball that has been cut out of the other, as the glasses of an achromat do.
+    /// How far two solids at least stay apart, or −∞ where that is not seen. It is seen where one lies in a
+    /// ball that is cut out of the other, as the glasses of an achromat do.
     pub fn gap(&self, other: &Self) -> f64 {
-        let one_way = |within: &Self, cut: &Self| {
-            let (mut around, mut outside) = (Vec::new(), Vec::new());
-            within.bound_by(0, &mut around, &mut Vec::new());
-            cut.bound_by(0, &mut Vec::new(), &mut outside);
-            let depths = around.iter().flat_map(|a| outside.iter().map(|o| a.depth_within_ball(o)));
-            Some(depths.fold(f64::NEG_INFINITY, f64::max)).filter(|&depth| depth > 0.0)
+        let [own, others] = [self, other].map(|solid| {
+            let mut limits = Limits::default();
+            solid.limit(0, &mut limits);
+            limits
+        });
+        let deepest = |inner: &Limits, outer: &Limits| {
+            let within = |ball: &&Shape| {
+                inner
+                    .around
+                    .iter()
+                    .map(|shape| shape.depth_within_ball(ball))
+                    .fold(f64::NEG_INFINITY, f64::max)
+            };
+            outer.outside.iter().map(within).fold(f64::NEG_INFINITY, f64::max)
         };
-        one_way(self, other).or_else(|| one_way(other, self)).unwrap_or(f64::NEG_INFINITY)
+        let depth = deepest(&own, &others).max(deepest(&others, &own));
+        if depth > 0.0 { depth } else { f64::NEG_INFINITY }
     }
 
-    /// The leaves around all that a node holds, and those of which it holds nothing, as far as they stand
-    /// still.
-    fn bound_by<'a>(&'a self, node: usize, around: &mut Vec<&'a Shape>, outside: &mut Vec<&'a Shape>) {
+    /// Adds the limits of what a node holds, as far as they stand still.
+    fn limit<'a>(&'a self, node: usize, limits: &mut Limits<'a>) {
         let operation = match self.nodes[node].kind {
-            Kind::Leaf(leaf) => return around.extend(self.leaves[leaf].leaf.still()),
+            Kind::Leaf(leaf) => return limits.around.extend(self.leaves[leaf].leaf.still()),
             Kind::Operation(operation) => operation,
         };
-        let parts: Vec<usize> = self.parts_of(node).collect();
+        let mut parts = self.parts_of(node);
         match operation {
-            Operation::Intersection => parts.iter().for_each(|&part| self.bound_by(part, around, outside)),
+            Operation::Intersection => parts.for_each(|part| self.limit(part, limits)),
             Operation::Difference => {
-                self.bound_by(parts[0], around, outside);
-                parts[1..].iter().for_each(|&part| self.filled_by(part, outside));
+                parts.by_ref().take(1).for_each(|first| self.limit(first, limits));
+                parts.for_each(|part| self.filled_by(part, &mut limits.outside));
             }
             Operation::Union => {}
         }
