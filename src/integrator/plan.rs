@@ -14,6 +14,15 @@ pub enum Sharing {
 }
 
 impl Sharing {
+    /// How many pixels a suffix serves.
+    pub fn pixels(self) -> u32 {
+        match self {
+            Self::Nothing => 1,
+            Self::Four => 4,
+            Self::Sixteen => 16,
+        }
+    }
+
     /// The lanes that share with one, itself among them.
     pub(super) fn partners(self, lane: usize) -> Mask {
         match self {

@@ -3,7 +3,6 @@
 use super::{Image, ImageError, check_size};
 use crate::spectrum::colour::xyz_to_rec709;
 use ::exr::image::FlatSamples;
-use ::exr::meta::MetaData;
 use ::exr::prelude::{ReadChannels, ReadLayers, read};
 use std::io::Cursor;
 
@@ -16,10 +15,10 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
             "expected a complete, undamaged file",
         )
     };
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
-    let [header] = meta.headers.as_slice() else {
+    let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(damaged)?;
+    let [header] = reader.headers() else {
         return Err(ImageError::new(
-            format!("The OpenEXR file has {} parts", meta.headers.len()),
+            format!("The OpenEXR file has {} parts", reader.headers().len()),
             "expected a file of one part",
         ));
     };
@@ -35,7 +34,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
-        .from_buffered(Cursor::new(bytes))
+        .from_chunks(reader)
         .map_err(damaged)?;
     let channels = &image.layer_data.channel_data.list;
     let columns: Vec<Vec<f32>> = wanted

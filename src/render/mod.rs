@@ -14,6 +14,7 @@ mod work;
 
 pub use auxiliary::{Auxiliary, auxiliary};
 pub use explain::{Explained, Part, Shared, Wanted, explain};
+pub use pilot::Chosen;
 pub use progress::{NoProgress, Progress};
 pub use schedule::Schedule;
 pub use settings::{Settings, WavelengthCount};
@@ -28,7 +29,6 @@ use allocation::Allocation;
 use exposure::Exposure;
 use groups::{BLOCK, Groups, Members};
 use light::LightPass;
-use pilot::Chosen;
 use rayon::prelude::*;
 use settings::with_count;
 use std::sync::atomic::Ordering;
@@ -115,7 +115,7 @@ fn with_exposure<R>(
         (Chosen::usual(Plan::PLAIN, settings.wavelengths), even.clone())
     };
     let Chosen { plan, wavelengths, samples_per_path } = chosen;
-    progress.pilots_done();
+    progress.pilots_done(&chosen);
     let groups = Groups::new(Members::of(scene, plan), schedule.nets(), settings.seed);
     let exposure = Exposure {
         samplers: allocation.samplers(settings.sampler, settings.seed, schedule, groups.sharers()),

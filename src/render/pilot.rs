@@ -73,17 +73,20 @@ const SAMPLES_PER_PATH: [u64; 4] = [USUAL_SAMPLES_PER_PATH, 4, 8, 16];
 /// Most light subpaths of a pilot.
 const MOST_SUBPATHS: u64 = 1 << 17;
 
-/// How a picture is to be rendered.
+/// How a picture is rendered.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Chosen {
+pub struct Chosen {
+    /// What its samples have in common.
     pub plan: Plan,
+    /// How many wavelengths a path carries.
     pub wavelengths: WavelengthCount,
+    /// How many samples of a pixel there are for one light subpath a pixel, where there is light tracing.
     pub samples_per_path: u64,
 }
 
 impl Chosen {
     /// A plan with the usual number of light subpaths, and of wavelengths where none is asked for.
-    pub fn usual(plan: Plan, wavelengths: Option<WavelengthCount>) -> Self {
+    pub(super) fn usual(plan: Plan, wavelengths: Option<WavelengthCount>) -> Self {
         let wavelengths = wavelengths.unwrap_or(WavelengthCount::Four);
         Self { plan, wavelengths, samples_per_path: USUAL_SAMPLES_PER_PATH }
     }
@@ -377,10 +380,7 @@ impl Exposure<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Measures, NoProgress, Settings, Work, with_exposure};
     use super::*;
-    use crate::integrator::Estimator;
-    use crate::scene::{self, CompileOptions, ReadOptions};
 
     /// Where light subpaths make half of the noise there are as many as usual, and few where they make none.
     #[test]
@@ -389,34 +389,5 @@ mod tests {
         assert_eq!(samples_per_path([1.0, 1.0 / 16.0], [1.0, 1.0]), 4);
         assert_eq!(samples_per_path([1.0, 1e-4], [1.0, 1.0]), 16);
         assert_eq!(samples_per_path([0.0, 1.0], [1.0, 1.0]), 2);
-    }
-
-    /// How many wavelengths the paths of a scene of `tests/scenes` carry.
-    fn wavelengths(name: &str, asked: Option<WavelengthCount>) -> WavelengthCount {
-        let file = format!("{}/tests/scenes/{name}.xml", env!("CARGO_MANIFEST_DIR"));
-        let mut description = scene::read(file.as_ref(), &ReadOptions::default()).expect("it is well-formed");
-        (description.sensor.film.width, description.sensor.film.height) = (192, 192);
-        let scene = scene::compile(&description, &CompileOptions::default()).expect("it can be compiled");
-        let settings = Settings {
-            schedule: Schedule::of(SamplerKind::Sobol, 64),
-            seed: 1,
-            sampler: SamplerKind::Sobol,
-            wavelengths: asked,
-            estimator: Estimator::Shared,
-            bins: None,
-        };
-        let film = Work::new(&scene, &settings, None).into_film();
-        with_exposure(&scene, &settings, &Measures::of(&film), &NoProgress::new(), |_, count| count)
-    }
-
-    /// Where a lamp lights a floor, wavelengths are what varies; in a room it is the light.
-    #[test]
-    fn eight_wavelengths_are_for_what_is_smooth() {
-        let [light, room] = ["smooth/light", "agreement/diffuse"];
-        assert_eq!(wavelengths(light, None), WavelengthCount::Eight);
-        assert_eq!(wavelengths(room, None), WavelengthCount::Four);
-        for asked in [WavelengthCount::One, WavelengthCount::Four] {
-            assert_eq!(wavelengths(light, Some(asked)), asked);
-        }
     }
 }

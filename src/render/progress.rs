@@ -1,13 +1,13 @@
 //! Progress of a render: reports, and the wish to stop.
 
-use super::Work;
+use super::{Chosen, Work};
 use crate::film::Film;
 use std::sync::atomic::AtomicBool;
 
 /// Receives the progress of a render, and may stop it.
 pub trait Progress: Sync {
-    /// Called when the pilots are done, if there are any, and the picture begins.
-    fn pilots_done(&self) {}
+    /// Called when the pilots are done, if there are any, and the picture begins: how it is rendered.
+    fn pilots_done(&self, _: &Chosen) {}
 
     /// Called after each piece of work with the number of its samples.
     fn advanced(&self, samples: u64);

@@ -2,10 +2,12 @@
 
 use super::{Purpose, derived_seed};
 use crate::sampling::{Dimensions, Sampler, SamplerKind};
-use rustfft::FftPlanner;
+use crate::stats::fourier;
 use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftDirection};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Power by distance from frequency 0, relative to white noise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -65,7 +67,8 @@ pub(super) struct ImageSpectrum {
     width: usize,
     height: usize,
     power: Vec<f64>,
-    planner: FftPlanner<f64>,
+    rows: Arc<dyn Fft<f64>>,
+    columns: Arc<dyn Fft<f64>>,
 }
 
 /// Largest edge of the picture of a spectrum.
@@ -73,18 +76,19 @@ const LARGEST_PICTURE: usize = 128;
 
 impl ImageSpectrum {
     pub fn new(width: usize, height: usize) -> Self {
-        Self { width, height, power: vec![0.0; width * height], planner: FftPlanner::new() }
+        let [rows, columns] = [width, height].map(|length| fourier(length, FftDirection::Forward));
+        Self { width, height, power: vec![0.0; width * height], rows, columns }
     }
 
     pub fn add(&mut self, errors: &[f64]) {
         let (width, height) = (self.width, self.height);
         let mut rows: Vec<Complex<f64>> = errors.iter().map(|&e| Complex::new(e, 0.0)).collect();
-        self.planner.plan_fft_forward(width).process(&mut rows);
+        self.rows.process(&mut rows);
         let mut columns: Vec<Complex<f64>> = (0..width)
             .flat_map(|x| (0..height).map(move |y| (x, y)))
             .map(|(x, y)| rows[y * width + x])
             .collect();
-        self.planner.plan_fft_forward(height).process(&mut columns);
+        self.columns.process(&mut columns);
         for (i, value) in columns.into_iter().enumerate() {
             let (x, y) = (i / height, i % height);
             self.power[y * width + x] += value.norm_sqr();

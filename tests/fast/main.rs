@@ -21,6 +21,7 @@ mod lenses;
 mod long;
 mod models;
 mod photons;
+mod pilots;
 mod rooms;
 mod scene_errors;
 mod skips;

@@ -97,7 +97,7 @@ fn the_picture_is_the_same_and_kinds_add_up() {
             let (uncounted, told) = picture(&folder, "y.exr");
             assert!(told.is_empty(), "{told:?}");
             assert!(counted == uncounted, "{scene} {estimator}: another picture where rays are counted");
-            for exact in ["rays", "paths", "all_rays", "rays_of_pilots"] {
+            for exact in ["rays", "paths", "all_rays", "rays_of_pilots", "plan"] {
                 assert_eq!(stats[exact], again[exact], "{scene} {estimator}: threads change the counts");
             }
             let rays = stats["rays"].as_object().expect("kinds");
@@ -165,6 +165,7 @@ fn the_text_has_what_the_json_has() {
         "memory",
         "read",
         "pilots",
+        "wavelengths a path 4, pixels a suffix",
         "first samples",
     ] {
         assert!(told.contains(part), "{part}: {told}");

@@ -1,7 +1,7 @@
 use abbe::film::Film;
 use abbe::integrator::Estimator;
 use abbe::output::target::{ErrorMeasure, Target};
-use abbe::render::{Progress, Schedule, Settings, WavelengthCount, Work, go_on};
+use abbe::render::{Chosen, Progress, Schedule, Settings, WavelengthCount, Work, go_on};
 use abbe::sampling::SamplerKind;
 use abbe::scene::{CompileOptions, ReadOptions, compile, read};
 use cpu_time::ProcessTime;
@@ -63,7 +63,7 @@ impl Progress for Watch {
         }
     }
 
-    fn pilots_done(&self) {
+    fn pilots_done(&self, _: &Chosen) {
         *locked(&self.began) = ProcessTime::now();
     }
 

@@ -2,7 +2,7 @@
 
 use abbe::accel::Tests;
 use abbe::film::Film;
-use abbe::render::{Progress, Settings, Work};
+use abbe::render::{Chosen, Progress, Settings, Work};
 use abbe::scene::{Counts, PathEnd, RayCounts, RayKind, Scene};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
@@ -20,7 +20,7 @@ pub struct Statistics<'a> {
 
 #[derive(Default)]
 struct Taken {
-    pilots: Option<(Counts, Duration)>,
+    pilots: Option<(Counts, Duration, Chosen)>,
     /// When the first samples of the picture were done.
     first: Option<Duration>,
     /// Samples of the film after each pass, and when that was.
@@ -35,12 +35,14 @@ impl<'a> Statistics<'a> {
     /// All that is known in the end. `before`: how long it took to read the scene, and to compile it.
     pub fn report(self, film: &Film, settings: &Settings, before: [Duration; 2]) -> Report {
         let taken = self.taken.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let (pilots, of_pilots) = taken.pilots.unwrap_or_default();
+        let chosen = taken.pilots.as_ref().map(|pilots| pilots.2);
+        let (pilots, of_pilots) = taken.pilots.map(|(counts, time, _)| (counts, time)).unwrap_or_default();
         let [tree, meshes] = self.scene.memory();
         let [width, height] = film.extent.measured.size;
         Report {
             counts: self.scene.counters().map(abbe::scene::Counters::take).unwrap_or_default(),
             pilots,
+            chosen,
             samples: film.measured_samples(),
             pixels: film.extent.measured.pixel_count(),
             bad: film.bad.total(),
@@ -58,11 +60,11 @@ impl<'a> Statistics<'a> {
 }
 
 impl Progress for Statistics<'_> {
-    fn pilots_done(&self) {
+    fn pilots_done(&self, chosen: &Chosen) {
         let counts = self.scene.counters().map(abbe::scene::Counters::take).unwrap_or_default();
         let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        taken.pilots = Some((counts, self.started.elapsed()));
-        self.progress.pilots_done();
+        taken.pilots = Some((counts, self.started.elapsed(), *chosen));
+        self.progress.pilots_done(chosen);
     }
 
     fn advanced(&self, samples: u64) {
@@ -98,6 +100,8 @@ impl Progress for Statistics<'_> {
 pub struct Report {
     counts: Counts,
     pilots: Counts,
+    /// How the picture was rendered; `None` where nothing was left to render.
+    chosen: Option<Chosen>,
     samples: u64,
     pixels: u64,
     bad: u64,
@@ -221,6 +225,9 @@ impl Report {
         }
         writeln!(text)?;
         writeln!(text, "pilots         {:12} rays, which are not counted above", self.pilots.rays())?;
+        if let Some(chosen) = &self.chosen {
+            self.write_plan(text, chosen)?;
+        }
         write!(
             text,
             "processor time {:12.3} s, {:.3} µs a ray",
@@ -257,6 +264,22 @@ impl Report {
             write!(text, ", to {:.4} samples per pixel {seconds:.3}", over(samples, self.pixels))?;
         }
         writeln!(text)
+    }
+
+    /// What the pilots have chosen, or the settings.
+    fn write_plan(&self, text: &mut String, chosen: &Chosen) -> std::fmt::Result {
+        let Chosen { plan, wavelengths, samples_per_path } = chosen;
+        write!(
+            text,
+            "plan           wavelengths a path {}, pixels a suffix {}, light samples at the first surface {}",
+            wavelengths.get(),
+            plan.sharing.pixels(),
+            plan.light_samples
+        )?;
+        match self.light_paths {
+            true => writeln!(text, ", samples a light subpath {samples_per_path}"),
+            false => writeln!(text),
+        }
     }
 
     /// The samples after each pass, and how long the pass took, s.
@@ -346,6 +369,12 @@ impl Report {
             "rays": rays,
             "all_rays": self.counts.rays(),
             "rays_of_pilots": self.pilots.rays(),
+            "plan": self.chosen.map(|chosen| json!({
+                "wavelengths": chosen.wavelengths.get(),
+                "pixels_per_suffix": chosen.plan.sharing.pixels(),
+                "light_samples": chosen.plan.light_samples,
+                "samples_per_light_subpath": self.light_paths.then_some(chosen.samples_per_path),
+            })),
             "light_tracing": self.light_paths,
             "paths": {
                 "number": self.counts.paths(),

@@ -54,15 +54,15 @@ impl Channels {
 /// tests and comparisons.
 pub fn read(path: &Path) -> std::io::Result<Channels> {
     let bytes = std::fs::read(path)?;
-    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(&bytes), false).map_err(damaged)?;
-    checked(&meta, bytes.len() as u64)?;
+    let reader = exr::block::read(Cursor::new(bytes.as_slice()), false).map_err(damaged)?;
+    checked(reader.meta_data(), bytes.len() as u64)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        .from_buffered(Cursor::new(&bytes))
+        .from_chunks(reader)
         .map_err(damaged)?;
     let size = image.layer_data.size;
     let list = image.layer_data.channel_data.list;

@@ -46,9 +46,9 @@ impl Stored {
     /// # Errors
     /// What makes the file unreadable. Damage to its pixels is found when they are asked for.
     pub fn open(path: &Path) -> std::io::Result<Self> {
-        let file = File::open(path)?;
+        let mut file = File::open(path)?;
         let length = file.metadata()?.len();
-        let meta = MetaData::read_from_buffered(BufReader::new(&file), false).map_err(damaged)?;
+        let meta = reader(&mut file)?.into_meta_data();
         checked(&meta, length)?;
         let Some((layer, header)) = meta.headers.iter().enumerate().find(|(_, header)| !header.deep) else {
             return Err(std::io::Error::other("the file has no flat channels"));
@@ -169,11 +169,10 @@ impl Stored {
         mut take: impl FnMut(&MetaData, UncompressedBlock),
     ) -> std::io::Result<()> {
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        file.rewind()?;
-        let reader = Reader::read_from_buffered(BufReader::new(&mut *file), false).map_err(damaged)?;
         let is_wanted =
             |block: &BlockIndex| block.layer == self.layer && block.level == Vec2(0, 0) && wanted(block);
-        let mut chunks = reader.filter_chunks(false, |_, _, block| is_wanted(&block)).map_err(damaged)?;
+        let mut chunks =
+            reader(&mut file)?.filter_chunks(false, |_, _, block| is_wanted(&block)).map_err(damaged)?;
         // As many at once as there are threads, and by these: threads that come and go, as the crate's own
         // do, leave memory behind.
         loop {
@@ -203,6 +202,12 @@ impl Kept {
         self.channels.push_back(found);
         Some(values)
     }
+}
+
+/// Reads from the beginning of a file.
+fn reader(file: &mut File) -> std::io::Result<Reader<BufReader<&mut File>>> {
+    file.rewind()?;
+    exr::block::read(BufReader::new(file), false).map_err(damaged)
 }
 
 /// The value of a sample as blocks hold it: in the order of bytes of this machine.

@@ -9,9 +9,10 @@
 
 use super::HeightData;
 use crate::shape::ShapeError;
+use crate::stats::fourier;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rustfft::FftPlanner;
+use rustfft::FftDirection;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;
 
@@ -67,8 +68,7 @@ impl Terrain {
 
 /// Fourier's in two dimensions, without a factor.
 fn transform(field: &mut [Complex<f64>], side: usize, inverse: bool) {
-    let mut planner = FftPlanner::new();
-    let along = if inverse { planner.plan_fft_inverse(side) } else { planner.plan_fft_forward(side) };
+    let along = fourier(side, if inverse { FftDirection::Inverse } else { FftDirection::Forward });
     for _ in 0..2 {
         along.process(field);
         for row in 0..side {
