@@ -1,7 +1,6 @@
 //! What light subpaths bring to a film, beside the samples of its pixels.
 
 use super::{Film, FixedPoint, Sums};
-use std::ops::Range;
 
 /// What light subpaths brought. Any of them may have come to any pixel, so it is their number that their sums
 /// are divided by.
@@ -20,11 +19,11 @@ impl LightPaths {
         self.sums.of_first.is_empty()
     }
 
-    /// What they brought to some replicates of a pixel, per path: a linear function of their sums, in the
-    /// unit of contributions.
+    /// What they brought to a replicate of a pixel, per path: a linear function of their sums, in the unit of
+    /// contributions.
     #[inline]
-    pub fn mean(&self, replicates: Range<usize>, of_sums: impl Fn(&Sums) -> f64) -> f64 {
-        let count: u64 = self.count[replicates].iter().sum();
+    pub fn mean(&self, replicate: usize, of_sums: impl Fn(&Sums) -> f64) -> f64 {
+        let count = self.count[replicate];
         if self.is_empty() || count == 0 {
             return 0.0;
         }

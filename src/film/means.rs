@@ -108,8 +108,9 @@ fn tiles_of_row(film: &Film, quantities: &[Quantity], row: u32) -> Vec<(Region, 
         let mut sums: Vec<Sum> = quantities.iter().map(|_| Sum::new(film.replicates)).collect();
         for [x, y] in tile.pixels().filter_map(|pixel| measured.within(pixel)) {
             // Pixel by pixel: the bins of a pixel lie together.
+            let pixel = film.pixel(x, y);
             for (sum, &quantity) in sums.iter_mut().zip(quantities) {
-                sum.add(film, x, y, quantity);
+                sum.add(&pixel, quantity);
             }
         }
         (tile, sums)
@@ -134,16 +135,19 @@ impl Sum {
     }
 
     /// Adds a pixel. One without samples makes the error infinite.
-    fn add(&mut self, film: &Film, x: u32, y: u32, quantity: Quantity) {
-        let mut spread = 0.0;
-        let mean = film.linearised(x, y, quantity, film.replicates, |replicate, deviation| {
-            self.deviations[replicate] += deviation;
-            spread += deviation * deviation;
-        });
+    fn add(&mut self, pixel: &Pixel, quantity: Quantity) {
         self.pixels += 1.0;
-        self.sum += mean.unwrap_or(0.0);
-        let variance = variance(film.replicates, spread);
-        self.independent += if mean.is_some() { variance } else { f64::INFINITY };
+        let Some((mean, deviations)) = pixel.linearised(quantity) else {
+            self.independent = f64::INFINITY;
+            return;
+        };
+        let mut spread = 0.0;
+        for (sum, deviation) in self.deviations.iter_mut().zip(deviations) {
+            *sum += deviation;
+            spread += deviation * deviation;
+        }
+        self.sum += mean;
+        self.independent += variance(pixel.film.replicates, spread);
     }
 
     fn merge(&mut self, other: &Self) {
@@ -170,6 +174,16 @@ impl Sum {
 }
 
 impl Film {
+    /// A pixel, for several quantities of it.
+    pub fn pixel(&self, x: u32, y: u32) -> Pixel<'_> {
+        let replicates = self.replicates as usize;
+        let first = self.index(x, y) * replicates;
+        let weight = |cell: usize| self.sums.of(cell, WEIGHT) as f64 * FixedPoint::SHARE.quantum;
+        let weights: Replicates = (first..first + replicates).map(weight).collect();
+        let is_complete = weights.iter().all(|&weight| weight != 0.0);
+        Pixel { film: self, first, weight: weights.iter().sum(), weights, is_complete }
+    }
+
     /// A quantity of a pixel.
     pub fn measured(&self, x: u32, y: u32, quantity: Quantity) -> Measured {
         self.measured_by(self.replicates, x, y, quantity)
@@ -178,23 +192,23 @@ impl Film {
     /// The same with the error that equal runs of replicates tell, which are `parts` in number: see
     /// [`Self::nets`].
     pub fn measured_by(&self, parts: u32, x: u32, y: u32, quantity: Quantity) -> Measured {
-        let mut spread = 0.0;
-        match self.linearised(x, y, quantity, parts, |_, deviation| spread += deviation * deviation) {
-            Some(mean) => Measured { mean, error: variance(parts, spread).sqrt() },
-            None => Measured { mean: 0.0, error: f64::INFINITY },
-        }
+        let [measured] = self.pixel(x, y).measured_by([parts], quantity);
+        measured
     }
 
     /// X, Y and Z of a pixel, and by how much each of `parts` equal runs of replicates is above them, to
     /// first order. `None` without samples.
     pub fn colour_by(&self, parts: u32, x: u32, y: u32) -> Option<([f64; 3], Vec<[f64; 3]>)> {
         let (mut mean, mut deviations) = ([0.0; 3], vec![[0.0; 3]; parts as usize]);
+        let pixel = self.pixel(x, y);
         for of in 0..3 {
             let mut weights = [0.0; 3];
             weights[of] = 1.0;
-            mean[of] = self.linearised(x, y, Quantity::Combined(weights), parts, |part, deviation| {
-                deviations[part][of] = deviation;
-            })?;
+            let (own, of_replicates) = pixel.linearised(Quantity::Combined(weights))?;
+            mean[of] = own;
+            for (part, deviation) in deviations.iter_mut().zip(pixel.of_parts(parts, &of_replicates)) {
+                part[of] = deviation;
+            }
         }
         Some((mean, deviations))
     }
@@ -205,7 +219,7 @@ impl Film {
     pub fn mean_over(&self, pixels: impl IntoIterator<Item = (u32, u32)>, quantity: Quantity) -> Measured {
         let mut sum = Sum::new(self.replicates);
         for (x, y) in pixels {
-            sum.add(self, x, y, quantity);
+            sum.add(&self.pixel(x, y), quantity);
         }
         sum.mean(self.replicates)
     }
@@ -215,50 +229,6 @@ impl Film {
         let mut sums = NoiseSums::new(self, [quantity]);
         sums.add_up_to(self, self.extent.shown.size[1]);
         sums.told()[0]
-    }
-
-    /// The mean of a pixel: a linear function of the channels over the sum of the weights. `None` without
-    /// samples. Also, for each of `parts` equal runs of replicates, how far it lies above the mean: what it
-    /// adds to the ratio, to first order.
-    fn linearised(
-        &self,
-        x: u32,
-        y: u32,
-        quantity: Quantity,
-        parts: u32,
-        mut deviates: impl FnMut(usize, f64),
-    ) -> Option<f64> {
-        let (index, replicates) = (self.index(x, y), self.replicates as usize);
-        let run = replicates / parts.max(1) as usize;
-        let r = f64::from(parts);
-        let scale = self.scale_of(quantity);
-        let parts = (0..parts as usize).map(|part| {
-            let runs = part * run..(part + 1) * run;
-            let cells = index * replicates + runs.start..index * replicates + runs.end;
-            let of_channel =
-                |sums: &Sums, channel: usize| cells.clone().map(|cell| sums.of(cell, channel)).sum::<i64>();
-            let light = self.light.mean(runs, |sums| self.value(quantity, |c| of_channel(sums, c)));
-            let weight = of_channel(&self.sums, WEIGHT) as f64 * FixedPoint::SHARE.quantum;
-            [self.value(quantity, |c| of_channel(&self.sums, c)) * scale.quantum, weight, light]
-        });
-        let parts: SmallVec<[[f64; 3]; 16]> = parts.collect();
-        let [sum, weight, light] =
-            parts.iter().fold([0.0; 3], |sum, part| [0, 1, 2].map(|i| sum[i] + part[i]));
-        if weight == 0.0 {
-            return None;
-        }
-        let (ratio, light) = (sum / weight, light / r);
-        // With few samples not every part has one.
-        let with_samples = parts.iter().filter(|[_, weight, _]| *weight != 0.0).count() as f64;
-        let factor = match r >= 2.0 && with_samples < r {
-            true => (with_samples / (with_samples - 1.0) * (r - 1.0) / r).sqrt(),
-            false => 1.0,
-        };
-        for (part, [own, own_weight, own_light]) in parts.into_iter().enumerate() {
-            let deviation = (own - ratio * own_weight) * (r / weight) + own_light - light;
-            deviates(part, if factor.is_finite() { factor * deviation } else { f64::INFINITY });
-        }
-        Some(ratio + light)
     }
 
     /// A quantity, in the unit of its sums, from the sum of each channel.
@@ -279,6 +249,85 @@ impl Film {
             Quantity::Alpha => FixedPoint::SHARE,
             Quantity::SecondMoment(_) => self.square_scale(),
             _ => self.scale,
+        }
+    }
+}
+
+/// A value for each replicate.
+type Replicates = SmallVec<[f64; 16]>;
+
+/// A pixel of a film: what all its quantities have in common.
+#[derive(Debug)]
+pub struct Pixel<'a> {
+    film: &'a Film,
+    /// The cell of its first replicate.
+    first: usize,
+    /// By replicate: the sum of the weights of its samples.
+    weights: Replicates,
+    weight: f64,
+    /// Whether each replicate has samples.
+    is_complete: bool,
+}
+
+impl Pixel<'_> {
+    /// A quantity, with the errors that equal runs of replicates tell, for each of these numbers of runs.
+    pub fn measured_by<const N: usize>(&self, parts: [u32; N], quantity: Quantity) -> [Measured; N] {
+        let Some((mean, deviations)) = self.linearised(quantity) else {
+            return [Measured { mean: 0.0, error: f64::INFINITY }; N];
+        };
+        parts.map(|parts| {
+            let spread = self.of_parts(parts, &deviations).map(|deviation| deviation * deviation).sum();
+            Measured { mean, error: variance(parts, spread).sqrt() }
+        })
+    }
+
+    /// The mean: a linear function of the channels over the sum of the weights. Also, for each replicate, how
+    /// far it lies above the mean: what it adds to the ratio, to first order. `None` without samples.
+    fn linearised(&self, quantity: Quantity) -> Option<(f64, Replicates)> {
+        if self.weight == 0.0 {
+            return None;
+        }
+        let (film, quantum) = (self.film, self.film.scale_of(quantity).quantum);
+        let cells = self.first..self.first + self.weights.len();
+        let own = |sums: &Sums, cell: usize| film.value(quantity, |channel| sums.of(cell, channel));
+        let mut values: Replicates = cells.clone().map(|cell| own(&film.sums, cell) * quantum).collect();
+        let r = values.len() as f64;
+        let (ratio, share) = (values.iter().sum::<f64>() / self.weight, r / self.weight);
+        for (value, weight) in values.iter_mut().zip(&self.weights) {
+            *value = (*value - ratio * weight) * share;
+        }
+        if film.light.is_empty() {
+            return Some((ratio, values));
+        }
+        let of_light = |(replicate, cell)| film.light.mean(replicate, |sums| own(sums, cell));
+        let light: Replicates = cells.enumerate().map(of_light).collect();
+        let mean = light.iter().sum::<f64>() / r;
+        for (value, light) in values.iter_mut().zip(light) {
+            *value += light - mean;
+        }
+        Some((ratio + mean, values))
+    }
+
+    /// How far each of so many equal runs of replicates lies above the mean, where replicates lie so far
+    /// above it. Runs without samples say nothing: the others stand for them.
+    fn of_parts(&self, parts: u32, deviations: &[f64]) -> impl Iterator<Item = f64> {
+        let run = (deviations.len() / parts.max(1) as usize).max(1);
+        let factor = if self.is_complete { 1.0 } else { self.factor(parts, run) };
+        deviations.chunks_exact(run).map(move |run| match factor.is_finite() {
+            true => factor * run.iter().sum::<f64>() / run.len() as f64,
+            false => f64::INFINITY,
+        })
+    }
+
+    /// What deviations are multiplied by where not all of so many runs, each of as many replicates, have
+    /// samples.
+    fn factor(&self, parts: u32, run: usize) -> f64 {
+        let runs = self.weights.chunks_exact(run);
+        let with_samples = runs.filter(|run| run.iter().any(|&weight| weight != 0.0)).count();
+        let (all, some) = (f64::from(parts), with_samples as f64);
+        match parts >= 2 && some < all {
+            true => (some / (some - 1.0) * (all - 1.0) / all).sqrt(),
+            false => 1.0,
         }
     }
 }

@@ -27,7 +27,7 @@ pub use extras::{Extras, SpectralBins};
 pub use filter::{FilterKind, FilterSampler, Footprint};
 pub use fixed_point::FixedPoint;
 use light::LightPaths;
-pub use means::{NOISE_TILE, NoiseSums, PictureNoise, Quantity};
+pub use means::{NOISE_TILE, NoiseSums, PictureNoise, Pixel, Quantity};
 pub use parts::Row;
 pub use region::{Extent, Region};
 use serde::{Deserialize, Serialize};
@@ -256,7 +256,7 @@ impl Film {
             return 0.0;
         }
         let weighed = |sums: &Sums| (0..3).map(|i| weights[i] * sums.of(cell, i) as f64).sum::<f64>();
-        let light = self.light.mean(replicate..replicate + 1, weighed);
+        let light = self.light.mean(replicate, weighed);
         weighed(&self.sums) * self.scale.quantum / weight + light
     }
 

@@ -84,10 +84,10 @@ fn what_is_killed_at_any_moment_goes_on_to_the_same_bits() {
 #[test]
 fn what_a_signal_stops_goes_on() {
     let folder = scene("signal");
-    render(&folder, 0, &["--spp=512", "-o", "whole.exr", "--quiet"]);
+    render(&folder, 0, &["--spp=256", "-o", "whole.exr", "--quiet"]);
     for (name, signal) in [("a", "-TERM"), ("b", "-HUP"), ("c", "-INT")] {
         let output = format!("{name}.exr");
-        let arguments = ["--spp=512", "--threads=1", "-o", &output, "--checkpoint"];
+        let arguments = ["--spp=256", "--threads=1", "-o", &output, "--checkpoint"];
         let mut command = folder.command(&rendering(&arguments));
         command.stderr(Stdio::piped());
         // SAFETY: to set a signal to what it does by default is allowed between fork and exec.
@@ -105,7 +105,7 @@ fn what_a_signal_stops_goes_on() {
         let told = String::from_utf8_lossy(&ended.stderr).into_owned();
         assert_eq!(ended.status.code(), Some(3), "{told}");
         assert!(told.contains("--resume goes on"), "{told}");
-        render(&folder, 0, &["--spp=512", "-o", &output, "--resume", "--quiet"]);
+        render(&folder, 0, &["--spp=256", "-o", &output, "--resume", "--quiet"]);
         assert!(folder.bytes(&output) == folder.bytes("whole.exr"), "{signal}");
     }
 }

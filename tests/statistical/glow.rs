@@ -140,8 +140,8 @@ fn diffuse_light_through_a_slab() {
         (0.5, 0.7040, 256),
         (1.0, 0.5532, 256),
         (2.0, 0.3900, 512),
-        (3.0, 0.3016, 1024),
-        (20.0, 4.0 / 3.0 / 21.420_892, 8192),
+        (3.0, 0.3016, 768),
+        (20.0, 4.0 / 3.0 / 21.420_892, 6144),
     ];
     let tail = sidak(0.01, cases.len() * ALL_COUNTS.len()) / 2.0;
     let bound = Normal::standard().inverse_cdf(1.0 - tail);

@@ -91,14 +91,14 @@ impl Albedo {
         let axes = [cosines, turned, axis(roughness, 13), axis(anisotropic, 5)];
         // The more places there are, the fewer facets are looked at in each.
         let count = if axes[2..].iter().any(|axis| axis.nodes() > 1) { 16 } else { 32 };
-        let rule = rule(count);
+        let (rule, finer) = (rule(count), rule(64));
         Self {
             facets: Table::new(axes, |[cosine, turn, roughness, anisotropic]| {
                 let base = PrincipledBase { roughness, anisotropic, ..PrincipledBase::<1>::WHITE };
                 facets(&base, from(cosine, turn * FRAC_PI_2), eta, thin, &rule)
             }),
             coat: Table::new([cosines, axis(gloss, 9)], |[cosine, gloss]| {
-                [coat(gloss, from(cosine, 0.0), eta, &self::rule(64))]
+                [coat(gloss, from(cosine, 0.0), eta, &finer)]
             }),
         }
     }

@@ -91,7 +91,8 @@ impl<'a> Bands<'a> {
         };
         let of_quantity = |number: usize| -> Vec<f32> {
             let gathered = |of: fn(&Values) -> &[f64]| -> Vec<f64> {
-                all.iter().flat_map(|values| &of(values)[slice(number)]).copied().collect()
+                let rows: Vec<&[f64]> = all.iter().map(|values| &of(values)[slice(number)]).collect();
+                rows.concat()
             };
             let of_nets = self.picture.film.nets().map(|_| gathered(|values| values.of_nets.as_slice()));
             let variances = gathered(|values| values.variances.as_slice());
@@ -149,15 +150,18 @@ impl<'a> Bands<'a> {
         };
         for x in 0..film.width {
             // Pixel by pixel: the bins of a pixel lie together.
+            let pixel = film.pixel(x, y);
             for (number, (_, quantity)) in self.quantities.iter().enumerate() {
                 let cell = number * width + x as usize;
-                let measured = film.measured(x, y, *quantity);
+                let nets = film.nets().unwrap_or(film.replicates);
+                let [measured, by_nets] = pixel.measured_by([film.replicates, nets], *quantity);
                 values.means[cell] = measured.mean as f32;
-                if let Some(variance) = values.variances.get_mut(cell) {
-                    *variance = measured.error.powi(2);
-                }
-                if let (Some(variance), Some(nets)) = (values.of_nets.get_mut(cell), film.nets()) {
-                    *variance = film.measured_by(nets, x, y, *quantity).error.powi(2);
+                for (variances, error) in
+                    [(&mut values.variances, measured.error), (&mut values.of_nets, by_nets.error)]
+                {
+                    if let Some(variance) = variances.get_mut(cell) {
+                        *variance = error.powi(2);
+                    }
                 }
             }
         }

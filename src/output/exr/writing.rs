@@ -133,7 +133,8 @@ impl Blocks<'_> {
                 pixel_size: Vec2(self.header.layer_size.x(), rows.len()),
                 level: Vec2(0, 0),
             };
-            let data = rows.iter().flatten().flat_map(|value| value.to_ne_bytes()).collect();
+            let mut data = Vec::with_capacity(rows.iter().map(|row| size_of_val(row.as_slice())).sum());
+            rows.iter().flatten().for_each(|value| data.extend_from_slice(&value.to_ne_bytes()));
             let headers = std::slice::from_ref(self.header);
             UncompressedBlock { index, data }.compress_to_chunk(headers).map_err(failed)
         };
