@@ -184,6 +184,16 @@ impl Distant {
 }
 
 impl Lights {
+    /// About how many choices a light sample takes in the largest tree.
+    pub fn tree_levels(&self) -> f64 {
+        let levels = |head: &Head| match head {
+            Head::Divided { parts, .. } => parts.levels(),
+            Head::Near(near) => near.tree.levels(),
+            Head::Light(_) | Head::Distant(_) | Head::Environment => 0.0,
+        };
+        self.choice.heads.iter().map(levels).fold(0.0, f64::max)
+    }
+
     /// A part of a light for a place, by the sample value `u`; what is left of which is uniform again.
     pub(super) fn choose<const C: usize>(
         &self,

@@ -67,6 +67,11 @@ impl Tree {
         Some(Self { root: Ball::new(&bound, whole), whole, child, pairs, parents, leaves: nodes })
     }
 
+    /// How many choices one emitter takes, about.
+    pub fn levels(&self) -> f64 {
+        ((self.pairs.len() + 1) as f64).log2()
+    }
+
     /// About the irradiance that all emitters together bring to a place, up to the factor of their
     /// intensities.
     pub fn estimate(&self, from: &Viewpoint) -> f64 {
