@@ -16,11 +16,7 @@ pub enum Sharing {
 impl Sharing {
     /// How many pixels a suffix serves.
     pub fn pixels(self) -> u32 {
-        match self {
-            Self::Nothing => 1,
-            Self::Four => 4,
-            Self::Sixteen => 16,
-        }
+        self.partners(0).count_ones()
     }
 
     /// The lanes that share with one, itself among them.

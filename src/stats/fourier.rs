@@ -7,8 +7,8 @@ use std::sync::Arc;
 /// A transform of so many numbers, without a factor: of each such stretch of a slice. A length that is no
 /// power of two takes Bluestein's algorithm.
 ///
-/// The planner of rustfft has algorithms for many lengths: it is faster, and takes a twentieth of the time
-/// that abbe takes to compile.
+/// The planner of rustfft has algorithms for many more lengths. It is faster, and 3 % of the code that is
+/// compiled with abbe.
 pub fn fourier(length: usize, direction: FftDirection) -> Arc<dyn Fft<f64>> {
     if length.is_power_of_two() {
         return Arc::new(Radix4::new(length, direction));

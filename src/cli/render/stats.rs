@@ -20,7 +20,8 @@ pub struct Statistics<'a> {
 
 #[derive(Default)]
 struct Taken {
-    pilots: Option<(Counts, Duration, Chosen)>,
+    pilots: Option<(Counts, Duration)>,
+    chosen: Option<Chosen>,
     /// When the first samples of the picture were done.
     first: Option<Duration>,
     /// Samples of the film after each pass, and when that was.
@@ -35,14 +36,13 @@ impl<'a> Statistics<'a> {
     /// All that is known in the end. `before`: how long it took to read the scene, and to compile it.
     pub fn report(self, film: &Film, settings: &Settings, before: [Duration; 2]) -> Report {
         let taken = self.taken.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let chosen = taken.pilots.as_ref().map(|pilots| pilots.2);
-        let (pilots, of_pilots) = taken.pilots.map(|(counts, time, _)| (counts, time)).unwrap_or_default();
+        let (pilots, of_pilots) = taken.pilots.unwrap_or_default();
         let [tree, meshes] = self.scene.memory();
         let [width, height] = film.extent.measured.size;
         Report {
             counts: self.scene.counters().map(abbe::scene::Counters::take).unwrap_or_default(),
             pilots,
-            chosen,
+            chosen: taken.chosen,
             samples: film.measured_samples(),
             pixels: film.extent.measured.pixel_count(),
             bad: film.bad.total(),
@@ -63,7 +63,8 @@ impl Progress for Statistics<'_> {
     fn pilots_done(&self, chosen: &Chosen) {
         let counts = self.scene.counters().map(abbe::scene::Counters::take).unwrap_or_default();
         let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        taken.pilots = Some((counts, self.started.elapsed(), *chosen));
+        taken.pilots = Some((counts, self.started.elapsed()));
+        taken.chosen = Some(*chosen);
         self.progress.pilots_done(chosen);
     }
 

@@ -148,13 +148,13 @@ impl<'a> Bands<'a> {
             variances: cells_of(self.picture.has_errors()),
             of_nets: cells_of(film.nets().is_some()),
         };
+        let parts = [film.replicates, film.nets().unwrap_or(film.replicates)];
         for x in 0..film.width {
             // Pixel by pixel: the bins of a pixel lie together.
             let pixel = film.pixel(x, y);
             for (number, (_, quantity)) in self.quantities.iter().enumerate() {
                 let cell = number * width + x as usize;
-                let nets = film.nets().unwrap_or(film.replicates);
-                let [measured, by_nets] = pixel.measured_by([film.replicates, nets], *quantity);
+                let [measured, by_nets] = pixel.measured_by(parts, *quantity);
                 values.means[cell] = measured.mean as f32;
                 for (variances, error) in
                     [(&mut values.variances, measured.error), (&mut values.of_nets, by_nets.error)]

@@ -35,7 +35,7 @@ impl Terrain {
     pub fn heights(&self) -> Result<HeightData, ShapeError> {
         let side = 1usize << self.levels.min(Self::MOST_LEVELS);
         let mut field = self.spectrum(side);
-        transform(&mut field, side, true);
+        transform(&mut field, side, FftDirection::Inverse);
         let heights: Vec<f64> = field.iter().map(|height| height.re).collect();
         let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
         let high = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -56,7 +56,7 @@ impl Terrain {
             (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * v).cos()
         };
         let mut field: Vec<_> = (0..side * side).map(|_| Complex::new(normal(), 0.0)).collect();
-        transform(&mut field, side, false);
+        transform(&mut field, side, FftDirection::Forward);
         for (i, value) in field.iter_mut().enumerate() {
             let frequency = |k: usize| k.min(side - k) as f64;
             let squared = frequency(i % side).powi(2) + frequency(i / side).powi(2);
@@ -67,8 +67,8 @@ impl Terrain {
 }
 
 /// Fourier's in two dimensions, without a factor.
-fn transform(field: &mut [Complex<f64>], side: usize, inverse: bool) {
-    let along = fourier(side, if inverse { FftDirection::Inverse } else { FftDirection::Forward });
+fn transform(field: &mut [Complex<f64>], side: usize, direction: FftDirection) {
+    let along = fourier(side, direction);
     for _ in 0..2 {
         along.process(field);
         for row in 0..side {
@@ -100,7 +100,7 @@ mod tests {
             let at = |x: usize, y: usize| f64::from(values[y * points + x]);
             let mut field: Vec<_> =
                 (0..side * side).map(|i| Complex::new(at(i % side, i / side), 0.0)).collect();
-            transform(&mut field, side, false);
+            transform(&mut field, side, FftDirection::Forward);
             let mut known = Vec::new();
             // Beyond half of the frequencies the rounding of heights begins to show where H is large.
             for y in 0..side {

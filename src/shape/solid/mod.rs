@@ -161,8 +161,8 @@ impl Solid {
         self.nodes[0].bounds
     }
 
-    /// How far two solids at least stay apart, or −∞ where that is not seen. It is seen where one lies in a
-    /// ball that is cut out of the other, as the glasses of an achromat do.
+    /// How far two solids at least stay apart, or −∞ where that is not seen. It is seen where one lies in
+    /// a ball that is cut out of the other, as the glasses of an achromat do.
     pub fn gap(&self, other: &Self) -> f64 {
         let [own, others] = [self, other].map(|solid| {
             let mut limits = Limits::default();
