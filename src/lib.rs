@@ -135,5 +135,9 @@ pub mod compare;
 pub mod study;
 
 #[cfg(test)]
+#[path = "../tests/common/mutation.rs"]
+mod mutation;
+
+#[cfg(test)]
 #[path = "../tests/common/stress.rs"]
 mod stress;

@@ -462,10 +462,19 @@ impl<const C: usize> Values<C> {
 mod tests {
     use super::super::bundle::{Each, Scratch};
     use super::*;
+    use crate::bsdf::microfacet::Distribution;
+    use crate::geometry::Vec3;
     use crate::lanes::get;
     use crate::material::Shading;
     use crate::sampling::{Dimensions, Sampler, SamplerKind};
-    use crate::scene::agreement;
+    use crate::scene::description::{
+        Alpha, Bsdf, BsdfKind, ConductorIndex, IndexKind, IndexSource, Roughness, ShapeDescription, ShapeKind,
+    };
+    use crate::scene::fixture::{self, absorber, bsdf, constant, diffuse, shape, sloped};
+    use crate::shape::QuadricKind;
+    use glam::DMat4;
+    use std::f64::consts::FRAC_PI_2;
+    use std::sync::Arc;
 
     /// The fraction of a next surface's radiance that a first one gets, and the density of sampling it.
     /// `shading`: how the first one scatters.
@@ -504,11 +513,100 @@ mod tests {
         a.0.iter().zip(b.0).all(|(a, b)| (a - b).abs() <= 1e-12 * b.abs())
     }
 
-    /// Links of small and of larger scenes, with rough surfaces and surfaces in contact.
+    /// A floor at y = −1 and a lamp that shines on it.
+    fn room(floor: Arc<Bsdf>) -> Vec<ShapeDescription> {
+        let quarter = DMat4::from_rotation_x(-FRAC_PI_2);
+        let down = DMat4::from_translation(2.0 * Vec3::Y) * quarter.inverse();
+        let up = DMat4::from_translation(-Vec3::Y) * quarter * DMat4::from_scale(Vec3::splat(3.0));
+        let lamp = shape(ShapeKind::Rectangle, down, diffuse(constant(0.0)));
+        let lamp = ShapeDescription { emission: Some(constant(3.0)), ..lamp };
+        vec![shape(ShapeKind::Rectangle, up, floor), lamp]
+    }
+
+    fn ball(x: f64, radius: f64, bsdf: Arc<Bsdf>) -> ShapeDescription {
+        let kind = ShapeKind::Sphere { centre: Vec3::new(x, radius - 1.0, 0.0), radius };
+        shape(kind, DMat4::IDENTITY, bsdf)
+    }
+
+    /// A cube that stands on the floor.
+    fn block(x: f64, bsdf: Arc<Bsdf>, extinction: [f64; 2]) -> ShapeDescription {
+        let place = DMat4::from_translation(Vec3::new(x, -0.5, 0.0)) * DMat4::from_scale(Vec3::splat(0.5));
+        let interior = Some(absorber(sloped(extinction)));
+        ShapeDescription { interior, ..shape(ShapeKind::Cube, place, bsdf) }
+    }
+
+    fn rough(distribution: Distribution, alpha: f64) -> Option<Roughness> {
+        Some(Roughness { distribution, alpha: Alpha::Isotropic(constant(alpha)) })
+    }
+
+    fn metal(roughness: Option<Roughness>) -> Arc<Bsdf> {
+        let index = ConductorIndex::Complex { n: sloped([1.3, 0.4]), k: sloped([2.0, 6.0]) };
+        bsdf(BsdfKind::Conductor { index, specular_reflectance: constant(1.0), roughness })
+    }
+
+    fn glass(index: f64, roughness: Option<Roughness>) -> Arc<Bsdf> {
+        bsdf(BsdfKind::Dielectric {
+            interior: IndexSource { place: fixture::PLACE, kind: IndexKind::Constant(index) },
+            exterior: None,
+            specular_reflectance: constant(1.0),
+            specular_transmittance: constant(1.0),
+            roughness,
+        })
+    }
+
+    /// Small scenes and a larger one, with rough surfaces, bodies in contact and media between surfaces.
+    fn scenes() -> [(&'static str, Vec<ShapeDescription>); 4] {
+        let paper = || diffuse(sloped([0.2, 0.9]));
+        let sheet = BsdfKind::DiffuseTransmitter {
+            reflectance: sloped([0.1, 0.5]),
+            transmittance: sloped([0.6, 0.2]),
+        };
+        let upright = DMat4::from_rotation_y(-0.9);
+        let kind = QuadricKind::Cone {
+            from: Vec3::new(-1.0, -1.0, 0.3),
+            to: Vec3::new(-0.9, 0.4, 0.3),
+            radii: [0.6, 0.1],
+        };
+        let cone = ShapeKind::Quadric { kind, capped: true };
+        let ring = ShapeKind::Torus { major_radius: 0.4, minor_radius: 0.15 };
+        let with = |floor, more: Vec<ShapeDescription>| [room(floor), more].concat();
+        [
+            (
+                "diffuse",
+                with(
+                    paper(),
+                    vec![shape(ShapeKind::Rectangle, upright, bsdf(sheet)), ball(-1.0, 0.5, paper())],
+                ),
+            ),
+            (
+                "metals",
+                with(
+                    metal(rough(Distribution::Beckmann, 0.3)),
+                    vec![ball(0.5, 0.7, metal(rough(Distribution::Ggx, 0.2)))],
+                ),
+            ),
+            (
+                "contact",
+                with(
+                    paper(),
+                    vec![
+                        block(-0.8, glass(1.5, None), [0.2, 0.6]),
+                        block(0.3, bsdf(BsdfKind::Null), [0.9, 0.3]),
+                        ball(1.3, 0.4, glass(1.7, rough(Distribution::Ggx, 0.2))),
+                    ],
+                ),
+            ),
+            (
+                "quadrics",
+                with(paper(), vec![shape(cone, DMat4::IDENTITY, paper()), shape(ring, upright, paper())]),
+            ),
+        ]
+    }
+
     #[test]
     fn links_are_those_of_each_pair() {
-        for name in ["diffuse", "metals", "contact", "quadrics"] {
-            let scene = agreement(name);
+        for (name, shapes) in scenes() {
+            let scene = fixture::compiled(&fixture::described(shapes, Vec3::new(0.5, 2.0, 4.0), Vec3::ZERO));
             let sampler = Sampler::new(SamplerKind::Independent, 5, 1);
             let wavelengths = scene.wavelengths.sample::<4>(0.3);
             let size = scene.film.extent.whole;

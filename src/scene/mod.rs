@@ -6,6 +6,8 @@ mod counting;
 pub mod description;
 mod features;
 mod film_plan;
+#[cfg(test)]
+pub(crate) mod fixture;
 mod flight;
 mod info;
 mod intersection;
@@ -34,12 +36,3 @@ pub use plugins::{Declaration, Parameter, Range, Takes, Use, plugins, reference}
 pub use read::{ReadOptions, read, read_str};
 pub use scene::Scene;
 pub use source::{Place, SceneError, SceneErrors};
-
-/// A scene of `tests/scenes/agreement`.
-#[cfg(test)]
-pub(crate) fn agreement(name: &str) -> Scene {
-    let file = format!("{}/tests/scenes/agreement/{name}.xml", env!("CARGO_MANIFEST_DIR"));
-    let read = read(file.as_ref(), &ReadOptions::default());
-    let description = read.unwrap_or_else(|errors| panic!("{errors}"));
-    compile(&description, &CompileOptions::default()).unwrap_or_else(|errors| panic!("{errors}"))
-}

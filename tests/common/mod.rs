@@ -5,6 +5,7 @@
 #[cfg(unix)]
 pub mod browser;
 pub mod folder;
+pub mod mutation;
 pub mod stress;
 
 use abbe::film::{Film, SpectralBins};

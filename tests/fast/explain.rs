@@ -2,6 +2,7 @@
 
 use crate::common::folder::{Folder, of_repository, stderr, stdout};
 use crate::common::{compiled, described_file, expose, settings};
+use abbe::film::Film;
 use abbe::integrator::{Estimator, Step};
 use abbe::render::{Explained, Settings, Wanted, WavelengthCount, explain};
 use abbe::scene::{CompileOptions, Scene};
@@ -27,6 +28,58 @@ fn told(explained: &Explained) -> Vec<f64> {
 
 fn at(scene: &Scene, settings: &Settings, pixel: [u32; 2], wanted: Wanted) -> Explained {
     explain(scene, settings, pixel, wanted).unwrap_or_else(|problem| panic!("{problem}"))
+}
+
+/// Whether the samples that are told of a pixel make up what the film has of it.
+#[track_caller]
+fn same_as_film(told: &Explained, film: &Film, [x, y]: [u32; 2], what: &str) {
+    let (found, exact) = (told.pixel_luminance, film.combined(x, y, [0.0, 1.0, 0.0]).mean);
+    assert!((found - exact).abs() <= 1e-5 * exact.abs() + 1e-9, "{what}: {found}, not {exact}");
+}
+
+/// Pixels that share nothing are followed in lanes, several samples of each at a time: up to rounding each has
+/// the path that it has alone. The lights of these scenes are sampled by their values alone: random lines, by
+/// which others are, turn on their last bits.
+#[test]
+fn paths_that_are_followed_together_are_those_of_each_alone() {
+    const SCENES: [&str; 15] = [
+        "absorption",
+        "brighter",
+        "caustics",
+        "chamber",
+        "contact",
+        "diffuse",
+        "dispersion",
+        "extentless",
+        "frosted",
+        "lamps",
+        "lines",
+        "metals",
+        "motion",
+        "solids",
+        "veils",
+    ];
+    let settings = settings(8, WavelengthCount::Four, 3);
+    for name in SCENES {
+        let description = described_file(&format!("tests/scenes/agreement/{name}.xml"), &[]);
+        let scene = compiled(&description, &CompileOptions::default());
+        let film = expose(&scene, &settings);
+        let [width, height] = scene.film.extent.whole;
+        let mut lit = 0;
+        for place in (0..width * height).step_by(3) {
+            let pixel = [place % width, place / width];
+            for number in [0, 7] {
+                let what = format!("{name}, sample {number} of pixel {pixel:?}");
+                let told = at(&scene, &settings, pixel, Wanted::Sample(number));
+                same(&told.radiance, &told.path_radiance, &what);
+                if !scene.features().light_tracing {
+                    same_as_film(&told, &film, pixel, &what);
+                }
+                lit += usize::from(told.path_radiance.iter().any(|&value| value > 0.0));
+            }
+        }
+        assert!(lit > 10, "{name}: {lit}");
+    }
 }
 
 /// Scenes with glass that paths split at, dispersion, surfaces in contact, and media that scatter.
@@ -56,13 +109,8 @@ fn the_samples_of_a_pixel_make_up_what_the_film_has_and_steps_make_up_a_sample()
             for pixel in places.into_iter().take(pixels(estimator)) {
                 let what = format!("{file}, {estimator:?}, {count}, pixel {pixel:?}");
                 let brightest = at(&scene, &settings, pixel, Wanted::Brightest);
-                let exact = film.combined(pixel[0], pixel[1], [0.0, 1.0, 0.0]).mean;
                 if !scene.features().light_tracing {
-                    let found = brightest.pixel_luminance;
-                    assert!(
-                        (found - exact).abs() <= 1e-5 * exact.abs() + 1e-9,
-                        "{what}: {found}, not {exact}"
-                    );
+                    same_as_film(&brightest, &film, pixel, &what);
                 }
                 for number in [0, 5] {
                     let own = at(&scene, &settings, pixel, Wanted::Sample(number));

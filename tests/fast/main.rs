@@ -3,6 +3,7 @@
 
 mod aovs;
 mod bodies;
+mod cameras;
 mod colour;
 mod command_line;
 #[path = "../common/mod.rs"]
@@ -22,6 +23,7 @@ mod long;
 mod models;
 mod photons;
 mod pilots;
+mod reader;
 mod rooms;
 mod scene_errors;
 mod skips;

@@ -127,7 +127,6 @@ const SLOW: &str = r#"<scene version="3.0.0">
         <emitter type="area"><spectrum name="radiance" value="1"/></emitter></shape></scene>"#;
 
 /// Long before there is anything to write a pipe hears of it; stopped then, it leaves what was there.
-#[allow(unsafe_code, reason = "a call of the operating system")]
 #[test]
 fn long_renders_and_studies_are_heard_of() {
     let folder = Folder::new("slow");
@@ -138,19 +137,16 @@ fn long_renders_and_studies_are_heard_of() {
     let started = Instant::now();
     let size = "--size=512x512";
     let start = |arguments: &[&str]| {
-        let mut command = abbe(&folder, &[arguments, &[size, "--spp=1024", "--threads=1"]].concat());
-        // What is waited for is the clock: the other tests may have the processor.
-        // SAFETY: to become less urgent is allowed between fork and exec.
-        unsafe {
-            command.pre_exec(|| {
-                libc::nice(10);
-                Ok(())
-            })
-        };
-        Running::start(command)
+        let more = [size, "--spp=1024", "--threads=1"];
+        Running::start(abbe(&folder, &[arguments, &more].concat()))
     };
     let mut render = start(&["render", "slow.xml"]);
     let mut study = start(&["study", "slow.xml", "-o", "noise"]);
+    // What is waited for is the clock: meanwhile the other tests have the processor.
+    std::thread::sleep(Duration::from_millis(500));
+    [&render, &study].into_iter().for_each(|running| running.signal("-STOP"));
+    std::thread::sleep(Duration::from_secs(9));
+    [&render, &study].into_iter().for_each(|running| running.signal("-CONT"));
     let told = render.tells();
     assert!(told.contains("samples") && told.contains("not known yet"), "{told}");
     assert!(study.tells().contains("reference"));

@@ -3,7 +3,11 @@
 
 use crate::common::browser;
 use crate::common::folder::{Folder, of_repository, stderr, stdout};
+use image::DynamicImage;
+use image::codecs::png::PngDecoder;
 use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -251,8 +255,9 @@ fn a_browser_shows_the_page() {
     let places = places.expect("the page tells its figures").0;
     let screenshot = folder.path("page.png");
     let shot = browse(&browser, &folder, &[&format!("--screenshot={}", screenshot.display())], "index.html");
-    let image =
-        image::open(&screenshot).unwrap_or_else(|error| panic!("{error}: {}", stderr(&shot))).to_rgb8();
+    let file = File::open(&screenshot).unwrap_or_else(|error| panic!("{error}: {}", stderr(&shot)));
+    let decoder = PngDecoder::new(BufReader::new(file)).expect("a PNG");
+    let image = DynamicImage::from_decoder(decoder).expect("a picture").to_rgb8();
 
     let mut found = Vec::new();
     for place in places.split(';') {

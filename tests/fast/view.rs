@@ -221,7 +221,7 @@ fn a_browser_shows_a_picture_in_the_making() {
     };
     let (folder, kept) = (Folder::new("browser"), Folder::kept("view-page"));
     folder.write("made.xml", SCENE);
-    let arguments = ["made.xml", "--spp=1000000", "--time=10s", "--threads=1", "--spectral=5", "-o", "a.exr"];
+    let arguments = ["made.xml", "--spp=1000000", "--time=6s", "--threads=1", "--spectral=5", "-o", "a.exr"];
     let view = View::new(&folder, &arguments);
     let url = format!("http://127.0.0.1:{}/", view.port);
     let mut tab = Tab::open(&program, &kept.path("profile"), &url);

@@ -17,8 +17,6 @@ mod sensors;
 mod shapes;
 mod solids;
 mod spectra;
-#[cfg(test)]
-mod tests;
 
 pub(super) use shapes::{bounds as bounds_of_shape, place as place_shape};
 pub(super) use spectra::index as index_of_source;

@@ -20,8 +20,6 @@ pub mod samplers;
 pub mod sensors;
 pub mod shapes;
 mod spectral;
-#[cfg(test)]
-mod tests;
 pub mod textures;
 pub mod view;
 

@@ -126,3 +126,6 @@ pub(super) struct MeshFile {
 
 /// What the mesh readers return.
 pub(super) type MeshResult = Result<MeshFile, MeshError>;
+
+#[cfg(test)]
+mod tests;

@@ -22,8 +22,6 @@ mod serialized;
 pub(super) mod solids;
 mod spd;
 pub(super) mod spectra;
-#[cfg(test)]
-mod tests;
 pub(super) mod textures;
 mod transforms;
 mod tree;

@@ -68,4 +68,4 @@ pub(in crate::scene) fn mitsuba_plugins(class: Class) -> &'static [&'static str]
 }
 
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;

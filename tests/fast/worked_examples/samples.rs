@@ -4,7 +4,8 @@ use super::assert_near;
 use abbe::camera::{Shutter, ShutterKind};
 use abbe::film::{Extras, Film, FixedPoint, Tristimulus};
 use abbe::sampling::{Dimensions, Sampler, SamplerKind};
-use rustfft::FftPlanner;
+use abbe::stats::fourier;
+use rustfft::FftDirection;
 use rustfft::num_complex::Complex;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::f64::consts::TAU;
@@ -160,6 +161,7 @@ fn n22_aliases_of_a_comb() {
     const PIXELS: usize = 1616;
     let period = |samples: u32| {
         let sampler = Sampler::new(SamplerKind::Regular, 22, samples);
+        let transform = fourier(PIXELS, FftDirection::Forward);
         let mut power = vec![0.0; PIXELS / 2];
         for row in 20..30 {
             let mut line: Vec<Complex<f64>> = (0..PIXELS)
@@ -173,7 +175,7 @@ fn n22_aliases_of_a_comb() {
                     Complex::new(white.count() as f64 / f64::from(samples), 0.0)
                 })
                 .collect();
-            FftPlanner::new().plan_fft_forward(PIXELS).process(&mut line);
+            transform.process(&mut line);
             power.iter_mut().zip(&line).skip(1).for_each(|(sum, wave)| *sum += wave.norm_sqr());
         }
         let (most, _) = power.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).unwrap();

@@ -2,12 +2,29 @@
 //! subpaths are aimed.
 
 use super::{Groups, centre};
+use crate::camera::{Shutter, ShutterKind};
 use crate::geometry::{Bounds, Transform, Vec3};
 use crate::scene::compile::shapes;
-use crate::scene::description::Description;
-use crate::scene::{ReadOptions, read_str};
+use crate::scene::description::{Animation, Description, Instance, ShapeDescription, ShapeGroup, ShapeKind};
+use crate::scene::fixture::{self, PLACE, constant, diffuse, transform};
 use crate::shape::Shape;
-use std::path::Path;
+use glam::DMat4;
+use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+
+const EXPECTED: Bounds = Bounds { min: Vec3::new(-1.0, -12.0, 978.0), max: Vec3::new(108.0, 2.0, 1008.0) };
+
+fn ball(centre: Vec3) -> ShapeDescription {
+    fixture::shape(ShapeKind::Sphere { centre, radius: 1.0 }, DMat4::IDENTITY, diffuse(constant(0.5)))
+}
+
+fn group(shapes: Vec<ShapeDescription>, instances: Vec<Instance>) -> Arc<ShapeGroup> {
+    Arc::new(ShapeGroup { place: PLACE, id: None, shapes, solids: Vec::new(), instances })
+}
+
+fn shown(group: &Arc<ShapeGroup>, to_world: DMat4) -> Instance {
+    Instance { place: PLACE, id: None, group: group.clone(), to_world: transform(to_world), motion: None }
+}
 
 /// Turns by right angles, so that a box around boxes is no wider than what it is around.
 ///
@@ -15,30 +32,20 @@ use std::path::Path;
 /// from y −1 to 1 to y −11 to −9: its box is x −1 to 4, y −11 to 4, z −1 to 6. `c` shows `b` twice as large
 /// at x 98 to 108, y −22 to 8, z −2 to 12, beside a ball around its origin. The scene shows `c` with y and z
 /// turned, a thousand further along z.
-const NESTED: &str = r#"<scene version="3.0.0">
-<sensor type="perspective"><float name="shutter_close" value="1"/></sensor>
-<shape type="shapegroup" id="a"><shape type="sphere"><point name="center" x="3" y="0" z="0"/></shape></shape>
-<shape type="shapegroup" id="b">
-  <shape type="instance"><ref id="a"/><transform name="to_world">
-    <rotate z="1" angle="90"/><translate z="5"/></transform></shape>
-  <shape type="instance"><ref id="a"/><animation name="to_world">
-    <transform time="0"><translate y="0"/></transform>
-    <transform time="1"><translate y="-10"/></transform></animation></shape>
-</shape>
-<shape type="shapegroup" id="c">
-  <shape type="instance"><ref id="b"/><transform name="to_world">
-    <scale value="2"/><translate x="100"/></transform></shape>
-  <shape type="sphere"/>
-</shape>
-<shape type="instance"><ref id="c"/><transform name="to_world">
-  <rotate x="1" angle="90"/><translate z="1000"/></transform></shape>
-</scene>"#;
-
-const EXPECTED: Bounds = Bounds { min: Vec3::new(-1.0, -12.0, 978.0), max: Vec3::new(108.0, 2.0, 1008.0) };
-
-fn described() -> Description {
-    read_str(NESTED.to_owned(), Path::new("scene.xml"), &ReadOptions::default())
-        .unwrap_or_else(|errors| panic!("{errors}"))
+fn nested() -> Description {
+    let moved = |x, y, z| DMat4::from_translation(Vec3::new(x, y, z));
+    let a = group(vec![ball(3.0 * Vec3::X)], Vec::new());
+    let carried = shown(&a, DMat4::IDENTITY);
+    let keys = [0.0, 1.0].map(|time| (time, transform(moved(0.0, -10.0 * time, 0.0)))).to_vec();
+    let carried = Instance { motion: Some(Arc::new(Animation { place: PLACE, keys })), ..carried };
+    let turned = shown(&a, moved(0.0, 0.0, 5.0) * DMat4::from_rotation_z(FRAC_PI_2));
+    let b = group(Vec::new(), vec![turned, carried]);
+    let enlarged = shown(&b, moved(100.0, 0.0, 0.0) * DMat4::from_scale(Vec3::splat(2.0)));
+    let c = group(vec![ball(Vec3::ZERO)], vec![enlarged]);
+    let mut scene = fixture::described(Vec::new(), Vec3::ZERO, Vec3::Z);
+    scene.instances = vec![shown(&c, moved(0.0, 0.0, 1000.0) * DMat4::from_rotation_x(FRAC_PI_2))];
+    scene.sensor.shutter = Shutter { open: 0.0, close: 1.0, kind: ShutterKind::Box };
+    scene
 }
 
 #[track_caller]
@@ -49,7 +56,7 @@ fn assert_near(found: Bounds, expected: Bounds) {
 
 #[test]
 fn boxes_hold_what_groups_in_groups_show_and_no_more() {
-    let description = described();
+    let description = nested();
     let groups = Groups::new(&description);
     assert_near(groups.scene_bounds(), EXPECTED);
     let middle = centre(EXPECTED);

@@ -1,5 +1,4 @@
 use super::*;
-use crate::scene::read::names::tests::said_of;
 
 #[test]
 fn the_nearest_name_is_found_or_none() {
@@ -9,20 +8,6 @@ fn the_nearest_name_is_found_or_none() {
     assert_eq!(nearest("CENTRE", &known), Some("center"));
     assert_eq!(nearest("banana", &known), None);
     assert_eq!(nearest("x", &[]), None);
-}
-
-#[test]
-fn a_mistyped_plugin_gets_a_hint() {
-    for (class, wrong, right) in [
-        (Class::Bsdf, "plastik", "plastic"),
-        (Class::Bsdf, "roughplastik", "roughplastic"),
-        (Class::Bsdf, "principaled", "principled"),
-        (Class::Bsdf, "thindielektric", "thindielectric"),
-        (Class::Shape, "spher", "sphere"),
-    ] {
-        let said = said_of(class, wrong);
-        assert!(said.contains(&format!("did you mean \"{right}\"?")), "{said}");
-    }
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! Scenes in several files and of several versions, as Mitsuba 3.9.1 reads them.
 
 use super::{errors, scene};
-use crate::scene::description::{Description, ShapeKind};
-use crate::scene::{ReadOptions, read};
+use abbe::scene::description::{Description, ShapeKind};
+use abbe::scene::{ReadOptions, read};
 use std::path::Path;
 
 fn file(name: &str, defines: &[(&str, &str)]) -> Description {
@@ -17,7 +17,7 @@ fn a_scene_in_many_files_means_what_it_means_in_one() {
     assert_eq!(file("files.xml", &[]).hash(), file("plain.xml", &[]).hash());
     // What the command line says reaches into included files.
     assert_ne!(file("files.xml", &[("size", "3")]).hash(), file("plain.xml", &[]).hash());
-    let outline = crate::scene::outline(&file("files.xml", &[]));
+    let outline = abbe::scene::outline(&file("files.xml", &[]));
     assert!(outline.contains("room.xml:7)"), "{outline}");
 }
 

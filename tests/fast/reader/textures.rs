@@ -1,10 +1,10 @@
 //! What colours and textures mean depends on where they stand, as seen in Mitsuba 3.9.1.
 
 use super::{errors, scene, shape};
-use crate::scene::description::{
+use abbe::scene::description::{
     BsdfKind, ConductorIndex, LightKind, PatternSpace, RgbRole, SpectrumKind, SpectrumSource,
 };
-use crate::texture::{Filter, Octaves, Pattern, Veins, Wrap};
+use abbe::texture::{Filter, Octaves, Pattern, Veins, Wrap};
 
 fn reflectance(content: &str) -> SpectrumSource {
     let shape = shape(&format!(r#"<shape type="sphere"><bsdf type="diffuse">{content}</bsdf></shape>"#));

@@ -1,11 +1,11 @@
 //! Each default, as `print` shows it in Mitsuba 3.9.1 (validation/mitsuba/FACTS.md).
 
 use super::{errors, scene, shape};
-use crate::bsdf::microfacet::Distribution;
-use crate::film::FilterKind;
-use crate::geometry::{Transform, Vec3};
-use crate::sampling::SamplerKind;
-use crate::scene::description::{
+use abbe::bsdf::microfacet::Distribution;
+use abbe::film::FilterKind;
+use abbe::geometry::{Transform, Vec3};
+use abbe::sampling::SamplerKind;
+use abbe::scene::description::{
     Alpha, Bsdf, BsdfKind, ConductorIndex, FieldOfView, FilmContent, IndexKind, IntegratorKind, LightKind,
     MediumContent, MetalAssumption, PhaseKind, PixelFormat, Roughness, SensorKind, ShapeKind, SpectrumKind,
     SpectrumSource,

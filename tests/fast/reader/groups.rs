@@ -1,6 +1,6 @@
 use super::{errors, scene, shape};
-use crate::geometry::Vec3;
-use crate::scene::description::ShapeKind;
+use abbe::geometry::Vec3;
+use abbe::scene::description::ShapeKind;
 use std::sync::Arc;
 
 const GROUP: &str = r#"<shape type="shapegroup" id="g"><shape type="sphere"/><shape type="merge"><shape type="cube"/>
@@ -18,7 +18,7 @@ fn instances_share_their_group_and_merged_shapes_are_shapes() {
     assert_eq!(second.to_world.point(Vec3::ZERO), Vec3::X * 2.0);
     assert!(matches!(
         scene.shapes[..],
-        [crate::scene::description::ShapeDescription { kind: ShapeKind::Rectangle, .. }]
+        [abbe::scene::description::ShapeDescription { kind: ShapeKind::Rectangle, .. }]
     ));
     assert_eq!(self::scene(GROUP).instances.len(), 0);
 }

@@ -1,6 +1,6 @@
 use super::{errors, scene};
-use crate::scene::description::{Part, ShapeDescription, Solid};
-use crate::shape::solid::Operation;
+use abbe::scene::description::{Part, ShapeDescription, Solid};
+use abbe::shape::solid::Operation;
 
 fn solid(content: &str) -> Solid {
     scene(content).solids.remove(0)

@@ -1,4 +1,6 @@
-use super::{Declaration, Parameter, Takes, plugins};
+//! What plugins declare is what the reader knows of them.
+
+use abbe::scene::{Declaration, Parameter, Takes, plugins};
 use std::path::Path;
 
 /// A property as a file could have it.
@@ -55,7 +57,7 @@ fn said_of(plugin: &Declaration, inside: &str) -> String {
         _ => format!(r#"<sensor type="perspective"/>{object}"#),
     };
     let scene = format!(r#"<scene version="3.0.0">{scene}</scene>"#);
-    let read = crate::scene::read_str(scene, Path::new("scene.xml"), &Default::default());
+    let read = abbe::scene::read_str(scene, Path::new("scene.xml"), &Default::default());
     read.err().map_or_else(String::new, |errors| {
         let lines = errors.errors.iter().map(|error| {
             format!("{} {} {}\n", error.problem, error.expected, error.remedy.clone().unwrap_or_default())

@@ -1,8 +1,8 @@
 //! Media whose particles are computed, that emit, or that thin out.
 
 use super::{errors, shape};
-use crate::phase::mie::Sizes;
-use crate::scene::description::{DensitySource, EmissionSource, Medium, MediumContent, PhaseKind};
+use abbe::phase::mie::Sizes;
+use abbe::scene::description::{DensitySource, EmissionSource, Medium, MediumContent, PhaseKind};
 
 fn within(medium: &str) -> String {
     format!(r#"<shape type="sphere"><bsdf type="null"/>{medium}</shape>"#)

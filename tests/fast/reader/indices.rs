@@ -1,43 +1,46 @@
 //! Indices beyond the ends of what the file says of them.
 
-use super::materials::MaterialCompiler;
-use crate::bsdf::{BsdfTextures, Metal};
-use crate::geometry::{Transform, Vec3};
-use crate::material::Material;
-use crate::scene::description::Description;
-use crate::scene::{CompileOptions, ReadOptions, compile, json, read_str};
-use crate::shape::AtRest;
-use crate::spectrum::normal_reflectance::reflectance_of_index;
-use crate::texture::TexturePoint;
-use crate::units::WavelengthRange;
+use super::scene as described;
+use crate::common::compiled;
+use abbe::bsdf::{AIR_INDEX, Bsdf, RoughConductor};
+use abbe::geometry::{Ray, Vec3};
+use abbe::material::Shading;
+use abbe::scene::description::Description;
+use abbe::scene::{CompileOptions, RayKind, ReadOptions, Scene, compile, json, read_str};
+use abbe::spectrum::normal_reflectance::reflectance_of_index;
+use abbe::spectrum::{Sampled, Wavelengths};
+use abbe::units::WavelengthRange;
 use std::path::Path;
 
 fn scene(bsdf: &str) -> Description {
-    let text = format!(
-        r#"<scene version="3.0.0"><sensor type="perspective"/><shape type="sphere">{bsdf}</shape></scene>"#
-    );
-    read_str(text, Path::new("scene.xml"), &ReadOptions::default())
-        .unwrap_or_else(|errors| panic!("{errors}"))
+    described(&format!(r#"<shape type="sphere">{bsdf}</shape>"#))
 }
 
-/// The material of a scene's ball, for the range of a render that nothing else is said of.
-fn material(description: &Description) -> Material {
-    if let Err(errors) = compile(description, &CompileOptions::default()) {
-        panic!("{errors}");
-    }
-    let mut compiler = MaterialCompiler::new(WavelengthRange::VISIBLE, Transform::IDENTITY);
-    let id = compiler.material(&description.shapes[0].bsdf).unwrap_or_else(|error| panic!("{error:?}"));
-    compiler.materials.get(id).clone()
+/// How the surface of a scene scatters where a ray meets it.
+fn shading(scene: &Scene, ray: &Ray, nm: f64) -> Shading<1> {
+    let wavelengths = Wavelengths { nm: [nm], density: Sampled([1.0]) };
+    let mut media = scene.media_at_sensor(ray, 0.0);
+    let hit = scene.intersect(ray, 0.0, RayKind::Scattered, &mut media, |_, _| {}).expect("a surface");
+    scene.shade(&hit, -ray.direction, &media, &wavelengths, 0.0)
 }
 
-/// n and k of a metal at a place of its surface.
+/// The index of a ball of glass, which stands in air.
+fn glass(description: &Description, nm: f64) -> f64 {
+    let scene = compiled(description, &CompileOptions::default());
+    let ray = Ray::new(Vec3::new(0.0, 0.0, 3.0), Vec3::NEG_Z);
+    AIR_INDEX * shading(&scene, &ray, nm).index_beyond().expect("glass")
+}
+
+/// n and k of a square of metal at a place of its surface.
 fn metal(description: &Description, uv: [f64; 2], nm: f64) -> (f64, f64) {
-    let Material::Bsdf(BsdfTextures::Conductor { index, .. }) = material(description) else {
-        panic!("no conductor")
-    };
-    let at = TexturePoint { uv, position: Vec3::ZERO, at_rest: AtRest::NONE, mesh: None };
-    let (n, k) = index.sample(&at, &[nm]);
-    (n.hero(), k.hero())
+    let scene = compiled(description, &CompileOptions::default());
+    let [x, y] = uv.map(|u| 2.0 * u - 1.0);
+    match shading(&scene, &Ray::new(Vec3::new(x, y, 1.0), Vec3::NEG_Z), nm).bsdf {
+        Bsdf::Conductor(facet) | Bsdf::RoughConductor(RoughConductor { facet, .. }) => {
+            (facet.eta.hero(), facet.k.hero())
+        }
+        other => panic!("no metal but {other:?}"),
+    }
 }
 
 /// The example of docs/scene-format.md: a glass known from 400 to 700 nm stays glass at 360 and at 830 nm.
@@ -46,12 +49,11 @@ fn a_glass_known_by_its_reflectance_is_held_beyond_the_table() {
     let scene = scene(
         r#"<bsdf type="dielectric"><spectrum name="normal_reflectance" value="400:0.05, 700:0.04"/></bsdf>"#,
     );
-    let Material::Bsdf(BsdfTextures::Dielectric(glass)) = material(&scene) else { panic!("no glass") };
-    let reflectance = |nm: f64| reflectance_of_index(glass.interior.at(nm), 0.0);
+    let reflectance = |nm: f64| reflectance_of_index(glass(&scene, nm), 0.0);
     for (nm, expected) in [(360.0, 0.05), (399.0, 0.05), (550.0, 0.045), (701.0, 0.04), (830.0, 0.04)] {
         assert!((reflectance(nm) - expected).abs() < 1e-6, "{nm} nm: {}", reflectance(nm));
     }
-    let told = |note: &&crate::scene::description::Note| note.text.contains("400–700 nm");
+    let told = |note: &&abbe::scene::description::Note| note.text.contains("400–700 nm");
     assert_eq!(scene.assumptions.iter().filter(told).count(), 1, "{:?}", scene.assumptions);
 }
 
@@ -60,7 +62,9 @@ fn a_glass_known_by_its_reflectance_is_held_beyond_the_table() {
 #[test]
 fn a_metal_is_held_beyond_its_tables() {
     const R: &str = r#"<spectrum name="normal_reflectance" value="400:0.5, 700:0.9"/>"#;
-    let of = |content: &str| scene(&format!(r#"<bsdf type="conductor">{content}</bsdf>"#));
+    let of = |content: &str| {
+        described(&format!(r#"<shape type="rectangle"><bsdf type="conductor">{content}</bsdf></shape>"#))
+    };
     let n_is_1 = r#"<string name="assume" value="n=1"/>"#;
     let known = r#"<spectrum name="eta" value="450:0.5, 600:0.3"/>"#;
     for beside in ["", n_is_1, known] {
@@ -87,18 +91,13 @@ fn a_metal_is_held_beyond_its_tables() {
 /// A checkerboard of two tables, one of them within another texture.
 #[test]
 fn a_metal_that_varies_is_held_beyond_its_tables() {
-    let scene = scene(
-        r#"<bsdf type="roughconductor"><texture type="checkerboard" name="normal_reflectance">
+    let scene = described(
+        r#"<shape type="rectangle"><bsdf type="roughconductor"><texture type="checkerboard" name="normal_reflectance">
            <spectrum name="color0" value="400:0.5, 700:0.9"/>
            <texture type="bands" name="color1"><string name="space" value="uv"/>
                <spectrum name="color0" value="500:0.2, 600:0.3"/><spectrum name="color1" value="500:0.2, 600:0.3"/></texture>
-           </texture></bsdf>"#,
+           </texture></bsdf></shape>"#,
     );
-    let Material::Bsdf(BsdfTextures::Conductor { index: Metal::NormalReflectance { .. }, .. }) =
-        material(&scene)
-    else {
-        panic!("no metal whose reflectance varies")
-    };
     for (uv, ends) in [([0.25; 2], [0.5, 0.9]), ([0.25, 0.75], [0.2, 0.3])] {
         for (nm, expected) in [360.0, 830.0].into_iter().zip(ends) {
             let (n, k) = metal(&scene, uv, nm);
@@ -123,8 +122,7 @@ fn the_back_face_of_a_slab_is_taken_away() {
     };
     let slab = r#"<string name="specimen" value="slab"/>"#;
     let known = scene(&of("dielectric", slab));
-    let Material::Bsdf(BsdfTextures::Dielectric(glass)) = material(&known) else { panic!("no glass") };
-    assert!((glass.interior.at(550.0) - 1.5168).abs() < 1e-12, "{}", glass.interior.at(550.0));
+    assert!((glass(&known, 550.0) - 1.5168).abs() < 1e-12, "{}", glass(&known, 550.0));
     assert!(known.assumptions.iter().any(|note| note.text.contains("both faces")), "{:?}", known.assumptions);
     let features = compile(&known, &CompileOptions::default()).unwrap().features();
     let again =

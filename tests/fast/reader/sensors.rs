@@ -1,14 +1,14 @@
 //! Sensors, films and samplers, as Mitsuba 3.9.1 was seen to read them.
 
-use super::{errors, read, read_str};
-use crate::film::FilterKind;
-use crate::geometry::Vec3;
-use crate::sampling::SamplerKind;
-use crate::scene::description::{
+use super::{errors, read};
+use abbe::film::FilterKind;
+use abbe::geometry::Vec3;
+use abbe::sampling::SamplerKind;
+use abbe::scene::description::{
     Aperture, Description, DistantTarget, FieldOfView, FilmContent, FovAxis, Lens, PixelFormat, Sensor,
     SensorKind, ShapeKind,
 };
-use crate::scene::read::ReadOptions;
+use abbe::scene::{ReadOptions, read_str};
 use std::path::Path;
 
 fn with_sensor(kind: &str, content: &str) -> Result<Description, String> {

@@ -2,9 +2,8 @@
 //! Mitsuba 3.
 
 use super::{errors, scene};
-use crate::scene::description::{Aov, AovKind, BsdfKind, IntegratorKind, SpectrumKind};
-use crate::scene::info::json;
-use crate::scene::{CompileOptions, ReadOptions, compile, read_str};
+use abbe::scene::description::{Aov, AovKind, BsdfKind, IntegratorKind, SpectrumKind};
+use abbe::scene::{CompileOptions, ReadOptions, compile, json, read_str};
 use std::path::Path;
 
 /// What the remarks, extensions and assumptions of a scene say.

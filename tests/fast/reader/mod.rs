@@ -1,19 +1,22 @@
 //! The reader against what Mitsuba 3.9.1 was seen to do, and against files that mean harm.
 
+mod declarations;
 mod defaults;
 mod files;
 mod grammar;
 mod groups;
 mod harm;
+mod indices;
 mod integrators;
 mod media;
 mod metals;
+mod names;
 mod sensors;
 mod solids;
 mod textures;
 
-use super::{ReadOptions, read_str};
-use crate::scene::description::{Description, ShapeDescription};
+use abbe::scene::description::{Description, ShapeDescription};
+use abbe::scene::{ReadOptions, read_str};
 use std::path::Path;
 
 fn read(text: &str) -> Result<Description, String> {

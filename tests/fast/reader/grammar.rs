@@ -1,6 +1,6 @@
 use super::{errors, read, scene, shape};
-use crate::scene::description::{BsdfKind, ShapeKind, SpectrumKind};
-use crate::scene::{ReadOptions, read_str};
+use abbe::scene::description::{BsdfKind, ShapeKind, SpectrumKind};
+use abbe::scene::{ReadOptions, read_str};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -189,7 +189,7 @@ fn the_outline_tells_defaults_extensions_and_assumptions() {
         r#"<shape type="sphere" id="ball"><bsdf type="roughconductor"><spectrum name="normal_reflectance" value="0.9"/></bsdf></shape>
            <shape type="cube"><bsdf type="dielectric"><spectrum name="int_ior" type="measured"><string name="name" value="BK7"/></spectrum></bsdf></shape>"#,
     );
-    let outline = crate::scene::outline(&scene);
+    let outline = abbe::scene::outline(&scene);
     for part in [
         "width: 768",
         "rfilter: gaussian (line 1)\n        stddev: 0.5",
