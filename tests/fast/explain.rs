@@ -37,9 +37,9 @@ fn same_as_film(told: &Explained, film: &Film, [x, y]: [u32; 2], what: &str) {
     assert!((found - exact).abs() <= 1e-5 * exact.abs() + 1e-9, "{what}: {found}, not {exact}");
 }
 
-/// Pixels that share nothing are followed in lanes, several samples of each at a time: up to rounding each has
-/// the path that it has alone. The lights of these scenes are sampled by their values alone: random lines, by
-/// which others are, turn on their last bits.
+/// Pixels that share nothing are followed in lanes, several samples of each at a time. Each has the path that
+/// it has alone, up to rounding. The lights of these scenes are sampled by their values alone: random lines,
+/// by which others are, turn on their last bits.
 #[test]
 fn paths_that_are_followed_together_are_those_of_each_alone() {
     const SCENES: [&str; 15] = [
