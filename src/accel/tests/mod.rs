@@ -124,7 +124,7 @@ fn finds_what_a_loop_finds() {
         assert!(hits > 500, "only {hits} rays hit anything");
     }
     let large = [Shape::Mesh(soup(3000, 0.05, &mut random))];
-    agrees_with_brute_force(&large, 10_000, &mut random, |_| {});
+    agrees_with_brute_force(&large, stress::count(3_000, 10_000), &mut random, |_| {});
     // So many that they are clustered in parts; triangles without area among them, and some in one place.
     let mut many = mixture(200, 0.05, &mut random);
     many.push(Shape::Mesh(soup(30_000, 0.01, &mut random)));

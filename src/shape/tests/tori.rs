@@ -41,7 +41,7 @@ fn check_tori(rays: u32) {
 
 #[test]
 fn tori_are_crossed_where_the_oracle_says() {
-    check_tori(crate::stress::count(17_000, 170_000));
+    check_tori(crate::stress::count(8_000, 170_000));
 }
 
 /// Four crossings in the plane of the ring, two down through the tube, none through the hole; the volume is

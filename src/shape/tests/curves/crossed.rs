@@ -140,5 +140,5 @@ fn check_all(rays: u32) {
 /// larger than it has to be is not found; the largest true error is printed.
 #[test]
 fn curves_are_crossed_where_the_oracle_says() {
-    check_all(crate::stress::count(400, 100_000));
+    check_all(crate::stress::count(200, 100_000));
 }

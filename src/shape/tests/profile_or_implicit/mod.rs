@@ -134,7 +134,7 @@ fn closed_figures_are_entered_and_left_by_turns() {
         if !inner.is_closed() {
             continue;
         }
-        for _ in 0..crate::stress::count(400, 10_000) {
+        for _ in 0..crate::stress::count(200, 10_000) {
             let ray = any_ray(&shape, shape.bounds(), &mut random);
             let found = shape.crossings(&ray);
             assert!(found.len() % 2 == 0, "{name}: {ray:?} {found:?}");

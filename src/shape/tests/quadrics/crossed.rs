@@ -142,7 +142,7 @@ fn check_quadrics(rays: u32) {
 
 #[test]
 fn quadrics_are_crossed_where_the_oracle_says() {
-    check_quadrics(crate::stress::count(25_000, 250_000));
+    check_quadrics(crate::stress::count(12_000, 250_000));
 }
 
 fn ball(line: &Line) -> Vec<Polynomial> {
