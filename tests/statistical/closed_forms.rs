@@ -12,8 +12,7 @@ use abbe::units::WavelengthRange;
 const BINS: usize = 10;
 const RANGES: [WavelengthRange; 2] = [WavelengthRange::VISIBLE, WavelengthRange { min: 380.0, max: 780.0 }];
 
-/// The mean radiance of each bin with its standard error, for every number of wavelengths per path. `samples`
-/// of one wavelength; half as many of several, which are surer.
+/// The mean radiance of each bin with its standard error, for every number of wavelengths per path.
 fn measure(
     file: &str,
     defines: &[(&str, &str)],
@@ -23,7 +22,6 @@ fn measure(
     let scene = spectral_scene(file, defines, range);
     ALL_COUNTS
         .map(|count| {
-            let samples = if count == WavelengthCount::One { samples } else { samples / 2 };
             let mut settings = settings(more(samples), count, 11 + count.get() as u64);
             settings.bins = bins(range, BINS);
             by_bin(&expose(&scene, &settings))

@@ -6,7 +6,6 @@ mod motion;
 mod penumbra;
 mod roughness;
 mod same_motion;
-mod slopes;
 mod time;
 
 use abbe::film::{Film, Measured, SpectralBins};
