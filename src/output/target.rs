@@ -4,15 +4,13 @@
 use super::error_bars;
 use crate::film::{Film, NOISE_TILE, Quantity, Region};
 use crate::spectrum::colour::{Xyz, assumed_white, delta_e_2000, rec709_to_xyz};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
 /// The confidence of [`Estimate::at_most`].
 pub const CONFIDENCE: f64 = 0.95;
-
-/// The quantile of the normal distribution at that confidence.
-const QUANTILE: f64 = 1.645;
 
 /// Samples of each replicate below which nothing is decided: what few samples have missed does not show in
 /// their spread.
@@ -132,16 +130,27 @@ impl Target {
             ErrorMeasure::RelMse | ErrorMeasure::Error => self.of_channels(film),
             ErrorMeasure::ColourDifference => Sum::of_colours(film),
         };
-        // A variance from n degrees of freedom has a relative variance of 2/n, a standard error a quarter of
-        // that.
-        let degrees = f64::from(film.replicates - 1);
-        let relative = match self.measure {
-            ErrorMeasure::RelMse => 2.0 / degrees,
-            ErrorMeasure::Error | ErrorMeasure::ColourDifference => 0.5 / degrees,
-        };
-        let (value, spread) = (sum.errors / sum.divisor, (relative * sum.squares).sqrt() / sum.divisor);
-        let estimate = Estimate { value, at_most: value + QUANTILE * spread };
+        let value = sum.errors / sum.divisor;
+        let estimate = Estimate { value, at_most: value * self.most_over_found(&sum, film.replicates) };
         (sum.divisor > 0.0 && estimate.at_most.is_finite()).then_some(estimate)
+    }
+
+    /// What the error is at most with the [`CONFIDENCE`], over what is found. A sum of variances is nearly
+    /// distributed as χ² with as many degrees of freedom as give it its own variance (Satterthwaite, "An
+    /// approximate distribution of estimates of variance components", Biometrics Bulletin 2(6), 1946): few
+    /// where few tiles make up most of it.
+    fn most_over_found(&self, sum: &Sum, replicates: u32) -> f64 {
+        if sum.errors == 0.0 {
+            return 1.0;
+        }
+        let tiles = sum.errors * sum.errors / sum.squares;
+        let freedom = f64::from(replicates - 1) * tiles;
+        let Ok(chi_squared) = ChiSquared::new(freedom) else { return f64::INFINITY };
+        let of_variance = freedom / chi_squared.inverse_cdf(1.0 - CONFIDENCE);
+        match self.measure {
+            ErrorMeasure::RelMse => of_variance,
+            ErrorMeasure::Error | ErrorMeasure::ColourDifference => of_variance.sqrt(),
+        }
     }
 
     /// Errors of the luminance, or of all responses.
@@ -261,6 +270,22 @@ mod tests {
         assert_eq!(at, [4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64]);
     }
 
+    /// Where many tiles err alike, the bound is that of a normal distribution; one tile that errs more than all
+    /// others leaves the freedom of its replicates alone.
+    #[test]
+    fn bounds_are_wide_where_few_tiles_err() {
+        let target = Target { measure: ErrorMeasure::RelMse, bound: 1.0 };
+        let sum = |errors, squares| Sum { errors, squares, divisor: 1.0 };
+        for tiles in [1e4f64, 1e6, 1e9] {
+            let normal = 1.0 + 1.644854 * (2.0 / 3.0 / tiles).sqrt();
+            let found = target.most_over_found(&sum(tiles, tiles), 4);
+            assert!((found - normal).abs() < 1e-3, "{tiles}: {found} for {normal}");
+        }
+        let lonely = target.most_over_found(&sum(1.0 + 1e-3, 1.0 + 1e-9), 4);
+        assert!((lonely - 3.0 / 0.351846).abs() < 0.1, "{lonely}");
+        assert_eq!(target.most_over_found(&sum(0.0, 0.0), 4), 1.0);
+    }
+
     /// Pixels of the value 3, of which four replicates have 2, 2, 4 and 4: a variance of the mean of 1/3.
     #[test]
     fn errors_are_those_of_their_definition() {
@@ -277,9 +302,8 @@ mod tests {
         let relmse = of(ErrorMeasure::RelMse);
         let expected = 1.0 / 3.0 / (9.0 + 0.09);
         assert!((relmse.value / expected - 1.0).abs() < 1e-9, "{relmse:?}");
-        // Two tiles, three degrees of freedom.
-        let spread = QUANTILE * (2.0f64 / 3.0 / 2.0).sqrt();
-        assert!((relmse.at_most / (expected * (1.0 + spread)) - 1.0).abs() < 1e-9, "{relmse:?}");
+        // Two tiles of three degrees of freedom: χ² with six is below 1.6354 in one of twenty cases.
+        assert!((relmse.at_most / (expected * 6.0 / 1.635383) - 1.0).abs() < 1e-6, "{relmse:?}");
         assert!((of(ErrorMeasure::Error).value - (1.0f64 / 3.0).sqrt() / 3.0).abs() < 1e-9);
         // Two replicates are below the mean and two above it, by √3 times the error of the mean.
         let difference = |of: [f64; 3]| {
