@@ -270,8 +270,8 @@ mod tests {
         assert_eq!(at, [4, 6, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40, 48, 56, 64]);
     }
 
-    /// Where many tiles err alike, the bound is that of a normal distribution; one tile that errs more than all
-    /// others leaves the freedom of its replicates alone.
+    /// Where many tiles err alike, the bound is that of a normal distribution. Where one errs more than all
+    /// others, it has the degrees of freedom of its replicates alone.
     #[test]
     fn bounds_are_wide_where_few_tiles_err() {
         let target = Target { measure: ErrorMeasure::RelMse, bound: 1.0 };
