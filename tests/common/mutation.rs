@@ -1,4 +1,6 @@
-//! Files with random mistakes.
+//! Files with random mistakes, which nothing is to take long over.
+
+use std::time::{Duration, Instant};
 
 /// Steele, Lea and Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
 fn splitmix(state: &mut u64) -> u64 {
@@ -43,4 +45,10 @@ pub fn mutated(bytes: &[u8], state: &mut u64) -> Vec<u8> {
         }
     }
     bytes
+}
+
+pub fn within(limit: Duration, what: &str, run: impl FnOnce()) {
+    let start = Instant::now();
+    run();
+    assert!(start.elapsed() < limit, "{what} took {:?}", start.elapsed());
 }

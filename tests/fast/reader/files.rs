@@ -1,14 +1,11 @@
 //! Scenes in several files and of several versions, as Mitsuba 3.9.1 reads them.
 
 use super::{errors, scene};
+use crate::common::described_file;
 use abbe::scene::description::{Description, ShapeKind};
-use abbe::scene::{ReadOptions, read};
-use std::path::Path;
 
 fn file(name: &str, defines: &[(&str, &str)]) -> Description {
-    let defines = defines.iter().map(|&(name, value)| (name.to_owned(), value.to_owned())).collect();
-    read(&Path::new("tests/scenes/grammar").join(name), &ReadOptions { defines, ..ReadOptions::default() })
-        .unwrap_or_else(|errors| panic!("{errors}"))
+    described_file(&format!("tests/scenes/grammar/{name}"), defines)
 }
 
 /// Mitsuba 3.9.1 renders both alike, to 2e-7.

@@ -1,18 +1,12 @@
 //! Scenes that mean harm: nothing panics, nothing takes long, nothing is allocated for a promise.
 
 use super::read;
-use crate::common::mutation::mutated;
+use crate::common::mutation::{mutated, within};
 use abbe::scene::{CompileOptions, ReadOptions, read_str};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 const SCENE: &str = include_str!("everything.xml");
-
-fn within(limit: Duration, what: &str, run: impl FnOnce()) {
-    let start = Instant::now();
-    run();
-    assert!(start.elapsed() < limit, "{what} took {:?}", start.elapsed());
-}
 
 #[test]
 fn mutated_files_do_not_panic() {

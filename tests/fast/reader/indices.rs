@@ -1,6 +1,6 @@
 //! Indices beyond the ends of what the file says of them.
 
-use super::scene as described;
+use super::{errors, scene as described};
 use crate::common::compiled;
 use abbe::bsdf::{AIR_INDEX, Bsdf, RoughConductor};
 use abbe::geometry::{Ray, Vec3};
@@ -131,12 +131,7 @@ fn the_back_face_of_a_slab_is_taken_away() {
     let one_face = scene(&of("dielectric", r#"<string name="specimen" value="face"/>"#));
     assert_eq!(one_face.hash(), scene(&of("dielectric", "")).hash());
     assert_ne!(one_face.hash(), known.hash());
-    let refused = |bsdf: &str| {
-        let text = format!(
-            r#"<scene version="3.0.0"><sensor type="perspective"/><shape type="sphere">{bsdf}</shape></scene>"#
-        );
-        read_str(text, Path::new("scene.xml"), &ReadOptions::default()).unwrap_err().to_string()
-    };
+    let refused = |bsdf: &str| errors(&format!(r#"<shape type="sphere">{bsdf}</shape>"#));
     assert!(refused(&of("conductor", slab)).contains("no back face"));
     let lonely = refused(&format!(r#"<bsdf type="dielectric">{slab}</bsdf>"#));
     assert!(lonely.contains("specimen"), "{lonely}");

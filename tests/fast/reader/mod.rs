@@ -15,6 +15,7 @@ mod sensors;
 mod solids;
 mod textures;
 
+use crate::common::described;
 use abbe::scene::description::{Description, ShapeDescription};
 use abbe::scene::{ReadOptions, read_str};
 use std::path::Path;
@@ -25,8 +26,7 @@ fn read(text: &str) -> Result<Description, String> {
 
 /// A scene with a sensor and `content`.
 fn scene(content: &str) -> Description {
-    let text = format!("<scene version=\"3.0.0\"><sensor type=\"perspective\"/>{content}</scene>");
-    read(&text).unwrap_or_else(|errors| panic!("{errors}"))
+    described(&format!(r#"<sensor type="perspective"/>{content}"#))
 }
 
 fn shape(content: &str) -> ShapeDescription {

@@ -6,6 +6,7 @@ mod motion;
 mod penumbra;
 mod roughness;
 mod same_motion;
+mod slopes;
 mod time;
 
 use abbe::film::{Film, Measured, SpectralBins};

@@ -2,8 +2,9 @@
 
 use super::super::{obj, ply, serialized};
 use super::MeshOptions;
-use crate::mutation::mutated;
+use crate::mutation::{mutated, within};
 use crate::shape::Mesh;
+use std::time::Duration;
 
 const OPTIONS: [MeshOptions; 2] = [
     MeshOptions { face_normals: false, flip_tex_coords: true },
@@ -104,20 +105,23 @@ fn counts_are_not_trusted() {
 #[test]
 fn mutated_files_do_not_panic() {
     let mut state = 20_261_121;
-    for _ in 0..20_000 {
-        for original in [OBJ.as_bytes(), ASCII.as_bytes(), &binary_ply(false), &binary_ply(true), SERIALIZED]
-        {
-            let bytes = mutated(original, &mut state);
-            for options in OPTIONS {
-                let meshes = [
-                    obj::read(&bytes, options),
-                    ply::read(&bytes, options),
-                    serialized::read(&bytes, 0, options),
-                ];
-                for file in meshes.into_iter().flatten().filter(|file| !file.mesh.indices.is_empty()) {
-                    Mesh::new(file.mesh).unwrap_or_else(|error| panic!("{error}"));
+    within(Duration::from_secs(60), "all of it", || {
+        for _ in 0..20_000 {
+            for original in
+                [OBJ.as_bytes(), ASCII.as_bytes(), &binary_ply(false), &binary_ply(true), SERIALIZED]
+            {
+                let bytes = mutated(original, &mut state);
+                for options in OPTIONS {
+                    let meshes = [
+                        obj::read(&bytes, options),
+                        ply::read(&bytes, options),
+                        serialized::read(&bytes, 0, options),
+                    ];
+                    for file in meshes.into_iter().flatten().filter(|file| !file.mesh.indices.is_empty()) {
+                        Mesh::new(file.mesh).unwrap_or_else(|error| panic!("{error}"));
+                    }
                 }
             }
         }
-    }
+    });
 }
