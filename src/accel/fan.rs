@@ -4,7 +4,7 @@ use super::Accel;
 use super::few::{Crossing, Few, MOST, Sides};
 use super::segments::FanSegments;
 use crate::geometry::{Points, Ray, SurfacePoint};
-use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, mask_of, part};
+use crate::lanes::{ALL, LANES, Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, mask_of, part};
 use smallvec::SmallVec;
 use wide::f64x4;
 
@@ -105,7 +105,7 @@ impl Fan<'_> {
         }
         let mut blocked = self.blocked_in_tree(target.point, time, asked & !far);
         let open = asked & far;
-        let unsure = if few.is_sure(target.point) { known.unsure } else { Mask::MAX };
+        let unsure = if few.is_sure(target.point) { known.unsure } else { ALL };
         let ends = few.seen(target.point.position);
         let mut candidates: SmallVec<[Mask; MOST]> = SmallVec::new();
         for (index, (facet, sides)) in few.facets.iter().zip(sides).enumerate() {

@@ -15,7 +15,7 @@ pub use plane::{SensorPlane, Stop};
 pub use projective::{Aperture, Projection, Projective, ProjectiveSettings, ThinLens};
 pub use shutter::{Shutter, ShutterKind};
 
-use crate::geometry::{Bounds, Ray, Vec3};
+use crate::geometry::{Bounds, Ray, SurfacePoint, Vec3};
 use crate::spectrum::Spectrum;
 
 /// One view of the scene, or several side by side on one film.
@@ -94,6 +94,19 @@ pub struct Projected<'a> {
     pub response: Option<&'a Spectrum>,
 }
 
+impl Projected<'_> {
+    /// Pixels for a unit of area of a surface at the point.
+    pub fn pixels_per_area(&self, normal: Vec3) -> f64 {
+        let slant = self.toward_lens.dot(normal).abs();
+        self.pixels_per_steradian * slant / (self.distance * self.distance)
+    }
+
+    /// Where a segment from the point to the lens ends.
+    pub fn end(&self) -> SurfacePoint {
+        SurfacePoint { position: self.begins, normal: self.toward_lens, error: 0.0 }
+    }
+}
+
 /// A ray that a sensor measures.
 #[derive(Clone, Copy, Debug)]
 pub struct SensorRay<'a> {
@@ -143,6 +156,13 @@ impl Camera {
     pub fn project(&self, point: Vec3, lens_u: [f64; 2], time: f64) -> Option<Projected<'_>> {
         let [View { rays: Rays::Projective(camera), response }] = &self.views[..] else { return None };
         camera.project(point, lens_u, time).map(|seen| Projected { response: response.as_ref(), ..seen })
+    }
+
+    /// The circle of confusion: the radius, in pixels, of the disk over which a lens spreads a point of the
+    /// scene. `None` where there is no lens, and where [`Self::project`] gives none.
+    pub fn circle_of_confusion(&self, point: Vec3, time: f64) -> Option<f64> {
+        let [View { rays: Rays::Projective(camera), .. }] = &self.views[..] else { return None };
+        camera.circle_of_confusion(point, time)
     }
 
     /// A box around where its rays begin, from one time to another. Empty for what looks from outside of the

@@ -209,6 +209,16 @@ impl Projective {
             response: None,
         })
     }
+
+    /// See [`super::Camera::circle_of_confusion`]. A polygon has that of the circle through its corners.
+    pub fn circle_of_confusion(&self, point: Vec3, time: f64) -> Option<f64> {
+        let Projection::ThinLens(ThinLens { aperture, focus_distance }) = self.projection else {
+            return None;
+        };
+        let depth = self.placed.at(time).local_point(point).z;
+        let on_plane = aperture.radius() * (1.0 / focus_distance - 1.0 / depth).abs();
+        (depth > self.near_clip && depth < self.far_clip).then(|| on_plane / self.scale[0].abs())
+    }
 }
 
 #[cfg(test)]
@@ -271,6 +281,12 @@ mod tests {
             assert!((at(4.0, edge[0]) - at(4.0, edge[1])).length() < 1e-6);
             let blur = (at(6.0, edge[0]) - at(6.0, edge[1])).length();
             assert!((blur - 2.0 * 0.1 * (6.0 - 4.0) / 4.0).abs() < 1e-6, "{blur}");
+            // The other way round: over so many pixels a point is spread.
+            let point = at(6.0, [0.5; 2]);
+            let seen = edge.map(|u| camera.project(point, u, 0.0).unwrap().film[0]);
+            let circle = camera.circle_of_confusion(point, 0.0).unwrap();
+            assert!((circle - 0.5 * (seen[0] - seen[1]).abs()).abs() < 1e-5 * circle, "{circle} {seen:?}");
+            assert!(camera.circle_of_confusion(at(4.0, edge[0]), 0.0).unwrap() < 1e-9);
         }
     }
 

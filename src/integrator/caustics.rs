@@ -61,9 +61,7 @@ impl Caustics {
         let FirstSurface { point, leaves, density } = first;
         // Through the middle of the lens: any place will do where both techniques take the same.
         let Some(seen) = scene.camera.project(point.position, [0.5; 2], time) else { return 0.0 };
-        let slant = seen.toward_lens.dot(point.normal).abs();
-        let pixels_per_area = seen.pixels_per_steradian * slant / (seen.distance * seen.distance);
-        let ratio = leaves.dot(point.normal).abs() / (density * pixels_per_area);
+        let ratio = leaves.dot(point.normal).abs() / (density * seen.pixels_per_area(point.normal));
         if ratio.is_finite() { ratio } else { 0.0 }
     }
 
@@ -94,7 +92,7 @@ pub struct Splat<'a, const C: usize> {
 
 /// Traces a light subpath over smooth surfaces to a diffuse one, and on. Each diffuse surface that it meets
 /// makes a splat.
-pub fn light_subpath<'a, const C: usize>(
+pub(super) fn light_subpath<'a, const C: usize>(
     scene: &'a Scene,
     caustics: &Caustics,
     stream: &Stream,
@@ -140,8 +138,7 @@ fn splat_from<'a, const C: usize>(
 ) -> Option<Splat<'a, C>> {
     let LightSubpath { ray, power, ratio, media, wavelengths, time, .. } = subpath;
     let seen = scene.camera.project(hit.point.position, lens, *time)?;
-    let end = SurfacePoint { position: seen.begins, normal: seen.toward_lens, error: 0.0 };
-    let last = hit.point.segment_to(&end)?;
+    let last = hit.point.segment_to(&seen.end())?;
     // Before all that is only asked for where the surface is in view.
     if scene.is_occluded(&last, *time, RayKind::LightTracing) {
         return None;
@@ -214,8 +211,8 @@ impl<const C: usize> LightSubpath<C> {
         let [u, v, cone, light] = stream.draw(Dimensions::Lens);
         let time = scene.shutter.time(time);
         let wavelengths = scene.wavelengths.sample::<C>(wavelength);
-        let (source, probability) = caustics.choose(light);
-        let (ray, power, begins) = match source.origin {
+        let (origin, probability) = caustics.choose(light);
+        let (ray, power, begins) = match origin {
             Origin::Surface { light, .. } => {
                 let start = scene.lights.emit(light, [x, y], time, &wavelengths.nm)?;
                 let (toward, density) = caustics.aim_from(&start.point)?.sample(cone, [u, v])?;

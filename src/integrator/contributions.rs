@@ -53,6 +53,9 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let shared = self.weigh_beside_light_subpaths(scene, &mut weight, |caustics| {
             caustics.light_factor(light_hit.light, &hit.point, -ray.direction)
         });
+        if let (PreviousSample::Camera, Some(visible_lamps)) = (&self.last, scene.visible_lamps()) {
+            weight *= visible_lamps.camera_weight(scene, light_hit.light, &hit.point, self.time);
+        }
         if weight == 0.0 {
             return Sampled::ZERO;
         }

@@ -11,7 +11,7 @@ use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::lanes::{
-    self, LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, lanes_of, mask_of, part,
+    self, ALL, LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, lanes_of, mask_of, part,
 };
 use crate::light::{Lit, Receivers};
 use crate::scene::{RayKind, Scene, Techniques};
@@ -223,7 +223,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
         (links.owner, links.place) = (owner, Place::Beyond(direction));
         (links.toward_first, links.geometry, links.share) =
             ([-toward; REGISTERS], [f64x4::ONE; REGISTERS], share);
-        self.evaluate(Mask::MAX, linked, links);
+        self.evaluate(ALL, linked, links);
     }
 
     /// Values and densities of rough first surfaces. `facing`: those on the right side of the place.
@@ -254,7 +254,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
     pub fn hide(&self, links: &mut [Links<C>], owners: Mask) {
         let features = self.scene.features();
         if features.interface_events() && features.absorption {
-            lanes_of(owners).for_each(|owner| links[owner].unsure = Mask::MAX);
+            lanes_of(owners).for_each(|owner| links[owner].unsure = ALL);
             return;
         }
         let mut hidden = [0; LANES];
@@ -280,7 +280,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 links.unsure = hidden[owner];
             } else {
                 links.linked &= !hidden[owner];
-                links.unsure = if features.absorption { Mask::MAX } else { 0 };
+                links.unsure = if features.absorption { ALL } else { 0 };
             }
         }
     }

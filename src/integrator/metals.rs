@@ -2,7 +2,7 @@
 
 use super::surfaces::Evaluations;
 use crate::bsdf::{FacetReflection, Ggx, fresnel};
-use crate::lanes::{Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, part, set};
+use crate::lanes::{ALL, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, part, set};
 use crate::material::RoughMetal;
 use crate::spectrum::SampledLanes;
 use wide::f64x4;
@@ -45,7 +45,7 @@ impl<const C: usize> Metals<C> {
     pub fn splat(metal: &RoughMetal<C>) -> Self {
         let RoughMetal { facet, facets, frame, toward_eye } = metal;
         Self {
-            lanes: Mask::MAX,
+            lanes: ALL,
             eta: SampledLanes::splat(&facet.eta),
             k: SampledLanes::splat(&facet.k),
             specular_reflectance: SampledLanes::splat(&facet.specular_reflectance),

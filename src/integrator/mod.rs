@@ -10,16 +10,18 @@ mod path;
 mod plan;
 mod shared;
 mod surfaces;
+mod visible_lamps;
 mod volume;
 mod walk;
 mod weights;
 
 use crate::geometry::Ray;
+use crate::light::LightTracing;
 use crate::sampling::Stream;
 use crate::scene::{Coverage, Integrator, Limits, RayKind, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 
-pub use caustics::{Splat, light_subpath};
+pub use caustics::Splat;
 use observe::Record;
 pub use observe::{RecordedStep, Step};
 pub use plan::{Plan, Sharing};
@@ -133,6 +135,21 @@ pub fn radiance_told<const C: usize>(
     let record = Record::default();
     let sample = path::observed_radiance(scene, ray, time, wavelengths, stream, record.clone());
     (sample, record.into_steps())
+}
+
+/// Traces a light subpath, and tells of what it brings to the film.
+pub fn light_subpath<'a, const C: usize>(
+    scene: &'a Scene,
+    light_tracing: &LightTracing,
+    stream: &Stream,
+    splat: &mut impl FnMut(Splat<'a, C>),
+) {
+    if let Some(visible_lamps) = &light_tracing.visible_lamps {
+        visible_lamps::splat(scene, visible_lamps, stream).map(&mut *splat);
+    }
+    if let Some(caustics) = &light_tracing.caustics {
+        caustics::light_subpath(scene, caustics, stream, splat);
+    }
 }
 
 fn depth<const C: usize>(scene: &Scene, ray: &Ray, time: f64) -> RadianceSample<C> {

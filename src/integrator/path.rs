@@ -352,7 +352,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         if !self.specular || self.vertex == 0 || shading.bsdf.is_discrete() || shading.bsdf.transmits() {
             return None;
         }
-        let least = if scene.features().light_tracing { BRANCHES_BESIDE_LIGHT_TRACING } else { 1 };
+        let least = if scene.features().caustics { BRANCHES_BESIDE_LIGHT_TRACING } else { 1 };
         let by_weight = if self.through_discrete { f64::from(BRANCHES) * self.branch_weight } else { 1.0 };
         let branches = (by_weight.round() as u32).max(least);
         (branches > 1).then(|| (1..=branches).map(|branch| f64::from(branch) / f64::from(branches)).collect())
@@ -460,7 +460,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
             };
             self.depth += 1;
         }
-        if scene.features().light_tracing {
+        if scene.features().caustics {
             self.track_light_subpaths(scene, hit, shading, scatter);
         }
         if scatter.transmitted {

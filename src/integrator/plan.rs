@@ -1,6 +1,6 @@
 //! What the samples of a picture have in common.
 
-use crate::lanes::{Mask, WIDTH, part};
+use crate::lanes::{ALL, Mask, WIDTH, part};
 
 /// How many pixels a suffix serves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,8 +23,8 @@ impl Sharing {
     pub(super) fn partners(self, lane: usize) -> Mask {
         match self {
             Self::Nothing => 1 << lane,
-            Self::Four => part(Mask::MAX, 0) << (lane / WIDTH * WIDTH),
-            Self::Sixteen => Mask::MAX,
+            Self::Four => part(ALL, 0) << (lane / WIDTH * WIDTH),
+            Self::Sixteen => ALL,
         }
     }
 }
@@ -44,4 +44,22 @@ impl Plan {
 
     /// What pays in most scenes.
     pub const USUAL: Self = Self { sharing: Sharing::Sixteen, light_samples: 1 };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::{LANES, lanes_of};
+
+    #[test]
+    fn a_suffix_serves_the_pixels_that_share_it() {
+        for (sharing, pixels) in [(Sharing::Nothing, 1), (Sharing::Four, 4), (Sharing::Sixteen, 16)] {
+            assert_eq!(sharing.pixels(), pixels);
+            for lane in 0..LANES {
+                let partners = sharing.partners(lane);
+                assert!(lanes_of(partners).all(|partner| sharing.partners(partner) == partners));
+                assert!(partners >> lane & 1 == 1);
+            }
+        }
+    }
 }

@@ -30,6 +30,9 @@ pub const ZERO: Row = [f64x4::ZERO; REGISTERS];
 /// A bit for each lane.
 pub type Mask = u32;
 
+/// All lanes.
+pub const ALL: Mask = (1 << LANES) - 1;
+
 /// The mask of some lanes.
 #[inline]
 pub fn mask_of(lanes: impl Iterator<Item = usize>) -> Mask {

@@ -1,13 +1,9 @@
 //! Where light subpaths begin, and where to. See `integrator::caustics` for what becomes of them.
 
 use super::casters::Aim;
+use super::tracing::{Origin, Source, Sources, Subpaths};
 use super::{Caster, Casters};
 use crate::geometry::{Ray, SurfacePoint, Vec3};
-use crate::sampling::PiecewiseConstant;
-
-/// Samples of a pixel for one light subpath a pixel, where nothing is known of what they cost and gain. The
-/// weights of the two techniques take it for the number: they sum to 1 whatever it is.
-pub const USUAL_SAMPLES_PER_PATH: u64 = 2;
 
 /// Where light subpaths begin, and where to.
 #[derive(Clone, Debug)]
@@ -15,57 +11,21 @@ pub struct Caustics {
     casters: Casters,
     /// A sphere around the scene.
     scene: Caster,
-    /// Those with a surface in ascending order of their numbers, then the environment.
-    sources: Vec<Source>,
-    choice: PiecewiseConstant,
-    pixels: u64,
-}
-
-/// What sends out light subpaths.
-#[derive(Clone, Copy, Debug)]
-pub struct Source {
-    /// Where its light comes from.
-    pub origin: Origin,
-    /// What it weighs in the choice among them.
-    pub power: f64,
-}
-
-/// Where light subpaths come from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Origin {
-    /// A surface.
-    Surface {
-        /// Among the scene's lights.
-        light: u32,
-        /// Its area, in squared scene units.
-        area: f64,
-    },
-    /// Beyond the scene.
-    Environment,
+    sources: Sources,
+    subpaths: Subpaths,
 }
 
 impl Caustics {
-    /// With a sphere around the scene, sources in ascending order, the environment last, and the number of
-    /// the film's pixels. `None` where there are no light subpaths.
-    pub fn new(casters: Casters, scene: Caster, sources: Vec<Source>, pixels: u64) -> Option<Self> {
-        if casters.is_empty() || sources.is_empty() {
-            return None;
-        }
-        let edges = (0..=sources.len()).map(|i| i as f64).collect();
-        let powers: Vec<f64> = sources.iter().map(|source| source.power).collect();
-        Some(Self { casters, scene, choice: PiecewiseConstant::new(edges, &powers)?, sources, pixels })
+    /// With a sphere around the scene, and sources in ascending order, the environment last. `None` where
+    /// there are no light subpaths.
+    pub fn new(casters: Casters, scene: Caster, sources: Vec<Source>, subpaths: Subpaths) -> Option<Self> {
+        let sources = Sources::new(sources).filter(|_| !casters.is_empty())?;
+        Some(Self { casters, scene, sources, subpaths })
     }
 
-    /// How many light subpaths there are with so many samples of each pixel, if there is one a pixel for each
-    /// `samples_per_path`.
-    pub fn paths(&self, samples: u32, samples_per_path: u64) -> u64 {
-        (self.pixels * u64::from(samples)).div_ceil(samples_per_path)
-    }
-
-    /// A light, and the probability of choosing it.
-    pub fn choose(&self, u: f64) -> (&Source, f64) {
-        let (place, probability) = self.choice.sample(u);
-        (&self.sources[(place as usize).min(self.sources.len() - 1)], probability)
+    /// Where one begins, and the probability of choosing that.
+    pub fn choose(&self, u: f64) -> (Origin, f64) {
+        self.sources.choose(u)
     }
 
     /// Where subpaths from a point of a light aim at. `None` where there is nothing to aim at.
@@ -82,35 +42,23 @@ impl Caustics {
     /// The environment's factor of the ratio of densities, as [`Self::light_factor`] is that of a light:
     /// for subpaths from a direction through a place, of which `density` is the one per steradian.
     pub fn environment_factor(&self, direction: Vec3, density: f64, place: Vec3) -> f64 {
-        let at = self.sources.len() - 1;
-        if self.sources[at].origin != Origin::Environment {
+        let probability = self.sources.environment_probability();
+        if probability == 0.0 {
             return 0.0;
         }
-        let chosen = self.choice.density(at as f64 + 0.5) * density;
-        self.paths_per_sample() * chosen * self.casters.density_along(-direction, place)
-    }
-
-    /// Light subpaths for one sample of each pixel, as the weights have it.
-    fn paths_per_sample(&self) -> f64 {
-        self.pixels as f64 / USUAL_SAMPLES_PER_PATH as f64
+        let chosen = probability * density;
+        self.subpaths.per_sample() * chosen * self.casters.density_along(-direction, place)
     }
 
     /// The light's factor of the ratio of densities, that of light subpaths over that of camera paths, for
     /// subpaths that begin at a point of a light in a direction. Zero where none do.
     pub fn light_factor(&self, light: u32, point: &SurfacePoint, direction: Vec3) -> f64 {
-        // The environment's number is above all others.
-        let number = |source: &Source| match source.origin {
-            Origin::Surface { light, .. } => light,
-            Origin::Environment => u32::MAX,
-        };
-        let Ok(at) = self.sources.binary_search_by_key(&light, number) else { return 0.0 };
-        let Origin::Surface { area, .. } = self.sources[at].origin else { return 0.0 };
+        let at_point = self.sources.density_on(light);
         let cos = direction.dot(point.normal);
-        if cos <= 0.0 {
+        if at_point == 0.0 || cos <= 0.0 {
             return 0.0;
         }
         let Some(aim) = self.casters.seen_from(point) else { return 0.0 };
-        let at_point = self.choice.density(at as f64 + 0.5) / area;
-        self.paths_per_sample() * at_point * aim.density(direction) / cos
+        self.subpaths.per_sample() * at_point * aim.density(direction) / cos
     }
 }

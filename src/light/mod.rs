@@ -19,12 +19,14 @@ pub mod sky;
 mod spot;
 #[cfg(test)]
 mod tests;
+mod tracing;
 mod tree;
+mod visible_lamps;
 
 pub use aim::Aim;
 pub use area::AreaGeometry;
 pub use casters::{Caster, Casters};
-pub use caustics::{Caustics, Origin, Source as CausticSource, USUAL_SAMPLES_PER_PATH};
+pub use caustics::Caustics;
 pub use choice::Setting;
 pub use environment::Environment;
 pub use environment_map::{EnvironmentMap, EnvironmentSamples, Texel};
@@ -33,6 +35,8 @@ pub use lanes::{LightSamples, Lit, Receivers};
 pub use projector::Projector;
 pub use sky::Sky;
 pub use spot::Spot;
+pub use tracing::{LightTracing, Origin, Source, Subpaths, USUAL_SAMPLES_PER_PATH};
+pub use visible_lamps::VisibleLamps;
 
 use crate::geometry::{Bounds, Placed, Ray, SurfacePoint, Vec3};
 use crate::lanes::{Real, Vector};

@@ -5,7 +5,7 @@ use super::work::Pass;
 use super::{Exposure, Progress, admit};
 use crate::film::{BadValues, Film, FilterSampler, Taken};
 use crate::integrator::{self, Splat};
-use crate::light::Caustics;
+use crate::light::LightTracing;
 use crate::sampling::{Sampler, SamplerKind, mix};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -24,14 +24,14 @@ type Add<'a> = dyn Fn(usize, &dyn Fn(&mut Film)) + Sync + 'a;
 type Splatted = ([u32; 2], Taken);
 
 pub(super) struct LightPass<'a> {
-    caustics: &'a Caustics,
+    light_tracing: &'a LightTracing,
     exposure: &'a Exposure<'a>,
     sampler: Sampler,
     filter: FilterSampler,
 }
 
 impl<'a> LightPass<'a> {
-    pub fn new(caustics: &'a Caustics, exposure: &'a Exposure<'a>, kind: SamplerKind) -> Self {
+    pub fn new(light_tracing: &'a LightTracing, exposure: &'a Exposure<'a>, kind: SamplerKind) -> Self {
         // Light subpaths belong to no pixel: what only the others have to do with pixels, or with few
         // samples, is nothing for them.
         let (kind, seed) = match kind {
@@ -41,16 +41,17 @@ impl<'a> LightPass<'a> {
             _ => (SamplerKind::Sobol, exposure.seed),
         };
         let schedule = exposure.schedule;
-        let of_replicate = caustics.paths(schedule.samples_per_replicate, exposure.samples_per_path);
+        let of_replicate =
+            light_tracing.subpaths().count(schedule.samples_per_replicate, exposure.samples_per_path);
         let of_net = of_replicate * u64::from(schedule.per_net);
         let sampler = Sampler::new(kind, seed, u32::try_from(of_net).unwrap_or(u32::MAX));
         let Exposure { extent, filter, .. } = exposure;
         let filter = FilterSampler::new(*filter, extent.window, exposure.scene.film.sample_border);
-        Self { caustics, exposure, sampler, filter }
+        Self { light_tracing, exposure, sampler, filter }
     }
 
     fn paths(&self, samples: u32) -> u64 {
-        self.caustics.paths(samples, self.exposure.samples_per_path)
+        self.light_tracing.subpaths().count(samples, self.exposure.samples_per_path)
     }
 
     /// The light subpaths that belong to the samples of a pass. They come to the film in pieces, of which
@@ -112,7 +113,7 @@ impl<'a> LightPass<'a> {
             let (sequence, within) = ((index >> 32) as u32, index as u32);
             let stream = self.sampler.stream([NO_PIXEL, sequence], net, within);
             let mut of_path = mix(seed ^ mix(index ^ u64::from(net) << 48));
-            integrator::light_subpath::<C>(scene, self.caustics, &stream, &mut |splat| {
+            integrator::light_subpath::<C>(scene, self.light_tracing, &stream, &mut |splat| {
                 let Splat { film: place, mut radiance, wavelengths, response } = splat;
                 if let Some(response) = response {
                     radiance *= response.sample(&wavelengths.nm);

@@ -145,7 +145,7 @@ fn fill<const C: usize>(
         (0..schedule.nets()).flat_map(|net| groups.blocks(net, reached.clone())).collect();
     // Those of all nets side by side, from the top: what the film keeps in a file is gone through once.
     blocks.sort_by_key(|block| (block.corner[1].div_euclid(i64::from(BLOCK)), block.net));
-    let light = scene.caustics().map(|caustics| LightPass::new(caustics, exposure, settings.sampler));
+    let light = scene.light_tracing().map(|tracing| LightPass::new(tracing, exposure, settings.sampler));
     let work = Mutex::new(work);
     let add = |piece: usize, add: &dyn Fn(&mut Film)| {
         let mut work = lock(&work);

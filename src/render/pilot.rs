@@ -12,7 +12,7 @@ use super::settings::{WavelengthCount, with_count};
 use super::{Progress, Schedule};
 use crate::film::{Extent, FilterKind, Region, Tile};
 use crate::integrator::{Plan, Sharing, Workspace};
-use crate::light::{Caustics, USUAL_SAMPLES_PER_PATH};
+use crate::light::{LightTracing, USUAL_SAMPLES_PER_PATH};
 use crate::sampling::{SamplerKind, mix};
 use crate::scene::{Scene, rays_of_this_thread};
 use rayon::prelude::*;
@@ -147,11 +147,12 @@ pub(super) fn choose(
             (wavelengths, variance) = (WavelengthCount::Eight, of_eight);
         }
     }
-    let light = picture.scene.caustics().zip(known).map(|(caustics, known)| {
-        let paths = caustics.paths(1, USUAL_SAMPLES_PER_PATH) as f64 * picture.schedule.samples() as f64;
+    let light = picture.scene.light_tracing().zip(known).map(|(tracing, known)| {
+        let paths =
+            tracing.subpaths().count(1, USUAL_SAMPLES_PER_PATH) as f64 * picture.schedule.samples() as f64;
         let paths = ((SHARE * paths) as u64).clamp(1, MOST_SUBPATHS);
         let pilot = Pilot { sampler, schedule, seed, plan };
-        with_count!(wavelengths, C => light_variance::<C>(picture, &pilot, caustics, paths, &known, progress))
+        with_count!(wavelengths, C => light_variance::<C>(picture, &pilot, tracing, paths, &known, progress))
     });
     let samples_per_path = light.map_or(USUAL_SAMPLES_PER_PATH, |light| {
         samples_per_path([variance.brightness, light], [cost(picture.scene, plan), LIGHT_SUBPATH])
@@ -258,7 +259,7 @@ pub(super) fn average(values: impl Iterator<Item = f64>) -> f64 {
 fn light_variance<const C: usize>(
     picture: &Exposure,
     pilot: &Pilot,
-    caustics: &Caustics,
+    tracing: &LightTracing,
     paths: u64,
     known: &Brightness,
     progress: &dyn Progress,
@@ -266,7 +267,7 @@ fn light_variance<const C: usize>(
     let window = picture.extent.window;
     let pixels = window.pixel_count() as f64;
     let exposure = pilot.exposure(picture, picture.allocation, picture.groups);
-    let light = LightPass::new(caustics, &exposure, pilot.sampler);
+    let light = LightPass::new(tracing, &exposure, pilot.sampler);
     let (mut sum, mut of_squares) = (0.0, 0.0);
     for (pixel, square) in light.squares::<C>(paths, progress) {
         let pixel = [0, 1].map(|axis| i64::from(pixel[axis]) + i64::from(window.offset[axis]));

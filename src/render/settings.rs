@@ -111,7 +111,7 @@ impl Settings {
             moments: scene.film.moments,
             responses: scene.film.channels.iter().map(|channel| channel.integral).collect(),
             bins: self.bins,
-            light_paths: scene.caustics().is_some(),
+            light_paths: scene.light_tracing().is_some(),
         }
     }
 }

@@ -32,11 +32,13 @@ pub struct Features {
     /// Some surface asks for its coordinates.
     pub textures: bool,
     /// Light tracing finds caustics.
-    pub light_tracing: bool,
+    pub caustics: bool,
+    /// Light tracing finds lamps in the picture that few camera rays meet.
+    pub visible_lamps: bool,
 }
 
 impl Features {
-    fn all(&self) -> [(&'static str, bool); 15] {
+    fn all(&self) -> [(&'static str, bool); 16] {
         [
             ("dispersion", self.dispersion),
             ("absorption", self.absorption),
@@ -52,7 +54,8 @@ impl Features {
             ("mixed materials", self.choices),
             ("transparent shadows", self.transparent_shadows),
             ("surface coordinates", self.textures),
-            ("light tracing", self.light_tracing),
+            ("caustics by light tracing", self.caustics),
+            ("visible lamps by light tracing", self.visible_lamps),
         ]
     }
 
@@ -74,7 +77,8 @@ impl Features {
             choices: self.choices || other.choices,
             transparent_shadows: self.transparent_shadows || other.transparent_shadows,
             textures: self.textures || other.textures,
-            light_tracing: self.light_tracing || other.light_tracing,
+            caustics: self.caustics || other.caustics,
+            visible_lamps: self.visible_lamps || other.visible_lamps,
         }
     }
 

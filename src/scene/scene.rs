@@ -14,7 +14,7 @@ use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::FilterSampler;
 use crate::geometry::{Frame, Points, Ray, Vec3};
 use crate::lanes::{REGISTERS, Row};
-use crate::light::{Caustics, Lights};
+use crate::light::{Caustics, LightTracing, Lights, VisibleLamps};
 use crate::material::{MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
 use crate::sampling::{Dimensions, Stream};
@@ -43,7 +43,7 @@ pub struct Scene {
     pub wavelengths: WavelengthDensity,
     /// The lights, and the choice among them.
     pub lights: Lights,
-    pub(super) caustics: Option<Caustics>,
+    pub(super) light_tracing: Option<LightTracing>,
     /// About the brightest light's contribution to Y: fixes the film's quantum.
     pub reference_radiance: f64,
     pub(super) features: Features,
@@ -291,9 +291,19 @@ impl Scene {
         self.surface(hit).material + 1
     }
 
-    /// What light subpaths begin with, where there are any.
+    /// What is traced from the lights, where anything is.
+    pub fn light_tracing(&self) -> Option<&LightTracing> {
+        self.light_tracing.as_ref()
+    }
+
+    /// The part of it that finds caustics.
     pub fn caustics(&self) -> Option<&Caustics> {
-        self.caustics.as_ref()
+        self.light_tracing.as_ref()?.caustics.as_ref()
+    }
+
+    /// The part of it that finds lamps in the picture.
+    pub fn visible_lamps(&self) -> Option<&VisibleLamps> {
+        self.light_tracing.as_ref()?.visible_lamps.as_ref()
     }
 
     /// Whether light subpaths lead through a surface.

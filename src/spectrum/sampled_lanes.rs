@@ -1,7 +1,7 @@
 //! Functions of wavelength at the wavelengths of a path, for several paths that share them.
 
 use super::Sampled;
-use crate::lanes::{Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, part, set, sum};
+use crate::lanes::{ALL, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, part, set, sum};
 use wide::f64x4;
 
 /// Spectra, one for each lane.
@@ -67,8 +67,7 @@ impl<const C: usize> SampledLanes<C> {
     pub fn nonzero(&self) -> Mask {
         let mut mask = 0;
         for register in 0..REGISTERS {
-            let zero =
-                self.0.iter().fold(Truth::of(Mask::MAX), |zero, row| zero & row[register].eq(f64x4::ZERO));
+            let zero = self.0.iter().fold(Truth::of(ALL), |zero, row| zero & row[register].eq(f64x4::ZERO));
             mask |= (!zero).mask() << (WIDTH * register);
         }
         mask

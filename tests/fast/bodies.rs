@@ -256,7 +256,7 @@ fn overlapping_balls_under_a_lamp_are_what_a_random_walk_finds() {
     let error = path_error.hypot(walk_error);
     assert!((path - walk).abs() < BOUND * error, "{path} {walk}");
     assert!(found(BOUND) * error < 0.02 * walk, "{error} of {walk}");
-    assert!(!lit("path").features().light_tracing);
+    assert!(!lit("path").features().caustics);
 }
 
 /// Closed glass whose normals point inward is told of, with what mends it; what is open or a cavity is not.

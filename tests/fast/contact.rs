@@ -340,7 +340,7 @@ fn a_lens_is_not_the_balls_that_it_is_ground_from() {
     );
     let features = scene.features();
     let asked = [features.contact, features.precedence, features.sensor_within, features.medium_stack];
-    assert_eq!((asked, features.light_tracing), ([false; 4], true));
+    assert_eq!((asked, features.caustics), ([false; 4], true));
 }
 
 /// The glasses of an achromat lie in one another's hollow, where no plane parts them; they touch where the

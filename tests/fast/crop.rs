@@ -66,6 +66,28 @@ fn scene(film: &str, bsdf: &str) -> String {
     )
 }
 
+/// A lamp out of focus and one of less than a pixel.
+fn lamps() -> String {
+    let lamp = |x: f64, y: f64, z: f64| {
+        format!(
+            r#"<shape type="sphere"><point name="center" x="{x}" y="{y}" z="{z}"/>
+            <float name="radius" value="0.02"/><emitter type="area"><rgb name="radiance" value="90"/></emitter></shape>"#
+        )
+    };
+    format!(
+        r#"<scene version="3.0.0"><integrator type="path"/>
+        <sensor type="thinlens"><float name="fov" value="40"/><float name="aperture_radius" value="0.3"/>
+            <float name="focus_distance" value="5"/>
+            <transform name="to_world"><lookat origin="0 -5 0" target="0 0 0" up="0 0 1"/></transform>
+            <film type="hdrfilm"><integer name="width" value="{}"/><integer name="height" value="{}"/></film>
+        </sensor>{}{}</scene>"#,
+        SIZE[0],
+        SIZE[1],
+        lamp(-0.2, -3.0, 0.1),
+        lamp(0.9, 0.0, -0.4)
+    )
+}
+
 const GLASS: &str = r#"<bsdf type="dielectric"/>"#;
 const DIFFUSE: &str = r#"<bsdf type="diffuse"/>"#;
 
@@ -102,6 +124,7 @@ fn a_part_holds_the_bits_of_the_whole() {
     ] {
         is_each_part_of_the_whole(name, &scene(&film, bsdf), arguments);
     }
+    is_each_part_of_the_whole("lamps", &lamps(), &["--spp=32"]);
 }
 
 const WINDOW: [usize; 4] = [11, 7, 21, 18];

@@ -72,7 +72,7 @@ fn paths_that_are_followed_together_are_those_of_each_alone() {
                 let what = format!("{name}, sample {number} of pixel {pixel:?}");
                 let told = at(&scene, &settings, pixel, Wanted::Sample(number));
                 same(&told.radiance, &told.path_radiance, &what);
-                if !scene.features().light_tracing {
+                if scene.light_tracing().is_none() {
                     same_as_film(&told, &film, pixel, &what);
                 }
                 lit += usize::from(told.path_radiance.iter().any(|&value| value > 0.0));
@@ -109,7 +109,7 @@ fn the_samples_of_a_pixel_make_up_what_the_film_has_and_steps_make_up_a_sample()
             for pixel in places.into_iter().take(pixels(estimator)) {
                 let what = format!("{file}, {estimator:?}, {count}, pixel {pixel:?}");
                 let brightest = at(&scene, &settings, pixel, Wanted::Brightest);
-                if !scene.features().light_tracing {
+                if scene.light_tracing().is_none() {
                     same_as_film(&brightest, &film, pixel, &what);
                 }
                 for number in [0, 5] {

@@ -33,7 +33,7 @@ struct Case {
     sees: f64,
 }
 
-const CASES: [Case; 20] = [
+const CASES: [Case; 21] = [
     Case { name: "diffuse", samples: 512, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.015 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
@@ -50,6 +50,7 @@ const CASES: [Case; 20] = [
     Case { name: "quadrics", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.07 },
     Case { name: "solids", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.1 },
     Case { name: "caustics", samples: 768, walk_samples: 24_576, walk_block: 1, sees: 0.07 },
+    Case { name: "visible_lamps", samples: 1024, walk_samples: 24_576, walk_block: 1, sees: 0.07 },
     Case { name: "skylight", samples: 512, walk_samples: 8192, walk_block: 1, sees: 0.07 },
     Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2, sees: 0.07 },
     Case { name: "chamber", samples: 1536, walk_samples: 24_576, walk_block: 1, sees: 0.08 },
@@ -237,7 +238,18 @@ fn contact() {
 fn caustics() {
     agrees("caustics");
     let case = case("caustics");
-    assert!(load(case, "path").features().light_tracing && !load(case, "walk").features().light_tracing);
+    assert!(load(case, "path").features().caustics && !load(case, "walk").features().caustics);
+}
+
+/// Lamps that a lens spreads, and one of less than a pixel, are found from their own side.
+#[test]
+fn visible_lamps() {
+    agrees("visible_lamps");
+    let case = case("visible_lamps");
+    let [path, walk] = ["path", "walk"].map(|integrator| load(case, integrator));
+    assert!(
+        path.features().visible_lamps && path.visible_lamps().is_some() && walk.light_tracing().is_none()
+    );
 }
 
 /// Light subpaths from beyond the scene, too.
@@ -245,7 +257,7 @@ fn caustics() {
 fn skylight() {
     agrees("skylight");
     let case = case("skylight");
-    assert!(load(case, "path").features().light_tracing && !load(case, "walk").features().light_tracing);
+    assert!(load(case, "path").features().caustics && !load(case, "walk").features().caustics);
 }
 
 #[test]
@@ -257,7 +269,7 @@ fn lamps() {
 #[test]
 fn chamber() {
     agrees("chamber");
-    assert!(load(case("chamber"), "path").features().light_tracing);
+    assert!(load(case("chamber"), "path").features().caustics);
 }
 
 /// Media that scatter: the walk tracks them with null collisions, and knows nothing of densities of
@@ -310,7 +322,7 @@ fn media_agree(name: &str) {
 #[test]
 fn a_ball_of_air_casts_no_shadow() {
     let with = |height: &str| small("air", &[("height", height)]);
-    assert!(with("1").features().light_tracing);
+    assert!(with("1").features().caustics);
     let films = ["1", "-2"].map(|height| expose(&with(height), &plan(1024, WavelengthCount::Four, 3)));
     assert_same("a ball of air and none", &films[0], &films[1], 1, 0.011);
 }

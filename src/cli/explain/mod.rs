@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             .map_err(|error| Failure::Other(format!("error: cannot write JSON: {error}")))?;
         return super::print(&format!("{json}\n"));
     }
-    super::print(&text::tell(&explained, &description, scene.features().light_tracing))
+    super::print(&text::tell(&explained, &description, scene.light_tracing().is_some()))
 }
 
 fn parse_pixel(text: &str) -> Result<[u32; 2], String> {

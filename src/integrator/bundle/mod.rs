@@ -392,7 +392,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.rays.leaves = *surfaces.hits.facet();
         self.density = scatters.density;
         self.from = surfaces.receivers();
-        if self.depth == 0 && self.scene.features().light_tracing {
+        if self.depth == 0 && self.scene.features().caustics {
             let first = |lane| FirstSurface {
                 point: self.from.get(lane).point,
                 leaves: self.rays.get(lane).direction,

@@ -2,7 +2,7 @@
 //! moved into fewer bundles.
 
 use super::{Bundle, Scratch};
-use crate::lanes::{LANES, Mask, lanes_of};
+use crate::lanes::{ALL, LANES, Mask, lanes_of};
 use crate::spectrum::{Sampled, SampledLanes};
 
 /// What suffixes have found.
@@ -24,7 +24,7 @@ pub(in crate::integrator) fn follow<const C: usize>(
         // Before paths move: a bundle without any has not come as far as the others.
         bundles.retain_mut(|bundle| {
             if bundle.alive == 0 {
-                found.take(bundle, Mask::MAX);
+                found.take(bundle, ALL);
             }
             bundle.alive != 0
         });
@@ -41,7 +41,7 @@ pub(in crate::integrator) fn follow<const C: usize>(
 impl<const C: usize> Found<C> {
     /// Keeps what has come to some lanes of a bundle, and what its paths have found besides.
     fn take(&mut self, bundle: &mut Bundle<C>, lanes: Mask) {
-        for lane in lanes_of(lanes & ((1 << LANES) - 1)) {
+        for lane in lanes_of(lanes & ALL) {
             let (number, of_turn, light) = bundle.found(lane);
             if !light.is_zero() {
                 self.arriving[number].set(of_turn, &light);
@@ -62,7 +62,7 @@ fn gather<const C: usize>(bundles: &mut Vec<Bundle<C>>, found: &mut Found<C>) {
         found.take(&mut last, !leaving);
         let mut paths = lanes_of(leaving);
         for bundle in bundles.iter_mut() {
-            let free = !bundle.alive & ((1 << LANES) - 1);
+            let free = !bundle.alive & ALL;
             for (lane, from) in lanes_of(free).zip(&mut paths) {
                 found.take(bundle, 1 << lane);
                 bundle.take(lane, &mut last, from);

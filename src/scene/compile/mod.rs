@@ -4,9 +4,9 @@
 //! The whole scene is moved so that its centre lies at the origin before meshes are rounded to single
 //! precision: how far a scene lies from the origin of its file makes no difference.
 
-mod caustics;
 mod contact;
 mod groups;
+mod light_tracing;
 mod lights;
 mod materials;
 mod media;
@@ -247,9 +247,10 @@ impl Compiler<'_> {
             choices: materials.iter().any(Material::chooses),
             transparent_shadows: volumetric && surfaces.iter().any(|surface| surface.null_transmission),
             textures: surfaces.iter().any(|surface| surface.parametrised),
-            light_tracing: false,
+            caustics: false,
+            visible_lamps: false,
         };
-        let setting = caustics::Setting {
+        let setting = light_tracing::Setting {
             groups: &groups,
             shift: &shift,
             shapes: &shapes,
@@ -259,20 +260,23 @@ impl Compiler<'_> {
             bounds: accel.bounds(),
             camera: &camera,
             camera_medium,
+            time: shutter.time(0.5),
             limits,
             range: self.options.range,
-            film: film.extent.whole,
+            film: film.extent,
         };
         for shape in one_way {
             surfaces[shape].smooth = false;
         }
-        let caustics = match integrator {
+        let light_tracing = match integrator {
             // A pixel has no samples of its own of the light that subpaths bring.
             // Nor do they know of what scatters them between surfaces.
-            Integrator::Path if !film.moments && !scattering => setting.caustics(&mut surfaces),
+            Integrator::Path if !film.moments && !scattering => setting.light_tracing(&mut surfaces),
             Integrator::Path | Integrator::Walk | Integrator::Depth => None,
         };
-        features.light_tracing = caustics.is_some();
+        features.caustics = light_tracing.as_ref().is_some_and(|tracing| tracing.caustics.is_some());
+        features.visible_lamps =
+            light_tracing.as_ref().is_some_and(|tracing| tracing.visible_lamps.is_some());
         let reference_radiance = match integrator {
             Integrator::Depth => accel.bounds().union(camera.origins(during)).diameter(),
             Integrator::Path | Integrator::Walk => self.reference(&film, &lights, &emitting, scene_radius),
@@ -299,7 +303,7 @@ impl Compiler<'_> {
             shutter,
             film,
             lights,
-            caustics,
+            light_tracing,
             features,
             accel,
             shapes,

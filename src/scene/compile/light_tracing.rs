@@ -1,0 +1,194 @@
+//! Whether caustics and visible lamps are found on light subpaths, and from where to where these lead.
+
+use super::contact;
+use super::groups::Groups;
+use crate::camera::Camera;
+use crate::film::Extent;
+use crate::geometry::{Bounds, Transform};
+use crate::light::{
+    Caster, Casters, Caustics, Light, LightTracing, Lights, Origin, Source, Subpaths, VisibleLamps,
+};
+use crate::medium::Body;
+use crate::scene::Limits;
+use crate::scene::scene::Surface;
+use crate::shape::Shape;
+use crate::units::WavelengthRange;
+use std::f64::consts::PI;
+
+/// The [`crate::light::Environment::unevenness`] from which on light subpaths begin beyond the scene.
+const WORTH_TRACING: f64 = 4.0;
+
+/// A lamp is found on light subpaths where it covers so many times as many pixels as in focus: one in so many
+/// camera rays of these pixels meets it.
+const SELDOM_MET: f64 = 4.0;
+
+/// How far a point in focus reaches on the film, in pixels: as far as usual filters do.
+const PIXEL: f64 = 1.0;
+
+/// How a lamp is seen.
+struct View {
+    origin: Origin,
+    /// Pixels of its image in focus.
+    in_focus: f64,
+    /// Pixels that it covers.
+    covered: f64,
+    /// Radiance × pixels.
+    brightness: f64,
+}
+
+/// All that decides about light subpaths.
+pub(super) struct Setting<'a> {
+    pub groups: &'a Groups<'a>,
+    pub shift: &'a Transform,
+    pub shapes: &'a [Shape],
+    /// Boxes around what is left of them.
+    pub boxes: &'a [Bounds],
+    pub bodies: &'a [Body],
+    pub lights: &'a Lights,
+    /// A box around all surfaces at all times.
+    pub bounds: Bounds,
+    pub camera: &'a Camera,
+    pub camera_medium: Option<u32>,
+    /// At which lamps are looked at.
+    pub time: f64,
+    pub limits: Limits,
+    pub range: WavelengthRange,
+    pub film: Extent,
+}
+
+impl Setting<'_> {
+    /// What is traced from the lights, if anything is. Smooth surfaces whose place is not known, of parts
+    /// that move by themselves, are then no longer called so.
+    pub fn light_tracing(&self, surfaces: &mut [Surface]) -> Option<LightTracing> {
+        let Limits { max_depth, hide_emitters, null_is_a_segment, .. } = self.limits;
+        let possible = max_depth > 0
+            && null_is_a_segment
+            && !hide_emitters
+            && self.camera_medium.is_none()
+            && self.camera.projects();
+        if !possible {
+            return None;
+        }
+        let lamps = self.lamps(surfaces);
+        // Where a caustic falls is not known: a window of the film has the light subpaths of the whole. Lamps
+        // are seen in the window alone.
+        let [width, height] = self.film.whole.map(u64::from);
+        let of_whole = Subpaths { pixels: width * height };
+        let caustics =
+            self.limits.allow_caustics().then(|| self.caustics(surfaces, &lamps, of_whole)).flatten();
+        let subpaths = match caustics {
+            Some(_) => of_whole,
+            None => Subpaths { pixels: self.film.window.pixel_count() },
+        };
+        LightTracing::new(caustics, self.visible_lamps(&lamps, subpaths), subpaths)
+    }
+
+    /// Where light subpaths for caustics begin and where to. `None` where there are none: nothing is smooth,
+    /// or no light has a surface and the environment is even.
+    fn caustics(
+        &self,
+        surfaces: &mut [Surface],
+        lamps: &[(Source, Bounds)],
+        subpaths: Subpaths,
+    ) -> Option<Caustics> {
+        let own = self.groups.own();
+        for (i, surface) in surfaces[..own].iter_mut().enumerate() {
+            surface.smooth &= !self.groups.moves(i);
+        }
+        let smooth = |shape: usize| surfaces[shape].smooth;
+        let left = (0..own).filter(|&i| smooth(i) && !self.boxes[i].is_empty());
+        let own = left.map(|i| Caster::of(&self.shapes[i], self.boxes[i]));
+        let shown = self.groups.shown(&self.groups.contents(self.shapes), self.shift);
+        let instances = shown.iter().filter(|shown| shown.shapes.iter().any(|&shape| smooth(shape)));
+        let instances = instances.map(|shown| Caster::around(shown.bounds));
+        let casters = Casters::new(own.chain(instances).collect());
+        let mut sources: Vec<Source> = lamps.iter().map(|(source, _)| *source).collect();
+        sources.extend(self.environment(&casters));
+        Caustics::new(casters, Caster::around(self.bounds), sources, subpaths)
+    }
+
+    /// The lamps in the picture that cover many more pixels than their image in focus does, as far as light
+    /// subpaths reach them more often than camera rays.
+    fn visible_lamps(&self, lamps: &[(Source, Bounds)], subpaths: Subpaths) -> Option<VisibleLamps> {
+        let seen: Vec<_> =
+            lamps.iter().filter_map(|(source, bounds)| self.view_of(source, *bounds)).collect();
+        // Their light, if it were spread over the picture.
+        let even =
+            seen.iter().map(|view| view.brightness).sum::<f64>() / self.film.window.pixel_count() as f64;
+        // Relative errors of pixels, in which there may be other light, are the least by these weights.
+        let weight = |view: &View| view.brightness / (view.brightness / view.covered + even);
+        let all: f64 = seen.iter().map(weight).sum();
+        let worth = |view: &&View| subpaths.per_sample() * weight(view) / all > view.in_focus;
+        let power = |view: &View| Source { power: weight(view), origin: view.origin };
+        VisibleLamps::new(seen.iter().filter(worth).map(power).collect(), subpaths)
+    }
+
+    /// How a lamp is seen. `None` where it is not in the picture, or where many of the camera rays that might
+    /// meet it do.
+    fn view_of(&self, source: &Source, bounds: Bounds) -> Option<View> {
+        let Origin::Surface { area, .. } = source.origin else { return None };
+        let project = |point| self.camera.project(point, [0.5; 2], self.time);
+        let centre = project(bounds.centre())?;
+        let (mut min, mut max) = (centre.film, centre.film);
+        for corner in bounds.corners() {
+            let [x, y] = project(corner)?.film;
+            (min, max) = ([min[0].min(x), min[1].min(y)], [max[0].max(x), max[1].max(y)]);
+        }
+        let circle = self.camera.circle_of_confusion(bounds.centre(), self.time).unwrap_or(0.0);
+        let window = self.film.window;
+        let is_shown = (0..2).all(|axis| {
+            let begins = f64::from(window.offset[axis]);
+            max[axis] + circle > begins && min[axis] - circle < begins + f64::from(window.size[axis])
+        });
+        let [width, height] = [0, 1].map(|axis| max[axis] - min[axis]);
+        let per_area = centre.pixels_per_area(centre.toward_lens);
+        let in_focus = (width * height).min(area * per_area);
+        // A disk along the border makes the image larger. The border is at least there and back.
+        let radius = circle.hypot(PIXEL);
+        let covered = in_focus + radius * (2.0 * width.hypot(height) + PI * radius);
+        let brightness = source.power / area * in_focus;
+        (is_shown && covered > SELDOM_MET * in_focus && brightness > 0.0).then_some(View {
+            origin: source.origin,
+            in_focus,
+            covered,
+            brightness,
+        })
+    }
+
+    /// The environment, where its light is so uneven that paths from the camera find much of it seldom.
+    fn environment(&self, casters: &Casters) -> Option<Source> {
+        let environment = self.lights.environment()?;
+        if environment.unevenness() < WORTH_TRACING {
+            return None;
+        }
+        // What enters the bodies, over the solid angle by which that of lights with a surface is more than
+        // their weights say.
+        let entering = 4.0 * PI * casters.cross_section() * environment.mean().integral(self.range);
+        let from = |light: &Light| match light {
+            Light::Area { geometry, .. } => Some(casters.solid_angle_from(geometry.bounds().centre())),
+            _ => None,
+        };
+        let angles: Vec<f64> = self.lights.iter().filter_map(from).collect();
+        let angle = if angles.is_empty() { PI } else { angles.iter().sum::<f64>() / angles.len() as f64 };
+        let power = entering / angle;
+        (power > 0.0 && power.is_finite()).then_some(Source { origin: Origin::Environment, power })
+    }
+
+    /// The lights that light subpaths begin at, with boxes around them: those with a surface that is known to
+    /// lie outside of all bodies.
+    fn lamps(&self, surfaces: &[Surface]) -> Vec<(Source, Bounds)> {
+        let bodies: Vec<Bounds> =
+            contact::body_boxes(self.groups, self.shift, self.shapes, self.boxes, surfaces, self.bodies)
+                .collect();
+        let begins = |(index, light): (u32, &Light)| {
+            let Light::Area { geometry, mean, .. } = light else { return None };
+            let bounds = geometry.bounds();
+            let outside = geometry.stands_alone() && !bodies.iter().any(|body| body.overlaps(bounds));
+            let area = geometry.area();
+            let power = area * mean.integral(self.range);
+            let origin = Origin::Surface { light: index, area };
+            (outside && power > 0.0 && power.is_finite()).then_some((Source { origin, power }, bounds))
+        };
+        (0..).zip(self.lights.iter()).filter_map(begins).collect()
+    }
+}
