@@ -25,7 +25,8 @@ const FORCED: [(&str, Features); 9] = {
         choices: false,
         transparent_shadows: false,
         textures: false,
-        light_tracing: false,
+        caustics: false,
+        visible_lamps: false,
     };
     [
         ("nothing more", none),

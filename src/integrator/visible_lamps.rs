@@ -40,8 +40,8 @@ fn pixels_per_area(scene: &Scene, point: &SurfacePoint, time: f64) -> f64 {
         .map_or(0.0, |seen| seen.pixels_per_area(point.normal))
 }
 
-/// What a light subpath brings that reaches the lens from a lamp. `None` where the lens does not see the point
-/// on which it begins.
+/// What a light subpath brings that reaches the lens from a lamp. `None` where the lens does not see the
+/// point at which it begins.
 pub(super) fn splat<'a, const C: usize>(
     scene: &'a Scene,
     lamps: &VisibleLamps,

@@ -37,7 +37,7 @@ impl LightTracing {
 /// How many light subpaths there are.
 #[derive(Clone, Copy, Debug)]
 pub struct Subpaths {
-    /// Of the whole film.
+    /// Those of the film, or of the window of it, that they are for.
     pub pixels: u64,
 }
 
