@@ -4,7 +4,7 @@
 use super::Picture;
 use crate::sampling::mix;
 use crate::spectrum::colour;
-use std::io::Cursor;
+use image::codecs::png::PngEncoder;
 use std::path::Path;
 
 /// Luminance of the picture's mean after exposure, as a fraction of white.
@@ -99,9 +99,9 @@ pub fn write_colours(path: &Path, width: usize, colours: &[[u8; 3]]) -> std::io:
 }
 
 fn write_image(path: &Path, image: &image::RgbImage) -> std::io::Result<()> {
-    let mut bytes = Cursor::new(Vec::new());
-    image.write_to(&mut bytes, image::ImageFormat::Png).map_err(std::io::Error::other)?;
-    super::write_whole(path, &bytes.into_inner())
+    let mut bytes = Vec::new();
+    image.write_with_encoder(PngEncoder::new(&mut bytes)).map_err(std::io::Error::other)?;
+    super::write_whole(path, &bytes)
 }
 
 /// From what a picture holds to what its PNG shows.

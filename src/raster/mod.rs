@@ -202,6 +202,3 @@ fn decoded(decoder: impl ImageDecoder, length: usize) -> Result<Image, ImageErro
         other => image(3, false, other.to_rgb32f().into_raw()),
     })
 }
-
-#[cfg(test)]
-mod tests;

@@ -17,6 +17,7 @@ mod explain;
 mod film;
 mod frames;
 mod groups;
+mod images;
 mod json;
 mod lenses;
 mod long;

@@ -37,12 +37,14 @@ def copy(source, target):
 
 
 def sources():
-    """What the programs of the manifest are made from, but for the tests: folders, and the script that cargo runs before it builds."""
+    """What the programs of the manifests are made from, but for the tests: folders, and files: manifests, and the script that cargo runs before it builds."""
     metadata = subprocess.run(["cargo", "metadata", "--no-deps", "--format-version=1"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    targets = json.loads(metadata)["packages"][0]["targets"]
-    scripts = {Path(target["src_path"]).relative_to(ROOT) for target in targets if "custom-build" in target["kind"]}
+    packages = json.loads(metadata)["packages"]
+    targets = [target for package in packages for target in package["targets"]]
+    files = {package["manifest_path"] for package in packages} | {target["src_path"] for target in targets if "custom-build" in target["kind"]}
     programs = [target for target in targets if not {"test", "custom-build"} & set(target["kind"])]
-    return {Path("data")} | {Path(target["src_path"]).parent.relative_to(ROOT) for target in programs}, scripts
+    folders = {Path(target["src_path"]).parent.relative_to(ROOT) for target in programs}
+    return {Path("data")} | folders, {Path(file).relative_to(ROOT) for file in files}
 
 
 def plant(folder):
@@ -50,19 +52,24 @@ def plant(folder):
     faults = {name: fault for path in sorted(LISTS.glob("*.toml")) for name, fault in tomllib.loads(path.read_text()).items()}
     fresh = folder.with_name(folder.name + "-fresh")
     shutil.rmtree(fresh, ignore_errors=True)
-    folders, scripts = sources()
+    folders, files = sources()
     for name in folders:
         shutil.copytree(ROOT / name, fresh / name)
-    for name in ("Cargo.toml", "Cargo.lock", *scripts):
+    for name in (Path("Cargo.lock"), *files):
         shutil.copy2(ROOT / name, fresh / name)
-    # Another package, so that its programs lie beside the true ones and share what was compiled for them.
-    replace_once(fresh / "Cargo.toml", 'name = "abbe"\n', 'name = "abbe-mutants"\n')
-    replace_once(fresh / "Cargo.toml", 'default-run = "abbe"\n', '')
-    replace_once(fresh / "Cargo.toml", 'name = "probe"\n', 'name = "probe-mutants"\n')
-    replace_once(fresh / "Cargo.toml", '[lints.rust]\n', '[lints.rust]\nunused_parens = "allow"\n')
-    replace_once(fresh / "Cargo.toml", '\nabbe = { codegen', '\nabbe-mutants = { codegen')
-    (fresh / "Cargo.toml").write_text((fresh / "Cargo.toml").read_text() + '\n[lib]\nname = "abbe"\n\n[[bin]]\nname = "abbe-mutants"\npath = "src/main.rs"\n\n[workspace]\n')
-    replace_once(fresh / "Cargo.lock", 'name = "abbe"\n', 'name = "abbe-mutants"\n')
+    # Other packages, so that their programs lie beside the true ones and share what was compiled for them.
+    manifest, programs, lock = fresh / "Cargo.toml", fresh / "validation/Cargo.toml", fresh / "Cargo.lock"
+    replace_once(manifest, 'name = "abbe"\n', 'name = "abbe-mutants"\n')
+    replace_once(manifest, 'default-run = "abbe"\n', '')
+    replace_once(manifest, '[workspace.lints.rust]\n', '[workspace.lints.rust]\nunused_parens = "allow"\n')
+    replace_once(manifest, '\nabbe = { codegen', '\nabbe-mutants = { codegen')
+    manifest.write_text(manifest.read_text() + '\n[lib]\nname = "abbe"\n\n[[bin]]\nname = "abbe-mutants"\npath = "src/main.rs"\n')
+    replace_once(programs, 'name = "abbe-validation"\n', 'name = "abbe-validation-mutants"\n')
+    replace_once(programs, 'name = "probe"\n', 'name = "probe-mutants"\n')
+    replace_once(programs, 'abbe = { path', 'abbe = { package = "abbe-mutants", path')
+    replace_once(lock, 'name = "abbe"\n', 'name = "abbe-mutants"\n')
+    replace_once(lock, 'name = "abbe-validation"\n', 'name = "abbe-validation-mutants"\n')
+    replace_once(lock, ' "abbe",\n', ' "abbe-mutants",\n')
     for name, fault in faults.items():
         for place in (fault, *fault.get("also", ())):
             replace_once(fresh / place["file"], place["old"], "(if crate::planted(\"%s\") { %s } else { %s })" % (name, place["new"], place["old"]))
@@ -80,6 +87,6 @@ def plant(folder):
 def build(folder):
     """The faulty renderer and probe: (binary, probe)."""
     plant(folder)
-    command = ["cargo", "build", "--release", "--quiet", "--bin", "abbe-mutants", "--example", "probe-mutants", "--target-dir", str(ROOT / "target")]
+    command = ["cargo", "build", "--release", "--quiet", "--workspace", "--bin", "abbe-mutants", "--bin", "probe-mutants", "--target-dir", str(ROOT / "target")]
     subprocess.run(command, cwd=folder, check=True)
-    return ROOT / "target/release/abbe-mutants", ROOT / "target/release/examples/probe-mutants"
+    return ROOT / "target/release/abbe-mutants", ROOT / "target/release/probe-mutants"

@@ -92,7 +92,7 @@ def run(name, options, faulty):
     print(f"{name}: {module.__doc__.splitlines()[0]}", flush=True)
     start = time.monotonic()
     work = WORK / name
-    binaries = (options.abbe, options.abbe.parent / "examples/probe")
+    binaries = (options.abbe, options.abbe.with_name("probe"))
     claim = execute(module, name, work, renderer(work, binaries), options.quick, only=options.only)
     tried = []
     # An error is told from noise at the power of --quick, so that is what the planted ones are run at. They tell of the checks, which change rarely, and not
@@ -143,7 +143,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="less power and no planted errors; some minutes instead of most of an hour")
     parser.add_argument("--only", metavar="PART,…", default=(), type=lambda words: tuple(words.split(",")), help="only these scenes of the claim, and no planted errors")
     parser.add_argument("--list", action="store_true", help="list the claims")
-    parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary to test, with examples/probe beside it")
+    parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary to test, with probe beside it")
     options = parser.parse_args()
     known = names()
     wanted = [name for name in known if not options.claims or any(name == c.strip("/") or name.startswith(c.strip("/") + "/") for c in options.claims)]

@@ -1,4 +1,4 @@
-"""Counts the instructions of small pieces of work (benches/kernels) and compares them with what was counted before.
+"""Counts the instructions of small pieces of work (validation/speed/kernels) and compares them with what was counted before.
 
     instructions               exits with 1 if a piece takes 3 % more than instructions.json says, and names it
     instructions GROUP …       only these groups

@@ -208,7 +208,7 @@ def threads(power, binary):
 
 
 def skips(power, binary):
-    """Small pictures of which the renderer does what the scene has no need of, beside the same without (benches/kernels/skips.rs)."""
+    """Small pictures of which the renderer does what the scene has no need of, beside the same without (validation/speed/kernels/skips.rs)."""
     found = {}
     program = kernels()
     names = [name for group, name in program.list() if group == "skip"]

@@ -108,7 +108,7 @@ def stolen():
 
 @dataclass(frozen=True)
 class Kernels:
-    """Small pieces of work of abbe's: benches/kernels."""
+    """Small pieces of work of abbe's: validation/speed/kernels."""
 
     binary: str
 
@@ -124,7 +124,7 @@ class Kernels:
 
 def kernels():
     """The program with the pieces of work, built."""
-    command = ["cargo", "bench", "--bench", "kernels", "--no-run", "--message-format", "json"]
+    command = ["cargo", "bench", "--package", "abbe-validation", "--bench", "kernels", "--no-run", "--message-format", "json"]
     told = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()
     artefacts = [json.loads(line) for line in told if line.startswith("{")]
     return Kernels(next(a["executable"] for a in artefacts if a.get("target", {}).get("name") == "kernels" and a.get("executable")))

@@ -27,7 +27,7 @@ with a caustic gains twofold, and the script compares where each pixel has at le
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary, with examples/probe beside it")
+    parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary, with probe beside it")
     parser.add_argument("--seeds", type=int, default=8)
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--scenes", default=",".join(SCENES), help="folders under scenes/, with commas")
@@ -36,7 +36,7 @@ def main():
     kept.mkdir(parents=True, exist_ok=True)
     rows, gains = [], {}
     for scene in arguments.scenes.split(","):
-        kinds = [renders(arguments.abbe.parent / "examples/probe", scene, arguments.samples, arguments.seeds, kept, most, SIZE) for most in (1 << 23, 1 << 24)]
+        kinds = [renders(arguments.abbe.with_name("probe"), scene, arguments.samples, arguments.seeds, kept, most, SIZE) for most in (1 << 23, 1 << 24)]
         pictures = np.concatenate([pictures[:, -1] for _, pictures in kinds])
         total, n = pictures.sum(axis=0), len(pictures)
         error = np.array([figures(picture, (total - picture) / (n - 1))["relmse"] for picture in pictures]).reshape(2, -1)

@@ -4,8 +4,8 @@
 the picture and its error bounds. From them follows, for any target, where that seed ends, and how far its picture is then from
 the truth, which is the mean of all other seeds. The same renders at fixed numbers of samples are the control for the mean, and a
 rule that looks at doublings alone is judged by the same renders. Writes validation/noise/stopping/RESULTS.md.
-Renders stay in target/validation/stopping. Needs numpy, colour-science, and examples/probe beside the binary (`cargo build
---release --example probe`).
+Renders stay in target/validation/stopping. Needs numpy, colour-science, and probe beside the binary (`cargo build --release
+--workspace --bins`).
 
     python validation/noise/stopping/measure.py [--abbe target/release/abbe] [--seeds 20] [--samples 128]
 """
@@ -115,7 +115,7 @@ def signed(value, digits=3):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary, with examples/probe beside it")
+    parser.add_argument("--abbe", type=Path, default=ROOT / "target/release/abbe", help="the binary, with probe beside it")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--samples", type=int, default=128, help="samples of a pixel at the last look")
     parser.add_argument("--scenes", default=",".join(SCENES), help="folders under scenes/, with commas")
@@ -125,7 +125,7 @@ def main():
     chosen, n = arguments.scenes.split(","), arguments.seeds
     pooled, rows = {}, []
     for scene in chosen:
-        looks, pictures = renders(arguments.abbe.parent / "examples/probe", scene, arguments.samples, n, kept)
+        looks, pictures = renders(arguments.abbe.with_name("probe"), scene, arguments.samples, n, kept)
         samples = np.array([look["samples"] for look in looks[0]])
         per_replicate = samples // (samples[0] // 4)
         rules = {"now": list(range(len(samples))), "doublings": [k for k, count in enumerate(per_replicate) if count & (count - 1) == 0]}

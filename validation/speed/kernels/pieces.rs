@@ -42,7 +42,7 @@ pub fn samplers() -> Vec<Kernel> {
 
 /// The fluorescent lamp F11, at 5 nm.
 fn fluorescent() -> Spectrum {
-    TableFile::parse(include_str!("../../data/illuminants/cie_fl1_fl12_5nm.csv"))
+    TableFile::parse(include_str!("../../../data/illuminants/cie_fl1_fl12_5nm.csv"))
         .ok()
         .and_then(|table| table.numbers("FL11").ok())
         .and_then(|values| Spectrum::regular(380.0, 780.0, &values, Extrapolation::Zero).ok())

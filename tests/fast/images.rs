@@ -1,4 +1,10 @@
-use super::*;
+//! Images and grids that scenes name: what is read from each format, and what damaged files do.
+
+use crate::common::mutation::mutated;
+use crate::common::stress;
+use abbe::raster::{Grid, Image};
+use image::{DynamicImage, ImageFormat};
+use std::io::Cursor;
 
 fn pfm(header: &str, values: &[f32]) -> Vec<u8> {
     let mut bytes = header.as_bytes().to_vec();
@@ -13,11 +19,11 @@ fn png(image: DynamicImage) -> Vec<u8> {
 }
 
 fn exr(channels: &[(&str, f32)]) -> Vec<u8> {
-    use ::exr::prelude::*;
+    use exr::prelude::*;
     let channels = channels
         .iter()
         .map(|&(name, value)| AnyChannel::new(name, FlatSamples::F32(vec![value, 2.0 * value])));
-    let image = ::exr::prelude::Image::from_channels((2, 1), AnyChannels::sort(channels.collect()));
+    let image = exr::prelude::Image::from_channels((2, 1), AnyChannels::sort(channels.collect()));
     let mut bytes = Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes).unwrap();
     bytes.into_inner()
@@ -32,13 +38,13 @@ fn float_maps_stand_on_their_heads() {
 
 #[test]
 fn integers_are_encoded_and_floats_are_not() {
-    let pixels = ::image::RgbaImage::from_raw(1, 1, vec![255, 128, 0, 7]).unwrap();
+    let pixels = image::RgbaImage::from_raw(1, 1, vec![255, 128, 0, 7]).unwrap();
     let image = Image::decode(&png(pixels.into()), None).unwrap();
     assert!(image.encoded && image.channels == 3);
     assert_eq!(image.values, [1.0, 128.0 / 255.0, 0.0]);
     // IEC 61966-2-1: 128 of 255 is 0.21586 of the light.
     assert!((image.linear().texel(0, 0)[1] - 0.215_861).abs() < 1e-6);
-    let grey = ::image::ImageBuffer::<::image::Luma<u16>, _>::from_raw(1, 1, vec![65535]).unwrap();
+    let grey = image::ImageBuffer::<image::Luma<u16>, _>::from_raw(1, 1, vec![65535]).unwrap();
     let image = Image::decode(&png(grey.into()), None).unwrap();
     assert!(image.encoded && image.channels == 1 && image.values == [1.0]);
 }
@@ -69,7 +75,7 @@ fn exr_channels_are_found_by_name() {
 
 #[test]
 fn sizes_are_checked_before_memory_is_asked_for() {
-    let mut huge = png(::image::GrayImage::new(1, 1).into());
+    let mut huge = png(image::GrayImage::new(1, 1).into());
     // Width and height stand in the header chunk; its checksum follows.
     huge[16..24].copy_from_slice(&[0, 0, 0x80, 0, 0, 0, 0x80, 0]);
     assert!(Image::decode(&huge, None).is_err());
@@ -85,7 +91,7 @@ fn sizes_are_checked_before_memory_is_asked_for() {
 #[test]
 fn damaged_files_are_refused() {
     let whole = [
-        png(::image::RgbImage::new(9, 7).into()),
+        png(image::RgbImage::new(9, 7).into()),
         exr(&[("B", 3.0), ("G", 2.0), ("R", 1.0)]),
         pfm("PF\n1 1\n-1\n", &[1.0, 2.0, 3.0]),
     ];
@@ -103,8 +109,8 @@ fn damaged_files_are_refused() {
 
 #[test]
 fn changed_files_do_no_harm() {
-    let pixels = DynamicImage::ImageRgb8(::image::RgbImage::from_fn(9, 7, |x, y| {
-        ::image::Rgb([20 * x as u8, 30 * y as u8, 99])
+    let pixels = DynamicImage::ImageRgb8(image::RgbImage::from_fn(9, 7, |x, y| {
+        image::Rgb([20 * x as u8, 30 * y as u8, 99])
     }));
     let encoded = |format| {
         let mut bytes = Cursor::new(Vec::new());
@@ -124,26 +130,10 @@ fn changed_files_do_no_harm() {
         pfm("PF\n2 1\n-1\n", &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
         [b"VOL\x03\x01\0\0\0\x02\0\0\0\x01\0\0\0\x01\0\0\0\x01\0\0\0".to_vec(), vec![0; 32]].concat(),
     ];
-    // Numerical Recipes' generator of 64 bits.
-    let mut state = 1u64;
-    let mut random = move |below: usize| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % below
-    };
-    let rounds = crate::stress::count(200, 20_000);
+    let mut state = 1;
     for (index, file) in files.iter().enumerate() {
-        for _ in 0..rounds {
-            let mut bytes = file.clone();
-            for _ in 0..1 + random(4) {
-                let at = random(bytes.len());
-                match random(5) {
-                    0 => bytes[at] = random(256) as u8,
-                    1 => bytes[at] ^= 1 << random(8),
-                    2 => bytes[at] = 255,
-                    3 => bytes.truncate(at.max(1)),
-                    _ => bytes.insert(at, random(256) as u8),
-                }
-            }
+        for _ in 0..stress::count(200, 20_000) {
+            let bytes = mutated(file, &mut state);
             if index == 8 {
                 let _ = Grid::decode(&bytes);
             } else if let Ok(image) = Image::decode(&bytes, Some("tga")) {

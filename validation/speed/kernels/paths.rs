@@ -12,7 +12,7 @@ const SAMPLES: u32 = 8;
 
 /// A scene of `validation/speed`, small.
 pub fn compiled(name: &str) -> Scene {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("validation/speed/scenes/{name}.xml"));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("speed/scenes/{name}.xml"));
     let options =
         ReadOptions { defines: vec![("size".to_owned(), SIZE.to_string())], ..ReadOptions::default() };
     let description = read(&path, &options).unwrap_or_else(|errors| panic!("{errors}"));
