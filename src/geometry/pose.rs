@@ -61,6 +61,16 @@ impl Pose {
         self.inverse.determinant().abs() / (stretch * stretch * stretch)
     }
 
+    /// World over local area of a surface with a local normal of unit length: |det L| · |L⁻ᵀ n|.
+    pub fn area_ratio(&self, normal: Vec3) -> f64 {
+        self.linear.determinant().abs() * self.world_normal(normal).length()
+    }
+
+    /// About the mean of that over all normals.
+    pub fn mean_area_ratio(&self) -> f64 {
+        self.linear.determinant().abs().cbrt().powi(2)
+    }
+
     /// (|L⁻¹||L|)²: how rounding errors of local coordinates spread on the way to the world and back.
     pub fn spread(&self) -> DMat3 {
         let absolute = |m: DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());

@@ -154,7 +154,7 @@ fn splat_from<'a, const C: usize>(
     }
     let first = FirstSurface { point: hit.point, leaves, density: value.density.sum() / C as f64 };
     let by_camera = caustics.camera_factor(scene, &first, *time);
-    let weight = power_heuristic(subpath.begins.factor(caustics) * by_camera, 1.0);
+    let weight = power_heuristic(subpath.begins.factor(scene, caustics, *time) * by_camera, 1.0);
     if weight == 0.0 {
         return None;
     }
@@ -195,9 +195,11 @@ enum Beginning {
 
 impl Beginning {
     /// The light's factor of the ratio of densities.
-    fn factor(self, caustics: &Caustics) -> f64 {
+    fn factor(self, scene: &Scene, caustics: &Caustics, time: f64) -> f64 {
         match self {
-            Self::Surface { light, start, toward } => caustics.light_factor(light, &start, toward),
+            Self::Surface { light, start, toward } => {
+                caustics.light_factor(light, &start, toward, scene.lights.area_ratio(light, &start, time))
+            }
             Self::Environment { direction, density, place } => {
                 caustics.environment_factor(direction, density, place)
             }

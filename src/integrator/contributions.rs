@@ -51,7 +51,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
             scene.lights.density(&light_hit, from, self.time, wavelengths)
         });
         let shared = self.weigh_beside_light_subpaths(scene, &mut weight, |caustics| {
-            caustics.light_factor(light_hit.light, &hit.point, -ray.direction)
+            let area_ratio = scene.lights.area_ratio(light_hit.light, &hit.point, self.time);
+            caustics.light_factor(light_hit.light, &hit.point, -ray.direction, area_ratio)
         });
         if let (PreviousSample::Camera, Some(visible_lamps)) = (&self.last, scene.visible_lamps()) {
             weight *= visible_lamps.camera_weight(scene, light_hit.light, &hit.point, self.time);

@@ -26,8 +26,13 @@ use crate::scene::{RayKind, Scene};
 impl VisibleLamps {
     /// The weight, beside light subpaths, of a camera ray that meets a lamp at a point.
     pub(super) fn camera_weight(&self, scene: &Scene, light: u32, point: &SurfacePoint, time: f64) -> f64 {
-        let per_area = self.per_area(light);
-        if per_area == 0.0 { 1.0 } else { power_heuristic(pixels_per_area(scene, point, time), per_area) }
+        match self.per_area(light) {
+            0.0 => 1.0,
+            per_own_area => {
+                let per_area = per_own_area / scene.lights.area_ratio(light, point, time);
+                power_heuristic(pixels_per_area(scene, point, time), per_area)
+            }
+        }
     }
 }
 
@@ -61,7 +66,7 @@ pub(super) fn splat<'a, const C: usize>(
     if scene.is_occluded(&segment, time, RayKind::LightTracing) {
         return None;
     }
-    let weight = power_heuristic(lamps.per_area(light), pixels_per_area(scene, &start.point, time));
+    let weight = 1.0 - lamps.camera_weight(scene, light, &start.point, time);
     let density = probability * start.density;
     let scale = weight * seen.pixels_per_area(start.point.normal) / (density * C as f64);
     Some(Splat { film: seen.film, radiance: start.radiance * scale, wavelengths, response: seen.response })

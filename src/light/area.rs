@@ -126,25 +126,43 @@ impl AreaGeometry {
         self.extent.area
     }
 
-    /// Whether all of the surface emits, and stays where it is.
+    /// About its area in the world at a time.
+    pub fn world_area(&self, time: f64) -> f64 {
+        self.extent.area * self.pose(time).map_or(1.0, |pose| pose.mean_area_ratio())
+    }
+
+    /// Whether all of the surface emits.
+    pub fn is_whole(&self) -> bool {
+        self.whole.is_none()
+    }
+
+    /// Whether it is whole, and stays where it is.
     pub fn stands_alone(&self) -> bool {
-        self.placed.is_none() && self.whole.is_none()
+        self.placed.is_none() && self.is_whole()
     }
 
-    /// A point of it, uniform in area, which its density is per unit of. Only for what stands alone.
-    pub fn sample(&self, u: [f64; 2]) -> Option<ShapeSample> {
-        let AreaSample { surface, triangle, barycentric, density } = self.shape.sample(u)?;
-        (self.stands_alone() && density > 0.0).then_some(ShapeSample {
-            surface,
-            triangle,
-            barycentric,
-            density,
-        })
+    /// A point of it at a time, and its density per unit of area in the world: uniform in its own
+    /// coordinates. Only for what is whole.
+    pub fn sample(&self, u: [f64; 2], time: f64) -> Option<ShapeSample> {
+        let AreaSample { mut surface, triangle, barycentric, mut density } = self.shape.sample(u)?;
+        if let Some(placed) = &self.placed {
+            let pose = placed.at(time);
+            density /= pose.area_ratio(surface.point.normal);
+            surface.point = placed.surface_point(&pose, &surface.point, 2.0 * self.extent.radius);
+        }
+        (self.is_whole() && density > 0.0).then_some(ShapeSample { surface, triangle, barycentric, density })
     }
 
-    /// In its own coordinates.
-    pub fn bounds(&self) -> Bounds {
-        self.shape.bounds()
+    /// World over own area around a point with a normal in the world, at a time.
+    pub(super) fn area_ratio(&self, normal: Vec3, time: f64) -> f64 {
+        let ratio = |pose: Pose| pose.area_ratio(pose.local_normal(normal).normalize_or_zero());
+        self.pose(time).map_or(1.0, ratio)
+    }
+
+    /// A box around it in the world, from one time to another.
+    pub fn bounds(&self, during: [f64; 2]) -> Bounds {
+        let own = self.shape.bounds();
+        self.placed.as_ref().map_or(own, |placed| placed.bounds(own, during))
     }
 
     /// A ball around it: its centre and radius.
@@ -197,7 +215,7 @@ impl AreaGeometry {
             });
         };
         let pose = placed.at(0.5 * (during[0] + during[1]));
-        let area = area * pose.linear.determinant().abs().cbrt().powi(2);
+        let area = area * pose.mean_area_ratio();
         let bounds = placed.bounds(bounds, during);
         let still = normal.filter(|_| !placed.is_moving());
         Some(match still.and_then(|normal| pose.world_normal(normal).try_normalize()) {

@@ -51,9 +51,10 @@ impl Caustics {
     }
 
     /// The light's factor of the ratio of densities, that of light subpaths over that of camera paths, for
-    /// subpaths that begin at a point of a light in a direction. Zero where none do.
-    pub fn light_factor(&self, light: u32, point: &SurfacePoint, direction: Vec3) -> f64 {
-        let at_point = self.sources.density_on(light);
+    /// subpaths that begin at a point of a light in a direction. `area_ratio`: [`super::Lights::area_ratio`].
+    /// Zero where none do.
+    pub fn light_factor(&self, light: u32, point: &SurfacePoint, direction: Vec3, area_ratio: f64) -> f64 {
+        let at_point = self.sources.density_on(light) / area_ratio;
         let cos = direction.dot(point.normal);
         if at_point == 0.0 || cos <= 0.0 {
             return 0.0;

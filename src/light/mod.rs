@@ -208,12 +208,20 @@ impl Lights {
         nm: &[f64; C],
     ) -> Option<Emitted<C>> {
         let Light::Area { geometry, radiance, .. } = &self.lights[light as usize] else { return None };
-        let sample = geometry.sample(u)?;
+        let sample = geometry.sample(u, time)?;
         let radiance = match radiance.uniform() {
             Some(spectrum) => spectrum.sample(nm),
             None => radiance.sample(&geometry.texture_point(&sample, time), nm),
         };
         Some(Emitted { point: sample.surface.point, radiance, density: sample.density })
+    }
+
+    /// What the density of [`Self::emit`] is divided by at a point of a light: world over own area there.
+    pub fn area_ratio(&self, light: u32, point: &SurfacePoint, time: f64) -> f64 {
+        match &self.lights[light as usize] {
+            Light::Area { geometry, .. } => geometry.area_ratio(point.normal, time),
+            Light::Point { .. } | Light::Spot(_) | Light::Projector(_) | Light::Directional { .. } => 1.0,
+        }
     }
 
     /// Chooses a light for a place and a point on it. `None` where none is found that can contribute.

@@ -69,7 +69,7 @@ pub enum Origin {
     Surface {
         /// Among the scene's lights.
         light: u32,
-        /// Its area, in squared scene units.
+        /// Its area in its own coordinates, in their squared unit.
         area: f64,
     },
     /// Beyond the scene.
@@ -102,7 +102,8 @@ impl Sources {
         (self.sources[(place as usize).min(self.sources.len() - 1)].origin, probability)
     }
 
-    /// The density of beginning at a point of a light, per unit of its area. Zero where none begin there.
+    /// The density of beginning at a point of a light, per unit of area in its own coordinates. Zero where
+    /// none begin there.
     pub fn density_on(&self, light: u32) -> f64 {
         // The environment's number is above all others.
         let number = |source: &Source| match source.origin {

@@ -24,8 +24,8 @@ impl VisibleLamps {
         }
     }
 
-    /// Light subpaths that begin on a unit of area of a lamp, for one sample of each pixel. Zero where none
-    /// do.
+    /// Light subpaths that begin on a unit of area of a lamp in its own coordinates, for one sample of each
+    /// pixel. Zero where none do.
     pub fn per_area(&self, light: u32) -> f64 {
         self.subpaths.per_sample() * self.lamps.density_on(light)
     }

@@ -309,7 +309,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    /// At, just before and just after every node and every edge of the guide's cells, however the nodes crowd.
+    /// At, just before and just after every node and every edge of the guide's cells, however the nodes
+    /// crowd.
     #[test]
     fn guided_lookups_find_the_segment() {
         let mut random = Pcg64Mcg::seed_from_u64(1);

@@ -50,7 +50,7 @@ const CASES: [Case; 21] = [
     Case { name: "quadrics", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.07 },
     Case { name: "solids", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.1 },
     Case { name: "caustics", samples: 768, walk_samples: 24_576, walk_block: 1, sees: 0.07 },
-    Case { name: "visible_lamps", samples: 1024, walk_samples: 24_576, walk_block: 1, sees: 0.07 },
+    Case { name: "visible_lamps", samples: 512, walk_samples: 24_576, walk_block: 1, sees: 0.07 },
     Case { name: "skylight", samples: 512, walk_samples: 8192, walk_block: 1, sees: 0.07 },
     Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2, sees: 0.07 },
     Case { name: "chamber", samples: 1536, walk_samples: 24_576, walk_block: 1, sees: 0.08 },

@@ -25,6 +25,23 @@ const SELDOM_MET: f64 = 4.0;
 /// How far a point in focus reaches on the film, in pixels: as far as usual filters do.
 const PIXEL: f64 = 1.0;
 
+/// A light with a surface, halfway through the exposure.
+struct Lamp {
+    origin: Origin,
+    /// In the world.
+    area: f64,
+    /// The mean over the surface, over all wavelengths.
+    radiance: f64,
+    /// In the world.
+    bounds: Bounds,
+}
+
+impl Lamp {
+    fn source(&self) -> Source {
+        Source { origin: self.origin, power: self.area * self.radiance }
+    }
+}
+
 /// How a lamp is seen.
 struct View {
     origin: Origin,
@@ -49,6 +66,8 @@ pub(super) struct Setting<'a> {
     pub bounds: Bounds,
     pub camera: &'a Camera,
     pub camera_medium: Option<u32>,
+    /// When the shutter opens and closes.
+    pub during: [f64; 2],
     /// At which lamps are looked at.
     pub time: f64,
     pub limits: Limits,
@@ -85,12 +104,7 @@ impl Setting<'_> {
 
     /// Where light subpaths for caustics begin and where to. `None` where there are none: nothing is smooth,
     /// or no light has a surface and the environment is even.
-    fn caustics(
-        &self,
-        surfaces: &mut [Surface],
-        lamps: &[(Source, Bounds)],
-        subpaths: Subpaths,
-    ) -> Option<Caustics> {
+    fn caustics(&self, surfaces: &mut [Surface], lamps: &[Lamp], subpaths: Subpaths) -> Option<Caustics> {
         let own = self.groups.own();
         for (i, surface) in surfaces[..own].iter_mut().enumerate() {
             surface.smooth &= !self.groups.moves(i);
@@ -102,16 +116,15 @@ impl Setting<'_> {
         let instances = shown.iter().filter(|shown| shown.shapes.iter().any(|&shape| smooth(shape)));
         let instances = instances.map(|shown| Caster::around(shown.bounds));
         let casters = Casters::new(own.chain(instances).collect());
-        let mut sources: Vec<Source> = lamps.iter().map(|(source, _)| *source).collect();
+        let mut sources: Vec<Source> = lamps.iter().map(Lamp::source).collect();
         sources.extend(self.environment(&casters));
         Caustics::new(casters, Caster::around(self.bounds), sources, subpaths)
     }
 
     /// The lamps in the picture that cover many more pixels than their image in focus does, as far as light
     /// subpaths reach them more often than camera rays.
-    fn visible_lamps(&self, lamps: &[(Source, Bounds)], subpaths: Subpaths) -> Option<VisibleLamps> {
-        let seen: Vec<_> =
-            lamps.iter().filter_map(|(source, bounds)| self.view_of(source, *bounds)).collect();
+    fn visible_lamps(&self, lamps: &[Lamp], subpaths: Subpaths) -> Option<VisibleLamps> {
+        let seen: Vec<View> = lamps.iter().filter_map(|lamp| self.view_of(lamp)).collect();
         // Their light, if it were spread over the picture.
         let even =
             seen.iter().map(|view| view.brightness).sum::<f64>() / self.film.window.pixel_count() as f64;
@@ -125,8 +138,8 @@ impl Setting<'_> {
 
     /// How a lamp is seen. `None` where it is not in the picture, or where many of the camera rays that might
     /// meet it do.
-    fn view_of(&self, source: &Source, bounds: Bounds) -> Option<View> {
-        let Origin::Surface { area, .. } = source.origin else { return None };
+    fn view_of(&self, lamp: &Lamp) -> Option<View> {
+        let &Lamp { origin, area, radiance, bounds } = lamp;
         let project = |point| self.camera.project(point, [0.5; 2], self.time);
         let centre = project(bounds.centre())?;
         let (mut min, mut max) = (centre.film, centre.film);
@@ -146,13 +159,9 @@ impl Setting<'_> {
         // A disk along the border makes the image larger. The border is at least there and back.
         let radius = circle.hypot(PIXEL);
         let covered = in_focus + radius * (2.0 * width.hypot(height) + PI * radius);
-        let brightness = source.power / area * in_focus;
-        (is_shown && covered > SELDOM_MET * in_focus && brightness > 0.0).then_some(View {
-            origin: source.origin,
-            in_focus,
-            covered,
-            brightness,
-        })
+        let brightness = radiance * in_focus;
+        let worth = is_shown && covered > SELDOM_MET * in_focus && brightness > 0.0;
+        worth.then_some(View { origin, in_focus, covered, brightness })
     }
 
     /// The environment, where its light is so uneven that paths from the camera find much of it seldom.
@@ -165,7 +174,9 @@ impl Setting<'_> {
         // their weights say.
         let entering = 4.0 * PI * casters.cross_section() * environment.mean().integral(self.range);
         let from = |light: &Light| match light {
-            Light::Area { geometry, .. } => Some(casters.solid_angle_from(geometry.bounds().centre())),
+            Light::Area { geometry, .. } => {
+                Some(casters.solid_angle_from(geometry.bounds([self.time; 2]).centre()))
+            }
             _ => None,
         };
         let angles: Vec<f64> = self.lights.iter().filter_map(from).collect();
@@ -174,20 +185,24 @@ impl Setting<'_> {
         (power > 0.0 && power.is_finite()).then_some(Source { origin: Origin::Environment, power })
     }
 
-    /// The lights that light subpaths begin at, with boxes around them: those with a surface that is known to
-    /// lie outside of all bodies.
-    fn lamps(&self, surfaces: &[Surface]) -> Vec<(Source, Bounds)> {
+    /// The lights that light subpaths begin at: those with a surface that is known to lie outside of all
+    /// bodies.
+    fn lamps(&self, surfaces: &[Surface]) -> Vec<Lamp> {
         let bodies: Vec<Bounds> =
             contact::body_boxes(self.groups, self.shift, self.shapes, self.boxes, surfaces, self.bodies)
                 .collect();
         let begins = |(index, light): (u32, &Light)| {
             let Light::Area { geometry, mean, .. } = light else { return None };
-            let bounds = geometry.bounds();
-            let outside = geometry.stands_alone() && !bodies.iter().any(|body| body.overlaps(bounds));
-            let area = geometry.area();
-            let power = area * mean.integral(self.range);
-            let origin = Origin::Surface { light: index, area };
-            (outside && power > 0.0 && power.is_finite()).then_some((Source { origin, power }, bounds))
+            let around = geometry.bounds(self.during);
+            let outside = geometry.is_whole() && !bodies.iter().any(|body| body.overlaps(around));
+            let lamp = Lamp {
+                origin: Origin::Surface { light: index, area: geometry.area() },
+                area: geometry.world_area(self.time),
+                radiance: mean.integral(self.range),
+                bounds: geometry.bounds([self.time; 2]),
+            };
+            let power = lamp.source().power;
+            (outside && power > 0.0 && power.is_finite()).then_some(lamp)
         };
         (0..).zip(self.lights.iter()).filter_map(begins).collect()
     }

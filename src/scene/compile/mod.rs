@@ -260,6 +260,7 @@ impl Compiler<'_> {
             bounds: accel.bounds(),
             camera: &camera,
             camera_medium,
+            during,
             time: shutter.time(0.5),
             limits,
             range: self.options.range,

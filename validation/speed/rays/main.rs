@@ -1,7 +1,8 @@
 //! The speed of ray queries, beside that of other programs in turn: on one thread, one ray a call, the same
 //! rays.
 //!
-//! `cargo run --release -p abbe-validation --bin rays` measures abbe alone; `validation/speed/rays/run` beside Embree.
+//! `cargo run --release -p abbe-validation --bin rays` measures abbe alone, and `validation/speed/rays/run`
+//! beside Embree.
 
 mod scene;
 mod serve;
