@@ -35,12 +35,12 @@ struct Case {
 
 const CASES: [Case; 21] = [
     Case { name: "diffuse", samples: 512, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
-    Case { name: "metals", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.015 },
+    Case { name: "metals", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.02 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
     // pixels: there it knows no error.
-    Case { name: "dispersion", samples: 6144, walk_samples: 24_576, walk_block: 4, sees: 0.016 },
+    Case { name: "dispersion", samples: 3072, walk_samples: 12_288, walk_block: 4, sees: 0.023 },
     Case { name: "frosted", samples: 640, walk_samples: 2560, walk_block: 1, sees: 0.03 },
-    Case { name: "absorption", samples: 1024, walk_samples: 4096, walk_block: 1, sees: 0.013 },
+    Case { name: "absorption", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.015 },
     Case { name: "lines", samples: 640, walk_samples: 6144, walk_block: 1, sees: 0.06 },
     Case { name: "extentless", samples: 640, walk_samples: 0, walk_block: 1, sees: 0.04 },
     Case { name: "veils", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.08 },
