@@ -1,7 +1,7 @@
 use super::png_options::PngOptions;
 use super::render::{cannot_read, cannot_write, counted, has_extension, no_room_for_bins, sample_count};
 use super::{Failure, print, print_message};
-use abbe::film::{Film, Place};
+use abbe::film::{Film, Storage};
 use abbe::output::checkpoint::merge::{Plan, Refusal, plan};
 use abbe::output::checkpoint::{self, Description, Header, RenderPart};
 use abbe::output::{self, Picture};
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let folder = output::folder_of(&args.output);
         let film = header
             .film
-            .film(Place::Folder(folder), plan.extent)
+            .film(Storage::Folder(folder), plan.extent)
             .map_err(|error| no_room_for_bins(folder, &error))?;
         let (film, images) = plan
             .add_up(film, |file| checkpoint::open(&args.parts[file]))

@@ -20,7 +20,7 @@ const IN_USE: usize = 64 << 20;
 
 /// Where the sums of spectral bins are.
 #[derive(Clone, Copy, Debug)]
-pub enum Place<'a> {
+pub enum Storage<'a> {
     /// In main memory.
     Memory,
     /// In a file without a name in this folder, if they are more than 128 MiB.
@@ -44,9 +44,9 @@ enum Kept {
 impl Integers {
     /// # Errors
     /// Where there is no room for them in the folder.
-    pub fn new(count: usize, place: Place) -> Result<Self> {
-        let kept = match place {
-            Place::Folder(folder) if count * size_of::<i64>() > IN_MEMORY => {
+    pub fn new(count: usize, storage: Storage) -> Result<Self> {
+        let kept = match storage {
+            Storage::Folder(folder) if count * size_of::<i64>() > IN_MEMORY => {
                 Kept::File(mapped(count * size_of::<i64>(), folder)?)
             }
             _ => return Ok(Self::in_memory(count)),
@@ -139,7 +139,7 @@ mod tests {
     fn what_is_given_back_comes_again() {
         let folder = std::env::temp_dir();
         let count = IN_MEMORY / size_of::<i64>() + 1;
-        let mut integers = Integers::new(count, Place::Folder(&folder)).expect("there is room");
+        let mut integers = Integers::new(count, Storage::Folder(&folder)).expect("there is room");
         assert!(matches!(integers.kept, Kept::File(_)));
         let number = |i: usize| (i as i64).wrapping_mul(0x1234_5678_9abc) - 5;
         for i in (0..count).step_by(4099) {
@@ -149,8 +149,8 @@ mod tests {
         }
         integers.uses(count);
         assert!((0..count).step_by(4099).all(|i| integers[i] == number(i)));
-        let few = Integers::new(10, Place::Folder(&folder)).expect("there is room");
+        let few = Integers::new(10, Storage::Folder(&folder)).expect("there is room");
         assert!(matches!(few.kept, Kept::Memory(_)));
-        assert!(Integers::new(count, Place::Folder(Path::new("/no/such/folder"))).is_err());
+        assert!(Integers::new(count, Storage::Folder(Path::new("/no/such/folder"))).is_err());
     }
 }

@@ -21,7 +21,7 @@ mod region;
 mod sums;
 mod tile;
 
-pub use bins::Place;
+pub use bins::Storage;
 use extras::WEIGHT;
 pub use extras::{Extras, SpectralBins};
 pub use filter::{FilterKind, FilterSampler, Footprint};
@@ -123,16 +123,16 @@ impl Film {
 
     /// The measured part of a film. It rounds as the whole does.
     pub fn part(extent: Extent, replicates: u32, extras: Extras, scale: FixedPoint) -> Self {
-        Self::part_at(Place::Memory, extent, replicates, extras, scale)
+        Self::part_at(Storage::Memory, extent, replicates, extras, scale)
             .expect("what is kept in memory needs no file")
     }
 
-    /// The same with the sums of its spectral bins at a place.
+    /// The same with the sums of its spectral bins in a storage.
     ///
     /// # Errors
     /// Where there is no room for them.
     pub fn part_at(
-        place: Place,
+        storage: Storage,
         extent: Extent,
         replicates: u32,
         extras: Extras,
@@ -142,7 +142,7 @@ impl Film {
         let pixels = width as usize * height as usize;
         let cells = pixels * replicates as usize;
         let light = LightPaths {
-            sums: Sums::new(if extras.light_paths { cells } else { 0 }, &extras, place)?,
+            sums: Sums::new(if extras.light_paths { cells } else { 0 }, &extras, storage)?,
             count: vec![0; replicates as usize],
             scale: scale.coarser(Region::whole(extent.whole).pixel_count()),
         };
@@ -154,7 +154,7 @@ impl Film {
             per_net: 1,
             bad: BadValues::default(),
             scale,
-            sums: Sums::new(cells, &extras, place)?,
+            sums: Sums::new(cells, &extras, storage)?,
             samples: vec![0; pixels],
             light,
             extras,

@@ -1,4 +1,4 @@
-use super::bins::{Integers, Place};
+use super::bins::{Integers, Storage};
 use super::extras::Extras;
 use std::ops::Range;
 
@@ -16,9 +16,9 @@ pub(super) struct Sums {
 
 impl Sums {
     /// Zeros, for a number of replicates of pixels.
-    pub(super) fn new(cells: usize, extras: &Extras, place: Place) -> std::io::Result<Self> {
+    pub(super) fn new(cells: usize, extras: &Extras, storage: Storage) -> std::io::Result<Self> {
         let (first, bin_count) = (extras.bin_channel(0), extras.bin_count());
-        let of_bins = Integers::new(cells * bin_count, place)?;
+        let of_bins = Integers::new(cells * bin_count, storage)?;
         Ok(Self { first, bin_count, of_first: vec![0; cells * first], of_bins })
     }
 

@@ -50,7 +50,7 @@ pub(super) struct Next {
 
 /// Where links lead to.
 #[derive(Clone, Copy)]
-enum Place {
+enum LinkEnd {
     /// A next surface, and its facet.
     At(SurfacePoint, f64),
     /// Out of the scene.
@@ -61,7 +61,7 @@ enum Place {
 pub(super) struct Links<const C: usize> {
     /// The first surface that sampled the next one.
     owner: usize,
-    place: Place,
+    end: LinkEnd,
     /// The first surfaces that see the next one and may get anything of it, or sample it.
     pub linked: Mask,
     /// Those of them that it is asked one by one what is on the way.
@@ -82,7 +82,7 @@ pub(super) struct Links<const C: usize> {
 impl<const C: usize> Links<C> {
     pub const NONE: Self = Self {
         owner: 0,
-        place: Place::Beyond(Vec3::ZERO),
+        end: LinkEnd::Beyond(Vec3::ZERO),
         linked: 0,
         unsure: 0,
         share: lanes::ZERO,
@@ -205,7 +205,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
             linked |= (faces & near.simd_gt(f64x4::ZERO)).to_bitmask() << (WIDTH * register);
             toward_first[register] = -direction;
         }
-        (links.owner, links.place) = (next.owner, Place::At(*target, next.facet));
+        (links.owner, links.end) = (next.owner, LinkEnd::At(*target, next.facet));
         (links.toward_first, links.geometry, links.share) = (toward_first, geometry, share);
         self.evaluate(facing, linked, links);
     }
@@ -220,7 +220,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
             *share = cos * f64x4::splat(FRAC_1_PI);
             linked |= cos.simd_gt(f64x4::ZERO).to_bitmask() << (WIDTH * register);
         }
-        (links.owner, links.place) = (owner, Place::Beyond(direction));
+        (links.owner, links.end) = (owner, LinkEnd::Beyond(direction));
         (links.toward_first, links.geometry, links.share) =
             ([-toward; REGISTERS], [f64x4::ONE; REGISTERS], share);
         self.evaluate(ALL, linked, links);
@@ -265,11 +265,11 @@ impl<'a, const C: usize> Firsts<'a, C> {
             for owner in lanes_of(owners) {
                 let links = &links[owner];
                 let asked = links.linked & !(1 << owner);
-                hidden[owner] = match &links.place {
-                    Place::At(point, facet) => {
+                hidden[owner] = match &links.end {
+                    LinkEnd::At(point, facet) => {
                         scene.blocked(&self.fan, &Target { point, facet: *facet }, time, asked)
                     }
-                    Place::Beyond(direction) => self.hidden_beyond(*direction, asked),
+                    LinkEnd::Beyond(direction) => self.hidden_beyond(*direction, asked),
                 };
             }
         }
@@ -315,9 +315,9 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 if links.linked >> lane & 1 == 0 {
                     continue;
                 }
-                let ray = match &links.place {
-                    Place::At(target, _) => point.segment_to(target),
-                    Place::Beyond(direction) => Some(point.ray(*direction)),
+                let ray = match &links.end {
+                    LinkEnd::At(target, _) => point.segment_to(target),
+                    LinkEnd::Beyond(direction) => Some(point.ray(*direction)),
                 };
                 match ray {
                     Some(ray) => (rays[owner], asked) = (ray, asked | 1 << owner),
@@ -352,9 +352,9 @@ impl<'a, const C: usize> Firsts<'a, C> {
         for lane in lanes_of(links.linked & links.unsure) {
             let media = &self.bundle.media(lane).here;
             let point = self.fan.point(lane);
-            let way = match &links.place {
-                Place::At(target, _) => point.segment_to(target),
-                Place::Beyond(direction) => Some(point.ray(*direction)),
+            let way = match &links.end {
+                LinkEnd::At(target, _) => point.segment_to(target),
+                LinkEnd::Beyond(direction) => Some(point.ray(*direction)),
             };
             let between = match way {
                 Some(ray) if !features.interface_events() => {

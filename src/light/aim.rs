@@ -35,7 +35,7 @@ struct Lamp {
 }
 
 /// Where a lamp stands, and the radius of a ball around it.
-struct Place {
+struct NearLamp {
     centre: Vec3,
     radius: f64,
     intensity: f64,
@@ -61,7 +61,7 @@ impl Lights {
     ) -> Option<Aim> {
         let mut lamps = SmallVec::new();
         for light in 0..self.lights.len() {
-            let Some(Place { centre, radius, intensity, lit }) = self.place(light, ray, time, wavelengths)
+            let Some(NearLamp { centre, radius, intensity, lit }) = self.place(light, ray, time, wavelengths)
             else {
                 continue;
             };
@@ -85,7 +85,7 @@ impl Lights {
         ray: &Ray,
         time: f64,
         wavelengths: &Wavelengths<C>,
-    ) -> Option<Place> {
+    ) -> Option<NearLamp> {
         let pose = self.placed(light).map(|placed| placed.at(time));
         let world = |point: Vec3| pose.map_or(point, |pose| pose.world_point(point));
         let whole = [0.0, f64::INFINITY];
@@ -95,9 +95,9 @@ impl Lights {
             Light::Area { geometry, mean, .. } => {
                 let (centre, radius) = geometry.ball(time);
                 let intensity = geometry.area() * mean.sample(nm).sum();
-                Place { centre, radius, intensity, lit: whole }
+                NearLamp { centre, radius, intensity, lit: whole }
             }
-            Light::Point { position, intensity } => Place {
+            Light::Point { position, intensity } => NearLamp {
                 centre: world(*position),
                 radius: 0.0,
                 intensity: intensity.sample(nm).sum(),
@@ -113,9 +113,9 @@ impl Lights {
                     },
                 };
                 let intensity = spot.intensity.sample(nm).sum();
-                Place { centre: world(spot.position), radius: 0.0, intensity, lit: spot.lit(&local)? }
+                NearLamp { centre: world(spot.position), radius: 0.0, intensity, lit: spot.lit(&local)? }
             }
-            Light::Projector(projector) => Place {
+            Light::Projector(projector) => NearLamp {
                 centre: world(projector.position),
                 radius: 0.0,
                 intensity: light.spectrum().sample(nm).sum(),

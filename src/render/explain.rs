@@ -71,14 +71,14 @@ pub struct Shared {
     /// comes by directions without a density.
     pub own: Vec<f64>,
     /// What the paths of the pixels of its group contribute, itself included, the largest first.
-    pub parts: Vec<Part>,
+    pub parts: Vec<Contribution>,
     /// The pixel whose path is told: of which the most comes.
     pub told: [u32; 2],
 }
 
 /// What a sample gets of the path of a pixel.
 #[derive(Clone, Debug, Serialize)]
-pub struct Part {
+pub struct Contribution {
     /// Column and row of the pixel.
     pub pixel: [u32; 2],
     /// What comes from its path.
@@ -264,7 +264,7 @@ impl Exposure<'_> {
             }
             let parts = parts
                 .into_iter()
-                .map(|(member, part)| Part { pixel: of_member(member), radiance: part.0.to_vec() });
+                .map(|(member, part)| Contribution { pixel: of_member(member), radiance: part.0.to_vec() });
             shared = Some(Shared { own: own.0.to_vec(), parts: parts.collect(), told: of_member(told) });
         }
         let Some(sight) = sight_of(told) else {

@@ -13,7 +13,7 @@ mod settings;
 mod work;
 
 pub use auxiliary::{Auxiliary, auxiliary};
-pub use explain::{Explained, Part, Shared, Wanted, explain};
+pub use explain::{Contribution, Explained, Shared, Wanted, explain};
 pub use pilot::Chosen;
 pub use progress::{NoProgress, Progress};
 pub use schedule::Schedule;

@@ -1,7 +1,7 @@
 //! What of a picture is done, and what is still to do.
 
 use super::{Schedule, Settings};
-use crate::film::{Film, FixedPoint, Place};
+use crate::film::{Film, FixedPoint, Storage};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -37,15 +37,15 @@ pub struct Position {
 impl Work {
     /// Nothing done yet of some samples of each pixel, or of all that the settings ask for.
     pub fn new(scene: &Scene, settings: &Settings, samples: Option<Range<u64>>) -> Self {
-        Self::new_at(Place::Memory, scene, settings, samples).expect("what is kept in memory needs no file")
+        Self::new_at(Storage::Memory, scene, settings, samples).expect("what is kept in memory needs no file")
     }
 
-    /// The same with the sums of spectral bins at a place.
+    /// The same with the sums of spectral bins in a storage.
     ///
     /// # Errors
     /// Where there is no room for them.
     pub fn new_at(
-        place: Place,
+        storage: Storage,
         scene: &Scene,
         settings: &Settings,
         samples: Option<Range<u64>>,
@@ -53,7 +53,7 @@ impl Work {
         let schedule = settings.schedule();
         let scale = FixedPoint::for_reference(scene.reference_radiance);
         let extras = settings.extras(scene);
-        let mut film = Film::part_at(place, scene.film.extent, schedule.replicates, extras, scale)?;
+        let mut film = Film::part_at(storage, scene.film.extent, schedule.replicates, extras, scale)?;
         film.per_net = schedule.per_net;
         let samples = samples.unwrap_or(0..schedule.samples());
         let index = (samples.start / u64::from(schedule.replicates)) as u32;

@@ -4,7 +4,7 @@
 
 use crate::common::compiled;
 use crate::common::folder::{Folder, of_repository, stderr};
-use abbe::film::{Place, SpectralBins};
+use abbe::film::{SpectralBins, Storage};
 use abbe::integrator::Estimator;
 use abbe::output::checkpoint::{self, Description, Header};
 use abbe::output::{self, Colour, Content, Picture};
@@ -85,7 +85,7 @@ fn a_film_in_a_file_is_that_in_memory() {
         bins: Some(SpectralBins { range, count: 1000 }),
     };
     let path = |name: &str| folder.path(name);
-    for (name, place) in [("memory", Place::Memory), ("file", Place::Folder(folder.as_ref()))] {
+    for (name, place) in [("memory", Storage::Memory), ("file", Storage::Folder(folder.as_ref()))] {
         let begun = Work::new_at(place, &scene, &settings, None).expect("there is room");
         let work = go_on(&scene, &settings, begun, &NoProgress::new());
         let film = work.film();

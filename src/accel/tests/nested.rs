@@ -13,16 +13,16 @@ use std::sync::Arc;
 struct Group {
     /// Its range of the list of shapes.
     own: std::ops::Range<usize>,
-    inner: Vec<(usize, Place)>,
+    inner: Vec<(usize, Placement)>,
 }
 
 #[derive(Clone)]
-enum Place {
+enum Placement {
     Still(Box<Transform>),
     Moving(Motion),
 }
 
-impl Place {
+impl Placement {
     fn at(&self, time: f64) -> DMat4 {
         let Pose { origin, linear, .. } = match self {
             Self::Still(place) => Pose::new(place),
@@ -83,7 +83,7 @@ fn mixed(random: &mut Random) -> (Vec<Shape>, Vec<Group>) {
         shapes.extend(mixture(4, 0.4, random));
         ranges.push(from..shapes.len());
     }
-    let mut still = |inner: usize| (inner, Place::Still(Box::new(any_placement(0.8, random))));
+    let mut still = |inner: usize| (inner, Placement::Still(Box::new(any_placement(0.8, random))));
     let (ab, ac, bc, bd, cd, ad) = (still(0), still(0), still(1), still(1), still(2), still(0));
     let (more_ab, more_cd) = (still(0), still(2));
     let turned = |x: f64, degrees: f64| {
@@ -91,7 +91,7 @@ fn mixed(random: &mut Random) -> (Vec<Shape>, Vec<Group>) {
         Transform::new(DMat4::from_translation(Vec3::new(x, 0.2, 0.0)) * turn).unwrap()
     };
     let motion = |from: f64, to: f64| {
-        Place::Moving(Motion::new(&[(0.0, turned(-0.5, from)), (1.0, turned(0.5, to))]).unwrap())
+        Placement::Moving(Motion::new(&[(0.0, turned(-0.5, from)), (1.0, turned(0.5, to))]).unwrap())
     };
     let groups = vec![
         Group { own: ranges[1].clone(), inner: Vec::new() },

@@ -11,7 +11,7 @@ use super::scene_options::SceneOptions;
 use super::stop::stop_on_signal;
 use super::view::{self, Page};
 use super::{Failure, print_message};
-use abbe::film::{Film, Place};
+use abbe::film::{Film, Storage};
 use abbe::output::{self, Colour, Content, Picture, checkpoint};
 use abbe::render::{Settings, Work, auxiliary, go_on};
 use abbe::scene::description::{self, Aov, AovKind, Description, FilmContent, Moments, PixelFormat};
@@ -208,7 +208,7 @@ fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
     }
     let samples = args.long.samples(settings.schedule())?;
     let folder = output::folder_of(output);
-    let work = Work::new_at(Place::Folder(folder), &scene, &settings, samples)
+    let work = Work::new_at(Storage::Folder(folder), &scene, &settings, samples)
         .map_err(|error| no_room_for_bins(folder, &error))?;
     let work = kept.begin(work, &args.long, args.quiet)?;
     places.refuse_unwritable()?;

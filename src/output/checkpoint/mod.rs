@@ -12,7 +12,7 @@ mod blocks;
 pub mod merge;
 
 use super::{Content, write_through};
-use crate::film::{BadValues, Extent, Extras, Film, FixedPoint, Place, Region, Row};
+use crate::film::{BadValues, Extent, Extras, Film, FixedPoint, Region, Row, Storage};
 use crate::render::{Auxiliary, Position, Work};
 use blocks::{Reader, Writer, packed, unpacked};
 use rayon::prelude::*;
@@ -98,12 +98,12 @@ impl Measures {
     }
 
     /// A film without samples that measures this, in another part of the picture, with the sums of its
-    /// spectral bins at a place.
+    /// spectral bins in a storage.
     ///
     /// # Errors
     /// Where there is no room for them.
-    pub fn film(&self, place: Place, extent: Extent) -> Result<Film> {
-        let mut film = Film::part_at(place, extent, self.replicates, self.extras.clone(), self.scale)?;
+    pub fn film(&self, storage: Storage, extent: Extent) -> Result<Film> {
+        let mut film = Film::part_at(storage, extent, self.replicates, self.extras.clone(), self.scale)?;
         film.per_net = self.per_net;
         Ok(film)
     }

@@ -57,7 +57,7 @@ fn what_is_read_is_what_was_written() {
         write(&path, &header, &film, &images, threads).expect("it can be written");
         let opened = open(&path).expect("it can be read");
         assert_eq!(opened.header, header);
-        let mut read = header.film.film(Place::Memory, film.extent).expect("it is in memory");
+        let mut read = header.film.film(Storage::Memory, film.extent).expect("it is in memory");
         let found = opened.add_to(&mut read, Region::whole([300, 200])).expect("it can be read");
         assert!((0..200).all(|y| read.row(y) == film.row(y)));
         for (found, image) in found.iter().zip(&images) {
@@ -77,7 +77,7 @@ fn damage_is_noticed() {
     let bytes = std::fs::read(&path).expect("it is there");
     let is_read = |bytes: &[u8]| {
         std::fs::write(&path, bytes).expect("it can be written");
-        let mut film = header.film.film(Place::Memory, film.extent).expect("it is in memory");
+        let mut film = header.film.film(Storage::Memory, film.extent).expect("it is in memory");
         open(&path).and_then(|opened| opened.add_to(&mut film, Region::whole([300, 200]))).is_ok()
     };
     assert!(is_read(&bytes));

@@ -23,7 +23,7 @@ use formulas::{CAUCHY, Formula, GREATEST_WAVELENGTH, LEAST_WAVELENGTH, SELLMEIER
 use images::Placed;
 pub use images::{Picture, image};
 pub use parts::Known;
-use parts::{InSpace, Part, of_a_mesh, spread};
+use parts::{InSpace, TextureColor, of_a_mesh, spread};
 pub use patterns::is_in_space;
 use patterns::{Bent, Colours, Octaves, Space};
 use std::sync::Arc;
@@ -102,8 +102,8 @@ declare! {
     } ignoring [ACCEL];
     "checkerboard", "two spectra or textures in turn"
         => Plugin::Checkerboard(CheckerboardSource { colours: [first, second], to_uv }) {
-        first: Part("color0", 0.4, "at the origin"),
-        second: Part("color1", 0.2, "beside it"),
+        first: TextureColor("color0", 0.4, "at the origin"),
+        second: TextureColor("color1", 0.2, "beside it"),
         to_uv: Placed("to_uv", "where it lies on u and v"),
     };
     "mesh_attribute", "what the vertices or faces of a mesh carry" => Plugin::MeshAttribute { name, scale } {

@@ -10,9 +10,9 @@ use crate::scene::source::SceneError;
 use crate::scene::write::{Node, Writer};
 
 /// A part of a texture, with its name, default and documentation.
-pub struct Part(pub &'static str, pub f64, pub &'static str);
+pub struct TextureColor(pub &'static str, pub f64, pub &'static str);
 
-impl Field for Part {
+impl Field for TextureColor {
     type Value = SpectrumSource;
 
     fn parameters(&self) -> Vec<Parameter> {

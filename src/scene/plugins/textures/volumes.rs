@@ -1,6 +1,6 @@
 //! Volumes: values in space.
 
-use super::{ACCEL, Part, Placed, RAW, wrap_mode};
+use super::{ACCEL, Placed, RAW, TextureColor, wrap_mode};
 use crate::geometry::Vec3;
 use crate::raster::Grid;
 use crate::scene::description::{
@@ -31,7 +31,7 @@ declare! {
     Class::Volume => Volume;
 
     "constvolume", "the same everywhere" => Volume::Constant(value) {
-        value: Part("value", 1.0, "value"),
+        value: TextureColor("value", 1.0, "value"),
     } ignoring [ignored("to_world", Takes::Transform, "").silent()];
     "gridvolume", "values on a grid over the unit cube"
         => Volume::Grid(VolumeSource { file, grid, to_world, filter, wrap, raw, use_grid_bbox }) {
