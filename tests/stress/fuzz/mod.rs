@@ -26,7 +26,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// How many cases are tried where the environment does not say.
-const CASES: u64 = 8000;
+const CASES: u64 = 6000;
 const ALL_CASES: u64 = 1_000_000;
 
 /// Most CPU time for one case: what else the machine does is not its fault.

@@ -54,7 +54,7 @@ fn densities_are_those_of_the_samples() {
         if !super::by_random_lines(&shape) {
             continue;
         }
-        let count = crate::stress::count(20_000, 400_000);
+        let count = crate::stress::count(12_000, 400_000);
         let (mut mean, mut square) = (0.0, 0.0);
         for _ in 0..count {
             let Some(sample) = shape.sample([random.random(), random.random()]) else { continue };
