@@ -57,6 +57,16 @@ enum LinkEnd {
     Beyond(Vec3),
 }
 
+impl LinkEnd {
+    /// The way there from a first surface.
+    fn way_from(&self, point: &SurfacePoint) -> Option<Ray> {
+        match self {
+            Self::At(target, _) => point.segment_to(target),
+            Self::Beyond(direction) => Some(point.ray(*direction)),
+        }
+    }
+}
+
 /// From the first surfaces to a next one that they see.
 pub(super) struct Links<const C: usize> {
     /// The first surface that sampled the next one.
@@ -315,11 +325,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 if links.linked >> lane & 1 == 0 {
                     continue;
                 }
-                let ray = match &links.end {
-                    LinkEnd::At(target, _) => point.segment_to(target),
-                    LinkEnd::Beyond(direction) => Some(point.ray(*direction)),
-                };
-                match ray {
+                match links.end.way_from(&point) {
                     Some(ray) => (rays[owner], asked) = (ray, asked | 1 << owner),
                     None => hidden[owner] |= 1 << lane,
                 }
@@ -352,11 +358,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
         for lane in lanes_of(links.linked & links.unsure) {
             let media = &self.bundle.media(lane).here;
             let point = self.fan.point(lane);
-            let way = match &links.end {
-                LinkEnd::At(target, _) => point.segment_to(target),
-                LinkEnd::Beyond(direction) => Some(point.ray(*direction)),
-            };
-            let between = match way {
+            let between = match links.end.way_from(&point) {
                 Some(ray) if !features.interface_events() => {
                     scene.transmittance(media, &ray, wavelengths).unwrap_or(Sampled::ONE)
                 }

@@ -7,15 +7,16 @@ use crate::sampling::PiecewiseConstant;
 /// weights of the two techniques take it for the number: they sum to 1 whatever it is.
 pub const USUAL_SAMPLES_PER_PATH: u64 = 2;
 
-/// Each light subpath begins once toward the bodies that cast caustics, and once toward the lens
-/// from a lamp in the picture, as far as there are any.
+/// Each light subpath begins once toward the bodies that cast caustics, and once from a lamp in the picture
+/// toward the lens, as far as there are any.
 #[derive(Clone, Debug)]
 pub struct LightTracing {
     /// Where there are bodies that cast them.
     pub caustics: Option<Caustics>,
     /// Where there are lamps in the picture that few camera rays meet.
     pub visible_lamps: Option<VisibleLamps>,
-    subpaths: Subpaths,
+    /// How many light subpaths there are.
+    pub subpaths: Subpaths,
 }
 
 impl LightTracing {
@@ -26,11 +27,6 @@ impl LightTracing {
         subpaths: Subpaths,
     ) -> Option<Self> {
         (caustics.is_some() || visible_lamps.is_some()).then_some(Self { caustics, visible_lamps, subpaths })
-    }
-
-    /// How many light subpaths there are.
-    pub fn subpaths(&self) -> Subpaths {
-        self.subpaths
     }
 }
 

@@ -42,7 +42,7 @@ impl<'a> LightPass<'a> {
         };
         let schedule = exposure.schedule;
         let of_replicate =
-            light_tracing.subpaths().count(schedule.samples_per_replicate, exposure.samples_per_path);
+            light_tracing.subpaths.count(schedule.samples_per_replicate, exposure.samples_per_path);
         let of_net = of_replicate * u64::from(schedule.per_net);
         let sampler = Sampler::new(kind, seed, u32::try_from(of_net).unwrap_or(u32::MAX));
         let Exposure { extent, filter, .. } = exposure;
@@ -51,7 +51,7 @@ impl<'a> LightPass<'a> {
     }
 
     fn paths(&self, samples: u32) -> u64 {
-        self.light_tracing.subpaths().count(samples, self.exposure.samples_per_path)
+        self.light_tracing.subpaths.count(samples, self.exposure.samples_per_path)
     }
 
     /// The light subpaths that belong to the samples of a pass. They come to the film in pieces, of which

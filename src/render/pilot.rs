@@ -149,7 +149,7 @@ pub(super) fn choose(
     }
     let light = picture.scene.light_tracing().zip(known).map(|(tracing, known)| {
         let paths =
-            tracing.subpaths().count(1, USUAL_SAMPLES_PER_PATH) as f64 * picture.schedule.samples() as f64;
+            tracing.subpaths.count(1, USUAL_SAMPLES_PER_PATH) as f64 * picture.schedule.samples() as f64;
         let paths = ((SHARE * paths) as u64).clamp(1, MOST_SUBPATHS);
         let pilot = Pilot { sampler, schedule, seed, plan };
         with_count!(wavelengths, C => light_variance::<C>(picture, &pilot, tracing, paths, &known, progress))

@@ -12,10 +12,14 @@ fn pfm(header: &str, values: &[f32]) -> Vec<u8> {
     bytes
 }
 
-fn png(image: DynamicImage) -> Vec<u8> {
+fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
-    image.write_to(&mut bytes, ImageFormat::Png).unwrap();
+    image.write_to(&mut bytes, format).unwrap();
     bytes.into_inner()
+}
+
+fn png(image: DynamicImage) -> Vec<u8> {
+    encoded(&image, ImageFormat::Png)
 }
 
 fn exr(channels: &[(&str, f32)]) -> Vec<u8> {
@@ -112,19 +116,14 @@ fn changed_files_do_no_harm() {
     let pixels = DynamicImage::ImageRgb8(image::RgbImage::from_fn(9, 7, |x, y| {
         image::Rgb([20 * x as u8, 30 * y as u8, 99])
     }));
-    let encoded = |format| {
-        let mut bytes = Cursor::new(Vec::new());
-        pixels.write_to(&mut bytes, format).unwrap();
-        bytes.into_inner()
-    };
     let mut radiance = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 9\n".to_vec();
     radiance.extend([2, 2, 0, 9, 137, 5, 137, 6, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9, 137, 7].repeat(2));
     let files = [
-        encoded(ImageFormat::Png),
-        encoded(ImageFormat::Jpeg),
-        encoded(ImageFormat::Bmp),
-        encoded(ImageFormat::Pnm),
-        encoded(ImageFormat::Tga),
+        encoded(&pixels, ImageFormat::Png),
+        encoded(&pixels, ImageFormat::Jpeg),
+        encoded(&pixels, ImageFormat::Bmp),
+        encoded(&pixels, ImageFormat::Pnm),
+        encoded(&pixels, ImageFormat::Tga),
         radiance,
         exr(&[("B", 3.0), ("G", 2.0), ("R", 1.0)]),
         pfm("PF\n2 1\n-1\n", &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
