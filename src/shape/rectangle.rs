@@ -3,10 +3,9 @@
 
 use crate::geometry::Vec3;
 use crate::geometry::angle::{atan2, sin_cos};
-use crate::lanes::{Mask, Real, Truth, Vec3Lanes, Vector};
+use crate::lanes::{Mask, Real, Register, Truth, Vec3Lanes, Vector};
 use std::f64::consts::TAU;
 use std::ops::Mul;
-use wide::f64x4;
 
 /// A parallelogram with perpendicular edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +53,7 @@ impl Rectangle {
         &self,
         reference: Vec3Lanes,
         wanted: Mask,
-    ) -> Option<(SphericalRectangle<f64x4>, Truth)> {
+    ) -> Option<(SphericalRectangle<Register>, Truth)> {
         let near = self.is_near(reference);
         if near.mask() & wanted == 0 {
             return None;

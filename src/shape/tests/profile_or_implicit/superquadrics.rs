@@ -5,7 +5,7 @@ use crate::geometry::{Ray, Transform, Vec3};
 use crate::shape::ProfileOrImplicitKind;
 use crate::shape::tests::doubled::{Doubled, Polynomial};
 use crate::shape::tests::oracle::{Exact, Line, SURE_FROM, check_against, near};
-use crate::shape::tests::placement;
+use crate::shape::tests::{close, placement};
 
 /// The function's polynomials where the line is in one octant and their crossings there: for powers that are
 /// whole numbers.
@@ -61,4 +61,14 @@ fn check_superquadrics(rays: u32) {
 #[test]
 fn superquadrics_are_crossed_where_the_oracle_says() {
     check_superquadrics(crate::stress::count(2_500, 72_000));
+}
+
+/// Exponents of 2 make an octahedron, eight triangles: the edges run across a square grid by its diagonals.
+#[test]
+fn the_area_of_an_octahedron_is_that_of_its_triangles() {
+    let kind = superquadric(2.0, 2.0);
+    let ProfileOrImplicitKind::Superquadric { semi_axes: a, .. } = kind else { unreachable!() };
+    let expected = 4.0 * (a.x * a.y).hypot(a.y * a.z).hypot(a.z * a.x);
+    let area = new_shape(&Transform::IDENTITY, &kind).area();
+    assert!(close(area / expected, 1.0, 5e-4), "{area} {expected}");
 }
