@@ -1,5 +1,6 @@
 #!/bin/sh
-# A release build that the compiler fits to what renders do. The pictures have the same bits, and take less time.
+# A release build that the compiler fits to this processor and to what renders do. The pictures have the same bits,
+# and take less time.
 #
 #   sh contrib/profile-guided.sh           # writes target/profile-guided/release/abbe
 #
@@ -11,9 +12,12 @@ rustup component add llvm-tools
 tools=$(rustc --print target-libdir)/../bin
 work=$(pwd)/target/profile-guided
 profiles=$work/profiles
-# The variable would take the place of the flags in .cargo/config.toml; these are added to them.
+# The variable would take the place of the flags in .cargo/config.toml; these are added to them, and the last holds.
 unset RUSTFLAGS
-build() { cargo build --release --config "target.'cfg(all())'.rustflags = ['-C', '$1']" --target-dir "$2"; }
+build() {
+    flags="['-C', 'target-cpu=native', '-C', '$1']"
+    cargo build --release --config "target.'cfg(all())'.rustflags = $flags" --target-dir "$2"
+}
 rm -rf "$profiles"
 mkdir -p "$profiles"
 

@@ -54,18 +54,36 @@ const OSXSAVE: u32 = 27;
 const EXTENDED: Register = Register {
     needed: bit(cfg!(target_feature = "bmi1"), 3)
         | bit(cfg!(target_feature = "avx2"), 5)
-        | bit(cfg!(target_feature = "bmi2"), 8),
-    names: &[(1 << 3, " BMI1"), (1 << 5, " AVX2"), (1 << 8, " BMI2")],
+        | bit(cfg!(target_feature = "bmi2"), 8)
+        | bit(cfg!(target_feature = "avx512f"), 16)
+        | bit(cfg!(target_feature = "avx512dq"), 17)
+        | bit(cfg!(target_feature = "avx512cd"), 28)
+        | bit(cfg!(target_feature = "avx512bw"), 30)
+        | bit(cfg!(target_feature = "avx512vl"), 31),
+    names: &[
+        (1 << 3, " BMI1"),
+        (1 << 5, " AVX2"),
+        (1 << 8, " BMI2"),
+        (1 << 16, " AVX512F"),
+        (1 << 17, " AVX512DQ"),
+        (1 << 28, " AVX512CD"),
+        (1 << 30, " AVX512BW"),
+        (1 << 31, " AVX512VL"),
+    ],
 };
 
 /// ECX of leaf 0x8000_0001.
 const FURTHER: Register =
     Register { needed: bit(cfg!(target_feature = "lzcnt"), 5), names: &[(1 << 5, " LZCNT")] };
 
-/// Bits of XCR0: the system saves the registers of SSE and AVX.
+/// Bits of XCR0: the system saves the registers of SSE, of AVX, and the three parts of those of AVX-512.
 const SAVED: Register = Register {
-    needed: bit(cfg!(target_feature = "avx"), 1) | bit(cfg!(target_feature = "avx"), 2),
-    names: &[(1 << 1, " SSE-state"), (1 << 2, " AVX-state")],
+    needed: bit(cfg!(target_feature = "avx"), 1)
+        | bit(cfg!(target_feature = "avx"), 2)
+        | bit(cfg!(target_feature = "avx512f"), 5)
+        | bit(cfg!(target_feature = "avx512f"), 6)
+        | bit(cfg!(target_feature = "avx512f"), 7),
+    names: &[(1 << 1, " SSE-state"), (1 << 2, " AVX-state"), (0b111 << 5, " AVX512-state")],
 };
 
 /// Ends the program with exit code 1 and a message if this processor lacks something.
@@ -198,16 +216,17 @@ mod tests {
     fn what_an_old_processor_lacks_is_found() {
         assert_eq!(lacking(found()), [0; 4]);
         let nehalem = [1 | 1 << 9 | 1 << 13 | 1 << 19 | 1 << 20 | 1 << 23, 0, 1, 0];
-        let expected = if cfg!(target_feature = "avx2") {
-            [
-                1 << 12 | 1 << 22 | 1 << OSXSAVE | 1 << 28 | 1 << 29,
-                1 << 3 | 1 << 5 | 1 << 8,
-                1 << 5,
-                1 << 1 | 1 << 2,
-            ]
-        } else {
-            [0; 4]
-        };
+        let mut expected = [0; 4];
+        if cfg!(target_feature = "avx2") {
+            expected[0] |= 1 << 12 | 1 << 22 | 1 << OSXSAVE | 1 << 28 | 1 << 29;
+            expected[1] |= 1 << 3 | 1 << 5 | 1 << 8;
+            expected[2] |= 1 << 5;
+            expected[3] |= 1 << 1 | 1 << 2;
+        }
+        if cfg!(target_feature = "avx512f") {
+            expected[1] |= 1 << 16 | 1 << 17 | 1 << 28 | 1 << 30 | 1 << 31;
+            expected[3] |= 0b111 << 5;
+        }
         assert_eq!(lacking(nehalem), expected);
         for (register, lacking) in REGISTERS.iter().zip(expected) {
             let named = register.names.iter().fold(0, |all, (bit, _)| all | bit);

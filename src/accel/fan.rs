@@ -4,14 +4,15 @@ use super::Accel;
 use super::few::{Crossing, Few, MOST, Sides};
 use super::segments::FanSegments;
 use crate::geometry::{Points, Ray, SurfacePoint};
-use crate::lanes::{ALL, LANES, Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, get, lanes_of, mask_of, part};
+use crate::lanes::{
+    ALL, LANES, Mask, REGISTERS, Real, Register, Row, Vec3Lanes, WIDTH, get, lanes_of, mask_of, part,
+};
 use smallvec::SmallVec;
-use wide::f64x4;
 
 /// Surface points, one for each lane, and what is known of them before it is asked what they see.
 pub struct Fan<'a> {
     accel: &'a Accel,
-    points: [Points<f64x4>; REGISTERS],
+    points: [Points<Register>; REGISTERS],
     few: Option<FewSides<'a>>,
 }
 
@@ -37,7 +38,7 @@ pub struct Target<'p> {
 impl Accel {
     /// Points that are to be asked, a time for each lane, what they see. `facets` are those of a small scene
     /// that they lie in.
-    pub fn fan(&self, points: &[Points<f64x4>; REGISTERS], facets: &Row) -> Fan<'_> {
+    pub fn fan(&self, points: &[Points<Register>; REGISTERS], facets: &Row) -> Fan<'_> {
         let few = self.few.as_ref().map(|few| {
             let mut own: SmallVec<[Mask; MOST]> = SmallVec::from_elem(0, few.facets.len());
             for lane in 0..LANES {
@@ -98,9 +99,9 @@ impl Fan<'_> {
         let mut far = 0;
         for (register, points) in self.points.iter().enumerate() {
             // Offsets and rounding make no difference to whether such a segment exists.
-            let least = (points.error + f64x4::splat(target.point.error)) * f64x4::splat(100.0);
+            let least = (points.error + Register::splat(target.point.error)) * Register::splat(100.0);
             let squared = (position - points.position).length_squared();
-            let is_far = squared.gt(least * least) & squared.gt(f64x4::splat(f64::MIN_POSITIVE));
+            let is_far = squared.gt(least * least) & squared.gt(Register::splat(f64::MIN_POSITIVE));
             far |= is_far.mask() << (WIDTH * register);
         }
         let mut blocked = self.blocked_in_tree(target.point, time, asked & !far);

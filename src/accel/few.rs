@@ -20,10 +20,10 @@ use super::node::NodeSpace;
 use super::packet::Packet;
 use super::rays::{NO_FACET, Primitive};
 use crate::geometry::{SurfacePoint, Vec3};
-use crate::lanes::{LANES, Mask, REGISTERS, Vec3Lanes, WIDTH};
+use crate::lanes::{LANES, Mask, REGISTERS, Register, Vec3Lanes, WIDTH};
 use crate::shape::{Shape, Sphere};
 use smallvec::{SmallVec, smallvec};
-use wide::{f32x8, f64x4};
+use wide::f32x8;
 
 /// Most triangles of a small scene: with more a tree is faster.
 pub(super) const MOST: usize = 64;
@@ -79,8 +79,8 @@ pub(super) struct Few {
     pub facets: Vec<Tested>,
     /// With their numbers among the primitives.
     pub spheres: Vec<(f64, Sphere)>,
-    /// The functions of four facets: x, y and z of the gradient, and the value at the origin.
-    functions: Vec<[[f64x4; 4]; 3]>,
+    /// The functions of a register of facets: x, y and z of the gradient, and the value at the origin.
+    functions: Vec<[[Register; 4]; 3]>,
 }
 
 /// A point in the coordinates of each facet.
@@ -138,13 +138,14 @@ impl Few {
                 }),
             });
         }
-        let functions = facets.chunks(WIDTH).map(|four| {
+        let functions = facets.chunks(WIDTH).map(|facets| {
             std::array::from_fn(|function| {
                 let of = |lane: usize| {
-                    let functions = four.get(lane).and_then(|facet| facet.functions);
+                    let functions = facets.get(lane).and_then(|facet| facet.functions);
                     functions.map_or((Vec3::ZERO, 0.0), |functions| functions[function])
                 };
-                let row = |part: fn((Vec3, f64)) -> f64| f64x4::new([0, 1, 2, 3].map(|lane| part(of(lane))));
+                let row =
+                    |part: fn((Vec3, f64)) -> f64| Register::new(std::array::from_fn(|lane| part(of(lane))));
                 [row(|(g, _)| g.x), row(|(g, _)| g.y), row(|(g, _)| g.z), row(|(_, at)| at)]
             })
         });
@@ -178,21 +179,21 @@ impl Few {
             && point.error * self.space.scale() <= offset
     }
 
-    /// The coordinates of a point at each facet: four heights, four v and four w by turns.
+    /// The coordinates of a point at each facet: heights, v and w of the facets of a register by turns.
     pub fn seen(&self, place: Vec3) -> PointAtFacets {
         let place = self.space.place(place);
-        let [x, y, z] = place.to_array().map(f64x4::splat);
-        let of_four = |functions: &[[f64x4; 4]; 3]| {
+        let [x, y, z] = place.to_array().map(Register::splat);
+        let of_register = |functions: &[[Register; 4]; 3]| {
             let mut values = [0.0; WIDTH * 3];
             for (function, [gx, gy, gz, at]) in functions.iter().enumerate() {
-                let four = (*gx * x + *gy * y + *gz * z + *at).to_array();
+                let numbers = (*gx * x + *gy * y + *gz * z + *at).to_array();
                 for lane in 0..WIDTH {
-                    values[WIDTH * function + lane] = four[lane] as f32;
+                    values[WIDTH * function + lane] = numbers[lane] as f32;
                 }
             }
             values
         };
-        self.functions.iter().map(of_four).collect()
+        self.functions.iter().map(of_register).collect()
     }
 
     /// Where the places of all lanes lie for each facet.
@@ -201,12 +202,12 @@ impl Few {
         let of_facet = |index: usize| {
             let [height, v, w] = std::array::from_fn(|function| {
                 let [gx, gy, gz, at] = self.functions[index / WIDTH][function]
-                    .map(|four| f64x4::splat(four.as_array()[index % WIDTH]));
+                    .map(|values| Register::splat(values.as_array()[index % WIDTH]));
                 let mut values = [0.0f32; LANES];
                 for (register, place) in places.iter().enumerate() {
-                    let four = (gx * place.x + gy * place.y + gz * place.z + at).to_array();
+                    let numbers = (gx * place.x + gy * place.y + gz * place.z + at).to_array();
                     for lane in 0..WIDTH {
-                        values[WIDTH * register + lane] = four[lane] as f32;
+                        values[WIDTH * register + lane] = numbers[lane] as f32;
                     }
                 }
                 halves(&values)

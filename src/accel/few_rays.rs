@@ -14,10 +14,10 @@ use super::few::{Few, MOST, Tested, halves, mask};
 use super::rays::{Hits, NO_FACET, Rays};
 use super::segments::RayLanes;
 use crate::geometry::Vec3;
-use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, part};
+use crate::lanes::{LANES, Mask, REGISTERS, Real, Register, Row, Truth, WIDTH, part};
 use crate::shape::Sphere;
 use smallvec::SmallVec;
-use wide::{f32x8, f64x4};
+use wide::f32x8;
 
 /// By how much the tests err toward a hit, where the gradient is small and the ray perpendicular.
 const MARGIN: f32 = 640.0 / (1 << 24) as f32;
@@ -112,14 +112,14 @@ impl Halves {
     #[inline(always)]
     fn new(few: &Few, rays: &Rays) -> Self {
         let places = rays.origin.map(|origin| few.space.place_lanes(origin));
-        let of_axis = |of: fn(&crate::lanes::Vec3Lanes) -> f64x4, vectors: &[_; REGISTERS]| {
+        let of_axis = |of: fn(&crate::lanes::Vec3Lanes) -> Register, vectors: &[_; REGISTERS]| {
             single(&vectors.each_ref().map(of))
         };
         let axes = |vectors: &[_; REGISTERS]| {
             let [x, y, z] = [of_axis(|v| v.x, vectors), of_axis(|v| v.y, vectors), of_axis(|v| v.z, vectors)];
             [0, 1].map(|half| [x[half], y[half], z[half]])
         };
-        let scale = f64x4::splat(few.space.scale());
+        let scale = Register::splat(few.space.scale());
         let farthest = f32x8::splat(FARTHEST.1);
         let origin = axes(&places);
         let bound = f32x8::splat(FARTHEST.0);
@@ -183,7 +183,7 @@ impl Halves {
 fn sound(rays: &Rays) -> Mask {
     let mut sound = 0;
     for (register, direction) in rays.direction.iter().enumerate() {
-        let is_sound = direction.length_squared().le(f64x4::splat(4.0));
+        let is_sound = direction.length_squared().le(Register::splat(4.0));
         sound |= is_sound.mask() << (WIDTH * register);
     }
     sound
@@ -224,7 +224,7 @@ impl Few {
             nearest.test_sphere(sphere, *number, rays, asked);
         }
         for register in 0..REGISTERS {
-            let met = nearest.number[register].ge(f64x4::ZERO).mask();
+            let met = nearest.number[register].ge(Register::ZERO).mask();
             hits.met |= met << (WIDTH * register);
         }
         hits.t = nearest.t;
@@ -258,7 +258,7 @@ impl Few {
                 let ray = RayLanes::new(rays.origin[register], rays.direction[register]);
                 for triangle in &facet.triangles {
                     let Some(found) = ray.cross(triangle) else { continue };
-                    let in_range = found.t.ge(f64x4::ZERO) & found.t.lt(rays.t_max[register]);
+                    let in_range = found.t.ge(Register::ZERO) & found.t.lt(rays.t_max[register]);
                     occluded |= ((found.inside & in_range).mask() & lanes) << (WIDTH * register);
                 }
             }
@@ -288,8 +288,8 @@ struct Nearest {
 
 impl Nearest {
     fn new(rays: &Rays) -> Self {
-        let none = [f64x4::splat(-1.0); REGISTERS];
-        Self { t: rays.t_max, number: none, facet: none, barycentric: [[f64x4::ZERO; REGISTERS]; 2] }
+        let none = [Register::splat(-1.0); REGISTERS];
+        Self { t: rays.t_max, number: none, facet: none, barycentric: [[Register::ZERO; REGISTERS]; 2] }
     }
 
     /// Tests the triangles of a facet against the rays of some lanes.
@@ -302,19 +302,20 @@ impl Nearest {
             }
             for (triangle, &own) in facet.triangles.iter().zip(&facet.numbers) {
                 let Some(found) = rays[register].cross(triangle) else { continue };
-                let own = f64x4::splat(own);
+                let own = Register::splat(own);
                 let (nearest, known) = (self.t[register], self.number[register]);
                 // The order of the facets must not decide between hits at the same distance.
                 let nearer = found.t.lt(nearest) | found.t.eq(nearest) & own.lt(known);
-                let hit = Truth::of(lanes) & found.inside & found.t.ge(f64x4::ZERO) & nearer;
+                let hit = Truth::of(lanes) & found.inside & found.t.ge(Register::ZERO) & nearer;
                 if hit.mask() == 0 {
                     continue;
                 }
-                self.t[register] = f64x4::choose(hit, found.t, nearest);
-                self.number[register] = f64x4::choose(hit, own, known);
-                self.facet[register] = f64x4::choose(hit, f64x4::splat(number as f64), self.facet[register]);
+                self.t[register] = Register::choose(hit, found.t, nearest);
+                self.number[register] = Register::choose(hit, own, known);
+                self.facet[register] =
+                    Register::choose(hit, Register::splat(number as f64), self.facet[register]);
                 for (row, part) in self.barycentric.iter_mut().zip([found.v, found.w]) {
-                    row[register] = f64x4::choose(hit, part / found.determinant, row[register]);
+                    row[register] = Register::choose(hit, part / found.determinant, row[register]);
                 }
             }
         }
@@ -328,16 +329,16 @@ impl Nearest {
             if lanes == 0 {
                 continue;
             }
-            let own = f64x4::splat(own);
+            let own = Register::splat(own);
             let (t, met) = sphere.distance(rays.origin[register], rays.direction[register]);
             let (nearest, known) = (self.t[register], self.number[register]);
             let hit = Truth::of(lanes) & met & (t.lt(nearest) | t.eq(nearest) & own.lt(known));
             if hit.mask() == 0 {
                 continue;
             }
-            self.t[register] = f64x4::choose(hit, t, nearest);
-            self.number[register] = f64x4::choose(hit, own, known);
-            self.facet[register] = f64x4::choose(hit, f64x4::splat(NO_FACET), self.facet[register]);
+            self.t[register] = Register::choose(hit, t, nearest);
+            self.number[register] = Register::choose(hit, own, known);
+            self.facet[register] = Register::choose(hit, Register::splat(NO_FACET), self.facet[register]);
             for row in &mut self.barycentric {
                 row[register] = (!hit).only(row[register]);
             }

@@ -1,10 +1,10 @@
 //! Nodes of eight boxes, and the one-sided error of testing a ray against them in `f32`.
 
 use crate::geometry::{Bounds, Ray, Vec3};
-use crate::lanes::Vec3Lanes;
+use crate::lanes::{Register, Vec3Lanes};
 use std::hint::{black_box, select_unpredictable};
 use std::ops::Range;
-use wide::{f32x8, f64x4};
+use wide::f32x8;
 
 /// Half a unit in the last place of 1 in `f32`.
 const U32: f64 = 1.0 / (1u32 << 24) as f64;
@@ -45,7 +45,7 @@ impl NodeSpace {
     }
 
     pub fn place_lanes(&self, world: Vec3Lanes) -> Vec3Lanes {
-        (world - Vec3Lanes::of(self.centre)) * f64x4::splat(self.scale)
+        (world - Vec3Lanes::of(self.centre)) * Register::splat(self.scale)
     }
 
     pub fn scale(&self) -> f64 {

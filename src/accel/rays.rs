@@ -3,9 +3,8 @@
 use super::Accel;
 use super::few::Few;
 use crate::geometry::Ray;
-use crate::lanes::{LANES, Mask, REGISTERS, Row, Vec3Lanes, WIDTH, ZERO, get, lanes_of, set};
+use crate::lanes::{LANES, Mask, REGISTERS, Register, Row, Vec3Lanes, WIDTH, ZERO, get, lanes_of, set};
 use crate::shape::{Hit, NO_INSTANCE};
-use wide::f64x4;
 
 /// A ray for each lane. Directions have unit length.
 #[derive(Clone, Debug)]
@@ -59,9 +58,9 @@ impl Rays {
     pub const NONE: Self = Self {
         origin: [Vec3Lanes::ZERO; REGISTERS],
         direction: [Vec3Lanes::ZERO; REGISTERS],
-        t_max: [f64x4::new([f64::INFINITY; WIDTH]); REGISTERS],
-        leaves: [f64x4::new([NO_FACET; WIDTH]); REGISTERS],
-        arrives: [f64x4::new([NO_FACET; WIDTH]); REGISTERS],
+        t_max: [Register::new([f64::INFINITY; WIDTH]); REGISTERS],
+        leaves: [Register::new([NO_FACET; WIDTH]); REGISTERS],
+        arrives: [Register::new([NO_FACET; WIDTH]); REGISTERS],
     };
 
     /// The ray of one lane.
@@ -89,8 +88,8 @@ impl Hits {
         met: 0,
         t: ZERO,
         barycentric: [ZERO; 2],
-        known: [f64x4::new([NO_FACET; WIDTH]); REGISTERS],
-        facet: [f64x4::new([NO_FACET; WIDTH]); REGISTERS],
+        known: [Register::new([NO_FACET; WIDTH]); REGISTERS],
+        facet: [Register::new([NO_FACET; WIDTH]); REGISTERS],
         shape: [0; LANES],
         triangle: [0; LANES],
         instance: [NO_INSTANCE; LANES],

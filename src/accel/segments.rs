@@ -2,39 +2,38 @@
 //! [`crate::shape::RaySpace`] does.
 
 use crate::geometry::{Points, Segments, SurfacePoint, Vec3};
-use crate::lanes::{Mask, Real, Truth, Vec3Lanes};
+use crate::lanes::{Mask, Real, Register, Truth, Vec3Lanes};
 use crate::shape::Sphere;
-use wide::f64x4;
 
 /// Rays of one register as triangles ask for them.
 pub(super) struct RayLanes {
     origin: Vec3Lanes,
-    shear: [f64x4; 3],
+    shear: [Register; 3],
     /// Lanes whose direction is largest along the last axis, and along the middle one.
-    largest: [f64x4; 2],
+    largest: [Register; 2],
 }
 
 /// Segments from each point to the same other one.
 pub(super) struct FanSegments {
     rays: RayLanes,
     direction: Vec3Lanes,
-    length: f64x4,
+    length: Register,
 }
 
 /// Where the lines of the rays meet a triangle.
 pub(super) struct Crossings {
     /// The lanes whose line goes through it.
     pub inside: Truth,
-    pub t: f64x4,
+    pub t: Register,
     /// Weights of the second and third vertex times the determinant, and that.
-    pub v: f64x4,
-    pub w: f64x4,
-    pub determinant: f64x4,
+    pub v: Register,
+    pub w: Register,
+    pub determinant: Register,
 }
 
 impl FanSegments {
     #[inline(always)]
-    pub fn new(points: &Points<f64x4>, target: &SurfacePoint) -> Self {
+    pub fn new(points: &Points<Register>, target: &SurfacePoint) -> Self {
         let Segments { origin, direction, length } = points.segments_to(&Points::of(target));
         Self { rays: RayLanes::new(origin, direction), direction, length }
     }
@@ -50,13 +49,13 @@ impl FanSegments {
     #[inline(always)]
     pub fn meet(&self, triangle: &[Vec3; 3]) -> Mask {
         let Some(found) = self.rays.cross(triangle) else { return 0 };
-        (found.inside & found.t.ge(f64x4::ZERO) & found.t.lt(self.length)).mask()
+        (found.inside & found.t.ge(Register::ZERO) & found.t.lt(self.length)).mask()
     }
 }
 
 /// A vector's components so that the largest of the direction comes last.
 #[inline(always)]
-fn in_order([x, y, z]: [f64x4; 3], [last, second]: [f64x4; 2]) -> [f64x4; 3] {
+fn in_order([x, y, z]: [Register; 3], [last, second]: [Register; 2]) -> [Register; 3] {
     [
         last.select(x, second.select(z, y)),
         last.select(y, second.select(x, z)),
@@ -73,7 +72,7 @@ impl RayLanes {
         let last = size[2].simd_ge(second.select(size[1], size[0]));
         let largest = [last, second];
         let d = in_order([x, y, z], largest);
-        Self { origin, shear: [d[0] / d[2], d[1] / d[2], f64x4::ONE / d[2]], largest }
+        Self { origin, shear: [d[0] / d[2], d[1] / d[2], Register::ONE / d[2]], largest }
     }
 
     /// Where the lines of all lanes meet a triangle. `None` where none goes through it.
@@ -86,7 +85,7 @@ impl RayLanes {
         let determinant = u + v + w;
         let lowest = u.fast_min(v).fast_min(w);
         let highest = u.fast_max(v).fast_max(w);
-        let zero = f64x4::ZERO;
+        let zero = Register::ZERO;
         let inside = (lowest.ge(zero) | highest.le(zero)) & !determinant.eq(zero);
         if inside.mask() == 0 {
             return None;
@@ -96,7 +95,7 @@ impl RayLanes {
     }
 
     #[inline(always)]
-    fn sheared(&self, vertex: Vec3) -> [f64x4; 3] {
+    fn sheared(&self, vertex: Vec3) -> [Register; 3] {
         let Vec3Lanes { x, y, z } = Vec3Lanes::of(vertex) - self.origin;
         let [x, y, z] = in_order([x, y, z], self.largest);
         [x - self.shear[0] * z, y - self.shear[1] * z, self.shear[2] * z]

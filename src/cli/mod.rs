@@ -27,7 +27,7 @@ use std::process::ExitCode;
 /// abbe renders Mitsuba 3 scene files wavelength by wavelength and writes pictures that carry their own
 /// error bars.
 #[derive(Parser)]
-#[command(version, propagate_version = true)]
+#[command(version, long_version = LONG_VERSION, propagate_version = true)]
 #[command(
     after_help = "Exit codes: 0 done, 2 wrong input, 3 not all that was asked for (a render was stopped by Ctrl-C, SIGTERM or SIGHUP, or has not reached its --until; parts of a merge are missing), 130 the same twice, 1 anything else (for compare: a --fail-if is met)."
 )]
@@ -49,6 +49,17 @@ enum Command {
     Completions(shell::CompletionsArgs),
     Man(shell::ManArgs),
 }
+
+/// What `--version` says: also the registers that the program was compiled for.
+const LONG_VERSION: &str = match () {
+    () if cfg!(target_feature = "avx512f") => {
+        concat!(env!("CARGO_PKG_VERSION"), "\ncompiled for AVX-512: 16 lanes in registers of 8")
+    }
+    () if cfg!(target_feature = "avx2") => {
+        concat!(env!("CARGO_PKG_VERSION"), "\ncompiled for AVX2: 16 lanes in registers of 4")
+    }
+    () => concat!(env!("CARGO_PKG_VERSION"), "\ncompiled for any processor of its kind: 16 lanes in pairs"),
+};
 
 /// Why a command did not do what it was asked.
 pub enum Failure {

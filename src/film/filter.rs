@@ -3,11 +3,10 @@
 //! Greiner, "Filter Importance Sampling", 2006).
 
 use super::Region;
-use crate::lanes::{Real, WIDTH};
+use crate::lanes::{Real, Register, WIDTH};
 use crate::sampling::PiecewiseConstant;
 use smallvec::{SmallVec, smallvec};
 use std::f64::consts::PI;
-use wide::f64x4;
 
 /// A separable reconstruction filter over the image plane, in pixels, with Mitsuba 3's names and defaults.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,8 +144,8 @@ fn lowered_bell<R: Real>(deviations: R) -> R {
 fn gaussian_weights(first: f64, count: usize, stddev: f64) -> SmallVec<[f64; 6]> {
     let mut weights = SmallVec::new();
     for start in (0..count).step_by(WIDTH) {
-        let steps = f64x4::splat(start as f64) + f64x4::new([0.0, 1.0, 2.0, 3.0]);
-        let bells = lowered_bell((f64x4::splat(first) - steps) / f64x4::splat(stddev));
+        let steps = Register::new(std::array::from_fn(|step| (start + step) as f64));
+        let bells = lowered_bell((Register::splat(first) - steps) / Register::splat(stddev));
         weights.extend_from_slice(&bells.to_array()[..WIDTH.min(count - start)]);
     }
     weights

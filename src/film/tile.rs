@@ -1,7 +1,7 @@
 use super::BadValues;
 use super::extras::{Extras, WEIGHT};
 use super::fixed_point::{FixedPoint, SMALL, TOO_LARGE};
-use crate::lanes::{MOST_INTEGER, Real, WIDTH, integers};
+use crate::lanes::{MOST_INTEGER, Real, integers};
 use crate::sampling::mix;
 use smallvec::SmallVec;
 use std::ops::Range;
@@ -93,7 +93,7 @@ impl Tile {
             f64x4::choose(small, (exact + f64x4::splat(self.rounding)).floor(), exact.round_ties_even());
         let fits = quanta.abs().lt(f64x4::splat(MOST_INTEGER)).mask() == 0b1111;
         let first = self.first(place, replicate);
-        let Some(sums) = self.sums[first..].first_chunk_mut::<WIDTH>() else { return };
+        let Some(sums) = self.sums[first..].first_chunk_mut::<4>() else { return };
         let (mut next, mut lost) = (*sums, 0);
         for ((next, own), quanta) in next.iter_mut().zip(&*sums).zip(integers(quanta)) {
             *next = own.wrapping_add(quanta);

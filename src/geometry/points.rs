@@ -1,6 +1,5 @@
 use super::{Ray, SurfacePoint, Vec3};
-use crate::lanes::{Real, Vec3Lanes, Vector, WIDTH};
-use wide::f64x4;
+use crate::lanes::{Real, Register, Vec3Lanes, Vector, WIDTH};
 
 /// Surface points for formulas of one or of several; see [`SurfacePoint`].
 #[derive(Clone, Copy, Debug)]
@@ -62,9 +61,9 @@ impl From<Points<f64>> for SurfacePoint {
     }
 }
 
-impl Points<f64x4> {
+impl Points<Register> {
     /// Points at the origin without a normal.
-    pub const NONE: Self = Self { position: Vec3Lanes::ZERO, normal: Vec3Lanes::ZERO, error: f64x4::ZERO };
+    pub const NONE: Self = Self { position: Vec3Lanes::ZERO, normal: Vec3Lanes::ZERO, error: Register::ZERO };
 
     /// The point of one lane.
     pub fn get(&self, lane: usize) -> SurfacePoint {

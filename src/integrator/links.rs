@@ -11,13 +11,12 @@ use crate::accel::{Fan, Rays, Target};
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::lanes::{
-    self, ALL, LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, lanes_of, mask_of, part,
+    self, ALL, LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, lanes_of, mask_of, part,
 };
 use crate::light::{Lit, Receivers};
 use crate::scene::{RayKind, Scene, Techniques};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use std::f64::consts::FRAC_1_PI;
-use wide::f64x4;
 
 /// The first surfaces of a group.
 pub(super) struct Firsts<'a, const C: usize> {
@@ -164,19 +163,19 @@ impl<'a, const C: usize> Firsts<'a, C> {
         let techniques = self.scene.limits.techniques;
         std::array::from_fn(|register| {
             let by_light = by_light[register];
-            let is_sought = by_light.gt(f64x4::ZERO);
+            let is_sought = by_light.gt(Register::ZERO);
             let weight = match techniques {
-                Techniques::Scattering => f64x4::ONE,
-                Techniques::LightSamples => f64x4::ZERO,
+                Techniques::Scattering => Register::ONE,
+                Techniques::LightSamples => Register::ZERO,
                 Techniques::Both => {
-                    let mut by_scattering = f64x4::ZERO;
+                    let mut by_scattering = Register::ZERO;
                     for density in &links.density.0 {
                         by_scattering += density[register] / links.geometry[register];
                     }
-                    power_heuristic(by_scattering, f64x4::splat(C as f64) * by_light)
+                    power_heuristic(by_scattering, Register::splat(C as f64) * by_light)
                 }
             };
-            Truth::of(part(links.linked, register)).only(f64x4::choose(is_sought, weight, f64x4::ONE))
+            Truth::of(part(links.linked, register)).only(Register::choose(is_sought, weight, Register::ONE))
         })
     }
 
@@ -195,7 +194,7 @@ impl<'a, const C: usize> Firsts<'a, C> {
     pub fn aim(&self, next: &Next, links: &mut Links<C>) {
         let target = &next.point;
         let (position, normal) = (Vec3Lanes::of(target.position), Vec3Lanes::of(target.normal));
-        let side = f64x4::splat(next.direction.dot(target.normal));
+        let side = Register::splat(next.direction.dot(target.normal));
         let mut toward_first = [Vec3Lanes::ZERO; REGISTERS];
         // Geometry factors |cos| / d² at the next surface, and for diffuse surfaces times cos / π.
         let (mut geometry, mut share): (Row, Row) = (lanes::ZERO, lanes::ZERO);
@@ -203,16 +202,16 @@ impl<'a, const C: usize> Firsts<'a, C> {
         for register in 0..REGISTERS {
             let between = position - self.fan.positions(register);
             let squared = between.length_squared();
-            let direction = between * (f64x4::ONE / squared.sqrt());
+            let direction = between * (Register::ONE / squared.sqrt());
             let cos = direction.dot(normal);
             geometry[register] = cos.abs() / squared;
             // The other side of a surface is another one.
-            let faces =
-                (cos * side).simd_gt(f64x4::ZERO) & geometry[register].simd_lt(f64x4::splat(f64::INFINITY));
+            let faces = (cos * side).simd_gt(Register::ZERO)
+                & geometry[register].simd_lt(Register::splat(f64::INFINITY));
             let near = direction.dot(self.surfaces.normal[register]);
-            share[register] = near * f64x4::splat(FRAC_1_PI) * geometry[register];
+            share[register] = near * Register::splat(FRAC_1_PI) * geometry[register];
             facing |= faces.to_bitmask() << (WIDTH * register);
-            linked |= (faces & near.simd_gt(f64x4::ZERO)).to_bitmask() << (WIDTH * register);
+            linked |= (faces & near.simd_gt(Register::ZERO)).to_bitmask() << (WIDTH * register);
             toward_first[register] = -direction;
         }
         (links.owner, links.end) = (next.owner, LinkEnd::At(*target, next.facet));
@@ -227,12 +226,12 @@ impl<'a, const C: usize> Firsts<'a, C> {
         let (mut share, mut linked) = (lanes::ZERO, 0);
         for (register, share) in share.iter_mut().enumerate() {
             let cos = toward.dot(self.surfaces.normal[register]);
-            *share = cos * f64x4::splat(FRAC_1_PI);
-            linked |= cos.simd_gt(f64x4::ZERO).to_bitmask() << (WIDTH * register);
+            *share = cos * Register::splat(FRAC_1_PI);
+            linked |= cos.simd_gt(Register::ZERO).to_bitmask() << (WIDTH * register);
         }
         (links.owner, links.end) = (owner, LinkEnd::Beyond(direction));
         (links.toward_first, links.geometry, links.share) =
-            ([-toward; REGISTERS], [f64x4::ONE; REGISTERS], share);
+            ([-toward; REGISTERS], [Register::ONE; REGISTERS], share);
         self.evaluate(ALL, linked, links);
     }
 

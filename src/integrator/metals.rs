@@ -2,10 +2,11 @@
 
 use super::surfaces::Evaluations;
 use crate::bsdf::{FacetReflection, Ggx, fresnel};
-use crate::lanes::{ALL, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, part, set};
+use crate::lanes::{
+    ALL, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, part, set,
+};
 use crate::material::RoughMetal;
 use crate::spectrum::SampledLanes;
-use wide::f64x4;
 
 /// Rough metals, one for each lane that is one.
 pub(super) struct Metals<const C: usize> {
@@ -24,8 +25,8 @@ pub(super) struct Metals<const C: usize> {
 pub(super) struct Reflected<const C: usize> {
     pub lanes: Mask,
     pub toward_light: Vec3Lanes,
-    pub density: f64x4,
-    pub weight: [f64x4; C],
+    pub density: Register,
+    pub weight: [Register; C],
 }
 
 impl<const C: usize> Metals<C> {
@@ -49,7 +50,7 @@ impl<const C: usize> Metals<C> {
             eta: SampledLanes::splat(&facet.eta),
             k: SampledLanes::splat(&facet.k),
             specular_reflectance: SampledLanes::splat(&facet.specular_reflectance),
-            alpha: facets.alpha.map(|alpha| [f64x4::splat(alpha); REGISTERS]),
+            alpha: facets.alpha.map(|alpha| [Register::splat(alpha); REGISTERS]),
             axes: [[frame.x, frame.y, frame.z].map(Vector::of); REGISTERS],
             toward_eye: [Vector::of(*toward_eye); REGISTERS],
         }
@@ -78,12 +79,12 @@ impl<const C: usize> Metals<C> {
     }
 
     #[inline(always)]
-    fn facets(&self, register: usize) -> Ggx<f64x4> {
+    fn facets(&self, register: usize) -> Ggx<Register> {
         Ggx { alpha: [self.alpha[0][register], self.alpha[1][register]] }
     }
 
     #[inline(always)]
-    fn reflectance(&self, register: usize, wavelength: usize, cos: f64x4) -> f64x4 {
+    fn reflectance(&self, register: usize, wavelength: usize, cos: Register) -> Register {
         let [eta, k] = [&self.eta, &self.k].map(|index| index.0[wavelength][register]);
         self.specular_reflectance.0[wavelength][register] * fresnel::conductor(cos, eta, k)
     }
@@ -128,23 +129,23 @@ impl<const C: usize> Metals<C> {
             for wavelength in 0..C {
                 let f_cos = self.reflectance(register, wavelength, found.cos) * found.value;
                 let own = &mut values.f_cos.0[wavelength][register];
-                *own = f64x4::choose(wanted, f_cos, *own);
+                *own = Register::choose(wanted, f_cos, *own);
                 let own = &mut values.density.0[wavelength][register];
-                *own = f64x4::choose(wanted, found.density, *own);
+                *own = Register::choose(wanted, found.density, *own);
             }
         }
     }
 
     /// A direction for each lane of a register that is asked for.
     #[inline(always)]
-    pub fn sample(&self, register: usize, u: [f64x4; 2], asked: Mask) -> Reflected<C> {
+    pub fn sample(&self, register: usize, u: [Register; 2], asked: Mask) -> Reflected<C> {
         let (eye, facets) = (self.toward_eye[register], self.facets(register));
         let m = facets.sample_visible(eye, u);
-        let light = m * (f64x4::splat(2.0) * eye.dot(m)) - eye;
+        let light = m * (Register::splat(2.0) * eye.dot(m)) - eye;
         let found = FacetReflection::about(&facets, eye, light, m);
-        let scattered = light.z.gt(f64x4::ZERO) & found.density.gt(f64x4::ZERO);
+        let scattered = light.z.gt(Register::ZERO) & found.density.gt(Register::ZERO);
         let [x, y, z] = self.axes[register];
-        let mut weight = [f64x4::ZERO; C];
+        let mut weight = [Register::ZERO; C];
         for (wavelength, weight) in weight.iter_mut().enumerate() {
             *weight = self.reflectance(register, wavelength, found.cos) * found.value / found.density;
         }

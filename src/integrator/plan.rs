@@ -1,6 +1,6 @@
 //! What the samples of a picture have in common.
 
-use crate::lanes::{ALL, Mask, WIDTH, part};
+use crate::lanes::{ALL, Mask};
 
 /// How many pixels a suffix serves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl Sharing {
     pub(super) fn partners(self, lane: usize) -> Mask {
         match self {
             Self::Nothing => 1 << lane,
-            Self::Four => part(ALL, 0) << (lane / WIDTH * WIDTH),
+            Self::Four => 0b1111 << (lane / 4 * 4),
             Self::Sixteen => ALL,
         }
     }

@@ -28,13 +28,12 @@ use super::surfaces::Surfaces;
 use super::weights::light_sample_weight;
 use crate::accel::Rays;
 use crate::geometry::Ray;
-use crate::lanes::{LANES, Mask, Row, WIDTH, ZERO, get, lanes_of, mask_of, set};
+use crate::lanes::{LANES, Mask, Register, Row, WIDTH, ZERO, get, lanes_of, mask_of, set};
 use crate::light::{Environment, LightSamples};
 use crate::sampling::{Dimensions, Stream};
 use crate::scene::{PathEnd, Scene};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use smallvec::SmallVec;
-use wide::f64x4;
 
 /// The camera ray of a pixel of a group.
 #[derive(Clone, Copy, Debug)]
@@ -320,7 +319,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         lanes_of(owners).for_each(|owner| firsts.weigh(&mut self.links[owner]));
         let probability = if beyond.is_empty() { ZERO } else { self.environment_probabilities() };
         for (owner, radiance, density) in &beyond {
-            let by_light = probability.map(|probability| f64x4::splat(*density) * probability);
+            let by_light = probability.map(|probability| Register::splat(*density) * probability);
             self.share_environment(*owner, radiance, &by_light);
             told(*owner, &self.shared);
         }

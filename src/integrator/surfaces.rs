@@ -5,7 +5,7 @@ use super::metals::{Metals, Reflected};
 use crate::bsdf::{Evaluation, Scatter};
 use crate::geometry::axes_around;
 use crate::lanes::{
-    LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set,
+    LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set,
 };
 use crate::light::Receivers;
 use crate::material::Shading;
@@ -13,7 +13,6 @@ use crate::sampling::{Density, warp};
 use crate::scene::Intersections;
 use crate::spectrum::SampledLanes;
 use std::f64::consts::FRAC_1_PI;
-use wide::f64x4;
 
 /// Where the rays of some lanes have met surfaces, and how these scatter.
 pub(super) struct Surfaces<const C: usize> {
@@ -125,8 +124,8 @@ impl<const C: usize> Surfaces<C> {
         let mut values = Evaluations::ZERO;
         for register in 0..REGISTERS {
             let cos = self.normal[register].dot(toward_light[register]);
-            let lit = Truth::of(part(asked & self.diffuse, register)) & cos.gt(f64x4::ZERO);
-            let density = lit.only(cos * f64x4::splat(FRAC_1_PI));
+            let lit = Truth::of(part(asked & self.diffuse, register)) & cos.gt(Register::ZERO);
+            let density = lit.only(cos * Register::splat(FRAC_1_PI));
             for wavelength in 0..C {
                 values.density.0[wavelength][register] = density;
                 values.f_cos.0[wavelength][register] = self.reflectance.0[wavelength][register] * density;
@@ -163,8 +162,8 @@ impl<const C: usize> Surfaces<C> {
             let normal = self.normal[register];
             let [x, y] = axes_around(normal);
             scatters.toward_light[register] = (x * local.x + y * local.y + normal * local.z).normalize();
-            scatters.density[register] = local.z * f64x4::splat(FRAC_1_PI);
-            scatters.spread |= (local.z.gt(f64x4::ZERO).mask() & wanted) << (WIDTH * register);
+            scatters.density[register] = local.z * Register::splat(FRAC_1_PI);
+            scatters.spread |= (local.z.gt(Register::ZERO).mask() & wanted) << (WIDTH * register);
         }
         for register in 0..REGISTERS {
             let wanted = part(asked & self.metals.lanes, register);
@@ -177,9 +176,9 @@ impl<const C: usize> Surfaces<C> {
             let metals = Truth::of(wanted);
             let direction = &mut scatters.toward_light[register];
             *direction = Vec3Lanes::choose(metals, toward_light, *direction);
-            scatters.density[register] = f64x4::choose(metals, density, scatters.density[register]);
+            scatters.density[register] = Register::choose(metals, density, scatters.density[register]);
             for (row, weight) in scatters.weight.0.iter_mut().zip(weight) {
-                row[register] = f64x4::choose(metals, weight, row[register]);
+                row[register] = Register::choose(metals, weight, row[register]);
             }
         }
         for lane in lanes_of(asked & self.others & !self.metals.lanes) {

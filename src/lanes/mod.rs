@@ -10,22 +10,27 @@ mod vector;
 pub use real::{MOST_INTEGER, Real, Truth, integers};
 pub use vector::{Vec3Lanes, Vector};
 
-use wide::f64x4;
-
-/// Numbers of one register.
-pub const WIDTH: usize = 4;
-
-/// Registers of a row.
-pub const REGISTERS: usize = 4;
+/// The numbers of one register: of AVX-512 where abbe is compiled for it, else of AVX, or what stands for one.
+#[cfg(target_feature = "avx512f")]
+pub type Register = wide::f64x8;
+/// The numbers of one register: of AVX-512 where abbe is compiled for it, else of AVX, or what stands for one.
+#[cfg(not(target_feature = "avx512f"))]
+pub type Register = wide::f64x4;
 
 /// Lanes of a row: as many as a group of pixels has members.
-pub const LANES: usize = WIDTH * REGISTERS;
+pub const LANES: usize = 16;
+
+/// Numbers of one register.
+pub const WIDTH: usize = size_of::<Register>() / size_of::<f64>();
+
+/// Registers of a row.
+pub const REGISTERS: usize = LANES / WIDTH;
 
 /// One number for each lane.
-pub type Row = [f64x4; REGISTERS];
+pub type Row = [Register; REGISTERS];
 
 /// Zero in each lane.
-pub const ZERO: Row = [f64x4::ZERO; REGISTERS];
+pub const ZERO: Row = [Register::ZERO; REGISTERS];
 
 /// A bit for each lane.
 pub type Mask = u32;
@@ -66,7 +71,13 @@ pub fn set(row: &mut Row, lane: usize, value: f64) {
 /// Over all lanes, in an order that depends on nothing.
 #[inline(always)]
 pub fn sum(row: &Row) -> f64 {
-    ((row[0] + row[1]) + (row[2] + row[3])).reduce_add()
+    let mut numbers: [f64; LANES] = std::array::from_fn(|lane| get(row, lane));
+    for half in [8, 4, 2, 1] {
+        for lane in 0..half {
+            numbers[lane] += numbers[lane + half];
+        }
+    }
+    numbers[0]
 }
 
 /// The part of a mask that is a register's.
@@ -83,6 +94,17 @@ mod tests {
     fn lanes_are_what_masks_say() {
         assert_eq!(lanes_of(0b1000_0000_0001_0010).collect::<Vec<_>>(), [1, 4, 15]);
         assert_eq!(lanes_of(0).next(), None);
-        assert_eq!(part(0b1000_0000_0001_0010, 1), 1);
+        let parts =
+            (0..REGISTERS).map(|register| part(0b1000_0000_0001_0010, register) << (WIDTH * register));
+        assert_eq!(parts.sum::<Mask>(), 0b1000_0000_0001_0010);
+    }
+
+    #[test]
+    fn sums_are_those_of_halves() {
+        let mut row = ZERO;
+        (0..LANES).for_each(|lane| set(&mut row, lane, 0.1 * lane as f64));
+        let value = |lane: usize| 0.1 * lane as f64;
+        let quarter = |lane: usize| (value(lane) + value(lane + 8)) + (value(lane + 4) + value(lane + 12));
+        assert_eq!(sum(&row), (quarter(0) + quarter(2)) + (quarter(1) + quarter(3)));
     }
 }

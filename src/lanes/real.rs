@@ -1,8 +1,8 @@
-use super::{Mask, WIDTH};
+use super::{Mask, Register};
 use std::f64::consts::LOG2_E;
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
-use wide::f64x4;
+use wide::{f64x4, f64x8};
 
 /// Real numbers that a formula is written for: one `f64`, or several side by side.
 ///
@@ -167,9 +167,9 @@ const INTEGERS: f64 = 6_755_399_441_055_744.0;
 /// In the exponents of `f64`.
 const EXPONENT_BIAS: f64 = 1023.0;
 
-/// The numbers of a register as integers. They have to be integers of less than [`MOST_INTEGER`].
+/// Four numbers as integers. They have to be integers of less than [`MOST_INTEGER`].
 #[inline(always)]
-pub fn integers(numbers: f64x4) -> [i64; WIDTH] {
+pub fn integers(numbers: f64x4) -> [i64; 4] {
     let sums = (numbers + f64x4::splat(INTEGERS)).to_array();
     sums.map(|sum| sum.to_bits().wrapping_sub(INTEGERS.to_bits()) as i64)
 }
@@ -180,150 +180,145 @@ pub const MOST_INTEGER: f64 = 2_251_799_813_685_248.0;
 /// The width of the fraction of an `f64`.
 const MANTISSA_BITS: u32 = 52;
 
-impl Real for f64x4 {
-    type Truth = Truth;
-
-    #[inline(always)]
-    fn of(value: f64) -> Self {
-        Self::splat(value)
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.sqrt()
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        self.abs()
-    }
-
-    #[inline(always)]
-    fn copysign(self, sign: Self) -> Self {
-        let bit = Self::splat(-0.0);
-        self.abs() | (sign & bit)
-    }
-
-    #[inline(always)]
-    fn round_ties_even(self) -> Self {
-        self.round_ties_even()
-    }
-
-    #[inline(always)]
-    fn lesser(self, other: Self) -> Self {
-        self.fast_min(other)
-    }
-
-    #[inline(always)]
-    fn greater(self, other: Self) -> Self {
-        self.fast_max(other)
-    }
-
-    #[inline(always)]
-    fn lt(self, other: Self) -> Truth {
-        Truth(self.simd_lt(other))
-    }
-
-    #[inline(always)]
-    fn le(self, other: Self) -> Truth {
-        Truth(self.simd_le(other))
-    }
-
-    #[inline(always)]
-    fn gt(self, other: Self) -> Truth {
-        Truth(self.simd_gt(other))
-    }
-
-    #[inline(always)]
-    fn ge(self, other: Self) -> Truth {
-        Truth(self.simd_ge(other))
-    }
-
-    #[inline(always)]
-    fn eq(self, other: Self) -> Truth {
-        Truth(self.simd_eq(other))
-    }
-
-    #[inline(always)]
-    fn choose(truth: Truth, yes: Self, no: Self) -> Self {
-        truth.0.select(yes, no)
-    }
-
-    #[inline(always)]
-    fn power_of_two(self) -> Self {
-        let biased = (self + Self::splat(INTEGERS + EXPONENT_BIAS)).to_array();
-        Self::new(biased.map(|biased| f64::from_bits(biased.to_bits() << MANTISSA_BITS)))
-    }
-}
-
 /// Whether something holds in each lane of a register: all bits of the lane, or none.
 #[derive(Clone, Copy, Debug)]
-pub struct Truth(f64x4);
+pub struct Truth<N = Register>(N);
 
 impl Truth {
     /// The lanes of a register that a mask of its own lanes names.
     #[inline(always)]
     pub fn of(mask: Mask) -> Self {
-        Self(f64x4::new(MASKS[mask as usize % MASKS.len()]))
-    }
-
-    /// A bit for each lane.
-    #[inline(always)]
-    pub fn mask(self) -> Mask {
-        self.0.to_bitmask()
-    }
-
-    /// The numbers of these lanes, and 0 in the others.
-    #[inline(always)]
-    pub fn only(self, numbers: f64x4) -> f64x4 {
-        self.0 & numbers
+        let bits = |lane: usize| (u64::from(mask) >> lane & 1).wrapping_neg();
+        Self(Register::new(std::array::from_fn(|lane| f64::from_bits(bits(lane)))))
     }
 }
 
-impl BitAnd for Truth {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        Self(self.0 & other.0)
-    }
-}
+/// Numbers side by side are real numbers, lane by lane.
+macro_rules! side_by_side {
+    ($numbers:ty) => {
+        impl Real for $numbers {
+            type Truth = Truth<Self>;
 
-impl BitOr for Truth {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-}
-
-impl Not for Truth {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        Self(!self.0)
-    }
-}
-
-/// All bits of the lanes that are set in the index.
-const MASKS: [[f64; WIDTH]; 1 << WIDTH] = {
-    let mut masks = [[0.0; WIDTH]; 1 << WIDTH];
-    let mut mask = 0;
-    while mask < masks.len() {
-        let mut lane = 0;
-        while lane < WIDTH {
-            if mask >> lane & 1 == 1 {
-                masks[mask][lane] = f64::from_bits(u64::MAX);
+            #[inline(always)]
+            fn of(value: f64) -> Self {
+                Self::splat(value)
             }
-            lane += 1;
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                self.sqrt()
+            }
+
+            #[inline(always)]
+            fn abs(self) -> Self {
+                self.abs()
+            }
+
+            #[inline(always)]
+            fn copysign(self, sign: Self) -> Self {
+                let bit = Self::splat(-0.0);
+                self.abs() | (sign & bit)
+            }
+
+            #[inline(always)]
+            fn round_ties_even(self) -> Self {
+                self.round_ties_even()
+            }
+
+            #[inline(always)]
+            fn lesser(self, other: Self) -> Self {
+                self.fast_min(other)
+            }
+
+            #[inline(always)]
+            fn greater(self, other: Self) -> Self {
+                self.fast_max(other)
+            }
+
+            #[inline(always)]
+            fn lt(self, other: Self) -> Truth<Self> {
+                Truth(self.simd_lt(other))
+            }
+
+            #[inline(always)]
+            fn le(self, other: Self) -> Truth<Self> {
+                Truth(self.simd_le(other))
+            }
+
+            #[inline(always)]
+            fn gt(self, other: Self) -> Truth<Self> {
+                Truth(self.simd_gt(other))
+            }
+
+            #[inline(always)]
+            fn ge(self, other: Self) -> Truth<Self> {
+                Truth(self.simd_ge(other))
+            }
+
+            #[inline(always)]
+            fn eq(self, other: Self) -> Truth<Self> {
+                Truth(self.simd_eq(other))
+            }
+
+            #[inline(always)]
+            fn choose(truth: Truth<Self>, yes: Self, no: Self) -> Self {
+                truth.0.select(yes, no)
+            }
+
+            #[inline(always)]
+            fn power_of_two(self) -> Self {
+                let biased = (self + Self::splat(INTEGERS + EXPONENT_BIAS)).to_array();
+                Self::new(biased.map(|biased| f64::from_bits(biased.to_bits() << MANTISSA_BITS)))
+            }
         }
-        mask += 1;
-    }
-    masks
-};
+
+        impl Truth<$numbers> {
+            /// A bit for each lane.
+            #[inline(always)]
+            pub fn mask(self) -> Mask {
+                self.0.to_bitmask()
+            }
+
+            /// The numbers of these lanes, and 0 in the others.
+            #[inline(always)]
+            pub fn only(self, numbers: $numbers) -> $numbers {
+                self.0 & numbers
+            }
+        }
+
+        impl BitAnd for Truth<$numbers> {
+            type Output = Self;
+            #[inline(always)]
+            fn bitand(self, other: Self) -> Self {
+                Self(self.0 & other.0)
+            }
+        }
+
+        impl BitOr for Truth<$numbers> {
+            type Output = Self;
+            #[inline(always)]
+            fn bitor(self, other: Self) -> Self {
+                Self(self.0 | other.0)
+            }
+        }
+
+        impl Not for Truth<$numbers> {
+            type Output = Self;
+            #[inline(always)]
+            fn not(self) -> Self {
+                Self(!self.0)
+            }
+        }
+    };
+}
+
+side_by_side!(f64x4);
+side_by_side!(f64x8);
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::{ALL, WIDTH, part};
 
     /// Numbers of all kinds, in pairs.
     fn pairs() -> Vec<[f64; 2]> {
@@ -348,10 +343,12 @@ mod tests {
                 |a, b| a.exp() + b.exp(),
             ]
         }
-        for (one, many) in all::<f64>().into_iter().zip(all::<f64x4>()) {
+        for ((one, four), eight) in all::<f64>().into_iter().zip(all::<f64x4>()).zip(all::<f64x8>()) {
             for [a, b] in pairs() {
                 let expected = one(a, b);
-                for value in many(f64x4::splat(a), f64x4::splat(b)).to_array() {
+                let four = four(f64x4::splat(a), f64x4::splat(b)).to_array();
+                let eight = eight(f64x8::splat(a), f64x8::splat(b)).to_array();
+                for value in four.into_iter().chain(eight) {
                     let same = value.to_bits() == expected.to_bits() || value.is_nan() && expected.is_nan();
                     assert!(same, "{a} {b}: {value} {expected}");
                 }
@@ -382,10 +379,12 @@ mod tests {
 
     #[test]
     fn truths_are_masks() {
-        assert_eq!(
-            Truth::of(0b1010).only(f64x4::new([1.0, 2.0, f64::NAN, 4.0])).to_array(),
-            [0.0, 2.0, 0.0, 4.0]
-        );
+        let mut numbers = [1.0; WIDTH];
+        numbers[2] = f64::NAN;
+        let mut expected = [0.0; WIDTH];
+        (expected[1], expected[3]) = (1.0, 1.0);
+        assert_eq!(Truth::of(0b1010).only(Register::new(numbers)).to_array(), expected);
         assert_eq!((Truth::of(0b1010) & !Truth::of(0b0010) | Truth::of(1)).mask(), 0b1001);
+        assert_eq!(Truth::of(ALL).mask(), part(ALL, 0));
     }
 }

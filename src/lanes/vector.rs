@@ -1,7 +1,6 @@
-use super::{Real, WIDTH};
+use super::{Real, Register, WIDTH};
 use glam::{DMat3, DVec3};
 use std::ops::{Add, Div, Mul, Neg, Sub};
-use wide::f64x4;
 
 /// A vector of numbers that a formula is written for.
 #[derive(Clone, Copy, Debug)]
@@ -15,7 +14,7 @@ pub struct Vector<R> {
 }
 
 /// Vectors of the lanes of one register.
-pub type Vec3Lanes = Vector<f64x4>;
+pub type Vec3Lanes = Vector<Register>;
 
 impl<R: Real> Vector<R> {
     /// From its coordinates.
@@ -86,7 +85,7 @@ impl<R: Real> Vector<R> {
 
 impl Vec3Lanes {
     /// Zero in each lane.
-    pub const ZERO: Self = Self { x: f64x4::ZERO, y: f64x4::ZERO, z: f64x4::ZERO };
+    pub const ZERO: Self = Self { x: Register::ZERO, y: Register::ZERO, z: Register::ZERO };
 
     /// The vector of one lane.
     #[inline(always)]

@@ -11,11 +11,10 @@
 //! with the illuminant E. That is not the interpolation of their product, but what Mitsuba 3 does.
 
 use crate::geometry::{Transform, Vec3, angle};
-use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, Vector, ZERO, get, lanes_of, set};
+use crate::lanes::{Mask, REGISTERS, Real, Register, Row, Vec3Lanes, Vector, ZERO, get, lanes_of, set};
 use crate::sampling::PiecewiseBilinearGrid;
 use crate::spectrum::{Extrapolation, Sampled, SampledLanes, Sigmoid, Spectrum, Wavelengths, upsample};
 use std::f64::consts::{PI, TAU};
-use wide::f64x4;
 
 /// A texel: a reflectance S and its factor m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -227,10 +226,10 @@ impl EnvironmentMap {
         for register in 0..REGISTERS {
             let factor = corners
                 .iter()
-                .fold(f64x4::ZERO, |sum, corner| sum + corner.weight[register] * corner.factor[register]);
+                .fold(Register::ZERO, |sum, corner| sum + corner.weight[register] * corner.factor[register]);
             for wavelength in 0..C {
                 let nm = nm.0[wavelength][register];
-                let reflectance = corners.iter().fold(f64x4::ZERO, |sum, corner| {
+                let reflectance = corners.iter().fold(Register::ZERO, |sum, corner| {
                     let coefficients = corner.coefficients.each_ref().map(|row| row[register]);
                     sum + corner.weight[register] * reflectance(coefficients, corner.factor[register], nm)
                 });

@@ -6,11 +6,12 @@ use super::choice::{ENVIRONMENT_WEIGHT, Head, below_one};
 use super::{Light, LightHit, Lights, Lit};
 use crate::accel::NO_FACET;
 use crate::geometry::Points;
-use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, part, set};
+use crate::lanes::{
+    LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, part, set,
+};
 use crate::shape::{RectangleSurface, Shape, Sphere};
 use crate::spectrum::{Sampled, SampledLanes, Spectrum, Wavelengths};
 use smallvec::SmallVec;
-use wide::f64x4;
 
 /// Each lamp is estimated for each surface: more go one by one.
 const MOST: usize = 8;
@@ -64,9 +65,9 @@ pub(super) struct Choices {
 
 /// Points on lamps as lanes see them.
 pub(super) struct Targets {
-    pub points: Points<f64x4>,
+    pub points: Points<Register>,
     /// Per steradian.
-    pub density: f64x4,
+    pub density: Register,
     /// Where this means nothing.
     pub unknown: Mask,
 }
@@ -92,18 +93,18 @@ impl Lamp {
     /// Points on it for the lanes of a register that are asked for: by solid angle where that pays, and else
     /// by area.
     #[inline(always)]
-    pub fn sample(&self, from: Vec3Lanes, u: [f64x4; 2], wanted: Mask) -> Targets {
+    pub fn sample(&self, from: Vec3Lanes, u: [Register; 2], wanted: Mask) -> Targets {
         match &self.form {
             Form::Rectangle(surface) => {
                 let seen = surface.rectangle().seen_in_lanes(from, wanted);
                 let place = seen.map_or(u, |(seen, by_angle)| {
                     let of_angle = seen.sample(u);
-                    [0, 1].map(|axis| f64x4::choose(by_angle, of_angle[axis], u[axis]))
+                    [0, 1].map(|axis| Register::choose(by_angle, of_angle[axis], u[axis]))
                 });
                 let points = surface.points(place);
                 let of_area = self.density_of_area(from, &points);
                 let density = seen.map_or(of_area, |(seen, by_angle)| {
-                    f64x4::choose(by_angle, f64x4::ONE / seen.solid_angle(), of_area)
+                    Register::choose(by_angle, Register::ONE / seen.solid_angle(), of_area)
                 });
                 Targets { points, density, unknown: 0 }
             }
@@ -116,25 +117,25 @@ impl Lamp {
 
     /// The density of [`Self::sample`] at points of it.
     #[inline(always)]
-    fn density(&self, from: Vec3Lanes, points: &Points<f64x4>, wanted: Mask) -> f64x4 {
+    fn density(&self, from: Vec3Lanes, points: &Points<Register>, wanted: Mask) -> Register {
         let of_area = self.density_of_area(from, points);
-        let of_area = f64x4::choose(of_area.lt(f64x4::splat(f64::INFINITY)), of_area, f64x4::ZERO);
+        let of_area = Register::choose(of_area.lt(Register::splat(f64::INFINITY)), of_area, Register::ZERO);
         let (density, by_angle) = match &self.form {
             Form::Rectangle(surface) => match surface.rectangle().seen_in_lanes(from, wanted) {
                 None => return of_area,
-                Some((seen, by_angle)) => (f64x4::ONE / seen.solid_angle(), by_angle),
+                Some((seen, by_angle)) => (Register::ONE / seen.solid_angle(), by_angle),
             },
             Form::Ball(sphere) => sphere.cone_densities(from),
         };
-        f64x4::choose(by_angle, density, of_area)
+        Register::choose(by_angle, density, of_area)
     }
 
     /// Per steradian, that of points uniform over the area.
     #[inline(always)]
-    fn density_of_area(&self, from: Vec3Lanes, points: &Points<f64x4>) -> f64x4 {
+    fn density_of_area(&self, from: Vec3Lanes, points: &Points<Register>) -> Register {
         let toward = points.position - from;
         let squared = toward.length_squared();
-        squared * squared.sqrt() / toward.dot(points.normal).abs() * f64x4::splat(1.0 / self.extent.area)
+        squared * squared.sqrt() / toward.dot(points.normal).abs() * Register::splat(1.0 / self.extent.area)
     }
 }
 
@@ -169,14 +170,18 @@ impl Lamps {
 
     /// What each brings to places, and the sum; see [`Lights::choose`].
     #[inline(always)]
-    fn estimates<F, const C: usize>(&self, lit: &Lit<F, C>, register: usize) -> ([f64x4; MOST + 1], f64x4) {
+    fn estimates<F, const C: usize>(
+        &self,
+        lit: &Lit<F, C>,
+        register: usize,
+    ) -> ([Register; MOST + 1], Register) {
         let (position, facing) = (lit.from.point[register].position, lit.from.facing[register]);
-        let (mut estimates, mut all) = ([f64x4::ZERO; MOST + 1], f64x4::ZERO);
+        let (mut estimates, mut all) = ([Register::ZERO; MOST + 1], Register::ZERO);
         for (number, (estimate, spectral)) in estimates.iter_mut().zip(&lit.light.spectral).enumerate() {
             let spectral = spectral[register];
             *estimate = match self.lamps.get(number) {
                 Some(lamp) => {
-                    spectral.gt(f64x4::ZERO).only(spectral * lamp.extent.estimates(position, facing))
+                    spectral.gt(Register::ZERO).only(spectral * lamp.extent.estimates(position, facing))
                 }
                 None => spectral,
             };
@@ -187,7 +192,7 @@ impl Lamps {
 
     /// Which of them light samples go to, by the first of their sample values.
     pub fn choose<F, const C: usize>(&self, lit: &Lit<F, C>, u: &[Row; 2]) -> Choices {
-        let mut choices = Choices { lanes: [0; MOST + 1], probability: [f64x4::ONE; REGISTERS], u: *u };
+        let mut choices = Choices { lanes: [0; MOST + 1], probability: [Register::ONE; REGISTERS], u: *u };
         if self.heads() == 1 {
             choices.lanes[0] = lit.asked;
             return choices;
@@ -201,12 +206,12 @@ impl Lamps {
             let mut remaining = u[0][register] * all;
             for (lanes, weight) in choices.lanes.iter_mut().zip(estimates).take(self.heads()) {
                 // The last that weighs anything takes what rounding leaves over.
-                let left = (remaining - weight).le(f64x4::splat(1e-12) * all);
-                let taken = weight.gt(f64x4::ZERO) & (remaining.lt(weight) | left);
+                let left = (remaining - weight).le(Register::splat(1e-12) * all);
+                let taken = weight.gt(Register::ZERO) & (remaining.lt(weight) | left);
                 let taken = Truth::of(taken.mask() & open);
                 let (probability, value) = (&mut choices.probability[register], &mut choices.u[0][register]);
-                *value = f64x4::choose(taken, below_one(remaining / weight), *value);
-                *probability = f64x4::choose(taken, weight / all, *probability);
+                *value = Register::choose(taken, below_one(remaining / weight), *value);
+                *probability = Register::choose(taken, weight / all, *probability);
                 *lanes |= taken.mask() << (WIDTH * register);
                 open &= !taken.mask();
                 remaining -= weight;
@@ -217,13 +222,13 @@ impl Lamps {
 
     /// The probability with which one of them is chosen.
     #[inline(always)]
-    fn probability<F, const C: usize>(&self, number: usize, lit: &Lit<F, C>, register: usize) -> f64x4 {
+    fn probability<F, const C: usize>(&self, number: usize, lit: &Lit<F, C>, register: usize) -> Register {
         if self.heads() == 1 {
-            return f64x4::ONE;
+            return Register::ONE;
         }
         let (estimates, all) = self.estimates(lit, register);
         let estimate = estimates[number];
-        estimate.gt(f64x4::ZERO).only(estimate / all)
+        estimate.gt(Register::ZERO).only(estimate / all)
     }
 
     /// That of the environment.
@@ -246,7 +251,7 @@ impl Lamps {
             }
             let probability = self.probability(number, lit, register);
             let density = self.lamps[number].density(lit.from.point[register].position, &points, wanted);
-            densities[register] = probability.gt(f64x4::ZERO).only(probability * density);
+            densities[register] = probability.gt(Register::ZERO).only(probability * density);
         }
         densities
     }
@@ -278,7 +283,7 @@ impl<const C: usize> LampLight<C> {
         }
         if let Some(environment) = lights.environment.as_ref().filter(|_| lamps.has_environment) {
             let sums = lanes(&|nm| environment.mean().sample(nm)).sum_of_each();
-            all.spectral.push(sums.map(|sum| f64x4::splat(ENVIRONMENT_WEIGHT) * sum));
+            all.spectral.push(sums.map(|sum| Register::splat(ENVIRONMENT_WEIGHT) * sum));
         }
         all
     }

@@ -5,16 +5,17 @@ use super::lamps::{Choices, Lamp, Lamps};
 use super::{Environment, EnvironmentMap, LampLight, LightHit, LightSample, Lights, Receiver};
 use crate::accel::{NO_FACET, Rays};
 use crate::geometry::{Points, Segments};
-use crate::lanes::{Mask, REGISTERS, Real, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set};
+use crate::lanes::{
+    Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set,
+};
 use crate::sampling::Density;
 use crate::spectrum::{SampledLanes, Wavelengths};
-use wide::f64x4;
 
 /// Places that lights may light, one for each lane; see [`Receiver`].
 #[derive(Clone, Debug)]
 pub struct Receivers {
     /// The lit points.
-    pub point: [Points<f64x4>; REGISTERS],
+    pub point: [Points<Register>; REGISTERS],
     /// The sides from which light counts, as [`Receiver::facing`] has them.
     pub facing: [Vec3Lanes; REGISTERS],
 }
@@ -90,7 +91,7 @@ impl<const C: usize> LightSamples<C> {
         for register in 0..REGISTERS {
             let direction = samples.direction[register];
             let origin = lit.from.point[register].leave(direction);
-            let ray = Segments { origin, direction, length: f64x4::splat(f64::INFINITY) };
+            let ray = Segments { origin, direction, length: Register::splat(f64::INFINITY) };
             let density = samples.density[register] * probability[register];
             self.put_in_lanes(register, part(lanes, register), &ray, density, &samples.radiance);
         }
@@ -117,15 +118,15 @@ impl<const C: usize> LightSamples<C> {
             unknown |= target.unknown << (WIDTH * register);
             let facing = (target.points.position - points.position).dot(target.points.normal);
             let segment = points.segments_to(&target.points);
-            let found = facing.lt(f64x4::ZERO)
-                & target.density.gt(f64x4::ZERO)
-                & target.density.lt(f64x4::splat(f64::INFINITY))
-                & segment.length.gt(f64x4::ZERO);
+            let found = facing.lt(Register::ZERO)
+                & target.density.gt(Register::ZERO)
+                & target.density.lt(Register::splat(f64::INFINITY))
+                & segment.length.gt(Register::ZERO);
             self.found |= (found.mask() & wanted & !target.unknown) << (WIDTH * register);
             let density = target.density * choices.probability[register];
             self.put_in_lanes(register, wanted, &segment, density, radiance);
             let arrives = &mut self.rays.arrives[register];
-            *arrives = f64x4::choose(Truth::of(wanted), f64x4::splat(lamp.facet), *arrives);
+            *arrives = Register::choose(Truth::of(wanted), Register::splat(lamp.facet), *arrives);
         }
         unknown
     }
@@ -136,18 +137,18 @@ impl<const C: usize> LightSamples<C> {
         &mut self,
         register: usize,
         wanted: Mask,
-        ray: &Segments<f64x4>,
-        density: f64x4,
+        ray: &Segments<Register>,
+        density: Register,
         radiance: &SampledLanes<C>,
     ) {
         let wanted = Truth::of(wanted);
         let rays = &mut self.rays;
         rays.origin[register] = Vec3Lanes::choose(wanted, ray.origin, rays.origin[register]);
         rays.direction[register] = Vec3Lanes::choose(wanted, ray.direction, rays.direction[register]);
-        rays.t_max[register] = f64x4::choose(wanted, ray.length, rays.t_max[register]);
-        self.density[register] = f64x4::choose(wanted, density, self.density[register]);
+        rays.t_max[register] = Register::choose(wanted, ray.length, rays.t_max[register]);
+        self.density[register] = Register::choose(wanted, density, self.density[register]);
         for (own, radiance) in self.radiance.0.iter_mut().zip(&radiance.0) {
-            own[register] = f64x4::choose(wanted, radiance[register], own[register]);
+            own[register] = Register::choose(wanted, radiance[register], own[register]);
         }
     }
 
@@ -187,7 +188,7 @@ impl Lights {
         lit: &Lit<'_, impl Fn(usize) -> &'w Wavelengths<C>, C>,
     ) -> Row {
         if self.choice.heads().len() == 1 {
-            return [f64x4::ONE; REGISTERS];
+            return [Register::ONE; REGISTERS];
         }
         match &self.lamps {
             Some(lamps) => lamps.probabilities_of_environment(lit),
@@ -247,7 +248,7 @@ impl Lights {
         samples: &mut LightSamples<C>,
     ) {
         let chosen = lamps.choose(lit, u);
-        samples.rays.arrives = [f64x4::splat(NO_FACET); REGISTERS];
+        samples.rays.arrives = [Register::splat(NO_FACET); REGISTERS];
         for ((lamp, radiance), &lanes) in lamps.lamps.iter().zip(&lit.light.radiance).zip(&chosen.lanes) {
             let unknown = samples.toward_lamp(lamp, radiance, lit.from, lanes, &chosen);
             self.sample_each(lamp.light, lit, unknown, &chosen, samples);

@@ -18,7 +18,7 @@ mod sobol;
 mod table;
 pub mod warp;
 
-use crate::lanes::{self, LANES, Row, WIDTH, ZERO};
+use crate::lanes::{self, LANES, Register, Row, WIDTH, ZERO};
 pub use bilinear::PiecewiseBilinearGrid;
 use bluenoise::Layout;
 use cells::Cells;
@@ -29,7 +29,6 @@ use serde::{Deserialize, Serialize};
 use sobol::Role;
 use std::fmt;
 pub use table::PiecewiseConstant;
-use wide::f64x4;
 
 /// How sample values are made. All kinds are interchangeable: they differ in noise, never in expectation, but
 /// for the regular grid, which has no expectation.
@@ -267,7 +266,7 @@ impl Stream<'_> {
         let bits = sobol::scrambled_in_lanes(&indices, first.sampler.length, order, role, first.key_of(set));
         for (row, bits) in values.iter_mut().zip(bits) {
             for (register, bits) in row.iter_mut().zip(bits.chunks_exact(WIDTH)) {
-                *register = f64x4::new(std::array::from_fn(|lane| unit(bits[lane])));
+                *register = Register::new(std::array::from_fn(|lane| unit(bits[lane])));
             }
         }
         values

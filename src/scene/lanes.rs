@@ -5,12 +5,11 @@ use super::intersection::Intersection;
 use super::scene::{Scene, Surface};
 use crate::accel::{Accel, Hits, NO_FACET, Rays};
 use crate::geometry::{Points, Vec3};
-use crate::lanes::{Mask, REGISTERS, Real, Row, Vec3Lanes, WIDTH, lanes_of, mask_of, part, set};
+use crate::lanes::{Mask, REGISTERS, Real, Register, Row, Vec3Lanes, WIDTH, lanes_of, mask_of, part, set};
 use crate::material::{Even, MaterialId, Materials};
 use crate::shape::Shape;
 use crate::spectrum::Spectrum;
 use std::collections::HashMap;
-use wide::f64x4;
 
 /// Where the rays of some lanes have met surfaces; see [`Intersection`].
 #[derive(Clone, Debug)]
@@ -18,7 +17,7 @@ pub struct Intersections {
     /// The lanes that have met a surface.
     pub met: Mask,
     /// Where they have met it.
-    pub point: [Points<f64x4>; REGISTERS],
+    pub point: [Points<Register>; REGISTERS],
     /// Shading normals of the front.
     pub shading_normal: [Vec3Lanes; REGISTERS],
     /// The lanes that have met a light.
@@ -194,20 +193,17 @@ impl Scene {
                 continue;
             }
             let known = found.hits.known[register];
-            let is_known = known.ge(f64x4::ZERO).mask() & met;
+            let is_known = known.ge(Register::ZERO).mask() & met;
             if is_known == 0 {
                 left |= met << (WIDTH * register);
                 continue;
             }
             let records = known.to_array().map(|number| &self.known[number.max(0.0) as usize]);
-            let row = |of: fn(&KnownSurface) -> f64| f64x4::new(records.map(of));
+            let row = |of: fn(&KnownSurface) -> f64| Register::new(records.map(of));
             let vector = |of: fn(&KnownSurface) -> Vec3| {
-                let [a, b, c, d] = records.map(of);
-                Vec3Lanes {
-                    x: f64x4::new([a.x, b.x, c.x, d.x]),
-                    y: f64x4::new([a.y, b.y, c.y, d.y]),
-                    z: f64x4::new([a.z, b.z, c.z, d.z]),
-                }
+                let vectors = records.map(of);
+                let axis = |of: fn(&Vec3) -> f64| Register::new(vectors.each_ref().map(of));
+                Vec3Lanes { x: axis(|v| v.x), y: axis(|v| v.y), z: axis(|v| v.z) }
             };
             let [v, w] = [0, 1].map(|weight| found.hits.barycentric[weight][register]);
             let (ab, ac) = (vector(|known| known.edges[0]), vector(|known| known.edges[1]));
@@ -218,7 +214,7 @@ impl Scene {
                 error: row(|known| known.error),
             };
             found.shading_normal[register] = normal;
-            let from_front = rays.direction[register].dot(normal).lt(f64x4::ZERO).mask();
+            let from_front = rays.direction[register].dot(normal).lt(Register::ZERO).mask();
             let mask = |of: fn(&KnownSurface) -> bool| {
                 (0..WIDTH).fold(0, |mask, lane| mask | Mask::from(of(records[lane])) << lane) & met
             };

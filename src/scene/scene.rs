@@ -13,7 +13,7 @@ use crate::bsdf::Exterior;
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::FilterSampler;
 use crate::geometry::{Frame, Points, Ray, Vec3};
-use crate::lanes::{REGISTERS, Row};
+use crate::lanes::{REGISTERS, Register, Row};
 use crate::light::{Caustics, LightTracing, Lights, VisibleLamps};
 use crate::material::{MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
@@ -22,7 +22,6 @@ use crate::shape::{AtRest, Hit, Parametrisation, Shape};
 use crate::spectrum::colour::Observer;
 use crate::spectrum::{WavelengthDensity, Wavelengths};
 use crate::texture::{MeshPoint, TexturePoint};
-use wide::f64x4;
 
 /// Everything that rendering reads.
 #[derive(Debug)]
@@ -317,7 +316,7 @@ impl Scene {
     }
 
     /// Surface points, one for each lane, that are to be asked what they see of others.
-    pub fn fan(&self, points: &[Points<f64x4>; REGISTERS], facets: &Row) -> Fan<'_> {
+    pub fn fan(&self, points: &[Points<Register>; REGISTERS], facets: &Row) -> Fan<'_> {
         self.accel.fan(points, facets)
     }
 

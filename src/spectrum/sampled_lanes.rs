@@ -1,8 +1,7 @@
 //! Functions of wavelength at the wavelengths of a path, for several paths that share them.
 
 use super::Sampled;
-use crate::lanes::{ALL, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, part, set, sum};
-use wide::f64x4;
+use crate::lanes::{ALL, Mask, REGISTERS, Real, Register, Row, Truth, WIDTH, ZERO, get, part, set, sum};
 
 /// Spectra, one for each lane.
 #[derive(Clone, Debug)]
@@ -12,14 +11,14 @@ impl<const C: usize> SampledLanes<C> {
     /// 0 at all wavelengths in each lane.
     pub const ZERO: Self = Self([ZERO; C]);
     /// 1 at all wavelengths in each lane.
-    pub const ONE: Self = Self([[f64x4::ONE; REGISTERS]; C]);
+    pub const ONE: Self = Self([[Register::ONE; REGISTERS]; C]);
 
     /// The same for all lanes.
     #[inline(always)]
     pub fn splat(value: &Sampled<C>) -> Self {
         let mut all = Self::ZERO;
         for (row, &value) in all.0.iter_mut().zip(&value.0) {
-            *row = [f64x4::splat(value); REGISTERS];
+            *row = [Register::splat(value); REGISTERS];
         }
         all
     }
@@ -67,7 +66,8 @@ impl<const C: usize> SampledLanes<C> {
     pub fn nonzero(&self) -> Mask {
         let mut mask = 0;
         for register in 0..REGISTERS {
-            let zero = self.0.iter().fold(Truth::of(ALL), |zero, row| zero & row[register].eq(f64x4::ZERO));
+            let zero =
+                self.0.iter().fold(Truth::of(ALL), |zero, row| zero & row[register].eq(Register::ZERO));
             mask |= (!zero).mask() << (WIDTH * register);
         }
         mask
@@ -116,7 +116,7 @@ impl<const C: usize> SampledLanes<C> {
     #[inline(always)]
     pub fn add_times(&self, factor: &Sampled<C>, total: &mut Self) {
         for wavelength in 0..C {
-            let factor = f64x4::splat(factor[wavelength]);
+            let factor = Register::splat(factor[wavelength]);
             for register in 0..REGISTERS {
                 total.0[wavelength][register] += self.0[wavelength][register] * factor;
             }
@@ -127,7 +127,7 @@ impl<const C: usize> SampledLanes<C> {
     #[inline(always)]
     pub fn add_weighted(&self, weights: &Row, factor: &Sampled<C>, total: &mut Self) {
         for wavelength in 0..C {
-            let factor = f64x4::splat(factor[wavelength]);
+            let factor = Register::splat(factor[wavelength]);
             for register in 0..REGISTERS {
                 total.0[wavelength][register] += self.0[wavelength][register] * weights[register] * factor;
             }
@@ -138,7 +138,7 @@ impl<const C: usize> SampledLanes<C> {
     #[inline(always)]
     pub fn add_to(&self, other: &Self, factor: &Sampled<C>, total: &mut Self) {
         for wavelength in 0..C {
-            let factor = f64x4::splat(factor[wavelength]);
+            let factor = Register::splat(factor[wavelength]);
             for register in 0..REGISTERS {
                 total.0[wavelength][register] +=
                     self.0[wavelength][register] * other.0[wavelength][register] * factor;

@@ -17,7 +17,9 @@ use super::surfaces::{Scatters, Surfaces};
 use super::weights::{late_survival, light_sample_weight, power_heuristic};
 use crate::accel::Rays;
 use crate::geometry::Ray;
-use crate::lanes::{LANES, Mask, REGISTERS, Real, Row, Truth, WIDTH, ZERO, get, lanes_of, part, set};
+use crate::lanes::{
+    LANES, Mask, REGISTERS, Real, Register, Row, Truth, WIDTH, ZERO, get, lanes_of, part, set,
+};
 use crate::light::{LampLight, LightSamples, Lit, Receiver, Receivers};
 use crate::material::Shading;
 use crate::medium::{Media, MediumStack};
@@ -25,7 +27,6 @@ use crate::sampling::{Dimensions, Stream};
 use crate::scene::{Intersection, Intersections, PathEnd, RayKind, Scene, Side, Techniques};
 use crate::spectrum::{Sampled, SampledLanes, Wavelengths};
 use std::borrow::Cow;
-use wide::f64x4;
 
 /// Where the path of a lane has begun: the number of its turn, and its lane there.
 #[derive(Clone, Copy)]
@@ -91,7 +92,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             from: Receivers::NONE,
             density: ZERO,
             prior_over_density: ZERO,
-            prior_throughput: [f64x4::ONE; REGISTERS],
+            prior_throughput: [Register::ONE; REGISTERS],
             is_shared: false,
             is_plain: scene.has_plain_segments(),
             media: Vec::new(),
@@ -231,10 +232,11 @@ impl<'a, const C: usize> Bundle<'a, C> {
     /// steradian, over the density of the paths; see [`super::path::PreviousSample::weight_beside_lights`].
     fn weights_of_escape(&self, density: &Row, gone: Mask) -> Row {
         let sums = self.ratio.sum_of_each();
-        let is_sought = self.depth > 0 && density.iter().any(|density| density.gt(f64x4::ZERO).mask() != 0);
+        let is_sought =
+            self.depth > 0 && density.iter().any(|density| density.gt(Register::ZERO).mask() != 0);
         if !is_sought {
             // What light samples do not look for has the weight 1.
-            return sums.map(|sum| f64x4::ONE / sum);
+            return sums.map(|sum| Register::ONE / sum);
         }
         let probability = self.scene.lights.environment_probabilities(&self.lit(&self.from, gone));
         std::array::from_fn(|register| {
@@ -267,9 +269,9 @@ impl<'a, const C: usize> Bundle<'a, C> {
         for register in 0..REGISTERS {
             let normal = surfaces.hits.shading_normal[register];
             let toward = self.rays.direction[register].dot(normal);
-            seen_from_front |= toward.lt(f64x4::ZERO).mask() << (WIDTH * register);
+            seen_from_front |= toward.lt(Register::ZERO).mask() << (WIDTH * register);
             // On the side that is seen.
-            surfaces.normal[register] = normal * f64x4::ONE.copysign(-toward);
+            surfaces.normal[register] = normal * Register::ONE.copysign(-toward);
         }
         for lane in lanes_of(surfaces.hits.met & self.alive) {
             match scene.side(&surfaces.hits, lane, seen_from_front >> lane & 1 == 1) {
@@ -413,15 +415,15 @@ impl<'a, const C: usize> Bundle<'a, C> {
         if self.depth < scene.limits.rr_depth {
             return;
         }
-        let late = f64x4::splat(late_survival(self.depth));
+        let late = Register::splat(late_survival(self.depth));
         let sums = self.ratio.sum_of_each();
         let mut survive = 0;
         for register in 0..REGISTERS {
-            let (mut most, mut alive) = (f64x4::splat(f64::NEG_INFINITY), f64x4::ZERO);
+            let (mut most, mut alive) = (Register::splat(f64::NEG_INFINITY), Register::ZERO);
             for wavelength in 0..C {
                 most = self.throughput.0[wavelength][register].greater(most);
-                let goes_along = self.ratio.0[wavelength][register].gt(f64x4::ZERO);
-                alive += goes_along.only(f64x4::ONE);
+                let goes_along = self.ratio.0[wavelength][register].gt(Register::ZERO);
+                alive += goes_along.only(Register::ONE);
             }
             let throughput = alive * most / sums[register] * self.prior_throughput[register];
             let survival = throughput.lesser(late);
@@ -576,7 +578,7 @@ fn light_sample_weights<const C: usize>(
         let by_light = prior * samples.density[register];
         let weight = power_heuristic(by_light, by_scattering[register]) / by_light;
         let discrete = Truth::of(part(samples.discrete, register));
-        weights[register] = f64x4::choose(discrete, f64x4::ONE / prior, weight);
+        weights[register] = Register::choose(discrete, Register::ONE / prior, weight);
     }
     weights
 }
