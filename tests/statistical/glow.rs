@@ -17,10 +17,11 @@ fn slab(medium: &str) -> String {
     slab_to_depth(-1, medium)
 }
 
+/// It is so wide that light which grazes it does not come in by its sides.
 fn slab_to_depth(max_depth: i32, medium: &str) -> String {
     format!(
         r#"<integrator type="volpath"><integer name="max_depth" value="{max_depth}"/></integrator>{}<shape type="cube"><bsdf type="null"/>
-           <transform name="to_world"><scale x="5" y="5" z="0.5"/></transform>{medium}</shape>"#,
+           <transform name="to_world"><scale x="500" y="500" z="0.5"/></transform>{medium}</shape>"#,
         beam(r#"origin="0.1, 0.2, 5" target="0.1, 0.2, 0" up="0, 1, 0""#, "")
     )
 }
