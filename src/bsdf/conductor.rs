@@ -1,6 +1,6 @@
 //! Opaque metal, smooth and rough.
 
-use super::microfacet::{Ggx, Microfacets};
+use super::microfacet::{Beckmann, Distribution, Facets, Ggx, Microfacets};
 use super::{Evaluation, Scatter, flipped, fresnel};
 use crate::geometry::Vec3;
 use crate::lanes::{Real, Vector};
@@ -49,7 +49,7 @@ pub struct RoughConductor<const C: usize> {
     pub microfacets: Microfacets,
 }
 
-/// What facets of a GGX distribution reflect from one direction to another, but for the Fresnel reflectance.
+/// What facets reflect from one direction to another, but for the Fresnel reflectance.
 #[derive(Clone, Copy, Debug)]
 pub struct FacetReflection<R> {
     /// `D G / (4 cos θ_eye)`; zero where nothing is reflected.
@@ -64,7 +64,7 @@ impl<R: Real> FacetReflection<R> {
     /// From `eye` to `light`, in the local frame. Both graze the surface from opposite sides where no facet
     /// can be told.
     #[inline(always)]
-    pub fn between(facets: &Ggx<R>, eye: Vector<R>, light: Vector<R>) -> Self {
+    pub fn between(facets: &impl Facets<R>, eye: Vector<R>, light: Vector<R>) -> Self {
         let zero = R::of(0.0);
         let sum = eye + light;
         let length = sum.length();
@@ -76,13 +76,23 @@ impl<R: Real> FacetReflection<R> {
 
     /// By way of the facets of normal `m`, from above.
     #[inline(always)]
-    pub fn about(facets: &Ggx<R>, eye: Vector<R>, light: Vector<R>, m: Vector<R>) -> Self {
+    pub fn about(facets: &impl Facets<R>, eye: Vector<R>, light: Vector<R>, m: Vector<R>) -> Self {
         let (zero, one, four) = (R::of(0.0), R::of(1.0), R::of(4.0));
         let cos = eye.dot(m).greater(zero).lesser(one);
         let value = facets.d(m) * (facets.g1(eye, m) * facets.g1(light, m)) / (four * eye.z);
         // Reflection about m turns its steradians into 4 (v·m) of the reflected ray's.
         let density = facets.visible(eye, m) / (four * cos);
         Self { value, density: R::choose(cos.gt(zero), density, zero), cos }
+    }
+
+    /// `yes` where the truth holds, `no` elsewhere.
+    #[inline(always)]
+    pub fn choose(truth: R::Truth, yes: Self, no: Self) -> Self {
+        Self {
+            value: R::choose(truth, yes.value, no.value),
+            density: R::choose(truth, yes.density, no.density),
+            cos: R::choose(truth, yes.cos, no.cos),
+        }
     }
 }
 
@@ -120,17 +130,12 @@ impl<const C: usize> RoughConductor<C> {
 
     /// Value and density of going from one direction to the other by way of the facet `m`.
     fn at(&self, toward_eye: Vec3, toward_light: Vec3, m: Vec3) -> Evaluation<C> {
-        if let Some(ggx) = self.microfacets.ggx() {
-            let [eye, light, m] = [toward_eye, toward_light, m].map(Vector::of);
-            let FacetReflection { value, density, cos } = FacetReflection::about(&ggx, eye, light, m);
-            let f_cos = self.facet.reflectance(cos) * value;
-            return Evaluation { f_cos, density: Sampled::splat(density) };
-        }
-        let cos = toward_eye.dot(m).clamp(0.0, 1.0);
-        let fresnel = self.facet.reflectance(cos);
-        let facets = self.microfacets.d(m) * self.microfacets.g(toward_eye, toward_light, m);
-        // Reflection about m turns its steradians into 4 (v·m) of the reflected ray's.
-        let density = if cos > 0.0 { self.microfacets.visible(toward_eye, m) / (4.0 * cos) } else { 0.0 };
-        Evaluation { f_cos: fresnel * (facets / (4.0 * toward_eye.z)), density: Sampled::splat(density) }
+        let [eye, light, m] = [toward_eye, toward_light, m].map(Vector::of);
+        let alpha = self.microfacets.alpha();
+        let FacetReflection { value, density, cos } = match self.microfacets.distribution() {
+            Distribution::Beckmann => FacetReflection::about(&Beckmann { alpha }, eye, light, m),
+            Distribution::Ggx => FacetReflection::about(&Ggx { alpha }, eye, light, m),
+        };
+        Evaluation { f_cos: self.facet.reflectance(cos) * value, density: Sampled::splat(density) }
     }
 }

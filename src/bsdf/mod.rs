@@ -29,7 +29,7 @@ pub use conductor::{Conductor, FacetReflection, RoughConductor};
 pub use dielectric::{AIR_INDEX, Dielectric, DielectricTextures, Exterior};
 pub use lambert::{DiffuseTransmitter, Lambert};
 pub use metal::Metal;
-pub use microfacet::{Ggx, Microfacets};
+pub use microfacet::{Beckmann, Ggx, Microfacets};
 pub use plastic::{DiffuseBase, Plastic, PlasticTextures};
 pub(crate) use principled::LEAST_INDEX;
 pub use principled::{

@@ -1,9 +1,10 @@
 //! Rough metals of several lanes; see [`crate::bsdf::RoughConductor`].
 
 use super::surfaces::Evaluations;
-use crate::bsdf::{FacetReflection, Ggx, fresnel};
+use crate::bsdf::microfacet::Distribution;
+use crate::bsdf::{Beckmann, FacetReflection, Ggx, Microfacets, RoughConductor, fresnel};
 use crate::lanes::{
-    ALL, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, part, set,
+    ALL, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, lanes_of, part, set,
 };
 use crate::material::RoughMetal;
 use crate::spectrum::SampledLanes;
@@ -11,6 +12,8 @@ use crate::spectrum::SampledLanes;
 /// Rough metals, one for each lane that is one.
 pub(super) struct Metals<const C: usize> {
     pub lanes: Mask,
+    /// Those whose facets have Beckmann's distribution, not GGX's.
+    beckmann: Mask,
     eta: SampledLanes<C>,
     k: SampledLanes<C>,
     specular_reflectance: SampledLanes<C>,
@@ -33,6 +36,7 @@ impl<const C: usize> Metals<C> {
     pub fn new() -> Self {
         Self {
             lanes: 0,
+            beckmann: 0,
             eta: SampledLanes::ZERO,
             k: SampledLanes::ZERO,
             specular_reflectance: SampledLanes::ZERO,
@@ -44,26 +48,28 @@ impl<const C: usize> Metals<C> {
 
     /// The same metal for all lanes.
     pub fn splat(metal: &RoughMetal<C>) -> Self {
-        let RoughMetal { facet, facets, frame, toward_eye } = metal;
+        let RoughMetal { bsdf: RoughConductor { facet, microfacets }, frame, toward_eye } = metal;
         Self {
             lanes: ALL,
+            beckmann: if has_beckmanns(microfacets) { ALL } else { 0 },
             eta: SampledLanes::splat(&facet.eta),
             k: SampledLanes::splat(&facet.k),
             specular_reflectance: SampledLanes::splat(&facet.specular_reflectance),
-            alpha: facets.alpha.map(|alpha| [Register::splat(alpha); REGISTERS]),
+            alpha: microfacets.alpha().map(|alpha| [Register::splat(alpha); REGISTERS]),
             axes: [[frame.x, frame.y, frame.z].map(Vector::of); REGISTERS],
             toward_eye: [Vector::of(*toward_eye); REGISTERS],
         }
     }
 
     pub fn set(&mut self, lane: usize, metal: &RoughMetal<C>) {
-        let RoughMetal { facet, facets, frame, toward_eye } = metal;
+        let RoughMetal { bsdf: RoughConductor { facet, microfacets }, frame, toward_eye } = metal;
         let register = lane / WIDTH % REGISTERS;
         self.lanes |= 1 << lane;
+        self.beckmann = self.beckmann & !(1 << lane) | Mask::from(has_beckmanns(microfacets)) << lane;
         self.eta.set(lane, &facet.eta);
         self.k.set(lane, &facet.k);
         self.specular_reflectance.set(lane, &facet.specular_reflectance);
-        for (row, alpha) in self.alpha.iter_mut().zip(facets.alpha) {
+        for (row, alpha) in self.alpha.iter_mut().zip(microfacets.alpha()) {
             set(row, lane, alpha);
         }
         for (lanes, axis) in self.axes[register].iter_mut().zip([frame.x, frame.y, frame.z]) {
@@ -78,9 +84,25 @@ impl<const C: usize> Metals<C> {
         Vector::new(x.dot(world), y.dot(world), z.dot(world))
     }
 
+    /// What the facets of some lanes reflect, by both distributions where lanes of both are wanted.
     #[inline(always)]
-    fn facets(&self, register: usize) -> Ggx<Register> {
-        Ggx { alpha: [self.alpha[0][register], self.alpha[1][register]] }
+    fn reflected(
+        &self,
+        register: usize,
+        wanted: Mask,
+        of_beckmann: impl Fn(Beckmann<Register>) -> FacetReflection<Register>,
+        of_ggx: impl Fn(Ggx<Register>) -> FacetReflection<Register>,
+    ) -> FacetReflection<Register> {
+        let alpha = [self.alpha[0][register], self.alpha[1][register]];
+        let beckmann = part(self.beckmann, register);
+        if wanted & beckmann == 0 {
+            of_ggx(Ggx { alpha })
+        } else if wanted & !beckmann == 0 {
+            of_beckmann(Beckmann { alpha })
+        } else {
+            let (yes, no) = (of_beckmann(Beckmann { alpha }), of_ggx(Ggx { alpha }));
+            FacetReflection::choose(Truth::of(beckmann), yes, no)
+        }
     }
 
     #[inline(always)]
@@ -124,7 +146,13 @@ impl<const C: usize> Metals<C> {
                 continue;
             }
             let light = self.to_local(register, toward_light[register]);
-            let found = FacetReflection::between(&self.facets(register), eye(register), light);
+            let eye = eye(register);
+            let found = self.reflected(
+                register,
+                wanted,
+                |facets| FacetReflection::between(&facets, eye, light),
+                |facets| FacetReflection::between(&facets, eye, light),
+            );
             let wanted = Truth::of(wanted);
             for wavelength in 0..C {
                 let f_cos = self.reflectance(register, wavelength, found.cos) * found.value;
@@ -139,10 +167,15 @@ impl<const C: usize> Metals<C> {
     /// A direction for each lane of a register that is asked for.
     #[inline(always)]
     pub fn sample(&self, register: usize, u: [Register; 2], asked: Mask) -> Reflected<C> {
-        let (eye, facets) = (self.toward_eye[register], self.facets(register));
-        let m = facets.sample_visible(eye, u);
+        let eye = self.toward_eye[register];
+        let m = self.sample_visible(register, u, asked);
         let light = m * (Register::splat(2.0) * eye.dot(m)) - eye;
-        let found = FacetReflection::about(&facets, eye, light, m);
+        let found = self.reflected(
+            register,
+            asked,
+            |facets| FacetReflection::about(&facets, eye, light, m),
+            |facets| FacetReflection::about(&facets, eye, light, m),
+        );
         let scattered = light.z.gt(Register::ZERO) & found.density.gt(Register::ZERO);
         let [x, y, z] = self.axes[register];
         let mut weight = [Register::ZERO; C];
@@ -156,4 +189,27 @@ impl<const C: usize> Metals<C> {
             weight,
         }
     }
+
+    /// A normal of the facets that the eye sees, for each lane of a register that is asked for. Those of
+    /// Beckmann's distribution take steps until they are there, so they go one by one.
+    #[inline(always)]
+    fn sample_visible(&self, register: usize, u: [Register; 2], asked: Mask) -> Vec3Lanes {
+        let (eye, alpha) = (self.toward_eye[register], [self.alpha[0][register], self.alpha[1][register]]);
+        let beckmann = part(self.beckmann, register) & asked;
+        let mut m = match asked & !beckmann {
+            0 => Vec3Lanes::ZERO,
+            _ => Ggx { alpha }.sample_visible(eye, u),
+        };
+        for lane in lanes_of(beckmann) {
+            let [alpha_u, alpha_v, x, y] =
+                [alpha[0], alpha[1], u[0], u[1]].map(|numbers| numbers.as_array()[lane % WIDTH]);
+            let facets = Microfacets::new(Distribution::Beckmann, alpha_u, alpha_v);
+            m.set(lane, facets.sample_visible(eye.get(lane), [x, y]));
+        }
+        m
+    }
+}
+
+fn has_beckmanns(microfacets: &Microfacets) -> bool {
+    microfacets.distribution() == Distribution::Beckmann
 }

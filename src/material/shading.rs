@@ -2,7 +2,7 @@
 
 use super::normal_map::ShadowTerminator;
 use super::{Material, MaterialId, Materials};
-use crate::bsdf::{Bsdf, BsdfTextures, Conductor, Evaluation, Exterior, Ggx, RoughConductor, Scatter};
+use crate::bsdf::{Bsdf, BsdfTextures, Evaluation, Exterior, RoughConductor, Scatter};
 use crate::geometry::{Frame, Vec3};
 use crate::sampling::decide;
 use crate::spectrum::Sampled;
@@ -39,10 +39,8 @@ pub struct Shading<const C: usize> {
 /// A rough metal at one point, as lanes take it.
 #[derive(Clone, Copy, Debug)]
 pub struct RoughMetal<const C: usize> {
-    /// Reflectance of a facet.
-    pub facet: Conductor<C>,
-    /// Distribution of the facets' normals.
-    pub facets: Ggx<f64>,
+    /// Its facets and what they are made of.
+    pub bsdf: RoughConductor<C>,
     /// The frame of the shading normal, with the tangents of the roughness.
     pub frame: Frame,
     /// In the frame.
@@ -199,11 +197,14 @@ impl<const C: usize> Shading<C> {
         }
     }
 
-    /// What lanes take of a rough metal with GGX facets that is seen from above. `None` for all else.
+    /// What lanes take of a rough metal that is seen from above. `None` for all else.
     pub fn rough_metal(&self) -> Option<RoughMetal<C>> {
-        let Bsdf::RoughConductor(RoughConductor { facet, microfacets }) = &self.bsdf else { return None };
-        let facets = microfacets.ggx().filter(|_| !self.turns_with_eye() && self.toward_eye.z > 0.0)?;
-        Some(RoughMetal { facet: *facet, facets, frame: self.frame, toward_eye: self.toward_eye })
+        match self.bsdf {
+            Bsdf::RoughConductor(bsdf) if !self.turns_with_eye() && self.toward_eye.z > 0.0 => {
+                Some(RoughMetal { bsdf, frame: self.frame, toward_eye: self.toward_eye })
+            }
+            _ => None,
+        }
     }
 
     fn factor(&self, toward_light: Vec3) -> f64 {
