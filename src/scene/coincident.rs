@@ -63,6 +63,37 @@ struct CoincidentSurface {
     effective: bool,
 }
 
+/// Leads a ray past surfaces that it passes, or has crossed already.
+#[derive(Default)]
+pub(super) struct Onward {
+    /// What was met last, and whether from its front.
+    last: Option<(Hit, bool)>,
+    /// How often in a row.
+    times: u32,
+}
+
+impl Onward {
+    /// So often a ray may meet a surface from the same side before its steps grow.
+    const OFTEN: u32 = 4;
+
+    /// The rest of a ray beyond a hit. A ray that has met a surface comes to its other side next. Where it
+    /// meets the same side again and again, as that of a body thinner than the rounding of distances, steps
+    /// grow by powers of two: no surface holds a ray for ever.
+    pub fn rest(&mut self, hit: &Intersection, ray: &Ray) -> Ray {
+        let rest = hit.point.rest_of(ray);
+        let same = |(last, from_front): &(Hit, bool)| {
+            let of = |hit: &Hit| (hit.shape, hit.instance, hit.triangle);
+            of(last) == of(&hit.hit) && *from_front == hit.from_front
+        };
+        self.times = if self.last.as_ref().is_some_and(same) { self.times + 1 } else { 0 };
+        self.last = Some((hit.hit, hit.from_front));
+        let Some(doublings) = self.times.checked_sub(Self::OFTEN) else { return rest };
+        let step = hit.point.error * f64::from(doublings).exp2();
+        let origin = rest.origin + rest.direction * step;
+        Ray { origin, t_max: (rest.t_max - step).max(0.0), ..rest }
+    }
+}
+
 /// What happens to a ray at coincident surfaces.
 pub(super) enum InterfaceEvent {
     /// It interacts with the surface that the intersection now is.

@@ -1,6 +1,6 @@
 //! Transmittance between two points: through media, and through surfaces with null transmission.
 
-use super::coincident::InterfaceEvent;
+use super::coincident::{InterfaceEvent, Onward};
 use super::counting::RayKind;
 use super::scene::{Role, Scene};
 use crate::geometry::Ray;
@@ -97,7 +97,7 @@ impl Scene {
             return passage;
         }
         let (mut ray, mut media) = (*ray, Media::of(media.clone()));
-        let mut query = kind.begins();
+        let (mut query, mut onward) = (kind.begins(), Onward::default());
         while let Some(mut hit) = self.meet(query, &ray, time) {
             query.begins = false;
             let event = match self.features.interface_events() {
@@ -140,7 +140,7 @@ impl Scene {
                 }
                 InterfaceEvent::Handled => within(&mut passage, &media.here, &before),
             }
-            ray = hit.point.rest_of(&ray);
+            ray = onward.rest(&hit, &ray);
         }
         within(&mut passage, &media.here, &ray);
         passage

@@ -1,6 +1,6 @@
 //! A compiled scene: immutable, with only what is needed to trace it.
 
-use super::coincident::{Contacts, InterfaceEvent};
+use super::coincident::{Contacts, InterfaceEvent, Onward};
 use super::counting::{Counters, Query, RayKind};
 use super::description::Note;
 use super::features::Features;
@@ -191,6 +191,7 @@ impl Scene {
         // that begins.
         let (mut passed, mut within, mut start) = (0.0, 0.0, ray);
         let (mut query, mut reach) = (kind.begins(), reach);
+        let mut onward = Onward::default();
         loop {
             let found = self.meet(query, &Ray { t_max: reach.min(ray.t_max), ..ray }, time);
             query.begins = false;
@@ -214,7 +215,7 @@ impl Scene {
                         cross(&media.here, &Ray { t_max: within + hit.t, ..start });
                         media.cross();
                         passed += hit.t;
-                        ray = hit.point.rest_of(&ray);
+                        ray = onward.rest(&hit, &ray);
                         (within, start) = (0.0, ray);
                         continue;
                     }
@@ -222,7 +223,7 @@ impl Scene {
             }
             passed += hit.t;
             within += hit.t;
-            ray = hit.point.rest_of(&ray);
+            ray = onward.rest(&hit, &ray);
         }
     }
 

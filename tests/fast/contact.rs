@@ -1,15 +1,16 @@
 //! Bodies with faces in common, bodies that overlap, and sensors within bodies: which surfaces a ray meets,
 //! one by one, and what a picture shows.
 
-use crate::common::{expose, made, mean_over_pixels, settings, stress};
+use crate::common::{compiled, expose, made, mean_over_pixels, settings, stress};
 use abbe::geometry::{Ray, Vec3};
 use abbe::medium::Media;
 use abbe::render::WavelengthCount;
-use abbe::scene::{CompileOptions, RayKind, Scene};
+use abbe::scene::{CompileOptions, RayKind, ReadOptions, Scene, read_str};
 use abbe::spectrum::{Sampled, Wavelengths};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
+use std::path::Path;
 
 const NM: Wavelengths<1> = Wavelengths { nm: [550.0], density: Sampled([1.0]) };
 
@@ -433,4 +434,25 @@ fn touching_walls_of_groups_in_groups_are_one_interface() {
     };
     assert_indices(&[&near], &THREE, rays() / 2);
     assert_indices(&[&far], &THREE, rays() / 2);
+}
+
+/// A body that is thinner than the distances along a ray are exact is met and left behind. Such a hollow in
+/// a bowl once held light subpaths for ever.
+#[test]
+fn a_body_thinner_than_its_errors_holds_no_ray() {
+    let mut text = std::fs::read_to_string("scenes/fishbowl/scene.xml").unwrap();
+    let hollow = r#"value="1, 1, 1, 0, 0, 0, 0, 0, 0, -0.8836""#;
+    let thin = hollow.replacen('1', "4294967295", 1);
+    for [from, to] in
+        [[hollow, &thin], [r#"value="320""#, r#"value="8""#], [r#"value="240""#, r#"value="6""#]]
+    {
+        assert!(text.contains(from), "{from}");
+        text = text.replacen(from, to, 1);
+    }
+    let description =
+        read_str(&text, Path::new("scenes/fishbowl/scene.xml"), &ReadOptions::default()).unwrap();
+    let scene = compiled(&description, &CompileOptions::default());
+    let film = expose(&scene, &settings(32, WavelengthCount::Four, 1));
+    let (mean, _) = mean_over_pixels(&film, |x, y| film.combined(x, y, [0.0, 1.0, 0.0]));
+    assert!(mean > 0.1 && mean.is_finite(), "{mean}");
 }
