@@ -10,10 +10,10 @@ mod vector;
 pub use real::{MOST_INTEGER, Real, Truth, integers};
 pub use vector::{Vec3Lanes, Vector};
 
-/// The numbers of one register: of AVX-512 where abbe is compiled for it, else of AVX, or what stands for one.
+/// The numbers of one register: eight where abbe is compiled for AVX-512, else four.
 #[cfg(target_feature = "avx512f")]
 pub type Register = wide::f64x8;
-/// The numbers of one register: of AVX-512 where abbe is compiled for it, else of AVX, or what stands for one.
+/// The numbers of one register: eight where abbe is compiled for AVX-512, else four.
 #[cfg(not(target_feature = "avx512f"))]
 pub type Register = wide::f64x4;
 

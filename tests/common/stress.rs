@@ -1,5 +1,5 @@
-//! The one switch of the tests: `ABBE_STRESS=full` makes all trials, which takes hours; without it a share of
-//! them is made, in seconds.
+//! The one switch of the tests: `ABBE_STRESS=full` makes all trials, which takes an hour or two; without it a
+//! share of them is made, in seconds.
 
 /// Whether all is to be tried.
 pub fn is_full() -> bool {
