@@ -48,6 +48,13 @@ pub enum MieError {
         /// Circumference over the wavelength.
         size: f64,
     },
+    /// So many wavelengths inside them is the circumference of some spheres at this wavelength.
+    TooDense {
+        /// Circumference over the wavelength, times the modulus of the relative index.
+        size: f64,
+        /// Wavelength, nm.
+        nm: f64,
+    },
     /// The index of spheres or medium is no positive number at this wavelength, nm, or k is below 0.
     NoIndex {
         /// Wavelength, nm.
@@ -62,6 +69,10 @@ impl std::fmt::Display for MieError {
                 f,
                 "the circumference of the largest spheres is {size:.0} wavelengths, more than {LARGEST}"
             ),
+            Self::TooDense { size, nm } => write!(
+                f,
+                "at {nm} nm the circumference of some spheres is {size:.0} wavelengths inside them, more than {LARGEST_INSIDE}"
+            ),
             Self::NoIndex { nm } => write!(f, "the spheres or what is around them have no index at {nm} nm"),
         }
     }
@@ -69,6 +80,10 @@ impl std::fmt::Display for MieError {
 
 /// The largest size parameter: a table for larger spheres would take minutes.
 pub const LARGEST: f64 = 4000.0;
+
+/// The largest size parameter times the modulus of the relative index: as many steps and numbers as a sphere
+/// takes. Of the largest spheres it is an index of 100, far above that of any metal.
+const LARGEST_INSIDE: f64 = 100.0 * LARGEST;
 
 /// Steps of the tables over wavelength, nm: phase functions take long, and of many sizes they change slowly.
 const PHASE_STEP: f64 = 15.0;
@@ -119,7 +134,7 @@ impl Population {
         let (per_radius, index) = self.at(nm)?;
         let mut sum = [0.0; 2];
         for node in nodes {
-            let sphere = Sphere::new(node.radius * per_radius, index);
+            let sphere = sphere(node.radius * per_radius, index, nm)?;
             let area = PI * node.radius * node.radius * node.number;
             sum[0] += area * sphere.extinction();
             sum[1] += area * sphere.scattering();
@@ -136,12 +151,21 @@ impl Population {
         let mut amplitudes = Amplitudes::new(cosines.to_vec());
         let mut sum = vec![0.0; cosines.len()];
         for node in nodes {
-            amplitudes.add(&Sphere::new(node.radius * per_radius, index));
+            amplitudes.add(&sphere(node.radius * per_radius, index, nm)?);
             let intensities = amplitudes.intensities();
             sum.iter_mut().zip(intensities).for_each(|(sum, intensity)| *sum += node.number * intensity);
         }
         Ok(sum)
     }
+}
+
+/// A sphere of a size parameter and a relative index.
+fn sphere(size: f64, index: Complex64, nm: f64) -> Result<Sphere, MieError> {
+    let inside = size * index.norm();
+    if inside > LARGEST_INSIDE {
+        return Err(MieError::TooDense { size: inside, nm });
+    }
+    Ok(Sphere::new(size, index))
 }
 
 /// The ends of about equal steps over a range.

@@ -94,4 +94,10 @@ fn spheres_too_large_are_refused() {
     let error = water(Sizes::One(1000.0)).optics(WavelengthRange::VISIBLE).unwrap_err();
     assert!(matches!(error, MieError::TooLarge { size } if size > LARGEST), "{error:?}");
     assert!(error.to_string().contains("more than 4000"), "{error}");
+    // An index that no material has would take memory in proportion.
+    let index = [Spectrum::Constant(1e9), Spectrum::ZERO];
+    let dense = Population { index, ..water(Sizes::One(10.0)) };
+    let error = dense.optics(WavelengthRange::VISIBLE).unwrap_err();
+    assert!(matches!(error, MieError::TooDense { .. }), "{error:?}");
+    assert!(error.to_string().contains("more than 400000"), "{error}");
 }
