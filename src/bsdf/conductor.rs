@@ -61,14 +61,14 @@ pub struct FacetReflection<R> {
 }
 
 impl<R: Real> FacetReflection<R> {
-    /// From `eye` to `light`, in the local frame. Both graze the surface from opposite sides where no facet
-    /// can be told.
+    /// From `eye` to `light`, in the local frame, by what facets of a normal reflect; see [`Self::about`].
+    /// Both graze the surface from opposite sides where no facet can be told.
     #[inline(always)]
-    pub fn between(facets: &impl Facets<R>, eye: Vector<R>, light: Vector<R>) -> Self {
+    pub fn between(eye: Vector<R>, light: Vector<R>, about: impl Fn(Vector<R>) -> Self) -> Self {
         let zero = R::of(0.0);
         let sum = eye + light;
         let length = sum.length();
-        let found = Self::about(facets, eye, light, sum * (R::of(1.0) / length));
+        let found = about(sum * (R::of(1.0) / length));
         let reflects = eye.z.gt(zero) & light.z.gt(zero) & length.gt(zero);
         let only = |number: R| R::choose(reflects, number, zero);
         Self { value: only(found.value), density: only(found.density), ..found }

@@ -154,8 +154,9 @@ impl<R: Real> Facets<R> for Beckmann<R> {
     }
 }
 
-/// 1/√π − a exp(a²) erfc a for 0 ≤ a ≤ 6, in powers of x = (2a − 3)/(a + 3): Chebyshev's interpolation of
-/// degree 18, calculated with 60 digits. The error of [`Beckmann::projected_area`] is below 4·10⁻¹⁶ of it.
+/// 1/√π − a exp(a²) erfc a for 0 ≤ a ≤ 6, in powers of x = (2a − 3)/(a + 3): Chebyshev's
+/// interpolation of degree 18, calculated with 60 digits. The error of the projected area is below
+/// 4·10⁻¹⁶ of it.
 const REST: [f64; 19] = [
     0.081_811_458_866_280_04,
     -0.171_339_839_674_823_36,

@@ -84,24 +84,24 @@ impl<const C: usize> Metals<C> {
         Vector::new(x.dot(world), y.dot(world), z.dot(world))
     }
 
-    /// What the facets of some lanes reflect, by both distributions where lanes of both are wanted.
+    /// What facets of normal `m` reflect, by both distributions where lanes of both are wanted.
     #[inline(always)]
-    fn reflected(
+    fn about(
         &self,
         register: usize,
         wanted: Mask,
-        of_beckmann: impl Fn(Beckmann<Register>) -> FacetReflection<Register>,
-        of_ggx: impl Fn(Ggx<Register>) -> FacetReflection<Register>,
+        [eye, light, m]: [Vec3Lanes; 3],
     ) -> FacetReflection<Register> {
         let alpha = [self.alpha[0][register], self.alpha[1][register]];
+        let of_beckmann = || FacetReflection::about(&Beckmann { alpha }, eye, light, m);
+        let of_ggx = || FacetReflection::about(&Ggx { alpha }, eye, light, m);
         let beckmann = part(self.beckmann, register);
         if wanted & beckmann == 0 {
-            of_ggx(Ggx { alpha })
+            of_ggx()
         } else if wanted & !beckmann == 0 {
-            of_beckmann(Beckmann { alpha })
+            of_beckmann()
         } else {
-            let (yes, no) = (of_beckmann(Beckmann { alpha }), of_ggx(Ggx { alpha }));
-            FacetReflection::choose(Truth::of(beckmann), yes, no)
+            FacetReflection::choose(Truth::of(beckmann), of_beckmann(), of_ggx())
         }
     }
 
@@ -147,12 +147,8 @@ impl<const C: usize> Metals<C> {
             }
             let light = self.to_local(register, toward_light[register]);
             let eye = eye(register);
-            let found = self.reflected(
-                register,
-                wanted,
-                |facets| FacetReflection::between(&facets, eye, light),
-                |facets| FacetReflection::between(&facets, eye, light),
-            );
+            let about = |m| self.about(register, wanted, [eye, light, m]);
+            let found = FacetReflection::between(eye, light, about);
             let wanted = Truth::of(wanted);
             for wavelength in 0..C {
                 let f_cos = self.reflectance(register, wavelength, found.cos) * found.value;
@@ -170,12 +166,7 @@ impl<const C: usize> Metals<C> {
         let eye = self.toward_eye[register];
         let m = self.sample_visible(register, u, asked);
         let light = m * (Register::splat(2.0) * eye.dot(m)) - eye;
-        let found = self.reflected(
-            register,
-            asked,
-            |facets| FacetReflection::about(&facets, eye, light, m),
-            |facets| FacetReflection::about(&facets, eye, light, m),
-        );
+        let found = self.about(register, asked, [eye, light, m]);
         let scattered = light.z.gt(Register::ZERO) & found.density.gt(Register::ZERO);
         let [x, y, z] = self.axes[register];
         let mut weight = [Register::ZERO; C];

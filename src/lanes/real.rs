@@ -193,6 +193,38 @@ impl Truth {
     }
 }
 
+impl<N: BitAnd<Output = N>> Truth<N> {
+    /// The numbers of these lanes, and 0 in the others.
+    #[inline(always)]
+    pub fn only(self, numbers: N) -> N {
+        self.0 & numbers
+    }
+}
+
+impl<N: BitAnd<Output = N>> BitAnd for Truth<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+
+impl<N: BitOr<Output = N>> BitOr for Truth<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl<N: Not<Output = N>> Not for Truth<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(!self.0)
+    }
+}
+
 /// Numbers side by side are real numbers, lane by lane.
 macro_rules! side_by_side {
     ($numbers:ty) => {
@@ -277,36 +309,6 @@ macro_rules! side_by_side {
             #[inline(always)]
             pub fn mask(self) -> Mask {
                 self.0.to_bitmask()
-            }
-
-            /// The numbers of these lanes, and 0 in the others.
-            #[inline(always)]
-            pub fn only(self, numbers: $numbers) -> $numbers {
-                self.0 & numbers
-            }
-        }
-
-        impl BitAnd for Truth<$numbers> {
-            type Output = Self;
-            #[inline(always)]
-            fn bitand(self, other: Self) -> Self {
-                Self(self.0 & other.0)
-            }
-        }
-
-        impl BitOr for Truth<$numbers> {
-            type Output = Self;
-            #[inline(always)]
-            fn bitor(self, other: Self) -> Self {
-                Self(self.0 | other.0)
-            }
-        }
-
-        impl Not for Truth<$numbers> {
-            type Output = Self;
-            #[inline(always)]
-            fn not(self) -> Self {
-                Self(!self.0)
             }
         }
     };

@@ -81,10 +81,8 @@ impl Onward {
     /// grow by powers of two: no surface holds a ray for ever.
     pub fn rest(&mut self, hit: &Intersection, ray: &Ray) -> Ray {
         let rest = hit.point.rest_of(ray);
-        let same = |(last, from_front): &(Hit, bool)| {
-            let of = |hit: &Hit| (hit.shape, hit.instance, hit.triangle);
-            of(last) == of(&hit.hit) && *from_front == hit.from_front
-        };
+        let same =
+            |(last, from_front): &(Hit, bool)| last.is_on_part_of(&hit.hit) && *from_front == hit.from_front;
         self.times = if self.last.as_ref().is_some_and(same) { self.times + 1 } else { 0 };
         self.last = Some((hit.hit, hit.from_front));
         let Some(doublings) = self.times.checked_sub(Self::OFTEN) else { return rest };
@@ -171,11 +169,9 @@ impl Scene {
         let far = own + (reach + 16.0 * f64::EPSILON * hit.hit.t) / slope;
         let range = [hit.hit.t - far, hit.hit.t + far];
         self.crossings(ray, time, range, &mut |other, t_error| {
-            let same =
-                |a: &Hit, b: &Hit| (a.shape, a.instance, a.triangle) == (b.shape, b.instance, b.triangle);
             let point = self.accel.surface(&self.shapes, &other, ray, time).point;
             let enters = enters(&point);
-            if same(&other, &hit.hit) && enters == found[0].enters {
+            if other.is_on_part_of(&hit.hit) && enters == found[0].enters {
                 return;
             }
             let t_error = error(other.shape, other.t, &point).max(t_error.unwrap_or(0.0));

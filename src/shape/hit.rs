@@ -19,6 +19,13 @@ pub struct Hit {
     pub barycentric: [f64; 2],
 }
 
+impl Hit {
+    /// Whether another hit is on the same triangle, segment, patch or part.
+    pub fn is_on_part_of(&self, other: &Self) -> bool {
+        (self.shape, self.instance, self.triangle) == (other.shape, other.instance, other.triangle)
+    }
+}
+
 /// See [`Hit::instance`].
 pub const NO_INSTANCE: u32 = u32::MAX;
 

@@ -78,8 +78,9 @@ pub(super) fn density(surface: &impl Crossed, point: Vec3, normal: Vec3) -> f64 
     (of_axis(0) + of_axis(1) + of_axis(2)) / faces(surface.around()).element_sum()
 }
 
-/// ∫ weight(normal) over the surface, to some 10⁻⁴ of it, over lines that are spread evenly: ∫ Σ |nᵢ| over
-/// the lines along axis i is ∫ nᵢ² over the surface, and the squares of the three add up to one.
+/// ∫ weight(normal) over the surface, to some 10⁻⁴ of it, over lines that are spread evenly:
+/// ∫ Σ |nᵢ| over the lines along axis i is ∫ nᵢ² over the surface, and the squares of the three add up
+/// to one.
 pub(super) fn integral(surface: &impl Crossed, weight: impl Fn(Vec3) -> f64) -> f64 {
     // A lattice whose rows follow no diagonal: the step is to the number of lines, a prime, as 1 to the
     // plastic number, 1.3247. In a square grid a whole row of lines may lie on one edge of a figure.

@@ -56,7 +56,7 @@ impl<const C: usize> Sampled<C> {
     pub fn exp(mut self) -> Self {
         let (fours, rest) = self.0.as_chunks_mut::<4>();
         for four in fours {
-            // Not the exponential of that name that the type has, which others fuse differently.
+            // Not `f64x4::exp`, whose bits depend on whether the processor fuses multiply-adds.
             *four = Real::exp(f64x4::new(*four)).to_array();
         }
         for value in rest {
