@@ -142,13 +142,17 @@ fn lowered_bell<R: Real>(deviations: R) -> R {
 
 /// What a gaussian filter weighs pixels with, whose distances from a place fall from the first by one each.
 fn gaussian_weights(first: f64, count: usize, stddev: f64) -> SmallVec<[f64; 6]> {
-    let mut weights = SmallVec::new();
-    for start in (0..count).step_by(WIDTH) {
+    let from = |start: usize| {
         let steps = Register::new(std::array::from_fn(|step| (start + step) as f64));
-        let bells = lowered_bell((Register::splat(first) - steps) / Register::splat(stddev));
-        weights.extend_from_slice(&bells.to_array()[..WIDTH.min(count - start)]);
+        lowered_bell((Register::splat(first) - steps) / Register::splat(stddev)).to_array()
+    };
+    const FEW: usize = 4;
+    if count <= FEW {
+        let [a, b, c, d, ..] = from(0);
+        return SmallVec::from_buf_and_len([a, b, c, d, 0.0, 0.0], count);
     }
-    weights
+    let starts = (0..count).step_by(WIDTH);
+    starts.flat_map(|start| from(start).into_iter().take(count - start)).collect()
 }
 
 /// The family of cubics of Mitchell and Netravali (1988, eq. 8), for 0 ≤ x ≤ 2.

@@ -11,7 +11,7 @@ fn exposed(reference: f64, values: &[[f64; 3]]) -> Film {
     let mut film = film(reference, values.len(), None);
     let mut tile = film.extras.tile([0, 0], [1, 1], 0..values.len() as u32);
     for (replicate, xyz) in (0..).zip(values) {
-        tile.begin(u64::from(replicate));
+        tile.begin(mix(u64::from(replicate)), [0, 0]);
         for (channel, &value) in xyz.iter().enumerate() {
             tile.add(0, replicate, channel, value, film.scale());
         }
@@ -113,7 +113,7 @@ fn what_is_smaller_than_the_quantum_is_right_on_average() {
         let count = 1 << 20;
         let mut tile = film.extras.tile([0, 0], [1, 1], 0..1);
         for key in 0..count {
-            tile.begin(key);
+            tile.begin(mix(key), [0, 0]);
             tile.add(0, 0, 1, value, film.scale());
             tile.add_weighed(0, 0, &Tristimulus::BLACK, 1.0);
         }
@@ -207,9 +207,9 @@ fn a_weighed_sample_is_added_as_its_channels_are() {
     let values = [0.0, -0.0, 1e-13, 3e-7, -0.7, 1.3e3, 2e4, -5e6, 1e9];
     for (key, (&x, &y)) in (0..).zip(values.iter().flat_map(|x| values.iter().map(move |y| (x, y)))) {
         let (xyz, weight) = ([x, y, x - y], if key % 3 == 0 { -0.06 } else { 0.73 });
-        together.begin(key);
+        together.begin(mix(key), [0, 0]);
         together.add_weighed(0, 0, &Tristimulus::new(xyz, scale), weight);
-        apart.begin(key);
+        apart.begin(mix(key), [0, 0]);
         for (channel, value) in xyz.into_iter().enumerate() {
             apart.add(0, 0, channel, value * weight, scale);
         }

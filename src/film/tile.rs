@@ -1,8 +1,8 @@
 use super::BadValues;
 use super::extras::{Extras, WEIGHT};
+use super::filter::Footprint;
 use super::fixed_point::{FixedPoint, SMALL, TOO_LARGE};
-use crate::lanes::{MOST_INTEGER, Real, integers};
-use crate::sampling::mix;
+use crate::lanes::{MOST_INTEGER, Real, add_to_integers};
 use smallvec::SmallVec;
 use std::ops::Range;
 use wide::f64x4;
@@ -41,11 +41,49 @@ impl Tristimulus {
     }
 }
 
+/// Of a column and of a row, in 2⁻⁶⁴: 1/g and 1/g², where g³ = g + 1.
+const PER_COLUMN: u64 = 0xc13f_a9a9_02a6_328f;
+const PER_ROW: u64 = 0x91e1_0da5_c79e_7b1d;
+
 impl Tile {
-    /// Begins what a sample brings to a pixel. What `key` is made from says which sample and which pixel:
-    /// contributions round alike in whatever order they come.
-    pub fn begin(&mut self, key: u64) {
-        self.rounding = (mix(key) >> 11) as f64 * (0.5 * f64::EPSILON);
+    /// Begins what a sample brings to a pixel of the film, by column and row. `sample` stands for the sample,
+    /// and is as good as random: contributions round alike in whatever order they come. The pixels of one
+    /// sample have values that are spread evenly (Roberts, "The unreasonable effectiveness of quasirandom
+    /// sequences", 2018).
+    #[inline(always)]
+    pub fn begin(&mut self, sample: u64, [column, row]: [i64; 2]) {
+        let along = (column as u64).wrapping_mul(PER_COLUMN);
+        let bits = sample.wrapping_add(along).wrapping_add((row as u64).wrapping_mul(PER_ROW));
+        self.rounding = (bits >> 11) as i64 as f64 * (0.5 * f64::EPSILON);
+    }
+
+    /// Visits the places that a footprint reaches, each with its weight, for the sample that `sample` stands
+    /// for. `corner`: of the measured part, in the whole film.
+    #[inline(always)]
+    pub fn splat(
+        &mut self,
+        footprint: &Footprint,
+        sample: u64,
+        corner: [u32; 2],
+        mut add: impl FnMut(&mut Self, usize, f64),
+    ) {
+        let inside = |axis: usize, weights: &[f64]| {
+            let first = footprint.first[axis] - i64::from(corner[axis]) - i64::from(self.corner[axis]);
+            let within = |number: i64| (number - first).clamp(0, weights.len() as i64) as usize;
+            (first, within(0)..within(i64::from(self.size[axis])))
+        };
+        let (left, columns) = inside(0, &footprint.columns);
+        let (top, rows) = inside(1, &footprint.rows);
+        let width = self.size[0] as usize;
+        for row in rows {
+            let first = (top + row as i64) as usize * width;
+            for column in columns.clone() {
+                let numbers = [column, row].map(|number| number as i64);
+                self.begin(sample, [0, 1].map(|axis| footprint.first[axis] + numbers[axis]));
+                let place = first + (left + column as i64) as usize;
+                add(self, place, footprint.columns[column] * footprint.rows[row]);
+            }
+        }
     }
 
     /// Where in the tile a pixel of the film is; `None` where it is outside.
@@ -94,12 +132,7 @@ impl Tile {
         let fits = quanta.abs().lt(f64x4::splat(MOST_INTEGER)).mask() == 0b1111;
         let first = self.first(place, replicate);
         let Some(sums) = self.sums[first..].first_chunk_mut::<4>() else { return };
-        let (mut next, mut lost) = (*sums, 0);
-        for ((next, own), quanta) in next.iter_mut().zip(&*sums).zip(integers(quanta)) {
-            *next = own.wrapping_add(quanta);
-            lost |= (own ^ *next) & (quanta ^ *next);
-        }
-        if fits && lost >= 0 {
+        if fits && let Some(next) = add_to_integers(*sums, quanta) {
             *sums = next;
             return;
         }

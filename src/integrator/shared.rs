@@ -129,12 +129,13 @@ fn share<'s, const C: usize>(
     for ((number, turn), surfaces) in turns.iter().zip(surfaces.iter_mut()) {
         let sights = samples[*number].sights;
         let rays = sights.iter().map(|sight| &sight.ray);
-        let mut bundle = Bundle::from_camera(scene, turn, *number, rays);
-        let alpha_hit = first_surfaces(&mut bundle, plan.light_samples, surfaces, scratch);
+        // A bundle is large: it is made where it stays.
+        bundles.push(Bundle::from_camera(scene, turn, *number, rays));
+        let Some(bundle) = bundles.last_mut() else { continue };
+        let alpha_hit = first_surfaces(bundle, plan.light_samples, surfaces, scratch);
         for (lane, sight) in sights.iter().enumerate() {
             seen[*number][sight.member].alpha_hit = alpha_hit >> lane & 1 == 1;
         }
-        bundles.push(bundle);
     }
     if plan.sharing == Sharing::Nothing {
         for (bundle, surfaces) in bundles.iter_mut().zip(surfaces.iter()) {
@@ -269,7 +270,8 @@ impl<'a, const C: usize> SharedSample<'a, C> {
     ) {
         let firsts = self.firsts;
         let scene = firsts.scene;
-        let mut bundle = firsts.bundle.clone();
+        suffixes.push(firsts.bundle.clone());
+        let Some(bundle) = suffixes.last_mut() else { return };
         bundle.arriving = SampledLanes::ZERO;
         let scatters = firsts.surfaces.sample(&bundle.draw(Dimensions::Scattering(0)), bundle.alive);
         bundle.end_absorbed(&scatters);
@@ -334,6 +336,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         }
         if is_last {
             self.own.add(&bundle.arriving);
+            suffixes.truncate(suffixes.len() - 1);
             return;
         }
         let mut priors: SmallVec<[(usize, Sampled<C>); LANES]> = SmallVec::new();
@@ -347,11 +350,10 @@ impl<'a, const C: usize> SharedSample<'a, C> {
                 bundle.alive &= !(1 << owner);
             }
         }
-        self.light(&bundle, surfaces, &priors, samples, spare, told);
-        self.begin_suffixes(&mut bundle, surfaces, &priors, spare);
+        self.light(bundle, surfaces, &priors, samples, spare, told);
+        self.begin_suffixes(bundle, surfaces, &priors, spare);
         self.own.add(&bundle.arriving);
         bundle.arriving = SampledLanes::ZERO;
-        suffixes.push(bundle);
     }
 
     /// What comes from beyond the scene along the rays that meet no surface, where anything does, with the

@@ -7,7 +7,7 @@
 mod real;
 mod vector;
 
-pub use real::{MOST_INTEGER, Real, Truth, integers};
+pub use real::{MOST_INTEGER, Real, Truth, add_to_integers};
 pub use vector::{Vec3Lanes, Vector};
 
 /// The numbers of one register: eight where abbe is compiled for AVX-512, else four.

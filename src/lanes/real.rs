@@ -2,7 +2,7 @@ use super::{Mask, Register};
 use std::f64::consts::LOG2_E;
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
-use wide::{f64x4, f64x8};
+use wide::{f64x4, f64x8, u64x4};
 
 /// Real numbers that a formula is written for: one `f64`, or several side by side.
 ///
@@ -167,14 +167,21 @@ const INTEGERS: f64 = 6_755_399_441_055_744.0;
 /// In the exponents of `f64`.
 const EXPONENT_BIAS: f64 = 1023.0;
 
-/// Four numbers as integers. They have to be integers of less than [`MOST_INTEGER`].
+/// Four integers with the sums of themselves and four numbers, which have to be integers of less than
+/// [`MOST_INTEGER`]. `None` where a sum leaves the range.
 #[inline(always)]
-pub fn integers(numbers: f64x4) -> [i64; 4] {
-    let sums = (numbers + f64x4::splat(INTEGERS)).to_array();
-    sums.map(|sum| sum.to_bits().wrapping_sub(INTEGERS.to_bits()) as i64)
+pub fn add_to_integers(integers: [i64; 4], numbers: f64x4) -> Option<[i64; 4]> {
+    let bits = (numbers + f64x4::splat(INTEGERS)).to_bits();
+    let more = bits - u64x4::splat(INTEGERS.to_bits());
+    let own = u64x4::new(integers.map(i64::cast_unsigned));
+    let sums = own + more;
+    // A sum whose sign is that of neither part.
+    let lost = (own ^ sums) & (more ^ sums);
+    let fits = f64x4::from_bits(lost).to_bitmask() == 0;
+    fits.then(|| sums.to_array().map(u64::cast_signed))
 }
 
-/// Where [`integers`] ends, 2⁵¹.
+/// Where the numbers end that [`add_to_integers`] takes, 2⁵¹.
 pub const MOST_INTEGER: f64 = 2_251_799_813_685_248.0;
 
 /// The width of the fraction of an `f64`.
@@ -376,7 +383,11 @@ mod tests {
     #[test]
     fn integers_are_those_of_the_numbers() {
         let least = 1.0 - MOST_INTEGER;
-        assert_eq!(integers(f64x4::new([0.0, -1.0, -least, least])), [0, -1, -least as i64, least as i64]);
+        let numbers = f64x4::new([0.0, -1.0, -least, least]);
+        let sums = [0, 4, 5 - least as i64, least as i64 - 2];
+        assert_eq!(add_to_integers([0, 5, 5, -2], numbers), Some(sums));
+        assert_eq!(add_to_integers([0, 0, i64::MAX, 0], numbers), None);
+        assert_eq!(add_to_integers([0, i64::MIN, 0, 0], numbers), None);
     }
 
     #[test]

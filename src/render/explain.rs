@@ -235,7 +235,7 @@ impl Exposure<'_> {
     }
 
     fn luminance<const C: usize>(&self, measured: &Sampled<C>, wavelengths: &Wavelengths<C>) -> f64 {
-        self.contributions(measured, wavelengths).xyz[1]
+        self.contributions(measured, wavelengths, &self.responses(wavelengths)).xyz[1]
     }
 
     fn told<const C: usize>(

@@ -65,8 +65,12 @@ pub(super) struct Sample<const C: usize> {
     pub place: [f64; 2],
     /// By what the sensor multiplies the radiance; zero where it measures nothing.
     pub weight: Sampled<C>,
+    /// Stands for the sample, and is as good as random.
     key: u64,
 }
+
+/// What the observer makes of each wavelength of a path: X, Y and Z.
+type Responses<const C: usize> = [[f64; 3]; C];
 
 /// What camera rays lead to, by the members' numbers.
 pub(super) type Seen<const C: usize> = Vec<RadianceSample<C>>;
@@ -202,10 +206,18 @@ impl Exposure<'_> {
         self.see(aimed, workspace, seen);
         for (&turn, (aimed, seen)) in turns.iter().zip(aimed.iter().zip(seen)) {
             let samples = aimed.samples.iter().zip(seen).enumerate();
+            let mut of_all = None;
             for (pixel, (member, (sample, seen))) in group.iter().zip(samples) {
                 if self.counts(pixel) {
                     admit(&mut seen.radiance, &mut tile.bad);
-                    self.splat(sample, seen, aimed.wavelengths_of(member), turn, tile);
+                    let wavelengths = aimed.wavelengths_of(member);
+                    let responses = match &aimed.wavelengths[..] {
+                        [same] => of_all.get_or_insert_with(|| self.responses(same)),
+                        _ => &mut self.responses(wavelengths),
+                    };
+                    let measured = seen.radiance * sample.weight;
+                    let contributions = self.contributions(&measured, wavelengths, responses);
+                    self.splat(sample, seen.alpha_hit, &contributions, turn, tile);
                 }
             }
         }
@@ -249,7 +261,7 @@ impl Exposure<'_> {
             let place = [pixel.place[0] as f64 + x, pixel.place[1] as f64 + y];
             let [column, row] = pixel.place.map(|place| place as u64);
             let of_pixel = mix(self.seed ^ mix(column << 32 ^ row));
-            let key = of_pixel ^ (u64::from(net) << 32 | u64::from(index));
+            let key = mix(of_pixel ^ (u64::from(net) << 32 | u64::from(index)));
             let mut weight = Sampled::ZERO;
             if let Some(sensor) = scene.sensor_ray(place, time, &stream) {
                 weight = sensor.response.map_or(Sampled::ONE, |response| response.sample(&wavelengths.nm));
@@ -290,52 +302,61 @@ impl Exposure<'_> {
     fn splat<const C: usize>(
         &self,
         sample: &Sample<C>,
-        seen: &RadianceSample<C>,
-        wavelengths: &Wavelengths<C>,
+        alpha_hit: bool,
+        Contributions { xyz, others }: &Contributions,
         turn: Turn,
         tile: &mut Tile,
     ) {
         let (replicate, share) = (turn.replicate, turn.share.weight());
-        let Contributions { xyz, others } = self.contributions(&(seen.radiance * sample.weight), wavelengths);
-        let measured = Tristimulus::new(xyz, self.scale);
-        self.filter.footprint(sample.place).for_each(|[column, row], weight| {
-            let Some(place) = self.place_of([column, row], tile) else { return };
+        let measured = Tristimulus::new(*xyz, self.scale);
+        let footprint = self.filter.footprint(sample.place);
+        tile.splat(&footprint, sample.key, self.extent.measured.offset, |tile, place, weight| {
             let weight = weight * share;
-            tile.begin(sample.key ^ mix((column as u64) << 32 | row as u64));
             tile.add_weighed(place, replicate, &measured, weight);
-            if self.extras.alpha && seen.alpha_hit {
+            if self.extras.alpha && alpha_hit {
                 tile.add(place, replicate, self.extras.alpha_channel(), weight, FixedPoint::SHARE);
             }
             if self.extras.moments {
-                for (channel, value) in xyz.into_iter().enumerate() {
+                for (channel, value) in xyz.iter().enumerate() {
                     let moment = self.extras.moment_channel(channel);
                     tile.add(place, replicate, moment, value * value * weight, self.square_scale);
                 }
             }
-            for &(channel, value) in &others {
+            for &(channel, value) in others {
                 tile.add(place, replicate, channel, value * weight, self.scale);
             }
         });
     }
 
-    /// What a path that measured this adds to the channels of the film.
+    /// What the observer makes of the wavelengths of a path.
+    pub fn responses<const C: usize>(&self, wavelengths: &Wavelengths<C>) -> Responses<C> {
+        wavelengths.nm.map(|nm| self.scene.observer.at(nm))
+    }
+
+    /// What a path that measured this adds to the channels of the film. `responses`: to its wavelengths.
     pub fn contributions<const C: usize>(
         &self,
         measured: &Sampled<C>,
         wavelengths: &Wavelengths<C>,
+        responses: &Responses<C>,
     ) -> Contributions {
         let scene = self.scene;
+        let weight = |lane: usize| match measured[lane] {
+            0.0 => 0.0,
+            measured => measured / wavelengths.density[lane],
+        };
+        let weights: [f64; C] = std::array::from_fn(weight);
         let mut contributions = Contributions::default();
-        for lane in 0..C {
-            if measured[lane] == 0.0 {
-                continue;
-            }
-            let nm = wavelengths.nm[lane];
-            let weight = measured[lane] / wavelengths.density[lane];
-            let response = scene.observer.at(nm);
+        for (weight, response) in weights.iter().zip(responses) {
             for channel in 0..3 {
                 contributions.xyz[channel] += weight * response[channel];
             }
+        }
+        contributions.xyz = contributions.xyz.map(|value| value / MITSUBA_Y_INTEGRAL);
+        if scene.film.channels.is_empty() && self.extras.bins.is_none() {
+            return contributions;
+        }
+        for (weight, nm) in weights.into_iter().zip(wavelengths.nm).filter(|(weight, _)| *weight != 0.0) {
             for (index, channel) in scene.film.channels.iter().enumerate() {
                 let value = weight * channel.response.at(nm) / channel.integral;
                 contributions.others.push((self.extras.response_channel(index), value));
@@ -346,7 +367,6 @@ impl Exposure<'_> {
                 contributions.others.push((self.extras.bin_channel(bin), weight / bins.width()));
             }
         }
-        contributions.xyz = contributions.xyz.map(|value| value / MITSUBA_Y_INTEGRAL);
         contributions
     }
 }

@@ -119,13 +119,17 @@ impl<'a> LightPass<'a> {
                     radiance *= response.sample(&wavelengths.nm);
                 }
                 admit(&mut radiance, bad);
-                let Contributions { xyz, others } = self.exposure.contributions(&radiance, &wavelengths);
+                let Contributions { xyz, others } = self.exposure.contributions(
+                    &radiance,
+                    &wavelengths,
+                    &self.exposure.responses(&wavelengths),
+                );
                 filter.footprint(place).for_each(|[column, row], fraction| {
                     let (Ok(x), Ok(y)) = (u32::try_from(column), u32::try_from(row)) else { return };
                     if let Some(measured) = self.exposure.extent.measured.within([x, y])
                         && fraction != 0.0
                     {
-                        sums.begin(of_path ^ u64::from(x) << 32 ^ u64::from(y));
+                        sums.begin(of_path, [column, row]);
                         for (channel, value) in (0..).zip(xyz).chain(others.iter().copied()) {
                             sums.add(0, 0, channel, value * fraction, light_scale);
                         }

@@ -57,17 +57,18 @@ impl<const C: usize> Found<C> {
 fn gather<const C: usize>(bundles: &mut Vec<Bundle<C>>, found: &mut Found<C>) {
     let alive = |bundles: &[Bundle<C>]| bundles.iter().map(|bundle| bundle.alive.count_ones()).sum::<u32>();
     while bundles.len() > 1 && alive(bundles) as usize <= LANES * (bundles.len() - 1) {
-        let Some(mut last) = bundles.pop() else { return };
+        let Some((last, others)) = bundles.split_last_mut() else { return };
         let leaving = last.alive;
-        found.take(&mut last, !leaving);
+        found.take(last, !leaving);
         let mut paths = lanes_of(leaving);
-        for bundle in bundles.iter_mut() {
+        for bundle in others {
             let free = !bundle.alive & ALL;
             for (lane, from) in lanes_of(free).zip(&mut paths) {
                 found.take(bundle, 1 << lane);
-                bundle.take(lane, &mut last, from);
+                bundle.take(lane, last, from);
             }
         }
         found.contested.append(&mut last.contested);
+        bundles.truncate(bundles.len() - 1);
     }
 }

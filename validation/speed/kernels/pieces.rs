@@ -111,7 +111,7 @@ pub fn films() -> Vec<Kernel> {
     let sums = RefCell::new(pixel.clone());
     let sample = Kernel::batch("a sample's X, Y, Z", move |index| {
         let mut sums = sums.borrow_mut();
-        sums.begin(index as u64);
+        sums.begin(index as u64, [3, 4]);
         (0..3).for_each(|channel| sums.add(0, index as u32 % 8, channel, fraction(index), scale));
     });
     let pixels = Kernel::batch("a pixel of 8 replicates", move |_| film.borrow_mut().add(&pixel));
