@@ -39,6 +39,7 @@ pub(super) fn build(
         instances: Vec::new(),
         numbering: Numbering::new(&instances),
         bounds,
+        hull: Vec::new(),
         stack_size: 0,
     };
     if !items.is_empty() {
@@ -49,6 +50,7 @@ pub(super) fn build(
     }
     drop(surfaces);
     accel.instances = instances;
+    accel.hull = accel.hull();
     accel.few = Few::new(&accel.packets, &accel.others, &accel.space);
     accel
 }

@@ -56,8 +56,16 @@ impl Instance {
     }
 
     /// A box around it in world space, from one time to another; empty where the group has no surface.
+    ///
+    /// A turned box has a larger one around it, so that one is around smaller boxes. For what moves, this
+    /// would take long.
     pub fn bounds(&self, during: [f64; 2]) -> Bounds {
-        self.placed.bounds(self.group.bounds(), during)
+        let of_box = |bounds: Bounds| self.placed.bounds(bounds, during);
+        let whole = of_box(self.group.bounds());
+        match self.placed.is_moving() {
+            true => whole,
+            false => whole.common(Bounds::of_all(self.group.hull.iter().copied().map(of_box))),
+        }
     }
 
     /// The boxes by which it is found while the shutter is open: as many slices of that time as make the

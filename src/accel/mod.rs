@@ -48,6 +48,9 @@ use watch::{Unwatched, Watch};
 /// Room for what waits during a query, except for trees deeper than any reasonable one.
 const ROOM: usize = 128;
 
+/// Most boxes that a group is bounded by where an instance shows it.
+const HULL: usize = 32;
+
 /// All shapes of a scene, ready for ray queries.
 #[derive(Clone, Debug)]
 pub struct Accel {
@@ -64,6 +67,8 @@ pub struct Accel {
     numbering: Numbering,
     /// Around everything, in world space.
     bounds: Bounds,
+    /// Boxes that together hold everything, in world space and up to rounding.
+    hull: Vec<Bounds>,
     /// The most entries that a traversal can have waiting.
     stack_size: usize,
 }
@@ -124,6 +129,22 @@ impl Accel {
     /// A box around all surfaces at all times, up to rounding; empty where there are none.
     pub fn bounds(&self) -> Bounds {
         self.bounds
+    }
+
+    /// Up to [`HULL`] boxes from the top of the tree that together hold everything.
+    fn hull(&self) -> Vec<Bounds> {
+        let Some(root) = self.nodes.first() else { return Vec::new() };
+        let mut boxes: Vec<(Child, Bounds)> = root.parts().collect();
+        while boxes.len() + node::WIDTH <= HULL {
+            let area = |(_, bounds): &(Child, Bounds)| bounds.half_area();
+            let inner = (0..).zip(&boxes).filter(|(_, (child, _))| !child.is_leaf());
+            let Some((largest, _)) = inner.max_by(|(_, a), (_, b)| area(a).total_cmp(&area(b))) else {
+                break;
+            };
+            let (child, _) = boxes.swap_remove(largest);
+            boxes.extend(child.node().into_iter().flat_map(|node| self.nodes[node].parts()));
+        }
+        boxes.into_iter().map(|(_, bounds)| self.space.to_world(bounds)).collect()
     }
 
     /// The surface where `ray` hit it. `shapes` are all to which hits refer, those of groups included.

@@ -44,6 +44,12 @@ impl NodeSpace {
         (world - self.centre) * self.scale
     }
 
+    /// The box in world space, up to rounding.
+    pub fn to_world(&self, bounds: Bounds) -> Bounds {
+        let world = |place: Vec3| place / self.scale + self.centre;
+        Bounds { min: world(bounds.min), max: world(bounds.max) }
+    }
+
     pub fn place_lanes(&self, world: Vec3Lanes) -> Vec3Lanes {
         (world - Vec3Lanes::of(self.centre)) * Register::splat(self.scale)
     }
@@ -267,6 +273,14 @@ impl Node {
 
     pub fn child(&self, lane: usize) -> Child {
         self.children[lane & 7]
+    }
+
+    /// Its children and their boxes in node space.
+    pub fn parts(&self) -> impl Iterator<Item = (Child, Bounds)> {
+        let planes = self.planes.map(|sides| sides.map(|planes| planes.to_array().map(f64::from)));
+        let corner = move |lane: usize, side: usize| Vec3::from_array(planes.map(|sides| sides[side][lane]));
+        let part = move |lane| (self.child(lane), Bounds { min: corner(lane, 0), max: corner(lane, 1) });
+        (0..WIDTH).map(part).filter(|(child, _)| *child != Child::EMPTY)
     }
 
     /// A bit for every box that the ray may meet, and where it enters them.
