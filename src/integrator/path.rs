@@ -69,8 +69,7 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     /// What the path has found while it is [`Beside::Shared`], with the light's part in the ratio of the
     /// densities.
     pub(super) contested: SmallVec<[(Sampled<C>, f64); 1]>,
-    /// Whether it has been scattered only in single directions, and has not split at a diffuse surface.
-    specular: bool,
+    pub(super) scattered_by: ScatteredBy,
     /// Whether all surfaces that have scattered it have no other directions: it is all of its sample, or a
     /// branch at glass.
     through_discrete: bool,
@@ -97,6 +96,16 @@ pub(super) enum Beside {
     /// They reach several surfaces that share this path. What it finds is kept apart: each surface weighs it
     /// by itself.
     Shared,
+}
+
+/// What has scattered a path so far, but for null transmission.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum ScatteredBy {
+    Nothing,
+    /// Surfaces, in single directions alone.
+    Specular,
+    /// Something with a density. Or the path is a branch that begins at a diffuse surface.
+    Any,
 }
 
 /// How a ray came to be.
@@ -196,7 +205,7 @@ impl<const C: usize> Path<C> {
             eta_scale: 1.0,
             beside_light_subpaths,
             contested: SmallVec::new(),
-            specular: false,
+            scattered_by: ScatteredBy::Any,
             through_discrete: false,
             branch_weight: 1.0,
             camera_visible: false,
@@ -225,7 +234,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
             eta_scale: 1.0,
             beside_light_subpaths: Beside::Nothing,
             contested: SmallVec::new(),
-            specular: true,
+            scattered_by: ScatteredBy::Nothing,
             through_discrete: true,
             branch_weight: 1.0,
             camera_visible: true,
@@ -349,7 +358,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
             return (lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
         }
         // The first diffuse surface, unless the camera sees it directly.
-        if !self.specular || self.vertex == 0 || shading.bsdf.is_discrete() || shading.bsdf.transmits() {
+        let is_behind_specular = self.scattered_by == ScatteredBy::Specular;
+        if !is_behind_specular || shading.bsdf.is_discrete() || shading.bsdf.transmits() {
             return None;
         }
         let least = if scene.features().caustics { BRANCHES_BESIDE_LIGHT_TRACING } else { 1 };
@@ -370,7 +380,9 @@ impl<const C: usize, O: Observe> Path<C, O> {
         stream: &Stream,
         ends: &[f64],
     ) -> Sampled<C> {
-        self.specular &= shading.bsdf.is_discrete();
+        if !shading.bsdf.is_discrete() {
+            self.scattered_by = ScatteredBy::Any;
+        }
         // A path does not split by null transmission.
         self.alpha_hit = true;
         let mut arriving = Sampled::ZERO;
@@ -445,11 +457,15 @@ impl<const C: usize, O: Observe> Path<C, O> {
         self.throughput *= scatter.weight;
         self.ratio *= scatter.ratio;
         self.camera_visible &= !scene.limits.surface_covers(passes);
+        self.scattered_by = match (scatter.density, self.scattered_by) {
+            (Density::PerSolidAngle(_), _) => ScatteredBy::Any,
+            (Density::Discrete, ScatteredBy::Nothing) if !passes => ScatteredBy::Specular,
+            (Density::Discrete, before) => before,
+        };
         if !passes || scene.limits.null_is_a_segment {
             self.last = match scatter.density {
                 Density::Discrete => PreviousSample::Discrete,
                 Density::PerSolidAngle(density) => {
-                    self.specular = false;
                     let prior_over_density = prior / density;
                     PreviousSample::Scattered {
                         from: receiver(hit, shading),

@@ -18,7 +18,7 @@
 //! ways to the place, beside the power heuristic over light samples and scattering.
 
 use super::observe::{Observe, Step, axes, list};
-use super::path::{Path, PreviousSample};
+use super::path::{Path, PreviousSample, ScatteredBy};
 use super::weights::light_sample_weight;
 use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
@@ -189,6 +189,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     ) -> Option<Ray> {
         self.alpha_hit = true;
         self.camera_visible = false;
+        self.scattered_by = ScatteredBy::Any;
         let Collision { position, scattering } = *collision;
         self.seen.tell(self.vertex, || Step::Medium {
             place: axes(scene.in_file(position)),
