@@ -3,6 +3,7 @@
 use super::collapse::{LeafCost, open};
 use super::few::Few;
 use super::grow::{Tree, grow};
+use super::hull::Hull;
 use super::memory::in_large_pages;
 use super::node::{Child, Node, NodeSpace};
 use super::numbering::Numbering;
@@ -39,7 +40,7 @@ pub(super) fn build(
         instances: Vec::new(),
         numbering: Numbering::new(&instances),
         bounds,
-        hull: Vec::new(),
+        hull: Hull::default(),
         stack_size: 0,
     };
     if !items.is_empty() {
@@ -50,7 +51,6 @@ pub(super) fn build(
     }
     drop(surfaces);
     accel.instances = instances;
-    accel.hull = accel.hull();
     accel.few = Few::new(&accel.packets, &accel.others, &accel.space);
     accel
 }

@@ -57,15 +57,14 @@ impl Instance {
 
     /// A box around it in world space, from one time to another; empty where the group has no surface.
     ///
-    /// A turned box has a larger one around it, so that one is around smaller boxes. For what moves, this
-    /// would take long.
+    /// A turned box has a larger one around it. So what stands still is bounded by the group's hull, too.
     pub fn bounds(&self, during: [f64; 2]) -> Bounds {
-        let of_box = |bounds: Bounds| self.placed.bounds(bounds, during);
-        let whole = of_box(self.group.bounds());
-        match self.placed.is_moving() {
-            true => whole,
-            false => whole.common(Bounds::of_all(self.group.hull.iter().copied().map(of_box))),
+        let around_box = self.placed.bounds(self.group.bounds(), during);
+        if self.placed.is_moving() {
+            return around_box;
         }
+        let hull = self.group.hull.bounds(&self.placed.at(during[0]));
+        hull.map_or(around_box, |bounds| around_box.common(bounds))
     }
 
     /// The boxes by which it is found while the shutter is open: as many slices of that time as make the

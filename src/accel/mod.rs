@@ -11,6 +11,7 @@ mod fan;
 mod few;
 mod few_rays;
 mod grow;
+mod hull;
 mod instance;
 mod line;
 mod memory;
@@ -31,6 +32,7 @@ use crate::shape::solid::Solid;
 use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Pieces, RaySpace, Shape, SurfaceHit};
 pub use fan::{Fan, Target};
 use few::Few;
+use hull::Hull;
 pub use instance::Instance;
 use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
@@ -48,8 +50,8 @@ use watch::{Unwatched, Watch};
 /// Room for what waits during a query, except for trees deeper than any reasonable one.
 const ROOM: usize = 128;
 
-/// Most boxes that a group is bounded by where an instance shows it.
-const HULL: usize = 32;
+/// About so many boxes tell how far a group reaches.
+const HULL: usize = 512;
 
 /// All shapes of a scene, ready for ray queries.
 #[derive(Clone, Debug)]
@@ -67,8 +69,8 @@ pub struct Accel {
     numbering: Numbering,
     /// Around everything, in world space.
     bounds: Bounds,
-    /// Boxes that together hold everything, in world space and up to rounding.
-    hull: Vec<Bounds>,
+    /// Of a group, in its coordinates.
+    hull: Hull,
     /// The most entries that a traversal can have waiting.
     stack_size: usize,
 }
@@ -112,7 +114,8 @@ impl Accel {
         instances: Vec<Instance>,
         shutter: [f64; 2],
     ) -> Self {
-        build::build(shapes, first, solids, instances, shutter)
+        let group = build::build(shapes, first, solids, instances, shutter);
+        Self { hull: Hull::of(&group.boxes(HULL)), ..group }
     }
 
     /// A tree of shapes, solids and instances of groups, for rays of times while a shutter is open. Shapes
@@ -131,20 +134,18 @@ impl Accel {
         self.bounds
     }
 
-    /// Up to [`HULL`] boxes from the top of the tree that together hold everything.
-    fn hull(&self) -> Vec<Bounds> {
+    /// Boxes from one level of the tree that together hold everything, not many more than `most`.
+    fn boxes(&self, most: usize) -> Vec<Bounds> {
         let Some(root) = self.nodes.first() else { return Vec::new() };
-        let mut boxes: Vec<(Child, Bounds)> = root.parts().collect();
-        while boxes.len() + node::WIDTH <= HULL {
-            let area = |(_, bounds): &(Child, Bounds)| bounds.half_area();
-            let inner = (0..).zip(&boxes).filter(|(_, (child, _))| !child.is_leaf());
-            let Some((largest, _)) = inner.max_by(|(_, a), (_, b)| area(a).total_cmp(&area(b))) else {
-                break;
+        let mut parts: Vec<(Child, Bounds)> = root.parts().collect();
+        while parts.len() < most && parts.iter().any(|(child, _)| !child.is_leaf()) {
+            let opened = |part: (Child, Bounds)| match part.0.node() {
+                Some(node) => self.nodes[node].parts().collect(),
+                None => vec![part],
             };
-            let (child, _) = boxes.swap_remove(largest);
-            boxes.extend(child.node().into_iter().flat_map(|node| self.nodes[node].parts()));
+            parts = parts.into_iter().flat_map(opened).collect();
         }
-        boxes.into_iter().map(|(_, bounds)| self.space.to_world(bounds)).collect()
+        parts.into_iter().map(|(_, bounds)| self.space.to_world(bounds)).collect()
     }
 
     /// The surface where `ray` hit it. `shapes` are all to which hits refer, those of groups included.

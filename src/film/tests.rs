@@ -1,4 +1,5 @@
 use super::*;
+use crate::sampling::mix;
 use crate::units::WavelengthRange;
 
 fn film(reference: f64, replicates: usize, bins: Option<SpectralBins>) -> Film {

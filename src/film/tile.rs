@@ -41,7 +41,7 @@ impl Tristimulus {
     }
 }
 
-/// Of a column and of a row, in 2⁻⁶⁴: 1/g and 1/g², where g³ = g + 1.
+/// Steps from one column, and from one row, to the next, in 2⁻⁶⁴: 1/g and 1/g², where g³ = g + 1.
 const PER_COLUMN: u64 = 0xc13f_a9a9_02a6_328f;
 const PER_ROW: u64 = 0x91e1_0da5_c79e_7b1d;
 

@@ -55,6 +55,39 @@ fn the_counts_of_a_single_sphere_are_exact() {
     assert_eq!(count(&stats, "/all_rays"), 3 * 64);
 }
 
+/// A camera in fog, whose box has a boundary that is none, sees a wall through it, and a ball of glass. Paths
+/// split at and behind the glass alone.
+#[test]
+fn null_boundaries_and_media_split_no_path() {
+    let folder = Folder::new("stats-null");
+    let scene = |ball: &str| {
+        format!(
+            r#"<scene version="3.0.0"><integrator type="volpath"/>
+<medium type="homogeneous" id="fog"><float name="sigma_t" value="0.2"/><float name="albedo" value="0.9"/></medium>
+<sensor type="perspective"><float name="fov" value="40"/>
+  <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/><rfilter type="box"/></film>
+  <sampler type="independent"><integer name="sample_count" value="16"/></sampler><ref id="fog"/></sensor>
+<shape type="cube"><bsdf type="null"/><ref name="interior" id="fog"/></shape>
+<shape type="cube"><transform name="to_world"><scale value="2"/></transform>
+  <bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>{ball}
+<emitter type="point"><point name="position" x="0" y="1.5" z="0"/></emitter></scene>"#
+        )
+    };
+    folder.write("fog.xml", scene(""));
+    folder.write(
+        "glass.xml",
+        scene(r#"<shape type="sphere"><point name="center" x="0" y="0" z="0.7"/><float name="radius" value="0.2"/><bsdf type="dielectric"/></shape>"#),
+    );
+    let paths = |name: &str| {
+        let stats = json(&folder, &[name]);
+        [count(&stats, "/paths/number"), count(&stats, "/samples")]
+    };
+    let [number, samples] = paths("fog.xml");
+    assert_eq!(number, samples);
+    let [number, samples] = paths("glass.xml");
+    assert!(number > samples, "{number}");
+}
+
 /// Channels, and all attributes but those of statistics; these by themselves.
 fn picture(folder: &Folder, name: &str) -> (Channels, Vec<(String, Value)>) {
     let mut picture = folder.picture(name);

@@ -1,7 +1,7 @@
 use super::{any_placement, any_ray, direction, leaving, mixture, random, soup};
 use crate::accel::watch::Unwatched;
 use crate::accel::{Accel, Instance};
-use crate::geometry::{Motion, Placed, Ray, SurfacePoint, Transform, Vec3};
+use crate::geometry::{Bounds, Motion, Placed, Ray, SurfacePoint, Transform, Vec3};
 use crate::shape::{Cylinder, Disk, Hit, Mesh, MeshData, Shape, Sphere};
 use glam::DMat4;
 use rand::RngExt;
@@ -232,6 +232,31 @@ fn an_instance_costs_a_small_record() {
         accel.memory(),
         group.memory()
     );
+}
+
+/// The box around the turned box of a ball is up to 1.7 times as wide as the ball.
+#[test]
+fn turned_instances_have_boxes_that_hold_them_and_are_tight() {
+    let mut random = random(82);
+    let balls: Vec<Shape> = (0..2000)
+        .map(|_| {
+            Shape::Sphere(Sphere::new(&Transform::IDENTITY, direction(&mut random), 0.02, false).unwrap())
+        })
+        .collect();
+    let group = Arc::new(Accel::of_group(&balls, 0, &[]));
+    for _ in 0..100 {
+        let turned = DMat4::from_axis_angle(direction(&mut random), random.random_range(0.0..6.0));
+        let place = Transform::new(turned).unwrap();
+        let instance = Instance::new(group.clone(), Placed::still(&place).unwrap());
+        let bounds = instance.bounds([0.0; 2]);
+        let size = bounds.max - bounds.min;
+        assert!(size.max_element() < 1.1 * 2.04, "{size}");
+        for ball in &balls {
+            let centre = place.point(ball.bounds().centre());
+            let around = Bounds { min: centre - Vec3::splat(0.02), max: centre + Vec3::splat(0.02) };
+            assert!(bounds.contains(around), "{around:?} {bounds:?}");
+        }
+    }
 }
 
 /// A body on a bent way, turning: at each time it is hit just where a body that stands there is.
