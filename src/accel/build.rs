@@ -3,7 +3,6 @@
 use super::collapse::{LeafCost, open};
 use super::few::Few;
 use super::grow::{Tree, grow};
-use super::hull::Hull;
 use super::memory::in_large_pages;
 use super::node::{Child, Node, NodeSpace};
 use super::numbering::Numbering;
@@ -18,7 +17,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::node::Bvh2Node;
 use rayon::prelude::*;
 use smallvec::SmallVec;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 pub(super) fn build(
     shapes: &[Shape],
@@ -40,7 +39,7 @@ pub(super) fn build(
         instances: Vec::new(),
         numbering: Numbering::new(&instances),
         bounds,
-        hull: Hull::default(),
+        hull: OnceLock::new(),
         stack_size: 0,
     };
     if !items.is_empty() {

@@ -3,17 +3,17 @@
 use crate::geometry::{Bounds, Pose, Vec3};
 
 /// Steps from one axis to another.
-const STEPS: i32 = 6;
+const STEPS: i32 = 12;
 
 /// Bounds on the support function h(d) = max over a body's points x of d · x: known for the points of a
 /// lattice on the octahedron |x| + |y| + |z| = [`STEPS`].
 ///
 /// h is convex and h(s d) = s h(d) for s > 0. So a direction that is a sum of lattice points with weights of at
-/// least 0 has no larger h than the sum of theirs. Lattice points are some 15° apart, so that bounds a ball
-/// to about 2 %.
-#[derive(Clone, Debug, Default)]
+/// least 0 has no larger h than the sum of theirs. Lattice points are some 7° apart, so that bounds a ball to
+/// about 0.5 %, and a box that fits into it to about 6 % of the ball's radius.
+#[derive(Clone, Debug)]
 pub(super) struct Hull {
-    /// See [`place`]; empty where nothing is known.
+    /// See [`place`]; empty where there is no body.
     supports: Vec<f64>,
 }
 
@@ -28,7 +28,7 @@ impl Hull {
     /// The hull of boxes.
     pub fn of(boxes: &[Bounds]) -> Self {
         if boxes.is_empty() {
-            return Self::default();
+            return Self { supports: Vec::new() };
         }
         let mut supports = vec![0.0; place([STEPS, STEPS, -1]) + 1];
         for (x, y) in (-STEPS..=STEPS).flat_map(|x| (-STEPS..=STEPS).map(move |y| (x, y))) {
@@ -69,17 +69,24 @@ impl Hull {
         sum * (length / f64::from(STEPS))
     }
 
-    /// A box around the body at a pose, up to rounding. `None` where nothing is known.
-    pub fn bounds(&self, pose: &Pose) -> Option<Bounds> {
+    /// A box around the body at a pose, up to rounding; empty where there is no body.
+    pub fn bounds(&self, pose: &Pose) -> Bounds {
         if self.supports.is_empty() {
-            return None;
+            return Bounds::EMPTY;
         }
         let columns = Vec3::AXES.map(|axis| pose.world_vector(axis));
         let along = |axis: usize| Vec3::from_array(columns.map(|column| column[axis]));
         let origin = pose.world_point(Vec3::ZERO);
         let reach = |sign: f64| Vec3::from_array([0, 1, 2].map(|axis| self.support(sign * along(axis))));
-        Some(Bounds { min: origin - reach(-1.0), max: origin + reach(1.0) })
+        Bounds { min: origin - reach(-1.0), max: origin + reach(1.0) }
     }
+}
+
+/// Whether a pose turns boxes, so that those around them are larger.
+pub(super) fn turns_boxes(pose: &Pose) -> bool {
+    let turned =
+        |axis: Vec3| pose.world_vector(axis).to_array().into_iter().filter(|&x| x != 0.0).count() > 1;
+    Vec3::AXES.into_iter().any(turned)
 }
 
 #[cfg(test)]
@@ -87,7 +94,7 @@ mod tests {
     use super::*;
     use crate::geometry::Transform;
 
-    /// The support of a box is known, and that of the hull lies just above it.
+    /// The support of two boxes is known. That of the hull is at most 6 % of the body's radius above it.
     #[test]
     fn supports_are_bounded_closely_from_above() {
         let boxes = [
@@ -103,9 +110,9 @@ mod tests {
                 let exact = corners.map(|corner| direction.dot(corner)).fold(f64::NEG_INFINITY, f64::max);
                 let (found, length) = (hull.support(direction), direction.length());
                 assert!(found >= exact - 1e-14, "{direction}: {found} {exact}");
-                assert!(found <= exact + 0.03 * length, "{direction}: {found} {exact}");
+                assert!(found <= exact + 0.08 * length, "{direction}: {found} {exact}");
             }
         }
-        assert!(Hull::of(&[]).bounds(&Pose::new(&Transform::IDENTITY)).is_none());
+        assert!(Hull::of(&[]).bounds(&Pose::new(&Transform::IDENTITY)).is_empty());
     }
 }

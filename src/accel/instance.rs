@@ -3,6 +3,7 @@
 //! the ray's time. A group may show other groups: a ray is taken from one to the next.
 
 use super::Accel;
+use super::hull::turns_boxes;
 use super::watch::Watch;
 use crate::geometry::{Bounds, Placed, Pose, Ray, Transform, Vec3};
 use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Shape, SurfaceHit};
@@ -57,14 +58,15 @@ impl Instance {
 
     /// A box around it in world space, from one time to another; empty where the group has no surface.
     ///
-    /// A turned box has a larger one around it. So what stands still is bounded by the group's hull, too.
+    /// A turned box has a larger one around it. So what stands still and is turned is bounded by the group's
+    /// hull, too.
     pub fn bounds(&self, during: [f64; 2]) -> Bounds {
         let around_box = self.placed.bounds(self.group.bounds(), during);
-        if self.placed.is_moving() {
+        let pose = self.placed.at(during[0]);
+        if self.placed.is_moving() || !turns_boxes(&pose) {
             return around_box;
         }
-        let hull = self.group.hull.bounds(&self.placed.at(during[0]));
-        hull.map_or(around_box, |bounds| around_box.common(bounds))
+        around_box.common(self.group.hull().bounds(&pose))
     }
 
     /// The boxes by which it is found while the shutter is open: as many slices of that time as make the

@@ -43,14 +43,14 @@ use stack::{Stack, Waiting};
 use std::cell::Cell;
 use std::collections::HashSet;
 use std::hint::select_unpredictable;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 pub use watch::Tests;
 use watch::{Unwatched, Watch};
 
 /// Room for what waits during a query, except for trees deeper than any reasonable one.
 const ROOM: usize = 128;
 
-/// About so many boxes tell how far a group reaches.
+/// About so many boxes tell how far everything in a tree reaches.
 const HULL: usize = 512;
 
 /// All shapes of a scene, ready for ray queries.
@@ -69,8 +69,8 @@ pub struct Accel {
     numbering: Numbering,
     /// Around everything, in world space.
     bounds: Bounds,
-    /// Of a group, in its coordinates.
-    hull: Hull,
+    /// Of what a turned instance shows.
+    hull: OnceLock<Hull>,
     /// The most entries that a traversal can have waiting.
     stack_size: usize,
 }
@@ -114,8 +114,7 @@ impl Accel {
         instances: Vec<Instance>,
         shutter: [f64; 2],
     ) -> Self {
-        let group = build::build(shapes, first, solids, instances, shutter);
-        Self { hull: Hull::of(&group.boxes(HULL)), ..group }
+        build::build(shapes, first, solids, instances, shutter)
     }
 
     /// A tree of shapes, solids and instances of groups, for rays of times while a shutter is open. Shapes
@@ -132,6 +131,11 @@ impl Accel {
     /// A box around all surfaces at all times, up to rounding; empty where there are none.
     pub fn bounds(&self) -> Bounds {
         self.bounds
+    }
+
+    /// How far everything reaches, found when first asked for.
+    fn hull(&self) -> &Hull {
+        self.hull.get_or_init(|| Hull::of(&self.boxes(HULL)))
     }
 
     /// Boxes from one level of the tree that together hold everything, not many more than `most`.

@@ -206,17 +206,17 @@ impl Exposure<'_> {
         self.see(aimed, workspace, seen);
         for (&turn, (aimed, seen)) in turns.iter().zip(aimed.iter().zip(seen)) {
             let samples = aimed.samples.iter().zip(seen).enumerate();
-            let mut of_all = None;
+            let of_group = match &aimed.wavelengths[..] {
+                [wavelengths] => Some(self.responses(wavelengths)),
+                _ => None,
+            };
             for (pixel, (member, (sample, seen))) in group.iter().zip(samples) {
                 if self.counts(pixel) {
                     admit(&mut seen.radiance, &mut tile.bad);
                     let wavelengths = aimed.wavelengths_of(member);
-                    let responses = match &aimed.wavelengths[..] {
-                        [same] => of_all.get_or_insert_with(|| self.responses(same)),
-                        _ => &mut self.responses(wavelengths),
-                    };
+                    let responses = of_group.unwrap_or_else(|| self.responses(wavelengths));
                     let measured = seen.radiance * sample.weight;
-                    let contributions = self.contributions(&measured, wavelengths, responses);
+                    let contributions = self.contributions(&measured, wavelengths, &responses);
                     self.splat(sample, seen.alpha_hit, &contributions, turn, tile);
                 }
             }
