@@ -149,7 +149,7 @@ impl Accel {
             };
             parts = parts.into_iter().flat_map(opened).collect();
         }
-        parts.into_iter().map(|(_, bounds)| self.space.to_world(bounds)).collect()
+        parts.into_iter().map(|(_, bounds)| self.space.in_world(bounds)).collect()
     }
 
     /// The surface where `ray` hit it. `shapes` are all to which hits refer, those of groups included.

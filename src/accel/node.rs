@@ -45,7 +45,7 @@ impl NodeSpace {
     }
 
     /// The box in world space, up to rounding.
-    pub fn to_world(&self, bounds: Bounds) -> Bounds {
+    pub fn in_world(&self, bounds: Bounds) -> Bounds {
         let world = |place: Vec3| place / self.scale + self.centre;
         Bounds { min: world(bounds.min), max: world(bounds.max) }
     }
