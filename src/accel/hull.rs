@@ -8,9 +8,9 @@ const STEPS: i32 = 12;
 /// Bounds on the support function h(d) = max over a body's points x of d · x: known for the points of a
 /// lattice on the octahedron |x| + |y| + |z| = [`STEPS`].
 ///
-/// h is convex and h(s d) = s h(d) for s > 0. So a direction that is a sum of lattice points with weights of at
-/// least 0 has no larger h than the sum of theirs. Lattice points are some 7° apart, so that bounds a ball to
-/// about 0.5 %, and a box that fits into it to about 6 % of the ball's radius.
+/// h is convex and h(s d) = s h(d) for s > 0. So a direction that is a sum of lattice points with weights of
+/// at least 0 has no larger h than the sum of theirs. Lattice points are some 7° apart, so that bounds a ball
+/// to about 0.5 %, and a box that fits into it to about 6 % of the ball's radius.
 #[derive(Clone, Debug)]
 pub(super) struct Hull {
     /// See [`place`]; empty where there is no body.

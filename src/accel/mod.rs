@@ -69,7 +69,7 @@ pub struct Accel {
     numbering: Numbering,
     /// Around everything, in world space.
     bounds: Bounds,
-    /// Of what a turned instance shows.
+    /// Filled where an instance shows the tree turned.
     hull: OnceLock<Hull>,
     /// The most entries that a traversal can have waiting.
     stack_size: usize,
