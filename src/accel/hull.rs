@@ -9,8 +9,8 @@ const STEPS: i32 = 12;
 /// lattice on the octahedron |x| + |y| + |z| = [`STEPS`].
 ///
 /// h is convex and h(s d) = s h(d) for s > 0. So a direction that is a sum of lattice points with weights of
-/// at least 0 has no larger h than the sum of theirs. Lattice points are some 7° apart, so that bounds a ball
-/// to about 0.5 %, and a box that fits into it to about 6 % of the ball's radius.
+/// at least 0 has no larger h than the sum of theirs. Lattice points are some 7° apart: that bounds a ball to
+/// about 0.5 %, and a box that fits into it to about 6 % of the ball's radius.
 #[derive(Clone, Debug)]
 pub(super) struct Hull {
     /// See [`place`]; empty where there is no body.
@@ -35,9 +35,8 @@ impl Hull {
             let rest = STEPS - x.abs() - y.abs();
             for point in [[x, y, rest], [x, y, -rest]].into_iter().filter(|_| rest >= 0) {
                 let direction = Vec3::from_array(point.map(f64::from));
-                let reach =
-                    |bounds: &Bounds| (direction * bounds.min).max(direction * bounds.max).element_sum();
-                supports[place(point)] = boxes.iter().map(reach).fold(f64::NEG_INFINITY, f64::max);
+                let reach = boxes.iter().map(|bounds| bounds.support(direction));
+                supports[place(point)] = reach.fold(f64::NEG_INFINITY, f64::max);
             }
         }
         Self { supports }

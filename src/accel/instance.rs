@@ -62,11 +62,14 @@ impl Instance {
     /// hull, too.
     pub fn bounds(&self, during: [f64; 2]) -> Bounds {
         let around_box = self.placed.bounds(self.group.bounds(), during);
-        let pose = self.placed.at(during[0]);
-        if self.placed.is_moving() || !turns_boxes(&pose) {
+        if self.placed.is_moving() {
             return around_box;
         }
-        around_box.common(self.group.hull().bounds(&pose))
+        let pose = self.placed.at(during[0]);
+        match turns_boxes(&pose) {
+            true => around_box.common(self.group.hull().bounds(&pose)),
+            false => around_box,
+        }
     }
 
     /// The boxes by which it is found while the shutter is open: as many slices of that time as make the

@@ -146,6 +146,7 @@ fn gaussian_weights(first: f64, count: usize, stddev: f64) -> SmallVec<[f64; 6]>
         let steps = Register::new(std::array::from_fn(|step| (start + step) as f64));
         lowered_bell((Register::splat(first) - steps) / Register::splat(stddev)).to_array()
     };
+    /// The default filter has no more.
     const FEW: usize = 4;
     if count <= FEW {
         let [a, b, c, d, ..] = from(0);

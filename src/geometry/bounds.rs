@@ -69,6 +69,12 @@ impl Bounds {
         })
     }
 
+    /// The most that direction · x is over its points x.
+    pub fn support(self, direction: Vec3) -> f64 {
+        let half = 0.5 * (self.max - self.min);
+        direction.dot(self.centre()) + direction.abs().dot(half)
+    }
+
     /// Half of its surface's area; 0 where it is empty.
     pub fn half_area(self) -> f64 {
         let size = (self.max - self.min).max(Vec3::ZERO);

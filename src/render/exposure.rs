@@ -353,9 +353,6 @@ impl Exposure<'_> {
             }
         }
         contributions.xyz = contributions.xyz.map(|value| value / MITSUBA_Y_INTEGRAL);
-        if scene.film.channels.is_empty() && self.extras.bins.is_none() {
-            return contributions;
-        }
         for (weight, nm) in weights.into_iter().zip(wavelengths.nm).filter(|(weight, _)| *weight != 0.0) {
             for (index, channel) in scene.film.channels.iter().enumerate() {
                 let value = weight * channel.response.at(nm) / channel.integral;

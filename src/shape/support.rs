@@ -51,10 +51,7 @@ pub(super) fn support(
     halvings: u32,
     is_free: impl Fn(Bounds) -> bool,
 ) -> Option<f64> {
-    let cell = |bounds: Bounds, depth| {
-        let half = 0.5 * (bounds.max - bounds.min);
-        Cell { reach: direction.dot(bounds.centre()) + direction.abs().dot(half), bounds, depth }
-    };
+    let cell = |bounds: Bounds, depth| Cell { reach: bounds.support(direction), bounds, depth };
     let mut waiting = BinaryHeap::from([cell(start, 0)]);
     let mut seen = 0;
     while let Some(Cell { reach, bounds, depth }) = waiting.pop() {
