@@ -40,6 +40,7 @@ pub(super) fn build(
         numbering: Numbering::new(&instances),
         bounds,
         hull: OnceLock::new(),
+        ball: OnceLock::new(),
         stack_size: 0,
     };
     if !items.is_empty() {

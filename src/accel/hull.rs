@@ -1,6 +1,8 @@
-//! How far a group reaches in each direction, by which its turned instances are bounded.
+//! How far a group reaches in each direction, by which its turned instances are bounded, and a ball around it,
+//! by which rays are found to miss them.
 
-use crate::geometry::{Bounds, Pose, Vec3};
+use crate::geometry::{Bounds, Pose, Ray, Vec3};
+use std::f64::consts::PI;
 
 /// Steps from one axis to another.
 const STEPS: i32 = 12;
@@ -81,6 +83,51 @@ impl Hull {
     }
 }
 
+/// A ball around a group. A ray that meets the box around a roundish body misses the body as often as not.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ball {
+    centre: Vec3,
+    radius: f64,
+}
+
+impl Ball {
+    /// Around boxes.
+    pub fn around(boxes: &[Bounds]) -> Self {
+        let centre = Bounds::of_all(boxes.iter().copied()).centre();
+        let corners = boxes.iter().flat_map(|bounds| bounds.corners());
+        let radius = corners.map(|corner| corner.distance(centre)).fold(0.0, f64::max);
+        Self { centre, radius }
+    }
+
+    /// Around the same at a pose.
+    pub fn at(self, pose: &Pose) -> Self {
+        let centre = pose.world_point(self.centre);
+        let squared = pose.linear.transpose() * pose.linear;
+        // No eigenvalue is larger than the largest sum of moduli in a row.
+        let sums = squared.x_axis.abs() + squared.y_axis.abs() + squared.z_axis.abs();
+        let rounding = 16.0 * f64::EPSILON * (centre.abs().max_element() + pose.origin.abs().max_element());
+        Self { centre, radius: self.radius * sums.max_element().sqrt() * (1.0 + 1e-12) + rounding }
+    }
+
+    /// Whether fewer rays meet it than a box.
+    pub fn is_smaller_than(&self, bounds: Bounds) -> bool {
+        // The area of a convex body's shadow is a quarter of its surface on average.
+        PI * self.radius * self.radius < 0.5 * bounds.half_area()
+    }
+
+    /// Whether a ray surely misses it.
+    #[inline(always)]
+    pub fn misses(&self, ray: &Ray) -> bool {
+        let toward = self.centre - ray.origin;
+        let along = toward.dot(ray.direction);
+        let (squared, radius2) = (toward.length_squared(), self.radius * self.radius);
+        let outside = squared - radius2;
+        // Differences of squares lose digits with the distance.
+        let rounding = 64.0 * f64::EPSILON * (squared + radius2);
+        outside > rounding && (along < 0.0 || outside - along * along > rounding)
+    }
+}
+
 /// Whether a pose turns boxes, so that those around them are larger.
 pub(super) fn turns_boxes(pose: &Pose) -> bool {
     let turned =
@@ -92,6 +139,37 @@ pub(super) fn turns_boxes(pose: &Pose) -> bool {
 mod tests {
     use super::*;
     use crate::geometry::Transform;
+    use glam::DMat4;
+    use rand::RngExt;
+    use rand_pcg::Pcg64;
+
+    /// Rays toward points of a stretched and turned body never miss the ball around it, near and far, and most
+    /// of those that pass at twice its radius do.
+    #[test]
+    fn rays_to_a_body_do_not_miss_the_ball_around_it() {
+        let bounds = Bounds { min: Vec3::new(-1.0, -0.5, 0.2), max: Vec3::new(0.3, 0.7, 0.9) };
+        let mut random = Pcg64::new(7, 0);
+        let mut number = |most: f64| random.random_range(-most..most);
+        for far in [0.0, 10.0, 1e6, 1e9] {
+            let turned = DMat4::from_rotation_x(0.7) * DMat4::from_scale(Vec3::new(1.0, 2.0, 0.3));
+            let shift = Vec3::new(far, -0.3 * far, 0.1);
+            let pose = Pose::new(&Transform::new(DMat4::from_translation(shift) * turned).unwrap());
+            let ball = Ball::around(&[bounds]).at(&pose);
+            let mut passing = 0;
+            for corner in (0..500).flat_map(|_| bounds.corners()) {
+                let target = pose.world_point(corner);
+                let origin =
+                    target + Vec3::from_array([0; 3].map(|_| number(3.0))) + 0.3 * number(1.0) * shift;
+                let direction = (target - origin).normalize();
+                let ray = Ray { origin, direction, t_max: f64::INFINITY };
+                assert!(!ball.misses(&ray), "{ray:?} {ball:?}");
+                let aside = direction.any_orthonormal_vector() * 2.0 * ball.radius;
+                passing +=
+                    i32::from(ball.misses(&Ray { origin: ball.centre + aside - 5.0 * direction, ..ray }));
+            }
+            assert!(passing > 3600 || far > 1e6, "{far}: {passing}");
+        }
+    }
 
     /// The support of two boxes is known. That of the hull is at most 6 % of the body's radius above it.
     #[test]

@@ -3,7 +3,7 @@
 //! the ray's time. A group may show other groups: a ray is taken from one to the next.
 
 use super::Accel;
-use super::hull::turns_boxes;
+use super::hull::{Ball, turns_boxes};
 use super::watch::Watch;
 use crate::geometry::{Bounds, Placed, Pose, Ray, Transform, Vec3};
 use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Shape, SurfaceHit};
@@ -18,6 +18,8 @@ pub struct Instance {
     rest: Pose,
     /// Length of the diagonal of the group's box.
     reach: f64,
+    /// A ball around it in world space, where that is a smaller target than its box.
+    ball: Option<Ball>,
 }
 
 /// Most boxes by which something that moves is bounded.
@@ -37,7 +39,14 @@ impl Instance {
     /// At rest it is where it stands at first.
     pub fn new(group: Arc<Accel>, placed: Placed) -> Self {
         let reach = group.bounds().diameter();
-        Self { reach, group, rest: placed.at(f64::NEG_INFINITY), placed }
+        let rest = placed.at(f64::NEG_INFINITY);
+        let mut instance = Self { group, placed, rest, reach, ball: None };
+        if !instance.placed.is_moving() && !instance.group.bounds().is_empty() {
+            let ball = instance.group.ball().at(&rest);
+            let bounds = instance.bounds([0.0; 2]);
+            instance.ball = Some(ball).filter(|ball| ball.is_smaller_than(bounds));
+        }
+        instance
     }
 
     /// The same with another place at rest.
@@ -119,11 +128,20 @@ impl Instance {
         (Ray { origin, direction: direction / scale, t_max }, scale)
     }
 
+    /// Whether a ray surely misses it.
+    #[inline(always)]
+    fn misses(&self, ray: &Ray) -> bool {
+        self.ball.is_some_and(|ball| ball.misses(ray))
+    }
+
     /// The nearest hit with 0 ≤ t < about `ray.t_max`, without the instance's own index.
     ///
     /// Never inlined, like the next: the loop that calls it is for scenes without instances too.
     #[inline(never)]
     pub(super) fn closest(&self, ray: &Ray, time: f64, watch: impl Watch) -> Option<Hit> {
+        if self.misses(ray) {
+            return None;
+        }
         let (local, scale) = self.local(&self.placed.at(time), ray);
         let hit = self.group.closest_watched(&local, time, watch)?;
         Some(Hit { t: hit.t / scale, ..hit })
@@ -131,7 +149,8 @@ impl Instance {
 
     #[inline(never)]
     pub(super) fn occluded(&self, ray: &Ray, time: f64, watch: impl Watch) -> bool {
-        self.group.occluded_watched(&self.local(&self.placed.at(time), ray).0, time, watch)
+        !self.misses(ray)
+            && self.group.occluded_watched(&self.local(&self.placed.at(time), ray).0, time, watch)
     }
 
     /// See [`Accel::crossings`]; without the instance's own index.

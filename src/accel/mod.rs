@@ -32,7 +32,7 @@ use crate::shape::solid::Solid;
 use crate::shape::{AtRest, Hit, NO_INSTANCE, Parametrisation, Pieces, RaySpace, Shape, SurfaceHit};
 pub use fan::{Fan, Target};
 use few::Few;
-use hull::Hull;
+use hull::{Ball, Hull};
 pub use instance::Instance;
 use memory::prefetch;
 use node::{Child, Node, NodeRay, NodeSpace};
@@ -71,6 +71,7 @@ pub struct Accel {
     bounds: Bounds,
     /// Filled where an instance shows the tree turned.
     hull: OnceLock<Hull>,
+    ball: OnceLock<Ball>,
     /// The most entries that a traversal can have waiting.
     stack_size: usize,
 }
@@ -136,6 +137,11 @@ impl Accel {
     /// How far everything reaches, found when first asked for.
     fn hull(&self) -> &Hull {
         self.hull.get_or_init(|| Hull::of(&self.boxes(HULL)))
+    }
+
+    /// A ball around everything, found when first asked for.
+    fn ball(&self) -> Ball {
+        *self.ball.get_or_init(|| Ball::around(&self.boxes(HULL)))
     }
 
     /// Boxes from one level of the tree that together hold everything, not many more than `most`.

@@ -1,17 +1,14 @@
 //! Densities over grids that are bilinear in each cell.
 
-use super::grid::{GridInversion, InLanes, smallest_positive};
+use super::grid::{Corners, GridInversion, InLanes};
 use crate::lanes::{Mask, REGISTERS, Real, Row, ZERO, get, lanes_of, set};
 
 /// A density over a grid that chooses cells by their own integrals, and within each follows the values at its
 /// corners.
 #[derive(Clone, Debug)]
 pub struct PiecewiseBilinearGrid {
+    /// With the corners of each cell: upper left, upper right, lower left and lower right.
     inversion: GridInversion,
-    /// Row by row, all that is asked of a cell together: the density at its upper left, upper right, lower
-    /// left and lower right corner, with that of the row as unit. Their mean is the cell's probability within
-    /// its row.
-    cells: Vec<[f32; 4]>,
 }
 
 impl PiecewiseBilinearGrid {
@@ -19,43 +16,40 @@ impl PiecewiseBilinearGrid {
     /// of the grid's lines, up to another. `None` unless there are as many as fill whole rows, none is
     /// negative or not finite, and the integrals' sum is positive and finite.
     pub fn new(columns: usize, integrals: &[f64], corners: &[f32]) -> Option<Self> {
-        let (inversion, probabilities) = GridInversion::new(columns, integrals)?;
-        let [_, rows] = inversion.size();
+        let rows = integrals.len() / columns.max(1);
         let valid = corners.iter().all(|&value| value >= 0.0 && value.is_finite());
         if !valid || corners.len() != (columns + 1) * (rows + 1) {
             return None;
         }
-        let cell = |(index, &probability): (usize, &f32)| {
+        let of_cell = |index: usize| {
             let upper = index / columns * (columns + 1) + index % columns;
             let lower = upper + columns + 1;
-            let values = [upper, upper + 1, lower, lower + 1].map(|corner| f64::from(corners[corner]));
-            let sum: f64 = values.iter().sum();
-            let share = |value: f64| if sum == 0.0 { 1.0 } else { 4.0 * value / sum };
-            values.map(|value| smallest_positive(f64::from(probability) * share(value)))
+            in_bytes([upper, upper + 1, lower, lower + 1].map(|corner| corners[corner]))
         };
-        Some(Self { inversion, cells: probabilities.iter().enumerate().map(cell).collect() })
+        Some(Self { inversion: GridInversion::new(columns, integrals, of_cell)? })
     }
 
     /// The place at the sample values `u` in [0, 1)², as (column, row) with fractions, and the density there,
     /// per cell.
     pub fn sample(&self, u: [f64; 2]) -> ([f64; 2], f64) {
-        let ([x, y], [column, row], of_row) = self.inversion.sample(u);
-        let (place, density) =
-            follow(self.cell(column, row), [x, y], [column, row].map(|index| index as f64));
+        let (y, row, of_row, found) = self.inversion.sample(u);
+        let values = densities(found.share, found.corners);
+        let (place, density) = follow(values, [found.x, y], [found.column, row].map(|index| index as f64));
         (place, of_row * density)
     }
 
     /// [`Self::sample`] for the lanes asked for: the places, and the densities there.
     #[inline]
     pub fn sample_in_lanes(&self, u: &[Row; 2], asked: Mask) -> ([Row; 2], Row) {
-        let InLanes { mut place, cells, of_row } = self.inversion.sample_in_lanes(u, asked);
-        let (mut corners, mut indices, mut densities) = ([ZERO; 4], [ZERO; 2], ZERO);
+        let InLanes { y, rows, in_rows, of_row } = self.inversion.sample_in_lanes(u, asked);
+        let (mut place, mut corners, mut indices, mut densities) = ([ZERO, y], [ZERO; 4], [ZERO; 2], ZERO);
         for lane in lanes_of(asked) {
-            let [column, row] = cells[lane];
-            for (corner, value) in corners.iter_mut().zip(self.cell(column, row)) {
+            let found = &in_rows[lane];
+            set(&mut place[0], lane, found.x);
+            for (corner, value) in corners.iter_mut().zip(self::densities(found.share, found.corners)) {
                 set(corner, lane, value);
             }
-            for (index, value) in indices.iter_mut().zip(cells[lane]) {
+            for (index, value) in indices.iter_mut().zip([found.column, rows[lane]]) {
                 set(index, lane, value as f64);
             }
         }
@@ -105,9 +99,30 @@ impl PiecewiseBilinearGrid {
         [(x as usize).min(columns - 1), (y as usize).min(rows - 1)]
     }
 
+    /// The density at the corners of a cell, with that of its row as unit.
     fn cell(&self, column: usize, row: usize) -> [f64; 4] {
-        self.cells[row * self.inversion.size()[0] + column].map(f64::from)
+        let (share, corners) = self.inversion.cell(column, row);
+        densities(share, corners)
     }
+}
+
+/// Values at the corners of a cell over the largest of them, as bytes: only zero is 0. All are the same where
+/// none is above zero.
+fn in_bytes(values: [f32; 4]) -> Corners {
+    let most = values.into_iter().fold(0.0, f32::max);
+    if most == 0.0 {
+        return [1; 4];
+    }
+    // The quotient of what is too small for single precision is 0.
+    values.map(|value| if value > 0.0 { (value / most * 255.0).ceil().max(1.0) as u8 } else { 0 })
+}
+
+/// The density at the corners of a cell, whose mean is the probability of the cell.
+#[inline(always)]
+fn densities(probability: f64, corners: Corners) -> [f64; 4] {
+    let sum: u32 = corners.iter().map(|&corner| u32::from(corner)).sum();
+    let unit = 4.0 * probability / f64::from(sum);
+    corners.map(|corner| unit * f64::from(corner))
 }
 
 /// From a place that is spread evenly over a cell, by the cell's column and row, to one that follows the
