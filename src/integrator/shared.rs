@@ -132,7 +132,7 @@ fn share<'s, const C: usize>(
         // A bundle is large: it is made where it stays.
         bundles.push(Bundle::from_camera(scene, turn, *number, rays));
         let Some(bundle) = bundles.last_mut() else { continue };
-        let alpha_hit = first_surfaces(bundle, plan.light_samples, surfaces, scratch);
+        let alpha_hit = first_surfaces(bundle, plan, surfaces, scratch);
         for (lane, sight) in sights.iter().enumerate() {
             seen[*number][sight.member].alpha_hit = alpha_hit >> lane & 1 == 1;
         }
@@ -196,7 +196,7 @@ pub const TOGETHER: usize = 4;
 /// alpha counts.
 fn first_surfaces<const C: usize>(
     bundle: &mut Bundle<C>,
-    light_samples: u32,
+    plan: Plan,
     surfaces: &mut Surfaces<C>,
     scratch: &mut Scratch<C>,
 ) -> Mask {
@@ -217,16 +217,21 @@ fn first_surfaces<const C: usize>(
     }
     alpha_hit |= bundle.alive;
     bundle.shade(surfaces);
+    let light_tracing = scene.features().caustics;
     for lane in lanes_of(surfaces.others & bundle.alive) {
-        if !surfaces.shares(lane) {
+        let stays = match plan.sharing {
+            Sharing::Nothing => surfaces.goes_along(lane, light_tracing),
+            _ => surfaces.shares(lane),
+        };
+        if !stays {
             let (light, covers) = bundle.go_on_alone(surfaces, lane);
             bundle.arrives(lane, light);
             alpha_hit &= !(Mask::from(!covers) << lane);
         }
     }
-    for branch in 0..light_samples {
+    for branch in 0..plan.light_samples {
         let u = bundle.draw_branch(Dimensions::Light(0), branch);
-        bundle.direct_light(surfaces, &u, 1.0 / f64::from(light_samples), &mut scratch.samples);
+        bundle.direct_light(surfaces, &u, 1.0 / f64::from(plan.light_samples), &mut scratch.samples);
     }
     alpha_hit
 }

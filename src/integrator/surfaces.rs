@@ -50,7 +50,9 @@ impl<const C: usize> Evaluations<C> {
 pub(super) struct Scatters<const C: usize> {
     /// Lanes that scatter with a density.
     pub spread: Mask,
-    /// Lanes that scatter in a single direction, or to the other side: their path goes on alone.
+    /// Those of them that scatter to the other side.
+    pub transmitted: Mask,
+    /// Lanes that scatter in a single direction: their path goes on alone.
     pub apart: Vec<(usize, Scatter<C>)>,
     pub toward_light: [Vec3Lanes; REGISTERS],
     pub weight: SampledLanes<C>,
@@ -107,6 +109,14 @@ impl<const C: usize> Surfaces<C> {
         self.shading(lane).is_none_or(|shading| !shading.bsdf.is_discrete() && !shading.bsdf.transmits())
     }
 
+    /// Whether the path of a lane goes on in its bundle: the surface scatters with a density. Where light is
+    /// traced, what it transmits is weighed against nothing and goes on alone.
+    pub fn goes_along(&self, lane: usize, light_tracing: bool) -> bool {
+        self.shading(lane).is_none_or(|shading| {
+            !shading.bsdf.is_discrete() && !(light_tracing && shading.bsdf.transmits())
+        })
+    }
+
     /// All that scatter anything.
     pub fn scattering(&self) -> Mask {
         self.diffuse | self.others
@@ -147,6 +157,7 @@ impl<const C: usize> Surfaces<C> {
     pub fn sample(&self, u: &[Row; 4], asked: Mask) -> Scatters<C> {
         let mut scatters = Scatters {
             spread: 0,
+            transmitted: 0,
             apart: Vec::new(),
             toward_light: [Vec3Lanes::ZERO; REGISTERS],
             weight: self.reflectance.clone(),
@@ -187,14 +198,15 @@ impl<const C: usize> Surfaces<C> {
                 continue;
             };
             match scatter.density {
-                Density::PerSolidAngle(density) if !scatter.transmitted => {
+                Density::PerSolidAngle(density) => {
                     scatters.spread |= 1 << lane;
+                    scatters.transmitted |= Mask::from(scatter.transmitted) << lane;
                     scatters.toward_light[lane / WIDTH % REGISTERS].set(lane, scatter.toward_light);
                     scatters.weight.set(lane, &scatter.weight);
                     scatters.ratio.set(lane, &scatter.ratio);
                     set(&mut scatters.density, lane, density);
                 }
-                _ => scatters.apart.push((lane, scatter)),
+                Density::Discrete => scatters.apart.push((lane, scatter)),
             }
         }
         scatters

@@ -389,6 +389,9 @@ impl<'a, const C: usize> Bundle<'a, C> {
         for lane in lanes_of(surfaces.others & scatters.spread) {
             self.ratio.set(lane, &(self.ratio.get(lane) * scatters.ratio.get(lane)));
         }
+        for lane in lanes_of(scatters.transmitted) {
+            self.refract(surfaces, lane);
+        }
         // The camera's far clip ends its own rays alone.
         self.rays.t_max = Rays::NONE.t_max;
         self.rays.leaves = *surfaces.hits.facet();
@@ -404,6 +407,18 @@ impl<'a, const C: usize> Bundle<'a, C> {
         }
         self.depth += 1;
         self.alive = scatters.spread;
+    }
+
+    /// The path of a lane has just been scattered to the other side: see [`super::path::Path::leave`].
+    fn refract(&mut self, surfaces: &Surfaces<C>, lane: usize) {
+        if let Some(far_over_near) = surfaces.shading(lane).and_then(Shading::index_beyond) {
+            let before = get(&self.prior_throughput, lane);
+            set(&mut self.prior_throughput, lane, before * far_over_near * far_over_near);
+        }
+        if let Some(media) = self.media.get_mut(lane) {
+            let hit = surfaces.hits.get(self.scene, lane);
+            self.scene.pass_through(&hit, self.rays.get(lane).direction, media);
+        }
     }
 
     /// Ends paths by Russian roulette, by a value for each lane; see [`super::path::Path::survival`].
@@ -449,8 +464,9 @@ impl<'a, const C: usize> Bundle<'a, C> {
             return self.stop();
         }
         self.shade(surfaces);
+        let light_tracing = self.scene.features().caustics;
         for lane in lanes_of(surfaces.others & self.alive) {
-            if !surfaces.shares(lane) {
+            if !surfaces.goes_along(lane, light_tracing) {
                 let (light, _) = self.go_on_alone(surfaces, lane);
                 self.arrives(lane, light);
             }
