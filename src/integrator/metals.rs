@@ -4,7 +4,8 @@ use super::surfaces::Evaluations;
 use crate::bsdf::microfacet::Distribution;
 use crate::bsdf::{Beckmann, FacetReflection, Ggx, Microfacets, RoughConductor, fresnel};
 use crate::lanes::{
-    ALL, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, lanes_of, part, set,
+    ALL, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, lanes_of, part,
+    registers_of, set,
 };
 use crate::material::RoughMetal;
 use crate::spectrum::SampledLanes;
@@ -140,11 +141,8 @@ impl<const C: usize> Metals<C> {
         asked: Mask,
         values: &mut Evaluations<C>,
     ) {
-        for register in 0..REGISTERS {
+        for register in registers_of(asked & self.lanes) {
             let wanted = part(asked & self.lanes, register);
-            if wanted == 0 {
-                continue;
-            }
             let light = self.to_local(register, toward_light[register]);
             let eye = eye(register);
             let about = |m| self.about(register, wanted, [eye, light, m]);

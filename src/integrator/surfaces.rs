@@ -5,7 +5,8 @@ use super::metals::{Metals, Reflected};
 use crate::bsdf::{Evaluation, Scatter};
 use crate::geometry::axes_around;
 use crate::lanes::{
-    LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set,
+    LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part,
+    registers_of, set,
 };
 use crate::light::Receivers;
 use crate::material::Shading;
@@ -112,9 +113,8 @@ impl<const C: usize> Surfaces<C> {
     /// Whether the path of a lane goes on in its bundle: the surface scatters with a density. Where light is
     /// traced, what it transmits is weighed against nothing and goes on alone.
     pub fn goes_along(&self, lane: usize, light_tracing: bool) -> bool {
-        self.shading(lane).is_none_or(|shading| {
-            !shading.bsdf.is_discrete() && !(light_tracing && shading.bsdf.transmits())
-        })
+        self.shading(lane)
+            .is_none_or(|shading| !shading.bsdf.is_discrete() && !(light_tracing && shading.bsdf.transmits()))
     }
 
     /// All that scatter anything.
@@ -132,7 +132,7 @@ impl<const C: usize> Surfaces<C> {
     #[inline(always)]
     pub fn evaluate(&self, toward_light: &[Vec3Lanes; REGISTERS], asked: Mask) -> Evaluations<C> {
         let mut values = Evaluations::ZERO;
-        for register in 0..REGISTERS {
+        for register in registers_of(asked & self.diffuse) {
             let cos = self.normal[register].dot(toward_light[register]);
             let lit = Truth::of(part(asked & self.diffuse, register)) & cos.gt(Register::ZERO);
             let density = lit.only(cos * Register::splat(FRAC_1_PI));
@@ -164,11 +164,8 @@ impl<const C: usize> Surfaces<C> {
             density: ZERO,
             ratio: SampledLanes::ONE,
         };
-        for register in 0..REGISTERS {
+        for register in registers_of(asked & self.diffuse) {
             let wanted = part(asked & self.diffuse, register);
-            if wanted == 0 {
-                continue;
-            }
             let local = warp::cosine_hemisphere([u[0][register], u[1][register]]);
             let normal = self.normal[register];
             let [x, y] = axes_around(normal);
@@ -176,11 +173,8 @@ impl<const C: usize> Surfaces<C> {
             scatters.density[register] = local.z * Register::splat(FRAC_1_PI);
             scatters.spread |= (local.z.gt(Register::ZERO).mask() & wanted) << (WIDTH * register);
         }
-        for register in 0..REGISTERS {
+        for register in registers_of(asked & self.metals.lanes) {
             let wanted = part(asked & self.metals.lanes, register);
-            if wanted == 0 {
-                continue;
-            }
             let Reflected { lanes, toward_light, density, weight } =
                 self.metals.sample(register, [u[0][register], u[1][register]], wanted);
             scatters.spread |= lanes << (WIDTH * register);

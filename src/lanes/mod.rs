@@ -86,6 +86,12 @@ pub fn part(mask: Mask, register: usize) -> Mask {
     mask >> (WIDTH * register) & ((1 << WIDTH) - 1)
 }
 
+/// The registers that hold a lane of a mask. Few of the paths that went along are left in the end.
+#[inline(always)]
+pub fn registers_of(mask: Mask) -> impl Iterator<Item = usize> {
+    (0..REGISTERS).filter(move |&register| part(mask, register) != 0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

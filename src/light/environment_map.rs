@@ -11,7 +11,9 @@
 //! with the illuminant E. That is not the interpolation of their product, but what Mitsuba 3 does.
 
 use crate::geometry::{Transform, Vec3, angle};
-use crate::lanes::{Mask, REGISTERS, Real, Register, Row, Vec3Lanes, Vector, ZERO, get, lanes_of, set};
+use crate::lanes::{
+    Mask, REGISTERS, Real, Register, Row, Vec3Lanes, Vector, ZERO, get, lanes_of, registers_of, set,
+};
 use crate::sampling::PiecewiseBilinearGrid;
 use crate::spectrum::{Extrapolation, Sampled, SampledLanes, Sigmoid, Spectrum, Wavelengths, upsample};
 use std::f64::consts::{PI, TAU};
@@ -150,7 +152,7 @@ impl EnvironmentMap {
         }
         let mut samples = EnvironmentSamples::NONE;
         let mut angles = [ZERO; 2];
-        for register in 0..REGISTERS {
+        for register in registers_of(asked) {
             let edges = edges.each_ref().map(|edge| edge[register]);
             let place = [x[register], y[register]];
             let sample = self.toward(place, rows[register], edges, density[register]);
@@ -171,7 +173,7 @@ impl EnvironmentMap {
     ) -> EnvironmentSamples<C> {
         let mut seen = EnvironmentSamples { direction: *directions, ..EnvironmentSamples::NONE };
         let (mut heights, mut angles) = (ZERO, [ZERO; 2]);
-        for register in 0..REGISTERS {
+        for register in registers_of(asked) {
             let local = self.from_world.vectors(directions[register]);
             heights[register] = local.y;
             [angles[0][register], angles[1][register]] = self.angles(local);
@@ -183,13 +185,13 @@ impl EnvironmentMap {
             edges.iter_mut().zip(self.edges(row)).for_each(|(row, edge)| set(row, lane, edge));
         }
         let mut place = [ZERO; 2];
-        for register in 0..REGISTERS {
+        for register in registers_of(asked) {
             let edges = edges.each_ref().map(|edge| edge[register]);
             [place[0][register], place[1][register]] =
                 self.place(angles[0][register], heights[register], rows[register], edges);
         }
         let density = self.grid.density_in_lanes(&place, asked);
-        for register in 0..REGISTERS {
+        for register in registers_of(asked) {
             let edges = edges.each_ref().map(|edge| edge[register]);
             seen.density[register] = self.per_steradian(edges, density[register]);
         }
@@ -223,7 +225,7 @@ impl EnvironmentMap {
             nm.set(lane, &Sampled(of_lane.nm));
             radiance.set(lane, &emitted);
         }
-        for register in 0..REGISTERS {
+        for register in registers_of(asked) {
             let factor = corners
                 .iter()
                 .fold(Register::ZERO, |sum, corner| sum + corner.weight[register] * corner.factor[register]);

@@ -7,7 +7,7 @@ use super::{Light, LightHit, Lights, Lit};
 use crate::accel::NO_FACET;
 use crate::geometry::Points;
 use crate::lanes::{
-    LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, part, set,
+    LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, part, registers_of, set,
 };
 use crate::shape::{RectangleSurface, Shape, Sphere};
 use crate::spectrum::{Sampled, SampledLanes, Spectrum, Wavelengths};
@@ -197,11 +197,8 @@ impl Lamps {
             choices.lanes[0] = lit.asked;
             return choices;
         }
-        for register in 0..REGISTERS {
+        for register in registers_of(lit.asked) {
             let mut open = part(lit.asked, register);
-            if open == 0 {
-                continue;
-            }
             let (estimates, all) = self.estimates(lit, register);
             let mut remaining = u[0][register] * all;
             for (lanes, weight) in choices.lanes.iter_mut().zip(estimates).take(self.heads()) {
@@ -234,7 +231,7 @@ impl Lamps {
     /// That of the environment.
     pub fn probabilities_of_environment<F, const C: usize>(&self, lit: &Lit<F, C>) -> Row {
         let mut probabilities = ZERO;
-        for register in (0..REGISTERS).filter(|&register| part(lit.asked, register) != 0) {
+        for register in registers_of(lit.asked) {
             probabilities[register] = self.probability(self.environment(), lit, register);
         }
         probabilities
@@ -244,11 +241,8 @@ impl Lamps {
     pub fn densities<F, const C: usize>(&self, number: usize, hit: &LightHit, lit: &Lit<F, C>) -> Row {
         let points = Points::of(&hit.point);
         let mut densities = ZERO;
-        for register in 0..REGISTERS {
+        for register in registers_of(lit.asked) {
             let wanted = part(lit.asked, register);
-            if wanted == 0 {
-                continue;
-            }
             let probability = self.probability(number, lit, register);
             let density = self.lamps[number].density(lit.from.point[register].position, &points, wanted);
             densities[register] = probability.gt(Register::ZERO).only(probability * density);

@@ -6,7 +6,8 @@ use super::{Environment, EnvironmentMap, LampLight, LightHit, LightSample, Light
 use crate::accel::{NO_FACET, Rays};
 use crate::geometry::{Points, Segments};
 use crate::lanes::{
-    Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, set,
+    Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part, registers_of,
+    set,
 };
 use crate::sampling::Density;
 use crate::spectrum::{SampledLanes, Wavelengths};
@@ -88,7 +89,7 @@ impl<const C: usize> LightSamples<C> {
     ) {
         let samples = map.sample_in_lanes(u, lanes, &lit.wavelengths);
         self.found |= lanes;
-        for register in 0..REGISTERS {
+        for register in registers_of(lanes) {
             let direction = samples.direction[register];
             let origin = lit.from.point[register].leave(direction);
             let ray = Segments { origin, direction, length: Register::splat(f64::INFINITY) };
@@ -108,11 +109,8 @@ impl<const C: usize> LightSamples<C> {
         choices: &Choices,
     ) -> Mask {
         let mut unknown = 0;
-        for register in 0..REGISTERS {
+        for register in registers_of(lanes) {
             let wanted = part(lanes, register);
-            if wanted == 0 {
-                continue;
-            }
             let points = &from.point[register];
             let target = lamp.sample(points.position, choices.u.map(|row| row[register]), wanted);
             unknown |= target.unknown << (WIDTH * register);

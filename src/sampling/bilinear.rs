@@ -1,7 +1,7 @@
 //! Densities over grids that are bilinear in each cell.
 
 use super::grid::{Corners, GridInversion, InLanes};
-use crate::lanes::{Mask, REGISTERS, Real, Row, ZERO, get, lanes_of, set};
+use crate::lanes::{Mask, Real, Row, ZERO, get, lanes_of, registers_of, set};
 
 /// A density over a grid that chooses cells by their own integrals, and within each follows the values at its
 /// corners.
@@ -53,7 +53,7 @@ impl PiecewiseBilinearGrid {
                 set(index, lane, value as f64);
             }
         }
-        for register in 0..REGISTERS {
+        for register in registers_of(asked) {
             let of_register = |row: &Row| row[register];
             let values = corners.each_ref().map(of_register);
             let found = place.each_ref().map(of_register);
@@ -85,12 +85,14 @@ impl PiecewiseBilinearGrid {
             }
             set(&mut of_row, lane, self.inversion.of_row(row));
         }
-        std::array::from_fn(|register| {
+        let mut densities = ZERO;
+        for register in registers_of(asked) {
             let of_register = |row: &Row| row[register];
             let cell = cells.each_ref().map(of_register);
             let part = part_of(place.each_ref().map(of_register), cell);
-            of_row[register] * within(corners.each_ref().map(of_register), part)
-        })
+            densities[register] = of_row[register] * within(corners.each_ref().map(of_register), part);
+        }
+        densities
     }
 
     /// Column and row of the cell at a place.

@@ -18,7 +18,7 @@ mod sobol;
 mod table;
 pub mod warp;
 
-use crate::lanes::{self, LANES, Register, Row, WIDTH, ZERO};
+use crate::lanes::{self, LANES, Mask, Register, Row, WIDTH, ZERO, lanes_of};
 pub use bilinear::PiecewiseBilinearGrid;
 use bluenoise::Layout;
 use cells::Cells;
@@ -246,14 +246,14 @@ impl Stream<'_> {
         }
     }
 
-    /// The values of a set of streams of one sampler, one for each lane: what [`Self::draw`] gives.
-    pub fn draw_in_lanes(streams: &[&Self; LANES], dimensions: Dimensions) -> [Row; 4] {
+    /// The values of a set of streams of one sampler, for the lanes asked for: what [`Self::draw`] gives.
+    pub fn draw_in_lanes(streams: &[&Self; LANES], dimensions: Dimensions, asked: Mask) -> [Row; 4] {
         let first = streams[0];
         let alike = streams.iter().all(|stream| stream.key == first.key);
         if first.kind != SamplerKind::Sobol || !alike {
             let mut values = [ZERO; 4];
-            for (lane, stream) in streams.iter().enumerate() {
-                for (row, value) in values.iter_mut().zip(stream.draw(dimensions)) {
+            for lane in lanes_of(asked) {
+                for (row, value) in values.iter_mut().zip(streams[lane].draw(dimensions)) {
                     lanes::set(row, lane, value);
                 }
             }
@@ -458,7 +458,7 @@ mod tests {
                 };
                 let streams: [Stream; LANES] = std::array::from_fn(|number| stream(number as u32));
                 for set in SETS {
-                    let values = Stream::draw_in_lanes(&streams.each_ref(), set);
+                    let values = Stream::draw_in_lanes(&streams.each_ref(), set, lanes::ALL);
                     for (lane, stream) in streams.iter().enumerate() {
                         let of_lane = values.each_ref().map(|row| lanes::get(row, lane));
                         assert_eq!(of_lane, stream.draw(set), "{name}, {members} members, {set:?}");

@@ -5,7 +5,9 @@ use super::intersection::Intersection;
 use super::scene::{Scene, Surface};
 use crate::accel::{Accel, Hits, NO_FACET, Rays};
 use crate::geometry::{Points, Vec3};
-use crate::lanes::{Mask, REGISTERS, Real, Register, Row, Vec3Lanes, WIDTH, lanes_of, mask_of, part, set};
+use crate::lanes::{
+    Mask, REGISTERS, Real, Register, Row, Vec3Lanes, WIDTH, lanes_of, mask_of, part, registers_of, set,
+};
 use crate::material::{Even, MaterialId, Materials};
 use crate::shape::Shape;
 use crate::spectrum::Spectrum;
@@ -187,11 +189,8 @@ impl Scene {
         found.met = found.hits.met;
         (found.on_light, found.from_front, found.coincident) = (0, 0, 0);
         let mut left = 0;
-        for register in 0..REGISTERS {
+        for register in registers_of(found.met) {
             let met = part(found.met, register);
-            if met == 0 {
-                continue;
-            }
             let known = found.hits.known[register];
             let is_known = known.ge(Register::ZERO).mask() & met;
             if is_known == 0 {

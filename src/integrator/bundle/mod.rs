@@ -134,9 +134,9 @@ impl<'a, const C: usize> Bundle<'a, C> {
         turn.wavelengths(lane)
     }
 
-    /// The values of a set for all lanes.
+    /// The values of a set for the lanes that are alive.
     pub fn draw(&self, dimensions: Dimensions) -> [Row; 4] {
-        Stream::draw_in_lanes(&std::array::from_fn(|lane| self.stream(lane)), dimensions)
+        Stream::draw_in_lanes(&std::array::from_fn(|lane| self.stream(lane)), dimensions, self.alive)
     }
 
     /// Those of a branch of each path; the first has the path's own.
@@ -145,7 +145,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             return self.draw(dimensions);
         }
         let streams: [Stream; LANES] = std::array::from_fn(|lane| self.stream(lane).branch(branch));
-        Stream::draw_in_lanes(&streams.each_ref(), dimensions)
+        Stream::draw_in_lanes(&streams.each_ref(), dimensions, self.alive)
     }
 
     pub fn media(&self, lane: usize) -> Cow<'_, Media> {
