@@ -28,7 +28,7 @@ mod thin_dielectric;
 pub use conductor::{Conductor, FacetReflection, RoughConductor};
 pub use dielectric::{AIR_INDEX, Dielectric, DielectricTextures, Exterior};
 pub use lambert::{DiffuseTransmitter, Lambert};
-pub use metal::Metal;
+pub use metal::{EvenRoughMetal, Metal};
 pub use microfacet::{Beckmann, Ggx, Microfacets};
 pub use plastic::{DiffuseBase, Plastic, PlasticTextures};
 pub(crate) use principled::LEAST_INDEX;

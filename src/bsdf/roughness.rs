@@ -22,6 +22,12 @@ impl RoughnessTextures {
         Microfacets::new(self.distribution, along, across)
     }
 
+    /// Those of a surface on which they are the same everywhere and in all directions.
+    pub(super) fn even(&self) -> Option<Microfacets> {
+        let alpha = self.alpha[0].uniform_value().filter(|_| self.isotropic)?;
+        Some(Microfacets::new(self.distribution, alpha, alpha))
+    }
+
     /// Whether it matters which way the surface's coordinates run.
     pub(super) fn is_anisotropic(&self) -> bool {
         !self.isotropic

@@ -3,7 +3,6 @@
 
 use super::bundle::{Bundle, Turn};
 use super::caustics::FirstSurface;
-use super::metals::Metals;
 use super::plan::Sharing;
 use super::surfaces::{Evaluations, Surfaces};
 use super::weights::power_heuristic;
@@ -182,6 +181,9 @@ impl<'a, const C: usize> Firsts<'a, C> {
     /// The density with which a first surface scatters in a direction, over the wavelengths as the hero.
     fn density_of_direction(&self, lane: usize, direction: Vec3) -> f64 {
         match self.surfaces.shading(lane) {
+            _ if self.surfaces.metals.lanes >> lane & 1 == 1 => {
+                self.surfaces.metals.evaluate_one(lane, direction).density.sum()
+            }
             Some(shading) => shading.evaluate(direction).density.sum(),
             None => {
                 let normal = self.surfaces.normal[lane / WIDTH % REGISTERS].get(lane);
@@ -391,6 +393,13 @@ impl<const C: usize> Values<C> {
         toward_light: Vec3,
         spare: &mut Spare<C>,
     ) -> Self {
+        if surfaces.metals.lanes >> lane & 1 == 1 {
+            let mut values = Self::empty(spare);
+            let toward_light = [Vec3Lanes::of(toward_light); REGISTERS];
+            let metal = surfaces.metals.of_lane(lane);
+            metal.evaluate_from(&links.toward_first, &toward_light, links.linked, &mut values);
+            return Self::Each(values);
+        }
         let Some(shading) = surfaces.shading(lane) else {
             let cos = surfaces.normal[lane / WIDTH % REGISTERS].get(lane).dot(toward_light);
             if surfaces.diffuse >> lane & 1 == 0 || cos <= 0.0 {
@@ -403,20 +412,20 @@ impl<const C: usize> Values<C> {
         if shading.is_diffuse() {
             return Self::Same(shading.evaluate(toward_light));
         }
-        let mut values = spare.pop().unwrap_or_else(|| Box::new(Evaluations::ZERO));
-        values.clear();
-        if let Some(metal) = shading.rough_metal() {
-            let toward_light = [Vec3Lanes::of(toward_light); REGISTERS];
-            let metal = Metals::splat(&metal);
-            metal.evaluate_from(&links.toward_first, &toward_light, links.linked, &mut values);
-            return Self::Each(values);
-        }
+        let mut values = Self::empty(spare);
         for lane in lanes_of(links.linked) {
             let value = shading.evaluate_from(links.toward_first(lane), toward_light);
             values.f_cos.set(lane, &value.f_cos);
             values.density.set(lane, &value.density);
         }
         Self::Each(values)
+    }
+
+    /// Zero everywhere, in memory that is no longer needed if there is any.
+    fn empty(spare: &mut Spare<C>) -> Box<Evaluations<C>> {
+        let mut values = spare.pop().unwrap_or_else(|| Box::new(Evaluations::ZERO));
+        values.clear();
+        values
     }
 
     /// Leaves its memory to others.

@@ -2,9 +2,12 @@
 
 use super::surfaces::Evaluations;
 use crate::bsdf::microfacet::Distribution;
-use crate::bsdf::{Beckmann, FacetReflection, Ggx, Microfacets, RoughConductor, fresnel};
+use crate::bsdf::{
+    Beckmann, Bsdf, Conductor, Evaluation, FacetReflection, Ggx, Microfacets, RoughConductor, fresnel,
+};
+use crate::geometry::{Frame, Vec3, axes_around};
 use crate::lanes::{
-    ALL, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, lanes_of, part,
+    ALL, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, get, lanes_of, part,
     registers_of, set,
 };
 use crate::material::RoughMetal;
@@ -47,24 +50,56 @@ impl<const C: usize> Metals<C> {
         }
     }
 
-    /// The same metal for all lanes.
-    pub fn splat(metal: &RoughMetal<C>) -> Self {
-        let RoughMetal { bsdf: RoughConductor { facet, microfacets }, frame, toward_eye } = metal;
+    /// The metal of a lane for all lanes.
+    pub fn of_lane(&self, lane: usize) -> Self {
+        let all = |row: &Row| [Register::splat(get(row, lane)); REGISTERS];
+        let spectrum = |lanes: &SampledLanes<C>| SampledLanes::splat(&lanes.get(lane));
+        let register = lane / WIDTH % REGISTERS;
         Self {
             lanes: ALL,
-            beckmann: if has_beckmanns(microfacets) { ALL } else { 0 },
-            eta: SampledLanes::splat(&facet.eta),
-            k: SampledLanes::splat(&facet.k),
-            specular_reflectance: SampledLanes::splat(&facet.specular_reflectance),
-            alpha: microfacets.alpha().map(|alpha| [Register::splat(alpha); REGISTERS]),
-            axes: [[frame.x, frame.y, frame.z].map(Vector::of); REGISTERS],
-            toward_eye: [Vector::of(*toward_eye); REGISTERS],
+            beckmann: if self.beckmann >> lane & 1 == 1 { ALL } else { 0 },
+            eta: spectrum(&self.eta),
+            k: spectrum(&self.k),
+            specular_reflectance: spectrum(&self.specular_reflectance),
+            alpha: self.alpha.each_ref().map(all),
+            axes: [self.axes[register].map(|axis| Vector::of(axis.get(lane))); REGISTERS],
+            toward_eye: [Vector::of(self.toward_eye[register].get(lane)); REGISTERS],
         }
     }
 
-    pub fn set(&mut self, lane: usize, metal: &RoughMetal<C>) {
-        let RoughMetal { bsdf: RoughConductor { facet, microfacets }, frame, toward_eye } = metal;
+    /// The value of that of one lane for light from a direction.
+    pub fn evaluate_one(&self, lane: usize, toward_light: Vec3) -> Evaluation<C> {
+        let facet = Conductor {
+            eta: self.eta.get(lane),
+            k: self.k.get(lane),
+            specular_reflectance: self.specular_reflectance.get(lane),
+        };
+        let [alpha_u, alpha_v] = self.alpha.each_ref().map(|row| get(row, lane));
+        let distribution = match self.beckmann >> lane & 1 {
+            1 => Distribution::Beckmann,
+            _ => Distribution::Ggx,
+        };
+        let microfacets = Microfacets::new(distribution, alpha_u, alpha_v);
         let register = lane / WIDTH % REGISTERS;
+        let [x, y, z] = self.axes[register].map(|axis| axis.get(lane));
+        let toward_eye = self.toward_eye[register].get(lane);
+        Bsdf::RoughConductor(RoughConductor { facet, microfacets })
+            .evaluate(toward_eye, Frame { x, y, z }.to_local(toward_light))
+    }
+
+    pub fn set(&mut self, lane: usize, metal: &RoughMetal<C>) {
+        let RoughMetal { bsdf, frame, toward_eye } = metal;
+        self.set_bsdf(lane, bsdf);
+        let register = lane / WIDTH % REGISTERS;
+        for (lanes, axis) in self.axes[register].iter_mut().zip([frame.x, frame.y, frame.z]) {
+            lanes.set(lane, axis);
+        }
+        self.toward_eye[register].set(lane, *toward_eye);
+    }
+
+    /// Puts in a metal for which it makes no difference which way the axes are; see [`Self::turn`].
+    pub fn set_bsdf(&mut self, lane: usize, bsdf: &RoughConductor<C>) {
+        let RoughConductor { facet, microfacets } = bsdf;
         self.lanes |= 1 << lane;
         self.beckmann = self.beckmann & !(1 << lane) | Mask::from(has_beckmanns(microfacets)) << lane;
         self.eta.set(lane, &facet.eta);
@@ -73,10 +108,25 @@ impl<const C: usize> Metals<C> {
         for (row, alpha) in self.alpha.iter_mut().zip(microfacets.alpha()) {
             set(row, lane, alpha);
         }
-        for (lanes, axis) in self.axes[register].iter_mut().zip([frame.x, frame.y, frame.z]) {
-            lanes.set(lane, axis);
+    }
+
+    /// Gives some lanes frames around the normals, by the directions toward the eye in the world.
+    pub fn turn(
+        &mut self,
+        lanes: Mask,
+        normals: &[Vec3Lanes; REGISTERS],
+        toward_eye: impl Fn(usize) -> Vec3Lanes,
+    ) {
+        for register in registers_of(lanes) {
+            let (turned, normal) = (Truth::of(part(lanes, register)), normals[register]);
+            let [x, y] = axes_around(normal);
+            for (own, axis) in self.axes[register].iter_mut().zip([x, y, normal]) {
+                *own = Vec3Lanes::choose(turned, axis, *own);
+            }
+            let local = self.to_local(register, toward_eye(register));
+            let own = &mut self.toward_eye[register];
+            *own = Vec3Lanes::choose(turned, local, *own);
         }
-        self.toward_eye[register].set(lane, *toward_eye);
     }
 
     #[inline(always)]
@@ -165,7 +215,8 @@ impl<const C: usize> Metals<C> {
         let m = self.sample_visible(register, u, asked);
         let light = m * (Register::splat(2.0) * eye.dot(m)) - eye;
         let found = self.about(register, asked, [eye, light, m]);
-        let scattered = light.z.gt(Register::ZERO) & found.density.gt(Register::ZERO);
+        let above = eye.z.gt(Register::ZERO) & light.z.gt(Register::ZERO);
+        let scattered = above & found.density.gt(Register::ZERO);
         let [x, y, z] = self.axes[register];
         let mut weight = [Register::ZERO; C];
         for (wavelength, weight) in weight.iter_mut().enumerate() {

@@ -2,7 +2,7 @@
 //! by one.
 
 use super::metals::{Metals, Reflected};
-use crate::bsdf::{Evaluation, Scatter};
+use crate::bsdf::{Evaluation, RoughConductor, Scatter};
 use crate::geometry::axes_around;
 use crate::lanes::{
     LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, lanes_of, part,
@@ -20,9 +20,9 @@ pub(super) struct Surfaces<const C: usize> {
     pub hits: Intersections,
     /// Diffuse ones that are seen from the side on which they scatter.
     pub diffuse: Mask,
-    /// Those that [`Self::shading`] tells of, rough metals among them.
+    /// All that are not, rough metals among them.
     pub others: Mask,
-    metals: Metals<C>,
+    pub metals: Metals<C>,
     /// The side from which light counts: of the diffuse ones their normal. And their reflectance.
     pub normal: [Vec3Lanes; REGISTERS],
     pub reflectance: SampledLanes<C>,
@@ -99,7 +99,13 @@ impl<const C: usize> Surfaces<C> {
         self.shadings[lane] = Some(shading);
     }
 
-    /// How a lane among [`Self::others`] scatters.
+    /// Puts in an even rough metal; see [`Metals::set_bsdf`].
+    pub fn set_metal(&mut self, lane: usize, metal: &RoughConductor<C>) {
+        self.others |= 1 << lane;
+        self.metals.set_bsdf(lane, metal);
+    }
+
+    /// How a lane scatters that is neither diffuse nor an even rough metal.
     pub fn shading(&self, lane: usize) -> Option<&Shading<C>> {
         self.shadings.get(lane)?.as_ref()
     }
@@ -113,8 +119,10 @@ impl<const C: usize> Surfaces<C> {
     /// Whether the path of a lane goes on in its bundle: the surface scatters with a density. Where light is
     /// traced, what it transmits is weighed against nothing and goes on alone.
     pub fn goes_along(&self, lane: usize, light_tracing: bool) -> bool {
-        self.shading(lane)
-            .is_none_or(|shading| !shading.bsdf.is_discrete() && !(light_tracing && shading.bsdf.transmits()))
+        self.shading(lane).is_none_or(|shading| {
+            let leaves = shading.bsdf.is_discrete() || light_tracing && shading.bsdf.transmits();
+            !leaves
+        })
     }
 
     /// All that scatter anything.

@@ -4,6 +4,7 @@ use super::counting::RayKind;
 use super::intersection::Intersection;
 use super::scene::{Scene, Surface};
 use crate::accel::{Accel, Hits, NO_FACET, Rays};
+use crate::bsdf::EvenRoughMetal;
 use crate::geometry::{Points, Vec3};
 use crate::lanes::{
     Mask, REGISTERS, Real, Register, Row, Vec3Lanes, WIDTH, lanes_of, mask_of, part, registers_of, set,
@@ -48,6 +49,7 @@ pub(super) struct EvenSurfaces {
     /// By shape, front and back.
     sides: Vec<[Side; 2]>,
     pub reflectances: Vec<Spectrum>,
+    pub metals: Vec<EvenRoughMetal>,
 }
 
 /// One side of a surface.
@@ -55,6 +57,8 @@ pub(super) struct EvenSurfaces {
 pub enum Side {
     /// Diffuse, with the reflectance of this number; see [`Scene::reflectances`].
     Diffuse(u32),
+    /// A rough metal, of this number; see [`Scene::metals`].
+    Metal(u32),
     /// It reflects nothing.
     Black,
     /// Anything else: [`Scene::shade`] tells.
@@ -164,6 +168,10 @@ impl EvenSurfaces {
                             even.reflectances.push(reflectance.clone());
                             Side::Diffuse(even.reflectances.len() as u32 - 1)
                         }
+                        Some(Even::Metal(metal)) => {
+                            even.metals.push(*metal);
+                            Side::Metal(even.metals.len() as u32 - 1)
+                        }
                     }
                 })
             });
@@ -235,6 +243,11 @@ impl Scene {
     /// Those of even diffuse sides, by their numbers.
     pub fn reflectances(&self) -> &[Spectrum] {
         &self.even.reflectances
+    }
+
+    /// Even rough metals, by their numbers.
+    pub fn metals(&self) -> &[EvenRoughMetal] {
+        &self.even.metals
     }
 
     /// Whether most rays are answered for all lanes at once: the scene consists of few triangles and spheres,

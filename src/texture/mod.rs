@@ -257,6 +257,11 @@ impl Texture {
         }
     }
 
+    /// [`Self::value`] of a texture that is the same everywhere.
+    pub fn uniform_value(&self) -> Option<f64> {
+        self.uniform().map(scalar)
+    }
+
     /// The names of the attributes that a mesh must have.
     pub fn attributes(&self) -> Vec<&str> {
         match self {

@@ -265,7 +265,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
     pub fn shade(&mut self, surfaces: &mut Surfaces<C>) {
         let scene = self.scene;
         surfaces.clear();
-        let mut seen_from_front = 0;
+        let (mut seen_from_front, mut even_metals) = (0, 0);
         for register in 0..REGISTERS {
             let normal = surfaces.hits.shading_normal[register];
             let toward = self.rays.direction[register].dot(normal);
@@ -281,10 +281,17 @@ impl<'a, const C: usize> Bundle<'a, C> {
                     surfaces.diffuse |= 1 << lane;
                     surfaces.reflectance.set(lane, &reflectance);
                 }
+                Side::Metal(number) => {
+                    let Source { turn, lane: of_turn, .. } = self.sources[lane];
+                    surfaces.set_metal(lane, &turn.metal(scene, number, of_turn));
+                    even_metals |= 1 << lane;
+                }
                 Side::Black => {}
                 Side::Other => surfaces.set(lane, self.shading(lane, &surfaces.hits.get(scene, lane))),
             }
         }
+        let Surfaces { metals, normal, .. } = surfaces;
+        metals.turn(even_metals, normal, |register| -self.rays.direction[register]);
         let absorbed = self.alive & !surfaces.scattering();
         self.end(PathEnd::Absorbed, absorbed);
         self.alive &= !absorbed;

@@ -1,3 +1,4 @@
+use crate::bsdf::RoughConductor;
 use crate::lanes::LANES;
 use crate::light::LampLight;
 use crate::sampling::Stream;
@@ -14,6 +15,8 @@ pub(in crate::integrator) struct Turn<'a, const C: usize> {
     pub streams: [Stream<'a>; LANES],
     /// Reflectances of even surfaces, by their numbers: those of few, once and for all lanes.
     reflectances: SmallVec<[Sampled<C>; LOOKED_UP]>,
+    /// The same of even rough metals.
+    metals: SmallVec<[RoughConductor<C>; METALS_LOOKED_UP]>,
     /// What lamps emit.
     pub lamp_light: LampLight<C>,
 }
@@ -27,19 +30,24 @@ pub(in crate::integrator) enum Each<'a, const C: usize> {
 /// Up to this number of reflectances are looked up before any is asked for.
 const LOOKED_UP: usize = 8;
 
+/// And of metals.
+const METALS_LOOKED_UP: usize = 4;
+
 impl<'a, const C: usize> Turn<'a, C> {
     pub fn new(scene: &Scene, time: f64, wavelengths: Each<'a, C>, streams: [Stream<'a>; LANES]) -> Self {
-        let mut reflectances = SmallVec::new();
+        let (mut reflectances, mut metals) = (SmallVec::new(), SmallVec::new());
         let (wavelengths, are_same) = match wavelengths {
             Each::Same(wavelengths) => {
                 let first = scene.reflectances().iter().take(LOOKED_UP);
                 reflectances.extend(first.map(|spectrum| spectrum.sample(&wavelengths.nm)));
+                let first = scene.metals().iter().take(METALS_LOOKED_UP);
+                metals.extend(first.map(|metal| metal.sample(&wavelengths.nm)));
                 ([wavelengths; LANES], true)
             }
             Each::Own(each) => (each, false),
         };
         let lamp_light = LampLight::new(&scene.lights, |lane| wavelengths[lane], are_same);
-        Self { wavelengths, time, streams, reflectances, lamp_light }
+        Self { wavelengths, time, streams, reflectances, metals, lamp_light }
     }
 
     /// Those of a lane.
@@ -51,6 +59,13 @@ impl<'a, const C: usize> Turn<'a, C> {
         match self.reflectances.get(number as usize) {
             Some(reflectance) => *reflectance,
             None => scene.reflectances()[number as usize].sample(&self.wavelengths(lane).nm),
+        }
+    }
+
+    pub fn metal(&self, scene: &Scene, number: u32, lane: usize) -> RoughConductor<C> {
+        match self.metals.get(number as usize) {
+            Some(metal) => *metal,
+            None => scene.metals()[number as usize].sample(&self.wavelengths(lane).nm),
         }
     }
 }

@@ -1,4 +1,5 @@
 use super::super::bundle::{Each, Scratch};
+use super::super::{GroupSample, Plan, RadianceSample, Sight, Workspace, radiance, radiance_of_group};
 use super::*;
 use crate::bsdf::microfacet::Distribution;
 use crate::geometry::Vec3;
@@ -134,6 +135,44 @@ fn scenes() -> [(&'static str, Vec<ShapeDescription>); 4] {
             with(paper(), vec![shape(cone, DMat4::IDENTITY, paper()), shape(ring, upright, paper())]),
         ),
     ]
+}
+
+/// Rough glass, sheets that transmit, metals and bodies with media among them.
+#[test]
+fn paths_that_go_along_are_those_of_each_alone() {
+    for (name, shapes) in scenes() {
+        let scene = fixture::compiled(&fixture::described(shapes, Vec3::new(0.5, 2.0, 4.0), Vec3::ZERO));
+        let sampler = Sampler::new(SamplerKind::Independent, 5, 1);
+        let size = scene.film.extent.whole;
+        let (mut lit, mut workspace) = (0, Workspace::default());
+        for group in 0..100 {
+            let wavelengths: Vec<Wavelengths<4>> =
+                (0..LANES).map(|lane| scene.wavelengths.sample((lane as f64 + 0.5) / LANES as f64)).collect();
+            let sight = |member: usize| {
+                let stream = sampler.stream([member as u32, group], 0, 0);
+                let [x, y, ..] = stream.draw(Dimensions::Camera);
+                let place = [x * f64::from(size[0]), y * f64::from(size[1])];
+                Some(Sight { member, ray: scene.sensor_ray(place, 0.0, &stream)?.ray, stream })
+            };
+            let sights: Vec<Sight> = (0..LANES).filter_map(sight).collect();
+            let sample = GroupSample { sights: &sights, time: 0.0, wavelengths: &wavelengths };
+            let mut seen = vec![RadianceSample::NOTHING; LANES];
+            radiance_of_group(&scene, &[sample], Plan::PLAIN, &mut [&mut seen], &mut workspace);
+            for Sight { member, ray, stream } in sights {
+                let alone = radiance(&scene, ray, 0.0, &wavelengths[member], &stream);
+                let found = seen[member];
+                assert_eq!(found.alpha_hit, alone.alpha_hit, "{name}: member {member} of group {group}");
+                assert!(
+                    same(found.radiance, alone.radiance),
+                    "{name}: member {member} of group {group}: {:?} {:?}",
+                    found.radiance,
+                    alone.radiance
+                );
+                lit += u32::from(!found.radiance.is_zero());
+            }
+        }
+        assert!(lit > 400, "{name}: {lit}");
+    }
 }
 
 #[test]
