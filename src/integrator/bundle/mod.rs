@@ -1,9 +1,8 @@
 //! Paths that are followed together, one in each lane. They are the paths of [`super::path`], and take the
 //! same steps, each for all of them at once.
 //!
-//! A bundle holds paths whose surfaces all scatter with a density, back to the side that light comes from:
-//! such paths have as many segments as one another, and are in the medium that they began in. A path that
-//! meets anything else leaves the bundle, and [`super::path`] follows it to its end.
+//! A bundle holds paths whose surfaces all scatter with a density: such paths have as many segments as one
+//! another. A path that meets anything else leaves the bundle, and [`super::path`] follows it to its end.
 
 mod alone;
 mod pool;
