@@ -1,5 +1,5 @@
-//! How far a group reaches in each direction, by which its turned instances are bounded, and a ball around it,
-//! by which rays are found to miss them.
+//! How far a group reaches in each direction, by which its turned instances are bounded, and a ball around
+//! it, by which rays are found to miss them.
 
 use crate::geometry::{Bounds, Pose, Ray, Vec3};
 use std::f64::consts::PI;
@@ -143,8 +143,8 @@ mod tests {
     use rand::RngExt;
     use rand_pcg::Pcg64;
 
-    /// Rays toward points of a stretched and turned body never miss the ball around it, near and far, and most
-    /// of those that pass at twice its radius do.
+    /// Rays toward points of a stretched and turned body never miss the ball around it, near and far. Most of
+    /// those that pass at twice its radius do.
     #[test]
     fn rays_to_a_body_do_not_miss_the_ball_around_it() {
         let bounds = Bounds { min: Vec3::new(-1.0, -0.5, 0.2), max: Vec3::new(0.3, 0.7, 0.9) };

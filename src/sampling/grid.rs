@@ -23,9 +23,9 @@ pub(super) struct GridInversion {
 }
 
 /// All that is asked of a cell, in one word: tables are larger than a processor's caches, and a sample waits
-/// for each line of them. The upper half is the sum of probabilities up to and including the cell, in units of
-/// 1 / [`UNITS`] of its row's. The lower half has a byte for each corner: what the density is there over the
-/// most that it is at a corner of this cell.
+/// for each line of them. The upper half is the sum of probabilities up to and including the cell, in units
+/// of 1 / [`UNITS`] of its row's. The lower half has a byte for each corner: what the density is there over
+/// the most that it is at a corner of this cell.
 type Cell = u64;
 
 /// The probability of a row. All cells that have any probability have at least 1.
@@ -194,8 +194,8 @@ impl GridInversion {
     }
 }
 
-/// Sums of a row's integrals up to and with each, rounded to units that the row has [`UNITS`] of. Each positive
-/// one gets at least one unit. All are zero where the row has nothing.
+/// Sums of a row's integrals up to and with each, rounded to units that the row has [`UNITS`] of. Each
+/// positive one gets at least one unit. All are zero where the row has nothing.
 fn in_units(row: &[f64], total: f64) -> Vec<u32> {
     let mut left = row.iter().filter(|&&value| value > 0.0).count() as u32;
     let (mut sum, mut before) = (0.0, 0);
