@@ -122,12 +122,14 @@ def curves(power, contestants, scene):
 
 
 def by_turns(contestants, path, seeds, defines):
-    """By each contestant's name, what a few renders of different seeds take without the start (median of CPU seconds), and their pictures."""
+    """By each contestant's name, what a few renders of different seeds take without the start (median of CPU seconds), and their pictures.
+
+    No two contestants have a seed in common: versions that render the same bits would be taken for closer to the truth than they are."""
     start = {contestant.name: contestant.run(path, LEAST, 9, defines)[0].cpu for contestant in contestants}
     cpu, pictures = ({contestant.name: [] for contestant in contestants} for _ in range(2))
     for seed in range(seeds):
-        for contestant in contestants:
-            used, picture = contestant.run(path, SPP, 100 + seed, defines)
+        for number, contestant in enumerate(contestants):
+            used, picture = contestant.run(path, SPP, 100 + seed + seeds * number, defines)
             cpu[contestant.name].append(used.cpu - start[contestant.name])
             pictures[contestant.name].append(picture)
     return {name: median(of_contestant) for name, of_contestant in cpu.items()}, pictures
