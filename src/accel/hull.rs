@@ -11,8 +11,8 @@ const STEPS: i32 = 12;
 /// lattice on the octahedron |x| + |y| + |z| = [`STEPS`].
 ///
 /// h is convex and h(s d) = s h(d) for s > 0. So a direction that is a sum of lattice points with weights of
-/// at least 0 has no larger h than the sum of theirs. Lattice points are some 7° apart: that bounds a ball to
-/// about 0.5 %, and a box that fits into it to about 6 % of the ball's radius.
+/// at least 0 has no larger h than the sum of theirs. Lattice points are some 7° apart. That bounds a ball
+/// to about 0.5 %, and a box that fits into it to about 6 % of the ball's radius.
 #[derive(Clone, Debug)]
 pub(super) struct Hull {
     /// See [`place`]; empty where there is no body.

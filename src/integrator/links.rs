@@ -180,16 +180,8 @@ impl<'a, const C: usize> Firsts<'a, C> {
 
     /// The density with which a first surface scatters in a direction, over the wavelengths as the hero.
     fn density_of_direction(&self, lane: usize, direction: Vec3) -> f64 {
-        match self.surfaces.shading(lane) {
-            _ if self.surfaces.metals.lanes >> lane & 1 == 1 => {
-                self.surfaces.metals.evaluate_one(lane, direction).density.sum()
-            }
-            Some(shading) => shading.evaluate(direction).density.sum(),
-            None => {
-                let normal = self.surfaces.normal[lane / WIDTH % REGISTERS].get(lane);
-                C as f64 * normal.dot(direction).max(0.0) * FRAC_1_PI
-            }
-        }
+        let toward = [Vec3Lanes::of(direction); REGISTERS];
+        self.surfaces.evaluate(&toward, 1 << lane).density.get(lane).sum()
     }
 
     /// The first surfaces that might see a next one.

@@ -2,10 +2,8 @@
 
 use super::surfaces::Evaluations;
 use crate::bsdf::microfacet::Distribution;
-use crate::bsdf::{
-    Beckmann, Bsdf, Conductor, Evaluation, FacetReflection, Ggx, Microfacets, RoughConductor, fresnel,
-};
-use crate::geometry::{Frame, Vec3, axes_around};
+use crate::bsdf::{Beckmann, FacetReflection, Ggx, Microfacets, RoughConductor, fresnel};
+use crate::geometry::axes_around;
 use crate::lanes::{
     ALL, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, Vector, WIDTH, ZERO, get, lanes_of, part,
     registers_of, set,
@@ -65,26 +63,6 @@ impl<const C: usize> Metals<C> {
             axes: [self.axes[register].map(|axis| Vector::of(axis.get(lane))); REGISTERS],
             toward_eye: [Vector::of(self.toward_eye[register].get(lane)); REGISTERS],
         }
-    }
-
-    /// The value of that of one lane for light from a direction.
-    pub fn evaluate_one(&self, lane: usize, toward_light: Vec3) -> Evaluation<C> {
-        let facet = Conductor {
-            eta: self.eta.get(lane),
-            k: self.k.get(lane),
-            specular_reflectance: self.specular_reflectance.get(lane),
-        };
-        let [alpha_u, alpha_v] = self.alpha.each_ref().map(|row| get(row, lane));
-        let distribution = match self.beckmann >> lane & 1 {
-            1 => Distribution::Beckmann,
-            _ => Distribution::Ggx,
-        };
-        let microfacets = Microfacets::new(distribution, alpha_u, alpha_v);
-        let register = lane / WIDTH % REGISTERS;
-        let [x, y, z] = self.axes[register].map(|axis| axis.get(lane));
-        let toward_eye = self.toward_eye[register].get(lane);
-        Bsdf::RoughConductor(RoughConductor { facet, microfacets })
-            .evaluate(toward_eye, Frame { x, y, z }.to_local(toward_light))
     }
 
     pub fn set(&mut self, lane: usize, metal: &RoughMetal<C>) {

@@ -1,6 +1,7 @@
 //! Weights of techniques beside one another, and survival of long paths.
 
-use crate::lanes::Real;
+use crate::lanes::{REGISTERS, Real, Register, Row, Truth, ZERO, get, lanes_of, part, set};
+use crate::light::LightSamples;
 use crate::sampling::Density;
 use crate::scene::{Scene, Techniques};
 
@@ -22,6 +23,33 @@ pub(super) fn light_sample_weight(
             power_heuristic(by_light, by_scattering()) / by_light
         }
     }
+}
+
+/// What light samples are multiplied by; see [`light_sample_weight`] for the same of one.
+#[inline(always)]
+pub(super) fn light_sample_weights<const C: usize>(
+    scene: &Scene,
+    samples: &LightSamples<C>,
+    prior: &Row,
+    by_scattering: &Row,
+) -> Row {
+    let mut weights = ZERO;
+    if scene.limits.techniques != Techniques::Both {
+        for lane in lanes_of(samples.found) {
+            let density = samples.density_of(lane);
+            let weight = light_sample_weight(scene, density, get(prior, lane), || get(by_scattering, lane));
+            set(&mut weights, lane, weight);
+        }
+        return weights;
+    }
+    for register in 0..REGISTERS {
+        let prior = prior[register];
+        let by_light = prior * samples.density[register];
+        let weight = power_heuristic(by_light, by_scattering[register]) / by_light;
+        let discrete = Truth::of(part(samples.discrete, register));
+        weights[register] = Register::choose(discrete, Register::ONE / prior, weight);
+    }
+    weights
 }
 
 /// Largest survival probability of a path of `depth` segments: between perfect mirrors nothing is ever lost.

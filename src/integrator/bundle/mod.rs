@@ -13,7 +13,7 @@ pub(super) use turn::{Each, Turn};
 
 use super::caustics::FirstSurface;
 use super::surfaces::{Scatters, Surfaces};
-use super::weights::{late_survival, light_sample_weight, power_heuristic};
+use super::weights::{late_survival, light_sample_weights, power_heuristic};
 use crate::accel::Rays;
 use crate::geometry::Ray;
 use crate::lanes::{
@@ -576,31 +576,4 @@ impl<const C: usize> Scratch<C> {
     pub fn new() -> Self {
         Self { surfaces: Surfaces::new(), samples: LightSamples::NONE }
     }
-}
-
-/// What light samples are multiplied by; see [`light_sample_weight`] for the same of one.
-#[inline(always)]
-fn light_sample_weights<const C: usize>(
-    scene: &Scene,
-    samples: &LightSamples<C>,
-    prior: &Row,
-    by_scattering: &Row,
-) -> Row {
-    let mut weights = ZERO;
-    if scene.limits.techniques != Techniques::Both {
-        for lane in lanes_of(samples.found) {
-            let density = samples.density_of(lane);
-            let weight = light_sample_weight(scene, density, get(prior, lane), || get(by_scattering, lane));
-            set(&mut weights, lane, weight);
-        }
-        return weights;
-    }
-    for register in 0..REGISTERS {
-        let prior = prior[register];
-        let by_light = prior * samples.density[register];
-        let weight = power_heuristic(by_light, by_scattering[register]) / by_light;
-        let discrete = Truth::of(part(samples.discrete, register));
-        weights[register] = Register::choose(discrete, Register::ONE / prior, weight);
-    }
-    weights
 }
