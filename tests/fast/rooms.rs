@@ -75,3 +75,36 @@ fn the_map_has_every_room_in_its_order() {
     expected.sort();
     assert_eq!(there, expected);
 }
+
+/// The strings of a TOML file that `key` is given, each with where it stands. Those of `validation/controls`
+/// are JSON's strings too.
+fn strings_of(toml: &str, key: &str) -> Vec<(usize, String)> {
+    let given = format!("{key} = \"");
+    let places = toml.match_indices(&given).map(|(place, _)| place);
+    let string = |place: usize| {
+        let text = &toml[place + given.len() - 1..];
+        let mut strings = serde_json::Deserializer::from_str(text).into_iter::<String>();
+        strings.next().expect("a string").expect("a string without escapes of TOML alone")
+    };
+    places.map(|place| (place, string(place))).collect()
+}
+
+#[test]
+fn what_a_planted_fault_replaces_stands_once_in_its_file() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (mut wrong, mut pieces) = (Vec::new(), 0);
+    for list in files_in(&root.join("validation/controls")) {
+        let toml = read(&list);
+        let files = strings_of(&toml, "file");
+        for (place, old) in strings_of(&toml, "old") {
+            let (_, file) = files.iter().rev().find(|(start, _)| *start < place).expect("a file before it");
+            let times = read(&root.join(file)).matches(&old).count();
+            pieces += 1;
+            if times != 1 {
+                wrong.push(format!("{}: {old:?} stands {times} times in {file}", list.display()));
+            }
+        }
+    }
+    assert!(pieces > 20, "{pieces} pieces");
+    assert!(wrong.is_empty(), "name a piece that stands once:\n{}", wrong.join("\n"));
+}
