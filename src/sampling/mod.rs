@@ -275,10 +275,9 @@ impl Stream<'_> {
     /// A value for a path that has companions at equal steps of 1 / `parts` from it, made of a value of one
     /// dimension.
     ///
-    /// The values of a sequence have a stratum each, as before. Together with their companions they have one
-    /// of a length of 1 / `parts` of that each, and so have the values of each run together with theirs. In
-    /// most sequences values and companions lie at equal steps, from a random place on: the mean of a smooth
-    /// function over such places is all but exact.
+    /// The values of a sequence have a stratum each, as before. They and their companions have one of a length
+    /// of 1 / `parts` of that each, in a sequence and in a run of it. In most kinds of sequences they lie at
+    /// equal steps, from a random place on: the mean of a smooth function over such places is all but exact.
     pub fn spread(&self, value: f64, parts: u32) -> f64 {
         let (strata, is_regular) = match self.kind {
             SamplerKind::Independent => return value,
@@ -415,8 +414,8 @@ mod tests {
         }
     }
 
-    /// Values have a stratum each, and they and their companions one of a fourth of the length: of a sequence,
-    /// and of a run of it. All places are as likely.
+    /// Values have a stratum each. They and their companions have one of a fourth of the length each, in a
+    /// sequence and in a run of it. All places are as likely.
     #[test]
     fn spread_values_have_companions_that_are_spread() {
         const SAMPLES: u32 = 64;
