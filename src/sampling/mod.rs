@@ -275,9 +275,10 @@ impl Stream<'_> {
     /// A value for a path that has companions at equal steps of 1 / `parts` from it, made of a value of one
     /// dimension.
     ///
-    /// The values of a sequence have a stratum each, as before. They and their companions have one of a length
-    /// of 1 / `parts` of that each, in a sequence and in a run of it. In most kinds of sequences they lie at
-    /// equal steps, from a random place on: the mean of a smooth function over such places is all but exact.
+    /// The values of a sequence have a stratum each, as before. They and their companions have one of a
+    /// fraction 1 / `parts` of that length each, in a sequence and in a run of it. In most kinds of sequences
+    /// they lie at equal steps, from a random place on: the mean of a smooth function over such places is all
+    /// but exact.
     pub fn spread(&self, value: f64, parts: u32) -> f64 {
         let (strata, is_regular) = match self.kind {
             SamplerKind::Independent => return value,
