@@ -5,7 +5,7 @@ use super::groups::{Block, Groups, Pixel};
 use super::{Schedule, admit};
 use crate::film::{Extent, Extras, FilterKind, FixedPoint, Region, Tile, Tristimulus};
 use crate::integrator::{self, GroupSample, Plan, RadianceSample, Sight, TOGETHER, Workspace};
-use crate::sampling::{Dimensions, Member, Stream, mix};
+use crate::sampling::{Dimensions, Member, mix};
 use crate::scene::Scene;
 use crate::spectrum::colour::MITSUBA_Y_INTEGRAL;
 use crate::spectrum::{Sampled, Wavelengths};
@@ -240,14 +240,14 @@ impl Exposure<'_> {
         let leading = stream_of(&leader);
         let [.., wavelength, time] = leading.draw(Dimensions::Camera);
         let shares = self.groups.sharers() > 1;
-        let wavelengths_of =
-            |stream: &Stream, value: f64| scene.wavelengths.sample::<C>(stream.spread(value, C as u32));
         let Aimed { wavelengths, samples, sights, .. } = aimed;
         wavelengths.clear();
         samples.clear();
         sights.clear();
         if shares {
-            wavelengths.push(wavelengths_of(&leading, wavelength));
+            // Spread wavelengths make the runs of a net differ more than the net errs, and its error bars too
+            // wide. Groups that share gain more by them than that.
+            wavelengths.push(scene.wavelengths.sample::<C>(leading.spread(wavelength, C as u32)));
         }
         let time = scene.shutter.time(time);
         aimed.time = time;
@@ -255,7 +255,7 @@ impl Exposure<'_> {
             let stream = stream_of(pixel);
             let [x, y, wavelength, _] = stream.draw(Dimensions::Camera);
             if !shares {
-                wavelengths.push(wavelengths_of(&stream, wavelength));
+                wavelengths.push(scene.wavelengths.sample::<C>(wavelength));
             }
             let wavelengths = wavelengths.get(member).unwrap_or(&wavelengths[0]);
             let place = [pixel.place[0] as f64 + x, pixel.place[1] as f64 + y];

@@ -272,30 +272,32 @@ impl Stream<'_> {
         values
     }
 
-    /// A value for a path that has companions at equal steps of 1 / `parts` from it, made of a value of one
-    /// dimension.
+    /// A value of one dimension, moved within its stratum, so that what is left of it modulo 1 / `parts` is
+    /// well spread, too: as finely as in a sequence `parts` times as long. For companions at equal steps from
+    /// a value, which would else fall close to those of other values.
     ///
-    /// The values of a sequence have a stratum each, as before. They and their companions have one of a
-    /// fraction 1 / `parts` of that length each, in a sequence and in a run of it. In most kinds of sequences
-    /// they lie at equal steps, from a random place on: the mean of a smooth function over such places is all
-    /// but exact.
+    /// In a Sobol sequence they lie at equal steps, from a random place on: the mean of a smooth function over
+    /// such places is all but exact.
     pub fn spread(&self, value: f64, parts: u32) -> f64 {
-        let (strata, is_regular) = match self.kind {
-            SamplerKind::Independent => return value,
-            SamplerKind::Sobol => (1 << self.sampler.sample_bits.min(u32::BITS - 1), true),
-            // Many pixels have parts of one sequence.
-            SamplerKind::BlueNoise => (1 << self.sampler.sample_bits.min(u32::BITS - 1), false),
-            SamplerKind::Jittered | SamplerKind::Poisson => (self.sampler.samples, true),
-            SamplerKind::Regular => (self.sampler.samples, false),
+        let strata = match self.kind {
+            SamplerKind::Independent => 1,
+            SamplerKind::Sobol | SamplerKind::BlueNoise => 1 << self.sampler.sample_bits.min(u32::BITS - 1),
+            SamplerKind::Regular | SamplerKind::Jittered | SamplerKind::Poisson => self.sampler.samples,
         };
+        if parts == 1 || !strata.is_multiple_of(parts) {
+            return value;
+        }
         let place = value * f64::from(strata);
         let stratum = place as u32;
-        // A step has as many strata as it has companions. Which of them each is, is random.
-        let first = mix(self.key ^ mix(SPREAD ^ u64::from(stratum / parts))) as u32;
-        let companion = (stratum % parts + first % parts) % parts;
-        let within = if is_regular { unit((mix(self.key ^ SPREAD) >> 32) as u32) } else { place.fract() };
-        let offset = (f64::from(stratum) + within) / f64::from(strata);
-        inside((f64::from(companion) + offset) / f64::from(parts))
+        // Strata at equal steps meet in one, and each takes another part of that: which, is random.
+        let (step, met) = (stratum / (strata / parts), stratum % (strata / parts));
+        let first = mix(self.key ^ mix(SPREAD ^ u64::from(met))) as u32;
+        let part = step.wrapping_add(first % parts) % parts;
+        let within = match self.kind {
+            SamplerKind::Sobol => unit((mix(self.key ^ SPREAD) >> 32) as u32),
+            _ => place.fract(),
+        };
+        inside((f64::from(stratum) + (f64::from(part) + within) / f64::from(parts)) / f64::from(strata))
     }
 
     /// Apart, so that the common samplers stay small where they are inlined.
@@ -415,54 +417,44 @@ mod tests {
         }
     }
 
-    /// Values have a stratum each. They and their companions have one of a fourth of the length each, in a
-    /// sequence and in a run of it. All places are as likely.
+    /// Values stay in their strata, and they and their companions have a stratum of a fourth of the length
+    /// each, in Sobol sequences at equal steps.
     #[test]
     fn spread_values_have_companions_that_are_spread() {
         const SAMPLES: u32 = 64;
-        /// How many values there are in each of some strata.
-        fn counts(strata: u32, values: impl Iterator<Item = f64>) -> Vec<u32> {
-            let mut counts = vec![0; strata as usize];
-            values.for_each(|value| counts[(value * f64::from(strata)) as usize] += 1);
-            counts
-        }
         for kind in [SamplerKind::Sobol, SamplerKind::BlueNoise, SamplerKind::Jittered, SamplerKind::Poisson]
         {
             let sampler = Sampler::new(kind, 3, SAMPLES);
-            let mut firsts = Vec::new();
-            for x in 0..400 {
-                let spread = |index: u32| {
+            let (mut quarters, mut within) = ([0; 4], [0; 4]);
+            for x in 0..100 {
+                let mut finest = [0; 4 * SAMPLES as usize];
+                let mut steps = Vec::new();
+                for index in 0..SAMPLES {
                     let stream = sampler.stream([x, 7], 0, index);
-                    stream.spread(stream.draw(Dimensions::Camera)[2], 4)
-                };
-                let values: Vec<f64> = (0..SAMPLES).map(spread).collect();
-                let with_companions = |values: &[f64]| {
-                    let of_value = |&value: &f64| (0..4).map(move |i| (value + f64::from(i) / 4.0).fract());
-                    values.iter().flat_map(of_value).collect::<Vec<f64>>()
-                };
-                assert_eq!(counts(SAMPLES, values.iter().copied()), [1; SAMPLES as usize], "{kind}");
-                let mut all = with_companions(&values);
-                assert_eq!(counts(4 * SAMPLES, all.iter().copied()), [1; 4 * SAMPLES as usize], "{kind}");
-                if kind == SamplerKind::Sobol {
-                    let run = with_companions(&values[16..32]);
-                    assert_eq!(counts(64, run.into_iter()), [1; 64]);
+                    let value = stream.draw(Dimensions::Camera)[2];
+                    let spread = stream.spread(value, 4);
+                    let stratum = |value: f64| (value * f64::from(SAMPLES)) as u32;
+                    assert_eq!(stratum(spread), stratum(value), "{kind}");
+                    for companion in 0..4 {
+                        let place = (spread + f64::from(companion) / 4.0).fract();
+                        finest[(place * 4.0 * f64::from(SAMPLES)) as usize] += 1;
+                    }
+                    let step = spread * 4.0 * f64::from(SAMPLES);
+                    steps.push(step.fract());
+                    if index == 0 {
+                        quarters[(4.0 * (spread * f64::from(SAMPLES)).fract()) as usize] += 1;
+                        within[(4.0 * step.fract()) as usize] += 1;
+                    }
                 }
-                if kind != SamplerKind::BlueNoise {
-                    all.sort_by(f64::total_cmp);
-                    let step = 1.0 / f64::from(4 * SAMPLES);
-                    assert!(all.windows(2).all(|pair| (pair[1] - pair[0] - step).abs() < 1e-15), "{kind}");
-                }
-                firsts.push(values[0]);
+                assert_eq!(finest, [1; 4 * SAMPLES as usize], "{kind}");
+                let is_even = steps.iter().all(|step| (step - steps[0]).abs() < 1e-12);
+                assert_eq!(is_even, kind == SamplerKind::Sobol, "{kind}");
             }
-            // Binomials of 400 with 1/4, of places at large and within the finest strata: a two-sided level
-            // of 1 % after Šidák's correction for 32 numbers.
-            let within = firsts.iter().map(|value| (value * f64::from(4 * SAMPLES)).fract());
-            for places in [counts(4, firsts.iter().copied()), counts(4, within)] {
-                assert!(
-                    places.iter().all(|&n| f64::abs(f64::from(n) - 100.0) < 3.6 * 8.66),
-                    "{kind}: {places:?}"
-                );
-            }
+            // Binomials of 100 with 1/4: a two-sided level of 1 % after Šidák's correction for 32 numbers.
+            assert!(
+                quarters.iter().chain(&within).all(|&n| f64::abs(f64::from(n) - 25.0) < 3.6 * 4.33),
+                "{kind}: {quarters:?} {within:?}"
+            );
         }
     }
 
