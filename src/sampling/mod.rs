@@ -276,8 +276,8 @@ impl Stream<'_> {
     /// well spread, too: as finely as in a sequence `parts` times as long. For companions at equal steps from
     /// a value, which would else fall close to those of other values.
     ///
-    /// In a Sobol sequence they lie at equal steps, from a random place on: the mean of a smooth function over
-    /// such places is all but exact.
+    /// In a Sobol sequence they lie at equal steps, from a random place on: the mean of a smooth function
+    /// over such places is all but exact.
     pub fn spread(&self, value: f64, parts: u32) -> f64 {
         let strata = match self.kind {
             SamplerKind::Independent => 1,
