@@ -1,4 +1,4 @@
-//! The rooms of `src/` and what they know of each other.
+//! The rooms of `src/`, what they know of each other, and the pieces of them that planted faults replace.
 
 use std::path::{Path, PathBuf};
 
