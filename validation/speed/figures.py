@@ -22,6 +22,26 @@ def mean(errors, trimmed):
     return errors[: errors.size - round(LEFT_OUT * errors.size)].mean() if trimmed else errors.mean()
 
 
+def errors_by_spread(stacks, trimmed):
+    """relMSE of a render of each program, by how far some renders are from the mean of all.
+
+    In that mean the programs are weighed by how sure they are, so that single bright pixels of one are not in what it is judged by. A render is a part
+    of the mean: with weight w a program's n renders differ from it by the fraction 1 − 2w/n + w²/n of their variance, and by w²/n of the others'."""
+    renders = [len(stack) for stack in stacks]
+    weights = np.array([1 / np.var(stack, 0, ddof=1).mean() for stack in stacks])
+    weights /= weights.sum()
+    centre = np.average([np.mean(stack, 0) for stack in stacks], axis=0, weights=weights)
+    found = [np.mean([mean(relative_errors((picture - centre) ** 2, centre), trimmed) for picture in stack]) for stack in stacks]
+    parts = np.tile(weights**2 / renders, (len(stacks), 1))
+    return np.linalg.solve(parts + np.diag(1 - 2 * weights / renders), found)
+
+
+def blurred(picture):
+    """Means of 4×4 pixels."""
+    height, width = picture.shape
+    return picture.reshape(height // 4, 4, width // 4, 4).mean((1, 3))
+
+
 @dataclass
 class Reference:
     """Y of each pixel from long renders of both programs, weighed by how sure each is."""

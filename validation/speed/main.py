@@ -10,43 +10,45 @@ from pathlib import Path
 
 from harness import machine as machines
 from harness.abbe import ROOT
-from speed import assets, measure, report
+from speed import assets, gallery, measure, report
 from speed.programs import WORK, busy
 
 BINARY = ROOT / "target/release/abbe"
-PARTS = ("renders", "curves", "start", "triangles", "threads", "skips")
+PARTS = ("renders", "gallery", "curves", "start", "triangles", "threads", "skips")
+SCENES = [scene.name for scene in (*measure.SCENES, *gallery.SCENES)]
 
 
 def parts(power, options):
     """What is to be measured: the name of each piece, and what measures it."""
     contestants = measure.programs(options.abbe)
-    scenes = [scene for scene in measure.SCENES if not options.scenes or scene.name in options.scenes]
+    scenes = {"renders": measure.SCENES, "curves": measure.SCENES, "gallery": gallery.SCENES}
     for part in options.parts or PARTS:
-        if part in ("renders", "curves"):
-            step = getattr(measure, part)
-            yield from ((f"{part}-{scene.name}", lambda scene=scene, step=step: step(power, contestants, scene)) for scene in scenes)
+        step = getattr(measure, part)
+        if part in scenes:
+            chosen = [scene for scene in scenes[part] if not options.scenes or scene.name in options.scenes]
+            yield from ((f"{part}-{scene.name}", lambda scene=scene, step=step: step(power, contestants, scene)) for scene in chosen)
         elif part in ("threads", "skips"):
-            yield part, lambda step=getattr(measure, part): step(power, options.abbe)
+            yield part, lambda step=step: step(power, options.abbe)
         else:
-            yield part, lambda step=getattr(measure, part): step(power, contestants)
+            yield part, lambda step=step: step(power, contestants)
 
 
 def main():
     parser = argparse.ArgumentParser(prog="validation/speed/run", description=__doc__)
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"what to measure anew: {', '.join(PARTS)} (default: all)")
     parser.add_argument("--quick", action="store_true", help="small pictures and few runs, in some minutes: whether all of it works, no figures to keep")
-    parser.add_argument("--scenes", metavar="NAME,…", default=(), type=lambda words: tuple(words.split(",")), help=f"only these of {', '.join(s.name for s in measure.SCENES)}")
+    parser.add_argument("--scenes", metavar="NAME,…", default=(), type=lambda words: tuple(words.split(",")), help=f"only these of {', '.join(SCENES)}")
     parser.add_argument("--abbe", type=Path, default=BINARY, help="the binary to measure")
     parser.add_argument("--report", action="store_true", help="measure nothing: write what was found before")
     options = parser.parse_args()
-    for given, known in ((options.parts, PARTS), (options.scenes, [scene.name for scene in measure.SCENES])):
+    for given, known in ((options.parts, PARTS), (options.scenes, SCENES)):
         if unknown := set(given) - set(known):
             parser.error(f"no such thing: {', '.join(sorted(unknown))}; there are {', '.join(known)}")
     if not machines.find_llvm():
         parser.error("Mitsuba is fastest with LLVM 19, and there is none (Debian: libllvm19); slower it is no opponent")
     kept = WORK / ("quick" if options.quick else "full")
     kept.mkdir(parents=True, exist_ok=True)
-    assets.spectra()
+    gallery.write()
     assets.ball(assets.MILLION)
     power = measure.QUICK if options.quick else measure.FULL
     for name, step in () if options.report else parts(power, options):

@@ -2,8 +2,10 @@
 
 import statistics
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from speed import assets, figures
 from speed.programs import HERE, Abbe, Mitsuba, execute, kernels
@@ -17,6 +19,7 @@ class Scene:
     what: str
     bar: float  # largest cost that is wanted, as a share of Mitsuba's
     trimmed: bool = False
+    plain_bar: float = None  # largest processor time of the plain estimator that is wanted, as a share of Mitsuba's
     defines: dict = None
 
     @property
@@ -25,13 +28,13 @@ class Scene:
 
 
 SCENES = (
-    Scene("cornell", "Cornell box, measured spectra", 1 / 4),
-    Scene("metals", "rough Au, Cu, Al under sky and lamp", 1 / 4),
-    Scene("mesh", "1.3 million triangles", 1 / 4),
-    Scene("absorber", "absorbing glass ball", 1 / 4, trimmed=True),
-    Scene("caustic", "caustic of a glass ball", 1 / 2, trimmed=True),
-    Scene("fluorescent", "Cornell box under F11", 1 / 20),
-    Scene("sodium", "Cornell box under sodium lines", 1 / 20),
+    Scene("cornell", "Cornell box, measured spectra", 0.1, plain_bar=0.5),
+    Scene("metals", "rough Au, Cu, Al under sky and lamp", 0.3, plain_bar=0.6),
+    Scene("mesh", "1.3 million triangles", 0.5),
+    Scene("absorber", "absorbing glass ball", 0.12, trimmed=True),
+    Scene("caustic", "caustic of a glass ball", 0.12, trimmed=True),
+    Scene("fluorescent", "Cornell box under F11", 0.03),
+    Scene("sodium", "Cornell box under sodium lines", 0.003),
 )
 
 
@@ -42,36 +45,35 @@ class Power:
     size: int  # of the pictures, pixels
     rounds: int  # runs of each program of which the median is taken
     curve: tuple  # samples per pixel
-    curve_rounds: int
+    curve_size: int
+    seeds: int  # of the renders of each program whose spread tells the error
     counts: tuple  # of triangles
     chunks: dict  # of the references: see `figures.reference`
 
 
-FULL = Power(256, 5, (4, 16, 64, 256), 2, (1e3, 1e4, 1e5, 1e6, 1e7), {"abbe": (64,) * 8, "llvm multijitter": (256,) * 8})
-QUICK = Power(64, 2, (4, 16, 64), 1, (1e3, 1e4, 1e5, 1e6), {"abbe": (64,) * 4, "llvm multijitter": (256,) * 4})
+FULL = Power(256, 5, (1, 4, 16, 64, 256, 1024, 4096), 128, 3, (1e3, 1e4, 1e5, 1e6, 1e7), {"abbe": (64,) * 8, "llvm multijitter": (256,) * 8})
+QUICK = Power(64, 2, (1, 4, 16, 64), 64, 2, (1e3, 1e4, 1e5, 1e6), {"abbe": (64,) * 4, "llvm multijitter": (256,) * 4})
 SPP = 64
 # Pictures of which the time is taken where something is left out or done.
 SKIP_PICTURES = 100
 # The run that is taken off: what starting and ending takes is in both.
 LEAST = 1
 
-OPPONENT = "llvm multijitter"
+OURS, PLAIN, OPPONENT, NAMED = "abbe", "abbe, plain", "llvm multijitter", "llvm independent"
 
 
 def programs(binary):
-    """abbe without error bars and, last, as it is by default, and Mitsuba in its two spectral variants. The strongest is `OPPONENT`."""
+    """abbe by default, Mitsuba with its best sampler and with the one that most of its files name, and abbe's plain estimator."""
     return (
-        # Mitsuba's pictures carry no error bars.
-        Abbe(binary, options=("--replicates", "1")),
+        Abbe(binary, OURS),
         Mitsuba(OPPONENT, "llvm_ad_spectral", "multijitter"),
-        Mitsuba("llvm independent", "llvm_ad_spectral", "independent"),
-        Mitsuba("scalar multijitter", "scalar_spectral", "multijitter"),
-        Abbe(binary, "abbe, error bars"),
+        Mitsuba(NAMED, "llvm_ad_spectral", "independent"),
+        Abbe(binary, PLAIN, ("--estimator", "plain")),
     )
 
 
 def scene_at(scene, size, **more):
-    return Scene(scene.name, scene.what, scene.bar, scene.trimmed, {"size": str(size)} | more)
+    return replace(scene, defines={"size": str(size)} | more)
 
 
 def rounds(count, contestants):
@@ -105,19 +107,42 @@ def renders(power, contestants, scene):
 
 
 def curves(power, contestants, scene):
-    """Error against processor time, from few to many samples per pixel. Of Mitsuba's scalar variant, which takes long and differs in time alone, and of abbe with error bars there is none."""
-    contestants = contestants[:3]
-    scene = scene_at(scene, power.size)
-    reference = figures.reference(scene, contestants[:2], power.chunks)
-    warm(contestants, scene, power.curve)
-    found = {program.name: {"spp": list(power.curve), "cpu": [[] for _ in power.curve], "error": [[] for _ in power.curve]} for program in contestants}
-    for turn, program in rounds(power.curve_rounds, contestants):
-        least, _ = program.run(scene.path, LEAST, 2001 + turn, scene.defines)
+    """Error against processor time of the whole process, from one to many samples per pixel, by the spread of two renders."""
+    contestants = contestants[:2]
+    scene = scene_at(scene, power.curve_size)
+    warm(contestants, scene, [spp for spp in power.curve if spp <= SPP])
+    cpu, pictures = ({program.name: [[] for _ in power.curve] for program in contestants} for _ in range(2))
+    for turn, program in rounds(2, contestants):
         for at, spp in enumerate(power.curve):
-            used, picture = program.run(scene.path, spp, 2101 + turn, scene.defines)
-            found[program.name]["cpu"][at].append((used.cpu - least.cpu) * spp / (spp - LEAST))
-            found[program.name]["error"][at].append(reference.error_of(picture, scene.trimmed))
-        print(f"    {scene.name}: {program.name}: {found[program.name]['error'][-1][-1]:.3g} at {power.curve[-1]} spp", flush=True)
+            used, picture = program.run(scene.path, spp, 2001 + turn, scene.defines)
+            cpu[program.name][at].append(used.cpu)
+            pictures[program.name][at].append(picture[..., 1])
+        print(f"    {scene.name}: {program.name}: {cpu[program.name][-1][-1]:.1f} s at {power.curve[-1]} spp", flush=True)
+    centre = np.mean([own[-1] for own in pictures.values()], axis=(0, 1))
+    of_two = lambda two: figures.mean(figures.relative_errors((two[0] - two[1]) ** 2 / 2, centre), scene.trimmed)
+    return {name: {"spp": list(power.curve), "cpu": cpu[name], "error": [of_two(two) for two in own]} for name, own in pictures.items()}
+
+
+def spread(contestants, scene, seeds):
+    """By each contestant's name: processor seconds, and relMSE by the spread of a few renders, that of all pixels (*whole*) and after a 4×4 blur."""
+    cpu, pictures = by_turns(contestants, scene.path, seeds, scene.defines or {})
+    stacks = [[picture[..., 1] for picture in of_program] for of_program in pictures.values()]
+    smooth = [[figures.blurred(picture) for picture in stack] for stack in stacks]
+    told = {
+        "error": figures.errors_by_spread(stacks, scene.trimmed),
+        "blurred": figures.errors_by_spread(smooth, scene.trimmed),
+        "whole": figures.errors_by_spread(stacks, False),
+    }
+    return {name: {"cpu": cpu[name]} | {figure: float(values[i]) for figure, values in told.items()} for i, name in enumerate(pictures)}
+
+
+def gallery(power, contestants, scene):
+    """Error and processor time on a scene in the manner of Mitsuba's gallery."""
+    scene = scene_at(scene, power.size)
+    contestants = contestants[:3]
+    warm(contestants, scene)
+    found = spread(contestants, scene, power.seeds)
+    print(f"    {scene.name}: " + ", ".join(f"{name} {own['cpu']:.2f} s, relMSE {own['error']:.3g}" for name, own in found.items()), flush=True)
     return found
 
 
@@ -137,14 +162,16 @@ def by_turns(contestants, path, seeds, defines):
 
 def warm(contestants, scene, counts=(SPP,)):
     """Mitsuba compiles a kernel once for each scene, sampler and number of samples and keeps it: none of the measured runs shall do that."""
-    for program in contestants[1:]:
-        for spp in (LEAST, *counts):
-            program.run(scene.path, spp, 1, scene.defines)
+    for program in contestants:
+        if isinstance(program, Mitsuba):
+            for spp in (LEAST, *counts):
+                program.run(scene.path, spp, 1, scene.defines)
 
 
 def start(power, contestants):
     """Whole processes that make one sample of each pixel of a picture of 16 × 16, or of the usual size: to the first sample, nearly."""
     cornell = SCENES[0]
+    contestants = contestants[:2]
     found = {}
     for size in (16, power.size):
         scene = scene_at(cornell, size)

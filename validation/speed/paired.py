@@ -6,32 +6,9 @@ import statistics
 import sys
 from pathlib import Path
 
-import numpy as np
-
 from harness import machine as machines
 from speed import assets, gallery, measure
-from speed.figures import mean, relative_errors
 from speed.programs import WORK, Abbe, Mitsuba
-
-
-def blurred(picture):
-    """Means of 4×4 pixels."""
-    height, width = picture.shape
-    return picture.reshape(height // 4, 4, width // 4, 4).mean((1, 3))
-
-
-def errors(stacks, trimmed):
-    """relMSE of a render of each program, by how far some renders are from the mean of all.
-
-    In that mean the programs are weighed by how sure they are, so that single bright pixels of one are not in what it is judged by. A render is a part
-    of the mean: with weight w a program's n renders differ from it by the fraction 1 − 2w/n + w²/n of their variance, and by w²/n of the others'."""
-    renders = [len(stack) for stack in stacks]
-    weights = np.array([1 / np.var(stack, 0, ddof=1).mean() for stack in stacks])
-    weights /= weights.sum()
-    centre = np.average([np.mean(stack, 0) for stack in stacks], axis=0, weights=weights)
-    found = [np.mean([mean(relative_errors((picture - centre) ** 2, centre), trimmed) for picture in stack]) for stack in stacks]
-    parts = np.tile(weights**2 / renders, (len(stacks), 1))
-    return np.linalg.solve(parts + np.diag(1 - 2 * weights / renders), found)
 
 
 def main():
@@ -65,20 +42,15 @@ def main():
     print(machines.describe())
     costs = {program.name: [] for program in programs}
     for scene in scenes:
-        cpu, pictures = measure.by_turns(programs, scene.path, options.seeds, scene.defines or {})
-        pictures = {name: [picture[..., 1] for picture in of_program] for name, of_program in pictures.items()}
-        stacks = list(pictures.values())
-        smooth = [[blurred(picture) for picture in stack] for stack in stacks]
-        seconds = np.array([cpu[name] for name in pictures])
-        own, rough, whole = errors(stacks, scene.trimmed), errors(smooth, scene.trimmed), errors(stacks, False)
-        witness = list(pictures).index(witnesses[0].name)
-        over = lambda values: values / values[witness]
-        cost, cost_blurred, cost_whole = over(own * seconds), over(rough * seconds), over(whole * seconds)
-        for i, name in enumerate(pictures):
-            costs[name].append(cost[i])
-            told = f" (with all pixels {cost_whole[i]:.3g})" if scene.trimmed else ""
-            ratios = f"cost {cost[i]:.3g}{told}, blurred {cost_blurred[i]:.3g}, relMSE {over(own)[i]:.3g}, CPU {over(seconds)[i]:.3g}"
-            print(f"{scene.name:23} relMSE {own[i]:.3g}, blurred {rough[i]:.3g}, {seconds[i]:.2f} s; over {witnesses[0].name}'s: {ratios}  {name}", flush=True)
+        found = measure.spread(programs, scene, options.seeds)
+        witness = found[witnesses[0].name]
+        for name, own in found.items():
+            over = {figure: own[figure] / witness[figure] for figure in own}
+            cost = over["error"] * over["cpu"]
+            costs[name].append(cost)
+            told = f" (with all pixels {over['whole'] * over['cpu']:.3g})" if scene.trimmed else ""
+            ratios = f"cost {cost:.3g}{told}, blurred {over['blurred'] * over['cpu']:.3g}, relMSE {over['error']:.3g}, CPU {over['cpu']:.3g}"
+            print(f"{scene.name:23} relMSE {own['error']:.3g}, blurred {own['blurred']:.3g}, {own['cpu']:.2f} s; over {witnesses[0].name}'s: {ratios}  {name}", flush=True)
     for name, over in costs.items():
         print(f"{'geometric mean of cost':23} {statistics.geometric_mean(over):.3g}, largest {max(over):.3g}  {name}")
     return 0

@@ -4,15 +4,17 @@ import json
 import statistics
 
 from harness.plots import plt
+from speed import gallery
 from speed.instructions import RECORD
-from speed.measure import FULL, OPPONENT, QUICK, SCENES, SPP
+from speed.measure import FULL, NAMED, OPPONENT, OURS, PLAIN, QUICK, SCENES, SPP
 
 median = statistics.median
-OURS = "abbe"
 SKIPS = """What `abbe info` lists as skipped, done all the same, on a small picture: least CPU time of some runs, and instructions, which are sure. That no bit of the picture changes is tested in `tests/fast/skips.rs`. *medium stack* is part of the
 four below it. Dispersion, roughness, motion, light samples and surface coordinates are no question in the loop: without them a material, a spectrum or a transform is of another kind."""
 # Marks and lines of the programs, the same in all plots.
-STYLES = {OURS: "o-", OPPONENT: "s-", "llvm independent": "s--", "scalar multijitter": "^-"}
+STYLES = {OURS: "o-", OPPONENT: "s-"}
+# What the costs on the scenes of the gallery are to be, as shares of Mitsuba's: their geometric mean, and the largest.
+GALLERY_BARS = 0.5, 1
 
 
 def table(header, rows):
@@ -48,6 +50,29 @@ def renders(told):
     header = ("scene", "program", "10⁶ samples per CPU s", "CPU s", "whole process, CPU s", "relMSE", "cost", "abbe's cost / this", "abbe's CPU s / this", "peak, MiB")
     about = ("scene", "its relMSE", "of abbe's relMSE", "abbe's share in it", "mean of the picture, abbe / Mitsuba − 1", "in standard errors")
     return table(header, rows), table(about, references)
+
+
+def gallery_figures(told):
+    """(scene, by program: what was found) of the scenes of the gallery that were measured."""
+    return [(scene, part["found"]) for scene in gallery.SCENES if (part := told.get(f"gallery-{scene.name}"))]
+
+
+def gallery_costs(told, program):
+    """abbe's cost on each scene of the gallery over that of a program."""
+    return [found[OURS]["error"] * found[OURS]["cpu"] / (found[program]["error"] * found[program]["cpu"]) for _, found in gallery_figures(told)]
+
+
+def of_gallery(told):
+    rows = []
+    for scene, found in gallery_figures(told):
+        ours = found[OURS]
+        over = lambda program, figure: ours[figure] * ours["cpu"] / (found[program][figure] * found[program]["cpu"])
+        title = f"{scene.what}{' (trimmed)' if scene.trimmed else ''}"
+        ratios = over(NAMED, "error"), over(NAMED, "whole"), over(NAMED, "blurred"), ours["cpu"] / found[NAMED]["cpu"], over(OPPONENT, "error")
+        rows.append((title, f"{ours['cpu']:.2f}", f"{ours['error']:.3g}", *(f"{ratio:.2f}" for ratio in ratios)))
+    means = [f"{statistics.geometric_mean(gallery_costs(told, program)):.2f}" for program in (NAMED, OPPONENT)]
+    rows.append(("geometric mean", "", "", means[0], "", "", "", means[1]))
+    return table(("scene", "CPU s", "relMSE", f"cost / {NAMED}", "with all pixels", "after a 4×4 blur", "CPU s / its", f"cost / {OPPONENT}"), rows)
 
 
 def starts(told):
@@ -122,9 +147,13 @@ def bars(told):
     for scene in SCENES:
         if part := told.get(f"renders-{scene.name}"):
             figures = render_figures(part["found"])
-            (cpu, _, cost), (their_cpu, _, their_cost) = figures[OURS], figures[OPPONENT]
-            add(f"cost / Mitsuba's: {scene.what}", f"≤ {scene.bar:g}", cost / their_cost, "{:.3f}", cost <= scene.bar * their_cost)
-            add(f"CPU time / Mitsuba's: {scene.what}", "≤ 0.5", cpu / their_cpu, "{:.2f}", cpu <= 0.5 * their_cpu)
+            (_, _, cost), (plain_cpu, _, _), (their_cpu, _, their_cost) = (figures[name] for name in (OURS, PLAIN, OPPONENT))
+            add(f"cost / Mitsuba's: {scene.what}", f"≤ {scene.bar:g}", cost / their_cost, "{:.3g}", cost <= scene.bar * their_cost)
+            if bar := scene.plain_bar:
+                add(f"CPU time of the plain estimator / Mitsuba's: {scene.what}", f"≤ {bar:g}", plain_cpu / their_cpu, "{:.2f}", plain_cpu <= bar * their_cpu)
+    if costs := gallery_costs(told, NAMED):
+        for what, bar, found in zip(("geometric mean", "largest"), GALLERY_BARS, (statistics.geometric_mean(costs), max(costs))):
+            add(f"cost / Mitsuba's: {len(costs)} scenes in the manner of its gallery, {what}", f"≤ {bar:g}", found, "{:.2f}", found <= bar)
     if part := told.get("start"):
         least = min(part["found"]["abbe, 16×16"]["wall"]) * 1e3
         add("start to first samples, Cornell box", "< 50 ms", least, "{:.0f} ms", least < 50, part)
@@ -144,7 +173,8 @@ def bars(told):
     return table(("", "wanted", "found", ""), rows)
 
 
-def plot_curves(told, path):
+def curves(told, path):
+    """Costs at all numbers of samples, and the plot."""
     scenes = [scene for scene in SCENES if f"curves-{scene.name}" in told]
     if not scenes:
         return []
@@ -152,17 +182,21 @@ def plot_curves(told, path):
     figure, axes = plt.subplots(-(-len(scenes) // columns), columns, figsize=(10.8, 2.6 * -(-len(scenes) // columns)), squeeze=False)
     for axis in axes.flat[len(scenes) :]:
         axis.axis("off")
+    rows = []
     for axis, scene in zip(axes.flat, scenes):
-        for name, own in told[f"curves-{scene.name}"]["found"].items():
-            points = [(median(cpu), statistics.fmean(error)) for cpu, error in zip(own["cpu"], own["error"])]
-            # Where the reference is no better than the picture nothing is left of the error: such a point says nothing.
-            points = [(cpu, error) for cpu, error in points if cpu > 0 and error > 0]
-            axis.loglog(*zip(*points), STYLES[name], label=name)
+        found = told[f"curves-{scene.name}"]["found"]
+        points = {name: [(median(cpu), error) for cpu, error in zip(own["cpu"], own["error"])] for name, own in found.items()}
+        for name, of_program in points.items():
+            axis.loglog(*zip(*of_program), STYLES[name], label=name)
         axis.set_title(scene.what, fontsize=8)
+        cost = lambda name: [cpu * error for cpu, error in points[name]]
+        rows.append((scene.what, *(f"{ours / theirs:.2g}" for ours, theirs in zip(cost(OURS), cost(OPPONENT)))))
+    counts = told[f"curves-{scenes[0].name}"]["found"][OURS]["spp"]
     axes[0, 0].legend(fontsize=7)
-    figure.supxlabel("CPU seconds", fontsize=9)
+    figure.supxlabel("CPU seconds of the whole process", fontsize=9)
     figure.supylabel("relMSE", fontsize=9)
-    return save(figure, path, "Error against processor time, from few to many samples per pixel")
+    plot = save(figure, path, "Error against processor time, from one to many samples per pixel")
+    return [*table((f"cost / {OPPONENT}, samples per pixel", *map(str, counts)), rows), *plot]
 
 
 def plot_triangles(told, path):
@@ -194,7 +228,10 @@ def write(told, folder, quick):
     if any(name.startswith("renders-") for name in told):
         figures, references = renders(told)
         lines += ["## Error and processor time", "", *method(told, power), "", *figures, "The references:", "", *references]
-    lines += plot_curves(told, folder / "plots/curves.svg")
+    if gallery_figures(told):
+        lines += ["## In the manner of Mitsuba's gallery", "", gallery_method(power), "", *of_gallery(told)]
+    if any(name.startswith("curves-") for name in told):
+        lines += ["## From one sample to thousands", "", curves_method(power), "", *curves(told, folder / "plots/curves.svg")]
     if "start" in told:
         lines += ["## Start", "", *starts(told)]
     if "triangles" in told:
@@ -213,10 +250,26 @@ def method(told, power):
     rounds = sorted({len(part["found"]["programs"][OURS]["cpu"]) for name, part in told.items() if name.startswith("renders-")})
     return [
         f"{power.size} × {power.size} pixels, {SPP} samples each, no bound on depth, Russian roulette from depth 5, box filter; the same file for both programs.",
-        "abbe takes one sequence of samples per pixel (`--replicates 1`), for Mitsuba's pictures have no error bars either; the row with error bars is abbe by default. *CPU s*: user and system time of the whole process less that of one with 1 sample per pixel, × 64/63, so without start, loading and compiling;",
+        "*abbe* is what a user gets, with error bars; *plain* is `--estimator plain`, by which each pixel pays for its own paths. *CPU s*: user and system time of the whole process less that of one with 1 sample per pixel, × 64/63, so without start, loading and compiling;",
         f"median of {' or '.join(map(str, rounds))} rounds in which the programs take turns. *relMSE*: mean of (I − R)² / (R² + 0.01·mean(R)²) in Y, mean of the rounds ± its standard error, less the reference's own;",
         "*trimmed*: without the worst 0.1 % of the pixels. *cost* = relMSE × CPU s. R is the mean of long renders of both programs with other seeds, each weighed by how sure it is, so neither is judged by itself alone.",
     ]
+
+
+def gallery_method(power):
+    """How the figures of `gallery` came about."""
+    return (
+        f"Files with Mitsuba's defaults for filter (gaussian) and sampler (`independent`), {power.size} × {power.size} pixels, {SPP} samples each; "
+        f"relMSE by the spread of {power.seeds} renders. *with all pixels*: the trimmed costs without trimming."
+    )
+
+
+def curves_method(power):
+    """How the figures of `curves` came about."""
+    return (
+        f"{power.curve_size} × {power.curve_size} pixels. CPU time is that of the whole process, start included (Mitsuba's kernels are compiled before). "
+        "relMSE is half the squared difference of two renders, so it needs no reference; the absorber's and the caustic's are trimmed."
+    )
 
 
 def machines(told):
