@@ -31,8 +31,8 @@
 //! The camera also finds caustics that are seen through smooth surfaces or in them: a light subpath would
 //! meet a point in view only by chance. There [`super::path`] splits at the diffuse surface.
 //!
-//! At clear glass a light subpath splits: the main of reflection and refraction is always followed, the lesser
-//! several times as often as it would be chosen. What glass reflects within it falls into its shadow, where a
+//! At clear glass a light subpath splits: the main of reflection and refraction is always followed, and the
+//! lesser several times as often as by chance. What glass reflects within it falls into its shadow, where a
 //! little light is much of what there is.
 //!
 //! Light subpaths scatter as camera paths do, but for two factors. Refraction scales radiance, but not power.
@@ -52,7 +52,7 @@ use smallvec::SmallVec;
 use std::ops::Range;
 
 /// How many times as often as by chance the lesser of reflection and refraction is followed at clear glass.
-/// With 8 errors are the same, within their own (`validation/speed/scenes/caustic.xml`, `gallery/cbox.xml`).
+/// The cost of `validation/speed/scenes/caustic.xml` and `gallery/cbox.xml` is about the same with 3 to 8.
 const LESSER: f64 = 4.0;
 
 /// How a path from the camera goes on from the first surface that it meets.
