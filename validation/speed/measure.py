@@ -51,7 +51,7 @@ class Power:
     chunks: dict  # of the references: see `figures.reference`
 
 
-FULL = Power(256, 3, (1, 4, 16, 64, 256, 1024, 4096), 96, 3, (1e3, 1e4, 1e5, 1e6, 1e7), {"abbe": (64,) * 8, "llvm multijitter": (64,) * 8})
+FULL = Power(256, 3, (1, 4, 16, 64, 256, 1024, 4096), 96, 2, (1e3, 1e4, 1e5, 1e6, 1e7), {"abbe": (64,) * 8, "llvm multijitter": (64,) * 8})
 QUICK = Power(64, 2, (1, 4, 16, 64), 64, 2, (1e3, 1e4, 1e5, 1e6), {"abbe": (64,) * 4, "llvm multijitter": (64,) * 8})
 SPP = 64
 # Pictures of which the time is taken where something is left out or done.
