@@ -137,9 +137,9 @@ def spread(contestants, scene, seeds):
 
 
 def gallery(power, contestants, scene):
-    """Error and processor time on a scene in the manner of Mitsuba's gallery."""
+    """Error and processor time of abbe and of Mitsuba, with the sampler that its files name, on a scene in the manner of its gallery."""
     scene = scene_at(scene, power.size)
-    contestants = contestants[:3]
+    contestants = [contestant for contestant in contestants if contestant.name in (OURS, NAMED)]
     warm(contestants, scene)
     found = spread(contestants, scene, power.seeds)
     print(f"    {scene.name}: " + ", ".join(f"{name} {own['cpu']:.2f} s, relMSE {own['error']:.3g}" for name, own in found.items()), flush=True)
