@@ -175,8 +175,6 @@ def bars(told):
 def curves(told, path):
     """Costs at all numbers of samples, and the plot."""
     scenes = [scene for scene in SCENES if f"curves-{scene.name}" in told]
-    if not scenes:
-        return []
     columns = 4
     figure, axes = plt.subplots(-(-len(scenes) // columns), columns, figsize=(10.8, 2.6 * -(-len(scenes) // columns)), squeeze=False)
     for axis in axes.flat[len(scenes) :]:
