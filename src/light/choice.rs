@@ -6,8 +6,8 @@
 
 use super::tree::{Tree, Viewpoint};
 use super::{Light, Lights, Receiver};
-use crate::lanes::Real;
 use crate::sampling::PiecewiseConstant;
+use crate::sampling::warp::{below_one, pick};
 use crate::spectrum::{Spectrum, WavelengthDensity, Wavelengths};
 use crate::units::WavelengthRange;
 use rayon::prelude::*;
@@ -306,26 +306,6 @@ impl Lights {
             }),
         }
     }
-}
-
-/// One of several by their weights, of which `all` is the sum, and its share. What is left of the sample
-/// value `u` is uniform again.
-fn pick(weights: &[f64], all: f64, u: &mut f64) -> Option<(usize, f64)> {
-    let mut remaining = *u * all;
-    for (index, &weight) in weights.iter().enumerate() {
-        // The last that weighs anything takes what rounding leaves over.
-        if weight > 0.0 && (remaining < weight || remaining - weight <= 1e-12 * all) {
-            *u = below_one(remaining / weight);
-            return Some((index, weight / all));
-        }
-        remaining -= weight;
-    }
-    None
-}
-
-#[inline(always)]
-pub(super) fn below_one<R: Real>(u: R) -> R {
-    u.greater(R::of(0.0)).lesser(R::of(1f64.next_down()))
 }
 
 impl Receiver {

@@ -2,13 +2,14 @@
 //! where they are. Beside them there may be an environment.
 
 use super::area::Extent;
-use super::choice::{ENVIRONMENT_WEIGHT, Head, below_one};
+use super::choice::{ENVIRONMENT_WEIGHT, Head};
 use super::{Light, LightHit, Lights, Lit};
 use crate::accel::NO_FACET;
 use crate::geometry::Points;
 use crate::lanes::{
     LANES, Mask, REGISTERS, Real, Register, Row, Truth, Vec3Lanes, WIDTH, ZERO, get, part, registers_of, set,
 };
+use crate::sampling::warp::below_one;
 use crate::shape::{RectangleSurface, Shape, Sphere};
 use crate::spectrum::{Sampled, SampledLanes, Spectrum, Wavelengths};
 use smallvec::SmallVec;

@@ -55,6 +55,28 @@ pub fn around_z(cos: f64, v: f64) -> Vec3 {
     Vec3::new(sin * x, sin * y, cos)
 }
 
+/// One of several by their weights, of which `all` is the sum, and its share. What is left of the sample
+/// value `u` is uniform again. `None` where none weighs anything.
+#[inline]
+pub fn pick(weights: &[f64], all: f64, u: &mut f64) -> Option<(usize, f64)> {
+    let mut remaining = *u * all;
+    for (index, &weight) in weights.iter().enumerate() {
+        // The last that weighs anything takes what rounding leaves over.
+        if weight > 0.0 && (remaining < weight || remaining - weight <= 1e-12 * all) {
+            *u = below_one(remaining / weight);
+            return Some((index, weight / all));
+        }
+        remaining -= weight;
+    }
+    None
+}
+
+/// A sample value that rounding may have moved out of the half-open unit interval, within it again.
+#[inline(always)]
+pub fn below_one<R: Real>(u: R) -> R {
+    u.greater(R::of(0.0)).lesser(R::of(1f64.next_down()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,11 +1,13 @@
-//! How emitters are divided among the nodes of a tree.
+//! How emitters are divided among the parts of a node.
 //!
-//! A node is cut across the axis and at the place where the sum over both sides of intensity × extent² ×
-//! directions is least (Conty Estevez and Kulla 2018, section 4.4), out of some places on each axis.
+//! They are cut across the axis and at the place where the sum over both sides of intensity × extent² ×
+//! directions is least (Conty Estevez and Kulla 2018, section 4.4), out of some places on each axis; the
+//! largest part first, until there are as many as a node has.
 
-use super::bound::{Ball, Bound};
-use super::{LEAF, Node};
+use super::bound::Bound;
+use super::node::{Frame, LEAF, Node, PARTS};
 use crate::geometry::{Bounds, Vec3};
+use rayon::prelude::*;
 
 /// An emitter on its way into the tree.
 #[derive(Clone, Copy, Debug)]
@@ -20,35 +22,56 @@ const BINS: usize = 16;
 /// More emitters than this are divided on several threads.
 const PARALLEL: usize = 4096;
 
-/// Fills the pairs of nodes below one that holds all `leaves`, at least one, one pair fewer than there are
-/// leaves; returns that node's child and bound.
-///
-/// `first` is the index of the first pair; `parents` gets the index of the node above each pair.
-pub(super) fn build(
-    leaves: &mut [Leaf],
-    whole: f64,
-    above: u32,
-    first: u32,
-    pairs: &mut [[Node; 2]],
-    parents: &mut [u32],
-) -> (u32, Bound) {
-    let ([pair, pairs @ ..], [parent, parents @ ..]) = (pairs, parents) else {
-        return (LEAF | leaves[0].unit, leaves[0].bound);
-    };
-    *parent = above;
+/// Adds the node of emitters, at least one, and those below it; returns the bound of all.
+pub(super) fn build(leaves: &mut [Leaf], frame: &Frame, nodes: &mut Vec<Node>) -> Bound {
+    let own = nodes.len();
+    nodes.push(Node::default());
     let many = leaves.len() > PARALLEL;
-    let middle = cut(leaves);
-    let (low, high) = leaves.split_at_mut(middle);
-    let (low_pairs, high_pairs) = pairs.split_at_mut(low.len() - 1);
-    let (low_parents, high_parents) = parents.split_at_mut(low.len() - 1);
-    let second = first + low.len() as u32;
-    let mut build_low = || build(low, whole, 2 * first, first + 1, low_pairs, low_parents);
-    let mut build_high = || build(high, whole, 2 * first + 1, second, high_pairs, high_parents);
-    let sides = if many { rayon::join(build_low, build_high) } else { (build_low(), build_high()) };
-    let ((low_child, low_bound), (high_child, high_bound)) = sides;
-    *pair = [(low_child, low_bound), (high_child, high_bound)]
-        .map(|(child, bound)| Node { ball: Ball::new(&bound, whole), child });
-    (first, low_bound.union(high_bound))
+    let parts = divide(leaves);
+    let mut built = Vec::new();
+    if many {
+        let below = |part: &mut [Leaf]| {
+            let mut nodes = Vec::new();
+            let child = build_part(part, frame, &mut nodes);
+            (child, nodes)
+        };
+        for (child, below) in parts.into_par_iter().map(below).collect::<Vec<_>>() {
+            built.push((nodes.len(), child));
+            nodes.extend(below);
+        }
+    } else {
+        built.extend(parts.into_iter().map(|part| (nodes.len(), build_part(part, frame, nodes))));
+    }
+    for (part, (first, (bound, unit))) in built.iter().enumerate() {
+        let child = unit.map_or((first - own) as u32, |unit| LEAF | unit);
+        nodes[own].put(part, bound, child, frame);
+    }
+    built.into_iter().map(|(_, (bound, _))| bound).reduce(Bound::union).expect("there is an emitter")
+}
+
+/// The same for a part: one emitter has no node of its own, but its number.
+fn build_part(leaves: &mut [Leaf], frame: &Frame, nodes: &mut Vec<Node>) -> (Bound, Option<u32>) {
+    match leaves {
+        [Leaf { bound, unit }] => (*bound, Some(*unit)),
+        _ => (build(leaves, frame, nodes), None),
+    }
+}
+
+/// The parts of a node.
+fn divide(leaves: &mut [Leaf]) -> Vec<&mut [Leaf]> {
+    let mut parts = vec![leaves];
+    while parts.len() < PARTS {
+        let largest = (0..parts.len()).rev().max_by_key(|&part| parts[part].len()).unwrap_or(0);
+        if parts[largest].len() == 1 {
+            break;
+        }
+        let whole = std::mem::take(&mut parts[largest]);
+        let middle = cut(whole);
+        let (low, high) = whole.split_at_mut(middle);
+        parts[largest] = low;
+        parts.insert(largest + 1, high);
+    }
+    parts
 }
 
 /// What is summed of the emitters of a bin.
@@ -57,7 +80,7 @@ struct Bin {
     bounds: Bounds,
     intensity: f64,
     count: f64,
-    /// Sum of the directions that they face; those that face all directions add none.
+    /// Sum of the directions that they face, by intensity.
     facing: Vec3,
 }
 
@@ -65,12 +88,7 @@ impl Bin {
     const EMPTY: Self = Self { bounds: Bounds::EMPTY, intensity: 0.0, count: 0.0, facing: Vec3::ZERO };
 
     fn of(bound: &Bound) -> Self {
-        Self {
-            bounds: bound.bounds,
-            intensity: bound.intensity,
-            count: 1.0,
-            facing: bound.axis * bound.spread.cos().max(0.0),
-        }
+        Self { bounds: bound.bounds, intensity: bound.intensity, count: 1.0, facing: bound.facing }
     }
 
     fn and(self, other: Self) -> Self {
@@ -84,7 +102,7 @@ impl Bin {
 
     fn cost(&self) -> f64 {
         // From a half space to all directions.
-        let directions = 4.0 - 3.0 * self.facing.length() / self.count;
+        let directions = 4.0 - 3.0 * self.facing.length() / self.intensity;
         self.intensity * self.bounds.diameter().powi(2) * directions
     }
 }
