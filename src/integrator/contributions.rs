@@ -7,7 +7,7 @@ use crate::geometry::Ray;
 use crate::light::{Caustics, LightSample, Receiver};
 use crate::material::Shading;
 use crate::medium::MediumStack;
-use crate::sampling::{Dimensions, Stream};
+use crate::sampling::{Density, Dimensions, Stream};
 use crate::scene::{Intersection, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
 use std::borrow::Cow;
@@ -127,7 +127,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         if weight == 0.0 {
             return Sampled::ZERO;
         }
-        let visibility = self.visibility(scene, ray, hit, &sample.shadow_ray, wavelengths);
+        let visibility = self.visibility(scene, ray, hit, &sample.shadow_ray, sample.density, wavelengths);
         let light = self.throughput * value.f_cos * sample.radiance * weight * visibility;
         self.tell_of_light(scene, &sample, light);
         light
@@ -168,10 +168,26 @@ impl<const C: usize, O: Observe> Path<C, O> {
         ray: &Ray,
         hit: &Intersection,
         shadow_ray: &Ray,
+        density: Density,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
         let around = self.media_beyond(scene, ray, hit, shadow_ray);
-        scene.passage(shadow_ray, self.time, &around, wavelengths).transmittance
+        let crossings = self.crossings(scene, density);
+        scene.passage(shadow_ray, self.time, &around, wavelengths, crossings).transmittance
+    }
+
+    /// How many surfaces a light sample of the next vertex may pass by null transmission.
+    pub(super) fn crossings(&self, scene: &Scene, density: Density) -> u32 {
+        if !scene.features().transparent_shadows {
+            0
+        } else if !scene.limits.null_is_a_segment {
+            u32::MAX
+        } else if density == Density::Discrete {
+            // As a path never finds such a light behind a surface, so in Mitsuba's `path`.
+            0
+        } else {
+            scene.limits.max_depth.saturating_sub(self.depth + 2)
+        }
     }
 
     /// What is around a shadow ray that leaves a surface.

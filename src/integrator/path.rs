@@ -305,10 +305,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     ) -> Option<Shading<C>> {
         // Past the last segment only alpha asks whether this surface is in the way, and light that may pass
         // it as if there were none: a light sample passes it too.
-        if self.is_last(scene)
-            && !scene.features().transparent_shadows
-            && (self.alpha_hit || !scene.film.alpha)
-        {
+        if self.is_last(scene) && !scene.goes_on_past_last() && (self.alpha_hit || !scene.film.alpha) {
             self.end(scene, PathEnd::MaxDepth);
             return None;
         }
@@ -462,7 +459,13 @@ impl<const C: usize, O: Observe> Path<C, O> {
             (Density::Discrete, ScatteredBy::Nothing) if !passes => ScatteredBy::Specular,
             (Density::Discrete, before) => before,
         };
-        if !passes || scene.limits.null_is_a_segment {
+        // Light samples of the last vertex pass the surface, too.
+        let is_passed = passes
+            && match self.last {
+                PreviousSample::Scattered { .. } => scene.features().transparent_shadows,
+                PreviousSample::Camera | PreviousSample::Discrete => !scene.limits.null_is_a_segment,
+            };
+        if !is_passed {
             self.last = match scatter.density {
                 Density::Discrete => PreviousSample::Discrete,
                 Density::PerSolidAngle(density) => {
@@ -474,6 +477,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
                     }
                 }
             };
+        }
+        if !passes || scene.limits.null_is_a_segment {
             self.depth += 1;
         }
         if scene.features().caustics {

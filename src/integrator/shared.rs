@@ -297,7 +297,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         let on_light = lanes_of(surfaces.hits.on_light & bundle.alive);
         let lit = mask_of(on_light.filter(faces));
         let is_last = bundle.is_last();
-        if !is_last || scene.features().transparent_shadows {
+        if !is_last || scene.goes_on_past_last() {
             bundle.shade(surfaces);
             for lane in lanes_of(surfaces.others & bundle.alive) {
                 let is_turning = surfaces.shading(lane).is_some_and(|shading| shading.turns_with_eye());
@@ -433,7 +433,7 @@ impl<'a, const C: usize> SharedSample<'a, C> {
             }
         }
         let wanted = arriving.nonzero();
-        bundle.attenuate(surfaces, &samples.rays, wanted, &mut arriving);
+        bundle.attenuate(surfaces, samples, wanted, &mut arriving);
         for (owner, value) in values {
             let light = arriving.get(owner);
             if !light.is_zero() {

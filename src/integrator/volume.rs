@@ -269,8 +269,13 @@ impl<const C: usize, O: Observe> Path<C, O> {
         prior: &Prior<C>,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        let Passage { transmittance, flown } =
-            scene.passage(&sample.shadow_ray, self.time, media, wavelengths);
+        let Passage { transmittance, flown } = scene.passage(
+            &sample.shadow_ray,
+            self.time,
+            media,
+            wavelengths,
+            self.crossings(scene, sample.density),
+        );
         if transmittance.is_zero() {
             return Sampled::ZERO;
         }

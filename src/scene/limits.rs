@@ -32,7 +32,8 @@ pub struct Limits {
     pub rr_depth: u32,
     /// Whether lights are invisible to camera rays.
     pub hide_emitters: bool,
-    /// Whether null transmission makes a segment of its own; then such a surface also blocks light samples.
+    /// Whether null transmission makes a segment of its own. Then such a surface also hides lights without
+    /// extent.
     pub null_is_a_segment: bool,
     /// How light is found.
     pub techniques: Techniques,

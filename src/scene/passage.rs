@@ -42,17 +42,18 @@ impl Scene {
         Some(transmittance(self.medium(media)?, segment, wavelengths))
     }
 
-    /// Transmittance along a ray that begins in `media`: that of the media, and of surfaces with null
-    /// transmission where the scene has transparent shadows. Zero where an opaque surface is in the way. And
-    /// the probability of passing the media that scatter.
+    /// Transmittance along a ray that begins in `media`: that of the media, and of at most so many surfaces
+    /// with null transmission. Zero where another surface is in the way. And the probability of passing the
+    /// media that scatter.
     pub fn passage<const C: usize>(
         &self,
         ray: &Ray,
         time: f64,
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
+        crossings: u32,
     ) -> Passage<C> {
-        self.transmission(ray, time, media, wavelengths, self.features.transparent_shadows, RayKind::Shadow)
+        self.transmission(ray, time, media, wavelengths, crossings, RayKind::Shadow)
     }
 
     /// Transmittance of a segment that several paths share, where every surface blocks light.
@@ -63,7 +64,7 @@ impl Scene {
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
     ) -> Sampled<C> {
-        self.transmission(ray, time, media, wavelengths, false, RayKind::Shared).transmittance
+        self.transmission(ray, time, media, wavelengths, 0, RayKind::Shared).transmittance
     }
 
     #[inline(always)]
@@ -73,7 +74,7 @@ impl Scene {
         time: f64,
         media: &MediumStack,
         wavelengths: &Wavelengths<C>,
-        transparent_shadows: bool,
+        mut crossings: u32,
         kind: RayKind,
     ) -> Passage<C> {
         let none = Passage { transmittance: Sampled::ZERO, flown: Sampled::ZERO };
@@ -89,7 +90,7 @@ impl Scene {
                 passage.flown *= part;
             }
         };
-        if !transparent_shadows && !self.features.interface_events() {
+        if crossings == 0 && !self.features.interface_events() {
             if self.occluded(kind.begins(), ray, time) {
                 return none;
             }
@@ -112,9 +113,10 @@ impl Scene {
                         break;
                     }
                     let surface = self.surface(&hit);
-                    if !(transparent_shadows && surface.null_transmission) {
+                    if crossings == 0 || !surface.null_transmission {
                         return none;
                     }
+                    crossings -= 1;
                     // Light passes a mere boundary of media as it is.
                     if surface.role != Role::Null {
                         let exterior = self.exterior(&hit, &media);

@@ -114,6 +114,11 @@ impl Scene {
         self.features
     }
 
+    /// Whether light passes surfaces by null transmission past the last segment of a path.
+    pub fn goes_on_past_last(&self) -> bool {
+        self.features.transparent_shadows && !self.limits.null_is_a_segment
+    }
+
     /// The same scene, for which the renderer also does what `more` says and the scene has no need of. The
     /// picture is the same and takes longer: by how much is what leaving it out is worth.
     #[must_use]

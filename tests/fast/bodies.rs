@@ -337,3 +337,27 @@ fn bodies_that_lie_apart_need_no_precedence() {
     assert!(is_plain(features(&(ball(0.0, 1.0, &glass(1.5)) + &ball(2.5, 1.0, &glass(1.5))))));
     assert!(features(&pair(&glass(1.5), &glass(1.5))).precedence);
 }
+
+/// A pane hides a lamp without extent from `path`, as in Mitsuba, and lights of some extent from neither.
+#[test]
+fn a_pane_hides_points_from_path_alone() {
+    let floor =
+        r#"<shape type="rectangle"><transform name="to_world"><scale value="9"/></transform></shape>"#;
+    let pane = r#"<shape type="rectangle"><bsdf type="thindielectric"/><transform name="to_world"><scale value="99"/>
+        <translate z="2"/></transform></shape>"#;
+    let point = r#"<emitter type="point"><point name="position" x="0" y="0" z="4"/></emitter>"#;
+    let lamp = r#"<shape type="sphere"><point name="center" x="0" y="0" z="4"/>
+        <emitter type="area"><float name="radiance" value="1"/></emitter></shape>"#;
+    let luminance = |integrator: &str, light: &str| {
+        let camera = camera("2, 1, 1").replace("\"path\"", &format!("\"{integrator}\""));
+        let film = expose(
+            &scene(&format!("{camera}{floor}{pane}{light}")),
+            &settings(SAMPLES, WavelengthCount::Four, 1),
+        );
+        mean_over_pixels(&film, |x, y| film.combined(x, y, [0.0, 1.0, 0.0])).0
+    };
+    assert_eq!(luminance("path", point), 0.0);
+    assert!(luminance("volpath", point) > 0.0);
+    let [path, volpath] = ["path", "volpath"].map(|integrator| luminance(integrator, lamp));
+    assert!(path > 0.0 && (path / volpath - 1.0).abs() < 0.05, "{path} {volpath}");
+}

@@ -33,7 +33,7 @@ struct Case {
     sees: f64,
 }
 
-const CASES: [Case; 21] = [
+const CASES: [Case; 22] = [
     Case { name: "diffuse", samples: 512, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.02 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
@@ -44,6 +44,7 @@ const CASES: [Case; 21] = [
     Case { name: "lines", samples: 640, walk_samples: 6144, walk_block: 1, sees: 0.06 },
     Case { name: "extentless", samples: 640, walk_samples: 0, walk_block: 1, sees: 0.04 },
     Case { name: "veils", samples: 1024, walk_samples: 8192, walk_block: 1, sees: 0.08 },
+    Case { name: "panes", samples: 2048, walk_samples: 16_384, walk_block: 1, sees: 0.08 },
     // A pixel at the border sees light by way of the glass alone, in few samples.
     Case { name: "motion", samples: 1536, walk_samples: 3072, walk_block: 1, sees: 0.055 },
     Case { name: "contact", samples: 768, walk_samples: 6144, walk_block: 1, sees: 0.055 },
@@ -137,7 +138,7 @@ fn compare(a: &Film, b: &Film, block: u32) -> Verdict {
 
 /// Level of each part of a verdict: 1 % over all comparisons of this file.
 fn level() -> f64 {
-    sidak(0.01, 2 * (CASES.len() * 6 + 5))
+    sidak(0.01, 2 * (CASES.len() * 6 + 8))
 }
 
 /// Both parts of the verdict, and that they could have been otherwise.
@@ -337,6 +338,23 @@ fn solids() {
 fn veils() {
     agrees("veils");
     volpath_agrees("veils");
+}
+
+/// The same through panes, which are segments of the path: light samples pass no more of them than paths of so
+/// many segments do.
+#[test]
+fn panes() {
+    agrees("panes");
+    volpath_agrees("panes");
+    let case = case("panes");
+    for depth in ["2", "3", "4"] {
+        let limited = |integrator| small("panes", &[("integrator", integrator), ("depth", depth)]);
+        let (path, walk) = (limited("path"), limited("walk"));
+        assert_eq!(path.features().transparent_shadows, depth != "2");
+        let path = expose(&path, &plan(case.samples, WavelengthCount::Four, 5));
+        let walk = expose(&walk, &plan(case.walk_samples, WavelengthCount::One, 6));
+        assert_same(&format!("{depth} segments, path and walk"), &path, &walk, 1, case.sees);
+    }
 }
 
 /// The test of the test: one per cent more light is seen.

@@ -348,7 +348,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
             }
         }
         let wanted = light.nonzero() & samples.found;
-        self.attenuate(surfaces, &samples.rays, wanted, &mut light);
+        self.attenuate(surfaces, samples, wanted, &mut light);
         light.add_times(&Sampled::splat(weight), &mut self.arriving);
     }
 
@@ -356,11 +356,11 @@ impl<'a, const C: usize> Bundle<'a, C> {
     pub fn attenuate(
         &self,
         surfaces: &Surfaces<C>,
-        shadow_rays: &Rays,
+        samples: &LightSamples<C>,
         asked: Mask,
         light: &mut SampledLanes<C>,
     ) {
-        let scene = self.scene;
+        let (scene, shadow_rays) = (self.scene, &samples.rays);
         let mut unsure = asked;
         if !scene.features().absorption {
             // What nothing is in the way of arrives, whatever surfaces may mean.
@@ -373,7 +373,8 @@ impl<'a, const C: usize> Bundle<'a, C> {
         for lane in lanes_of(unsure) {
             let (path, hit) = (self.path(lane), surfaces.hits.get(scene, lane));
             let (ray, shadow_ray) = (self.rays.get(lane), shadow_rays.get(lane));
-            let visibility = path.visibility(scene, &ray, &hit, &shadow_ray, self.wavelengths(lane));
+            let density = samples.density_of(lane);
+            let visibility = path.visibility(scene, &ray, &hit, &shadow_ray, density, self.wavelengths(lane));
             light.set(lane, &(light.get(lane) * visibility));
         }
     }
@@ -466,7 +467,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         self.emit(&surfaces.hits);
         let is_last = self.is_last();
         // Past the last segment light may still pass surfaces as if there were none.
-        if is_last && !self.scene.features().transparent_shadows {
+        if is_last && !self.scene.goes_on_past_last() {
             return self.stop();
         }
         self.shade(surfaces);

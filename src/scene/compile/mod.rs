@@ -32,7 +32,7 @@ use crate::geometry::{Transform, Vec3};
 use crate::light::{self, Light, Lights};
 use crate::material::Material;
 use crate::medium::Emission;
-use crate::scene::{Coverage, Integrator, Limits};
+use crate::scene::{Coverage, Integrator, Limits, Techniques};
 use crate::shape::{Opening, Shape, ShapeError};
 use crate::spectrum::Spectrum;
 use crate::spectrum::colour::Observer;
@@ -232,6 +232,9 @@ impl Compiler<'_> {
             IntegratorKind::Walk => Integrator::Walk,
             IntegratorKind::Depth => Integrator::Depth,
         };
+        let has_nulls = surfaces.iter().any(|surface| surface.null_transmission);
+        // Light samples then compete with paths that pass the same surfaces.
+        let passes_nulls = !scattering && limits.techniques == Techniques::Both && limits.max_depth > 2;
         let mut features = Features {
             dispersion: materials.iter().any(Material::disperses),
             absorption,
@@ -245,7 +248,7 @@ impl Compiler<'_> {
             light_samples: !lights.is_empty(),
             rough_surfaces: materials.iter().any(Material::is_rough),
             choices: materials.iter().any(Material::chooses),
-            transparent_shadows: volumetric && surfaces.iter().any(|surface| surface.null_transmission),
+            transparent_shadows: has_nulls && (volumetric || passes_nulls),
             textures: surfaces.iter().any(|surface| surface.parametrised),
             caustics: false,
             visible_lamps: false,
