@@ -242,7 +242,8 @@ impl<const C: usize> LightSubpath<C> {
             }
             Origin::Environment => {
                 let environment = scene.lights.environment()?;
-                let (direction, density, radiance) = environment.sample_radiance([x, y], &wavelengths.nm)?;
+                let (direction, density, radiance) =
+                    environment.sample_radiance([x, y], Vec3::ZERO, &wavelengths.nm)?;
                 let (ray, per_area) = caustics.ray_along(-direction, cone, [u, v])?;
                 let power = radiance / (probability * density * per_area);
                 (ray, power, Beginning::Environment { direction, density, place: ray.origin })

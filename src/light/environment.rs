@@ -42,16 +42,19 @@ impl Environment {
         }
     }
 
-    /// [`Self::sample`] with the radiance from there.
+    /// [`Self::sample`] with the radiance from there. `None` also where the direction is not on the side from
+    /// which light counts, as [`super::Receiver::facing`] has it.
     pub fn sample_radiance<const C: usize>(
         &self,
         u: [f64; 2],
+        facing: Vec3,
         nm: &[f64; C],
     ) -> Option<(Vec3, f64, Sampled<C>)> {
         if let Self::Map(map) = self {
-            return Some(map.sample_radiance(u, nm));
+            return map.sample_radiance(u, facing, nm);
         }
-        self.sample(u).map(|(direction, density)| (direction, density, self.radiance(direction, nm)))
+        let (direction, density) = self.sample(u)?;
+        (direction.dot(facing) >= 0.0).then(|| (direction, density, self.radiance(direction, nm)))
     }
 
     /// [`Self::radiance`] and [`Self::density`] for directions of the lanes asked for, each with wavelengths

@@ -12,7 +12,7 @@
 
 use crate::geometry::{Transform, Vec3, angle};
 use crate::lanes::{
-    Mask, REGISTERS, Real, Register, Row, Vec3Lanes, Vector, ZERO, get, lanes_of, registers_of, set,
+    Mask, REGISTERS, Real, Register, Row, Vec3Lanes, Vector, WIDTH, ZERO, get, lanes_of, registers_of, set,
 };
 use crate::sampling::PiecewiseBilinearGrid;
 use crate::spectrum::{Extrapolation, Sampled, SampledLanes, Sigmoid, Spectrum, Wavelengths, upsample};
@@ -130,19 +130,29 @@ impl EnvironmentMap {
         (direction.into(), density)
     }
 
-    /// [`Self::sample`] with the radiance from there.
-    pub fn sample_radiance<const C: usize>(&self, u: [f64; 2], nm: &[f64; C]) -> (Vec3, f64, Sampled<C>) {
+    /// See [`super::Environment::sample_radiance`].
+    pub fn sample_radiance<const C: usize>(
+        &self,
+        u: [f64; 2],
+        facing: Vec3,
+        nm: &[f64; C],
+    ) -> Option<(Vec3, f64, Sampled<C>)> {
         let sample = self.find(u);
-        (sample.direction.into(), sample.density, self.radiance_at(sample.angles(), nm))
+        let direction: Vec3 = sample.direction.into();
+        // Texels lie far apart in memory.
+        let counts = direction.dot(facing) >= 0.0;
+        counts.then(|| (direction, sample.density, self.radiance_at(sample.angles(), nm)))
     }
 
-    /// [`Self::sample_radiance`] for the lanes asked for, each with wavelengths of its own.
+    /// [`Self::sample_radiance`] for the lanes asked for, each with wavelengths of its own; and the lanes whose
+    /// direction is on the side from which light counts, as [`super::Receivers::facing`] has it.
     pub fn sample_in_lanes<'w, const C: usize>(
         &self,
         u: &[Row; 2],
         asked: Mask,
+        facing: &[Vec3Lanes; REGISTERS],
         wavelengths: impl Fn(usize) -> &'w Wavelengths<C>,
-    ) -> EnvironmentSamples<C> {
+    ) -> (EnvironmentSamples<C>, Mask) {
         let ([x, y], density) = self.grid.sample_in_lanes(u, asked);
         let (mut rows, mut edges) = (ZERO, [ZERO; 2]);
         for lane in lanes_of(asked) {
@@ -151,7 +161,7 @@ impl EnvironmentMap {
             edges.iter_mut().zip(self.edges(row)).for_each(|(row, edge)| set(row, lane, edge));
         }
         let mut samples = EnvironmentSamples::NONE;
-        let mut angles = [ZERO; 2];
+        let (mut angles, mut counts) = ([ZERO; 2], 0);
         for register in registers_of(asked) {
             let edges = edges.each_ref().map(|edge| edge[register]);
             let place = [x[register], y[register]];
@@ -159,9 +169,11 @@ impl EnvironmentMap {
             samples.direction[register] = sample.direction;
             samples.density[register] = sample.density;
             [angles[0][register], angles[1][register]] = sample.angles();
+            let above = sample.direction.dot(facing[register]).ge(Register::ZERO);
+            counts |= above.mask() << (WIDTH * register) & asked;
         }
-        self.radiance_in_lanes(&angles, asked, wavelengths, &mut samples.radiance);
-        samples
+        self.radiance_in_lanes(&angles, counts, wavelengths, &mut samples.radiance);
+        (samples, counts)
     }
 
     /// [`Self::radiance`] and [`Self::density`] for the lanes asked for, each with wavelengths of its own.

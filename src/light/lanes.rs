@@ -87,7 +87,7 @@ impl<const C: usize> LightSamples<C> {
         u: &[Row; 2],
         probability: &Row,
     ) {
-        let samples = map.sample_in_lanes(u, lanes, &lit.wavelengths);
+        let (samples, lanes) = map.sample_in_lanes(u, lanes, &lit.from.facing, &lit.wavelengths);
         self.found |= lanes;
         for register in registers_of(lanes) {
             let direction = samples.direction[register];
@@ -229,7 +229,7 @@ impl Lights {
                 set(&mut probability, lane, chosen.probability);
                 continue;
             }
-            samples.put(lane, self.sample_chosen(&chosen, &receiver.point, lit.time, &wavelengths.nm, u));
+            samples.put(lane, self.sample_chosen(&chosen, &receiver, lit.time, &wavelengths.nm, u));
         }
         if let Some(map) = self.map().filter(|_| beyond != 0) {
             samples.toward_map(map, lit, beyond, &of_map, &probability);
@@ -270,8 +270,8 @@ impl Lights {
         for lane in lanes_of(lanes) {
             let chosen = Chosen { light, part: 0, probability: get(&choices.probability, lane) };
             let u = choices.u.each_ref().map(|row| get(row, lane));
-            let (point, nm) = (lit.from.get(lane).point, &(lit.wavelengths)(lane).nm);
-            samples.put(lane, self.sample_chosen(&chosen, &point, lit.time, nm, u));
+            let (receiver, nm) = (lit.from.get(lane), &(lit.wavelengths)(lane).nm);
+            samples.put(lane, self.sample_chosen(&chosen, &receiver, lit.time, nm, u));
         }
     }
 

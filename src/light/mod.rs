@@ -237,21 +237,21 @@ impl Lights {
         mut u: [f64; 2],
     ) -> Option<LightSample<C>> {
         let chosen = self.choose(from, time, wavelengths, &mut u[0])?;
-        self.sample_chosen(&chosen, &from.point, time, &wavelengths.nm, u)
+        self.sample_chosen(&chosen, from, time, &wavelengths.nm, u)
     }
 
     /// A point on a light that has been chosen.
     fn sample_chosen<const C: usize>(
         &self,
         &Chosen { light, part, probability }: &Chosen,
-        from: &SurfacePoint,
+        &Receiver { point: ref from, facing }: &Receiver,
         time: f64,
         nm: &[f64; C],
         u: [f64; 2],
     ) -> Option<LightSample<C>> {
         let Some(light_chosen) = self.lights.get(light) else {
             let environment = self.environment.as_ref()?;
-            let (direction, density, radiance) = environment.sample_radiance(u, nm)?;
+            let (direction, density, radiance) = environment.sample_radiance(u, facing, nm)?;
             return Some(LightSample {
                 shadow_ray: from.ray(direction),
                 radiance,

@@ -114,7 +114,7 @@ fn a_sample_has_the_radiance_of_its_direction() {
         for _ in 0..20_000 {
             let u = numbers.pair();
             let (direction, density) = environment.sample(u).unwrap();
-            let (same, p, radiance) = environment.sample_radiance(u, &[450.0, NM]).unwrap();
+            let (same, p, radiance) = environment.sample_radiance(u, Vec3::ZERO, &[450.0, NM]).unwrap();
             assert_eq!((direction, density), (same, p));
             let expected = environment.radiance(direction, &[450.0, NM]);
             for (found, expected) in radiance.0.into_iter().zip(expected.0) {
