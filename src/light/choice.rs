@@ -70,7 +70,7 @@ pub(super) enum Head {
     /// A light of many parts.
     Divided {
         light: u32,
-        parts: Tree,
+        parts: Box<Tree>,
     },
     /// Many lights that each have a place.
     Near(Box<Near>),
@@ -111,7 +111,7 @@ impl Choice {
             for light in 0..lights.lights.len() as u32 {
                 choice.homes[light as usize] = light;
                 choice.heads.push(match divided(lights, light, setting) {
-                    Some(parts) => Head::Divided { light, parts },
+                    Some(parts) => Head::Divided { light, parts: Box::new(parts) },
                     None => Head::Light(light),
                 });
             }
@@ -184,7 +184,7 @@ impl Distant {
 }
 
 impl Lights {
-    /// About how many choices a light sample takes in the largest tree.
+    /// The binary logarithm of the number of emitters in the largest tree.
     pub fn tree_levels(&self) -> f64 {
         let levels = |head: &Head| match head {
             Head::Divided { parts, .. } => parts.levels(),
