@@ -144,8 +144,8 @@ impl EnvironmentMap {
         counts.then(|| (direction, sample.density, self.radiance_at(sample.angles(), nm)))
     }
 
-    /// [`Self::sample_radiance`] for the lanes asked for, each with wavelengths of its own; and the lanes whose
-    /// direction is on the side from which light counts, as [`super::Receivers::facing`] has it.
+    /// [`Self::sample_radiance`] for the lanes asked for, each with wavelengths of its own; and the lanes
+    /// whose direction is on the side from which light counts, as [`super::Receivers::facing`] has it.
     pub fn sample_in_lanes<'w, const C: usize>(
         &self,
         u: &[Row; 2],

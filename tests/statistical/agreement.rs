@@ -340,8 +340,8 @@ fn veils() {
     volpath_agrees("veils");
 }
 
-/// The same through panes, which are segments of the path: light samples pass no more of them than paths of so
-/// many segments do.
+/// The same through panes, which are segments of the path: light samples pass no more of them than paths of
+/// so many segments do.
 #[test]
 fn panes() {
     agrees("panes");

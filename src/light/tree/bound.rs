@@ -43,10 +43,11 @@ impl Bound {
         }
     }
 
-    /// Angle between a unit vector and the direction of these that differs most from it.
+    /// Angle between a unit vector and the direction of these that differs most from it, or more.
     fn spread_around(&self, axis: Vec3) -> f64 {
+        let Some(own) = self.facing.try_normalize() else { return PI };
         // Half the chord is the sine of half the angle, and keeps its digits.
-        let half_chord = 0.5 * (axis - self.facing.normalize_or_zero()).length();
+        let half_chord = 0.5 * (axis - own).length();
         (2.0 * half_chord.min(1.0).asin() + self.spread).min(PI)
     }
 }

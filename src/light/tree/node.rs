@@ -110,7 +110,7 @@ impl Node {
         set(&mut self.even, intensity - one_sided + RESERVE * intensity);
         set(&mut self.cos_spread, 0.5 * one_sided * length * cos_spread);
         set(&mut self.sin_spread, 0.5 * one_sided * length * sin_spread);
-        // Of directions even over a cap, across its axis; the cap has the sum that they have.
+        // They vary across the axis as directions do that are even over a cap and have the same sum.
         let variance = 0.25 * (1.0 - length) * (1.0 + 2.0 * length);
         set(&mut self.variance, (0.5 * one_sided).powi(2) * variance);
         self.children[part] = child;
