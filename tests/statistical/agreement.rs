@@ -56,7 +56,7 @@ const CASES: [Case; 22] = [
     Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2, sees: 0.07 },
     Case { name: "chamber", samples: 1536, walk_samples: 24_576, walk_block: 1, sees: 0.08 },
     Case { name: "fog", samples: 640, walk_samples: 5120, walk_block: 1, sees: 0.09 },
-    Case { name: "smoke", samples: 256, walk_samples: 2048, walk_block: 1, sees: 0.06 },
+    Case { name: "smoke", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.06 },
     Case { name: "haze", samples: 512, walk_samples: 4096, walk_block: 1, sees: 0.06 },
     Case { name: "beacons", samples: 1024, walk_samples: 24_576, walk_block: 1, sees: 0.09 },
 ];
