@@ -176,14 +176,14 @@ impl<const C: usize, O: Observe> Path<C, O> {
         scene.passage(shadow_ray, self.time, &around, wavelengths, crossings).transmittance
     }
 
-    /// How many surfaces a light sample of the next vertex may pass by null transmission.
+    /// How many surfaces a light sample taken here may pass by null transmission, at most.
     pub(super) fn crossings(&self, scene: &Scene, density: Density) -> u32 {
         if !scene.features().transparent_shadows {
             0
         } else if !scene.limits.null_is_a_segment {
             u32::MAX
         } else if density == Density::Discrete {
-            // As a path never finds such a light behind a surface, so in Mitsuba's `path`.
+            // Mitsuba's `path` never finds such a light behind a surface, and no scattered ray meets it.
             0
         } else {
             scene.limits.max_depth.saturating_sub(self.depth + 2)

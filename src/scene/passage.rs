@@ -42,9 +42,9 @@ impl Scene {
         Some(transmittance(self.medium(media)?, segment, wavelengths))
     }
 
-    /// Transmittance along a ray that begins in `media`: that of the media, and of at most so many surfaces
-    /// with null transmission. Zero where another surface is in the way. And the probability of passing the
-    /// media that scatter.
+    /// Transmittance along a ray that begins in `media`: that of the media, and of at most `crossings`
+    /// surfaces with null transmission. Zero where another surface is in the way. And the probability of
+    /// passing the media that scatter.
     pub fn passage<const C: usize>(
         &self,
         ray: &Ray,
