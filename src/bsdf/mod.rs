@@ -15,6 +15,7 @@
 mod conductor;
 mod dielectric;
 pub mod fresnel;
+mod hair;
 mod lambert;
 mod metal;
 pub mod microfacet;
@@ -27,6 +28,7 @@ mod thin_dielectric;
 
 pub use conductor::{Conductor, FacetReflection, RoughConductor};
 pub use dielectric::{AIR_INDEX, Dielectric, DielectricTextures, Exterior};
+pub use hair::{Fibre, Hair, HairTextures};
 pub use lambert::{DiffuseTransmitter, Lambert};
 pub use metal::{EvenRoughMetal, Metal};
 pub use microfacet::{Beckmann, Ggx, Microfacets};
@@ -75,6 +77,8 @@ pub enum Bsdf<const C: usize> {
     Principled(Principled<C>),
     /// Disney's BSDF for thin sheets.
     PrincipledThin(PrincipledThin<C>),
+    /// A fibre of hair or fur.
+    Hair(Hair<C>),
 }
 
 impl<const C: usize> Bsdf<C> {
@@ -93,6 +97,7 @@ impl<const C: usize> Bsdf<C> {
             Bsdf::RoughPlastic(bsdf) => bsdf.evaluate(toward_eye, toward_light),
             Bsdf::Principled(bsdf) => bsdf.evaluate(toward_eye, toward_light),
             Bsdf::PrincipledThin(bsdf) => bsdf.evaluate(toward_eye, toward_light),
+            Bsdf::Hair(bsdf) => bsdf.evaluate(toward_eye, toward_light),
         }
     }
 
@@ -114,6 +119,7 @@ impl<const C: usize> Bsdf<C> {
             Bsdf::RoughPlastic(bsdf) => bsdf.sample(toward_eye, lobe, u),
             Bsdf::Principled(bsdf) => bsdf.sample(toward_eye, lobe, u),
             Bsdf::PrincipledThin(bsdf) => bsdf.sample(toward_eye, lobe, u),
+            Bsdf::Hair(bsdf) => bsdf.sample(toward_eye, lobe, u),
         }
     }
 
@@ -139,7 +145,8 @@ impl<const C: usize> Bsdf<C> {
             | Bsdf::Plastic(_)
             | Bsdf::RoughPlastic(_)
             | Bsdf::Principled(_)
-            | Bsdf::PrincipledThin(_) => false,
+            | Bsdf::PrincipledThin(_)
+            | Bsdf::Hair(_) => false,
         }
     }
 
@@ -158,7 +165,8 @@ impl<const C: usize> Bsdf<C> {
             | Bsdf::ThinDielectric(_)
             | Bsdf::Plastic(_)
             | Bsdf::RoughPlastic(_)
-            | Bsdf::PrincipledThin(_) => None,
+            | Bsdf::PrincipledThin(_)
+            | Bsdf::Hair(_) => None,
         }
     }
 
@@ -176,7 +184,8 @@ impl<const C: usize> Bsdf<C> {
             | Bsdf::Dielectric(_)
             | Bsdf::RoughDielectric(_)
             | Bsdf::ThinDielectric(_)
-            | Bsdf::PrincipledThin(_) => true,
+            | Bsdf::PrincipledThin(_)
+            | Bsdf::Hair(_) => true,
             Bsdf::Principled(bsdf) => bsdf.transmits(),
         }
     }
@@ -234,6 +243,8 @@ pub enum BsdfTextures {
     Principled(Box<PrincipledTextures>),
     /// Disney's BSDF for thin sheets.
     PrincipledThin(Box<PrincipledThinTextures>),
+    /// Hair or fur.
+    Hair(HairTextures),
 }
 
 impl BsdfTextures {
@@ -273,6 +284,7 @@ impl BsdfTextures {
             Self::Plastic(plastic) => plastic.bsdf(at, nm),
             Self::Principled(principled) => principled.bsdf(at, nm),
             Self::PrincipledThin(thin) => thin.bsdf(at, nm),
+            Self::Hair(hair) => hair.bsdf(at, nm),
         }
     }
 
@@ -293,6 +305,7 @@ impl BsdfTextures {
             Self::Plastic(plastic) => vec![&plastic.diffuse_reflectance, &plastic.specular_reflectance],
             Self::Principled(principled) => principled.all_textures(),
             Self::PrincipledThin(thin) => thin.all_textures(),
+            Self::Hair(hair) => vec![&hair.absorption],
             Self::Black | Self::Null => Vec::new(),
         }
     }
@@ -318,7 +331,8 @@ impl BsdfTextures {
             | Self::Dielectric(_)
             | Self::DiffuseTransmitter { .. }
             | Self::ThinDielectric(_)
-            | Self::PrincipledThin(_) => true,
+            | Self::PrincipledThin(_)
+            | Self::Hair(_) => true,
             Self::Principled(principled) => principled.glass,
             _ => false,
         }
@@ -328,7 +342,7 @@ impl BsdfTextures {
     pub fn is_rough(&self) -> bool {
         match self {
             Self::Plastic(plastic) => plastic.coat.is_some(),
-            Self::Principled(_) | Self::PrincipledThin(_) => true,
+            Self::Principled(_) | Self::PrincipledThin(_) | Self::Hair(_) => true,
             _ => self.roughness().is_some(),
         }
     }
@@ -338,6 +352,7 @@ impl BsdfTextures {
         match self {
             Self::Principled(principled) => principled.base.is_anisotropic(),
             Self::PrincipledThin(thin) => thin.base.is_anisotropic(),
+            Self::Hair(_) => true,
             _ => self.roughness().is_some_and(RoughnessTextures::is_anisotropic),
         }
     }

@@ -10,9 +10,6 @@ pub trait Value: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Outpu
 
 impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>> Value for T {}
 
-/// Coefficients of a polynomial of up to the sixth degree on [0, 1].
-pub type Coefficients = SmallVec<[f64; 7]>;
-
 /// A cubic's value.
 pub fn cubic<T: Value>(c: &[T; 4], u: f64) -> T {
     blossom(c, [u; 3])
@@ -44,34 +41,43 @@ pub fn restricted<T: Value>(c: &[T; 4], [from, to]: [f64; 2]) -> [T; 4] {
     [[from; 3], [from, from, to], [from, to, to], [to; 3]].map(|place| blossom(c, place))
 }
 
-/// The square of a cubic.
-pub fn squared(c: &[f64; 4]) -> Coefficients {
-    let [a, b, d, e] = *c;
-    SmallVec::from_buf([
-        a * a,
-        a * b,
-        (2.0 * a * d + 3.0 * b * b) / 5.0,
-        (a * e + 9.0 * b * d) / 10.0,
-        (2.0 * b * e + 3.0 * d * d) / 5.0,
-        d * e,
-        e * e,
-    ])
+/// Both halves of a cubic, each as one on [0, 1].
+pub fn split<T: Value>(c: &[T; 4]) -> [[T; 4]; 2] {
+    let middle = |a: T, b: T| (a + b) * 0.5;
+    let [a, b, d] = [middle(c[0], c[1]), middle(c[1], c[2]), middle(c[2], c[3])];
+    let (left, right) = (middle(a, b), middle(b, d));
+    let centre = middle(left, right);
+    [[c[0], a, left, centre], [centre, right, d, c[3]]]
 }
 
-/// The derivative.
-pub fn derivative(c: &[f64]) -> Coefficients {
-    let degree = c.len().saturating_sub(1) as f64;
-    c.windows(2).map(|pair| (pair[1] - pair[0]) * degree).collect()
+/// The square of a cubic; of one to vectors, component by component.
+pub fn squared<T: Value + Mul<Output = T>>(c: &[T; 4]) -> [T; 7] {
+    let [a, b, d, e] = *c;
+    [
+        a * a,
+        a * b,
+        (a * d * 2.0 + b * b * 3.0) * 0.2,
+        (a * e + b * d * 9.0) * 0.1,
+        (b * e * 2.0 + d * d * 3.0) * 0.2,
+        d * e,
+        e * e,
+    ]
+}
+
+/// The derivative of a polynomial of degree `M`.
+pub fn derivative<const N: usize, const M: usize>(c: &[f64; N]) -> [f64; M] {
+    const { assert!(N == M + 1) };
+    std::array::from_fn(|i| (c[i + 1] - c[i]) * M as f64)
 }
 
 /// Both halves, each as a polynomial on [0, 1].
-pub fn halves(c: &[f64]) -> [Coefficients; 2] {
-    let (mut left, mut rest) = (Coefficients::new(), Coefficients::from_slice(c));
-    let mut right: Coefficients = smallvec::smallvec![0.0; c.len()];
-    while let (Some(&first), Some(&last)) = (rest.first(), rest.last()) {
-        left.push(first);
-        right[rest.len() - 1] = last;
-        rest = rest.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).collect();
+pub fn halves<const N: usize>(c: &[f64; N]) -> [[f64; N]; 2] {
+    let (mut left, mut right) = (*c, *c);
+    for last in (0..N).rev() {
+        left[N - 1 - last] = right[0];
+        for i in 0..last {
+            right[i] = 0.5 * (right[i] + right[i + 1]);
+        }
     }
     [left, right]
 }
@@ -86,14 +92,18 @@ pub fn variations(c: &[f64]) -> usize {
 
 /// Where the polynomial with coefficients `c` over `place` changes its sign there, in ascending order:
 /// `function` is the same polynomial over the whole, evaluated with less rounding.
-pub fn sign_changes(c: &[f64], place: [f64; 2], function: &impl Fn(f64) -> Sample) -> SmallVec<[f64; 8]> {
+pub fn sign_changes<const N: usize>(
+    c: &[f64; N],
+    place: [f64; 2],
+    function: &impl Fn(f64) -> Sample,
+) -> SmallVec<[f64; 8]> {
     let mut found = SmallVec::new();
     search(c, place, function, 0, &mut found);
     found
 }
 
-fn search(
-    c: &[f64],
+fn search<const N: usize>(
+    c: &[f64; N],
     [from, to]: [f64; 2],
     function: &impl Fn(f64) -> Sample,
     depth: u32,
@@ -189,7 +199,7 @@ mod tests {
     }
 
     fn value(c: &[f64], u: f64) -> f64 {
-        let mut c = Coefficients::from_slice(c);
+        let mut c = c.to_vec();
         while c.len() > 1 {
             c = c.windows(2).map(|pair| pair[0] * (1.0 - u) + pair[1] * u).collect();
         }
@@ -208,9 +218,10 @@ mod tests {
 
     #[test]
     fn squares_halves_and_ranges() {
-        let square = squared(&CUBIC);
-        let slope = derivative(&square);
+        let square: [f64; 7] = squared(&CUBIC);
+        let slope: [f64; 6] = derivative(&square);
         let [left, right] = halves(&square);
+        let parts = split(&CUBIC);
         let range = Range::of(&square);
         for i in 0..=10 {
             let u = f64::from(i) / 10.0;
@@ -219,6 +230,8 @@ mod tests {
             near(value(&slope, u), 2.0 * cubic(&CUBIC, u) * cubic_slope(&CUBIC, u));
             near(value(&left, u), value(&square, 0.5 * u));
             near(value(&right, u), value(&square, 0.5 + 0.5 * u));
+            near(cubic(&parts[0], u), cubic(&CUBIC, 0.5 * u));
+            near(cubic(&parts[1], u), cubic(&CUBIC, 0.5 + 0.5 * u));
             assert!((range.0..=range.1).contains(&value(&square, u)));
         }
         let sample = |u: f64| Sample { value: cubic(&CUBIC, u), slope: cubic_slope(&CUBIC, u), error: 0.0 };

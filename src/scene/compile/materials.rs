@@ -1,5 +1,5 @@
 use super::spectra::{self, index};
-use super::{plastic, principled};
+use super::{hair, plastic, principled};
 use crate::bsdf::{
     AIR_INDEX, BsdfTextures, DielectricTextures, Metal, RoughnessTextures, ThinDielectricTextures,
 };
@@ -241,6 +241,9 @@ impl MaterialCompiler {
             BsdfKind::Plastic { .. } => Material::Bsdf(plastic::compiled(&bsdf.kind, self.range, &shift)?),
             BsdfKind::Principled { .. } | BsdfKind::PrincipledThin { .. } => {
                 Material::Bsdf(principled::compiled(&bsdf.kind, &shift)?)
+            }
+            BsdfKind::Hair { .. } => {
+                Material::Bsdf(hair::compiled(&bsdf.place, &bsdf.kind, self.range, &shift)?)
             }
             BsdfKind::Null => Material::Bsdf(BsdfTextures::Null),
             BsdfKind::Mask { opacity, nested } => {

@@ -219,7 +219,11 @@ impl MaterialCompiler {
 }
 
 /// A function as a table that is fine enough for what changes slowly with the wavelength.
-fn tabulated(range: WavelengthRange, place: &Place, of: &dyn Fn(f64) -> f64) -> Result<Spectrum, SceneError> {
+pub(super) fn tabulated(
+    range: WavelengthRange,
+    place: &Place,
+    of: &dyn Fn(f64) -> f64,
+) -> Result<Spectrum, SceneError> {
     const STEP: f64 = 1.0;
     let steps = (range.width() / STEP).ceil().max(1.0) as usize;
     let at = |i| of(range.min + range.width() * i as f64 / steps as f64);

@@ -6,6 +6,7 @@
 
 mod contact;
 mod groups;
+mod hair;
 mod light_tracing;
 mod lights;
 mod materials;

@@ -107,6 +107,19 @@ pub enum BsdfKind {
         /// As of the above.
         conserve_energy: bool,
     },
+    /// `hair`: a fibre of hair or fur (Chiang et al. 2016).
+    Hair {
+        /// What its inside absorbs.
+        absorption: FibreAbsorption,
+        /// Refractive index of the fibre.
+        interior: IndexSource,
+        /// Refractive index around it; `None` for air.
+        exterior: Option<IndexSource>,
+        /// Roughness along and around the fibre, above 0 and at most 1.
+        roughness: [f64; 2],
+        /// Angle of the scales to the surface, degrees.
+        scale_tilt: f64,
+    },
     /// Lets everything pass, as if there were no surface.
     Null,
     /// A surface with holes: light passes through the fraction 1 − `opacity`.
@@ -173,6 +186,7 @@ impl BsdfKind {
                 | Self::Plastic { .. }
                 | Self::Principled { .. }
                 | Self::PrincipledThin { .. }
+                | Self::Hair { .. }
                 | Self::Null => false,
             }
     }
@@ -184,6 +198,7 @@ impl BsdfKind {
             | Self::Dielectric { .. }
             | Self::ThinDielectric { .. }
             | Self::PrincipledThin { .. }
+            | Self::Hair { .. }
             | Self::Null
             | Self::Mask { .. } => true,
             Self::Principled { base, .. } => base.spec_trans.constant() != Some(0.0),
@@ -195,6 +210,20 @@ impl BsdfKind {
             }
         }
     }
+}
+
+/// What the inside of a fibre absorbs, per radius of the fibre.
+#[derive(Clone, Debug)]
+pub enum FibreAbsorption {
+    /// Concentrations, at least 0.
+    Pigments {
+        /// That of the pigment of brown and black hair.
+        eumelanin: f64,
+        /// That of the pigment of red hair.
+        pheomelanin: f64,
+    },
+    /// The coefficient itself, at least 0.
+    Coefficient(SpectrumSource),
 }
 
 /// How bump and normal maps deal with normals that are no surface's.

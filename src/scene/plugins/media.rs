@@ -325,49 +325,49 @@ pub fn node(medium: &Medium, writer: &mut Writer) -> Node {
     write(&content, &place, writer).id(&id)
 }
 
-/// Refuses what varies where nothing may, and what varies over surfaces alone.
+/// Refuses what varies where it may not, and what varies over surfaces alone.
 fn steady(query: &Query<'_>, content: Content) -> Option<Content> {
-    let (extinction, albedo, emission, varying) = match &content {
+    let (extinction, varying, albedo, emission) = match &content {
         Content::Homogeneous { extinction, albedo, emission, .. } => {
-            (Some(extinction), Some(albedo), emission, Varying::Nothing)
+            (("sigma_t", extinction), Varying::Nothing, Some(albedo), emission)
         }
         Content::Heterogeneous { extinction, albedo, emission, density, .. } => {
-            let varying = if density.is_some() { Varying::ByDensity } else { Varying::All };
-            (Some(extinction), Some(albedo), emission, varying)
+            let varying = if density.is_some() { Varying::ByDensity } else { Varying::ByGrid };
+            (("sigma_t", extinction), varying, Some(albedo), emission)
         }
         Content::Suspension { absorption, emission, .. } => {
-            (Some(absorption), None, emission, Varying::ByDensity)
+            (("absorption", absorption), Varying::ByDensity, None, emission)
         }
     };
-    if let Some(extinction) = extinction {
-        let name = if albedo.is_some() { "sigma_t" } else { "absorption" };
-        refuse_variation(query, name, extinction, varying);
-    }
-    let others = if varying == Varying::Nothing { Varying::Nothing } else { Varying::All };
+    refuse_variation(query, extinction.0, extinction.1, varying);
     if let Some(albedo) = albedo {
-        refuse_variation(query, "albedo", albedo, others);
+        refuse_variation(query, "albedo", albedo, Varying::ByGrid);
     }
     match emission {
-        Some(EmissionSource::Radiance(source)) => refuse_variation(query, "emission", source, others),
-        Some(EmissionSource::Temperature(source)) => refuse_variation(query, "temperature", source, others),
+        Some(EmissionSource::Radiance(source)) => {
+            refuse_variation(query, "emission", source, Varying::ByGrid);
+        }
+        Some(EmissionSource::Temperature(source)) => {
+            refuse_variation(query, "temperature", source, Varying::ByGrid);
+        }
         None => {}
     }
     Some(content)
 }
 
-/// What of a medium may be a grid.
+/// How a property of a medium may vary.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Varying {
+    /// Not at all.
     Nothing,
-    /// Not the extinction, for its density is one.
+    /// Not by itself, for the density varies.
     ByDensity,
-    All,
+    ByGrid,
 }
 
-/// Refuses what varies where the medium is the same everywhere, and what varies over surfaces alone.
 fn refuse_variation(query: &Query<'_>, name: &'static str, source: &SpectrumSource, varying: Varying) {
     let is_grid = matches!(source.kind, SpectrumKind::Volume(_));
-    if !varies(source) || varying == Varying::All && is_grid {
+    if !varies(source) || varying == Varying::ByGrid && is_grid {
         return;
     }
     let problem = format!("\"{name}\" of {} varies from place to place", query.title());
@@ -375,6 +375,7 @@ fn refuse_variation(query: &Query<'_>, name: &'static str, source: &SpectrumSour
     query.error(match (varying, is_grid) {
         (Varying::Nothing, true) => error.with_remedy("use a `heterogeneous` medium"),
         (Varying::ByDensity, true) => error.with_remedy("the `density` varies already"),
+        (Varying::ByGrid, _) => error.with_remedy("it may be a <volume type=\"gridvolume\">"),
         _ => error.with_remedy("in a `heterogeneous` medium it may be a <volume type=\"gridvolume\">"),
     });
 }

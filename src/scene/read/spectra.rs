@@ -243,6 +243,7 @@ fn written(query: &Query<'_>, entry: &Entry, name: &str, purpose: Use) -> Option
             let role = match purpose {
                 Use::Emission => RgbRole::Illuminant,
                 Use::ConductorIndex => RgbRole::Clipped,
+                Use::Absorption if query.object.class == Class::Bsdf => RgbRole::Clipped,
                 _ if query.object.class == Class::Volume => RgbRole::Clipped,
                 _ => RgbRole::Reflectance,
             };

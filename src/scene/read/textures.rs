@@ -75,8 +75,7 @@ pub(in crate::scene) fn check(
         Some(false)
     };
     let title = purpose.title(name);
-    let in_space = purpose == Use::Absorption && matches!(source.kind, SpectrumKind::Volume(_));
-    if varies(source) && !in_space && matches!(purpose, Use::Absorption | Use::Index | Use::Response) {
+    if varies(source) && matches!(purpose, Use::Index | Use::Response) {
         return refuse(format!("{title} cannot vary over a surface"), "expected a spectrum", "");
     }
     if !purpose.is_spectral()

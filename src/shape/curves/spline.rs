@@ -18,13 +18,14 @@
 
 use super::{Near, Span, Spot};
 use crate::geometry::bernstein::{
-    self, Coefficients, Range, cubic, cubic_bend, cubic_slope, derivative, restricted, sign_changes, squared,
+    self, Range, cubic, cubic_bend, cubic_slope, derivative, restricted, sign_changes, split, squared,
 };
 use crate::geometry::roots::{Sample, bracketed};
 use crate::geometry::{Bounds, Frame, Vec3};
 use crate::sampling::quadrature::gauss_legendre;
 use smallvec::SmallVec;
 use std::f64::consts::TAU;
+use wide::f64x4;
 
 /// Parts of a segment are not halved more often: what is left is a touch.
 const DEEPEST: u32 = 46;
@@ -130,8 +131,8 @@ impl SplineSegment {
         let away = self.points.map(|c| c - point);
         let squares = [0, 1, 2].map(|axis| squared(&away.map(|c| c[axis])));
         let radii = squared(&self.radii);
-        let depth: Coefficients =
-            (0..7).map(|i| radii[i] - squares[0][i] - squares[1][i] - squares[2][i]).collect();
+        let depth: [f64; 7] =
+            std::array::from_fn(|i| radii[i] - squares[0][i] - squares[1][i] - squares[2][i]);
         let over = |u: f64| self.radius(u).powi(2) - cubic(&away, u).length_squared();
         let slope = |u: f64| {
             let (radius, growth, away, velocity) =
@@ -145,7 +146,7 @@ impl SplineSegment {
                 error: 0.0,
             }
         };
-        let extremes = sign_changes(&derivative(&depth), [0.0, 1.0], &slope);
+        let extremes = sign_changes(&derivative::<7, 6>(&depth), [0.0, 1.0], &slope);
         let all = extremes.into_iter().chain([0.0, 1.0]);
         all.max_by(|a, b| over(*a).total_cmp(&over(*b))).unwrap_or(0.0)
     }
@@ -181,8 +182,10 @@ impl SplineSegment {
     pub fn tube_entries(&self, line: &Near) -> SmallVec<[Spot; 4]> {
         let mut spots = SmallVec::new();
         let Some(seen) = SegmentAlongLine::new(self, line) else { return spots };
+        let branches: &[Branch] =
+            if seen.hides_second() { &[Branch::First] } else { &[Branch::First, Branch::Second] };
         for window in seen.windows() {
-            for branch in [Branch::First, Branch::Second] {
+            for &branch in branches {
                 for u in seen.roots(window, branch, Sweep::Circle) {
                     let t = seen.on_circle(u, branch);
                     let point = line.start + line.direction * t;
@@ -212,7 +215,7 @@ impl SplineSegment {
             let mut span: Option<Span> = None;
             let mut consider = |u: f64| {
                 let half = seen.half(u);
-                let here = line.chord(u, cubic(&seen.along, u), half, self.radius(u));
+                let here = line.chord(u, seen.along(u), half, self.radius(u));
                 span = Some(span.map_or(here, |span| span.around(here)));
             };
             window.into_iter().for_each(&mut consider);
@@ -226,11 +229,10 @@ impl SplineSegment {
     }
 }
 
-/// A segment as seen along a line.
+/// A segment as seen along a line. Across it are x and y, along it is s.
 struct SegmentAlongLine {
-    along: [f64; 4],
-    across: [[f64; 4]; 2],
-    radii: [f64; 4],
+    /// x, y, s and the radius, side by side.
+    points: [f64x4; 4],
     /// Where on the path: a path that begins or ends at rest has no direction at that very end.
     ends: [f64; 2],
 }
@@ -238,21 +240,44 @@ struct SegmentAlongLine {
 /// The functions over a part of a segment, by the coefficients that bound them.
 struct PartBounds {
     /// D
-    squared: Coefficients,
+    squared: [f64; 7],
     /// s'
-    slope: Coefficients,
+    slope: [f64; 3],
     /// P
-    bend: Coefficients,
+    bend: [f64; 6],
     /// Bound on the rounding of P's coefficients.
     rounding: f64,
+}
+
+impl PartBounds {
+    /// Of a part by its own control points.
+    fn new(points: &[f64x4; 4], sweep: Sweep) -> Self {
+        let squares = squared(points).map(f64x4::to_array);
+        let across = squares.map(|[x, y, ..]| x + y);
+        let radii = squares.map(|[.., r]| r);
+        let squared: [f64; 7] = std::array::from_fn(|i| radii[i] - across[i]);
+        // q·q' is half the derivative of |q|², and r r' that of r².
+        let bend = match sweep {
+            Sweep::Circle => derivative::<7, 6>(&across).map(|c| 0.5 * c),
+            Sweep::Ball => derivative::<7, 6>(&squared).map(|c| -0.5 * c),
+        };
+        let size = across.iter().chain(&radii).fold(0.0f64, |size, c| size.max(c.abs()));
+        let slope = derivative(&points.map(|point| point.to_array()[2]));
+        Self { squared, slope, bend, rounding: 64.0 * f64::EPSILON * size }
+    }
 }
 
 impl SegmentAlongLine {
     /// `None` where the line passes all balls.
     fn new(segment: &SplineSegment, line: &Near) -> Option<Self> {
         let Frame { x, y, z } = Frame::around(line.direction);
-        let away = segment.points.map(|point| point - line.start);
-        let on = |axis: Vec3| away.map(|point| point.dot(axis));
+        let points: [f64x4; 4] = std::array::from_fn(|i| {
+            let away = segment.points[i] - line.start;
+            f64x4::new([away.dot(x), away.dot(y), away.dot(z), segment.radii[i]])
+        });
+        if passes(&points.map(f64x4::to_array)) || Range::of(&depth(&points)).1 <= 0.0 {
+            return None;
+        }
         // At rest where two control points are one, or three. How far the path gets in that little is below
         // rounding.
         let rest = |[a, b, c]: [Vec3; 3]| match () {
@@ -261,88 +286,81 @@ impl SegmentAlongLine {
             () => 1e-5,
         };
         let [a, b, c, d] = segment.points;
-        let (start, end) = (rest([a, b, c]), 1.0 - rest([d, c, b]));
-        let seen = Self { along: on(z), across: [on(x), on(y)], radii: segment.radii, ends: [start, end] };
-        (Range::of(&seen.part([0.0, 1.0], Sweep::Ball).squared).1 > 0.0).then_some(seen)
+        Some(Self { points, ends: [rest([a, b, c]), 1.0 - rest([d, c, b])] })
     }
 
-    fn part(&self, place: [f64; 2], sweep: Sweep) -> PartBounds {
-        let whole = place == [0.0, 1.0];
-        let cut = |c: &[f64; 4]| if whole { *c } else { restricted(c, place) };
-        let [x, y] = [squared(&cut(&self.across[0])), squared(&cut(&self.across[1]))];
-        let r = squared(&cut(&self.radii));
-        let across: Coefficients = x.iter().zip(&y).map(|(x, y)| x + y).collect();
-        let squared: Coefficients = r.iter().zip(&across).map(|(r, q)| r - q).collect();
-        // q·q' is half the derivative of |q|², and r r' that of r².
-        let bend = match sweep {
-            Sweep::Circle => derivative(&across).iter().map(|c| 0.5 * c).collect(),
-            Sweep::Ball => derivative(&squared).iter().map(|c| -0.5 * c).collect(),
-        };
-        let size = across.iter().chain(&r).fold(0.0f64, |size, c| size.max(c.abs()));
-        PartBounds {
-            squared,
-            slope: derivative(&cut(&self.along)),
-            bend,
-            rounding: 64.0 * f64::EPSILON * size,
-        }
+    fn along(&self, u: f64) -> f64 {
+        cubic(&self.points, u).to_array()[2]
     }
 
     /// Where the line passes the circle u, in one of the two places that its ball has: s ∓ √D, or what is the
     /// same at a root, s + q·q'/s'. The one is worth little where D vanishes, the other where the line goes
     /// across the path.
     fn on_circle(&self, u: f64, branch: Branch) -> f64 {
-        let [x, y] = self.across.map(|c| [cubic(&c, u), cubic_slope(&c, u)]);
-        let (half, speed) = (self.half(u), cubic_slope(&self.along, u));
-        let from_centre = if half * speed.hypot(x[1].hypot(y[1])) < cubic(&self.radii, u) * speed.abs() {
-            (x[0] * x[1] + y[0] * y[1]) / speed
+        let [x, y, along, radius] = cubic(&self.points, u).to_array();
+        let [dx, dy, speed, _] = cubic_slope(&self.points, u).to_array();
+        let half = half(x, y, radius);
+        let velocity = dx * dx + dy * dy + speed * speed;
+        let from_centre = if half * half * velocity < radius * radius * speed * speed {
+            (x * dx + y * dy) / speed
         } else {
             -branch.side() * half
         };
-        cubic(&self.along, u) + from_centre
+        along + from_centre
     }
 
     /// √D; 0 where there is none.
     fn half(&self, u: f64) -> f64 {
-        let (x, y) = (cubic(&self.across[0], u), cubic(&self.across[1], u));
-        let (radius, distance) = (cubic(&self.radii, u), x.hypot(y));
-        ((radius - distance) * (radius + distance)).max(0.0).sqrt()
+        let [x, y, _, radius] = cubic(&self.points, u).to_array();
+        half(x, y, radius)
     }
 
     /// D and its derivative.
     fn squared(&self, u: f64) -> Sample {
-        let (x, y) = (cubic(&self.across[0], u), cubic(&self.across[1], u));
-        let (radius, distance) = (cubic(&self.radii, u), x.hypot(y));
-        let across = x * cubic_slope(&self.across[0], u) + y * cubic_slope(&self.across[1], u);
-        let slope = 2.0 * (radius * cubic_slope(&self.radii, u) - across);
-        Sample { value: (radius - distance) * (radius + distance), slope, error: 0.0 }
+        let [x, y, _, radius] = cubic(&self.points, u).to_array();
+        let [dx, dy, _, growth] = cubic_slope(&self.points, u).to_array();
+        let slope = 2.0 * (radius * growth - (x * dx + y * dy));
+        Sample { value: radius * radius - (x * x + y * y), slope, error: 0.0 }
     }
 
     /// P + side·s'√D and its derivative.
     fn function(&self, u: f64, branch: Branch, sweep: Sweep) -> Sample {
-        let (mut value, mut bend) = (0.0, 0.0);
-        for c in &self.across {
-            let [q, slope, second] = [cubic(c, u), cubic_slope(c, u), cubic_bend(c, u)];
-            value += q * slope;
-            bend += slope * slope + q * second;
-        }
+        let [x, y, _, radius] = cubic(&self.points, u).to_array();
+        let [dx, dy, speed, growth] = cubic_slope(&self.points, u).to_array();
+        let [ddx, ddy, change, turn] = cubic_bend(&self.points, u).to_array();
+        let (mut value, mut bend) = (x * dx + y * dy, dx * dx + x * ddx + dy * dy + y * ddy);
+        // Half the derivative of D.
+        let widening = radius * growth - value;
         if sweep == Sweep::Ball {
-            let [r, slope, second] =
-                [cubic(&self.radii, u), cubic_slope(&self.radii, u), cubic_bend(&self.radii, u)];
-            value -= r * slope;
-            bend -= slope * slope + r * second;
+            value -= radius * growth;
+            bend -= growth * growth + radius * turn;
         }
-        let (half, side) = (self.half(u), branch.side());
-        let (speed, change) = (cubic_slope(&self.along, u), cubic_bend(&self.along, u));
-        let slope = bend + side * (change * half + speed * self.squared(u).slope / (2.0 * half));
+        let (half, side) = (half(x, y, radius), branch.side());
+        let slope = bend + side * (change * half + speed * widening / half);
         Sample { value: value + side * speed * half, slope, error: 0.0 }
+    }
+
+    /// Whether the tube never faces the line behind its path, at s + √D. The normal · line is A√D − r r' s'
+    /// there, where A = |c'|² − (p − c)·c'' is at least |c'|² − r |c''|.
+    fn hides_second(&self) -> bool {
+        let [a, b, c, d] = self.points;
+        let slopes = [b - a, c - b, d - c].map(|slope| (slope * 3.0).to_array());
+        let vectors = slopes.map(|[x, y, s, _]| Vec3::new(x, y, s));
+        let chord = vectors[0] + vectors[1] + vectors[2];
+        let ahead = vectors.map(|slope| slope.dot(chord)).into_iter().fold(f64::INFINITY, f64::min);
+        let bend = (vectors[1] - vectors[0]).length_squared().max((vectors[2] - vectors[1]).length_squared());
+        let radius = self.points.iter().fold(0.0f64, |most, point| most.max(point.to_array()[3]));
+        let keeps_up = ahead > 0.0 && ahead * ahead >= 2.0 * radius * bend.sqrt() * chord.length_squared();
+        let (speed, growth) =
+            (Range::of(&slopes.map(|slope| slope[2])), Range::of(&slopes.map(|slope| slope[3])));
+        keeps_up && (speed.0 >= 0.0 && growth.1 <= 0.0 || speed.1 <= 0.0 && growth.0 >= 0.0)
     }
 
     /// The intervals of u over which the line passes through the balls.
     fn windows(&self) -> SmallVec<[[f64; 2]; 3]> {
-        let mut edges: SmallVec<[f64; 8]> = SmallVec::new();
+        let mut edges: SmallVec<[f64; 10]> = SmallVec::new();
         edges.push(self.ends[0]);
-        let whole = self.part([0.0, 1.0], Sweep::Ball).squared;
-        edges.extend(sign_changes(&whole, [0.0, 1.0], &|u| self.squared(u)));
+        edges.extend(sign_changes(&depth(&self.points), [0.0, 1.0], &|u| self.squared(u)));
         edges.push(self.ends[1]);
         edges
             .windows(2)
@@ -354,19 +372,21 @@ impl SegmentAlongLine {
     /// The roots of a branch within a window.
     fn roots(&self, window: [f64; 2], branch: Branch, sweep: Sweep) -> SmallVec<[f64; 4]> {
         let mut found = SmallVec::new();
-        self.search(window, branch, sweep, 0, &mut found);
+        self.search(window, &restricted(&self.points, window), branch, sweep, 0, &mut found);
         found
     }
 
+    /// `points`: control points of the part.
     fn search(
         &self,
         [from, to]: [f64; 2],
+        points: &[f64x4; 4],
         branch: Branch,
         sweep: Sweep,
         depth: u32,
         found: &mut SmallVec<[f64; 4]>,
     ) {
-        let PartBounds { squared, slope, bend, rounding } = self.part([from, to], sweep);
+        let PartBounds { squared, slope, bend, rounding } = PartBounds::new(points, sweep);
         let half = Range::of(&squared).sqrt();
         let (speed, side) = (Range::of(&slope), branch.side());
         let Range(least, most) = Range::of(&bend) + speed * half * side;
@@ -376,9 +396,9 @@ impl SegmentAlongLine {
         // Nothing but rounding is left of it.
         let vanishes = most.max(-least) <= 2.0 * rounding;
         // √D times the derivative: √D P' ± (s'' D + s' D'/2).
-        let change =
-            Range::of(&derivative(&slope)) * (half * half) + speed * (Range::of(&derivative(&squared)) * 0.5);
-        let monotonic = !(half * Range::of(&derivative(&bend)) + change * side).has_zero();
+        let change = Range::of(&derivative::<3, 2>(&slope)) * (half * half)
+            + speed * (Range::of(&derivative::<7, 6>(&squared)) * 0.5);
+        let monotonic = !(half * Range::of(&derivative::<6, 5>(&bend)) + change * side).has_zero();
         if monotonic || vanishes || depth == DEEPEST {
             // Zero counts as positive, so that a root on the edge of two parts is one of the one or of the
             // other.
@@ -389,8 +409,37 @@ impl SegmentAlongLine {
             }
             return;
         }
-        let middle = 0.5 * (from + to);
-        self.search([from, middle], branch, sweep, depth + 1, found);
-        self.search([middle, to], branch, sweep, depth + 1, found);
+        let ([left, right], middle) = (split(points), 0.5 * (from + to));
+        self.search([from, middle], &left, branch, sweep, depth + 1, found);
+        self.search([middle, to], &right, branch, sweep, depth + 1, found);
     }
+}
+
+/// D over a part of a segment by its control points.
+fn depth(points: &[f64x4; 4]) -> [f64; 7] {
+    squared(points).map(|square| {
+        let [x, y, _, r] = square.to_array();
+        r - (x + y)
+    })
+}
+
+/// √D; 0 where there is none.
+fn half(x: f64, y: f64, radius: f64) -> f64 {
+    (radius * radius - (x * x + y * y)).max(0.0).sqrt()
+}
+
+/// Whether all control points lie on one side of the line, farther than the greatest radius: left or right of
+/// it, above or below, or across the chord.
+fn passes(points: &[[f64; 4]; 4]) -> bool {
+    let radius = points.iter().fold(0.0f64, |most, [.., r]| most.max(*r));
+    let [dx, dy] = [points[3][0] - points[0][0], points[3][1] - points[0][1]];
+    let beyond = |far: [f64; 4], limit: f64| {
+        let (least, most) = far
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), c| (c.min(least), c.max(most)));
+        least > limit || most < -limit
+    };
+    beyond(points.map(|[x, ..]| x), radius)
+        || beyond(points.map(|[_, y, ..]| y), radius)
+        || beyond(points.map(|[x, y, ..]| x * dy - y * dx), radius * (dx * dx + dy * dy).sqrt())
 }

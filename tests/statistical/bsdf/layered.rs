@@ -108,11 +108,6 @@ pub fn conserving<const C: usize>(bsdf: Bsdf<C>, varies: bool) -> Bsdf<C> {
     }
 }
 
-/// Mitsuba's thin glass cuts its transmitted lobe by a rule that is not the same when light runs backwards.
-pub fn is_one_way<const C: usize>(bsdf: &Bsdf<C>) -> bool {
-    matches!(bsdf, Bsdf::PrincipledThin(thin) if thin.base.spec_trans > 0.0)
-}
-
 /// Parameters up to and beyond the ends of their ranges.
 pub fn random<const C: usize>(
     uniform: &mut Uniform,

@@ -1,6 +1,7 @@
 //! What every BSDF promises, over a table of all variants and for 1, 4 and 8 wavelengths a path.
 
 mod energy;
+mod hair;
 mod lanes;
 mod layered;
 mod robust;
@@ -8,7 +9,7 @@ mod robust;
 use crate::common::stress;
 use abbe::bsdf::microfacet::Distribution;
 use abbe::bsdf::{
-    Albedo, Bsdf, Conductor, Dielectric, DiffuseBase, DiffuseTransmitter, Extent, Lambert, Microfacets,
+    Albedo, Bsdf, Conductor, Dielectric, DiffuseBase, DiffuseTransmitter, Extent, Hair, Lambert, Microfacets,
     Plastic, Principled, PrincipledBase, PrincipledThin, RoughConductor, RoughDielectric, RoughPlastic,
     Scatter, ThinDielectric,
 };
@@ -120,6 +121,7 @@ fn table<const C: usize>() -> Vec<(String, Bsdf<C>)> {
         }
     }
     table.extend(layered::table());
+    table.extend(hair::table());
     table
 }
 
@@ -201,6 +203,7 @@ fn with_lanes<const C: usize, const D: usize>(
             eta: b.eta,
             albedo: b.albedo,
         }),
+        Bsdf::Hair(b) => Bsdf::Hair(Hair { absorption: turn(b.absorption), fibre: b.fibre }),
     }
 }
 

@@ -1,6 +1,7 @@
 //! BSDFs.
 
 mod conductors;
+mod hair;
 mod nesting;
 mod principled;
 mod roughness;
@@ -140,6 +141,15 @@ declare! {
         use_shadowing_function: USE_SHADOWING_FUNCTION,
         normals: required("normalmap", Use::Normals, "normals by (n + 1) / 2, in raw values"),
         nested: Held("the BSDF of the surface"),
+    };
+    "hair", "a fibre of hair or fur, for `bsplinecurve` and `linearcurve`"
+        => BsdfKind::Hair { absorption, interior, exterior, roughness: [along, around], scale_tilt } {
+        absorption: hair::Absorption,
+        interior: hair::INDEX,
+        exterior: Exterior::AIR,
+        along: hair::roughness("longitudinal_roughness", "roughness along the fibre"),
+        around: hair::roughness("azimuthal_roughness", "roughness around the fibre"),
+        scale_tilt: hair::SCALE_TILT,
     };
     "null", "lets everything pass, as if there were no surface" => BsdfKind::Null {} {};
     "diffusetransmitter" extension "Lambertian reflection and transmission"
