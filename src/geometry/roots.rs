@@ -168,9 +168,18 @@ pub fn sign_changes(edges: &[f64], function: impl Fn(f64) -> Sample) -> Roots {
 
 /// The root between `low`, where the function has the given sign, and `high`, where it has the other:
 /// Newton's method, which halves the bracket where it would leave it or gains too little.
-pub fn bracketed(mut low: f64, mut high: f64, sign: f64, function: &impl Fn(f64) -> Sample) -> Root {
+pub fn bracketed(low: f64, high: f64, sign: f64, function: &impl Fn(f64) -> Sample) -> Root {
+    bracketed_from(0.5 * (low + high), [low, high], sign, function)
+}
+
+/// The same, from a first guess within the bracket.
+pub fn bracketed_from(
+    mut t: f64,
+    [mut low, mut high]: [f64; 2],
+    sign: f64,
+    function: &impl Fn(f64) -> Sample,
+) -> Root {
     const MOST_STEPS: usize = 200;
-    let mut t = 0.5 * (low + high);
     let mut sample = function(t);
     let mut width = high - low;
     for _ in 0..MOST_STEPS {

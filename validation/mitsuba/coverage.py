@@ -73,6 +73,8 @@ WORDS = {
         "principled": "base_color roughness anisotropic metallic spec_trans eta specular spec_tint sheen sheen_tint flatness clearcoat clearcoat_gloss "
         "diffuse_reflectance_sampling_rate main_specular_sampling_rate clearcoat_sampling_rate",
         "principledthin": "base_color roughness anisotropic spec_trans eta spec_tint sheen sheen_tint flatness diff_trans diffuse_reflectance_sampling_rate",
+        # Its pigments have other spectra in Mitsuba (docs/differences-from-mitsuba.md); of both there is nothing here.
+        "hair": "eumelanin pheomelanin sigma_a scale int_ior ext_ior longitudinal_roughness azimuthal_roughness scale_tilt",
         "twosided": "allow_transmission",
         "mask": "opacity",
         "blendbsdf": "weight",

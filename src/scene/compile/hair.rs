@@ -15,11 +15,15 @@ use crate::units::WavelengthRange;
 /// by which it falls.
 ///
 /// The powers are those of melanin (Donner and Jensen, "A Spectral BSSRDF for Shading Human Skin", EGSR 2006,
-/// after Jacques). The colours that d'Eon et al. have for fibres ("An Energy-Conserving Hair Reflectance
-/// Model", EGSR 2011), 0.419, 0.697, 1.37 and 0.187, 0.4, 1.05, are these curves at 640, 550 and 450 nm, within
-/// 0.013.
+/// after Jacques). The curves pass through the colours that d'Eon et al. have for fibres ("An
+/// Energy-Conserving Hair Reflectance Model", EGSR 2011) at 640, 550 and 450 nm, within 0.013: 0.419, 0.697,
+/// 1.37 and 0.187, 0.4, 1.05.
 const EUMELANIN: [f64; 2] = [0.697, 3.33];
 const PHEOMELANIN: [f64; 2] = [0.4, 4.75];
+
+fn pigment([green, power]: [f64; 2], nm: f64) -> f64 {
+    green * (550.0 / nm).powf(power)
+}
 
 /// The textures of a fibre; any other BSDF is black.
 pub(super) fn compiled(
@@ -34,8 +38,7 @@ pub(super) fn compiled(
     let eta = relative_index(interior, &outside(exterior, range)?, range)?;
     let absorption = match absorption {
         FibreAbsorption::Pigments { eumelanin, pheomelanin } => {
-            let of = |[green, power]: [f64; 2], nm: f64| green * (550.0 / nm).powf(power);
-            let at = |nm: f64| eumelanin * of(EUMELANIN, nm) + pheomelanin * of(PHEOMELANIN, nm);
+            let at = |nm: f64| eumelanin * pigment(EUMELANIN, nm) + pheomelanin * pigment(PHEOMELANIN, nm);
             Texture::Uniform(tabulated(range, place, &at)?)
         }
         FibreAbsorption::Coefficient(source) => spectra::texture(source, shift)?,
@@ -63,4 +66,20 @@ fn relative_index(
         return error("the fibre has the index of what is outside", "two indices that differ", remedy);
     }
     Ok(inside / outside)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pigments_have_the_colours_of_deon() {
+        let colours = [(EUMELANIN, [0.419, 0.697, 1.37]), (PHEOMELANIN, [0.187, 0.4, 1.05])];
+        for (curve, colour) in colours {
+            for (nm, expected) in [640.0, 550.0, 450.0].into_iter().zip(colour) {
+                let found = pigment(curve, nm);
+                assert!((found - expected).abs() < 0.013, "{nm} nm: {found}, not {expected}");
+            }
+        }
+    }
 }

@@ -20,7 +20,7 @@ use super::{Near, Span, Spot};
 use crate::geometry::bernstein::{
     self, Range, cubic, cubic_bend, cubic_slope, derivative, restricted, sign_changes, split, squared,
 };
-use crate::geometry::roots::{Sample, bracketed};
+use crate::geometry::roots::{Sample, bracketed, bracketed_from};
 use crate::geometry::{Bounds, Frame, Vec3};
 use crate::sampling::quadrature::gauss_legendre;
 use smallvec::SmallVec;
@@ -184,23 +184,25 @@ impl SplineSegment {
         let Some(seen) = SegmentAlongLine::new(self, line) else { return spots };
         let branches: &[Branch] =
             if seen.hides_second() { &[Branch::First] } else { &[Branch::First, Branch::Second] };
-        for window in seen.windows() {
-            for &branch in branches {
-                for u in seen.roots(window, branch, Sweep::Circle) {
-                    let t = seen.on_circle(u, branch);
-                    let point = line.start + line.direction * t;
-                    let Some(normal) = self.tube_normal(u, point).try_normalize() else { continue };
-                    let facing = normal.dot(line.direction);
-                    if facing < 0.0 {
-                        let radius = self.radius(u);
-                        // A surface that is off by a height is met that height over the cosine away, as long
-                        // as its own bend over that distance doesn't matter; else the line all but touches.
-                        let height = 16.0 * line.rounding + 32.0 * f64::EPSILON * radius;
-                        let touch = (8.0 * radius * height).sqrt();
-                        let error =
-                            if facing * facing * radius > 16.0 * height { height / -facing } else { touch };
-                        spots.push(Spot { t, u, error: 2.0 * error });
-                    }
+        let peak = seen.peak();
+        if peak.as_ref().is_some_and(|peak| peak.value <= 0.0) {
+            return spots;
+        }
+        for &branch in branches {
+            for u in seen.circles(branch, peak.as_ref()) {
+                let t = seen.on_circle(u, branch);
+                let point = line.start + line.direction * t;
+                let Some(normal) = self.tube_normal(u, point).try_normalize() else { continue };
+                let facing = normal.dot(line.direction);
+                if facing < 0.0 {
+                    let radius = self.radius(u);
+                    // A surface that is off by a height is met that height over the cosine away, as long as
+                    // its own bend over that distance doesn't matter; else the line all but touches.
+                    let height = 16.0 * line.rounding + 32.0 * f64::EPSILON * radius;
+                    let touch = (8.0 * radius * height).sqrt();
+                    let error =
+                        if facing * facing * radius > 16.0 * height { height / -facing } else { touch };
+                    spots.push(Spot { t, u, error: 2.0 * error });
                 }
             }
         }
@@ -235,6 +237,8 @@ struct SegmentAlongLine {
     points: [f64x4; 4],
     /// Where on the path: a path that begins or ends at rest has no direction at that very end.
     ends: [f64; 2],
+    /// Bounds over all of it, of circles.
+    whole: PartBounds,
 }
 
 /// The functions over a part of a segment, by the coefficients that bound them.
@@ -249,8 +253,23 @@ struct PartBounds {
     rounding: f64,
 }
 
+/// Where D is greatest, or about.
+struct Peak {
+    u: f64,
+    /// D
+    value: f64,
+    /// D'/2
+    slope: f64,
+    /// D''/2
+    bend: f64,
+    /// P
+    across: f64,
+    /// s'
+    speed: f64,
+}
+
 impl PartBounds {
-    /// Of a part by its own control points.
+    /// The bounds over a part that has these control points.
     fn new(points: &[f64x4; 4], sweep: Sweep) -> Self {
         let squares = squared(points).map(f64x4::to_array);
         let across = squares.map(|[x, y, ..]| x + y);
@@ -275,7 +294,11 @@ impl SegmentAlongLine {
             let away = segment.points[i] - line.start;
             f64x4::new([away.dot(x), away.dot(y), away.dot(z), segment.radii[i]])
         });
-        if passes(&points.map(f64x4::to_array)) || Range::of(&depth(&points)).1 <= 0.0 {
+        if passes(&points.map(f64x4::to_array)) {
+            return None;
+        }
+        let whole = PartBounds::new(&points, Sweep::Circle);
+        if Range::of(&whole.squared).1 <= 0.0 {
             return None;
         }
         // At rest where two control points are one, or three. How far the path gets in that little is below
@@ -286,7 +309,7 @@ impl SegmentAlongLine {
             () => 1e-5,
         };
         let [a, b, c, d] = segment.points;
-        Some(Self { points, ends: [rest([a, b, c]), 1.0 - rest([d, c, b])] })
+        Some(Self { points, ends: [rest([a, b, c]), 1.0 - rest([d, c, b])], whole })
     }
 
     fn along(&self, u: f64) -> f64 {
@@ -356,11 +379,110 @@ impl SegmentAlongLine {
         keeps_up && (speed.0 >= 0.0 && growth.1 <= 0.0 || speed.1 <= 0.0 && growth.0 >= 0.0)
     }
 
+    /// The only maximum of D, or what is greatest at an end. `None` where there may be several.
+    fn peak(&self) -> Option<Peak> {
+        /// D' is nearly straight: the secant is off by some per cent, and each step squares that.
+        const STEPS: usize = 3;
+        let slopes: [f64; 6] = derivative(&self.whole.squared);
+        if Range::of(&derivative::<6, 5>(&slopes)).1 >= 0.0 {
+            return None;
+        }
+        let [from, to] = self.ends;
+        let mut u = match () {
+            () if slopes[0] <= 0.0 => from,
+            () if slopes[5] >= 0.0 => to,
+            () => slopes[0] / (slopes[0] - slopes[5]),
+        };
+        let mut peak = self.at(u);
+        if from < u && u < to {
+            for _ in 0..STEPS {
+                u = (u - peak.slope / peak.bend).clamp(from, to);
+                peak = self.at(u);
+            }
+        }
+        Some(peak)
+    }
+
+    /// D at a place, as a peak.
+    fn at(&self, u: f64) -> Peak {
+        let [x, y, _, radius] = cubic(&self.points, u).to_array();
+        let [dx, dy, speed, growth] = cubic_slope(&self.points, u).to_array();
+        let [ddx, ddy, _, turn] = cubic_bend(&self.points, u).to_array();
+        let across = x * dx + y * dy;
+        Peak {
+            u,
+            value: radius * radius - (x * x + y * y),
+            slope: radius * growth - across,
+            bend: growth * growth + radius * turn - (dx * dx + x * ddx + dy * dy + y * ddy),
+            across,
+            speed,
+        }
+    }
+
+    /// The circles that a line passes on a branch.
+    fn circles(&self, branch: Branch, peak: Option<&Peak>) -> SmallVec<[f64; 4]> {
+        if let Some(certain) = peak.and_then(|peak| self.only_root(branch, peak)) {
+            return certain.into_iter().collect();
+        }
+        let windows = self.windows();
+        windows.into_iter().flat_map(|window| self.roots(window, branch, Sweep::Circle)).collect()
+    }
+
+    /// The root of F = P + side·s'√D where there is at most one, as on most lines that cross a thin tube.
+    /// `None` where there may be several.
+    ///
+    /// Where D has one peak, P grows, and side·s' is above 0,
+    /// - F grows before the peak: F' = P' + side (s''√D + s'D'/(2√D)), and P' is greater than |s''√D|;
+    /// - F is above 0 behind it, where P is; until P is, if it is not at the peak, s'√D outweighs it.
+    ///
+    /// Where side·s' is below 0, the same holds with both sides of the peak and of 0 exchanged.
+    fn only_root(&self, branch: Branch, peak: &Peak) -> Option<Option<f64>> {
+        let PartBounds { squared, slope, bend, rounding } = &self.whole;
+        let side = branch.side();
+        let speed = Range::of(slope) * side;
+        let growth = Range::of(&derivative::<6, 5>(bend)).0 - rounding;
+        let Range(least, most) = Range::of(&derivative::<3, 2>(slope));
+        if speed.has_zero() || growth <= most.max(-least) * Range::of(squared).1.sqrt() {
+            return None;
+        }
+        let is_ahead = speed.0 > 0.0;
+        if (peak.across < 0.0) == is_ahead {
+            let vanished = (peak.u - peak.across / growth).clamp(self.ends[0], self.ends[1]);
+            let depth = peak.value.min(self.squared(vanished).value);
+            let speed = speed.0.abs().min(speed.1.abs());
+            if depth <= 0.0 || speed * speed * depth <= peak.across * peak.across {
+                return None;
+            }
+        }
+        // A root beyond the end belongs to the next segment, if to any.
+        let (end, last) = if is_ahead { (self.ends[0], 0) } else { (self.ends[1], 1) };
+        let value = bend[5 * last] + side * slope[2 * last] * squared[6 * last].max(0.0).sqrt();
+        if (value >= 0.0) == is_ahead {
+            return Some(None);
+        }
+        // Where D is a parabola and s' is constant.
+        let (narrowing, speed) = (-peak.bend, peak.speed * peak.speed);
+        let away = (peak.value * speed / (narrowing * (narrowing + speed))).sqrt();
+        let (bracket, guess) =
+            if is_ahead { ([end, peak.u], peak.u - away) } else { ([peak.u, end], peak.u + away) };
+        let guess = guess.clamp(bracket[0], bracket[1]);
+        let root = bracketed_from(guess, bracket, -1.0, &|u| self.function(u, branch, Sweep::Circle)).t;
+        Some((self.squared(root).value >= 0.0).then_some(root))
+    }
+
+    /// The root between two places where the function grows or falls all the way.
+    fn crossing(&self, [from, to]: [f64; 2], branch: Branch, sweep: Sweep) -> Option<f64> {
+        // Zero counts as positive, so that a root on the edge of two parts is one of the one or of the other.
+        let sign = |u: f64| if self.function(u, branch, sweep).value < 0.0 { -1.0 } else { 1.0 };
+        let (first, last) = (sign(from), sign(to));
+        (first != last).then(|| bracketed(from, to, first, &|u| self.function(u, branch, sweep)).t)
+    }
+
     /// The intervals of u over which the line passes through the balls.
     fn windows(&self) -> SmallVec<[[f64; 2]; 3]> {
         let mut edges: SmallVec<[f64; 10]> = SmallVec::new();
         edges.push(self.ends[0]);
-        edges.extend(sign_changes(&depth(&self.points), [0.0, 1.0], &|u| self.squared(u)));
+        edges.extend(sign_changes(&self.whole.squared, [0.0, 1.0], &|u| self.squared(u)));
         edges.push(self.ends[1]);
         edges
             .windows(2)
@@ -400,27 +522,13 @@ impl SegmentAlongLine {
             + speed * (Range::of(&derivative::<7, 6>(&squared)) * 0.5);
         let monotonic = !(half * Range::of(&derivative::<6, 5>(&bend)) + change * side).has_zero();
         if monotonic || vanishes || depth == DEEPEST {
-            // Zero counts as positive, so that a root on the edge of two parts is one of the one or of the
-            // other.
-            let sign = |u: f64| if self.function(u, branch, sweep).value < 0.0 { -1.0 } else { 1.0 };
-            let (first, last) = (sign(from), sign(to));
-            if first != last {
-                found.push(bracketed(from, to, first, &|u| self.function(u, branch, sweep)).t);
-            }
+            found.extend(self.crossing([from, to], branch, sweep));
             return;
         }
         let ([left, right], middle) = (split(points), 0.5 * (from + to));
         self.search([from, middle], &left, branch, sweep, depth + 1, found);
         self.search([middle, to], &right, branch, sweep, depth + 1, found);
     }
-}
-
-/// D over a part of a segment by its control points.
-fn depth(points: &[f64x4; 4]) -> [f64; 7] {
-    squared(points).map(|square| {
-        let [x, y, _, r] = square.to_array();
-        r - (x + y)
-    })
 }
 
 /// √D; 0 where there is none.

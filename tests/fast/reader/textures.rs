@@ -95,7 +95,7 @@ fn textures_stand_only_where_they_can_be_looked_up() {
         r#"<medium type="homogeneous" id="m">{}<float name="albedo" value="0"/></medium>"#,
         board("sigma_t")
     );
-    assert!(errors(&medium).contains("cannot vary over a surface"));
+    assert!(errors(&medium).contains("varies from place to place"));
 }
 
 #[test]

@@ -31,7 +31,7 @@ impl Absorption {
     const COEFFICIENT: OptionalSpectral = OptionalSpectral(required(
         "sigma_a",
         Use::Absorption,
-        "instead of the pigments, what is absorbed per radius of the fibre",
+        "instead of the pigments, what is absorbed per radius of the fibre; a texture fits",
     ));
     const SCALE: Simple<Float> = float("scale", 1.0, "factor on `sigma_a`").not_negative();
     const EUMELANIN: Simple<Float> =
