@@ -15,7 +15,7 @@ HERE = Path(__file__).resolve().parent
 SCENES = HERE / "scenes"
 
 # Plugin: its parameters, as Mitsuba 3.9.1 accepts them (whatever it does not know it refuses as unreferenced). `name=a|b`: each of these values.
-# Left out are those that only Python can set (data, bitmap, grid), those for gradients (silhouette_sampling_weight), and gridvolume's max_value, a bound for free flight.
+# Left out are `hair`, which ends Mitsuba now and then (FACTS.md, 97), those that only Python can set (data, bitmap, grid), those for gradients (silhouette_sampling_weight), and gridvolume's max_value, a bound for free flight.
 MAP = "to_uv"
 LIGHT = "sampling_weight"
 SHAPE = "to_world flip_normals"
@@ -73,8 +73,6 @@ WORDS = {
         "principled": "base_color roughness anisotropic metallic spec_trans eta specular spec_tint sheen sheen_tint flatness clearcoat clearcoat_gloss "
         "diffuse_reflectance_sampling_rate main_specular_sampling_rate clearcoat_sampling_rate",
         "principledthin": "base_color roughness anisotropic spec_trans eta spec_tint sheen sheen_tint flatness diff_trans diffuse_reflectance_sampling_rate",
-        # Its pigments have other spectra in Mitsuba (docs/differences-from-mitsuba.md); of both there is nothing here.
-        "hair": "eumelanin pheomelanin sigma_a scale int_ior ext_ior longitudinal_roughness azimuthal_roughness scale_tilt",
         "twosided": "allow_transmission",
         "mask": "opacity",
         "blendbsdf": "weight",
