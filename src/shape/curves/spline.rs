@@ -182,12 +182,12 @@ impl SplineSegment {
     pub fn tube_entries(&self, line: &Near) -> SmallVec<[Spot; 4]> {
         let mut spots = SmallVec::new();
         let Some(seen) = SegmentAlongLine::new(self, line) else { return spots };
-        let branches: &[Branch] =
-            if seen.hides_second() { &[Branch::First] } else { &[Branch::First, Branch::Second] };
         let peak = seen.peak();
         if peak.as_ref().is_some_and(|peak| peak.value <= 0.0) {
             return spots;
         }
+        let branches: &[Branch] =
+            if seen.hides_second() { &[Branch::First] } else { &[Branch::First, Branch::Second] };
         for &branch in branches {
             for u in seen.circles(branch, peak.as_ref()) {
                 let t = seen.on_circle(u, branch);
@@ -382,25 +382,28 @@ impl SegmentAlongLine {
     /// The only maximum of D, or what is greatest at an end. `None` where there may be several.
     fn peak(&self) -> Option<Peak> {
         /// D' is nearly straight: the secant is off by some per cent, and each step squares that.
-        const STEPS: usize = 3;
+        const STEPS: usize = 8;
         let slopes: [f64; 6] = derivative(&self.whole.squared);
-        if Range::of(&derivative::<6, 5>(&slopes)).1 >= 0.0 {
+        let narrowing = -Range::of(&derivative::<6, 5>(&slopes)).1;
+        if narrowing <= 0.0 {
             return None;
         }
         let [from, to] = self.ends;
-        let mut u = match () {
-            () if slopes[0] <= 0.0 => from,
-            () if slopes[5] >= 0.0 => to,
-            () => slopes[0] / (slopes[0] - slopes[5]),
-        };
-        let mut peak = self.at(u);
-        if from < u && u < to {
-            for _ in 0..STEPS {
-                u = (u - peak.slope / peak.bend).clamp(from, to);
-                peak = self.at(u);
-            }
+        if slopes[0] <= 0.0 {
+            return Some(self.at(from));
         }
-        Some(peak)
+        if slopes[5] >= 0.0 {
+            return Some(self.at(to));
+        }
+        let mut peak = self.at(slopes[0] / (slopes[0] - slopes[5]));
+        for _ in 0..STEPS {
+            // D is at most D'²/(2 |D''|) greater elsewhere.
+            if 2.0 * peak.slope * peak.slope <= narrowing * self.whole.rounding {
+                return Some(peak);
+            }
+            peak = self.at((peak.u - peak.slope / peak.bend).clamp(from, to));
+        }
+        None
     }
 
     /// D at a place, as a peak.
