@@ -2,7 +2,9 @@
 
 use super::{errors, shape};
 use abbe::phase::mie::Sizes;
-use abbe::scene::description::{DensitySource, EmissionSource, Medium, MediumContent, PhaseKind};
+use abbe::scene::description::{
+    DensitySource, EmissionSource, Medium, MediumContent, PhaseKind, SpectrumKind,
+};
 
 fn within(medium: &str) -> String {
     format!(r#"<shape type="sphere"><bsdf type="null"/>{medium}</shape>"#)
@@ -51,6 +53,22 @@ fn a_medium_emits_and_thins_out() {
     assert_eq!(pattern.resolution, 16);
     let found = medium("homogeneous", r#"<spectrum name="emission" value="400:1, 700:2"/>"#);
     assert!(matches!(found.emission, Some(EmissionSource::Radiance(_))), "{found:?}");
+}
+
+#[test]
+fn albedos_of_homogeneous_media_may_be_grids() {
+    let volume = |name: &str| {
+        let file = "tests/scenes/agreement/smoke_coloured.vol";
+        format!(
+            r#"<volume name="{name}" type="gridvolume"><string name="filename" value="{file}"/></volume>"#
+        )
+    };
+    let found = medium("homogeneous", &volume("albedo"));
+    let MediumContent::Plain { varies: false, albedo, .. } = found.content else { panic!("{found:?}") };
+    assert!(matches!(albedo.kind, SpectrumKind::Volume(_)), "{albedo:?}");
+    assert!(wrong("homogeneous", &volume("sigma_t")).contains("use a `heterogeneous` medium"));
+    let text = wrong("homogeneous", r#"<texture name="albedo" type="checkerboard"/>"#);
+    assert!(text.contains("it may be a <volume type=\"gridvolume\">"), "{text}");
 }
 
 #[test]
