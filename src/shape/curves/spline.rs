@@ -554,3 +554,46 @@ fn passes(points: &[[f64; 4]; 4]) -> bool {
         || beyond(points.map(|[_, y, ..]| y), radius)
         || beyond(points.map(|[x, y, ..]| x * dy - y * dx), radius * (dx * dx + dy * dy).sqrt())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg as Random;
+
+    /// Where one root is said to be the only one, the search that misses none finds that one.
+    #[test]
+    fn the_only_root_is_all_that_the_search_finds() {
+        let mut random = Random::seed_from_u64(31);
+        let mut any = |size: f64| size * (2.0 * random.random::<f64>() - 1.0);
+        let (mut judged, mut met) = (0, 0);
+        for _ in 0..20_000 {
+            let mut next = |size: f64| Vec3::new(any(size), any(size), any(size));
+            let step = next(1.0);
+            let points = [-1.5, -0.5, 0.5, 1.5].map(|i| step * i + next(0.3));
+            let (start, direction) = (next(0.2), next(1.0).normalize());
+            let thickness = 0.03 * (1.2 + any(1.0));
+            let radii = [0.0; 4].map(|_| thickness * (1.2 + any(1.0)));
+            let line = Near { start: start.reject_from_normalized(direction), direction, rounding: 1e-15 };
+            let Some(seen) = SegmentAlongLine::new(&SplineSegment::of_spline(points, radii), &line) else {
+                continue;
+            };
+            let Some(peak) = seen.peak().filter(|peak| peak.value > 0.0) else { continue };
+            for branch in [Branch::First, Branch::Second] {
+                let Some(certain) = seen.only_root(branch, &peak) else { continue };
+                let windows = seen.windows();
+                let all: Vec<f64> = windows
+                    .into_iter()
+                    .flat_map(|window| seen.roots(window, branch, Sweep::Circle))
+                    .collect();
+                let certain: Vec<f64> = certain.into_iter().collect();
+                let same =
+                    certain.len() == all.len() && certain.iter().zip(&all).all(|(a, b)| (a - b).abs() < 1e-9);
+                assert!(same, "{points:?} {radii:?} {line:?}: {certain:?}, {all:?}");
+                judged += 1;
+                met += all.len();
+            }
+        }
+        assert!(judged > 3000 && met > 1000, "{judged} judged, {met} met");
+    }
+}
