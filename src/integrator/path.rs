@@ -365,8 +365,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
         (branches > 1).then(|| (1..=branches).map(|branch| f64::from(branch) / f64::from(branches)).collect())
     }
 
-    /// Sum of what the branches find, each by its weight. A function of its own keeps the code of other
-    /// scenes' paths small.
+    /// Sum of what the branches find, each by its weight. What they contest comes to the path by that weight,
+    /// too. A function of its own keeps the code of other scenes' paths small.
     #[inline(never)]
     fn follow_branches(
         &mut self,
@@ -383,6 +383,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         // A path does not split by null transmission.
         self.alpha_hit = true;
         let mut arriving = Sampled::ZERO;
+        let mut contested = std::mem::take(&mut self.contested);
         let mut start = 0.0;
         for (branch, &end) in (0..).zip(ends) {
             let (mut path, stream) = (self.clone(), stream.branch(branch));
@@ -396,9 +397,12 @@ impl<const C: usize, O: Observe> Path<C, O> {
             if let Some(ray) = path.scatter(scene, hit, shading, &stream, start..end) {
                 // Roulette ignores the weight: the path has split for the branch to be followed.
                 arriving += path.follow(scene, ray, wavelengths, &stream) * weight;
+                contested
+                    .extend(path.contested.iter().map(|&(light, from_light)| (light * weight, from_light)));
             }
             start = end;
         }
+        self.contested = contested;
         arriving
     }
 

@@ -35,6 +35,11 @@ pub struct Image {
     spectra: OnceLock<Arc<[[f32; 3]]>>,
 }
 
+/// Luminance of linear values for the primaries of sRGB, with the weights that Mitsuba 3 has.
+pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.212_671 * r + 0.715_16 * g + 0.072_169 * b
+}
+
 /// Why a file is no image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageError {
@@ -134,6 +139,13 @@ impl Image {
             self.encoded = false;
         }
         self
+    }
+
+    /// The luminance of each texel, of an image of three channels.
+    pub fn luminance(&self) -> Self {
+        let of_texel = |texel: &[f32]| luminance([0, 1, 2].map(|channel| self.light(texel[channel]))) as f32;
+        let values = self.values.par_chunks_exact(3).map(of_texel).collect();
+        Self::new(self.width, self.height, 1, values, false)
     }
 
     /// For an image of three channels, the coefficients of the [`Sigmoid`](crate::spectrum::Sigmoid) of each

@@ -1,8 +1,8 @@
 //! Images on surfaces. The first row is at v = 0.
 
-use super::{Lines, TexturePoint, Wrap, luminance};
+use super::{Lines, TexturePoint, Wrap};
 use crate::geometry::UvTransform;
-use crate::raster::Image;
+use crate::raster::{Image, luminance};
 use crate::spectrum::{Sampled, Sigmoid, Spectrum, upsample};
 use std::sync::Arc;
 

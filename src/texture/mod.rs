@@ -290,11 +290,6 @@ fn scalar(spectrum: &Spectrum) -> f64 {
     }
 }
 
-/// Luminance of linear values for the primaries of sRGB, with the weights that Mitsuba 3 has.
-fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    0.212_671 * r + 0.715_16 * g + 0.072_169 * b
-}
-
 /// A function as a table over a range; `like` where the range is empty.
 fn tabulated(range: WavelengthRange, like: &Spectrum, at: impl Fn(f64) -> f64) -> Spectrum {
     let steps = range.width().ceil().max(1.0) as usize;

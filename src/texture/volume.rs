@@ -1,8 +1,8 @@
 //! Values in space, looked up where the surface is.
 
-use super::{Filter, TexturePoint, Wrap, luminance};
+use super::{Filter, TexturePoint, Wrap};
 use crate::geometry::{Transform, Vec3};
-use crate::raster::Grid;
+use crate::raster::{Grid, luminance};
 use crate::spectrum::{Sampled, Sigmoid, upsample};
 use std::sync::Arc;
 

@@ -194,6 +194,7 @@ impl MaterialCompiler {
     fn compiled(&mut self, bsdf: &Bsdf) -> Result<Material, SceneError> {
         let shift = self.shift;
         let texture = |source: &SpectrumSource| spectra::texture(source, &shift);
+        let number = |source: &SpectrumSource| spectra::number(source, &shift);
         let textures = |roughness: &Roughness| roughness_textures(roughness, &shift);
         Ok(match &bsdf.kind {
             BsdfKind::Diffuse { reflectance } => {
@@ -247,15 +248,15 @@ impl MaterialCompiler {
             }
             BsdfKind::Null => Material::Bsdf(BsdfTextures::Null),
             BsdfKind::Mask { opacity, nested } => {
-                Material::Mask { opacity: texture(opacity)?, nested: self.material(nested)? }
+                Material::Mask { opacity: number(opacity)?, nested: self.material(nested)? }
             }
             BsdfKind::Blend { weight, nested: [first, second] } => Material::Blend {
-                weight: texture(weight)?,
+                weight: number(weight)?,
                 nested: [self.material(first)?, self.material(second)?],
             },
             BsdfKind::BumpMap { height, scale, shading, nested } => Material::NormalMapping {
                 mapping: normal_mapping(
-                    NormalMap::Height { height: texture(height)?, scale: *scale },
+                    NormalMap::Height { height: number(height)?, scale: *scale },
                     *shading,
                 ),
                 nested: self.material(nested)?,
@@ -337,10 +338,10 @@ fn normal_mapping(map: NormalMap, shading: NormalMapShading) -> NormalMapping {
 }
 
 fn roughness_textures(roughness: &Roughness, shift: &Transform) -> Result<RoughnessTextures, SceneError> {
-    let texture = |source: &SpectrumSource| spectra::texture(source, shift);
+    let number = |source: &SpectrumSource| spectra::number(source, shift);
     let alpha = match &roughness.alpha {
-        Alpha::Isotropic(alpha) => [texture(alpha)?, texture(alpha)?],
-        Alpha::Anisotropic([u, v]) => [texture(u)?, texture(v)?],
+        Alpha::Isotropic(alpha) => [number(alpha)?, number(alpha)?],
+        Alpha::Anisotropic([u, v]) => [number(u)?, number(v)?],
     };
     let isotropic = matches!(roughness.alpha, Alpha::Isotropic(_));
     Ok(RoughnessTextures { distribution: roughness.distribution, alpha, isotropic })

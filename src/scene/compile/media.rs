@@ -1,7 +1,7 @@
 //! Media and phase functions that can be traced.
 
 use super::materials::MaterialCompiler;
-use super::spectra::{index, spectrum, texture};
+use super::spectra::{index, number, spectrum, texture};
 use crate::geometry::Vec3;
 use crate::medium::{
     Density, Diluted, Emission, Exponential, Extinction, GridExtinction, Medium, Scattering,
@@ -44,7 +44,7 @@ impl MaterialCompiler {
             None => None,
             Some(EmissionSource::Radiance(source)) => Some(Emission::Radiance(texture(source, &self.shift)?)),
             Some(EmissionSource::Temperature(source)) => {
-                Some(Emission::Thermal(texture(source, &self.shift)?))
+                Some(Emission::Thermal(number(source, &self.shift)?))
             }
         };
         let emission = emission.filter(|emission| !emission.is_zero(self.range));
@@ -82,7 +82,7 @@ impl MaterialCompiler {
 
     /// What is between the centres of cells is linear, so that optical depths are exact.
     fn sampled(&self, source: &SampledSource) -> Result<GridExtinction, SceneError> {
-        let pattern = texture(&source.pattern, &self.shift)?;
+        let pattern = number(&source.pattern, &self.shift)?;
         let to_local = self.shift.inverse().then(&source.to_world.inverse());
         let to_scene = to_local.inverse();
         let cells = source.resolution as usize;
@@ -203,7 +203,7 @@ impl MaterialCompiler {
             PhaseKind::Blend { weight, nested } => {
                 let [first, second] = &**nested;
                 Phase::Blend {
-                    weight: texture(weight, &self.shift)?,
+                    weight: number(weight, &self.shift)?,
                     nested: Box::new([self.phase(first)?, self.phase(second)?]),
                 }
             }

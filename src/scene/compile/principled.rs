@@ -11,15 +11,15 @@ use crate::scene::source::SceneError;
 
 /// The textures of a principled BSDF; any other is black.
 pub(super) fn compiled(kind: &BsdfKind, shift: &Transform) -> Result<BsdfTextures, SceneError> {
-    let texture = |source: &SpectrumSource| spectra::texture(source, shift);
+    let number = |source: &SpectrumSource| spectra::number(source, shift);
     Ok(match kind {
         BsdfKind::Principled { base, metallic, clearcoat, clearcoat_gloss, eta, conserve_energy } => {
             let extent = Extent { gloss: fraction(clearcoat_gloss), ..extent(base, false, *eta) };
             BsdfTextures::Principled(Box::new(PrincipledTextures {
                 base: textures(base, shift)?,
-                metallic: texture(metallic)?,
-                clearcoat: texture(clearcoat)?,
-                clearcoat_gloss: texture(clearcoat_gloss)?,
+                metallic: number(metallic)?,
+                clearcoat: number(clearcoat)?,
+                clearcoat_gloss: number(clearcoat_gloss)?,
                 eta: *eta,
                 glass: base.spec_trans.constant() != Some(0.0),
                 albedo: conserve_energy.then(|| Albedo::shared(extent)),
@@ -30,8 +30,8 @@ pub(super) fn compiled(kind: &BsdfKind, shift: &Transform) -> Result<BsdfTexture
             let extent = extent(base, true, eta.constant().unwrap_or(1.0).max(LEAST_INDEX));
             BsdfTextures::PrincipledThin(Box::new(PrincipledThinTextures {
                 base: textures(base, shift)?,
-                diff_trans: texture(diff_trans)?,
-                eta: texture(eta)?,
+                diff_trans: number(diff_trans)?,
+                eta: number(eta)?,
                 albedo: conserve_energy.then(|| Albedo::shared(extent)),
             }))
         }
@@ -51,15 +51,15 @@ fn fraction(source: &SpectrumSource) -> Option<f64> {
 }
 
 fn textures(base: &PrincipledBase, shift: &Transform) -> Result<PrincipledBaseTextures, SceneError> {
-    let texture = |source: &SpectrumSource| spectra::texture(source, shift);
+    let number = |source: &SpectrumSource| spectra::number(source, shift);
     Ok(PrincipledBaseTextures {
-        base_color: texture(&base.base_color)?,
-        roughness: texture(&base.roughness)?,
-        anisotropic: texture(&base.anisotropic)?,
-        spec_trans: texture(&base.spec_trans)?,
-        spec_tint: texture(&base.spec_tint)?,
-        sheen: texture(&base.sheen)?,
-        sheen_tint: texture(&base.sheen_tint)?,
-        flatness: texture(&base.flatness)?,
+        base_color: spectra::texture(&base.base_color, shift)?,
+        roughness: number(&base.roughness)?,
+        anisotropic: number(&base.anisotropic)?,
+        spec_trans: number(&base.spec_trans)?,
+        spec_tint: number(&base.spec_tint)?,
+        sheen: number(&base.sheen)?,
+        sheen_tint: number(&base.sheen_tint)?,
+        flatness: number(&base.flatness)?,
     })
 }

@@ -55,12 +55,29 @@ pub(super) fn held(source: &SpectrumSource) -> Result<Spectrum, SceneError> {
 /// A quantity that may vary over a surface. `shift` leads from the coordinates of the file to those of the
 /// scene.
 pub(super) fn texture(source: &SpectrumSource, shift: &Transform) -> Result<Texture, SceneError> {
+    quantity(source, shift, Quantity::Spectrum)
+}
+
+/// A number that may vary over a surface. An image in colour gives its luminance, as in the RGB variants of
+/// Mitsuba 3; its spectral variants stop there.
+pub(super) fn number(source: &SpectrumSource, shift: &Transform) -> Result<Texture, SceneError> {
+    quantity(source, shift, Quantity::Number)
+}
+
+/// What a texture is asked for.
+#[derive(Clone, Copy, PartialEq)]
+enum Quantity {
+    Spectrum,
+    Number,
+}
+
+fn quantity(source: &SpectrumSource, shift: &Transform, asked: Quantity) -> Result<Texture, SceneError> {
     let unscaled = match &source.kind {
-        SpectrumKind::Bitmap(bitmap) => Texture::Bitmap(Box::new(image(bitmap))),
+        SpectrumKind::Bitmap(bitmap) => Texture::Bitmap(Box::new(image(bitmap, asked))),
         SpectrumKind::Checkerboard(board) => {
             let [first, second] = &board.colours;
             Texture::Checkerboard(Box::new(Checkerboard {
-                colours: [texture(first, shift)?, texture(second, shift)?],
+                colours: [quantity(first, shift, asked)?, quantity(second, shift, asked)?],
                 to_uv: to_uv(&board.to_uv),
             }))
         }
@@ -68,7 +85,7 @@ pub(super) fn texture(source: &SpectrumSource, shift: &Transform) -> Result<Text
             return Ok(Texture::Attribute(Attribute { name: name.clone(), scale: source.scale }));
         }
         SpectrumKind::Volume(volume) => Texture::Volume(Box::new(grid(volume, &source.place, shift)?)),
-        SpectrumKind::Procedural(source) => Texture::Procedural(Box::new(procedural(source, shift)?)),
+        SpectrumKind::Procedural(source) => Texture::Procedural(Box::new(procedural(source, shift, asked)?)),
         SpectrumKind::Daylit(nested) => match texture(nested, shift)? {
             Texture::Uniform(_) => return spectrum(source).map(Texture::Uniform),
             texture => Texture::Filtered { texture: Box::new(texture), by: d65(&source.place)? },
@@ -81,7 +98,11 @@ pub(super) fn texture(source: &SpectrumSource, shift: &Transform) -> Result<Text
     })
 }
 
-fn procedural(source: &ProceduralSource, shift: &Transform) -> Result<Procedural, SceneError> {
+fn procedural(
+    source: &ProceduralSource,
+    shift: &Transform,
+    asked: Quantity,
+) -> Result<Procedural, SceneError> {
     let to_periods = Transform::scale(1.0 / source.period);
     Ok(Procedural {
         pattern: source.pattern,
@@ -92,14 +113,21 @@ fn procedural(source: &ProceduralSource, shift: &Transform) -> Result<Procedural
                 Ground::Solid(glam::DAffine3::from_mat4(to_pattern.matrix()))
             }
         },
-        colours: source.colours.iter().map(|colour| texture(colour, shift)).collect::<Result<_, _>>()?,
+        colours: source
+            .colours
+            .iter()
+            .map(|colour| quantity(colour, shift, asked))
+            .collect::<Result<_, _>>()?,
         range: source.range,
         mixed: source.mixed,
     })
 }
 
-fn image(source: &BitmapSource) -> Bitmap {
+fn image(source: &BitmapSource, asked: Quantity) -> Bitmap {
     let placing = Placing { to_uv: to_uv(&source.to_uv), filter: source.filter, wrap: source.wrap };
+    if asked == Quantity::Number && !source.raw && source.image.channels == 3 {
+        return Bitmap::new(&source.image.luminance(), placing, false, source.half);
+    }
     Bitmap::new(&source.image, placing, source.raw, source.half)
 }
 
@@ -232,4 +260,40 @@ fn named(place: &Place, name: &str) -> Result<Spectrum, SceneError> {
         .or_else(|_| catalogue::absorption(name))
         .or_else(|_| catalogue::sensitivity(name))
         .map_err(|unknown| SceneError::at(place, unknown.to_string(), "the name of a measured spectrum"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Vec3;
+    use crate::raster::Image;
+    use crate::scene::fixture::PLACE;
+    use crate::texture::{Filter, TexturePoint, Wrap};
+    use std::sync::Arc;
+
+    /// Mitsuba 3.9.1, `scalar_rgb`: a mask with an 8-bit image of (200, 100, 50) as its opacity lets 0.783725
+    /// through, 0.538593 where the image is raw.
+    #[test]
+    fn an_image_in_colour_gives_its_luminance_where_a_number_is_asked() {
+        let image = Image::new(1, 1, 3, [200.0, 100.0, 50.0].map(|value| value / 255.0).to_vec(), true);
+        let image = Arc::new(image);
+        let source = |raw| SpectrumSource {
+            place: PLACE,
+            kind: SpectrumKind::Bitmap(BitmapSource {
+                file: "colour.png".into(),
+                image: image.clone(),
+                filter: Filter::Linear,
+                wrap: Wrap::Repeat,
+                raw,
+                half: false,
+                to_uv: Transform::IDENTITY,
+            }),
+            scale: 1.0,
+        };
+        for (raw, passes) in [(false, 0.783_725), (true, 0.538_593)] {
+            let opacity = number(&source(raw), &Transform::IDENTITY).unwrap();
+            let found = 1.0 - opacity.value(&TexturePoint::in_space(Vec3::ZERO));
+            assert!((found - passes).abs() < 1e-6, "{found} {passes}");
+        }
+    }
 }

@@ -120,10 +120,11 @@ pub(in crate::scene) fn check(
             Some(true)
         }
         SpectrumKind::Bitmap(bitmap) => {
-            let channels = if bitmap.raw {
-                Some(bitmap.image.channels)
-            } else {
-                (bitmap.image.channels == 1).then_some(1)
+            // A colour gives its luminance where one number is asked.
+            let is_number = !purpose.is_spectral() && purpose != Use::Normals;
+            let channels = match bitmap.image.channels {
+                channels if bitmap.raw => Some(channels),
+                channels => (channels == 1 || is_number).then_some(1),
             };
             if let Some((problem, expected, remedy)) = unfit(purpose, channels) {
                 return refuse(format!("{title} is {problem}"), expected, remedy);

@@ -148,3 +148,29 @@ fn normal_reflectance_varies_on_metals_alone() {
         errors(&of("conductor", "").replace("0.8", "1")).contains("reflectance \"normal_reflectance\" is 1")
     );
 }
+
+/// Files made for Mitsuba's RGB variants have masks and bump maps that are images in colour.
+#[test]
+fn an_image_in_colour_may_stand_where_a_number_is_asked() {
+    let image = |name: &str| {
+        format!(
+            r#"<texture name="{name}" type="bitmap"><string name="filename" value="tests/scenes/broken/two.ppm"/></texture>"#
+        )
+    };
+    let diffuse = r#"<bsdf type="diffuse"/>"#;
+    for bsdf in [
+        format!(r#"<bsdf type="mask">{}{diffuse}</bsdf>"#, image("opacity")),
+        format!(r#"<bsdf type="bumpmap">{}{diffuse}</bsdf>"#, image("map")),
+        format!(r#"<bsdf type="roughconductor">{}</bsdf>"#, image("alpha")),
+        format!(r#"<bsdf type="blendbsdf">{}{diffuse}{diffuse}</bsdf>"#, image("weight")),
+    ] {
+        shape(&format!(r#"<shape type="sphere">{bsdf}</shape>"#));
+    }
+    assert!(
+        errors(&format!(
+            r#"<shape type="sphere"><bsdf type="normalmap">{}{diffuse}</bsdf></shape>"#,
+            image("normalmap")
+        ))
+        .contains("colour")
+    );
+}
