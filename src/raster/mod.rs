@@ -15,7 +15,7 @@ use ::image::codecs::hdr::HdrDecoder;
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use rayon::prelude::*;
 use std::io::Cursor;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 /// Rows of texels from the top, each from the left.
 #[derive(Clone, Debug)]
@@ -128,15 +128,25 @@ impl Image {
 
     /// A value as a measure of light.
     pub fn light(&self, value: f32) -> f64 {
-        let value = f64::from(value);
-        if self.encoded { srgb_decode(value) } else { value }
+        /// Each level of 8 bits, which most files have, and its light.
+        static LEVELS: LazyLock<[(f32, f64); 256]> = LazyLock::new(|| {
+            std::array::from_fn(|level| {
+                let value = level as f32 / 255.0;
+                (value, srgb_decode(f64::from(value)))
+            })
+        });
+        if !self.encoded {
+            return f64::from(value);
+        }
+        let (level, light) = LEVELS[((value * 255.0 + 0.5) as usize).min(255)];
+        if level == value { light } else { srgb_decode(f64::from(value)) }
     }
 
     /// The same image in values proportional to light.
     pub fn linear(mut self) -> Self {
         if self.encoded {
-            self.values.par_iter_mut().for_each(|value| *value = srgb_decode(f64::from(*value)) as f32);
-            self.encoded = false;
+            let light: Vec<f32> = self.values.par_iter().map(|&value| self.light(value) as f32).collect();
+            (self.values, self.encoded) = (light, false);
         }
         self
     }

@@ -279,7 +279,7 @@ mod tests {
         let image = Arc::new(image);
         let source = |raw| SpectrumSource {
             place: PLACE,
-            kind: SpectrumKind::Bitmap(BitmapSource {
+            kind: SpectrumKind::Bitmap(Arc::new(BitmapSource {
                 file: "colour.png".into(),
                 image: image.clone(),
                 filter: Filter::Linear,
@@ -287,7 +287,7 @@ mod tests {
                 raw,
                 half: false,
                 to_uv: Transform::IDENTITY,
-            }),
+            })),
             scale: 1.0,
         };
         for (raw, passes) in [(false, 0.783_725), (true, 0.538_593)] {
