@@ -14,7 +14,8 @@ METHOD = """Pixels of a render have noise in common, so renders are the units: o
 their spread. Compared are the mean of the picture, tiles of 8×8 pixels, and columns of the picture, among which are the edges of cells with different
 numbers of samples: the film's filter reaches over them. The room holds blocks that hide its walls from one another, for what the balance heuristic
 of sharing rests on is which pixel sees what. The corner has diffuse, glossy and mirroring surfaces, a lamp that lights most of it by way of a
-wall, and a part in which there is nothing."""
+wall, and a part in which there is nothing. The window is a bright wall behind a pane of glass, where suffixes split, and what they find is weighed
+against light subpaths."""
 DATA = """Bekaert, Sbert and Halton, Accelerating path tracing by re-using paths, EGWR 2002."""
 
 SIZE = 48
@@ -23,6 +24,7 @@ DARKER = "albedo of the room 0.498 for 0.5"
 PLANTED = [
     Planted(DARKER, ("room: mean of the picture",)),
     Planted("who sees what is forgotten", ("corner: tiles",), "sharing_visibility_forgotten"),
+    Planted("light behind glass is forgotten", ("window: mean of the picture",), "sharing_branches_forgotten"),
     Planted("Jacobian without the cosine", ("room: tiles", "corner: tiles"), "sharing_without_cosine"),
 ]
 
@@ -67,6 +69,18 @@ def corner(path):
     )
 
 
+def window(path):
+    """A room that one wall lights, through a pane of glass."""
+    return scene(
+        path,
+        integrator("path", 7),
+        camera("0, -1.2, 0.7", "0, 1, -0.3", 60),
+        shape("cube", '<scale x="2" y="2" z="1.2"/>', diffuse(0.7) + '<boolean name="flip_normals" value="true"/>'),
+        shape("cube", '<scale x="1.95" y="0.05" z="1.15"/><translate y="-1.7"/>', '<bsdf type="dielectric"><float name="int_ior" value="1.5"/></bsdf>'),
+        shape("rectangle", '<scale x="1.9" y="1.1"/><rotate x="1" angle="-90"/><translate y="-1.95"/>', area(1)),
+    )
+
+
 def pictures(claim, file, estimator, seeds, spp):
     """Luminance of renders with these seeds: renders × rows × columns."""
     found = [claim.abbe.render(file, spp, seed, estimator=estimator).channels["Y"] for seed in seeds]
@@ -91,20 +105,27 @@ def run(claim):
     for what, part in parts:
         mean, error, freedom = over(part(shown))
         claim.agrees(f"room: {what}", mean / unit, expected, error / unit, freedom)
-    file = corner(claim.work / "corner.xml")
-    shared = pictures(claim, file, "shared", range(1, renders + 1), spp)
-    plain = pictures(claim, file, "plain", range(1001, 1001 + renders), 2 * spp)
-    rows = []
-    for what, part in parts:
-        mean, error, freedom = over(part(shared))
-        truth, doubt, _ = over(part(plain))
-        seen = truth > above_zero * plain.mean()
-        claim.agrees(f"corner: {what}", mean[seen], truth[seen], error[seen], freedom, expected_error=doubt[seen])
-        rows.append((what, len(mean), f"{np.median(error[seen] / truth[seen]):.2e}", f"{np.median(doubt[seen] / truth[seen]):.2e}"))
-    header = ("compared", "number", "relative error, shared", "relative error, path tracer of twice the samples")
-    claim.table(header, rows, f"How sure the corner's values are, medians over {renders} renders.")
-    variance = shared.var(0, ddof=1).mean() / plain.var(0, ddof=1).mean() / 2
-    claim.table(("variance of a pixel over that of the path tracer at equal samples",), [(f"{variance:.3f}",)], "What sharing brings here.")
+    for name, made in (("corner", corner), ("window", window)):
+        file = made(claim.work / f"{name}.xml")
+        shared = pictures(claim, file, "shared", range(1, renders + 1), spp)
+        plain = pictures(claim, file, "plain", range(1001, 1001 + renders), 2 * spp)
+        rows = []
+        for what, part in parts:
+            mean, error, freedom = over(part(shared))
+            truth, doubt, _ = over(part(plain))
+            seen = truth > above_zero * plain.mean()
+            claim.agrees(f"{name}: {what}", mean[seen], truth[seen], error[seen], freedom, expected_error=doubt[seen])
+            rows.append((what, len(mean), f"{np.median(error[seen] / truth[seen]):.2e}", f"{np.median(doubt[seen] / truth[seen]):.2e}"))
+        header = ("compared", "number", "relative error, shared", "relative error, path tracer of twice the samples")
+        claim.table(header, rows, f"How sure the values of the {name} are, medians over {renders} renders.")
+        variance = shared.var(0, ddof=1).mean() / plain.var(0, ddof=1).mean() / 2
+        brings = f"What sharing brings in the {name}."
+        claim.table(("variance of a pixel over that of the path tracer at equal samples",), [(f"{variance:.3f}",)], brings)
+        columns(claim, name, shared, plain)
+
+
+def columns(claim, name, shared, plain):
+    """A figure of the columns of a picture."""
     figure, above, below = curves_and_residuals("column", "luminance")
     mean, error, _ = over(shared.mean(1))
     truth, doubt, _ = over(plain.mean(1))
@@ -113,7 +134,7 @@ def run(claim):
     above.legend(fontsize=7.5)
     total = np.hypot(error, doubt)
     below.plot(np.divide(mean - truth, total, out=np.zeros_like(total), where=total > 0), ".")
-    claim.figure("columns", figure, "Columns of the corner: where a cell of few samples meets one of many nothing shows.")
+    claim.figure(f"columns-{name}", figure, f"Columns of the {name}: where a cell of few samples meets one of many nothing shows.")
 
 
 def sky(claim):
