@@ -80,13 +80,22 @@ def plant(folder):
         if path.is_file():
             copy(path, folder / path.relative_to(fresh))
     shutil.rmtree(fresh)
-    # Whether the manifest still is one: `validation/run --quick` does not build what is planted.
-    subprocess.run(["cargo", "metadata", "--no-deps", "--format-version=1"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+
+
+def cargo(verb, folder):
+    """Lets cargo build or check what is planted."""
+    command = ["cargo", verb, "--release", "--quiet", "--workspace", "--bin", "abbe-mutants", "--bin", "probe-mutants", "--target-dir", str(ROOT / "target")]
+    subprocess.run(command, cwd=folder, check=True)
+
+
+def check(folder):
+    """Whether the faults still are code of the renderer. The message of the compiler tells which is not."""
+    plant(folder)
+    cargo("check", folder)
 
 
 def build(folder):
     """The faulty renderer and probe: (binary, probe)."""
     plant(folder)
-    command = ["cargo", "build", "--release", "--quiet", "--workspace", "--bin", "abbe-mutants", "--bin", "probe-mutants", "--target-dir", str(ROOT / "target")]
-    subprocess.run(command, cwd=folder, check=True)
+    cargo("build", folder)
     return ROOT / "target/release/abbe-mutants", ROOT / "target/release/probe-mutants"

@@ -158,7 +158,7 @@ def main():
     faulty = None if options.quick or options.only else mutants.build(WORK / "mutants")
     if options.quick:
         # They are not built here, but the lists of faults must not rot unseen.
-        mutants.plant(WORK / "mutants")
+        mutants.check(WORK / "mutants")
     outcomes = run_all(wanted, options, faulty)
     complete = not options.claims and not options.quick and not options.only
     page = report.write(outcomes, HERE / "report", options.quick, time.monotonic() - start)
