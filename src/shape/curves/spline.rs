@@ -1,7 +1,7 @@
 //! Stretches of a cubic path along which the radius is cubic, too: the tube around one, and what a ball
 //! sweeps along it.
 //!
-//! SegmentAlongLine along a line, the path's point u is at s(u) along it and at q(u) across it. The ball of
+//! As seen along a line, the path's point u is at s(u) along it and at q(u) across it. The ball of
 //! radius r(u) around it is crossed at s ± √D with D = r² − |q|², so only where D isn't negative can there be
 //! anything; those are the *windows*. Within one
 //! - the tube, a circle of that radius across the path, is met at s − √D where (t − s) s' = q·q', that is P +
@@ -427,6 +427,11 @@ impl SegmentAlongLine {
         if let Some(certain) = peak.and_then(|peak| self.only_root(branch, peak)) {
             return certain.into_iter().collect();
         }
+        self.searched(branch)
+    }
+
+    /// The same by the search that misses none.
+    fn searched(&self, branch: Branch) -> SmallVec<[f64; 4]> {
         let windows = self.windows();
         windows.into_iter().flat_map(|window| self.roots(window, branch, Sweep::Circle)).collect()
     }
@@ -581,11 +586,7 @@ mod tests {
             let Some(peak) = seen.peak().filter(|peak| peak.value > 0.0) else { continue };
             for branch in [Branch::First, Branch::Second] {
                 let Some(certain) = seen.only_root(branch, &peak) else { continue };
-                let windows = seen.windows();
-                let all: Vec<f64> = windows
-                    .into_iter()
-                    .flat_map(|window| seen.roots(window, branch, Sweep::Circle))
-                    .collect();
+                let all = seen.searched(branch);
                 let certain: Vec<f64> = certain.into_iter().collect();
                 let same =
                     certain.len() == all.len() && certain.iter().zip(&all).all(|(a, b)| (a - b).abs() < 1e-9);

@@ -166,11 +166,6 @@ fn an_image_in_colour_may_stand_where_a_number_is_asked() {
     ] {
         shape(&format!(r#"<shape type="sphere">{bsdf}</shape>"#));
     }
-    assert!(
-        errors(&format!(
-            r#"<shape type="sphere"><bsdf type="normalmap">{}{diffuse}</bsdf></shape>"#,
-            image("normalmap")
-        ))
-        .contains("colour")
-    );
+    let normals = format!(r#"<bsdf type="normalmap">{}{diffuse}</bsdf>"#, image("normalmap"));
+    assert!(errors(&format!(r#"<shape type="sphere">{normals}</shape>"#)).contains("colour"));
 }
