@@ -7,6 +7,7 @@ use crate::geometry::Vec3;
 use crate::sampling::quadrature::gauss_legendre;
 use crate::sampling::warp;
 use crate::spectrum::Sampled;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_PI;
 use std::sync::{Mutex, PoisonError};
@@ -56,9 +57,12 @@ impl RoughCoat {
         static COATS: Mutex<BTreeMap<(bool, u64, u64), &'static RoughCoat>> = Mutex::new(BTreeMap::new());
         let key = (distribution == Distribution::Ggx, alpha.to_bits(), eta.to_bits());
         // A map in which a coat is missing is still a map.
-        let mut coats = COATS.lock().unwrap_or_else(PoisonError::into_inner);
-        coats.entry(key).or_insert_with(|| {
-            Box::leak(Box::new(Self::new(Microfacets::new(distribution, alpha, alpha), eta)))
+        let coats = || COATS.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = coats().get(&key).copied();
+        known.unwrap_or_else(|| {
+            // Not under the lock: a thread that waits for others takes up work that may ask for a coat.
+            let made = Self::new(Microfacets::new(distribution, alpha, alpha), eta);
+            coats().entry(key).or_insert_with(|| Box::leak(Box::new(made)))
         })
     }
 
@@ -70,14 +74,17 @@ impl RoughCoat {
             nodes.map(|(x, weight)| (0.5 + 0.5 * x, 0.5 * weight)).collect::<Vec<_>>()
         };
         let (outer, inner) = (rule(eta), rule(1.0 / eta));
-        let inside = cosines
-            .map(|cosine| cosine * interface_albedo(&microfacets, cosine, 1.0 / eta, &inner).reflected);
+        let mut tables = [[0.0; 2]; STEPS];
+        tables.par_iter_mut().zip(cosines).for_each(|([transmitted, reflected], cosine)| {
+            *transmitted = interface_albedo(&microfacets, cosine, eta, &outer).transmitted;
+            *reflected = cosine * interface_albedo(&microfacets, cosine, 1.0 / eta, &inner).reflected;
+        });
         Self {
             microfacets,
             eta,
-            transmittance: cosines
-                .map(|cosine| interface_albedo(&microfacets, cosine, eta, &outer).transmitted),
-            inner_reflectance: 2.0 * inside.iter().sum::<f64>() / STEPS as f64,
+            transmittance: tables.map(|[transmitted, _]| transmitted),
+            inner_reflectance: 2.0 * tables.iter().map(|[_, reflected]| reflected).sum::<f64>()
+                / STEPS as f64,
         }
     }
 

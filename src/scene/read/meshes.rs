@@ -1,7 +1,7 @@
 //! Meshes from files, whatever they are written in.
 
 use super::super::description::MeshFormat;
-use super::super::source::SceneError;
+use super::super::source::{Place, SceneError};
 use super::query::Query;
 use super::{files, obj, ply, serialized};
 use crate::shape::MeshData;
@@ -22,59 +22,49 @@ pub(super) struct MeshOptions {
 
 /// What makes two mesh shapes share one mesh.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct MeshKey {
-    path: PathBuf,
-    format: MeshFormat,
-    face_normals: bool,
+pub(in crate::scene) struct MeshKey {
+    pub path: PathBuf,
+    pub format: MeshFormat,
+    pub face_normals: bool,
 }
 
 /// The mesh of a file, however many shapes show it; `None` where it is wrong, which is reported.
-pub(in crate::scene) fn read_once(
-    query: &Query<'_>,
-    path: &Path,
-    format: MeshFormat,
-    face_normals: bool,
-) -> Option<Arc<MeshData>> {
-    let key = MeshKey { path: path.to_owned(), format, face_normals };
-    let known = query.reader.meshes.borrow().get(&key).cloned();
+pub(in crate::scene) fn read_once(query: &Query<'_>, key: &MeshKey) -> Option<Arc<MeshData>> {
+    let known = query.reader.meshes.borrow().get(key).cloned();
     known.unwrap_or_else(|| {
-        let mesh = load(query, path, format, face_normals).map(Arc::new);
-        query.reader.meshes.borrow_mut().insert(key, mesh.clone());
+        let place = query.place("filename");
+        let ahead = query.reader.ahead.borrow_mut().meshes.remove(key);
+        let mesh = match ahead.map_or_else(|| decode(key, &place), Ok) {
+            Ok(MeshFile { mesh, extension }) => {
+                if let Some(extension) = extension {
+                    query.reader.extension(&place, extension.to_owned());
+                }
+                Some(Arc::new(mesh))
+            }
+            Err(error) => {
+                query.error(error);
+                None
+            }
+        };
+        query.reader.meshes.borrow_mut().insert(key.clone(), mesh.clone());
         mesh
     })
 }
 
-fn load(query: &Query<'_>, path: &Path, format: MeshFormat, face_normals: bool) -> Option<MeshData> {
-    let place = query.place("filename");
-    let bytes = match files::read(path, LARGEST_MESH_FILE, &place) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            query.error(error);
-            return None;
-        }
-    };
-    let options = |flip_tex_coords| MeshOptions { face_normals, flip_tex_coords };
-    let read = match format {
+/// The mesh of a file that a scene names at `place`.
+pub(super) fn decode(key: &MeshKey, place: &Place) -> Result<MeshFile, SceneError> {
+    let bytes = files::read(&key.path, LARGEST_MESH_FILE, place)?;
+    let options = |flip_tex_coords| MeshOptions { face_normals: key.face_normals, flip_tex_coords };
+    let file = match key.format {
         MeshFormat::Obj { flip_tex_coords } => obj::read(&bytes, options(flip_tex_coords)),
         MeshFormat::Ply { flip_tex_coords } => ply::read(&bytes, options(flip_tex_coords)),
         MeshFormat::Serialized { shape_index } => serialized::read(&bytes, shape_index, options(false)),
     };
-    let made = read.and_then(|file| match file.mesh.indices.len() {
+    let made = file.and_then(|file| match file.mesh.indices.len() {
         0 => Err(MeshError::new("The mesh has no triangles", "expected at least one face")),
         _ => Ok(file),
     });
-    match made {
-        Ok(MeshFile { mesh, extension }) => {
-            if let Some(extension) = extension {
-                query.reader.extension(&place, extension.to_owned());
-            }
-            Some(mesh)
-        }
-        Err(error) => {
-            query.error(error.at(path, &place));
-            None
-        }
-    }
+    made.map_err(|error| error.at(&key.path, place))
 }
 
 /// What is wrong with a mesh file, where in it, and what was expected.
@@ -101,7 +91,7 @@ impl MeshError {
         self
     }
 
-    fn at(self, path: &Path, place: &super::super::source::Place) -> SceneError {
+    fn at(self, path: &Path, place: &Place) -> SceneError {
         let position = match self.position {
             Some(Position::Line(line)) => format!(":{line}"),
             Some(Position::Byte(byte)) => format!(" at byte {byte}"),

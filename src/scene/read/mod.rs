@@ -4,6 +4,7 @@
 //! [`super::plugins`] then ask those objects for what they know, and what is left over is reported. Errors
 //! are collected, so that one run tells of all that are independent of one another.
 
+mod ahead;
 pub(super) mod aovs;
 pub(super) mod attributes;
 mod facing;
@@ -36,6 +37,7 @@ use crate::shape::MeshData;
 use crate::spectrum::catalogue;
 use crate::units::WavelengthRange;
 use files::Search;
+use parsed::Parsed;
 pub(super) use query::Query;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -96,23 +98,7 @@ pub fn read_str(
         xml::parse(&text, file, path, search, &options.defines, &mut sources)
     };
     let fatal = parsed.tree.objects.is_empty();
-    let reader = Reader {
-        tree: parsed.tree,
-        wanted_sensor: options.sensor,
-        ior_tables: options.ior_tables.clone(),
-        search: parsed.search,
-        errors: RefCell::new(parsed.errors),
-        extensions: RefCell::default(),
-        assumptions: RefCell::new(parsed.assumptions),
-        remarks: RefCell::default(),
-        bsdfs: RefCell::default(),
-        spectra: RefCell::default(),
-        meshes: RefCell::default(),
-        images: textures::Loaded::default(),
-        grids: textures::Loaded::default(),
-        groups: RefCell::default(),
-        merges: RefCell::default(),
-    };
+    let reader = Reader::new(parsed, options);
     let description = if fatal { None } else { reader.scene() };
     let mut errors = reader.errors.into_inner();
     match description {
@@ -159,9 +145,31 @@ pub(super) struct Reader {
     groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
     /// The `merge` shapes and the solids that were read already.
     merges: RefCell<BTreeSet<ObjectId>>,
+    pub(super) ahead: RefCell<ahead::Ahead>,
 }
 
 impl Reader {
+    fn new(parsed: Parsed, options: &ReadOptions) -> Self {
+        Self {
+            tree: parsed.tree,
+            wanted_sensor: options.sensor,
+            ior_tables: options.ior_tables.clone(),
+            search: parsed.search,
+            errors: RefCell::new(parsed.errors),
+            extensions: RefCell::default(),
+            assumptions: RefCell::new(parsed.assumptions),
+            remarks: RefCell::default(),
+            bsdfs: RefCell::default(),
+            spectra: RefCell::default(),
+            meshes: RefCell::default(),
+            images: textures::Loaded::default(),
+            grids: textures::Loaded::default(),
+            groups: RefCell::default(),
+            merges: RefCell::default(),
+            ahead: RefCell::default(),
+        }
+    }
+
     pub(super) fn error(&self, error: SceneError) {
         self.errors.borrow_mut().push(error);
     }
@@ -199,12 +207,25 @@ impl Reader {
         self.assumptions.borrow_mut().push(Note { beyond: Some(known), ..Note::new(place, text) });
     }
 
+    /// The answer to a question that is asked again when its turn comes, and told of then.
+    fn quietly<T>(&self, ask: impl FnOnce() -> T) -> T {
+        let errors = self.errors.borrow().len();
+        let notes = [&self.extensions, &self.assumptions, &self.remarks];
+        let told = notes.map(|notes| notes.borrow().len());
+        let answer = ask();
+        self.errors.borrow_mut().truncate(errors);
+        notes.iter().zip(told).for_each(|(notes, told)| notes.borrow_mut().truncate(told));
+        answer
+    }
+
     pub(super) fn unknown_plugin(&self, object: &Object) {
         self.error(hints::unknown_plugin(object.class, &object.plugin, &object.plugin_place));
     }
 
     /// `None` where something without which there is no scene is missing or wrong.
     fn scene(&self) -> Option<Description> {
+        let ahead = ahead::decode(self);
+        *self.ahead.borrow_mut() = ahead;
         let query = Query::new(self, Tree::ROOT);
         let integrator = integrators::of_scene(&query);
         let sensor = self.sensor(&query);

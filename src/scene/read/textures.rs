@@ -4,7 +4,7 @@ use super::super::description::{RgbRole, SpectrumKind, SpectrumSource};
 use super::super::source::{Place, SceneError};
 use super::spectra::{self, Use};
 use super::{Reader, files};
-use crate::raster::ImageError;
+use crate::raster::{Image, ImageError};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,25 +24,38 @@ impl<T> Default for Loaded<T> {
 }
 
 impl<T> Loaded<T> {
+    /// What is read from a file, the first time it is asked for.
     pub fn get(
         &self,
         reader: &Reader,
         path: &Path,
-        place: &Place,
-        decode: impl FnOnce(&[u8]) -> Result<T, ImageError>,
+        read: impl FnOnce() -> Result<T, SceneError>,
     ) -> Option<Arc<T>> {
         if let Some(known) = self.0.borrow().get(path) {
             return known.clone();
         }
-        let decoded = files::read(path, LARGEST_FILE, place).and_then(|bytes| {
-            decode(&bytes).map_err(|error| {
-                SceneError::at(place, format!("{} ({})", error.problem, path.display()), error.expected)
-            })
-        });
-        let loaded = decoded.map_err(|error| reader.error(error)).ok().map(Arc::new);
+        let loaded = read().map_err(|error| reader.error(error)).ok().map(Arc::new);
         self.0.borrow_mut().insert(path.to_owned(), loaded.clone());
         loaded
     }
+}
+
+/// What a file holds that a scene names at `place`.
+pub(in crate::scene) fn decoded<T>(
+    path: &Path,
+    place: &Place,
+    decode: impl FnOnce(&[u8]) -> Result<T, ImageError>,
+) -> Result<T, SceneError> {
+    let bytes = files::read(path, LARGEST_FILE, place)?;
+    decode(&bytes).map_err(|error| {
+        SceneError::at(place, format!("{} ({})", error.problem, path.display()), error.expected)
+    })
+}
+
+/// The image of a file that a scene names at `place`.
+pub(in crate::scene) fn decoded_image(path: &Path, place: &Place) -> Result<Image, SceneError> {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    decoded(path, place, |bytes| Image::decode(bytes, extension))
 }
 
 /// Whether the values depend on the place on a surface.

@@ -6,6 +6,7 @@ use crate::scene::info::hash_of_values;
 use crate::scene::plugins::fields::{Choices, Float, Integer};
 use crate::scene::plugins::textures::image;
 use crate::scene::plugins::{Field, Parameter, Range, Simple, Takes, choice, float, integer, optional};
+use crate::scene::read::textures::decoded;
 use crate::scene::read::{Query, spectra};
 use crate::scene::source::SceneError;
 use crate::scene::write::{Node, Value, Writer};
@@ -41,7 +42,7 @@ impl Field for DistanceFile {
         }
         let file = reader.search.find(query.required("filename", query.text("filename"))?);
         let place = query.place("filename");
-        let grid = reader.grids.get(reader, &file, &place, Grid::decode)?;
+        let grid = reader.grids.get(reader, &file, || decoded(&file, &place, Grid::decode))?;
         let refuse = |problem: String, expected: &str, remedy: &str| {
             query.error(SceneError::at(&place, problem, expected).with_remedy(remedy));
             None

@@ -3,7 +3,7 @@
 mod curves;
 mod deform;
 mod grids;
-mod meshes;
+pub(in crate::scene) mod meshes;
 mod patches;
 mod profiles;
 mod quadrics;

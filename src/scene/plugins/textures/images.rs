@@ -5,17 +5,27 @@ use crate::geometry::Transform;
 use crate::raster::Image;
 use crate::scene::info::hash_of_values;
 use crate::scene::read::Query;
+use crate::scene::read::textures::decoded_image;
 use crate::scene::write::{self, Node, Writer};
 use std::path::PathBuf;
 use std::sync::Arc;
 
+/// Plugins whose "filename" is an image.
+pub const PLUGINS: [&str; 3] = ["bitmap", "envmap", "heightfield"];
+
+/// The path of the image that a property names.
+pub fn asked(query: &Query<'_>, name: &'static str) -> Option<PathBuf> {
+    Some(query.reader.search.find(query.required(name, query.text(name))?))
+}
+
 /// The image that a property names, with its path.
 pub fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, Arc<Image>)> {
     let reader = query.reader;
-    let path = reader.search.find(query.required(name, query.text(name))?);
-    let extension = path.extension().and_then(|extension| extension.to_str());
-    let decode = |bytes: &[u8]| Image::decode(bytes, extension);
-    let image = reader.images.get(reader, &path, &query.place(name), decode)?;
+    let path = asked(query, name)?;
+    let image = reader.images.get(reader, &path, || {
+        let ahead = reader.ahead.borrow_mut().images.remove(&path);
+        ahead.map_or_else(|| decoded_image(&path, &query.place(name)), Ok)
+    })?;
     Some((path, image))
 }
 

@@ -2,7 +2,7 @@
 
 mod colours;
 mod formulas;
-mod images;
+pub(in crate::scene) mod images;
 mod parts;
 mod patterns;
 mod tables;

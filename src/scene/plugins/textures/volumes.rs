@@ -11,7 +11,7 @@ use crate::scene::plugins::{
     Field, Parameter, Takes, boolean, choice, declare, float, ignored, integer, optional,
 };
 use crate::scene::read::spectra::{self, Use};
-use crate::scene::read::textures::varies;
+use crate::scene::read::textures::{decoded, varies};
 use crate::scene::read::{Class, ObjectId, Query, Reader};
 use crate::scene::source::{Place, SceneError};
 use crate::scene::write::{Node, Value, Writer};
@@ -183,7 +183,8 @@ impl Field for GridFile {
     fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
         let reader = query.reader;
         let file = reader.search.find(query.required("filename", query.text("filename"))?);
-        let grid = reader.grids.get(reader, &file, &query.place("filename"), Grid::decode)?;
+        let place = query.place("filename");
+        let grid = reader.grids.get(reader, &file, || decoded(&file, &place, Grid::decode))?;
         Some((file, grid))
     }
 
