@@ -16,7 +16,9 @@ use crate::lanes::{
 };
 use crate::sampling::PiecewiseBilinearGrid;
 use crate::spectrum::{Extrapolation, Sampled, SampledLanes, Sigmoid, Spectrum, Wavelengths, upsample};
+use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// A texel: a reflectance S and its factor m.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +82,9 @@ const LEAST_COLUMNS: usize = 256;
 /// Pictures of fewer texels have four cells for each: a product of two interpolated factors is not bilinear,
 /// but nearly so in a quarter of a texel.
 const FINE: usize = 1 << 20;
+
+/// Rows of cells that a thread takes at once: the corners between two such parts are found twice.
+const ROWS_AT_ONCE: usize = 32;
 
 impl EnvironmentMap {
     /// From texels row by row, at least 2 columns and 2 rows of them, seen under an illuminant. `to_world`
@@ -473,21 +478,33 @@ impl<'a> Picture<'a> {
         };
         let step = [self.width as f64 / columns as f64, (self.height - 1) as f64 / rows as f64];
         let corner = |column: usize, row: usize| strength(column as f64 * step[0], row as f64 * step[1]);
-        let mut cells = Vec::with_capacity(columns * rows);
-        let mut above: Vec<f64> = (0..=columns).map(|column| corner(column, 0)).collect();
-        let mut corners: Vec<f32> = above.iter().map(|&value| value as f32).collect();
-        for row in 0..rows {
-            let below: Vec<f64> = (0..=columns).map(|column| corner(column, row + 1)).collect();
-            let [top, bottom] = [cosines[row], cosines[row + 1]];
-            cells.extend((0..columns).map(|column| {
-                let corners = above[column] + above[column + 1] + below[column] + below[column + 1];
-                let middle = strength((column as f64 + 0.5) * step[0], (row as f64 + 0.5) * step[1]);
-                // Where only one corner shines, interpolation leaves little of it in the middle.
-                (top - bottom) * (0.5 * middle + 0.125 * corners)
-            }));
-            corners.extend(below.iter().map(|&value| value as f32));
-            above = below;
+        let line = |row: usize| (0..=columns).map(|column| corner(column, row)).collect::<Vec<f64>>();
+        // The cells of some rows, and the corners above them.
+        let of_rows = |rows: Range<usize>| {
+            let (mut cells, mut corners) = (Vec::new(), Vec::new());
+            let mut above = line(rows.start);
+            for row in rows {
+                let below = line(row + 1);
+                let [top, bottom] = [cosines[row], cosines[row + 1]];
+                cells.extend((0..columns).map(|column| {
+                    let corners = above[column] + above[column + 1] + below[column] + below[column + 1];
+                    let middle = strength((column as f64 + 0.5) * step[0], (row as f64 + 0.5) * step[1]);
+                    // Where only one corner shines, interpolation leaves little of it in the middle.
+                    (top - bottom) * (0.5 * middle + 0.125 * corners)
+                }));
+                corners.extend(above.iter().map(|&value| value as f32));
+                above = below;
+            }
+            (cells, corners)
+        };
+        let starts = (0..rows).into_par_iter().step_by(ROWS_AT_ONCE);
+        let parts: Vec<_> = starts.map(|start| of_rows(start..(start + ROWS_AT_ONCE).min(rows))).collect();
+        let (mut cells, mut corners) = (Vec::with_capacity(columns * rows), Vec::new());
+        for (of_cells, of_corners) in parts {
+            cells.extend(of_cells);
+            corners.extend(of_corners);
         }
+        corners.extend(line(rows).iter().map(|&value| value as f32));
         (cells, corners)
     }
 }
