@@ -23,12 +23,13 @@ pub(in crate::scene) struct Ahead {
 pub(super) fn decode(reader: &Reader) -> Ahead {
     let (mut meshes, mut images) = (BTreeMap::new(), BTreeMap::new());
     for (index, object) in reader.tree.objects.iter().enumerate() {
-        let query = Query::new(reader, ObjectId(index));
-        let place = query.place("filename");
-        if shapes::FORMATS.contains(&object.plugin.as_str()) {
-            meshes.extend(reader.quietly(|| shapes::asked(&query)).map(|key| (key, place)));
-        } else if images::PLUGINS.contains(&object.plugin.as_str()) {
-            images.extend(reader.quietly(|| images::asked(&query, "filename")).map(|path| (path, place)));
+        let plugin = object.plugin.as_str();
+        let query = || Query::new(reader, ObjectId(index));
+        let place = || query().place("filename");
+        if shapes::FORMATS.contains(&plugin) {
+            meshes.extend(reader.quietly(|| shapes::asked(&query())).map(|key| (key, place())));
+        } else if images::PLUGINS.contains(&plugin) {
+            images.extend(reader.quietly(|| query().file("filename")).map(|path| (path, place())));
         }
     }
     let (meshes, images) = rayon::join(

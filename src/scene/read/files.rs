@@ -1,8 +1,11 @@
 //! Files that a scene names: where they are sought, and reading them within limits.
 
 use super::super::source::{Place, SceneError};
-use super::hints;
+use super::{Reader, hints};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A larger scene file is refused: meshes belong into files of their own.
 pub(in crate::scene) const LARGEST_SCENE_FILE: u64 = 256 << 20;
@@ -32,6 +35,33 @@ impl Search {
     pub fn find(&self, name: &str) -> PathBuf {
         let mut paths = self.0.iter().map(|folder| folder.join(name));
         paths.clone().find(|path| path.exists()).or_else(|| paths.next()).unwrap_or_else(|| name.into())
+    }
+}
+
+/// Files that were read already; `None` for one that is wrong, which was reported.
+#[derive(Debug)]
+pub(in crate::scene) struct Loaded<K, T>(RefCell<BTreeMap<K, Option<Arc<T>>>>);
+
+impl<K, T> Default for Loaded<K, T> {
+    fn default() -> Self {
+        Self(RefCell::default())
+    }
+}
+
+impl<K: Ord + Clone, T> Loaded<K, T> {
+    /// What is read from a file, the first time it is asked for.
+    pub fn get(
+        &self,
+        reader: &Reader,
+        key: &K,
+        read: impl FnOnce() -> Result<T, SceneError>,
+    ) -> Option<Arc<T>> {
+        if let Some(known) = self.0.borrow().get(key) {
+            return known.clone();
+        }
+        let loaded = read().map_err(|error| reader.error(error)).ok().map(Arc::new);
+        self.0.borrow_mut().insert(key.clone(), loaded.clone());
+        loaded
     }
 }
 

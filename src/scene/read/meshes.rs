@@ -30,24 +30,15 @@ pub(in crate::scene) struct MeshKey {
 
 /// The mesh of a file, however many shapes show it; `None` where it is wrong, which is reported.
 pub(in crate::scene) fn read_once(query: &Query<'_>, key: &MeshKey) -> Option<Arc<MeshData>> {
-    let known = query.reader.meshes.borrow().get(key).cloned();
-    known.unwrap_or_else(|| {
+    let reader = query.reader;
+    reader.meshes.get(reader, key, || {
         let place = query.place("filename");
-        let ahead = query.reader.ahead.borrow_mut().meshes.remove(key);
-        let mesh = match ahead.map_or_else(|| decode(key, &place), Ok) {
-            Ok(MeshFile { mesh, extension }) => {
-                if let Some(extension) = extension {
-                    query.reader.extension(&place, extension.to_owned());
-                }
-                Some(Arc::new(mesh))
-            }
-            Err(error) => {
-                query.error(error);
-                None
-            }
-        };
-        query.reader.meshes.borrow_mut().insert(key.clone(), mesh.clone());
-        mesh
+        let ahead = reader.ahead.borrow_mut().meshes.remove(key);
+        let MeshFile { mesh, extension } = ahead.map_or_else(|| decode(key, &place), Ok)?;
+        if let Some(extension) = extension {
+            reader.extension(&place, extension.to_owned());
+        }
+        Ok(mesh)
     })
 }
 

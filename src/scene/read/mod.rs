@@ -36,7 +36,7 @@ use crate::raster::{Grid, Image};
 use crate::shape::MeshData;
 use crate::spectrum::catalogue;
 use crate::units::WavelengthRange;
-use files::Search;
+use files::{Loaded, Search};
 use parsed::Parsed;
 pub(super) use query::Query;
 use std::cell::RefCell;
@@ -139,9 +139,9 @@ pub(super) struct Reader {
     /// What several objects may refer to is read once.
     pub(super) bsdfs: RefCell<BTreeMap<ObjectId, Arc<Bsdf>>>,
     spectra: RefCell<BTreeMap<ObjectId, Option<SpectrumSource>>>,
-    pub(super) images: textures::Loaded<Image>,
-    pub(super) grids: textures::Loaded<Grid>,
-    meshes: RefCell<BTreeMap<meshes::MeshKey, Option<Arc<MeshData>>>>,
+    pub(super) images: Loaded<PathBuf, Image>,
+    pub(super) grids: Loaded<PathBuf, Grid>,
+    meshes: Loaded<meshes::MeshKey, MeshData>,
     groups: RefCell<BTreeMap<ObjectId, Arc<ShapeGroup>>>,
     /// The `merge` shapes and the solids that were read already.
     merges: RefCell<BTreeSet<ObjectId>>,
@@ -161,9 +161,9 @@ impl Reader {
             remarks: RefCell::default(),
             bsdfs: RefCell::default(),
             spectra: RefCell::default(),
-            meshes: RefCell::default(),
-            images: textures::Loaded::default(),
-            grids: textures::Loaded::default(),
+            meshes: Loaded::default(),
+            images: Loaded::default(),
+            grids: Loaded::default(),
             groups: RefCell::default(),
             merges: RefCell::default(),
             ahead: RefCell::default(),

@@ -9,6 +9,7 @@ use crate::geometry::{Motion, MotionError, Transform, Vec3};
 use crate::scene::description::Animation;
 use glam::DMat4;
 use std::cell::RefCell;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Questions to one object. Call [`Query::finish`] after the last.
@@ -218,6 +219,11 @@ impl<'a> Query<'a> {
             self.error(SceneError::at(&self.object.place, problem, expected));
         }
         value
+    }
+
+    /// The path of the file that a property must name.
+    pub fn file(&self, name: &'static str) -> Option<PathBuf> {
+        self.required(name, self.text(name)).map(|file| self.reader.search.find(file))
     }
 
     /// The objects of a class that stand in this one, and mark them as used. Their names do not matter unless

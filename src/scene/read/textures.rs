@@ -5,40 +5,10 @@ use super::super::source::{Place, SceneError};
 use super::spectra::{self, Use};
 use super::{Reader, files};
 use crate::raster::{Image, ImageError};
-use std::cell::RefCell;
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 
 /// A larger file is refused.
 const LARGEST_FILE: u64 = 2 << 30;
-
-/// Files that were read already; `None` for one that is wrong, which was reported.
-#[derive(Debug)]
-pub(in crate::scene) struct Loaded<T>(RefCell<BTreeMap<PathBuf, Option<Arc<T>>>>);
-
-impl<T> Default for Loaded<T> {
-    fn default() -> Self {
-        Self(RefCell::default())
-    }
-}
-
-impl<T> Loaded<T> {
-    /// What is read from a file, the first time it is asked for.
-    pub fn get(
-        &self,
-        reader: &Reader,
-        path: &Path,
-        read: impl FnOnce() -> Result<T, SceneError>,
-    ) -> Option<Arc<T>> {
-        if let Some(known) = self.0.borrow().get(path) {
-            return known.clone();
-        }
-        let loaded = read().map_err(|error| reader.error(error)).ok().map(Arc::new);
-        self.0.borrow_mut().insert(path.to_owned(), loaded.clone());
-        loaded
-    }
-}
 
 /// What a file holds that a scene names at `place`.
 pub(in crate::scene) fn decoded<T>(

@@ -67,8 +67,7 @@ impl Field for AnyCurves {
 
 /// The curves of the file that is named; `None` where it is wrong, which is reported.
 fn load(query: &Query<'_>, kind: CurveKind) -> Option<(PathBuf, Arc<Vec<Vec<ControlPoint>>>)> {
-    let filename = query.required("filename", query.text("filename"))?;
-    let file = query.reader.search.find(filename);
+    let file = query.file("filename")?;
     let place = query.place("filename");
     let read = files::read(&file, LARGEST_FILE, &place)
         .and_then(|bytes| parse(&bytes, kind).map_err(|error| error.at(&file, &place)));

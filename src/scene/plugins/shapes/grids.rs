@@ -40,7 +40,7 @@ impl Field for DistanceFile {
         if query.has("flip_normals") {
             reader.extension(&query.place("flip_normals"), "flip_normals of an sdfgrid".to_owned());
         }
-        let file = reader.search.find(query.required("filename", query.text("filename"))?);
+        let file = query.file("filename")?;
         let place = query.place("filename");
         let grid = reader.grids.get(reader, &file, || decoded(&file, &place, Grid::decode))?;
         let refuse = |problem: String, expected: &str, remedy: &str| {

@@ -25,14 +25,14 @@ const FACE_NORMALS: Simple<Boolean> = boolean("face_normals", false, "whether tr
 
 /// The mesh that a shape of one of [`FORMATS`] asks for.
 pub fn asked(query: &Query<'_>) -> Option<MeshKey> {
-    let filename = query.required("filename", query.text("filename"));
+    let path = query.file("filename");
     let format = match query.object.plugin.as_str() {
         "obj" => MeshFormat::Obj { flip_tex_coords: flip_tex_coords(true).read(query)? },
         "ply" => MeshFormat::Ply { flip_tex_coords: flip_tex_coords(false).read(query)? },
         _ => MeshFormat::Serialized { shape_index: SHAPE_INDEX.read(query)? },
     };
     let face_normals = FACE_NORMALS.read(query)?;
-    Some(MeshKey { path: query.reader.search.find(filename?), format, face_normals })
+    Some(MeshKey { path: path?, format, face_normals })
 }
 
 /// The file of a mesh, what is in it, and whether its vertices get normals that the file does not have.

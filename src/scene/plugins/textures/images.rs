@@ -13,15 +13,10 @@ use std::sync::Arc;
 /// Plugins whose "filename" is an image.
 pub const PLUGINS: [&str; 3] = ["bitmap", "envmap", "heightfield"];
 
-/// The path of the image that a property names.
-pub fn asked(query: &Query<'_>, name: &'static str) -> Option<PathBuf> {
-    Some(query.reader.search.find(query.required(name, query.text(name))?))
-}
-
 /// The image that a property names, with its path.
 pub fn image(query: &Query<'_>, name: &'static str) -> Option<(PathBuf, Arc<Image>)> {
     let reader = query.reader;
-    let path = asked(query, name)?;
+    let path = query.file(name)?;
     let image = reader.images.get(reader, &path, || {
         let ahead = reader.ahead.borrow_mut().images.remove(&path);
         ahead.map_or_else(|| decoded_image(&path, &query.place(name)), Ok)

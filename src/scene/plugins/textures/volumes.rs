@@ -182,7 +182,7 @@ impl Field for GridFile {
 
     fn read(&self, query: &Query<'_>) -> Option<Self::Value> {
         let reader = query.reader;
-        let file = reader.search.find(query.required("filename", query.text("filename"))?);
+        let file = query.file("filename")?;
         let place = query.place("filename");
         let grid = reader.grids.get(reader, &file, || decoded(&file, &place, Grid::decode))?;
         Some((file, grid))
