@@ -21,7 +21,8 @@ use std::sync::atomic::Ordering;
 /// How many pixels a suffix may serve.
 const SHARINGS: [Sharing; 3] = [Sharing::Nothing, Sharing::Four, Sharing::Sixteen];
 
-/// How many light samples a first surface may take: first some, and then fewer or more.
+/// How many light samples a first surface may take: first some, then fewer, and more where fewer are worse.
+/// The variance of k of them is a + b / k and their cost c + d k, so their product has one minimum.
 const LIGHT_SAMPLES: [u32; 3] = [4, 1, 16];
 
 /// Plans that a pilot tries.
@@ -54,13 +55,14 @@ const COST_OF_EIGHT: f64 = 1.25;
 /// Nets of the pilot. The spread of two, over many pixels, tells their error.
 const NETS: u32 = 2;
 
-/// Most samples of a net. How much less a net errs than its samples alone depends on the plan: short nets
-/// take what is shared for worse than it is, and light samples for better.
-const LONGEST: u32 = 16;
+/// Fewest and most samples of a net, where the picture's have as many. How much less a net errs than its
+/// samples alone depends on the plan: short nets take what is shared for worse than it is, and light samples
+/// for better.
+const LENGTHS: (u32, u32) = (4, 16);
 
-/// Largest part of the picture's samples that the plans of a pilot take. Eight wavelengths take a fifth of
-/// that.
-const SHARE: f64 = 0.03;
+/// Part of the picture's samples that the plans of a pilot take, and the largest part that the fewest blocks
+/// may. Eight wavelengths take a fifth of that.
+const SHARES: (f64, f64) = (0.03, 0.08);
 
 /// Fewest and most blocks that it looks at.
 const BLOCKS: (u64, u64) = (6, 32);
@@ -107,13 +109,21 @@ pub(super) fn choose(
 ) -> Chosen {
     // Places are those of the whole picture, whatever part of it is rendered: all parts have the same plan.
     let window = picture.extent.window;
-    let schedule = Schedule::independent(NETS, picture.schedule.samples_per_net().min(LONGEST));
-    let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * TRIED as u64;
-    let budget = SHARE * (window.pixel_count() * picture.schedule.samples()) as f64;
-    let count = ((budget / per_block as f64) as u64).min(BLOCKS.1);
-    if count < BLOCKS.0 || !sampler.is_random() {
+    let samples = (window.pixel_count() * picture.schedule.samples()) as f64;
+    let longest = picture.schedule.samples_per_net().min(LENGTHS.1);
+    // The largest pilot of so many samples a net, where the picture is large enough for it.
+    let planned = |length: u32| {
+        let schedule = Schedule::independent(NETS, length);
+        let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * TRIED as u64;
+        let affordable = samples / per_block as f64;
+        let count = ((SHARES.0 * affordable) as u64).clamp(BLOCKS.0, BLOCKS.1);
+        (count as f64 <= SHARES.1 * affordable).then_some((schedule, count))
+    };
+    let lengths = std::iter::successors(Some(longest), |length| Some(length / 2));
+    let mut lengths = lengths.take_while(|&length| length >= LENGTHS.0.min(longest));
+    let Some((schedule, count)) = lengths.find_map(planned).filter(|_| sampler.is_random()) else {
         return Chosen::usual(Plan::USUAL, asked);
-    }
+    };
     let seed = mix(picture.seed ^ SEED);
     let corners = corners(window, count);
     let first = asked.unwrap_or(WavelengthCount::Four);
@@ -127,18 +137,20 @@ pub(super) fn choose(
         Relative::new(&found, schedule.samples() as f64, known)
     };
     // What is shared makes indirect light quieter, light samples the direct: each is chosen by itself.
-    let mut best_of = |plans: &mut dyn Iterator<Item = Plan>| {
-        for plan in plans {
+    let mut best_with = |plans: &[Plan]| {
+        for &plan in plans {
             tried.push((plan, relative(plan, first)));
         }
         let total = |(plan, found): &(Plan, Relative)| found.brightness * cost(picture.scene, *plan);
         let usual = (Plan::USUAL, Relative::default());
         tried.iter().min_by(|a, b| total(a).total_cmp(&total(b))).copied().unwrap_or(usual)
     };
-    let (of_sharing, _) =
-        best_of(&mut SHARINGS.into_iter().map(|sharing| Plan { sharing, light_samples: LIGHT_SAMPLES[0] }));
-    let (plan, mut variance) =
-        best_of(&mut LIGHT_SAMPLES[1..].iter().map(|&light_samples| Plan { light_samples, ..of_sharing }));
+    let [some, fewer, more] = LIGHT_SAMPLES;
+    let (of_sharing, _) = best_with(&SHARINGS.map(|sharing| Plan { sharing, light_samples: some }));
+    let (mut plan, mut variance) = best_with(&[Plan { light_samples: fewer, ..of_sharing }]);
+    if plan.light_samples == some {
+        (plan, variance) = best_with(&[Plan { light_samples: more, ..of_sharing }]);
+    }
     let mut wavelengths = first;
     if asked.is_none() {
         // Companions tell of colour.
@@ -150,7 +162,7 @@ pub(super) fn choose(
     let light = picture.scene.light_tracing().zip(known).map(|(tracing, known)| {
         let paths =
             tracing.subpaths.count(1, USUAL_SAMPLES_PER_PATH) as f64 * picture.schedule.samples() as f64;
-        let paths = ((SHARE * paths) as u64).clamp(1, MOST_SUBPATHS);
+        let paths = ((SHARES.0 * paths) as u64).clamp(1, MOST_SUBPATHS);
         let pilot = Pilot { sampler, schedule, seed, plan };
         with_count!(wavelengths, C => light_variance::<C>(picture, &pilot, tracing, paths, &known, progress))
     });
