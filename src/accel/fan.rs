@@ -1,7 +1,7 @@
 //! Segments from several surface points to one other, all at once.
 
 use super::Accel;
-use super::few::{Crossing, Few, MOST, Sides};
+use super::few::{Clear, Crossing, Few, MOST, Sides, Tested};
 use super::segments::FanSegments;
 use crate::geometry::{Points, Ray, SurfacePoint};
 use crate::lanes::{
@@ -19,11 +19,17 @@ pub struct Fan<'a> {
 /// Where the points lie for the triangles of a small scene.
 struct FewSides<'a> {
     few: &'a Few,
-    sides: Vec<Sides>,
+    facets: Vec<FacetSides>,
     /// Those that nothing is known of.
     unsure: Mask,
-    /// By facet, those that lie in it.
-    own: SmallVec<[Mask; MOST]>,
+}
+
+/// Where the points lie for a facet.
+struct FacetSides {
+    sides: Sides,
+    /// Those that lie in it.
+    own: Mask,
+    clear: Clear,
 }
 
 /// A surface point that is to be seen from others.
@@ -36,21 +42,28 @@ pub struct Target<'p> {
 }
 
 impl Accel {
-    /// Points that are to be asked, a time for each lane, what they see. `facets` are those of a small scene
-    /// that they lie in.
-    pub fn fan(&self, points: &[Points<Register>; REGISTERS], facets: &Row) -> Fan<'_> {
+    /// Points of some lanes that are to be asked, a time for each lane, what they see. `facets` are those of a
+    /// small scene that they lie in.
+    pub fn fan(&self, points: &[Points<Register>; REGISTERS], facets: &Row, lanes: Mask) -> Fan<'_> {
         let few = self.few.as_ref().map(|few| {
-            let mut own: SmallVec<[Mask; MOST]> = SmallVec::from_elem(0, few.facets.len());
+            let mut owns: SmallVec<[Mask; MOST]> = SmallVec::from_elem(0, few.facets.len());
             for lane in 0..LANES {
                 // None is less than all.
-                if let Some(own) = own.get_mut(get(facets, lane) as isize as usize) {
+                if let Some(own) = owns.get_mut(get(facets, lane) as isize as usize) {
                     *own |= 1 << lane;
                 }
             }
             let sides = few.sides(&points.each_ref().map(|points| points.position));
             let is_unsure = |&lane: &usize| !few.is_sure(&points[lane / WIDTH].get(lane));
-            let unsure = mask_of((0..LANES).filter(is_unsure));
-            FewSides { few, sides, unsure, own }
+            let of_facet = |((facet, sides), own): ((&Tested, Sides), Mask)| {
+                let own = if facet.rays.is_left_whole() { own } else { 0 };
+                FacetSides { clear: sides.clear(lanes, own), sides, own }
+            };
+            FewSides {
+                few,
+                facets: few.facets.iter().zip(sides).zip(owns).map(of_facet).collect(),
+                unsure: mask_of(lanes_of(lanes).filter(is_unsure)),
+            }
         });
         Fan { accel: self, points: *points, few }
     }
@@ -94,7 +107,7 @@ impl Fan<'_> {
     }
 
     fn blocked_by_few(&self, known: &FewSides, target: &Target, time: f64, asked: Mask) -> Mask {
-        let FewSides { few, sides, .. } = known;
+        let few = known.few;
         let position = Vec3Lanes::of(target.point.position);
         let mut far = 0;
         for (register, points) in self.points.iter().enumerate() {
@@ -108,24 +121,28 @@ impl Fan<'_> {
         let open = asked & far;
         let unsure = if few.is_sure(target.point) { known.unsure } else { ALL };
         let ends = few.seen(target.point.position);
-        let mut candidates: SmallVec<[Mask; MOST]> = SmallVec::new();
-        for (index, (facet, sides)) in few.facets.iter().zip(sides).enumerate() {
+        let mut candidates: SmallVec<[(&Tested, Mask); MOST]> = SmallVec::new();
+        for (index, (facet, FacetSides { sides, own, clear })) in
+            few.facets.iter().zip(&known.facets).enumerate()
+        {
             let end = &ends[index / WIDTH];
             let end = [0, 1, 2].map(|function| end[WIDTH * function + index % WIDTH]);
-            let Crossing { near, within, slanted } = sides.crossing(end, facet.slack);
             // What a segment leaves, and what it ends before, it does not cross.
-            let own = match facet.rays.is_left_whole() {
-                true if target.facet == index as f64 => slanted,
-                true => known.own[index] & slanted,
-                false => 0,
-            };
-            let near = near & !own;
-            candidates.push(if facet.always { open } else { open & (near | unsure) });
+            let is_end = facet.rays.is_left_whole() && target.facet == index as f64;
+            if unsure == 0 && (end[0] < clear.below || end[0] > clear.above || is_end && clear.within) {
+                continue;
+            }
+            let Crossing { near, within, slanted } = sides.crossing(end, facet.slack);
+            let near = near & !(slanted & if is_end { ALL } else { *own });
+            let met = if facet.always { open } else { open & (near | unsure) };
+            if met != 0 {
+                candidates.push((facet, met));
+            }
             if facet.rays.is_covered() {
                 blocked |= open & within & near & !unsure;
             }
         }
-        let tested = candidates.iter().fold(0, |all, candidates| all | candidates) & !blocked;
+        let tested = candidates.iter().fold(0, |all, (_, lanes)| all | lanes) & !blocked;
         let tested = if few.spheres.is_empty() { tested } else { open & !blocked };
         if tested == 0 {
             return blocked;
@@ -136,8 +153,8 @@ impl Fan<'_> {
                 continue;
             }
             let segments = FanSegments::new(points, target.point);
-            for (facet, &candidates) in few.facets.iter().zip(&candidates) {
-                let candidates = part(candidates, register) & open;
+            for (facet, lanes) in &candidates {
+                let candidates = part(*lanes, register) & open;
                 if candidates != 0 {
                     for triangle in &facet.triangles {
                         open &= !(segments.meet(triangle) & candidates);

@@ -89,6 +89,16 @@ pub(super) type PointAtFacets = SmallVec<[[f32; WIDTH * 3]; 8]>;
 /// Where the places of all lanes lie for a facet: their heights, v and w.
 pub(super) struct Sides([[f32x8; 2]; 3]);
 
+/// Where a place must be so that no segment from some others crosses a facet.
+#[derive(Clone, Copy)]
+pub(super) struct Clear {
+    /// Below the one height, above the other,
+    pub below: f32,
+    pub above: f32,
+    /// or in the facet itself, where that is left whole.
+    pub within: bool,
+}
+
 /// Which segments may cross a facet, and which are sure to.
 pub(super) struct Crossing {
     pub near: Mask,
@@ -230,6 +240,23 @@ pub(super) fn mask(halves: [f32x8; 2]) -> Mask {
 }
 
 impl Sides {
+    /// To which places no segment from some lanes crosses the facet. `own`: lanes that lie in it, where it is
+    /// left whole.
+    pub fn clear(&self, lanes: Mask, own: Mask) -> Clear {
+        // More than heights and the offsets of rays err by; what a segment that ends in the facet rises at
+        // least, so that it does not run along it.
+        const OFF: f32 = 1e-6;
+        const RISE: f32 = 2.0 / ALONG;
+        let height = self.0[0];
+        let below = |bound: f32| mask(height.map(|height| height.simd_lt(f32x8::splat(-bound))));
+        let above = |bound: f32| mask(height.map(|height| height.simd_gt(f32x8::splat(bound))));
+        let others = lanes & !own;
+        let least = if lanes & own == 0 { OFF } else { RISE };
+        let bound = |side: Mask| if others & !side == 0 { least } else { f32::INFINITY };
+        let within = lanes & !(below(RISE) | above(RISE)) == 0;
+        Clear { below: -bound(below(OFF)), above: bound(above(OFF)), within }
+    }
+
     /// From which places a segment to one other crosses the facet, by the height, v and w of that; also from
     /// what is no number. `slack`: [`Tested::slack`].
     #[inline(always)]

@@ -125,8 +125,8 @@ impl<'a, const C: usize> Firsts<'a, C> {
                 reflected[register] *= throughput[register];
             }
         }
-        let fan = scene.fan(&surfaces.hits.point, surfaces.hits.facet());
         let (all, receivers) = (bundle.alive, surfaces.receivers());
+        let fan = scene.fan(&surfaces.hits.point, surfaces.hits.facet(), all);
         Self { scene, turn, bundle, surfaces, all, receivers, sharing, fan, reflected }
     }
 

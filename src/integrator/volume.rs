@@ -138,6 +138,9 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let (Extinction::Homogeneous(_), Some(scattering)) = (&medium.extinction, &medium.scattering) else {
             return None;
         };
+        if scattering.light_samples < 1.0 {
+            return None;
+        }
         let extinction = medium.extinction_at(ray.origin, ray.direction, &wavelengths.nm).sum() / C as f64;
         let lamps = scene.lights.aim(ray, self.time, wavelengths, REACH / extinction)?;
         Some(Aimed { lamps, medium, scattering, around: self.media.here.clone() })
@@ -205,9 +208,14 @@ impl<const C: usize, O: Observe> Path<C, O> {
             return None;
         }
         let from = free_place(position, ray);
+        let light_samples = scattering.light_samples;
         if !scene.lights.is_empty() {
-            let [u, v, ..] = stream.draw(Dimensions::Light(self.vertex));
-            if let Some(sample) = scene.lights.sample(&from, self.time, wavelengths, [u, v]) {
+            let [u, v, choice, _] = stream.draw(Dimensions::Light(self.vertex));
+            let sample = (choice < light_samples)
+                .then(|| scene.lights.sample(&from, self.time, wavelengths, [u, v]))
+                .flatten();
+            if let Some(sample) = sample {
+                let sample = sample.taken_with(light_samples);
                 let goes = sample.shadow_ray.direction;
                 let value = scattering.phase.evaluate(ray.direction, goes, position, &wavelengths.nm);
                 let value = Evaluation { f_cos: value, density: value };
@@ -220,7 +228,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(self.vertex));
         let sample = scattering.phase.sample(ray.direction, position, &wavelengths.nm, [u, v, choice]);
         let hero = sample.value.hero();
-        let prior_over_density = (self.ratio.sum() + by_aim) / hero;
+        let prior_over_density = light_samples * (self.ratio.sum() + by_aim) / hero;
         // The density with which a wavelength goes a way is what it is scattered with.
         let over_hero = sample.value.map(|value| value / hero);
         self.throughput *= over_hero;

@@ -93,6 +93,18 @@ pub struct LightSample<const C: usize> {
     pub density: Density,
 }
 
+impl<const C: usize> LightSample<C> {
+    /// The same where it is taken with some probability alone.
+    pub fn taken_with(self, probability: f64) -> Self {
+        match self.density {
+            Density::PerSolidAngle(density) => {
+                Self { density: Density::PerSolidAngle(probability * density), ..self }
+            }
+            Density::Discrete => Self { radiance: self.radiance / probability, ..self },
+        }
+    }
+}
+
 /// A point of a light's surface and what it emits.
 #[derive(Clone, Copy, Debug)]
 pub struct Emitted<const C: usize> {

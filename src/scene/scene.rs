@@ -13,7 +13,7 @@ use crate::bsdf::Exterior;
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::FilterSampler;
 use crate::geometry::{Frame, Points, Ray, Vec3};
-use crate::lanes::{REGISTERS, Register, Row};
+use crate::lanes::{Mask, REGISTERS, Register, Row};
 use crate::light::{Caustics, LightTracing, Lights, VisibleLamps};
 use crate::material::{MaterialId, Materials, Shading, ShadingPoint};
 use crate::medium::{Body, Media, Medium, MediumStack, Refraction};
@@ -321,9 +321,9 @@ impl Scene {
         self.occluded(kind.begins(), ray, time)
     }
 
-    /// Surface points, one for each lane, that are to be asked what they see of others.
-    pub fn fan(&self, points: &[Points<Register>; REGISTERS], facets: &Row) -> Fan<'_> {
-        self.accel.fan(points, facets)
+    /// Surface points of some lanes that are to be asked what they see of others.
+    pub fn fan(&self, points: &[Points<Register>; REGISTERS], facets: &Row, lanes: Mask) -> Fan<'_> {
+        self.accel.fan(points, facets, lanes)
     }
 
     /// Keeps account of the body that a ray enters or leaves by passing through a surface.

@@ -3,7 +3,7 @@
 use super::*;
 use crate::accel::{Hits, NO_FACET, Target};
 use crate::geometry::Points;
-use crate::lanes::{LANES, REGISTERS, WIDTH};
+use crate::lanes::{LANES, REGISTERS, WIDTH, set};
 use crate::shape::RaySpace;
 
 /// A room with two blocks and a lamp.
@@ -56,15 +56,17 @@ pub(super) fn placed(shapes: &[Shape], place: &Transform) -> Vec<Shape> {
     shapes.iter().map(moved).collect()
 }
 
-/// On a surface, at its edges and vertices, or anywhere with any bound on its error.
+/// On a surface, at its edges and vertices, or anywhere with any bound on its error; and the shape and triangle
+/// that it is on.
 pub(super) fn any_point(
     shapes: &[Shape],
     place: &Transform,
     scale: f64,
     random: &mut Random,
-) -> SurfacePoint {
+) -> (SurfacePoint, Option<[u32; 2]>) {
     let meshes = shapes.iter().filter(|shape| matches!(shape, Shape::Mesh(_))).count();
-    let Shape::Mesh(mesh) = &shapes[random.random_range(0..meshes)] else { unreachable!("meshes first") };
+    let shape = random.random_range(0..meshes);
+    let Shape::Mesh(mesh) = &shapes[shape] else { unreachable!("meshes first") };
     let triangle = random.random_range(0..mesh.triangle_count() as u32);
     let barycentric = match random.random_range(0..4) {
         0 => [0.0, 1.0],
@@ -78,10 +80,11 @@ pub(super) fn any_point(
     match random.random_range(0..8) {
         0 => {
             let error = [0.0, 1e-12, 1e-3][random.random_range(0..3)] * scale;
-            SurfacePoint { position: place.point(2.0 * in_cube(random)), normal: direction(random), error }
+            let position = place.point(2.0 * in_cube(random));
+            (SurfacePoint { position, normal: direction(random), error }, None)
         }
-        1 => SurfacePoint { normal: -on_it.normal, ..on_it },
-        _ => on_it,
+        1 => (SurfacePoint { normal: -on_it.normal, ..on_it }, Some([shape as u32, triangle])),
+        _ => (on_it, Some([shape as u32, triangle])),
     }
 }
 
@@ -111,22 +114,33 @@ fn fans_see_what_single_rays_see() {
         let accel = Accel::build(&shapes);
         assert_eq!(accel.few.is_some(), round % 6 != 5, "round {round}");
         for _ in 0..30 {
-            let mut points: Vec<SurfacePoint> =
-                (0..LANES).map(|_| any_point(&shapes, &place, scale, &mut random)).collect();
+            // Now and then all on one surface, as those of neighbouring pixels are.
+            let near = shapes.len() - random.random_range(0..shapes.len());
+            let mut points: Vec<_> =
+                (0..LANES).map(|_| any_point(&shapes[..near], &place, scale, &mut random)).collect();
             if random.random_range(0..20) == 0 {
-                points[3].position.x = f64::NAN;
+                points[3].0.position.x = f64::NAN;
             }
-            let mut lanes = [Points::NONE; REGISTERS];
-            points.iter().enumerate().for_each(|(lane, point)| lanes[lane / WIDTH].set(lane, point));
-            let fan = accel.fan(&lanes, &Hits::NONE.facet);
+            let knows_facets = random.random::<bool>();
+            let facet = |on: Option<[u32; 2]>| match on.filter(|_| knows_facets) {
+                Some([shape, triangle]) => accel.facet_of(shape, triangle),
+                None => NO_FACET,
+            };
+            let (mut lanes, mut facets) = ([Points::NONE; REGISTERS], Hits::NONE.facet);
+            for (lane, (point, on)) in points.iter().enumerate() {
+                lanes[lane / WIDTH].set(lane, point);
+                set(&mut facets, lane, facet(*on));
+            }
+            let all = random.random_range(0..1 << LANES);
+            let fan = accel.fan(&lanes, &facets, all);
             for _ in 0..10 {
-                let target = match random.random_range(0..10) {
+                let (target, on) = match random.random_range(0..10) {
                     0 => points[random.random_range(0..LANES)],
                     _ => any_point(&shapes, &place, scale, &mut random),
                 };
-                let asked = random.random_range(0..1 << LANES);
-                let answer = fan.blocked(&Target { point: &target, facet: NO_FACET }, 0.0, asked);
-                for (lane, point) in points.iter().enumerate() {
+                let asked = all & random.random_range(0..1 << LANES);
+                let answer = fan.blocked(&Target { point: &target, facet: facet(on) }, 0.0, asked);
+                for (lane, (point, _)) in points.iter().enumerate() {
                     let segment = point.segment_to(&target);
                     let expected = segment.is_none_or(|segment| accel.occluded(&segment, 0.0));
                     let expected = expected && asked >> lane & 1 == 1;

@@ -59,12 +59,12 @@ fn rays_in_lanes_meet_what_single_rays_meet() {
                     Some(hit) => {
                         shapes[hit.shape as usize].surface(hit, &Ray::new(Vec3::ZERO, direction)).point
                     }
-                    None => any_point(&shapes, &place, scale, &mut random),
+                    None => any_point(&shapes, &place, scale, &mut random).0,
                 };
                 let far = if left.is_none() && random.random_range(0..8) == 0 { 100.0 * scale } else { 0.0 };
                 let mut ray = from.ray(direction);
                 ray.origin -= far * direction;
-                let target = any_point(&shapes, &place, scale, &mut random);
+                let (target, _) = any_point(&shapes, &place, scale, &mut random);
                 match random.random_range(0..4) {
                     0 => ray.t_max = scale * random.random_range(0.0..2.0),
                     1 => ray = from.segment_to(&target).unwrap_or(ray),

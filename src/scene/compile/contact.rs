@@ -158,7 +158,7 @@ impl Nearness {
     }
 }
 
-const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
+pub(super) const EVERYWHERE: Bounds = Bounds { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
 
 /// Boxes around what is left of shapes, by those of the solids that some are parts of: of a large ball that
 /// grinds a lens it is a small piece.
@@ -340,10 +340,21 @@ pub(super) fn body_boxes<'a>(
     bodies: &'a [Body],
 ) -> impl Iterator<Item = Bounds> + 'a {
     let is_body = |shape: usize| surfaces[shape].body.is_some_and(|body| bodies[body as usize].closed);
+    boxes_of(groups, shift, shapes, boxes, is_body)
+}
+
+/// Around each shape of some, or each instance of a group that holds one.
+pub(super) fn boxes_of<'a>(
+    groups: &'a Groups<'_>,
+    shift: &'a Transform,
+    shapes: &'a [Shape],
+    boxes: &'a [Bounds],
+    is_meant: impl Fn(usize) -> bool + Copy + 'a,
+) -> impl Iterator<Item = Bounds> + 'a {
     let bounds = |i: usize| if groups.moves(i) { EVERYWHERE } else { boxes[i] };
-    let own = (0..groups.own()).filter(move |&i| is_body(i)).map(bounds);
+    let own = (0..groups.own()).filter(move |&i| is_meant(i)).map(bounds);
     let shown = groups.shown(&groups.contents(shapes), shift).into_iter();
-    let shown = shown.filter(move |shown| shown.shapes.iter().any(|&shape| is_body(shape)));
+    let shown = shown.filter(move |shown| shown.shapes.iter().any(|&shape| is_meant(shape)));
     own.chain(shown.map(|shown| shown.bounds))
 }
 

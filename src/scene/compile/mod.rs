@@ -14,6 +14,7 @@ mod media;
 mod numbers;
 mod plastic;
 mod principled;
+mod seclusion;
 mod sensors;
 mod shapes;
 mod solids;
@@ -29,7 +30,7 @@ use super::scene::{Scene, Surface};
 use super::source::{Place, SceneError, SceneErrors};
 use crate::accel::NO_FACET;
 use crate::film::Region;
-use crate::geometry::{Transform, Vec3};
+use crate::geometry::{Bounds, Transform, Vec3};
 use crate::light::{self, Light, Lights};
 use crate::material::Material;
 use crate::medium::Emission;
@@ -42,6 +43,7 @@ use crate::units::WavelengthRange;
 use contact::Nearness;
 use groups::{Assembled, Groups, MOST_INSTANCES, Traced};
 use materials::MaterialCompiler;
+use seclusion::Seclusion;
 use std::collections::HashMap;
 
 /// What a scene is compiled for.
@@ -160,7 +162,7 @@ impl Compiler<'_> {
         if !self.errors.is_empty() {
             return Err(SceneErrors { sources: description.sources.clone(), errors: self.errors });
         }
-        let MaterialCompiler { materials, bodies, media, .. } = materials;
+        let MaterialCompiler { materials, bodies, mut media, .. } = materials;
         let shapes = geometries;
         let (accel, solids) = groups.accel(&shapes, &shift).map_err(|places| {
             for place in places {
@@ -187,6 +189,21 @@ impl Compiler<'_> {
         let during = description.sensor.shutter.during();
         let sensor_within = contact::body_boxes(&groups, &shift, &shapes, &boxes, &surfaces, &bodies)
             .any(|around| around.overlaps(camera.origins(during)));
+        let boxes_of = |is_meant: &dyn Fn(usize) -> bool| -> Vec<Bounds> {
+            contact::boxes_of(&groups, &shift, &shapes, &boxes, is_meant).collect()
+        };
+        let seclusion = Seclusion {
+            bodies: &bodies,
+            surfaces: &surfaces,
+            camera_medium,
+            lamps: boxes_of(&|shape| surfaces[shape].light.is_some())
+                .into_iter()
+                .chain(lights.iter().map(|light| lights::places(std::slice::from_ref(light))))
+                .filter(|lamp| !lamp.is_empty())
+                .chain((!moving_lights.is_empty()).then_some(contact::EVERYWHERE))
+                .collect(),
+        };
+        seclusion.apply(&mut media, boxes_of);
         let absorption = media.iter().any(Option::is_some);
         let emitting: Vec<&Emission> =
             media.iter().flatten().filter_map(|medium| medium.emission.as_ref()).collect();
