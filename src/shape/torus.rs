@@ -43,6 +43,9 @@ impl Torus {
 
     /// Nearest distance with 0 ≤ t < `ray.t_max`.
     pub fn intersect(&self, ray: &Ray) -> Option<f64> {
+        if self.is_farther_than(ray) {
+            return None;
+        }
         let nearest = self.placement.nearest(ray, |origin, direction| self.crossed(origin, direction));
         nearest.map(|(t, _)| t)
     }
@@ -56,6 +59,18 @@ impl Torus {
     pub fn distance_from(&self, place: Vec3) -> Option<f64> {
         let local = self.placement.pose.local_point(place);
         self.placement.scale.map(|scale| self.distance(local, Vec3::ZERO).value.abs() * scale)
+    }
+
+    /// Whether the surface is surely farther from the origin of a ray than its end: as on most flights in a
+    /// medium within.
+    fn is_farther_than(&self, ray: &Ray) -> bool {
+        /// Far more than rounding.
+        const MARGIN: f64 = 1e-9;
+        let pose = &self.placement.pose;
+        let (origin, way) = (pose.local_point(ray.origin), pose.local_vector(ray.direction) * ray.t_max);
+        let free =
+            self.distance(origin, Vec3::ZERO).value.abs() - MARGIN * (1.0 + origin.abs().max_element());
+        free > 0.0 && way.length_squared() < free * free
     }
 
     /// From the nearest point of the tube's centre line to a local point.
