@@ -25,7 +25,7 @@ const SHARINGS: [Sharing; 3] = [Sharing::Nothing, Sharing::Four, Sharing::Sixtee
 /// The variance of k of them is a + b / k and their cost c + d k, so their product has one minimum.
 const LIGHT_SAMPLES: [u32; 3] = [4, 1, 16];
 
-/// Plans that a pilot tries.
+/// Plans that a pilot tries, but for wider sharing beside many light samples.
 const TRIED: usize = SHARINGS.len() + LIGHT_SAMPLES.len() - 1;
 
 /// What a sample costs, in samples of a path tracer: about what was measured on the scenes of
@@ -136,7 +136,8 @@ pub(super) fn choose(
         let known = known.get_or_insert_with(|| Brightness::new(&corners, &found));
         Relative::new(&found, schedule.samples() as f64, known)
     };
-    // What is shared makes indirect light quieter, light samples the direct: each is chosen by itself.
+    // What is shared makes indirect light quieter, light samples the direct: each is chosen by itself. But
+    // sharing pays the more, the less noise there is of direct light, and the more a sample costs anyway.
     let mut best_with = |plans: &[Plan]| {
         for &plan in plans {
             tried.push((plan, relative(plan, first)));
@@ -150,6 +151,11 @@ pub(super) fn choose(
     let (mut plan, mut variance) = best_with(&[Plan { light_samples: fewer, ..of_sharing }]);
     if plan.light_samples == some {
         (plan, variance) = best_with(&[Plan { light_samples: more, ..of_sharing }]);
+        if plan.light_samples == more {
+            let wider = SHARINGS.into_iter().filter(|sharing| sharing.pixels() > plan.sharing.pixels());
+            let wider: Vec<Plan> = wider.map(|sharing| Plan { sharing, ..plan }).collect();
+            (plan, variance) = best_with(&wider);
+        }
     }
     let mut wavelengths = first;
     if asked.is_none() {
