@@ -142,7 +142,7 @@ pub(super) fn choose(
         for &plan in plans {
             tried.push((plan, relative(plan, first)));
         }
-        let total = |(plan, found): &(Plan, Relative)| found.brightness * cost(picture.scene, *plan);
+        let total = |(plan, found): &(Plan, Relative)| found.typical * cost(picture.scene, *plan);
         let usual = (Plan::USUAL, Relative::default());
         tried.iter().min_by(|a, b| total(a).total_cmp(&total(b))).copied().unwrap_or(usual)
     };
@@ -192,21 +192,33 @@ fn samples_per_path(variance: [f64; 2], cost: [f64; 2]) -> u64 {
 #[derive(Clone, Copy, Debug, Default)]
 struct Relative {
     brightness: f64,
-    /// The mean of that of X, Y and Z.
+    /// The same, and the mean of that of X, Y and Z, without the pixels that err most: one bright path would
+    /// else decide between plans.
+    typical: f64,
     colour: f64,
 }
+
+/// The part of the pixels that is left out there.
+const LEFT_OUT: f64 = 0.02;
 
 impl Relative {
     /// By what blocks with so many samples of a pixel have found.
     fn new(found: &[Scatter], samples: f64, known: &Brightness) -> Self {
-        let mean = |variance: fn(&[f64; 2], f64) -> f64| {
+        let sorted = |variance: fn(&[f64; 2], f64) -> f64| {
             let pixels = found.iter().flat_map(|block| block.pixels.iter().zip(&block.colour));
-            average(pixels.map(|(pixel, &colour)| {
+            let relative = pixels.map(|(pixel, &colour)| {
                 let scale = samples * known.per_square(pixel[0]);
                 scale * variance(pixel, colour)
-            }))
+            });
+            let mut relative: Vec<f64> = relative.collect();
+            relative.sort_by(f64::total_cmp);
+            relative
         };
-        Self { brightness: mean(|&[_, variance], _| variance), colour: mean(|_, colour| colour) }
+        let mean = |values: &[f64]| average(values.iter().copied());
+        let most = |values: &[f64]| mean(&values[..values.len() - (LEFT_OUT * values.len() as f64) as usize]);
+        let brightness = sorted(|&[_, variance], _| variance);
+        let colour = sorted(|_, colour| colour);
+        Self { brightness: mean(&brightness), typical: most(&brightness), colour: most(&colour) }
     }
 }
 
