@@ -42,8 +42,8 @@ pub struct Target<'p> {
 }
 
 impl Accel {
-    /// Points of some lanes that are to be asked, a time for each lane, what they see. `facets` are those of a
-    /// small scene that they lie in.
+    /// Points of some lanes that are to be asked, a time for each lane, what they see. `facets` are those of
+    /// a small scene that they lie in.
     pub fn fan(&self, points: &[Points<Register>; REGISTERS], facets: &Row, lanes: Mask) -> Fan<'_> {
         let few = self.few.as_ref().map(|few| {
             let mut owns: SmallVec<[Mask; MOST]> = SmallVec::from_elem(0, few.facets.len());

@@ -56,8 +56,8 @@ pub(super) fn placed(shapes: &[Shape], place: &Transform) -> Vec<Shape> {
     shapes.iter().map(moved).collect()
 }
 
-/// On a surface, at its edges and vertices, or anywhere with any bound on its error; and the shape and triangle
-/// that it is on.
+/// On a surface, at its edges and vertices, or anywhere with any bound on its error; and the shape and
+/// triangle that it is on.
 pub(super) fn any_point(
     shapes: &[Shape],
     place: &Transform,

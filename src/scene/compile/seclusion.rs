@@ -1,4 +1,4 @@
-//! Media that light comes into by refraction alone: a light sample from within them is hidden by their surface.
+//! Media that light comes into by refraction alone: their surface hides light samples from within.
 
 use crate::geometry::Bounds;
 use crate::medium::{Body, Filling, Medium};
@@ -18,9 +18,9 @@ pub(super) struct Seclusion<'a> {
 }
 
 impl Seclusion<'_> {
-    /// Takes few light samples where a medium lies behind surfaces that let no shadow ray through, and no lamp
-    /// is among it. Some are taken all the same: a surface may have a hole. `boxes_of` tells the boxes around
-    /// the shapes that are meant.
+    /// Takes few light samples where a medium lies behind surfaces that let no shadow ray through, and no
+    /// lamp is among it. Some are taken all the same: a surface may have a hole. `boxes_of` tells the boxes
+    /// around the shapes that are meant.
     pub fn apply(
         &self,
         media: &mut [Option<Medium>],
