@@ -92,10 +92,11 @@ pub(super) struct Sides([[f32x8; 2]; 3]);
 /// Where a place must be so that no segment from some others crosses a facet.
 #[derive(Clone, Copy)]
 pub(super) struct Clear {
-    /// Below the one height, above the other,
+    /// At a height less than this, or
     pub below: f32,
+    /// greater than this.
     pub above: f32,
-    /// or in the facet itself, where that is left whole.
+    /// Whether it may also be in the facet, if that is left whole.
     pub within: bool,
 }
 
@@ -243,9 +244,9 @@ impl Sides {
     /// To which places no segment from some lanes crosses the facet. `own`: lanes that lie in it, where it is
     /// left whole.
     pub fn clear(&self, lanes: Mask, own: Mask) -> Clear {
-        // More than heights and the offsets of rays err by; what a segment that ends in the facet rises at
-        // least, so that it does not run along it.
+        /// More than heights and the offsets of rays err by.
         const OFF: f32 = 1e-6;
+        /// More than what a segment rises that runs along the facet.
         const RISE: f32 = 2.0 / ALONG;
         let height = self.0[0];
         let below = |bound: f32| mask(height.map(|height| height.simd_lt(f32x8::splat(-bound))));

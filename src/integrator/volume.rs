@@ -138,7 +138,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let (Extinction::Homogeneous(_), Some(scattering)) = (&medium.extinction, &medium.scattering) else {
             return None;
         };
-        if scattering.light_samples < 1.0 {
+        // What hides light samples of one kind hides those of the other.
+        if scattering.light_sample_probability < 1.0 {
             return None;
         }
         let extinction = medium.extinction_at(ray.origin, ray.direction, &wavelengths.nm).sum() / C as f64;
@@ -208,14 +209,14 @@ impl<const C: usize, O: Observe> Path<C, O> {
             return None;
         }
         let from = free_place(position, ray);
-        let light_samples = scattering.light_samples;
+        let probability = scattering.light_sample_probability;
         if !scene.lights.is_empty() {
             let [u, v, choice, _] = stream.draw(Dimensions::Light(self.vertex));
-            let sample = (choice < light_samples)
+            let sample = (choice < probability)
                 .then(|| scene.lights.sample(&from, self.time, wavelengths, [u, v]))
                 .flatten();
             if let Some(sample) = sample {
-                let sample = sample.taken_with(light_samples);
+                let sample = sample.taken_with(probability);
                 let goes = sample.shadow_ray.direction;
                 let value = scattering.phase.evaluate(ray.direction, goes, position, &wavelengths.nm);
                 let value = Evaluation { f_cos: value, density: value };
@@ -228,7 +229,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
         let [u, v, choice, survival] = stream.draw(Dimensions::Scattering(self.vertex));
         let sample = scattering.phase.sample(ray.direction, position, &wavelengths.nm, [u, v, choice]);
         let hero = sample.value.hero();
-        let prior_over_density = light_samples * (self.ratio.sum() + by_aim) / hero;
+        let prior_over_density = probability * (self.ratio.sum() + by_aim) / hero;
         // The density with which a wavelength goes a way is what it is scattered with.
         let over_hero = sample.value.map(|value| value / hero);
         self.throughput *= over_hero;

@@ -43,7 +43,7 @@ pub struct Scattering {
     /// Where it scatters to.
     pub phase: Phase,
     /// The probability with which a place where it scatters takes a light sample, above 0.
-    pub light_samples: f64,
+    pub light_sample_probability: f64,
 }
 
 /// Where a ray that flies through a medium collides, if it does.

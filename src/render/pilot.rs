@@ -109,19 +109,7 @@ pub(super) fn choose(
 ) -> Chosen {
     // Places are those of the whole picture, whatever part of it is rendered: all parts have the same plan.
     let window = picture.extent.window;
-    let samples = (window.pixel_count() * picture.schedule.samples()) as f64;
-    let longest = picture.schedule.samples_per_net().min(LENGTHS.1);
-    // The largest pilot of so many samples a net, where the picture is large enough for it.
-    let planned = |length: u32| {
-        let schedule = Schedule::independent(NETS, length);
-        let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * TRIED as u64;
-        let affordable = samples / per_block as f64;
-        let count = ((SHARES.0 * affordable) as u64).clamp(BLOCKS.0, BLOCKS.1);
-        (count as f64 <= SHARES.1 * affordable).then_some((schedule, count))
-    };
-    let lengths = std::iter::successors(Some(longest), |length| Some(length / 2));
-    let mut lengths = lengths.take_while(|&length| length >= LENGTHS.0.min(longest));
-    let Some((schedule, count)) = lengths.find_map(planned).filter(|_| sampler.is_random()) else {
+    let Some((schedule, count)) = affordable(picture).filter(|_| sampler.is_random()) else {
         return Chosen::usual(Plan::USUAL, asked);
     };
     let seed = mix(picture.seed ^ SEED);
@@ -176,6 +164,21 @@ pub(super) fn choose(
         samples_per_path([variance.brightness, light], [cost(picture.scene, plan), LIGHT_SUBPATH])
     });
     Chosen { plan, wavelengths, samples_per_path }
+}
+
+/// Samples and number of blocks of the pilot with the longest nets for which the picture is large enough.
+fn affordable(picture: &Exposure) -> Option<(Schedule, u64)> {
+    let samples = (picture.extent.window.pixel_count() * picture.schedule.samples()) as f64;
+    let longest = picture.schedule.samples_per_net().min(LENGTHS.1);
+    let lengths = std::iter::successors(Some(longest), |length| Some(length / 2));
+    let mut lengths = lengths.take_while(|&length| length >= LENGTHS.0.min(longest));
+    lengths.find_map(|length| {
+        let schedule = Schedule::independent(NETS, length);
+        let per_block = u64::from(BLOCK * BLOCK) * schedule.samples() * TRIED as u64;
+        let blocks = samples / per_block as f64;
+        let count = ((SHARES.0 * blocks) as u64).clamp(BLOCKS.0, BLOCKS.1);
+        (count as f64 <= SHARES.1 * blocks).then_some((schedule, count))
+    })
 }
 
 /// The number with least variance times cost, by those of a sample and of a light subpath.

@@ -2,9 +2,9 @@
 //! else the reader would be compiled once more for the unit tests.
 
 use super::description::{
-    Bsdf, BsdfKind, Description, FieldOfView, Film, FilmContent, FovAxis, Integrator, IntegratorKind, Medium,
-    MediumContent, Phase, PhaseKind, PixelFormat, Sampler, Sensor, SensorKind, ShapeDescription, ShapeKind,
-    SpectrumKind, SpectrumSource,
+    Bsdf, BsdfKind, Description, FieldOfView, Film, FilmContent, FovAxis, IndexKind, IndexSource, Integrator,
+    IntegratorKind, Medium, MediumContent, Phase, PhaseKind, PixelFormat, Roughness, Sampler, Sensor,
+    SensorKind, ShapeDescription, ShapeKind, SpectrumKind, SpectrumSource,
 };
 use super::source::{Place, Sources};
 use super::{CompileOptions, Scene, Techniques, compile};
@@ -37,10 +37,20 @@ pub(crate) fn diffuse(reflectance: SpectrumSource) -> Arc<Bsdf> {
     bsdf(BsdfKind::Diffuse { reflectance })
 }
 
-/// Absorbs without scattering.
-pub(crate) fn absorber(extinction: SpectrumSource) -> Medium {
+pub(crate) fn glass(index: f64, roughness: Option<Roughness>) -> Arc<Bsdf> {
+    bsdf(BsdfKind::Dielectric {
+        interior: IndexSource { place: PLACE, kind: IndexKind::Constant(index) },
+        exterior: None,
+        specular_reflectance: constant(1.0),
+        specular_transmittance: constant(1.0),
+        roughness,
+    })
+}
+
+/// The same everywhere; scatters evenly.
+pub(crate) fn medium(extinction: SpectrumSource, albedo: f64) -> Medium {
     let phase = Phase { place: PLACE, kind: PhaseKind::Isotropic };
-    let content = MediumContent::Plain { varies: false, extinction, albedo: constant(0.0), phase };
+    let content = MediumContent::Plain { varies: false, extinction, albedo: constant(albedo), phase };
     Medium { place: PLACE, id: None, content, emission: None, density: None }
 }
 

@@ -7,9 +7,9 @@ use crate::lanes::get;
 use crate::material::Shading;
 use crate::sampling::{Dimensions, Sampler, SamplerKind};
 use crate::scene::description::{
-    Alpha, Bsdf, BsdfKind, ConductorIndex, IndexKind, IndexSource, Roughness, ShapeDescription, ShapeKind,
+    Alpha, Bsdf, BsdfKind, ConductorIndex, Roughness, ShapeDescription, ShapeKind,
 };
-use crate::scene::fixture::{self, absorber, bsdf, constant, diffuse, shape, sloped};
+use crate::scene::fixture::{self, bsdf, constant, diffuse, glass, medium, shape, sloped};
 use crate::shape::QuadricKind;
 use glam::DMat4;
 use std::f64::consts::FRAC_PI_2;
@@ -70,7 +70,7 @@ fn ball(x: f64, radius: f64, bsdf: Arc<Bsdf>) -> ShapeDescription {
 /// A cube that stands on the floor.
 fn block(x: f64, bsdf: Arc<Bsdf>, extinction: [f64; 2]) -> ShapeDescription {
     let place = DMat4::from_translation(Vec3::new(x, -0.5, 0.0)) * DMat4::from_scale(Vec3::splat(0.5));
-    let interior = Some(absorber(sloped(extinction)));
+    let interior = Some(medium(sloped(extinction), 0.0));
     ShapeDescription { interior, ..shape(ShapeKind::Cube, place, bsdf) }
 }
 
@@ -81,16 +81,6 @@ fn rough(distribution: Distribution, alpha: f64) -> Option<Roughness> {
 fn metal(roughness: Option<Roughness>) -> Arc<Bsdf> {
     let index = ConductorIndex::Complex { n: sloped([1.3, 0.4]), k: sloped([2.0, 6.0]) };
     bsdf(BsdfKind::Conductor { index, specular_reflectance: constant(1.0), roughness })
-}
-
-fn glass(index: f64, roughness: Option<Roughness>) -> Arc<Bsdf> {
-    bsdf(BsdfKind::Dielectric {
-        interior: IndexSource { place: fixture::PLACE, kind: IndexKind::Constant(index) },
-        exterior: None,
-        specular_reflectance: constant(1.0),
-        specular_transmittance: constant(1.0),
-        roughness,
-    })
 }
 
 /// Flat and curved shapes, rough surfaces, bodies in contact and media between surfaces.

@@ -113,7 +113,7 @@ impl MaterialCompiler {
         let albedo = texture(albedo, &self.shift)?;
         Ok(match albedo.is_zero(self.range) {
             true => None,
-            false => Some(Scattering { albedo, phase: self.phase(phase)?, light_samples: 1.0 }),
+            false => Some(Scattering { albedo, phase: self.phase(phase)?, light_sample_probability: 1.0 }),
         })
     }
 
@@ -157,7 +157,7 @@ impl MaterialCompiler {
             scattering: Some(Scattering {
                 albedo: Texture::Uniform(table(&albedo)?),
                 phase: Phase::Isotropic,
-                light_samples: 1.0,
+                light_sample_probability: 1.0,
             }),
         };
         let mut phases: Vec<(Spectrum, Phase)> = parts.into_iter().map(|part| (part.1, part.2)).collect();

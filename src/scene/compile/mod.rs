@@ -196,14 +196,16 @@ impl Compiler<'_> {
             bodies: &bodies,
             surfaces: &surfaces,
             camera_medium,
-            lamps: boxes_of(&|shape| surfaces[shape].light.is_some())
-                .into_iter()
-                .chain(lights.iter().map(|light| lights::places(std::slice::from_ref(light))))
-                .filter(|lamp| !lamp.is_empty())
-                .chain((!moving_lights.is_empty()).then_some(contact::EVERYWHERE))
-                .collect(),
+            boxes_of,
+            lamps: || {
+                let mut lamps = boxes_of(&|shape| surfaces[shape].light.is_some());
+                lamps.extend(lights.iter().map(|light| lights::places(std::slice::from_ref(light))));
+                lamps.retain(|lamp| !lamp.is_empty());
+                lamps.extend((!moving_lights.is_empty()).then_some(contact::EVERYWHERE));
+                lamps
+            },
         };
-        seclusion.apply(&mut media, boxes_of);
+        seclusion.apply(&mut media);
         let absorption = media.iter().any(Option::is_some);
         let emitting: Vec<&Emission> =
             media.iter().flatten().filter_map(|medium| medium.emission.as_ref()).collect();

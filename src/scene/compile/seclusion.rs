@@ -8,24 +8,21 @@ use crate::scene::scene::Surface;
 const SECLUDED: f64 = 1.0 / 16.0;
 
 /// What decides which media light samples reach.
-pub(super) struct Seclusion<'a> {
+pub(super) struct Seclusion<'a, B, L> {
     pub bodies: &'a [Body],
     pub surfaces: &'a [Surface],
     /// The medium that the sensor is in.
     pub camera_medium: Option<u32>,
+    /// Boxes around the shapes that are meant.
+    pub boxes_of: B,
     /// Boxes around the lights that have a place.
-    pub lamps: Vec<Bounds>,
+    pub lamps: L,
 }
 
-impl Seclusion<'_> {
+impl<B: Fn(&dyn Fn(usize) -> bool) -> Vec<Bounds>, L: Fn() -> Vec<Bounds>> Seclusion<'_, B, L> {
     /// Takes few light samples where a medium lies behind surfaces that let no shadow ray through, and no
-    /// lamp is among it. Some are taken all the same: a surface may have a hole. `boxes_of` tells the boxes
-    /// around the shapes that are meant.
-    pub fn apply(
-        &self,
-        media: &mut [Option<Medium>],
-        boxes_of: impl Fn(&dyn Fn(usize) -> bool) -> Vec<Bounds>,
-    ) {
+    /// lamp is among it. Some are taken all the same: a surface may have a hole.
+    pub fn apply(&self, media: &mut [Option<Medium>]) {
         for (medium, number) in media.iter_mut().zip(0..) {
             let Some(Medium { scattering: Some(scattering), .. }) = medium else { continue };
             let own = Filling::Medium(number);
@@ -38,11 +35,13 @@ impl Seclusion<'_> {
                     body.exterior == own || body.interior == own && surface.null_transmission
                 })
             };
-            let holds_lamp =
-                || boxes_of(&holds).iter().any(|around| self.lamps.iter().any(|lamp| around.overlaps(*lamp)));
+            let holds_lamp = || {
+                let lamps = (self.lamps)();
+                (self.boxes_of)(&holds).iter().any(|around| lamps.iter().any(|lamp| around.overlaps(*lamp)))
+            };
             if self.camera_medium != Some(number) && !self.surfaces.iter().any(lets_through) && !holds_lamp()
             {
-                scattering.light_samples = SECLUDED;
+                scattering.light_sample_probability = SECLUDED;
             }
         }
     }
@@ -52,11 +51,8 @@ impl Seclusion<'_> {
 mod tests {
     use super::*;
     use crate::geometry::Vec3;
-    use crate::scene::description::{
-        Bsdf, BsdfKind, IndexKind, IndexSource, Medium, MediumContent, Phase, PhaseKind, ShapeDescription,
-        ShapeKind,
-    };
-    use crate::scene::fixture::{self, PLACE, bsdf, constant, diffuse, shape};
+    use crate::scene::description::{Bsdf, BsdfKind, Medium, ShapeDescription, ShapeKind};
+    use crate::scene::fixture::{self, bsdf, constant, diffuse, glass, shape};
     use glam::DMat4;
     use std::sync::Arc;
 
@@ -66,21 +62,12 @@ mod tests {
     }
 
     fn milk() -> Medium {
-        let phase = Phase { place: PLACE, kind: PhaseKind::Isotropic };
-        let (extinction, albedo) = (constant(2.0), constant(0.9));
-        let content = MediumContent::Plain { varies: false, extinction, albedo, phase };
-        Medium { place: PLACE, id: None, content, emission: None, density: None }
+        fixture::medium(constant(2.0), 0.9)
     }
 
     #[test]
     fn light_samples_are_few_where_they_are_hidden() {
-        let glass = bsdf(BsdfKind::Dielectric {
-            interior: IndexSource { place: PLACE, kind: IndexKind::Constant(1.5) },
-            exterior: None,
-            specular_reflectance: constant(1.0),
-            specular_transmittance: constant(1.0),
-            roughness: None,
-        });
+        let glass = glass(1.5, None);
         let lamp = |x: f64| ShapeDescription {
             emission: Some(constant(1.0)),
             ..ball(x, 0.1, diffuse(constant(0.0)))
@@ -100,7 +87,7 @@ mod tests {
             let scene = fixture::compiled(&fixture::described(shapes, Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO));
             let [Some(medium)] = &scene.media[..] else { panic!("{name}: one medium") };
             let scattering = medium.scattering.as_ref().expect("it scatters");
-            assert_eq!(scattering.light_samples, expected, "{name}");
+            assert_eq!(scattering.light_sample_probability, expected, "{name}");
         }
     }
 }
