@@ -144,6 +144,24 @@ impl Shape {
         }
     }
 
+    /// Whether all of the surface is farther from the origin of a ray than its end, as is the rule with flights
+    /// in a medium. `false` where that is not seen quickly.
+    pub fn is_farther_than(&self, ray: &Ray) -> bool {
+        match self {
+            Self::Sphere(sphere) => sphere.is_farther_than(ray),
+            Self::Quadric(quadric) => quadric.is_farther_than(ray),
+            Self::Torus(torus) => torus.is_farther_than(ray),
+            Self::Disk(_)
+            | Self::Cylinder(_)
+            | Self::Curves(_)
+            | Self::SweptSphere(_)
+            | Self::Grid(_)
+            | Self::ProfileOrImplicit(_)
+            | Self::Patches(_)
+            | Self::Mesh(_) => false,
+        }
+    }
+
     /// Whether it encloses a volume, so that a solid can be made of it.
     ///
     /// # Errors

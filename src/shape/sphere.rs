@@ -72,6 +72,14 @@ impl Sphere {
         [at(near, true), at(far, false)].into_iter().collect()
     }
 
+    /// See [`Shape::is_farther_than`](super::Shape::is_farther_than).
+    pub fn is_farther_than(&self, ray: &Ray) -> bool {
+        self.placement.ends_before(ray, |origin, way| {
+            let free = (origin.length() - 1.0).abs() - self.placement.margin(origin);
+            free > 0.0 && way.length_squared() < free * free
+        })
+    }
+
     /// The point of the surface nearest to `position`, in local space.
     pub fn surface(&self, position: Vec3) -> SurfaceHit {
         let local = self.placement.pose.local_point(position);

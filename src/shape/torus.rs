@@ -61,16 +61,12 @@ impl Torus {
         self.placement.scale.map(|scale| self.distance(local, Vec3::ZERO).value.abs() * scale)
     }
 
-    /// Whether the surface is surely farther from the origin of a ray than its end: as on most flights in a
-    /// medium within.
-    fn is_farther_than(&self, ray: &Ray) -> bool {
-        /// Far more than rounding.
-        const MARGIN: f64 = 1e-9;
-        let pose = &self.placement.pose;
-        let (origin, way) = (pose.local_point(ray.origin), pose.local_vector(ray.direction) * ray.t_max);
-        let free =
-            self.distance(origin, Vec3::ZERO).value.abs() - MARGIN * (1.0 + origin.abs().max_element());
-        free > 0.0 && way.length_squared() < free * free
+    /// See [`Shape::is_farther_than`](super::Shape::is_farther_than).
+    pub fn is_farther_than(&self, ray: &Ray) -> bool {
+        self.placement.ends_before(ray, |origin, way| {
+            let free = self.distance(origin, Vec3::ZERO).value.abs() - self.placement.margin(origin);
+            free > 0.0 && way.length_squared() < free * free
+        })
     }
 
     /// From the nearest point of the tube's centre line to a local point.

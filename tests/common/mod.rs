@@ -21,6 +21,11 @@ use std::path::Path;
 pub const ALL_COUNTS: [WavelengthCount; 3] =
     [WavelengthCount::One, WavelengthCount::Four, WavelengthCount::Eight];
 
+/// What stands in a text file.
+pub fn text_of(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
 /// Compiles a scene file with values for its `<default>`s.
 pub fn scene(file: &str, defines: &[(&str, &str)], range: WavelengthRange) -> Scene {
     compiled(&described_file(file, defines), &CompileOptions { range, ..CompileOptions::default() })

@@ -1,15 +1,12 @@
 //! The documents: what they name exists, the front page stays short, and the scenes of the tutorial can be
 //! read.
 
+use crate::common::text_of;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn read(path: &Path) -> String {
-    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 /// The pages in a folder.
@@ -56,12 +53,13 @@ fn anchors(page: &str) -> BTreeSet<String> {
 fn every_relative_link_leads_somewhere() {
     let mut broken = Vec::new();
     for path in pages() {
-        let page = read(&path);
+        let page = text_of(&path);
         for link in links(&prose(&page)).into_iter().filter(|link| !link.contains("://")) {
             let (file, heading) = link.split_once('#').unwrap_or((link, ""));
             let target =
                 if file.is_empty() { path.clone() } else { path.parent().expect("a folder").join(file) };
-            let found = target.exists() && (heading.is_empty() || anchors(&read(&target)).contains(heading));
+            let found =
+                target.exists() && (heading.is_empty() || anchors(&text_of(&target)).contains(heading));
             if !found {
                 broken.push(format!("{}: {link}", path.display()));
             }
@@ -89,7 +87,7 @@ fn every_path_that_a_document_names_exists() {
     let mut missing = Vec::new();
     let mut count = 0;
     for path in pages() {
-        for name in code(&prose(&read(&path))).filter(|name| is_path(name)) {
+        for name in code(&prose(&text_of(&path))).filter(|name| is_path(name)) {
             count += 1;
             if !root().join(name).exists() {
                 missing.push(format!("{}: {name}", path.display()));
@@ -103,7 +101,7 @@ fn every_path_that_a_document_names_exists() {
 /// The glossary names rooms of the code in italics, by their paths below `src`.
 #[test]
 fn every_room_that_the_glossary_names_exists() {
-    let page = read(&root().join("docs/glossary.md"));
+    let page = text_of(&root().join("docs/glossary.md"));
     let cells = page.lines().filter_map(|line| line.strip_prefix("| ")?.rsplit('|').nth(1));
     let outside_code = cells.flat_map(|cell| cell.split('`').step_by(2));
     let rooms: BTreeSet<&str> = outside_code.flat_map(|text| text.split('*').skip(1).step_by(2)).collect();
@@ -117,7 +115,7 @@ fn every_room_that_the_glossary_names_exists() {
 /// The commands of the front page and of the tutorial name scenes of the repository.
 #[test]
 fn every_scene_of_the_tour_exists() {
-    let page = read(&root().join("README.md"));
+    let page = text_of(&root().join("README.md"));
     let words = page.split_whitespace();
     let scenes: Vec<&str> = words.filter(|word| word.ends_with(".xml") && word.contains('/')).collect();
     assert!(scenes.len() >= 5, "{scenes:?}");
@@ -128,7 +126,7 @@ fn every_scene_of_the_tour_exists() {
 
 #[test]
 fn the_front_page_is_short() {
-    let lines = read(&root().join("README.md")).lines().count();
+    let lines = text_of(&root().join("README.md")).lines().count();
     assert!(lines <= 200, "README.md has {lines} lines");
 }
 
@@ -138,7 +136,7 @@ const MARK: &str = "<!-- What follows is generated from the declarations in src/
 /// The reference of the scene format follows from the declarations of the plugins.
 #[test]
 fn the_reference_of_the_scene_format_is_current() {
-    let page = read(&root().join("docs/scene-format.md"));
+    let page = text_of(&root().join("docs/scene-format.md"));
     let (written_by_hand, _) = page.split_once(MARK).expect("the mark");
     let current = format!("{written_by_hand}{MARK}\n{}", abbe::scene::reference());
     if page != current {
@@ -151,7 +149,7 @@ fn the_reference_of_the_scene_format_is_current() {
 /// The index of the documentation and the front page lead to every page.
 #[test]
 fn no_page_is_hidden() {
-    let index = read(&root().join("docs/README.md"));
+    let index = text_of(&root().join("docs/README.md"));
     for page in pages_in(&root().join("docs")) {
         let name = page.file_name().expect("a name").to_string_lossy().into_owned();
         assert!(name == "README.md" || links(&index).contains(&name.as_str()), "docs/README.md lacks {name}");
@@ -166,7 +164,7 @@ fn first_scene(tutorial: &str) -> &str {
 
 #[test]
 fn the_tutorial_shows_what_abbe_says_of_its_first_scene() {
-    let page = read(&root().join("docs/tutorial.md"));
+    let page = text_of(&root().join("docs/tutorial.md"));
     let scene = first_scene(&page);
     let read = |scene: String| abbe::scene::read_str(scene, Path::new("first.xml"), &Default::default());
     let description = read(scene.to_owned()).unwrap_or_else(|errors| panic!("{errors}"));
@@ -200,7 +198,7 @@ fn comments_are_short_and_begin_with_what_they_are_about() {
     assert!(files.len() > 150, "only {} files were found", files.len());
     let mut wrong = Vec::new();
     for file in files {
-        for (number, line) in (1..).zip(read(&file).lines()) {
+        for (number, line) in (1..).zip(text_of(&file).lines()) {
             let Some(words) = line.trim_start().strip_prefix("//") else { continue };
             let words = words.trim_start_matches(['/', '!', ' ']);
             // The row of a table cannot be wrapped.
@@ -219,7 +217,7 @@ fn comments_are_short_and_begin_with_what_they_are_about() {
 fn pages_can_be_read_as_they_are_written() {
     let mut wrong = Vec::new();
     for path in pages().into_iter().chain([root().join("CHANGELOG.md"), root().join("data/README.md")]) {
-        let page = read(&path);
+        let page = text_of(&path);
         let by_hand = page.split(MARK).next().unwrap_or_default();
         let can_wrap = |line: &&str| !line.trim_start().starts_with(['|', '#', '!', '[', '<']);
         let long = prose(by_hand).lines().filter(can_wrap).filter(|line| line.chars().count() > 110).count();

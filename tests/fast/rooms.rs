@@ -1,10 +1,7 @@
 //! The rooms of `src/`, what they know of each other, and the pieces of them that planted faults replace.
 
+use crate::common::text_of;
 use std::path::{Path, PathBuf};
-
-fn read(path: &Path) -> String {
-    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
 
 fn files_in(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).expect("the folder exists");
@@ -14,7 +11,7 @@ fn files_in(folder: &Path) -> Vec<PathBuf> {
 
 /// The rooms in the order of `src/lib.rs`.
 fn rooms(src: &Path) -> Vec<String> {
-    let listed = read(&src.join("lib.rs"));
+    let listed = text_of(&src.join("lib.rs"));
     listed
         .lines()
         .filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';').map(Into::into))
@@ -23,7 +20,7 @@ fn rooms(src: &Path) -> Vec<String> {
 
 /// The rooms that a file names, but for what is there for tests alone.
 fn known_to(file: &Path) -> Vec<String> {
-    let text = read(file);
+    let text = text_of(file);
     let program = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
     let code = program.lines().filter(|line| !line.trim_start().starts_with("//"));
     let named = code.flat_map(|line| line.split("crate::").skip(1).collect::<Vec<_>>());
@@ -58,7 +55,7 @@ fn a_room_knows_only_those_before_it() {
 #[test]
 fn the_map_has_every_room_in_its_order() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let page = read(&root.join("CONTRIBUTING.md"));
+    let page = text_of(&root.join("CONTRIBUTING.md"));
     let rows = page.lines().skip_while(|line| !line.starts_with("| room |")).skip(2);
     let rows = rows.take_while(|line| line.starts_with('|'));
     let first = rows.filter_map(|row| row.split('|').nth(1)).collect::<String>();
@@ -94,11 +91,11 @@ fn what_a_planted_fault_replaces_stands_once_in_its_file() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let (mut wrong, mut pieces) = (Vec::new(), 0);
     for list in files_in(&root.join("validation/controls")) {
-        let toml = read(&list);
+        let toml = text_of(&list);
         let files = strings_of(&toml, "file");
         for (place, old) in strings_of(&toml, "old") {
             let (_, file) = files.iter().rev().find(|(start, _)| *start < place).expect("a file before it");
-            let times = read(&root.join(file)).matches(&old).count();
+            let times = text_of(&root.join(file)).matches(&old).count();
             pieces += 1;
             if times != 1 {
                 wrong.push(format!("{}: {old:?} stands {times} times in {file}", list.display()));

@@ -115,6 +115,25 @@ impl Quadric {
         self.placement.crossings(ray, self.inward, |origin, direction| self.crossed(origin, direction))
     }
 
+    /// See [`Shape::is_farther_than`](super::Shape::is_farther_than).
+    pub fn is_farther_than(&self, ray: &Ray) -> bool {
+        self.placement.ends_before(ray, |origin, way| {
+            // Where the bounds hold.
+            if origin.length_squared() > 3.0 || way.length_squared() > 1.0 {
+                return false;
+            }
+            let margin = self.placement.margin(origin);
+            let [c, b, a] = self.form.along(origin, way);
+            let is_free = |plane: Vec3| {
+                let free = (origin - plane).abs() - way.abs();
+                !self.solid || free.min_element() > margin
+            };
+            c.abs() - b.abs() - a.abs() > (self.steepness + self.size) * margin
+                && is_free(self.clip.min)
+                && is_free(self.clip.max)
+        })
+    }
+
     /// The point of a part nearest to `position` in local space, to first order.
     pub fn surface(&self, position: Vec3, part: u32) -> SurfaceHit {
         self.surface_at(self.project(self.placement.pose.local_point(position), part), part)

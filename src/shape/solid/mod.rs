@@ -226,6 +226,9 @@ impl Solid {
 
     /// The nearest hit with 0 ≤ t < `ray.t_max`. It carries the leaf's index.
     pub fn closest(&self, ray: &Ray, time: f64) -> Option<Hit> {
+        if self.is_farther_than(ray) {
+            return None;
+        }
         self.walk(ray, time, |boundary| {
             let hit = boundary.crossing.hit;
             match hit.t {
@@ -235,6 +238,12 @@ impl Solid {
             }
         })
         .flatten()
+    }
+
+    /// Whether the surfaces of all leaves are; see [`Shape::is_farther_than`].
+    fn is_farther_than(&self, ray: &Ray) -> bool {
+        let mut shapes = self.leaves.iter().map(|part| part.leaf.still());
+        shapes.all(|shape| shape.is_some_and(|shape| shape.is_farther_than(ray)))
     }
 
     /// Whether a point of a leaf's surface is one of the solid's: not cut away and not within another part.

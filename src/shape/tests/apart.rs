@@ -1,8 +1,8 @@
 //! How far surfaces keep apart.
 
 use super::super::{Mesh, Shape, Sphere, Torus};
-use super::{Random, all_shapes};
-use crate::geometry::{Transform, Vec3};
+use super::{Random, all_shapes, direction};
+use crate::geometry::{Ray, Transform, Vec3};
 use glam::DMat4;
 use rand::{RngExt, SeedableRng};
 use std::f64::consts::FRAC_PI_4;
@@ -71,6 +71,37 @@ fn places_are_no_nearer_than_is_told() {
     let tori = [Transform::scale(2.0), stretched]
         .map(|place| Shape::Torus(Box::new(Torus::new(&place, 1.0, 0.1, false).unwrap())));
     assert_eq!(tori.each_ref().map(told), [true, false]);
+}
+
+/// A ray that is said to end before a surface does not cross it until then; and of balls, quadrics and rings
+/// that is said of most short rays.
+#[test]
+fn rays_end_before_surfaces_that_are_farther() {
+    let mut random = Random::seed_from_u64(5);
+    for (name, shape) in all_shapes() {
+        let (centre, diameter) = (shape.bounds().centre(), shape.bounds().diameter());
+        let (mut short, mut seen) = (0, 0);
+        for _ in 0..20_000 {
+            let offset = random.random::<[f64; 3]>().map(|x| 2.0 * x - 1.0);
+            let length = diameter * 10f64.powf(random.random_range(-4.0..0.5));
+            let endless =
+                Ray::new(centre + 0.6 * diameter * Vec3::from_array(offset), direction(&mut random));
+            let ray = Ray { t_max: length, ..endless };
+            let is_farther = shape.is_farther_than(&ray);
+            if is_farther {
+                let crossings = shape.crossings(&ray);
+                let first = crossings.iter().map(|crossing| crossing.hit.t).find(|&t| t >= 0.0);
+                assert!(first.is_none_or(|t| t > length), "{name}: {ray:?} crosses at {first:?}");
+            }
+            if length < 1e-2 * diameter {
+                short += 1;
+                seen += u32::from(is_farther);
+            }
+            assert!(!shape.is_farther_than(&endless), "{name}");
+        }
+        let is_quick = matches!(shape, Shape::Sphere(_) | Shape::Quadric(_) | Shape::Torus(_));
+        assert!(seen > short / 2 || !is_quick, "{name}: {seen} of {short}");
+    }
 }
 
 /// What touches a surface from within, or crosses it, is not said to keep off it.
