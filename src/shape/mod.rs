@@ -144,8 +144,8 @@ impl Shape {
         }
     }
 
-    /// Whether all of the surface is farther from the origin of a ray than its end, as is the rule with flights
-    /// in a medium. `false` where that is not seen quickly.
+    /// Whether a ray ends before it comes to the surface, as most flights in a dense medium do. `false` where
+    /// that is not seen quickly.
     pub fn is_farther_than(&self, ray: &Ray) -> bool {
         match self {
             Self::Sphere(sphere) => sphere.is_farther_than(ray),

@@ -53,22 +53,22 @@ impl Placement {
         hits.find(|&(t, _)| t >= 0.0 && t < ray.t_max)
     }
 
-    /// Whether a ray ends before it comes to the shape, as far as `is_clear` sees that. It is asked of a local
-    /// origin and the way from there to the end of the ray.
+    /// Whether a ray ends before it comes to the shape, as far as `is_clear` sees that from a local origin
+    /// and the way from there to the end of the ray.
     pub fn ends_before(&self, ray: &Ray, is_clear: impl FnOnce(Vec3, Vec3) -> bool) -> bool {
         let pose = &self.pose;
         ray.t_max.is_finite()
             && is_clear(pose.local_point(ray.origin), pose.local_vector(ray.direction) * ray.t_max)
     }
 
-    /// Far more than rounding changes local coordinates by, on a way that begins at `origin` and is no longer
-    /// than that is far away.
+    /// Bound, with much to spare, on the rounding errors of local coordinates near `origin`.
     pub fn margin(&self, origin: Vec3) -> f64 {
         let reach = 1.0 + origin.abs().max_element();
         1e-9 * reach + self.coordinate_error(reach)
     }
 
-    /// All crossings along the whole line, by the same as in [`Self::nearest`]. `inward`: whether normals are flipped.
+    /// All crossings along the whole line, by the same as in [`Self::nearest`]. `inward`: whether normals are
+    /// flipped.
     pub fn crossings(
         &self,
         ray: &Ray,

@@ -118,19 +118,19 @@ impl Quadric {
     /// See [`Shape::is_farther_than`](super::Shape::is_farther_than).
     pub fn is_farther_than(&self, ray: &Ray) -> bool {
         self.placement.ends_before(ray, |origin, way| {
-            // Where the bounds hold.
-            if origin.length_squared() > 3.0 || way.length_squared() > 1.0 {
+            // Only short ways matter, on which rounding is that of the form at the origin.
+            if way.length_squared() > 1.0 {
                 return false;
             }
             let margin = self.placement.margin(origin);
+            // The form grows with the square of coordinates, its gradient with them.
+            let change = (self.steepness + self.size) * (1.0 + origin.abs().max_element()) * margin;
             let [c, b, a] = self.form.along(origin, way);
             let is_free = |plane: Vec3| {
                 let free = (origin - plane).abs() - way.abs();
                 !self.solid || free.min_element() > margin
             };
-            c.abs() - b.abs() - a.abs() > (self.steepness + self.size) * margin
-                && is_free(self.clip.min)
-                && is_free(self.clip.max)
+            c.abs() - b.abs() - a.abs() > change && is_free(self.clip.min) && is_free(self.clip.max)
         })
     }
 
