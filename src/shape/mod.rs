@@ -151,14 +151,7 @@ impl Shape {
             Self::Sphere(sphere) => sphere.is_farther_than(ray),
             Self::Quadric(quadric) => quadric.is_farther_than(ray),
             Self::Torus(torus) => torus.is_farther_than(ray),
-            Self::Disk(_)
-            | Self::Cylinder(_)
-            | Self::Curves(_)
-            | Self::SweptSphere(_)
-            | Self::Grid(_)
-            | Self::ProfileOrImplicit(_)
-            | Self::Patches(_)
-            | Self::Mesh(_) => false,
+            _ => false,
         }
     }
 

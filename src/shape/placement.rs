@@ -61,6 +61,14 @@ impl Placement {
             && is_clear(pose.local_point(ray.origin), pose.local_vector(ray.direction) * ray.t_max)
     }
 
+    /// Whether it ends before, as the distance of its local origin from the shape tells.
+    pub fn ends_within(&self, ray: &Ray, distance: impl FnOnce(Vec3) -> f64) -> bool {
+        self.ends_before(ray, |origin, way| {
+            let free = distance(origin) - self.margin(origin);
+            free > 0.0 && way.length_squared() < free * free
+        })
+    }
+
     /// Bound, with much to spare, on the rounding errors of local coordinates near `origin`.
     pub fn margin(&self, origin: Vec3) -> f64 {
         let reach = 1.0 + origin.abs().max_element();

@@ -74,10 +74,7 @@ impl Sphere {
 
     /// See [`Shape::is_farther_than`](super::Shape::is_farther_than).
     pub fn is_farther_than(&self, ray: &Ray) -> bool {
-        self.placement.ends_before(ray, |origin, way| {
-            let free = (origin.length() - 1.0).abs() - self.placement.margin(origin);
-            free > 0.0 && way.length_squared() < free * free
-        })
+        self.placement.ends_within(ray, |origin| (origin.length() - 1.0).abs())
     }
 
     /// The point of the surface nearest to `position`, in local space.

@@ -63,10 +63,7 @@ impl Torus {
 
     /// See [`Shape::is_farther_than`](super::Shape::is_farther_than).
     pub fn is_farther_than(&self, ray: &Ray) -> bool {
-        self.placement.ends_before(ray, |origin, way| {
-            let free = self.distance(origin, Vec3::ZERO).value.abs() - self.placement.margin(origin);
-            free > 0.0 && way.length_squared() < free * free
-        })
+        self.placement.ends_within(ray, |origin| self.distance(origin, Vec3::ZERO).value.abs())
     }
 
     /// From the nearest point of the tube's centre line to a local point.

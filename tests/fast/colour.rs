@@ -4,12 +4,14 @@
 //! The references are computed by `validation/colour/make_reference.py`, which reads the same published
 //! tables but interpolates, integrates and continues daylight with colour-science.
 
+use crate::common::text_of;
 use abbe::spectrum::Spectrum;
 use abbe::spectrum::catalogue::{self, Entry, Kind, Quantity};
 use abbe::spectrum::colour::{Observer, Xyz, delta_e_2000};
 use abbe::spectrum::table_file::TableFile;
 use abbe::units::WavelengthRange;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 const RANGE: WavelengthRange = WavelengthRange::VISIBLE;
 
@@ -27,7 +29,7 @@ fn spectra(kind: Kind) -> BTreeMap<(&'static str, String), Spectrum> {
 
 fn reference(name: &str) -> TableFile {
     let path = format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
-    TableFile::parse(&std::fs::read_to_string(path).unwrap()).unwrap()
+    TableFile::parse(&text_of(Path::new(&path))).unwrap()
 }
 
 fn colours(table: &TableFile) -> Vec<Xyz> {

@@ -1,7 +1,7 @@
 //! Bodies with faces in common, bodies that overlap, and sensors within bodies: which surfaces a ray meets,
 //! one by one, and what a picture shows.
 
-use crate::common::{compiled, expose, made, mean_over_pixels, settings, stress};
+use crate::common::{compiled, expose, made, mean_over_pixels, settings, stress, text_of};
 use abbe::geometry::{Ray, Vec3};
 use abbe::medium::Media;
 use abbe::render::WavelengthCount;
@@ -440,7 +440,7 @@ fn touching_walls_of_groups_in_groups_are_one_interface() {
 /// a bowl once held light subpaths for ever.
 #[test]
 fn a_body_thinner_than_its_errors_holds_no_ray() {
-    let mut text = std::fs::read_to_string("scenes/fishbowl/scene.xml").unwrap();
+    let mut text = text_of(Path::new("scenes/fishbowl/scene.xml"));
     let hollow = r#"value="1, 1, 1, 0, 0, 0, 0, 0, 0, -0.8836""#;
     let thin = hollow.replacen('1', "4294967295", 1);
     for [from, to] in

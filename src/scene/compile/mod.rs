@@ -44,6 +44,7 @@ use contact::Nearness;
 use groups::{Assembled, Groups, MOST_INSTANCES, Traced};
 use materials::MaterialCompiler;
 use seclusion::Seclusion;
+use std::cell::LazyCell;
 use std::collections::HashMap;
 
 /// What a scene is compiled for.
@@ -197,13 +198,13 @@ impl Compiler<'_> {
             surfaces: &surfaces,
             camera_medium,
             boxes_of,
-            lamps: || {
+            lamps: LazyCell::new(|| {
                 let mut lamps = boxes_of(&|shape| surfaces[shape].light.is_some());
                 lamps.extend(lights.iter().map(|light| lights::places(std::slice::from_ref(light))));
                 lamps.retain(|lamp| !lamp.is_empty());
                 lamps.extend((!moving_lights.is_empty()).then_some(contact::EVERYWHERE));
                 lamps
-            },
+            }),
         };
         seclusion.apply(&mut media);
         let absorption = media.iter().any(Option::is_some);

@@ -3,6 +3,7 @@
 use crate::geometry::Bounds;
 use crate::medium::{Body, Filling, Medium};
 use crate::scene::scene::Surface;
+use std::cell::LazyCell;
 
 /// With what probability a place takes a light sample in a medium that light comes into by refraction alone.
 const SECLUDED: f64 = 1.0 / 16.0;
@@ -15,11 +16,11 @@ pub(super) struct Seclusion<'a, B, L> {
     pub camera_medium: Option<u32>,
     /// Boxes around the shapes that are meant.
     pub boxes_of: B,
-    /// Boxes around the lights that have a place.
-    pub lamps: L,
+    /// Boxes around the lights that have a place, which are looked for where a medium may hide them.
+    pub lamps: LazyCell<Vec<Bounds>, L>,
 }
 
-impl<B: Fn(&dyn Fn(usize) -> bool) -> Vec<Bounds>, L: Fn() -> Vec<Bounds>> Seclusion<'_, B, L> {
+impl<B: Fn(&dyn Fn(usize) -> bool) -> Vec<Bounds>, L: FnOnce() -> Vec<Bounds>> Seclusion<'_, B, L> {
     /// Takes few light samples where a medium lies behind surfaces that let no shadow ray through, and no
     /// lamp is among it. Some are taken all the same: a surface may have a hole.
     pub fn apply(&self, media: &mut [Option<Medium>]) {
@@ -35,10 +36,8 @@ impl<B: Fn(&dyn Fn(usize) -> bool) -> Vec<Bounds>, L: Fn() -> Vec<Bounds>> Seclu
                     body.exterior == own || body.interior == own && surface.null_transmission
                 })
             };
-            let holds_lamp = || {
-                let lamps = (self.lamps)();
-                (self.boxes_of)(&holds).iter().any(|around| lamps.iter().any(|lamp| around.overlaps(*lamp)))
-            };
+            let overlaps_lamp = |around: &Bounds| self.lamps.iter().any(|lamp| around.overlaps(*lamp));
+            let holds_lamp = || (self.boxes_of)(&holds).iter().any(overlaps_lamp);
             if self.camera_medium != Some(number) && !self.surfaces.iter().any(lets_through) && !holds_lamp()
             {
                 scattering.light_sample_probability = SECLUDED;

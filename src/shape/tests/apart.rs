@@ -2,7 +2,7 @@
 
 use super::super::{Mesh, Shape, Sphere, Torus};
 use super::{Random, all_shapes, direction};
-use crate::geometry::{Ray, Transform, Vec3};
+use crate::geometry::{Bounds, Ray, Transform, Vec3};
 use glam::DMat4;
 use rand::{RngExt, SeedableRng};
 use std::f64::consts::FRAC_PI_4;
@@ -40,16 +40,19 @@ fn surfaces_within_one_another_keep_their_clearance() {
     }
 }
 
+/// In a box or somewhat outside of it.
+fn place_near(bounds: Bounds, random: &mut Random) -> Vec3 {
+    let offset = random.random::<[f64; 3]>().map(|x| 2.0 * x - 1.0);
+    bounds.centre() + 0.6 * bounds.diameter() * Vec3::from_array(offset)
+}
+
 /// No point of a surface is nearer to a place than is told; of balls and round rings some are hardly farther.
 #[test]
 fn places_are_no_nearer_than_is_told() {
     let mut random = Random::seed_from_u64(4);
     for (name, shape) in all_shapes() {
-        let (centre, diameter) = (shape.bounds().centre(), shape.bounds().diameter());
-        let places = [(); 40].map(|()| {
-            let offset = random.random::<[f64; 3]>().map(|x| 2.0 * x - 1.0);
-            centre + 0.6 * diameter * Vec3::from_array(offset)
-        });
+        let bounds = shape.bounds();
+        let places = [(); 40].map(|()| place_near(bounds, &mut random));
         // That a place is no nearer than 0 needs no points.
         if places.iter().all(|&place| shape.distance_from(place) == 0.0) {
             continue;
@@ -62,7 +65,10 @@ fn places_are_no_nearer_than_is_told() {
             let told = shape.distance_from(place);
             assert!(told <= nearest * (1.0 + 1e-12), "{name}: {place}, {told} told, {nearest} found");
             if told > 0.0 {
-                assert!(nearest - told < 0.03 * diameter, "{name}: {place}, {told} told, {nearest} found");
+                assert!(
+                    nearest - told < 0.03 * bounds.diameter(),
+                    "{name}: {place}, {told} told, {nearest} found"
+                );
             }
         }
     }
@@ -79,13 +85,13 @@ fn places_are_no_nearer_than_is_told() {
 fn rays_end_before_surfaces_that_are_farther() {
     let mut random = Random::seed_from_u64(5);
     for (name, shape) in all_shapes() {
-        let (centre, diameter) = (shape.bounds().centre(), shape.bounds().diameter());
+        let bounds = shape.bounds();
+        let diameter = bounds.diameter();
         let (mut short, mut seen) = (0, 0);
         for _ in 0..20_000 {
-            let offset = random.random::<[f64; 3]>().map(|x| 2.0 * x - 1.0);
+            let origin = place_near(bounds, &mut random);
             let length = diameter * 10f64.powf(random.random_range(-4.0..0.5));
-            let endless =
-                Ray::new(centre + 0.6 * diameter * Vec3::from_array(offset), direction(&mut random));
+            let endless = Ray::new(origin, direction(&mut random));
             let ray = Ray { t_max: length, ..endless };
             let is_farther = shape.is_farther_than(&ray);
             if is_farther {

@@ -1,5 +1,6 @@
 //! Metals by name, from a folder of tables and from the catalogue.
 
+use crate::common::text_of;
 use abbe::scene::description::{BsdfKind, ConductorIndex, Description, SpectrumKind};
 use abbe::scene::{CompileOptions, ReadOptions, compile, json, read_str};
 use std::path::{Path, PathBuf};
@@ -88,7 +89,7 @@ fn what_the_tables_say_is_part_of_the_scene() {
     let copy = std::env::temp_dir().join(format!("abbe-ior-{}", std::process::id()));
     std::fs::create_dir_all(&copy).unwrap();
     for file in ["Ta.eta.spd", "Ta.k.spd"] {
-        let text = std::fs::read_to_string(Path::new(FOLDER).join(file)).unwrap();
+        let text = text_of(&Path::new(FOLDER).join(file));
         std::fs::write(copy.join(file), text.replace("3.5", "3.6")).unwrap();
     }
     let (one, other) = (from_folder("Ta").unwrap(), read("Ta", Some(&copy)).unwrap());
