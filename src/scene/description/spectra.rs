@@ -88,7 +88,8 @@ pub enum SpectrumKind {
 pub enum RgbRole {
     /// Values from 0 to 1.
     Reflectance,
-    /// Values above 1 count as 1: what Mitsuba 3 makes of colours where it expects no reflectance.
+    /// Values below 0 count as 0, and above 1 as 1: what Mitsuba 3 makes of colours where it expects no
+    /// reflectance.
     Clipped,
     /// A reflectance times D65, scaled to the brightness of the colour.
     Illuminant,

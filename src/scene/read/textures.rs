@@ -81,10 +81,10 @@ pub(in crate::scene) fn check(
     }
     match &source.kind {
         SpectrumKind::Rgb { rgb, role } => {
+            let least = if *role == RgbRole::Clipped { 0.0 } else { f64::NEG_INFINITY };
             let most = if *role == RgbRole::Reflectance { 1.0 } else { f64::INFINITY };
-            let wrong =
-                rgb.iter().find(|&&value| !(0.0..=most).contains(&value) || !purpose.allows_colour(value));
-            if let Some(value) = wrong {
+            let is_wrong = |value: f64| !(0.0..=most).contains(&value) || !purpose.allows_colour(value);
+            if let Some(value) = rgb.iter().find(|&&value| is_wrong(value.max(least))) {
                 let expected =
                     if most == 1.0 { "expected components from 0 to 1" } else { purpose.expected() };
                 return refuse(
@@ -93,10 +93,10 @@ pub(in crate::scene) fn check(
                     purpose.remedy(*value),
                 );
             }
-            if *role == RgbRole::Clipped && rgb.iter().any(|&value| value > 1.0) {
+            if *role == RgbRole::Clipped && rgb.iter().any(|value| !(0.0..=1.0).contains(value)) {
                 reader.assumption(
                     &source.place,
-                    "components of the colour above 1 count as 1, as in Mitsuba 3; give a spectrum for other values"
+                    "components of the colour below 0 count as 0 and above 1 as 1, as in Mitsuba 3; give a spectrum for other values"
                         .to_owned(),
                 );
             }

@@ -89,6 +89,10 @@ impl Context<'_> {
 
     fn rotation(&mut self, axis: Vec3, degrees: f64, place: &Place) -> Result<DMat4, SceneError> {
         if axis == Vec3::ZERO {
+            // Exporters write a rotation that turns nothing so.
+            if degrees == 0.0 {
+                return Ok(DMat4::IDENTITY);
+            }
             return Err(SceneError::at(
                 place,
                 "A rotation about no axis",

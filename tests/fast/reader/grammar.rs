@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// Transforms and the matrices that Mitsuba 3.9.1 made of them (single precision).
 #[test]
 fn transforms_compose_as_in_mitsuba() {
-    let cases: [(&str, [[f64; 4]; 3]); 8] = [
+    let cases: [(&str, [[f64; 4]; 3]); 9] = [
         (
             // Without up.
             r#"<lookat origin="1,2,3" target="4,-3,5"/>"#,
@@ -56,6 +56,11 @@ fn transforms_compose_as_in_mitsuba() {
         (
             r#"<matrix value="1 2 3 0 1 5 1 0 1"/>"#,
             [[1.0, 2.0, 3.0, 0.0], [0.0, 1.0, 5.0, 0.0], [1.0, 0.0, 1.0, 0.0]],
+        ),
+        (
+            // As exporters write what turns nothing; Mitsuba 3.9 refuses it.
+            r#"<rotate x="0" y="0" z="0" angle="0"/><translate x="1"/>"#,
+            [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
         ),
     ];
     for (steps, expected) in cases {

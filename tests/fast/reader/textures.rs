@@ -43,14 +43,14 @@ fn colours_are_made_into_what_their_place_asks_for() {
     assert!(is_colour(&light(plugin), one, RgbRole::Reflectance));
 
     let scene = scene(
-        r#"<shape type="sphere"><bsdf type="conductor"><rgb name="eta" value="1.5 2 3"/></bsdf></shape>"#,
+        r#"<shape type="sphere"><bsdf type="conductor"><rgb name="eta" value="-0.5 2 3"/></bsdf></shape>"#,
     );
     let BsdfKind::Conductor { index: ConductorIndex::Complex { n, .. }, .. } = &scene.shapes[0].bsdf.kind
     else {
         panic!("{:?}", scene.shapes[0].bsdf)
     };
-    assert!(is_colour(n, [1.5, 2.0, 3.0], RgbRole::Clipped));
-    assert!(scene.assumptions.iter().any(|note| note.text.contains("count as 1")));
+    assert!(is_colour(n, [-0.5, 2.0, 3.0], RgbRole::Clipped));
+    assert!(scene.assumptions.iter().any(|note| note.text.contains("below 0 count as 0 and above 1 as 1")));
 }
 
 #[test]

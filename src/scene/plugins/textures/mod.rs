@@ -82,7 +82,7 @@ declare! {
     "rgb", "a smooth spectrum that has a colour" => Plugin::Rgb(rgb) { rgb: Colour("value") };
     "srgb", "the same" => Plugin::Srgb { rgb, unbounded } {
         rgb: Colour("color"),
-        unbounded: boolean("unbounded", false, "whether components above 1 count as 1 and are not refused").quiet(),
+        unbounded: boolean("unbounded", false, "whether components outside of 0 to 1 count as the nearer of the two and are not refused").quiet(),
     };
     "rawconstant", "a number, or three that are no colour" => Plugin::RawConstant(value) { value: Raw };
     "bitmap", "an image on u and v"
