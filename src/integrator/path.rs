@@ -18,7 +18,7 @@ use super::RadianceSample;
 use super::caustics::{self, FirstSurface};
 use super::contributions::receiver;
 use super::observe::{Observe, Step, Unseen, axes, known, list};
-use super::weights::{late_survival, late_survival_in_media, power_heuristic};
+use super::weights::{late_survival, late_survival_in_media, power_heuristic, roulette_survival};
 use crate::bsdf::Scatter;
 use crate::geometry::Ray;
 use crate::light::Receiver;
@@ -573,7 +573,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
                 true => late_survival_in_media(self.depth),
                 false => late_survival(self.depth),
             };
-            self.roulette_throughput().min(late)
+            roulette_survival(self.roulette_throughput(), late)
         }
     }
 }

@@ -13,7 +13,7 @@ pub(super) use turn::{Each, Turn};
 
 use super::caustics::FirstSurface;
 use super::surfaces::{Scatters, Surfaces};
-use super::weights::{late_survival, light_sample_weights, power_heuristic};
+use super::weights::{late_survival, light_sample_weights, power_heuristic, roulette_survival};
 use crate::accel::Rays;
 use crate::geometry::Ray;
 use crate::lanes::{
@@ -437,7 +437,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
         if self.depth < scene.limits.rr_depth {
             return;
         }
-        let late = Register::splat(late_survival(self.depth));
+        let late = late_survival(self.depth);
         let sums = self.ratio.sum_of_each();
         let mut survive = 0;
         for register in 0..REGISTERS {
@@ -448,7 +448,7 @@ impl<'a, const C: usize> Bundle<'a, C> {
                 alive += goes_along.only(Register::ONE);
             }
             let throughput = alive * most / sums[register] * self.prior_throughput[register];
-            let survival = throughput.lesser(late);
+            let survival = roulette_survival(throughput, late);
             survive |= values[register].lt(survival).mask() << (WIDTH * register);
             for wavelength in 0..C {
                 let throughput = &mut self.throughput.0[wavelength][register];
