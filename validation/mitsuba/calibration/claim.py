@@ -13,14 +13,13 @@ from harness.claim import Planted
 METHOD = """The t-test needs means of replicates that are nearly normal. Single samples are skewed where light is found by chance (caustics, mirror images of small lamps), their means over
 hundreds of samples less so. Skewness that is equal in both programs cancels in their difference; so Mitsuba with a quarter of the samples is compared with Mitsuba with all of them,
 where it does not cancel: twice the standard error, half of it skewed alone. All tests and thresholds are those of the claim on pairs; if a scene fails here it needs more samples."""
-DATA = """The scenes of the claim on pairs: those that it renders with `--quick`, but `depth_one` and `roulette_early`, whose samplers make replicates that are not normal; five of them here with `--quick`. Others can be named: `--only`; every scene's seeds are its own and differ from those of the pairs."""
+DATA = """The scenes of the claim on pairs: those that it renders with `--quick`, but `depth_one`, whose sampler makes replicates that are not normal; five of them here with `--quick`. Others can be named: `--only`; every scene's seeds are its own and differ from those of the pairs."""
 
 BRIGHTER = "Mitsuba's own lamp 1 % brighter"
 PLANTED = [Planted(BRIGHTER, ("mean", "tile", "uniform"))]
 QUICK_SCENES = ("cornell", "rough_glass", "checkerboards", "envmap", "direct_emitters")
 # Its ldsampler makes replicates that are not normal in pixels at an edge (FACTS.md, 82): the test of pixels may cry wolf there; it hides nothing.
-# The orthogonal sampler's keep a skewness near 1 at any number of samples (FACTS.md, 84): there it is the test of uniformity.
-LEFT_OUT = ("depth_one", "roulette_early")
+LEFT_OUT = ("depth_one",)
 
 
 def run(claim):
