@@ -371,7 +371,8 @@ impl<const C: usize> LightSubpath<C> {
         Some(())
     }
 
-    /// Russian roulette on what is left of the power, for a path that will have so many segments.
+    /// Russian roulette on what is left of the power, for a path that will have so many segments. The factor
+    /// of [`super::weights::roulette_survival`] gains nothing here.
     fn survives(&mut self, scene: &Scene, segments: u32, u: f64) -> bool {
         if self.power.is_zero() {
             return false;
