@@ -50,12 +50,13 @@ fn wavelengths(name: &str, asked: Option<WavelengthCount>) -> WavelengthCount {
     noted.chosen.get().expect("the pilots have ended").wavelengths
 }
 
-/// Where a lamp lights a floor, wavelengths are what varies; in a room it is the light.
+/// Where a lamp lights a floor, wavelengths are what varies; behind a pane of glass it is the light, and four
+/// have the same squared error in 0.93 of the CPU time.
 #[test]
 fn eight_wavelengths_are_for_what_is_smooth() {
-    let [light, room] = ["smooth/light", "agreement/diffuse"];
+    let [light, pane] = ["smooth/light", "agreement/window"];
     assert_eq!(wavelengths(light, None), WavelengthCount::Eight);
-    assert_eq!(wavelengths(room, None), WavelengthCount::Four);
+    assert_eq!(wavelengths(pane, None), WavelengthCount::Four);
     for asked in [WavelengthCount::One, WavelengthCount::Four] {
         assert_eq!(wavelengths(light, Some(asked)), asked);
     }
