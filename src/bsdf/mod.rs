@@ -132,6 +132,18 @@ impl<const C: usize> Bsdf<C> {
         }
     }
 
+    /// The two parts of a smooth coat over something else: its mirror reflection, which takes no sample
+    /// values, and the rest. `None` for all others.
+    pub fn mirror_apart(&self, toward_eye: Vec3) -> Option<(Scatter<C>, Self)> {
+        match self {
+            Bsdf::Plastic(bsdf) => {
+                let (mirror, rest) = bsdf.mirror_apart(toward_eye)?;
+                Some((mirror, Bsdf::Plastic(rest)))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether `evaluate` is zero everywhere, so that light can only be found by sampling the BSDF.
     pub fn is_discrete(&self) -> bool {
         match self {

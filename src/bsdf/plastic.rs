@@ -71,6 +71,21 @@ impl<const C: usize> Plastic<C> {
         Scatter::with_density(toward_light, f_cos, density, false)
     }
 
+    /// The mirror reflection of the coat by itself, and the rest; `None` where the coat mirrors nothing.
+    pub(super) fn mirror_apart(&self, toward_eye: Vec3) -> Option<(Scatter<C>, Self)> {
+        if toward_eye.z <= 0.0 || self.specular_reflectance.is_zero() {
+            return None;
+        }
+        let mirror = Scatter {
+            toward_light: -flipped(toward_eye),
+            weight: self.specular_reflectance * self.reflectance(toward_eye),
+            density: Density::Discrete,
+            ratio: Sampled::ONE,
+            transmitted: false,
+        };
+        Some((mirror, Self { specular_reflectance: Sampled::ZERO, ..*self }))
+    }
+
     /// Value and density of the diffuse lobe, which each lane chooses with the given probability.
     fn diffuse(&self, toward_eye: Vec3, toward_light: Vec3, probability: Sampled<C>) -> Evaluation<C> {
         let cosine = toward_light.z.max(0.0) * FRAC_1_PI;
@@ -131,6 +146,41 @@ impl PlasticTextures {
                 base,
                 specular_reflectance,
             }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The two parts of a coated surface are the whole: what chance finds of the mirror reflection, and the
+    /// value of the base. Without the mirror reflection all samples are the base's.
+    #[test]
+    fn the_mirror_reflection_is_taken_apart() {
+        let base = DiffuseBase { reflectance: Sampled([0.6, 0.2]), nonlinear: true };
+        let whole = Plastic { eta: Sampled([1.5, 1.6]), base, specular_reflectance: Sampled([0.5, 1.0]) };
+        for [cos, u, v] in [[0.9, 0.3, 0.7], [0.4, 0.8, 0.1], [0.01, 0.5, 0.5]] {
+            let toward_eye = Vec3::new(f64::sqrt(1.0 - cos * cos), 0.0, cos);
+            let (mirror, rest) = whole.mirror_apart(toward_eye).unwrap();
+            let chosen = whole.sample(toward_eye, 0.0, [u, v]).unwrap();
+            let base = whole.sample(toward_eye, 1.0 - 1e-9, [u, v]).unwrap();
+            let alone = rest.sample(toward_eye, 0.0, [u, v]).unwrap();
+            assert_eq!((mirror.toward_light, mirror.density), (chosen.toward_light, chosen.density));
+            assert_eq!(alone.toward_light, base.toward_light);
+            let [of_whole, of_rest] =
+                [&whole, &rest].map(|plastic| plastic.evaluate(toward_eye, base.toward_light));
+            assert_eq!(of_rest.f_cos, of_whole.f_cos);
+            let reflectance = whole.reflectance(toward_eye);
+            let probability = [0, 1].map(|lane| whole.mirror_probability(lane, reflectance[lane]));
+            for lane in 0..2 {
+                // The hero chooses.
+                assert!((mirror.weight[lane] - chosen.weight[lane] * probability[0]).abs() <= 1e-15);
+                let kept = of_whole.density[lane] / of_rest.density[lane];
+                assert!((kept - (1.0 - probability[lane])).abs() <= 1e-12, "{kept} {probability:?}");
+            }
+            assert!(rest.mirror_apart(toward_eye).is_none());
+            assert!(whole.mirror_apart(-toward_eye).is_none());
         }
     }
 }

@@ -155,7 +155,9 @@ fn splat_from<'a, const C: usize>(
     if scene.is_occluded(&last, *time, RayKind::LightTracing) {
         return None;
     }
-    let shading = scene.shade(hit, seen.toward_lens, media, wavelengths, choice);
+    let mut shading = scene.shade(hit, seen.toward_lens, media, wavelengths, choice);
+    // As paths from the camera do, whose density is asked for.
+    shading.take_mirror();
     if shading.bsdf.is_discrete() || shading.bsdf.transmits() {
         return None;
     }

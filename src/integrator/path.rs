@@ -82,6 +82,8 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     pub(super) alpha_hit: bool,
     /// The roulette throughput of a shared suffix at its beginning, where `throughput` is 1. 1 for others.
     pub(super) prior_throughput: f64,
+    /// Whether it is the lesser part of its sample, so that roulette may end it however short it is.
+    is_lesser: bool,
     /// Who is told of its steps.
     pub(super) seen: O,
 }
@@ -211,6 +213,7 @@ impl<const C: usize> Path<C> {
             camera_visible: false,
             alpha_hit: true,
             prior_throughput,
+            is_lesser: false,
             seen: Unseen,
         }
     }
@@ -240,6 +243,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
             camera_visible: true,
             alpha_hit: scene.limits.sky_covers(scene),
             prior_throughput: 1.0,
+            is_lesser: false,
         }
     }
 
@@ -258,7 +262,11 @@ impl<const C: usize, O: Observe> Path<C, O> {
         loop {
             // By reference: to move it costs as much as a shadow ray.
             let Some(hit) = &self.meet(scene, &ray, wavelengths, &mut arriving) else { return arriving };
-            let Some(shading) = &self.shade(scene, &ray, hit, wavelengths, stream) else { return arriving };
+            let Some(mut shading) = self.shade(scene, &ray, hit, wavelengths, stream) else {
+                return arriving;
+            };
+            let shading = &mut shading;
+            arriving += self.mirrored(scene, hit, shading, wavelengths, stream);
             match self.go_on(scene, &ray, hit, shading, wavelengths, stream, &mut arriving) {
                 Some(next) => ray = next,
                 None => return arriving,
@@ -334,6 +342,53 @@ impl<const C: usize, O: Observe> Path<C, O> {
             return None;
         }
         self.scatter(scene, hit, shading, stream, 0.0..1.0)
+    }
+
+    /// Light that the smooth coat of a first surface mirrors. That reflection is taken out of the surface: a
+    /// random choice between coat and base makes much of the noise of plastic.
+    #[inline(always)]
+    pub(super) fn mirrored(
+        &self,
+        scene: &Scene,
+        hit: &Intersection,
+        shading: &mut Shading<C>,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Sampled<C> {
+        if self.vertex > 0 || self.is_last(scene) {
+            return Sampled::ZERO;
+        }
+        match shading.take_mirror() {
+            Some(mirror) => self.follow_mirror(scene, hit, shading, &mirror, wavelengths, stream),
+            None => Sampled::ZERO,
+        }
+    }
+
+    /// The same, where there is such a coat. `rest`: the surface without it.
+    #[inline(never)]
+    pub(super) fn follow_mirror(
+        &self,
+        scene: &Scene,
+        hit: &Intersection,
+        rest: &Shading<C>,
+        mirror: &Scatter<C>,
+        wavelengths: &Wavelengths<C>,
+        stream: &Stream,
+    ) -> Sampled<C> {
+        let (mut path, stream) = (self.clone(), stream.branch(1));
+        path.seen.tell(path.vertex, || Step::Branch { number: 1, of: 2, weight: path.branch_weight });
+        path.is_lesser = true;
+        let ray = path.leave(scene, hit, rest, mirror);
+        path.seen.tell(path.vertex - 1, || Step::Scatter {
+            direction: axes(mirror.toward_light),
+            transmitted: false,
+            density: known(mirror.density),
+            throughput: list(path.throughput),
+            ratio: list(path.ratio),
+        });
+        let light = path.follow(scene, ray, wavelengths, &stream);
+        self.seen.tell(self.vertex, || Step::Branch { number: 0, of: 2, weight: self.branch_weight });
+        light
     }
 
     /// Whether the path has as many segments as it may.
@@ -566,7 +621,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     pub(super) fn survival(&self, scene: &Scene) -> f64 {
         if self.throughput.is_zero() {
             0.0
-        } else if self.depth < scene.limits.rr_depth {
+        } else if self.depth < scene.limits.rr_depth && !self.is_lesser {
             1.0
         } else {
             let late = match scene.features().scattering {

@@ -219,6 +219,10 @@ fn first_surfaces<const C: usize>(
     bundle.shade(surfaces);
     let light_tracing = scene.features().caustics;
     for lane in lanes_of(surfaces.others & bundle.alive) {
+        if let Some(mirror) = surfaces.take_mirror(lane) {
+            let light = bundle.follow_mirror(surfaces, lane, &mirror);
+            bundle.arrives(lane, light);
+        }
         let stays = match plan.sharing {
             Sharing::Nothing => surfaces.goes_along(lane, light_tracing),
             _ => surfaces.shares(lane),

@@ -110,6 +110,11 @@ impl<const C: usize> Surfaces<C> {
         self.shadings.get(lane)?.as_ref()
     }
 
+    /// Takes out the mirror reflection of a lane's coat; see [`Shading::take_mirror`].
+    pub fn take_mirror(&mut self, lane: usize) -> Option<Scatter<C>> {
+        self.shadings.get_mut(lane)?.as_mut()?.take_mirror()
+    }
+
     /// Whether paths are shared between the surface of a lane and others: it scatters with a density, back to
     /// the side that light comes from.
     pub fn shares(&self, lane: usize) -> bool {

@@ -76,7 +76,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
                     let light = self.emitted(scene, &ray, hit, wavelengths);
                     arriving += self.found(light);
                     let shading = self.shade(scene, &ray, hit, wavelengths, stream);
-                    shading.and_then(|shading| {
+                    shading.and_then(|mut shading| {
+                        arriving += self.mirrored(scene, hit, &mut shading, wavelengths, stream);
                         self.go_on(scene, &ray, hit, &shading, wavelengths, stream, &mut arriving)
                     })
                 }

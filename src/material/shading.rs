@@ -141,7 +141,17 @@ impl<const C: usize> Shading<C> {
 
     /// A direction toward the light, in world space; see [`Bsdf::sample`].
     pub fn sample(&self, lobe: f64, u: [f64; 2]) -> Option<Scatter<C>> {
-        let scatter = self.bsdf.sample(self.toward_eye, lobe, u)?;
+        self.in_world(self.bsdf.sample(self.toward_eye, lobe, u)?)
+    }
+
+    /// Takes out the mirror reflection of a smooth coat; see [`Bsdf::mirror_apart`].
+    pub fn take_mirror(&mut self) -> Option<Scatter<C>> {
+        let (mirror, rest) = self.bsdf.mirror_apart(self.toward_eye)?;
+        self.bsdf = rest;
+        self.in_world(mirror)
+    }
+
+    fn in_world(&self, scatter: Scatter<C>) -> Option<Scatter<C>> {
         let toward_light = self.frame.to_world(scatter.toward_light).normalize();
         let factor = self.factor(toward_light);
         (factor > 0.0).then(|| Scatter { toward_light, weight: scatter.weight * factor, ..scatter })

@@ -89,6 +89,14 @@ impl<const C: usize> Bundle<'_, C> {
         path.follow(self.scene, ray, self.wavelengths(lane), self.stream(lane))
     }
 
+    /// Follows what the coat of a first surface mirrors; see [`Path::follow_mirror`].
+    pub fn follow_mirror(&self, surfaces: &Surfaces<C>, lane: usize, mirror: &Scatter<C>) -> Sampled<C> {
+        let Some(rest) = surfaces.shading(lane) else { return Sampled::ZERO };
+        let hit = surfaces.hits.get(self.scene, lane);
+        let (wavelengths, stream) = (self.wavelengths(lane), self.stream(lane));
+        self.path(lane).follow_mirror(self.scene, &hit, rest, mirror, wavelengths, stream)
+    }
+
     /// Follows a path from where it has been scattered. `survival` is the value that decides whether it
     /// survives.
     pub fn scatter_alone(
