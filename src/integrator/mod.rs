@@ -1,5 +1,6 @@
 //! Light transport: the radiance that arrives along a camera ray.
 
+mod branches;
 mod bundle;
 mod caustics;
 mod contributions;

@@ -206,6 +206,17 @@ impl<const C: usize, O: Observe> Path<C, O> {
         });
     }
 
+    /// Tells of the direction in which the path has just left a vertex.
+    pub(super) fn tell_of_scatter(&self, direction: Vec3, transmitted: bool, density: Density) {
+        self.seen.tell(self.vertex - 1, || Step::Scatter {
+            direction: axes(direction),
+            transmitted,
+            density: known(density),
+            throughput: list(self.throughput),
+            ratio: list(self.ratio),
+        });
+    }
+
     pub(super) fn tell_of_survival(&self, kept: f64) {
         if kept < 1.0 {
             self.seen.tell(self.vertex - 1, || Step::Survive { probability: kept });

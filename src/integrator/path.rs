@@ -17,7 +17,7 @@
 use super::RadianceSample;
 use super::caustics::{self, FirstSurface};
 use super::contributions::receiver;
-use super::observe::{Observe, Step, Unseen, axes, known, list};
+use super::observe::{Observe, Step, Unseen};
 use super::weights::{late_survival, late_survival_in_media, power_heuristic, roulette_survival};
 use crate::bsdf::Scatter;
 use crate::geometry::Ray;
@@ -27,23 +27,8 @@ use crate::medium::{Media, MediumStack};
 use crate::sampling::{Density, Dimensions, Stream};
 use crate::scene::{Intersection, PathEnd, RayKind, Scene, Techniques};
 use crate::spectrum::{Sampled, Wavelengths};
-use smallvec::{SmallVec, smallvec};
+use smallvec::SmallVec;
 use std::ops::Range;
-
-/// Number of branches when a whole path first meets a diffuse surface after specular ones. Such a path shares
-/// nothing with others, and the segments before that surface are most of its work. A branch of a path that
-/// has split at glass splits into fewer, by its weight.
-const BRANCHES: u32 = 8;
-
-/// The least number of them in a scene with light tracing. Light subpaths cannot connect such a surface to
-/// the camera, and camera paths find the caustics on it seldom but bright.
-const BRANCHES_BESIDE_LIGHT_TRACING: u32 = 4;
-
-/// A path splits at clear glass into reflection and refraction where each of the two may bring at least this
-/// fraction of the sample's value. At the rim of a glass body, in its mirror image of a lamp, and in its
-/// shadow, the random choice between the two makes most of the noise. The threshold is below
-/// the 4 % that glass reflects at normal incidence, behind a grey surface, too.
-const WORTH_FOLLOWING: f64 = 1.0 / 64.0;
 
 /// What has become of a path so far.
 #[derive(Clone)]
@@ -72,7 +57,7 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     pub(super) scattered_by: ScatteredBy,
     /// Whether all surfaces that have scattered it have no other directions: it is all of its sample, or a
     /// branch at glass.
-    through_discrete: bool,
+    pub(super) through_discrete: bool,
     /// Its weight in the sample: the product of the weights of the branches that led to it.
     pub(super) branch_weight: f64,
     /// Whether the camera sees along the path: it has met nothing that alpha counts. Such a ray does not see
@@ -83,7 +68,7 @@ pub(super) struct Path<const C: usize, O = Unseen> {
     /// The roulette throughput of a shared suffix at its beginning, where `throughput` is 1. 1 for others.
     pub(super) prior_throughput: f64,
     /// Whether it is the lesser part of its sample, so that roulette may end it however short it is.
-    is_lesser: bool,
+    pub(super) is_lesser: bool,
     /// Who is told of its steps.
     pub(super) seen: O,
 }
@@ -344,126 +329,14 @@ impl<const C: usize, O: Observe> Path<C, O> {
         self.scatter(scene, hit, shading, stream, 0.0..1.0)
     }
 
-    /// Light that the smooth coat of a first surface mirrors. That reflection is taken out of the surface: a
-    /// random choice between coat and base makes much of the noise of plastic.
-    #[inline(always)]
-    pub(super) fn mirrored(
-        &self,
-        scene: &Scene,
-        hit: &Intersection,
-        shading: &mut Shading<C>,
-        wavelengths: &Wavelengths<C>,
-        stream: &Stream,
-    ) -> Sampled<C> {
-        if self.vertex > 0 || self.is_last(scene) {
-            return Sampled::ZERO;
-        }
-        match shading.take_mirror() {
-            Some(mirror) => self.follow_mirror(scene, hit, shading, &mirror, wavelengths, stream),
-            None => Sampled::ZERO,
-        }
-    }
-
-    /// The same, where there is such a coat. `rest`: the surface without it.
-    #[inline(never)]
-    pub(super) fn follow_mirror(
-        &self,
-        scene: &Scene,
-        hit: &Intersection,
-        rest: &Shading<C>,
-        mirror: &Scatter<C>,
-        wavelengths: &Wavelengths<C>,
-        stream: &Stream,
-    ) -> Sampled<C> {
-        let (mut path, stream) = (self.clone(), stream.branch(1));
-        path.seen.tell(path.vertex, || Step::Branch { number: 1, of: 2, weight: path.branch_weight });
-        path.is_lesser = true;
-        let ray = path.leave(scene, hit, rest, mirror);
-        path.seen.tell(path.vertex - 1, || Step::Scatter {
-            direction: axes(mirror.toward_light),
-            transmitted: false,
-            density: known(mirror.density),
-            throughput: list(path.throughput),
-            ratio: list(path.ratio),
-        });
-        let light = path.follow(scene, ray, wavelengths, &stream);
-        self.seen.tell(self.vertex, || Step::Branch { number: 0, of: 2, weight: self.branch_weight });
-        light
-    }
-
     /// Whether the path has as many segments as it may.
     pub(super) fn is_last(&self, scene: &Scene) -> bool {
         self.depth + 1 >= scene.limits.max_depth
     }
 
-    /// The branches into which the path splits here, if it does: the end of each in the values that choose a
-    /// lobe. Each branch gets the values from the end of the one before to its own, so the branches cover
-    /// [0, 1) once and their weights sum to 1.
-    fn split(&self, scene: &Scene, shading: &Shading<C>) -> Option<SmallVec<[f64; BRANCHES as usize]>> {
-        // Paths that roulette may end without loss grow in weight when they survive: that must not make them
-        // split without end.
-        if scene.limits.splits_at_glass
-            && late_survival(self.depth) == 1.0
-            && let Some(reflection) = shading.reflection_probability()
-        {
-            let lesser = reflection.min(1.0 - reflection) * self.branch_weight * self.roulette_throughput();
-            return (lesser > WORTH_FOLLOWING).then(|| smallvec![reflection, 1.0]);
-        }
-        // The first diffuse surface, unless the camera sees it directly.
-        let is_behind_specular = self.scattered_by == ScatteredBy::Specular;
-        if !is_behind_specular || shading.bsdf.is_discrete() || shading.bsdf.transmits() {
-            return None;
-        }
-        let least = if scene.features().caustics { BRANCHES_BESIDE_LIGHT_TRACING } else { 1 };
-        let by_weight = if self.through_discrete { f64::from(BRANCHES) * self.branch_weight } else { 1.0 };
-        let branches = (by_weight.round() as u32).max(least);
-        (branches > 1).then(|| (1..=branches).map(|branch| f64::from(branch) / f64::from(branches)).collect())
-    }
-
-    /// Sum of what the branches find, each by its weight. What they contest comes to the path by that weight,
-    /// too. A function of its own keeps the code of other scenes' paths small.
-    #[inline(never)]
-    fn follow_branches(
-        &mut self,
-        scene: &Scene,
-        hit: &Intersection,
-        shading: &Shading<C>,
-        wavelengths: &Wavelengths<C>,
-        stream: &Stream,
-        ends: &[f64],
-    ) -> Sampled<C> {
-        if !shading.bsdf.is_discrete() {
-            self.scattered_by = ScatteredBy::Any;
-        }
-        // A path does not split by null transmission.
-        self.alpha_hit = true;
-        let mut arriving = Sampled::ZERO;
-        let mut contested = std::mem::take(&mut self.contested);
-        let mut start = 0.0;
-        for (branch, &end) in (0..).zip(ends) {
-            let (mut path, stream) = (self.clone(), stream.branch(branch));
-            let weight = end - start;
-            path.branch_weight *= weight;
-            path.seen.tell(path.vertex, || Step::Branch {
-                number: branch,
-                of: ends.len() as u32,
-                weight: path.branch_weight,
-            });
-            if let Some(ray) = path.scatter(scene, hit, shading, &stream, start..end) {
-                // Roulette ignores the weight: the path has split for the branch to be followed.
-                arriving += path.follow(scene, ray, wavelengths, &stream) * weight;
-                contested
-                    .extend(path.contested.iter().map(|&(light, from_light)| (light * weight, from_light)));
-            }
-            start = end;
-        }
-        self.contested = contested;
-        arriving
-    }
-
     /// On from a surface, with a lobe that one of these values chooses. `None` where the path ends.
     #[inline(always)]
-    fn scatter(
+    pub(super) fn scatter(
         &mut self,
         scene: &Scene,
         hit: &Intersection,
@@ -481,21 +354,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
             return None;
         };
         let ray = self.leave(scene, hit, shading, &scatter);
-        self.seen.tell(self.vertex - 1, || Step::Scatter {
-            direction: axes(scatter.toward_light),
-            transmitted: scatter.transmitted,
-            density: known(scatter.density),
-            throughput: list(self.throughput),
-            ratio: list(self.ratio),
-        });
-        let kept = self.survival(scene);
-        if survival >= kept {
-            self.end_before_next(scene, kept);
-            return None;
-        }
-        self.tell_of_survival(kept);
-        self.throughput /= kept;
-        Some(ray)
+        self.tell_of_scatter(scatter.toward_light, scatter.transmitted, scatter.density);
+        self.survives(scene, survival).then_some(ray)
     }
 
     /// Leaves a surface in a direction that was sampled there.
@@ -563,7 +423,7 @@ impl<const C: usize, O: Observe> Path<C, O> {
     }
 
     /// It ends when it would go on along a new segment.
-    pub(super) fn end_before_next(&self, scene: &Scene, kept: f64) {
+    fn end_before_next(&self, scene: &Scene, kept: f64) {
         let end = if kept > 0.0 { PathEnd::Roulette } else { PathEnd::Absorbed };
         self.seen.tell(self.vertex - 1, || Step::End { why: end.name() });
         scene.path_ended(end, self.depth);
@@ -611,14 +471,29 @@ impl<const C: usize, O: Observe> Path<C, O> {
 
     /// Throughput for Russian roulette: the most that the path can still bring, but for its branch weight. It
     /// does not depend on which wavelength is the hero.
-    fn roulette_throughput(&self) -> f64 {
+    pub(super) fn roulette_throughput(&self) -> f64 {
         let alive = self.ratio.0.iter().filter(|&&ratio| ratio > 0.0).count() as f64;
         alive * self.throughput.max() / self.ratio.sum() / self.eta_scale * self.prior_throughput
     }
 
+    /// Whether Russian roulette lets it go on along a new segment, as this value in [0, 1) decides. Its
+    /// throughput grows by what the ended paths would have brought.
+    #[inline(always)]
+    pub(super) fn survives(&mut self, scene: &Scene, u: f64) -> bool {
+        let kept = self.survival(scene);
+        let survives = u < kept;
+        if survives {
+            self.tell_of_survival(kept);
+            self.throughput /= kept;
+        } else {
+            self.end_before_next(scene, kept);
+        }
+        survives
+    }
+
     /// Survival probability of Russian roulette. All of the path's densities change by this one factor, and
     /// their ratios stay.
-    pub(super) fn survival(&self, scene: &Scene) -> f64 {
+    fn survival(&self, scene: &Scene) -> f64 {
         if self.throughput.is_zero() {
             0.0
         } else if self.depth < scene.limits.rr_depth && !self.is_lesser {

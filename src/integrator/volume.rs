@@ -24,7 +24,7 @@ use crate::bsdf::Evaluation;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::{Aim, LightSample, Receiver};
 use crate::medium::{Extinction, Medium, MediumStack, Scattering};
-use crate::sampling::{Dimensions, Stream};
+use crate::sampling::{Density, Dimensions, Stream};
 use crate::scene::{Collision, Event, FlightPlan, Passage, PathEnd, Scene, Techniques};
 use crate::spectrum::{Sampled, Wavelengths};
 
@@ -238,21 +238,8 @@ impl<const C: usize, O: Observe> Path<C, O> {
         self.last = PreviousSample::Scattered { from, prior_over_density, by_scattering: self.ratio };
         self.depth += 1;
         self.vertex += 1;
-        self.seen.tell(self.vertex - 1, || Step::Scatter {
-            direction: axes(sample.direction),
-            transmitted: false,
-            density: Some(hero),
-            throughput: list(self.throughput),
-            ratio: list(self.ratio),
-        });
-        let kept = self.survival(scene);
-        if survival >= kept {
-            self.end_before_next(scene, kept);
-            return None;
-        }
-        self.tell_of_survival(kept);
-        self.throughput /= kept;
-        Some(Ray::new(position, sample.direction))
+        self.tell_of_scatter(sample.direction, false, Density::PerSolidAngle(hero));
+        self.survives(scene, survival).then(|| Ray::new(position, sample.direction))
     }
 
     /// What a light sample brings to a place that scatters it, through what is between.

@@ -151,6 +151,7 @@ impl<const C: usize> Shading<C> {
         self.in_world(mirror)
     }
 
+    /// A sample of the BSDF in world space. `None` where the normal's factor is zero there.
     fn in_world(&self, scatter: Scatter<C>) -> Option<Scatter<C>> {
         let toward_light = self.frame.to_world(scatter.toward_light).normalize();
         let factor = self.factor(toward_light);

@@ -109,12 +109,9 @@ impl<const C: usize> Bundle<'_, C> {
         let Some(shading) = surfaces.shading(lane) else { return Sampled::ZERO };
         let mut path = self.path(lane);
         let ray = path.leave(self.scene, &surfaces.hits.get(self.scene, lane), shading, scatter);
-        let kept = path.survival(self.scene);
-        if survival >= kept {
-            path.end_before_next(self.scene, kept);
+        if !path.survives(self.scene, survival) {
             return Sampled::ZERO;
         }
-        path.throughput /= kept;
         let light = path.follow(self.scene, ray, self.wavelengths(lane), self.stream(lane));
         self.keep_contested(lane, &mut path);
         light

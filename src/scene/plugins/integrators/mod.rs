@@ -103,8 +103,12 @@ const MOST: i64 = u32::MAX as i64;
 /// The default of the integrators of Mitsuba 3 that differentiate.
 const DIFFERENTIATED_DEPTH: Option<u32> = Some(6);
 
-const RR_DEPTH: Simple<Integer<u32>> =
-    integer("rr_depth", 5, [1, MOST], "number of segments from which Russian roulette may end a path");
+const RR_DEPTH: Simple<Integer<u32>> = integer(
+    "rr_depth",
+    5,
+    [1, MOST],
+    "number of segments from which Russian roulette may end a path; the mirror image in a smooth coat may end sooner",
+);
 
 const HIDE_EMITTERS: Simple<Boolean> =
     boolean("hide_emitters", false, "whether the camera does not see lights themselves");
