@@ -22,8 +22,8 @@ const BRANCHES_BESIDE_LIGHT_TRACING: u32 = 4;
 
 /// A path splits at clear glass into reflection and refraction where each of the two may bring at least this
 /// fraction of the sample's value. At the rim of a glass body, in its mirror image of a lamp, and in its
-/// shadow, the random choice between the two makes most of the noise. The threshold is below
-/// the 4 % that glass reflects at normal incidence, behind a grey surface, too.
+/// shadow, the random choice between the two makes most of the noise. The threshold is below the 4 % that
+/// glass reflects at normal incidence, behind a grey surface, too.
 const WORTH_FOLLOWING: f64 = 1.0 / 64.0;
 
 impl<const C: usize, O: Observe> Path<C, O> {

@@ -156,7 +156,7 @@ fn splat_from<'a, const C: usize>(
         return None;
     }
     let mut shading = scene.shade(hit, seen.toward_lens, media, wavelengths, choice);
-    // As paths from the camera do, whose density is asked for.
+    // Paths from the camera follow a coat's mirror reflection apart, so their density is that of the base.
     shading.take_mirror();
     if shading.bsdf.is_discrete() || shading.bsdf.transmits() {
         return None;
