@@ -259,6 +259,17 @@ pub enum BsdfTextures {
     Hair(HairTextures),
 }
 
+/// What a surface sends on in single directions, the same way forth and back. More is greater.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Specular {
+    /// Nothing, or not the same way forth and back.
+    Nothing,
+    /// The mirror reflection of a smooth coat.
+    Coat,
+    /// All that it sends on: it is smooth metal or glass.
+    All,
+}
+
 impl BsdfTextures {
     /// The numbers at a point and the wavelengths of a path. `exterior` is the index of what surrounds the
     /// surface, for bodies that leave it open.
@@ -322,12 +333,13 @@ impl BsdfTextures {
         }
     }
 
-    /// Whether it sends light on in single directions alone, the same way forth and back.
-    pub fn is_smooth(&self) -> bool {
+    /// What it sends on in single directions.
+    pub fn specular(&self) -> Specular {
         match self {
-            Self::Conductor { roughness, .. } => roughness.is_none(),
-            Self::Dielectric(dielectric) => dielectric.roughness.is_none(),
-            _ => false,
+            Self::Conductor { roughness: None, .. } => Specular::All,
+            Self::Dielectric(dielectric) if dielectric.roughness.is_none() => Specular::All,
+            Self::Plastic(plastic) if plastic.coat.is_none() => Specular::Coat,
+            _ => Specular::Nothing,
         }
     }
 

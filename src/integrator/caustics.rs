@@ -5,9 +5,9 @@
 //!
 //! camera → diffuse surface → … → diffuse surface → smooth surface → … → smooth surface → light,
 //!
-//! whose smooth surfaces scatter in single directions, all but the first segment form a light subpath, which
-//! begins at the light and aims at the bodies. It contributes each diffuse surface x that it meets to the
-//! camera with the weight
+//! whose smooth surfaces scatter in single directions, as metal, glass and the coat of plastic do, all but the
+//! first segment form a light subpath, which begins at the light and aims at the bodies. It contributes each
+//! diffuse surface x that it meets to the camera with the weight
 //!
 //! Φ · f(ω, ω′) · cos θ′ / d² · dx/dω′,
 //!
@@ -40,7 +40,7 @@
 //! sides (Veach 1997, section 5.3).
 
 use super::weights::{late_survival, power_heuristic};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Scatter};
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::{Caustics, Origin};
 use crate::material::Shading;
@@ -158,7 +158,7 @@ fn splat_from<'a, const C: usize>(
     let mut shading = scene.shade(hit, seen.toward_lens, media, wavelengths, choice);
     // Paths from the camera follow a coat's mirror reflection apart, so their density is that of the base.
     shading.take_mirror();
-    if shading.bsdf.is_discrete() || shading.bsdf.transmits() {
+    if shading.bsdf.transmits() {
         return None;
     }
     let leaves = -ray.direction;
@@ -276,8 +276,8 @@ impl<const C: usize> LightSubpath<C> {
     ) {
         loop {
             let Some(hit) = self.advance(scene) else { return };
-            let (vertex, is_smooth) = (self.vertex, scene.is_smooth(&hit));
-            if vertex == 0 && !is_smooth {
+            let vertex = self.vertex;
+            if vertex == 0 && !scene.is_specular(&hit) {
                 return;
             }
             let features = scene.features();
@@ -285,7 +285,8 @@ impl<const C: usize> LightSubpath<C> {
             let is_asked = features.lens || features.choices;
             let [lens_x, lens_y, _, choice] =
                 if is_asked { stream.draw(Dimensions::Light(vertex)) } else { [0.5; 4] };
-            if !is_smooth {
+            let mut shading = scene.shade(&hit, -self.ray.direction, &self.media, &self.wavelengths, choice);
+            if vertex > 0 && !shading.bsdf.is_discrete() {
                 splat_from(scene, caustics, &self, &hit, [lens_x, lens_y], choice).map(&mut *splat);
             }
             // With another surface the path has two segments more than there are surfaces until here, and
@@ -295,7 +296,16 @@ impl<const C: usize> LightSubpath<C> {
                 return;
             }
             let [u, v, lobe, survival] = stream.draw(Dimensions::Scattering(vertex));
-            let shading = scene.shade(&hit, -self.ray.direction, &self.media, &self.wavelengths, choice);
+            if vertex == 0 && !shading.bsdf.is_discrete() {
+                // Light samples find what reaches the surface beneath a coat straight.
+                let Some(mirror) = shading.take_mirror() else { return };
+                if self.leave(scene, &hit, &shading, &mirror).is_none()
+                    || !self.survives(scene, segments, survival)
+                {
+                    return;
+                }
+                continue;
+            }
             let mut lobes = 0.0..1.0;
             if let Some(Split { lesser, main, followed }) = self.split(scene, &shading) {
                 if lobe < followed {
@@ -352,14 +362,25 @@ impl<const C: usize> LightSubpath<C> {
         lobes: Range<f64>,
         [u, v, lobe]: [f64; 3],
     ) -> Option<()> {
-        let arrives = -self.ray.direction;
         let weight = lobes.end - lobes.start;
         let scatter = shading.sample(lobes.start + weight * lobe, [u, v])?;
         if !may_follow(scene, hit, &shading.bsdf, scatter.density) {
             return None;
         }
+        self.weigh(weight);
+        self.leave(scene, hit, shading, &scatter)
+    }
+
+    /// On in a direction that was sampled. `None` where it grazes the surface.
+    fn leave(
+        &mut self,
+        scene: &Scene,
+        hit: &Intersection,
+        shading: &Shading<C>,
+        scatter: &Scatter<C>,
+    ) -> Option<()> {
         let leaves = scatter.toward_light;
-        self.power *= scatter.weight * spread(hit, arrives, leaves)?;
+        self.power *= scatter.weight * spread(hit, -self.ray.direction, leaves)?;
         self.ratio *= scatter.ratio;
         if scatter.transmitted {
             // The BSDF's weight is for radiance.
@@ -369,7 +390,6 @@ impl<const C: usize> LightSubpath<C> {
         }
         self.ray = hit.point.ray(leaves);
         self.vertex += 1;
-        self.weigh(weight);
         Some(())
     }
 
@@ -397,7 +417,7 @@ pub(super) fn may_follow<const C: usize>(
     density: Density,
 ) -> bool {
     match density {
-        Density::Discrete => scene.is_smooth(hit),
+        Density::Discrete => scene.is_specular(hit),
         Density::PerSolidAngle(_) => !bsdf.transmits(),
     }
 }

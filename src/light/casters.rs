@@ -1,14 +1,22 @@
 //! Bodies that cast caustics, and the rays of a light that lead to them.
 
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3, angle};
-use crate::sampling::warp;
+use crate::sampling::{decide, warp};
 use crate::shape::Shape;
 use smallvec::SmallVec;
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
-/// Spheres that hold the bodies.
-#[derive(Clone, Debug, Default)]
-pub struct Casters(Vec<Caster>);
+/// Spheres that hold the bodies: those of smooth bodies, and those of smooth coats on others.
+#[derive(Clone, Debug)]
+pub struct Casters(SmallVec<[Kind; 2]>);
+
+/// The spheres of bodies of one kind, and the probability of aiming at these.
+#[derive(Clone, Debug)]
+struct Kind {
+    /// At least one.
+    spheres: Vec<Caster>,
+    probability: f64,
+}
 
 /// A sphere around a body, or around some that are near one another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,15 +63,27 @@ impl Caster {
     }
 }
 
-/// Up to how many spheres each is looked at from each point of a light.
+/// Up to how many spheres of each kind are looked at from each point of a light.
 const MOST: usize = 8;
 
+/// The fraction of light subpaths that aim at coats where there are smooth bodies, too. Coats reflect some
+/// 4 %, and are often large, as that of a floor is.
+const TOWARD_COATS: f64 = 0.25;
+
 impl Casters {
-    /// Neighbours among many bodies share a sphere.
-    pub fn new(mut bodies: Vec<Caster>) -> Self {
-        let mut spheres = Vec::new();
-        gather(&mut bodies, MOST, &mut spheres);
-        Self(spheres)
+    /// Neighbours among many bodies or coats share a sphere.
+    pub fn new(bodies: Vec<Caster>, coats: Vec<Caster>) -> Self {
+        let kinds = [(bodies, 1.0 - TOWARD_COATS), (coats, TOWARD_COATS)].into_iter();
+        let kind = |(mut bodies, probability): (Vec<Caster>, f64)| {
+            let mut spheres = Vec::new();
+            gather(&mut bodies, MOST, &mut spheres);
+            (!spheres.is_empty()).then_some(Kind { spheres, probability })
+        };
+        let mut kinds: SmallVec<[Kind; 2]> = kinds.filter_map(kind).collect();
+        if let [only] = &mut kinds[..] {
+            only.probability = 1.0;
+        }
+        Self(kinds)
     }
 
     /// Whether there is nothing to aim at.
@@ -73,52 +93,40 @@ impl Casters {
 
     /// The directions from a point of a light's front that may lead to one of them. `None` where none does.
     pub fn seen_from(&self, point: &SurfacePoint) -> Option<Aim> {
-        let mut cones = SmallVec::new();
-        let mut solid_angle = 0.0;
-        for &Caster { centre, radius } in &self.0 {
-            let away = centre - point.position;
-            // Wholly behind the light.
-            if away.dot(point.normal) <= -radius {
-                continue;
-            }
-            let squared = away.length_squared();
-            let sin2 = radius * radius / squared;
-            // Around the light, or so near that it is seen almost everywhere.
-            if sin2.is_nan() || sin2 > WIDE {
-                return Some(Aim::Everywhere { normal: point.normal });
-            }
-            // 1 − cos without cancellation.
-            let height = sin2 / (1.0 + (1.0 - sin2).sqrt());
-            solid_angle += TAU * height;
-            cones.push(Cone { axis: away / squared.sqrt(), height });
+        let seen = self.0.iter().filter_map(|kind| Some((kind.probability, kind.seen_from(point)?)));
+        let mut seen: SmallVec<[(f64, Toward); 2]> = seen.collect();
+        match &mut seen[..] {
+            [] => return None,
+            [(probability, _)] => *probability = 1.0,
+            _ => {}
         }
-        (!cones.is_empty()).then_some(Aim::Cones { cones, solid_angle })
+        Some(Aim(seen))
     }
-}
 
-impl Casters {
     /// The area of all spheres as they are seen from afar, in squared scene units, counted twice where they
-    /// overlap.
+    /// overlap: the mean over the kinds.
     pub fn cross_section(&self) -> f64 {
-        self.0.iter().map(Caster::cross_section).sum()
+        self.0.iter().map(|kind| kind.probability * kind.cross_section()).sum()
     }
 
-    /// The solid angle that the spheres fill for a point, but at most a hemisphere's cosine-weighed one.
+    /// The solid angle that the spheres fill for a point, but at most a hemisphere's cosine-weighed one: the
+    /// mean over the kinds.
     pub fn solid_angle_from(&self, point: Vec3) -> f64 {
-        let of = |caster: &Caster| caster.cross_section() / caster.centre.distance_squared(point);
-        self.0.iter().map(of).sum::<f64>().min(PI)
+        self.0.iter().map(|kind| kind.probability * kind.solid_angle_from(point)).sum()
     }
 
     /// A ray from beyond a sphere that holds the scene, along a direction (unit length), that may lead to one
     /// of the bodies, with its density per area across the ray. `choice` in [0, 1) chooses among the bodies.
     /// `None` where there is no density.
-    pub fn ray_along(&self, direction: Vec3, scene: &Caster, choice: f64, u: [f64; 2]) -> Option<(Ray, f64)> {
-        let mut rest = choice * self.cross_section();
-        let chosen = self.0.iter().find(|caster| {
-            rest -= caster.cross_section();
-            rest < 0.0
-        });
-        let &Caster { centre, radius } = chosen.or(self.0.last())?;
+    pub fn ray_along(
+        &self,
+        direction: Vec3,
+        scene: &Caster,
+        mut choice: f64,
+        u: [f64; 2],
+    ) -> Option<(Ray, f64)> {
+        let kind = chosen(&self.0, |kind| kind.probability, &mut choice)?;
+        let &Caster { centre, radius } = kind.choose(choice)?;
         let [x, y] = warp::disk(u);
         let place = centre + Frame::around(direction).to_world(Vec3::new(x, y, 0.0) * radius);
         let back = (place - scene.centre).dot(direction) + scene.radius;
@@ -128,12 +136,72 @@ impl Casters {
 
     /// The density of [`Self::ray_along`] for a ray through a place.
     pub fn density_along(&self, direction: Vec3, place: Vec3) -> f64 {
+        self.0.iter().map(|kind| kind.probability * kind.density_along(direction, place)).sum()
+    }
+}
+
+/// One of some, by their probabilities; what is left of the choice is as good as new.
+fn chosen<'a, T>(of: &'a [T], probability: impl Fn(&T) -> f64, choice: &mut f64) -> Option<&'a T> {
+    let mut rest = 1.0;
+    let chosen = of.iter().find(|&one| {
+        let is_chosen = decide(choice, probability(one) / rest);
+        rest -= probability(one);
+        is_chosen
+    });
+    chosen.or(of.last())
+}
+
+impl Kind {
+    /// The directions from a point of a light's front that may lead to one of them. `None` where none does.
+    fn seen_from(&self, point: &SurfacePoint) -> Option<Toward> {
+        let mut cones = SmallVec::new();
+        let mut solid_angle = 0.0;
+        for &Caster { centre, radius } in &self.spheres {
+            let away = centre - point.position;
+            // Wholly behind the light.
+            if away.dot(point.normal) <= -radius {
+                continue;
+            }
+            let squared = away.length_squared();
+            let sin2 = radius * radius / squared;
+            // Around the light, or so near that it is seen almost everywhere.
+            if sin2.is_nan() || sin2 > WIDE {
+                return Some(Toward::Everywhere { normal: point.normal });
+            }
+            // 1 − cos without cancellation.
+            let height = sin2 / (1.0 + (1.0 - sin2).sqrt());
+            solid_angle += TAU * height;
+            cones.push(Cone { axis: away / squared.sqrt(), height });
+        }
+        (!cones.is_empty()).then_some(Toward::Cones { cones, solid_angle })
+    }
+
+    fn cross_section(&self) -> f64 {
+        self.spheres.iter().map(Caster::cross_section).sum()
+    }
+
+    fn solid_angle_from(&self, point: Vec3) -> f64 {
+        let of = |caster: &Caster| caster.cross_section() / caster.centre.distance_squared(point);
+        self.spheres.iter().map(of).sum::<f64>().min(PI)
+    }
+
+    /// By their cross-sections.
+    fn choose(&self, choice: f64) -> Option<&Caster> {
+        let mut rest = choice * self.cross_section();
+        let chosen = self.spheres.iter().find(|caster| {
+            rest -= caster.cross_section();
+            rest < 0.0
+        });
+        chosen.or(self.spheres.last())
+    }
+
+    fn density_along(&self, direction: Vec3, place: Vec3) -> f64 {
         let meets = |caster: &&Caster| {
             let toward = place - caster.centre;
             let across = toward - direction * toward.dot(direction);
             across.length_squared() <= caster.radius * caster.radius
         };
-        self.0.iter().filter(meets).count() as f64 / self.cross_section()
+        self.spheres.iter().filter(meets).count() as f64 / self.cross_section()
     }
 }
 
@@ -158,9 +226,13 @@ fn gather(bodies: &mut [Caster], most: usize, spheres: &mut Vec<Caster>) {
     }
 }
 
-/// Directions from a point of a light.
+/// Directions from a point of a light: toward bodies of each kind, with the probability of that.
 #[derive(Clone, Debug)]
-pub enum Aim {
+pub struct Aim(SmallVec<[(f64, Toward); 2]>);
+
+/// Directions from a point of a light toward bodies of one kind.
+#[derive(Clone, Debug)]
+enum Toward {
     /// Within the cones in which the bodies are seen; of so many steradians together, counted twice where
     /// they overlap.
     Cones { cones: SmallVec<[Cone; 2]>, solid_angle: f64 },
@@ -169,7 +241,7 @@ pub enum Aim {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub struct Cone {
+struct Cone {
     axis: Vec3,
     /// 1 − cos of the angle between the axis and the rim.
     height: f64,
@@ -191,31 +263,39 @@ impl Cone {
 }
 
 impl Aim {
-    /// A direction and its density per steradian; `choice` in [0, 1) chooses among the cones. `None` where
+    /// A direction and its density per steradian; `choice` in [0, 1) chooses among the bodies. `None` where
     /// there is no density.
-    pub fn sample(&self, choice: f64, u: [f64; 2]) -> Option<(Vec3, f64)> {
-        match self {
-            Self::Everywhere { normal } => {
-                let local = Vec3::from(warp::cosine_hemisphere(u));
-                let direction = Frame::around(*normal).to_world(local).try_normalize()?;
-                (local.z > 0.0).then_some((direction, local.z * FRAC_1_PI))
-            }
-            Self::Cones { cones, solid_angle } => {
-                let mut rest = choice * solid_angle;
-                let last = cones.last()?;
-                let chosen = cones.iter().find(|cone| {
-                    rest -= TAU * cone.height;
-                    rest < 0.0
-                });
-                let direction = chosen.unwrap_or(last).sample(u).try_normalize()?;
-                let density = self.density(direction);
-                (density > 0.0).then_some((direction, density))
-            }
-        }
+    pub fn sample(&self, mut choice: f64, u: [f64; 2]) -> Option<(Vec3, f64)> {
+        let (_, toward) = chosen(&self.0, |(probability, _)| *probability, &mut choice)?;
+        let direction = toward.sample(choice, u)?.try_normalize()?;
+        let density = self.density(direction);
+        (density > 0.0).then_some((direction, density))
     }
 
     /// The density of [`Self::sample`] in a direction, per steradian.
     pub fn density(&self, direction: Vec3) -> f64 {
+        self.0.iter().map(|(probability, toward)| probability * toward.density(direction)).sum()
+    }
+}
+
+impl Toward {
+    fn sample(&self, choice: f64, u: [f64; 2]) -> Option<Vec3> {
+        match self {
+            Self::Everywhere { normal } => {
+                Some(Frame::around(*normal).to_world(Vec3::from(warp::cosine_hemisphere(u))))
+            }
+            Self::Cones { cones, solid_angle } => {
+                let mut rest = choice * solid_angle;
+                let chosen = cones.iter().find(|cone| {
+                    rest -= TAU * cone.height;
+                    rest < 0.0
+                });
+                Some(chosen.or(cones.last())?.sample(u))
+            }
+        }
+    }
+
+    fn density(&self, direction: Vec3) -> f64 {
         match self {
             Self::Everywhere { normal } => direction.dot(*normal).max(0.0) * FRAC_1_PI,
             Self::Cones { cones, solid_angle } => {
@@ -248,9 +328,14 @@ mod tests {
         const RINGS: usize = 16;
         let one = vec![at(1.0, 0.5, 2.0, 0.8)];
         let overlapping = vec![at(1.0, 0.5, 2.0, 0.8), at(0.5, 0.5, 2.0, 0.9), at(0.0, -3.0, 1.0, 0.3)];
-        for casters in [one, overlapping] {
-            let aim = Casters::new(casters).seen_from(&point(Vec3::Z)).unwrap();
-            let Aim::Cones { cones, .. } = &aim else { panic!("{aim:?}") };
+        let coats = vec![at(0.5, 0.0, 2.0, 1.2), at(-1.0, -3.0, 1.0, 0.3)];
+        for (bodies, coats) in [(one, vec![]), (overlapping.clone(), vec![]), (overlapping, coats)] {
+            let aim = Casters::new(bodies, coats).seen_from(&point(Vec3::Z)).unwrap();
+            let of_kind = |(_, toward): &(f64, Toward)| match toward {
+                Toward::Cones { cones, .. } => cones.clone(),
+                Toward::Everywhere { .. } => panic!("{aim:?}"),
+            };
+            let cones: Vec<Cone> = aim.0.iter().flat_map(of_kind).collect();
             let mut generator = Pcg64Mcg::new(cones.len() as u128);
             let mut next = || (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
             let (mut sum, mut squares) = (0.0, 0.0);
@@ -289,8 +374,8 @@ mod tests {
     fn rays_follow_their_density() {
         const RAYS: usize = 200_000;
         const FINE: usize = 1000;
-        let casters =
-            Casters::new(vec![at(1.0, 0.5, 2.0, 0.8), at(0.5, 0.5, 2.0, 0.9), at(0.0, -3.0, 1.0, 0.3)]);
+        let bodies = vec![at(1.0, 0.5, 2.0, 0.8), at(0.5, 0.5, 2.0, 0.9), at(0.0, -3.0, 1.0, 0.3)];
+        let casters = Casters::new(bodies, vec![at(0.0, 0.0, 2.0, 1.5)]);
         let scene = at(0.0, 0.0, 1.0, 6.0);
         let mut generator = Pcg64Mcg::new(3);
         let mut next = || (generator.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
@@ -319,14 +404,14 @@ mod tests {
 
     #[test]
     fn a_light_within_a_body_shines_everywhere() {
-        let aim = Casters::new(vec![at(0.0, 0.1, 0.3, 1.0)]).seen_from(&point(Vec3::Z)).unwrap();
+        let aim = Casters::new(vec![at(0.0, 0.1, 0.3, 1.0)], vec![]).seen_from(&point(Vec3::Z)).unwrap();
         let (direction, density) = aim.sample(0.3, [0.2, 0.9]).unwrap();
         assert!(direction.z > 0.0 && (density - direction.z * FRAC_1_PI).abs() < 1e-15);
     }
 
     #[test]
     fn what_is_behind_a_light_is_not_aimed_at() {
-        let behind = Casters::new(vec![at(0.0, 0.0, -2.0, 0.5)]);
+        let behind = Casters::new(vec![at(0.0, 0.0, -2.0, 0.5)], vec![]);
         assert!(behind.seen_from(&point(Vec3::Z)).is_none());
         assert!(behind.seen_from(&point(-Vec3::Z)).is_some());
     }
@@ -344,12 +429,13 @@ mod tests {
                 )
             })
             .collect();
-        let Casters(spheres) = Casters::new(bodies.clone());
+        let Casters(kinds) = Casters::new(bodies.clone(), vec![]);
+        let [Kind { spheres, probability: 1.0 }] = &kinds[..] else { panic!("{kinds:?}") };
         assert_eq!(spheres.len(), MOST);
         for body in bodies {
             let held = |sphere: &Caster| sphere.centre.distance(body.centre) + body.radius <= sphere.radius;
             assert!(spheres.iter().any(held), "{body:?}");
         }
-        assert!(Casters::new(Vec::new()).is_empty());
+        assert!(Casters::new(vec![], vec![]).is_empty());
     }
 }

@@ -13,7 +13,7 @@ pub use even::Even;
 pub use normal_map::{NormalMap, NormalMapping};
 pub use shading::{RoughMetal, Shading, ShadingPoint};
 
-use crate::bsdf::BsdfTextures;
+use crate::bsdf::{BsdfTextures, Specular};
 use crate::spectrum::Spectrum;
 use crate::texture::Texture;
 use std::collections::BTreeSet;
@@ -94,14 +94,18 @@ impl Materials {
         self.within(id).any(has)
     }
 
-    /// Whether it is smooth whatever is chosen: it sends light on in single directions alone, the same way
-    /// forth and back.
-    pub fn is_smooth(&self, id: MaterialId) -> bool {
-        match self.get(id) {
-            Material::TwoSided { front, back } => self.is_smooth(*front) && self.is_smooth(*back),
-            Material::Bsdf(bsdf) => bsdf.is_smooth(),
-            _ => false,
-        }
+    /// What it sends on in single directions, on the side that sends more. Nothing counts where a side is
+    /// chosen or turned, or where light may pass it by null transmission.
+    pub fn specular(&self, id: MaterialId) -> Specular {
+        let of_side = |id: MaterialId| match self.get(id) {
+            Material::Bsdf(bsdf) if !bsdf.has_null_transmission() => Some(bsdf.specular()),
+            _ => None,
+        };
+        let sides = match self.get(id) {
+            Material::TwoSided { front, back } => of_side(*front).zip(of_side(*back)),
+            _ => of_side(id).map(|side| (side, side)),
+        };
+        sides.map_or(Specular::Nothing, |(front, back)| front.max(back))
     }
 
     /// The attributes that textures of a material and those within it want of a mesh.

@@ -9,7 +9,7 @@ use super::intersection::Intersection;
 use super::lanes::{EvenSurfaces, KnownSurface};
 use super::{Integrator, Limits};
 use crate::accel::{Accel, Fan};
-use crate::bsdf::Exterior;
+use crate::bsdf::{Exterior, Specular};
 use crate::camera::{Camera, SensorRay, Shutter};
 use crate::film::FilterSampler;
 use crate::geometry::{Frame, Points, Ray, Vec3};
@@ -93,8 +93,8 @@ pub(super) struct Surface {
     pub parametrised: bool,
     /// Whether light may pass it by null transmission.
     pub null_transmission: bool,
-    /// Whether light subpaths lead through it; see [`Materials::is_smooth`].
-    pub smooth: bool,
+    /// What light subpaths may follow in single directions.
+    pub specular: Specular,
 }
 
 /// What a surface is among coincident ones.
@@ -311,9 +311,9 @@ impl Scene {
         self.light_tracing.as_ref()?.visible_lamps.as_ref()
     }
 
-    /// Whether light subpaths lead through a surface.
-    pub fn is_smooth(&self, hit: &Intersection) -> bool {
-        self.surface(hit).smooth
+    /// Whether light subpaths go on from a surface in single directions.
+    pub fn is_specular(&self, hit: &Intersection) -> bool {
+        self.surface(hit).specular != Specular::Nothing
     }
 
     /// Whether anything at all is in the way of a ray.

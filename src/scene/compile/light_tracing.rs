@@ -2,6 +2,7 @@
 
 use super::contact;
 use super::groups::Groups;
+use crate::bsdf::Specular;
 use crate::camera::Camera;
 use crate::film::Extent;
 use crate::geometry::{Bounds, Transform};
@@ -76,8 +77,8 @@ pub(super) struct Setting<'a> {
 }
 
 impl Setting<'_> {
-    /// What is traced from the lights, if anything is. Smooth surfaces whose place is not known, of parts
-    /// that move by themselves, are then no longer called so.
+    /// What is traced from the lights, if anything is. Surfaces whose place is not known, of parts that move
+    /// by themselves, are then no longer called specular.
     pub fn light_tracing(&self, surfaces: &mut [Surface]) -> Option<LightTracing> {
         let Limits { max_depth, hide_emitters, null_is_a_segment, .. } = self.limits;
         let possible = max_depth > 0
@@ -102,20 +103,31 @@ impl Setting<'_> {
         LightTracing::new(caustics, self.visible_lamps(&lamps, subpaths), subpaths)
     }
 
-    /// Where light subpaths for caustics begin and where to. `None` where there are none: nothing is smooth,
+    /// Where light subpaths for caustics begin and where to. `None` where there are none: nothing is specular,
     /// or no light has a surface and the environment is even.
     fn caustics(&self, surfaces: &mut [Surface], lamps: &[Lamp], subpaths: Subpaths) -> Option<Caustics> {
         let own = self.groups.own();
         for (i, surface) in surfaces[..own].iter_mut().enumerate() {
-            surface.smooth &= !self.groups.moves(i);
+            if self.groups.moves(i) {
+                surface.specular = Specular::Nothing;
+            }
         }
-        let smooth = |shape: usize| surfaces[shape].smooth;
-        let left = (0..own).filter(|&i| smooth(i) && !self.boxes[i].is_empty());
-        let own = left.map(|i| Caster::of(&self.shapes[i], self.boxes[i]));
+        let left = (0..own).filter(|&i| !self.boxes[i].is_empty());
+        let own = left.map(|i| (surfaces[i].specular, Caster::of(&self.shapes[i], self.boxes[i])));
         let shown = self.groups.shown(&self.groups.contents(self.shapes), self.shift);
-        let instances = shown.iter().filter(|shown| shown.shapes.iter().any(|&shape| smooth(shape)));
-        let instances = instances.map(|shown| Caster::around(shown.bounds));
-        let casters = Casters::new(own.chain(instances).collect());
+        let instances = shown.iter().filter_map(|shown| {
+            let most = shown.shapes.iter().map(|&shape| surfaces[shape].specular).max()?;
+            Some((most, Caster::around(shown.bounds)))
+        });
+        let (mut bodies, mut coats) = (Vec::new(), Vec::new());
+        for (specular, caster) in own.chain(instances) {
+            match specular {
+                Specular::All => bodies.push(caster),
+                Specular::Coat => coats.push(caster),
+                Specular::Nothing => {}
+            }
+        }
+        let casters = Casters::new(bodies, coats);
         let mut sources: Vec<Source> = lamps.iter().map(Lamp::source).collect();
         sources.extend(self.environment(&casters));
         Caustics::new(casters, Caster::around(self.bounds), sources, subpaths)

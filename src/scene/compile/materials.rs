@@ -70,7 +70,7 @@ impl MaterialCompiler {
             body,
             parametrised: any(&Material::is_parametrised),
             null_transmission: any(&Material::has_null_transmission),
-            smooth: self.materials.is_smooth(material),
+            specular: self.materials.specular(material),
         })
     }
 

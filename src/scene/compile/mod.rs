@@ -29,6 +29,7 @@ use super::lanes::{EvenSurfaces, KnownSurface};
 use super::scene::{Scene, Surface};
 use super::source::{Place, SceneError, SceneErrors};
 use crate::accel::NO_FACET;
+use crate::bsdf::Specular;
 use crate::film::Region;
 use crate::geometry::{Bounds, Transform, Vec3};
 use crate::light::{self, Light, Lights};
@@ -291,7 +292,7 @@ impl Compiler<'_> {
             film: film.extent,
         };
         for shape in one_way {
-            surfaces[shape].smooth = false;
+            surfaces[shape].specular = Specular::Nothing;
         }
         let light_tracing = match integrator {
             // A pixel has no samples of its own of the light that subpaths bring.
