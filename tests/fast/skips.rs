@@ -70,6 +70,44 @@ fn scenes_need_what_they_use() {
     assert_ne!(picture(&scene(ABSORBER)), picture(&scene(CAUSTIC)));
 }
 
+/// Light subpaths are traced where a side of a surface sends light on in single directions, the same way
+/// forth and back.
+#[test]
+fn light_subpaths_are_for_specular_surfaces() {
+    let traces = |bsdf: &str| {
+        let content = format!(
+            r#"<sensor type="perspective"/>
+            <shape type="sphere"><point name="center" x="0" y="0" z="4"/>{bsdf}</shape>
+            <shape type="rectangle"><transform name="to_world"><translate z="8"/></transform>
+            <emitter type="area"><spectrum name="radiance" value="1"/></emitter></shape>"#
+        );
+        crate::common::made(&content, &CompileOptions::default()).features().caustics
+    };
+    let bsdf = |kind: &str, nested: &str| format!(r#"<bsdf type="{kind}">{nested}</bsdf>"#);
+    let of = |kind: &str| bsdf(kind, "");
+    let bumps = r#"<texture type="noise"/>"#;
+    let specular = [
+        of("conductor"),
+        of("dielectric"),
+        of("plastic"),
+        bsdf("twosided", &of("plastic")),
+        bsdf("twosided", &(of("diffuse") + &of("plastic"))),
+    ];
+    for bsdf in &specular {
+        assert!(traces(bsdf), "{bsdf}");
+    }
+    let others = [
+        of("diffuse"),
+        of("roughplastic"),
+        of("thindielectric"),
+        bsdf("bumpmap", &(bumps.to_owned() + &of("plastic"))),
+        bsdf("mask", &of("plastic")),
+    ];
+    for bsdf in &others {
+        assert!(!traces(bsdf), "{bsdf}");
+    }
+}
+
 /// Clip planes end the rays of the camera alone: what the wall that it sees gets from farther away is there.
 #[test]
 fn clips_end_no_other_rays_than_the_cameras() {

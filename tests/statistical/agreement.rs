@@ -275,7 +275,8 @@ fn chamber() {
     assert!(load(case("chamber"), "path").features().caustics);
 }
 
-/// What a coat mirrors and what its base scatters, each by itself on the first surface.
+/// What a coat mirrors and what its base scatters, each by itself on the first surface, and the caustics of
+/// coats.
 #[test]
 fn coats() {
     agrees("coats");

@@ -103,8 +103,8 @@ impl Setting<'_> {
         LightTracing::new(caustics, self.visible_lamps(&lamps, subpaths), subpaths)
     }
 
-    /// Where light subpaths for caustics begin and where to. `None` where there are none: nothing is specular,
-    /// or no light has a surface and the environment is even.
+    /// Where light subpaths for caustics begin and where to. `None` where there are none: nothing is
+    /// specular, or no light has a surface and the environment is even.
     fn caustics(&self, surfaces: &mut [Surface], lamps: &[Lamp], subpaths: Subpaths) -> Option<Caustics> {
         let own = self.groups.own();
         for (i, surface) in surfaces[..own].iter_mut().enumerate() {
