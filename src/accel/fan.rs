@@ -161,10 +161,8 @@ impl Fan<'_> {
                     }
                 }
             }
-            for (_, sphere) in &few.spheres {
-                if open != 0 {
-                    open &= !segments.meet_sphere(sphere);
-                }
+            for sphere in &few.spheres {
+                open &= !segments.meet_sphere(sphere, open);
             }
             blocked |= (part(tested, register) & !open) << (WIDTH * register);
         }

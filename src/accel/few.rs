@@ -20,7 +20,7 @@ use super::node::NodeSpace;
 use super::packet::Packet;
 use super::rays::{NO_FACET, Primitive};
 use crate::geometry::{SurfacePoint, Vec3};
-use crate::lanes::{LANES, Mask, REGISTERS, Register, Vec3Lanes, WIDTH};
+use crate::lanes::{LANES, Mask, REGISTERS, Real, Register, Vec3Lanes, WIDTH};
 use crate::shape::{Shape, Sphere};
 use smallvec::{SmallVec, smallvec};
 use wide::f32x8;
@@ -44,6 +44,17 @@ const GREATEST: (f64, f64) = (1.001, 1e-7);
 pub(super) struct FewTriangle {
     pub vertices: [Vec3; 3],
     pub primitive: Primitive,
+}
+
+/// A sphere of a small scene.
+#[derive(Clone, Debug)]
+pub(super) struct FewSphere {
+    /// Its number among the primitives.
+    pub number: f64,
+    sphere: Sphere,
+    centre: Vec3,
+    /// With a reserve. Infinite for an ellipsoid.
+    radius: f64,
 }
 
 /// Triangles that lie in one parallelogram.
@@ -77,8 +88,7 @@ pub(super) struct Few {
     /// In their order, by which hits tell them.
     primitives: Vec<Primitive>,
     pub facets: Vec<Tested>,
-    /// With their numbers among the primitives.
-    pub spheres: Vec<(f64, Sphere)>,
+    pub spheres: Vec<FewSphere>,
     /// The functions of a register of facets: x, y and z of the gradient, and the value at the origin.
     functions: Vec<[[Register; 4]; 3]>,
 }
@@ -106,6 +116,41 @@ pub(super) struct Crossing {
     pub within: Mask,
     /// Those that do not run along it: what lies in it is on one side.
     pub slanted: Mask,
+}
+
+/// The part of a length by which rays miss a sphere that they are not asked for: far more than rounding.
+const RESERVE: f64 = 1e-9;
+
+impl FewSphere {
+    fn new(number: f64, sphere: Sphere) -> Self {
+        let (centre, radius) = sphere.ball().unwrap_or((Vec3::ZERO, f64::INFINITY));
+        Self { number, sphere, centre, radius: radius * (1.0 + RESERVE) }
+    }
+
+    /// [`Sphere::distance`] along rays of such lengths, in a register of which some lanes are asked for.
+    /// `None` where all of these surely pass it by: their lines are farther from the centre than the radius,
+    /// lead away from it, or end before it.
+    #[inline(always)]
+    pub fn distance(
+        &self,
+        origin: Vec3Lanes,
+        direction: Vec3Lanes,
+        length: Register,
+        asked: Mask,
+    ) -> Option<(Register, <Register as Real>::Truth)> {
+        let toward = Vec3Lanes::of(self.centre) - origin;
+        let (along, speed) = (toward.dot(direction), direction.length_squared());
+        let (radius, kept) = (Register::splat(self.radius), Register::splat(1.0 - RESERVE));
+        let (away, within) = (toward.length_squared() * kept, radius * radius);
+        let passes = (away * speed - along * along).gt(within * speed);
+        let leads_away = away.gt(within) & along.lt(Register::ZERO);
+        // Neither the direction nor its square is longer than the greater of 1 and that square.
+        let begins = along * kept - radius * speed.greater(Register::ONE);
+        if asked & !(passes | leads_away | begins.gt(length * speed)).mask() == 0 {
+            return None;
+        }
+        Some(self.sphere.distance(origin, direction))
+    }
 }
 
 impl Few {
@@ -162,7 +207,7 @@ impl Few {
         });
         let functions = functions.collect();
         let facets = facets.into_iter().map(|facet| facet.tested(&primitives)).collect();
-        let numbered = |(primitive, sphere)| (number_of(&primitives, &primitive), sphere);
+        let numbered = |(primitive, sphere)| FewSphere::new(number_of(&primitives, &primitive), sphere);
         let spheres = spheres.into_iter().map(numbered).collect();
         Some(Self { space: *space, primitives, facets, spheres, functions })
     }

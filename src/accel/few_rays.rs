@@ -10,12 +10,11 @@
 //! the facet than rounding here, and multiply-adds may be fused or not: candidates may differ, but not the
 //! answer.
 
-use super::few::{Few, MOST, Tested, halves, mask};
+use super::few::{Few, FewSphere, MOST, Tested, halves, mask};
 use super::rays::{Hits, NO_FACET, Rays};
 use super::segments::RayLanes;
 use crate::geometry::Vec3;
 use crate::lanes::{LANES, Mask, REGISTERS, Real, Register, Row, Truth, WIDTH, part};
-use crate::shape::Sphere;
 use smallvec::SmallVec;
 use wide::f32x8;
 
@@ -220,8 +219,8 @@ impl Few {
                 nearest.test(facet, number, &tested, lanes);
             }
         }
-        for (number, sphere) in &self.spheres {
-            nearest.test_sphere(sphere, *number, rays, asked);
+        for sphere in &self.spheres {
+            nearest.test_sphere(sphere, rays, asked);
         }
         for register in 0..REGISTERS {
             let met = nearest.number[register].ge(Register::ZERO).mask();
@@ -263,14 +262,15 @@ impl Few {
                 }
             }
         }
-        for (_, sphere) in &self.spheres {
-            let open = asked & !occluded;
+        for sphere in &self.spheres {
             for register in 0..REGISTERS {
-                if part(open, register) != 0 {
-                    let (t, met) = sphere.distance(rays.origin[register], rays.direction[register]);
-                    let met = (met & t.lt(rays.t_max[register])).mask() & part(open, register);
-                    occluded |= met << (WIDTH * register);
-                }
+                let open = part(asked & !occluded, register);
+                let (origin, direction) = (rays.origin[register], rays.direction[register]);
+                let Some((t, met)) = sphere.distance(origin, direction, rays.t_max[register], open) else {
+                    continue;
+                };
+                let met = (met & t.lt(rays.t_max[register])).mask() & open;
+                occluded |= met << (WIDTH * register);
             }
         }
         occluded
@@ -323,15 +323,13 @@ impl Nearest {
 
     /// The same of a sphere.
     #[inline(always)]
-    fn test_sphere(&mut self, sphere: &Sphere, own: f64, rays: &Rays, lanes: Mask) {
+    fn test_sphere(&mut self, sphere: &FewSphere, rays: &Rays, lanes: Mask) {
+        let own = Register::splat(sphere.number);
         for register in 0..REGISTERS {
             let lanes = part(lanes, register);
-            if lanes == 0 {
-                continue;
-            }
-            let own = Register::splat(own);
-            let (t, met) = sphere.distance(rays.origin[register], rays.direction[register]);
+            let (origin, direction) = (rays.origin[register], rays.direction[register]);
             let (nearest, known) = (self.t[register], self.number[register]);
+            let Some((t, met)) = sphere.distance(origin, direction, nearest, lanes) else { continue };
             let hit = Truth::of(lanes) & met & (t.lt(nearest) | t.eq(nearest) & own.lt(known));
             if hit.mask() == 0 {
                 continue;

@@ -1,9 +1,9 @@
 //! Rays in lanes, and the exact test of a triangle against them: in each lane what
 //! [`crate::shape::RaySpace`] does.
 
+use super::few::FewSphere;
 use crate::geometry::{Points, Segments, SurfacePoint, Vec3};
 use crate::lanes::{Mask, Real, Register, Truth, Vec3Lanes};
-use crate::shape::Sphere;
 
 /// Rays of one register as triangles ask for them.
 pub(super) struct RayLanes {
@@ -38,11 +38,11 @@ impl FanSegments {
         Self { rays: RayLanes::new(origin, direction), direction, length }
     }
 
-    /// Which of them meet a sphere.
+    /// Which of those asked for meet a sphere.
     #[inline(always)]
-    pub fn meet_sphere(&self, sphere: &Sphere) -> Mask {
-        let (t, met) = sphere.distance(self.rays.origin, self.direction);
-        (met & t.lt(self.length)).mask()
+    pub fn meet_sphere(&self, sphere: &FewSphere, asked: Mask) -> Mask {
+        let found = sphere.distance(self.rays.origin, self.direction, self.length, asked);
+        found.map_or(0, |(t, met)| (met & t.lt(self.length)).mask())
     }
 
     /// Which of them meet a triangle.
