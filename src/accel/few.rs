@@ -144,9 +144,10 @@ impl FewSphere {
         let (away, within) = (toward.length_squared() * kept, radius * radius);
         let passes = (away * speed - along * along).gt(within * speed);
         let leads_away = away.gt(within) & along.lt(Register::ZERO);
-        // Neither the direction nor its square is longer than the greater of 1 and that square.
-        let begins = along * kept - radius * speed.greater(Register::ONE);
-        if asked & !(passes | leads_away | begins.gt(length * speed)).mask() == 0 {
+        // The direction's length is at most the greater of 1 and its square.
+        let entry = along * kept - radius * speed.greater(Register::ONE);
+        let ends_before = entry.gt(length * speed);
+        if asked & !(passes | leads_away | ends_before).mask() == 0 {
             return None;
         }
         Some(self.sphere.distance(origin, direction))
