@@ -33,7 +33,7 @@ struct Case {
     sees: f64,
 }
 
-const CASES: [Case; 24] = [
+const CASES: [Case; 25] = [
     Case { name: "diffuse", samples: 512, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.02 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
@@ -56,6 +56,7 @@ const CASES: [Case; 24] = [
     Case { name: "lamps", samples: 1024, walk_samples: 16_384, walk_block: 2, sees: 0.07 },
     Case { name: "chamber", samples: 1536, walk_samples: 24_576, walk_block: 1, sees: 0.08 },
     Case { name: "coats", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.08 },
+    Case { name: "glaze", samples: 8192, walk_samples: 131_072, walk_block: 1, sees: 0.07 },
     Case { name: "window", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.08 },
     Case { name: "fog", samples: 640, walk_samples: 5120, walk_block: 1, sees: 0.09 },
     Case { name: "smoke", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.06 },
@@ -275,12 +276,18 @@ fn chamber() {
     assert!(load(case("chamber"), "path").features().caustics);
 }
 
-/// What a coat mirrors and what its base scatters, each by itself on the first surface, and the caustics of
-/// coats.
+/// What a coat mirrors and what its base scatters, each by itself on the first surface.
 #[test]
 fn coats() {
     agrees("coats");
     assert!(load(case("coats"), "path").features().caustics);
+}
+
+/// What coats cast: a ceiling has no other light.
+#[test]
+fn glaze() {
+    agrees("glaze");
+    assert!(load(case("glaze"), "path").features().caustics);
 }
 
 /// What shared suffixes find behind glass, where they split.
