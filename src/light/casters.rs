@@ -1,22 +1,21 @@
 //! Bodies that cast caustics, and the rays of a light that lead to them.
 
 use crate::geometry::{Bounds, Frame, Ray, SurfacePoint, Vec3, angle};
-use crate::sampling::{decide, warp};
+use crate::sampling::warp;
 use crate::shape::Shape;
 use smallvec::SmallVec;
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
 /// Spheres that hold the bodies: those of smooth bodies, and those of smooth coats on others.
 #[derive(Clone, Debug)]
-pub struct Casters(SmallVec<[Kind; 2]>);
+pub struct Casters(Kinds<Spheres>);
 
-/// The spheres of bodies of one kind, and the probability of aiming at these.
+/// What there is of both kinds, with the probability of aiming at it.
+type Kinds<T> = SmallVec<[(f64, T); 2]>;
+
+/// The spheres of bodies of one kind, at least one.
 #[derive(Clone, Debug)]
-struct Kind {
-    /// At least one.
-    spheres: Vec<Caster>,
-    probability: f64,
-}
+struct Spheres(Vec<Caster>);
 
 /// A sphere around a body, or around some that are near one another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,17 +72,13 @@ const TOWARD_COATS: f64 = 0.25;
 impl Casters {
     /// Neighbours among many bodies or coats share a sphere.
     pub fn new(bodies: Vec<Caster>, coats: Vec<Caster>) -> Self {
-        let kinds = [(bodies, 1.0 - TOWARD_COATS), (coats, TOWARD_COATS)].into_iter();
-        let kind = |(mut bodies, probability): (Vec<Caster>, f64)| {
+        let gathered = |mut bodies: Vec<Caster>| {
             let mut spheres = Vec::new();
             gather(&mut bodies, MOST, &mut spheres);
-            (!spheres.is_empty()).then_some(Kind { spheres, probability })
+            (!spheres.is_empty()).then_some(Spheres(spheres))
         };
-        let mut kinds: SmallVec<[Kind; 2]> = kinds.filter_map(kind).collect();
-        if let [only] = &mut kinds[..] {
-            only.probability = 1.0;
-        }
-        Self(kinds)
+        let both = [(1.0 - TOWARD_COATS, bodies), (TOWARD_COATS, coats)].into_iter();
+        Self(kinds(both.filter_map(|(probability, bodies)| Some((probability, gathered(bodies)?)))))
     }
 
     /// Whether there is nothing to aim at.
@@ -93,26 +88,21 @@ impl Casters {
 
     /// The directions from a point of a light's front that may lead to one of them. `None` where none does.
     pub fn seen_from(&self, point: &SurfacePoint) -> Option<Aim> {
-        let seen = self.0.iter().filter_map(|kind| Some((kind.probability, kind.seen_from(point)?)));
-        let mut seen: SmallVec<[(f64, Toward); 2]> = seen.collect();
-        match &mut seen[..] {
-            [] => return None,
-            [(probability, _)] => *probability = 1.0,
-            _ => {}
-        }
-        Some(Aim(seen))
+        let seen = self.0.iter().filter_map(|(probability, of)| Some((*probability, of.seen_from(point)?)));
+        let seen = kinds(seen);
+        (!seen.is_empty()).then_some(Aim(seen))
     }
 
     /// The area of all spheres as they are seen from afar, in squared scene units, counted twice where they
     /// overlap: the mean over the kinds.
     pub fn cross_section(&self) -> f64 {
-        self.0.iter().map(|kind| kind.probability * kind.cross_section()).sum()
+        self.0.iter().map(|(probability, of)| probability * of.cross_section()).sum()
     }
 
     /// The solid angle that the spheres fill for a point, but at most a hemisphere's cosine-weighed one: the
     /// mean over the kinds.
     pub fn solid_angle_from(&self, point: Vec3) -> f64 {
-        self.0.iter().map(|kind| kind.probability * kind.solid_angle_from(point)).sum()
+        self.0.iter().map(|(probability, of)| probability * of.solid_angle_from(point)).sum()
     }
 
     /// A ray from beyond a sphere that holds the scene, along a direction (unit length), that may lead to one
@@ -125,8 +115,8 @@ impl Casters {
         mut choice: f64,
         u: [f64; 2],
     ) -> Option<(Ray, f64)> {
-        let kind = chosen(&self.0, |kind| kind.probability, &mut choice)?;
-        let &Caster { centre, radius } = kind.choose(choice)?;
+        let (_, Spheres(spheres)) = chosen(&self.0, |(probability, _)| *probability, &mut choice)?;
+        let &Caster { centre, radius } = chosen(spheres, Caster::cross_section, &mut choice)?;
         let [x, y] = warp::disk(u);
         let place = centre + Frame::around(direction).to_world(Vec3::new(x, y, 0.0) * radius);
         let back = (place - scene.centre).dot(direction) + scene.radius;
@@ -136,27 +126,40 @@ impl Casters {
 
     /// The density of [`Self::ray_along`] for a ray through a place.
     pub fn density_along(&self, direction: Vec3, place: Vec3) -> f64 {
-        self.0.iter().map(|kind| kind.probability * kind.density_along(direction, place)).sum()
+        self.0.iter().map(|(probability, of)| probability * of.density_along(direction, place)).sum()
     }
 }
 
-/// One of some, by their probabilities; what is left of the choice is as good as new.
-fn chosen<'a, T>(of: &'a [T], probability: impl Fn(&T) -> f64, choice: &mut f64) -> Option<&'a T> {
-    let mut rest = 1.0;
-    let chosen = of.iter().find(|&one| {
-        let is_chosen = decide(choice, probability(one) / rest);
-        rest -= probability(one);
-        is_chosen
-    });
-    chosen.or(of.last())
+/// Those that there are. One alone is aimed at for sure.
+fn kinds<T>(of: impl Iterator<Item = (f64, T)>) -> Kinds<T> {
+    let mut kinds: Kinds<T> = of.collect();
+    if let [(probability, _)] = &mut kinds[..] {
+        *probability = 1.0;
+    }
+    kinds
 }
 
-impl Kind {
+/// One of some, by their weights; what is left of the choice is as good as new.
+fn chosen<'a, T>(of: &'a [T], weight: impl Fn(&T) -> f64, choice: &mut f64) -> Option<&'a T> {
+    let mut rest = *choice * of.iter().map(&weight).sum::<f64>();
+    let reached = |one: &&T| {
+        let is_reached = rest < weight(one);
+        if !is_reached {
+            rest -= weight(one);
+        }
+        is_reached
+    };
+    let chosen = of.iter().find(reached).or(of.last())?;
+    *choice = rest / weight(chosen);
+    Some(chosen)
+}
+
+impl Spheres {
     /// The directions from a point of a light's front that may lead to one of them. `None` where none does.
     fn seen_from(&self, point: &SurfacePoint) -> Option<Toward> {
         let mut cones = SmallVec::new();
         let mut solid_angle = 0.0;
-        for &Caster { centre, radius } in &self.spheres {
+        for &Caster { centre, radius } in &self.0 {
             let away = centre - point.position;
             // Wholly behind the light.
             if away.dot(point.normal) <= -radius {
@@ -177,22 +180,12 @@ impl Kind {
     }
 
     fn cross_section(&self) -> f64 {
-        self.spheres.iter().map(Caster::cross_section).sum()
+        self.0.iter().map(Caster::cross_section).sum()
     }
 
     fn solid_angle_from(&self, point: Vec3) -> f64 {
         let of = |caster: &Caster| caster.cross_section() / caster.centre.distance_squared(point);
-        self.spheres.iter().map(of).sum::<f64>().min(PI)
-    }
-
-    /// By their cross-sections.
-    fn choose(&self, choice: f64) -> Option<&Caster> {
-        let mut rest = choice * self.cross_section();
-        let chosen = self.spheres.iter().find(|caster| {
-            rest -= caster.cross_section();
-            rest < 0.0
-        });
-        chosen.or(self.spheres.last())
+        self.0.iter().map(of).sum::<f64>().min(PI)
     }
 
     fn density_along(&self, direction: Vec3, place: Vec3) -> f64 {
@@ -201,7 +194,7 @@ impl Kind {
             let across = toward - direction * toward.dot(direction);
             across.length_squared() <= caster.radius * caster.radius
         };
-        self.spheres.iter().filter(meets).count() as f64 / self.cross_section()
+        self.0.iter().filter(meets).count() as f64 / self.cross_section()
     }
 }
 
@@ -228,7 +221,7 @@ fn gather(bodies: &mut [Caster], most: usize, spheres: &mut Vec<Caster>) {
 
 /// Directions from a point of a light: toward bodies of each kind, with the probability of that.
 #[derive(Clone, Debug)]
-pub struct Aim(SmallVec<[(f64, Toward); 2]>);
+pub struct Aim(Kinds<Toward>);
 
 /// Directions from a point of a light toward bodies of one kind.
 #[derive(Clone, Debug)]
@@ -267,7 +260,7 @@ impl Aim {
     /// there is no density.
     pub fn sample(&self, mut choice: f64, u: [f64; 2]) -> Option<(Vec3, f64)> {
         let (_, toward) = chosen(&self.0, |(probability, _)| *probability, &mut choice)?;
-        let direction = toward.sample(choice, u)?.try_normalize()?;
+        let direction = toward.sample(&mut choice, u)?.try_normalize()?;
         let density = self.density(direction);
         (density > 0.0).then_some((direction, density))
     }
@@ -279,19 +272,12 @@ impl Aim {
 }
 
 impl Toward {
-    fn sample(&self, choice: f64, u: [f64; 2]) -> Option<Vec3> {
+    fn sample(&self, choice: &mut f64, u: [f64; 2]) -> Option<Vec3> {
         match self {
             Self::Everywhere { normal } => {
                 Some(Frame::around(*normal).to_world(Vec3::from(warp::cosine_hemisphere(u))))
             }
-            Self::Cones { cones, solid_angle } => {
-                let mut rest = choice * solid_angle;
-                let chosen = cones.iter().find(|cone| {
-                    rest -= TAU * cone.height;
-                    rest < 0.0
-                });
-                Some(chosen.or(cones.last())?.sample(u))
-            }
+            Self::Cones { cones, .. } => Some(chosen(cones, |cone| TAU * cone.height, choice)?.sample(u)),
         }
     }
 
@@ -430,7 +416,7 @@ mod tests {
             })
             .collect();
         let Casters(kinds) = Casters::new(bodies.clone(), vec![]);
-        let [Kind { spheres, probability: 1.0 }] = &kinds[..] else { panic!("{kinds:?}") };
+        let [(1.0, Spheres(spheres))] = &kinds[..] else { panic!("{kinds:?}") };
         assert_eq!(spheres.len(), MOST);
         for body in bodies {
             let held = |sphere: &Caster| sphere.centre.distance(body.centre) + body.radius <= sphere.radius;

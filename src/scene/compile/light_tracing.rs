@@ -112,7 +112,8 @@ impl Setting<'_> {
                 surface.specular = Specular::Nothing;
             }
         }
-        let left = (0..own).filter(|&i| !self.boxes[i].is_empty());
+        let left =
+            (0..own).filter(|&i| surfaces[i].specular != Specular::Nothing && !self.boxes[i].is_empty());
         let own = left.map(|i| (surfaces[i].specular, Caster::of(&self.shapes[i], self.boxes[i])));
         let shown = self.groups.shown(&self.groups.contents(self.shapes), self.shift);
         let instances = shown.iter().filter_map(|shown| {
