@@ -111,7 +111,7 @@ fn parse_sampler(text: &str) -> Result<SamplerKind, String> {
     })
 }
 
-fn parse_estimator(text: &str) -> Result<Estimator, String> {
+pub fn parse_estimator(text: &str) -> Result<Estimator, String> {
     Estimator::named(text).ok_or_else(|| "expected shared or plain".to_owned())
 }
 

@@ -21,6 +21,8 @@ use crate::light::LightTracing;
 use crate::sampling::Stream;
 use crate::scene::{Coverage, Integrator, Limits, RayKind, Scene};
 use crate::spectrum::{Sampled, Wavelengths};
+use serde::{Deserialize, Serialize};
+use std::fmt;
 
 pub use caustics::Splat;
 use observe::Record;
@@ -41,7 +43,8 @@ impl Limits {
 }
 
 /// How much work the pixels have in common.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Estimator {
     /// As much as pays.
     Shared,
@@ -61,6 +64,12 @@ impl Estimator {
     /// The name that the command line has for it.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|&&(_, estimator)| estimator == self).map_or("", |&(name, _)| name)
+    }
+}
+
+impl fmt::Display for Estimator {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 

@@ -13,18 +13,24 @@ impl Request {
     /// How a batch of a run's replicates is rendered.
     fn settings(&self, id: &RunId, purpose: Purpose, batch: u64, replicates: u32) -> Settings {
         Settings {
-            schedule: Schedule::independent(replicates, id.samples_per_pixel),
+            schedule: match id.estimator {
+                Estimator::Plain => Schedule::independent(replicates, id.samples_per_pixel),
+                Estimator::Shared => Schedule::of(id.sampler, id.samples_per_pixel),
+            },
             seed: seed_of_run(self.seed, purpose, id, batch),
             sampler: id.sampler,
             wavelengths: Some(id.wavelengths_per_path),
-            // Samplers are compared by what they make of each pixel alone.
-            estimator: Estimator::Plain,
+            estimator: id.estimator,
             bins: None,
         }
     }
 
-    /// Replicates that are rendered together.
+    /// Replicates that are rendered together. By the shared estimator each is a picture with pilots of its
+    /// own.
     fn batch(&self, scene: &crate::scene::Scene, id: &RunId) -> u32 {
+        if id.estimator == Estimator::Shared {
+            return 1;
+        }
         let settings = self.settings(id, Purpose::Run, 0, 1);
         let [width, height] = scene.film.extent.measured.size;
         let one = Film::bytes(width, height, 1, &settings.extras(scene)).iter().sum::<u128>().max(1);
@@ -39,9 +45,16 @@ impl Request {
     }
 }
 
-/// Y of every pixel in one replicate.
-fn luminance(film: &Film, replicate: u32) -> Vec<f64> {
-    film.shown().map(|(x, y)| film.of_replicate(x, y, replicate, [0.0, 1.0, 0.0])).collect()
+/// Y of every pixel in each replicate of a run that a film holds.
+fn luminances(film: &Film, estimator: Estimator) -> Vec<Vec<f64>> {
+    const Y: [f64; 3] = [0.0, 1.0, 0.0];
+    match estimator {
+        Estimator::Plain => {
+            let of = |replicate| film.shown().map(|(x, y)| film.of_replicate(x, y, replicate, Y)).collect();
+            (0..film.replicates).map(of).collect()
+        }
+        Estimator::Shared => vec![film.shown().map(|(x, y)| film.combined(x, y, Y).mean).collect()],
+    }
 }
 
 /// Renders a run and compares it with the reference of its case, on the current rayon thread pool.
@@ -64,8 +77,7 @@ pub fn measure(
         let film = render(&case.scene, &settings, progress);
         cpu_seconds += started.elapsed().as_secs_f64();
         bad.add(film.bad);
-        for replicate in 0..film.replicates {
-            let image = luminance(&film, replicate);
+        for image in luminances(&film, id.estimator) {
             relmse.push(reference.relmse(&image));
             spectrum.add(&reference.relative_errors(&image));
         }
@@ -102,12 +114,14 @@ pub(super) fn equal_time(
     let started = ProcessTime::now();
     let film = render(&case.scene, &settings, progress);
     let cpu_seconds = started.elapsed().as_secs_f64();
-    let image = luminance(&film, 0);
+    let width = film.extent.shown.size[0] as usize;
+    let images = luminances(&film, id.estimator);
+    let image = images.first().map_or(&[][..], Vec::as_slice);
     EqualTime {
         id,
         cpu_seconds,
-        relmse: reference.relmse(&image),
-        width: film.extent.shown.size[0] as usize,
-        errors: reference.relative_errors(&image),
+        relmse: reference.relmse(image),
+        width,
+        errors: reference.relative_errors(image),
     }
 }

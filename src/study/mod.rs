@@ -1,9 +1,10 @@
 //! The study of noise: how the error of a picture falls with samples and with time, for each sampler.
 //!
-//! A *run* renders one scene with one sampler, one number of samples per pixel and one number of wavelengths
-//! per path, in R independent replicates. Each replicate is a short render of its own, with one sequence of
-//! samples in each pixel, so the spread of the replicates tells how well the error itself is known. Every run
-//! has its own seed: runs are independent of one another, whatever else is in the study.
+//! A *run* renders one scene with one sampler, one estimator, one number of samples per pixel and one number
+//! of wavelengths per path, in R independent replicates. By the plain estimator each replicate has one
+//! sequence of samples in each pixel; by the shared one it is a picture as `abbe render` makes it, pilots
+//! included. The spread of the replicates tells how well the error itself is known. Every run has its own
+//! seed: runs are independent of one another, whatever else is in the study.
 //!
 //! The error is relMSE of the luminance Y against a reference (see [`Reference`]), from which the reference's
 //! own error has been subtracted. Slopes are fitted by weighted least squares on logarithms (see [`fit`]).
@@ -21,6 +22,7 @@ pub use measure::measure;
 pub use reference::{Reference, ReferenceError};
 pub use spectra::{Radial, Spectrum};
 
+use crate::integrator::Estimator;
 use crate::render::WavelengthCount;
 use crate::sampling::{SamplerKind, mix};
 use crate::scene::Scene;
@@ -61,6 +63,8 @@ pub struct Request {
     pub cases: Vec<CaseId>,
     /// The samplers that are compared.
     pub samplers: Vec<SamplerKind>,
+    /// The estimators that each sampler is used with.
+    pub estimators: Vec<Estimator>,
     /// Samples of a pixel, of each run.
     pub samples_per_pixel: Vec<u32>,
     /// Wavelengths that a path carries.
@@ -104,6 +108,8 @@ pub struct RunId {
     pub case: usize,
     /// The sampler.
     pub sampler: SamplerKind,
+    /// The estimator.
+    pub estimator: Estimator,
     /// Samples of each pixel.
     pub samples_per_pixel: u32,
     /// Wavelengths that a path carries.
@@ -113,8 +119,8 @@ pub struct RunId {
 impl RunId {
     /// What plots and files call it.
     pub fn name(&self) -> String {
-        let Self { case, sampler, samples_per_pixel, wavelengths_per_path } = self;
-        format!("case{case}-{sampler}-c{wavelengths_per_path}-{samples_per_pixel}spp")
+        let Self { case, sampler, estimator, samples_per_pixel, wavelengths_per_path } = self;
+        format!("case{case}-{sampler}-{estimator}-c{wavelengths_per_path}-{samples_per_pixel}spp")
     }
 }
 
@@ -151,14 +157,27 @@ impl Request {
         let mut runs = Vec::new();
         for &samples_per_pixel in &self.samples_per_pixel {
             for case in 0..self.cases.len() {
-                for &wavelengths_per_path in &self.wavelengths_per_path {
+                for (estimator, wavelengths_per_path) in self.techniques() {
                     for &sampler in &self.samplers {
-                        runs.push(RunId { case, sampler, samples_per_pixel, wavelengths_per_path });
+                        runs.push(RunId {
+                            case,
+                            sampler,
+                            estimator,
+                            samples_per_pixel,
+                            wavelengths_per_path,
+                        });
                     }
                 }
             }
         }
         runs
+    }
+
+    /// What each sampler is used with: an estimator and a number of wavelengths.
+    fn techniques(&self) -> impl Iterator<Item = (Estimator, WavelengthCount)> {
+        let with =
+            |&estimator| self.wavelengths_per_path.iter().map(move |&wavelengths| (estimator, wavelengths));
+        self.estimators.iter().flat_map(with)
     }
 
     /// Replicates that a run has: a sampler without chance has but one.
@@ -199,7 +218,7 @@ fn derived_seed(seed: u64, purpose: Purpose, words: impl IntoIterator<Item = u64
 
 /// Seed of a run and its batch of replicates.
 fn seed_of_run(seed: u64, purpose: Purpose, id: &RunId, batch: u64) -> u64 {
-    let sampler = id.sampler.name().bytes().map(u64::from);
+    let names = id.sampler.name().bytes().chain(id.estimator.name().bytes()).map(u64::from);
     let numbers = [id.case as u64, id.samples_per_pixel.into(), id.wavelengths_per_path.get() as u64, batch];
-    derived_seed(seed, purpose, sampler.chain(numbers))
+    derived_seed(seed, purpose, names.chain(numbers))
 }

@@ -348,16 +348,20 @@ fn a_pane_hides_points_from_path_alone() {
     let point = r#"<emitter type="point"><point name="position" x="0" y="0" z="4"/></emitter>"#;
     let lamp = r#"<shape type="sphere"><point name="center" x="0" y="0" z="4"/>
         <emitter type="area"><float name="radiance" value="1"/></emitter></shape>"#;
-    let luminance = |integrator: &str, light: &str| {
+    let luminance = |integrator: &str, light: &str, samples: u32, seed: u64| {
         let camera = camera("2, 1, 1").replace("\"path\"", &format!("\"{integrator}\""));
         let film = expose(
             &scene(&format!("{camera}{floor}{pane}{light}")),
-            &settings(SAMPLES, WavelengthCount::Four, 1),
+            &settings(samples, WavelengthCount::Four, seed),
         );
-        mean_over_pixels(&film, |x, y| film.combined(x, y, [0.0, 1.0, 0.0])).0
+        mean_over_pixels(&film, |x, y| film.combined(x, y, [0.0, 1.0, 0.0]))
     };
-    assert_eq!(luminance("path", point), 0.0);
-    assert!(luminance("volpath", point) > 0.0);
-    let [path, volpath] = ["path", "volpath"].map(|integrator| luminance(integrator, lamp));
-    assert!(path > 0.0 && (path / volpath - 1.0).abs() < 0.05, "{path} {volpath}");
+    assert_eq!(luminance("path", point, SAMPLES, 1).0, 0.0);
+    assert!(luminance("volpath", point, SAMPLES, 1).0 > 0.0);
+    let (path, path_error) = luminance("path", lamp, 16 * SAMPLES, 1);
+    let (volpath, volpath_error) = luminance("volpath", lamp, 4 * SAMPLES, 2);
+    let error = path_error.hypot(volpath_error);
+    let sees = found(BOUND) * error / volpath;
+    assert!(sees < 0.02, "less than {sees} is not found");
+    assert!((path - volpath).abs() < BOUND * error, "{path} {volpath} ± {error}");
 }

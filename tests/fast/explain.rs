@@ -149,7 +149,7 @@ fn the_program_tells_and_draws_a_sample() {
         let common = ["explain", &scene, "--size=40x30", "--spp=8", "--estimator=plain"];
         folder.run(&[&common[..], more].concat())
     };
-    let output = ask(&["--pixel=20,15", "--brightest", "--svg=path.svg"]);
+    let output = ask(&["--pixel=20,15", "--svg=path.svg"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let told = stdout(&output);
     for part in ["pixel ", "hero", "surface: shape", "throughput", "light sample", "ends: "] {

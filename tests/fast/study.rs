@@ -3,6 +3,9 @@
 
 use crate::common::browser;
 use crate::common::folder::{Folder, of_repository, stderr, stdout};
+use abbe::output::exr;
+use abbe::spectrum::colour::rec709_to_xyz;
+use abbe::study::Reference;
 use image::DynamicImage;
 use image::codecs::png::PngDecoder;
 use std::collections::BTreeMap;
@@ -143,6 +146,40 @@ fn every_value_of_a_parameter_is_a_case() {
         assert_eq!(of.count(), 96);
     }
     assert!(folder.exists("plots/error-samples-case1.svg"));
+}
+
+/// A replicate by the shared estimator is the picture that `abbe render` makes with the seed in the table.
+#[test]
+fn the_shared_estimator_is_studied_as_it_renders() {
+    let folder = Folder::new("study-estimators");
+    let picture = ["--spp=16", "--size=16x16"];
+    let more = ["--samplers=sobol", "--estimator=plain,shared", "--replicates=4", "--seed=3", "-q"];
+    let output = study(&folder, &[&picture[..], &more].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let rows = table(&folder);
+    let of =
+        |estimator: &str| -> Vec<_> { rows.iter().filter(|row| row["estimator"] == estimator).collect() };
+    assert_eq!((of("plain").len(), of("shared").len()), (4, 4));
+
+    let channels = |name: &str| exr::read(&folder.path(name)).expect("it can be read");
+    let reference = Reference::from_channels(&channels("reference-case0.exr"), [16; 2]).expect("it is one");
+    let relmse = |row: &BTreeMap<String, String>| row["relmse"].parse::<f64>().expect("a number");
+    let mut found = Vec::new();
+    for row in of("shared") {
+        let scene = of_repository("tests/scenes/study/scene.xml");
+        let seed = ["--seed", &row["seed"], "--wavelengths=4", "-q", "-o", "replicate.exr"];
+        let rendered = folder.command(&[&["render", &scene][..], &picture, &seed].concat()).output();
+        let rendered = rendered.expect("the program starts");
+        assert_eq!(rendered.status.code(), Some(0), "{}", stderr(&rendered));
+        let file = channels("replicate.exr");
+        let [r, g, b] = ["R", "G", "B"].map(|name| file.channel(name).expect("it is there"));
+        let y: Vec<f64> = (0..r.len()).map(|i| rec709_to_xyz([r[i], g[i], b[i]].map(f64::from)).y).collect();
+        found.push((relmse(row), reference.relmse(&y)));
+    }
+    let agree = |told: f64, found: f64| (found / told - 1.0).abs() < 0.01;
+    assert!(found.iter().all(|&(told, found)| agree(told, found)), "{found:?}");
+    // Those of another seed are told from it.
+    assert!((1..4).all(|i| !agree(found[0].0, found[i].1)), "{found:?}");
 }
 
 #[cfg(unix)]

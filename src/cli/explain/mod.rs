@@ -26,13 +26,10 @@ pub struct Args {
     #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
     pixel: [u32; 2],
 
-    /// Which of the pixel's own samples, from 0 [default: the brightest]
+    /// Which of the pixel's own samples, from 0 [default: the one that brings the most to the pixel, its own
+    /// or a neighbour's that the filter spreads over it]
     #[arg(long, value_name = "K")]
     sample: Option<u64>,
-
-    /// The sample that brings the most to the pixel, its own or a neighbour's that the filter spreads over it
-    #[arg(long, conflicts_with = "sample")]
-    brightest: bool,
 
     #[command(flatten)]
     sampling: SamplingOptions,

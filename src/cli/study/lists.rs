@@ -1,5 +1,7 @@
 //! The lists that a study takes on the command line.
 
+use super::super::sampling_options;
+use abbe::integrator::Estimator;
 use abbe::render::WavelengthCount;
 use abbe::sampling::SamplerKind;
 
@@ -54,10 +56,16 @@ pub fn parse_spp(text: &str) -> Result<List<u32>, String> {
 }
 
 pub fn parse_wavelengths(text: &str) -> Result<List<WavelengthCount>, String> {
-    text.split(',')
-        .map(|count| super::super::sampling_options::parse_wavelengths(count.trim()))
-        .collect::<Result<_, _>>()
-        .map(distinct)
+    parse_each(text, sampling_options::parse_wavelengths)
+}
+
+pub fn parse_estimators(text: &str) -> Result<List<Estimator>, String> {
+    parse_each(text, sampling_options::parse_estimator)
+}
+
+/// Values with commas between them.
+fn parse_each<T: PartialEq>(text: &str, parse: fn(&str) -> Result<T, String>) -> Result<List<T>, String> {
+    text.split(',').map(|value| parse(value.trim())).collect::<Result<_, _>>().map(distinct)
 }
 
 pub fn parse_target(text: &str) -> Result<f64, String> {

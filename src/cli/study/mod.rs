@@ -6,6 +6,7 @@ use super::scene_options::{PictureOptions, SceneOptions};
 use super::stop::stop_on_signal;
 use super::{Failure, print_message};
 use abbe::film::Region;
+use abbe::integrator::Estimator;
 use abbe::output::exr;
 use abbe::render::WavelengthCount;
 use abbe::sampling::SamplerKind;
@@ -15,7 +16,7 @@ use abbe::study::{
     Case, CaseId, Folder, ForeignStudy, Reference, ReferenceError, ReferenceRequest, Request, RunId, measure,
     reference,
 };
-use lists::{List, parse_samplers, parse_spp, parse_target, parse_wavelengths};
+use lists::{List, parse_estimators, parse_samplers, parse_spp, parse_target, parse_wavelengths};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -46,6 +47,11 @@ pub struct Args {
     /// Wavelengths that a path carries: 1, 4, 8 or several of them
     #[arg(long, value_name = "C", default_value = "4", value_parser = parse_wavelengths)]
     wavelengths: List<WavelengthCount>,
+
+    /// Estimators to use the samplers with: plain (each pixel traces its own paths), shared (as render does
+    /// unless told otherwise; each picture has pilots of its own, whose time counts), or plain,shared
+    #[arg(long, value_name = "E", default_value = "plain", value_parser = parse_estimators)]
+    estimator: List<Estimator>,
 
     /// Independent pictures of each run, whose spread tells the error of its error
     #[arg(long, value_name = "R", default_value = "16", value_parser = clap::value_parser!(u32).range(2..=1024))]
@@ -272,6 +278,7 @@ fn request(args: &Args, cases: &[Case], threads: u32) -> Result<(Request, Option
         version: env!("CARGO_PKG_VERSION").to_owned(),
         cases: cases.iter().map(|case| case.id.clone()).collect(),
         samplers: args.samplers.0.clone(),
+        estimators: args.estimator.0.clone(),
         samples_per_pixel: args.spp.0.clone(),
         wavelengths_per_path: args.wavelengths.0.clone(),
         replicates: args.replicates,

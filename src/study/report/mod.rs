@@ -7,6 +7,7 @@ mod tables;
 use super::fit::{Measurement, PowerLaw};
 use super::measure::{EqualTime, equal_time};
 use super::{Case, Folder, Reference, Request, Run, RunId, Spectrum, spectra};
+use crate::integrator::Estimator;
 use crate::plot::{Dash, INKS, Ink, Marker};
 use crate::render::{Progress, WavelengthCount};
 use crate::sampling::SamplerKind;
@@ -43,6 +44,7 @@ pub struct Context {
 struct Series<'a> {
     case: usize,
     sampler: SamplerKind,
+    estimator: Estimator,
     wavelengths: WavelengthCount,
     label: String,
     ink: Ink,
@@ -72,6 +74,12 @@ impl Series<'_> {
         Some(Reached { seconds, factor, extrapolated: !(shortest..=longest).contains(&seconds) })
     }
 
+    /// The series of a sampler that has all else in common with this one.
+    fn of_sampler<'a>(&self, all: &'a [Self], sampler: SamplerKind) -> Option<&'a Self> {
+        let technique = (self.estimator, self.wavelengths);
+        all.iter().find(|other| other.sampler == sampler && (other.estimator, other.wavelengths) == technique)
+    }
+
     fn at(&self, samples: u32) -> Option<&Run> {
         self.runs.iter().find(|run| run.id.samples_per_pixel == samples).copied()
     }
@@ -80,20 +88,27 @@ impl Series<'_> {
 impl Findings<'_> {
     fn series(&self, case: usize) -> Vec<Series<'_>> {
         let mut all = Vec::new();
-        for (dash, &wavelengths) in self.request.wavelengths_per_path.iter().enumerate() {
+        for (dash, (estimator, wavelengths)) in self.request.techniques().enumerate() {
             for &sampler in &self.request.samplers {
                 let mut runs: Vec<&Run> = self
                     .runs
                     .iter()
                     .filter(|run| {
                         let id = &run.id;
-                        id.case == case && id.sampler == sampler && id.wavelengths_per_path == wavelengths
+                        (id.case, id.sampler) == (case, sampler)
+                            && (id.estimator, id.wavelengths_per_path) == (estimator, wavelengths)
                     })
                     .collect();
                 runs.sort_by_key(|run| run.id.samples_per_pixel);
                 // A sampler has the same ink in every study.
                 let place = SamplerKind::NAMES.iter().position(|&(_, kind)| kind == sampler).unwrap_or(0);
-                let several = self.request.wavelengths_per_path.len() > 1;
+                let mut label = sampler.to_string();
+                if self.request.estimators.len() > 1 {
+                    label += &format!(", {estimator}");
+                }
+                if self.request.wavelengths_per_path.len() > 1 {
+                    label += &format!(", C = {wavelengths}");
+                }
                 let law = |x: fn(&Run) -> f64| {
                     let point = |run: &&Run| Measurement { x: x(run), relmse: run.error() };
                     PowerLaw::fit(&runs.iter().map(point).collect::<Vec<_>>())
@@ -101,12 +116,9 @@ impl Findings<'_> {
                 all.push(Series {
                     case,
                     sampler,
+                    estimator,
                     wavelengths,
-                    label: if several {
-                        format!("{sampler}, C = {wavelengths}")
-                    } else {
-                        sampler.to_string()
-                    },
+                    label,
                     ink: INKS[place % INKS.len()],
                     marker: Marker::ALL[place % Marker::ALL.len()],
                     dash: [None, Some(Dash(6.0, 3.0)), Some(Dash(2.0, 3.0))][dash % 3],

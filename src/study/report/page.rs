@@ -97,11 +97,8 @@ fn summary(findings: &Findings, section: &Section) -> String {
     let Some((series, run)) = best else {
         return "No run has an error that can be told from 0.".to_owned();
     };
-    let independent = section
-        .series
-        .iter()
-        .find(|s| s.sampler == SamplerKind::Independent && s.wavelengths == series.wavelengths);
-    let gain = independent
+    let gain = series
+        .of_sampler(&section.series, SamplerKind::Independent)
         .filter(|independent| independent.sampler != series.sampler)
         .and_then(|independent| independent.at(run.id.samples_per_pixel))
         .map_or(String::new(), |other| {
@@ -155,6 +152,7 @@ fn asked(out: &mut String, findings: &Findings) {
         ("Scene", format!("{}<br>{}", escaped(&context.scene), escaped(&parameters.join("; ")))),
         ("Command", code(&context.command)),
         ("Samplers", escaped(&listed(&request.samplers))),
+        ("Estimators", listed(&request.estimators)),
         ("Samples per pixel", listed(&request.samples_per_pixel)),
         ("Wavelengths per path", listed(&request.wavelengths_per_path)),
         ("Replicates of each run", request.replicates.to_string()),
@@ -198,12 +196,8 @@ fn results(out: &mut String, findings: &Findings, section: &Section) {
     );
     for series in &section.series {
         let run = series.at(last);
-        let independent = section
-            .series
-            .iter()
-            .find(|other| {
-                other.sampler == SamplerKind::Independent && other.wavelengths == series.wavelengths
-            })
+        let independent = series
+            .of_sampler(&section.series, SamplerKind::Independent)
             .and_then(|independent| independent.at(last));
         let gain = run.zip(independent).map_or("–".to_owned(), |(run, other)| {
             format!("{} ×", short(run.efficiency() / other.efficiency()))
@@ -236,8 +230,9 @@ fn method(out: &mut String, findings: &Findings) {
     let r = findings.request.replicates;
     let paragraphs = [
         format!(
-            "A run is one sampler with one number of samples per pixel, rendered {r} times over: each replicate is a picture of its own, one \
-             independent sequence of samples in each pixel. The regular grid knows no chance and is rendered once. Every run has its own seed \
+            "A run is one sampler with one number of samples per pixel, rendered {r} times over: each replicate is a picture of its own. By the \
+             plain estimator it has one independent sequence of samples in each pixel; by the shared one it is made as abbe render makes it, \
+             with pilots of its own, whose time counts. The regular grid knows no chance and is rendered once. Every run has its own seed \
              (in runs.csv), so runs are independent of one another."
         ),
         "The error of a replicate A is relMSE = mean((A − B)²/(B² + 0.01·mean(B)²)) of the luminance Y over all pixels, with the reference B; \
@@ -267,7 +262,7 @@ fn method(out: &mut String, findings: &Findings) {
 fn all_runs(out: &mut String, findings: &Findings) {
     let _ = writeln!(
         out,
-        "<details>\n<summary>All runs</summary>\n<table>\n<thead><tr><th>Case</th><th>Sampler</th><th>C</th><th>Samples per pixel</th>\
+        "<details>\n<summary>All runs</summary>\n<table>\n<thead><tr><th>Case</th><th>Sampler</th><th>Estimator</th><th>C</th><th>Samples per pixel</th>\
          <th>relMSE</th><th>Relative RMSE</th><th>CPU time, s</th><th>Efficiency, s⁻¹</th></tr></thead>"
     );
     for run in &findings.runs {
@@ -275,9 +270,10 @@ fn all_runs(out: &mut String, findings: &Findings) {
         let label = case_label(findings, id.case);
         let _ = writeln!(
             out,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             escaped(if label.is_empty() { &findings.context.scene } else { &label }),
             id.sampler,
+            id.estimator,
             id.wavelengths_per_path,
             id.samples_per_pixel,
             with_interval(run),

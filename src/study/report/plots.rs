@@ -193,7 +193,9 @@ fn errors_at_equal_time(series: &[Series], equal: &[EqualTime]) -> Option<Report
     let end = round_up(*sizes.get(sizes.len().checked_sub(1)? * 95 / 100)?);
     let label = |picture: &EqualTime| {
         let same = |series: &&Series| {
-            (series.sampler, series.wavelengths) == (picture.id.sampler, picture.id.wavelengths_per_path)
+            let id = &picture.id;
+            (series.sampler, series.estimator, series.wavelengths)
+                == (id.sampler, id.estimator, id.wavelengths_per_path)
         };
         series.iter().find(same).map_or(picture.id.sampler.to_string(), |series| series.label.clone())
     };

@@ -21,6 +21,7 @@ pub(super) fn csv(findings: &Findings) -> String {
     header.extend(
         [
             "sampler",
+            "estimator",
             "samples_per_pixel",
             "wavelengths_per_path",
             "replicate",
@@ -38,6 +39,7 @@ pub(super) fn csv(findings: &Findings) -> String {
         let seeds = request.seeds(case, &id);
         for (replicate, (relmse, seed)) in run.relmse.iter().zip(seeds).enumerate() {
             let parameters = case.id.parameters.iter().map(|(_, value)| field(value));
+            let names = [id.sampler.to_string(), id.estimator.to_string()];
             let numbers = [
                 id.samples_per_pixel.to_string(),
                 id.wavelengths_per_path.to_string(),
@@ -47,7 +49,7 @@ pub(super) fn csv(findings: &Findings) -> String {
                 run.bad_values.to_string(),
                 run.cpu_seconds.to_string(),
             ];
-            let row: Vec<String> = parameters.chain([id.sampler.to_string()]).chain(numbers).collect();
+            let row: Vec<String> = parameters.chain(names).chain(numbers).collect();
             text += &(row.join(",") + "\n");
         }
     }
@@ -70,6 +72,7 @@ pub(super) fn json(findings: &Findings, sections: &[Section]) -> io::Result<Vec<
             json!({
                 "case": run.id.case,
                 "sampler": run.id.sampler,
+                "estimator": run.id.estimator,
                 "samples_per_pixel": run.id.samples_per_pixel,
                 "wavelengths_per_path": run.id.wavelengths_per_path,
                 "relmse_of_each_replicate": run.relmse,
@@ -88,6 +91,7 @@ pub(super) fn json(findings: &Findings, sections: &[Section]) -> io::Result<Vec<
         json!({
             "case": series.case,
             "sampler": series.sampler,
+            "estimator": series.estimator,
             "wavelengths_per_path": series.wavelengths,
             "log_rmse_against_log_samples": series.against_samples,
             "log_rmse_against_log_cpu_time": series.against_time,
