@@ -43,7 +43,7 @@ pub enum Content {
 declare! {
     Class::Medium => Content;
 
-    "homogeneous", "the same everywhere"
+    "homogeneous", "one extinction everywhere; `albedo`, `emission` and `temperature` may be a `<volume>`"
         => Content::Homogeneous { extinction, scale, albedo, phase, emission } {
         extinction: EXTINCTION,
         scale: SCALE,
@@ -51,7 +51,8 @@ declare! {
         phase: PhaseFunction,
         emission: Emission,
     } ignoring [weighed("sample_emitters"), weighed("has_spectral_extinction")] then steady;
-    "heterogeneous", "may vary from place to place"
+    "heterogeneous",
+    "varies from place to place: `sigma_t`, `albedo`, `emission` and `temperature` may be a `<volume>`"
         => Content::Heterogeneous { extinction, scale, albedo, phase, emission, density } {
         extinction: EXTINCTION,
         scale: SCALE,

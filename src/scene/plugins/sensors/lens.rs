@@ -22,12 +22,13 @@ impl Field for LensAndClips {
         let blades = Parameter::new("aperture_blades", Takes::Integer(0, MOST_BLADES));
         let rotation = Parameter::new("aperture_rotation", Takes::Float(Range::ALL));
         let focus = Parameter::new("focus_distance", Takes::Float(Range::POSITIVE));
+        let of_stop = "in place of `aperture_radius`, focal length over diameter";
         let of_blades = "straight blades that bound the aperture, 3 or more; 0 for a round one";
         let of_rotation = "by how much the blades are turned, counter-clockwise from behind the camera";
         let zero = || "0".to_owned();
         let of_lens = vec![
-            Parameter { is_required: true, doc: "radius of the lens", ..radius },
-            Parameter { is_extension: true, doc: "instead, focal length over diameter", ..stop },
+            Parameter { is_required: true, doc: "radius of the lens; not with `f_stop`", ..radius },
+            Parameter { is_extension: true, doc: of_stop, ..stop },
             Parameter { is_extension: true, default: zero(), doc: of_blades, ..blades },
             Parameter { is_extension: true, default: zero(), unit: "degrees", doc: of_rotation, ..rotation },
             Parameter { doc: "distance that is in focus; otherwise `far_clip`", ..focus },
