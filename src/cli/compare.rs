@@ -1,4 +1,4 @@
-use super::Failure;
+use super::{Failure, is_same};
 use abbe::compare::{Comparison, Condition, Map, MapKind, Options, Unmet, compare, flip};
 use abbe::output::{exr, png};
 use std::path::{Path, PathBuf};
@@ -160,9 +160,7 @@ fn refuse_what_cannot_be_written(path: &Path, args: &Args) -> Result<(), Failure
     if !folder.is_dir() {
         return refused(&format!("there is no folder {}", folder.display()), "make it first");
     }
-    let same =
-        |other: &Path| path.canonicalize().is_ok_and(|path| other.canonicalize().is_ok_and(|o| o == path));
-    if args.pictures.iter().chain(&args.reference).any(|compared| same(compared)) {
+    if args.pictures.iter().chain(&args.reference).any(|compared| is_same(path, compared)) {
         return refused("the picture would go over one that is compared", "give it another name");
     }
     Ok(())

@@ -1,6 +1,7 @@
-use super::Failure;
 use super::scene_options::SceneOptions;
+use super::{Failure, refuse_to_replace};
 use abbe::integrator::why_nothing_is_shared;
+use abbe::output::write_whole;
 use abbe::scene::{CompileOptions, compile, json, outline};
 use std::path::{Path, PathBuf};
 
@@ -22,6 +23,9 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let description = args.scene.read()?;
+    if let Some(path) = &args.output {
+        refuse_to_replace(&description, path, "give the output another name")?;
+    }
     let range = description.sensor.film.wavelength_range();
     let mut description = description.over(range);
     let scene = compile(&description, &CompileOptions::default())
@@ -41,7 +45,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         format!("{}renderer: {}\nshared between pixels: {shared}\n", outline(&description), scene.features())
     };
     match &args.output {
-        Some(path) => std::fs::write(path, text)
+        Some(path) => write_whole(path, text.as_bytes())
             .map_err(|error| Failure::Other(format!("error: cannot write {}: {error}", path.display()))),
         None => super::print(&text),
     }

@@ -18,8 +18,10 @@ mod study;
 mod tev;
 mod view;
 
+use abbe::scene::Description;
 use clap::{Parser, Subcommand};
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// A spectral, physically based Monte Carlo renderer.
@@ -75,6 +77,22 @@ pub enum Failure {
 /// the work goes on.
 fn print_message(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Refuses to write over a file that a scene is read from.
+fn refuse_to_replace(description: &Description, output: &Path, remedy: &str) -> Result<(), Failure> {
+    if !description.files.iter().any(|file| is_same(file, output)) {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "error: {}: the scene is read from this file\nhelp: {remedy}",
+        output.display()
+    )))
+}
+
+/// Whether two paths lead to the same file.
+fn is_same(a: &Path, b: &Path) -> bool {
+    a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
 
 /// Writes to standard output. Who reads no further, such as `head`, has had enough: that is no failure.

@@ -2,6 +2,7 @@ mod plot;
 mod report;
 
 use super::Failure;
+use abbe::output::write_whole;
 use abbe::spectrum::catalogue::{self, Kind, Quantity};
 use abbe::spectrum::table_file::TableFile;
 use abbe::spectrum::{Extrapolation, Spectrum, text};
@@ -76,7 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input(format!("say which to plot: --kind {}", kinds.join(" or --kind "))));
     };
     let bytes = plot::draw(subject).file(path).map_err(Failure::Input)?;
-    std::fs::write(path, bytes)
+    write_whole(path, &bytes)
         .map_err(|error| Failure::Other(format!("cannot write {}: {error}", path.display())))
 }
 

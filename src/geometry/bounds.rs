@@ -23,6 +23,11 @@ impl Bounds {
         Self { min: self.min.min(point), max: self.max.max(point) }
     }
 
+    /// The largest coordinate of its points, whatever its sign.
+    pub fn reach(self) -> f64 {
+        if self.is_empty() { 0.0 } else { self.min.abs().max(self.max.abs()).max_element() }
+    }
+
     /// The smallest box around both.
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }

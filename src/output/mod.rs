@@ -89,9 +89,9 @@ impl Picture<'_> {
         self.film.replicates >= 2
     }
 
-    /// The first name that two channels of the file would have, if any. `others` are those of images that are
-    /// still to come.
-    pub fn repeated_name(
+    /// What the file would have that no file can have: two channels of one name, or a channel without a name
+    /// or with too long a one. `others` are the names of images that are still to come.
+    pub fn refused_name(
         content: &Content,
         moments: Option<&[String; 2]>,
         others: &[String],
@@ -106,8 +106,20 @@ impl Picture<'_> {
             moments.into_iter().flatten().flat_map(|stem| ["X", "Y", "Z"].map(|xyz| format!("{stem}.{xyz}"))),
         );
         let mut known = BTreeSet::new();
-        names.iter().chain(others).find(|name| !known.insert(*name)).cloned()
+        names.iter().chain(others).find_map(|name| match name.len() {
+            0 => Some("a channel without a name".to_owned()),
+            length if length > LONGEST_NAME => Some(format!("a channel whose name has {length} bytes")),
+            _ => (!known.insert(name)).then(|| format!("two channels \"{name}\"")),
+        })
     }
+}
+
+/// Bytes of the longest name that a channel may have: OpenEXR takes 255, and `error.` may stand before it.
+const LONGEST_NAME: usize = 249;
+
+/// Where a symbolic link leads to: the link stays.
+fn followed(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
 /// Where a file is made before it is moved to its place.
@@ -127,7 +139,7 @@ pub fn refuse_unwritable(path: &Path) -> std::io::Result<()> {
     if path.is_dir() {
         return Err(std::io::ErrorKind::IsADirectory.into());
     }
-    let unfinished = unfinished(path)?;
+    let unfinished = unfinished(&followed(path))?;
     std::fs::File::create(&unfinished)?;
     std::fs::remove_file(&unfinished)
 }
@@ -138,11 +150,17 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 }
 
 /// The same of a file that is made bit by bit. Whatever happens, at its place is either all that was there
-/// before or all that is written now.
+/// before or all that is written now. A pipe or a terminal is written to as it is.
 fn write_through(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> std::io::Result<()> {
+    let path = &followed(path);
+    if path.exists() && !path.is_file() && !path.is_dir() {
+        let mut file = BufWriter::new(File::options().write(true).open(path)?);
+        write(&mut file)?;
+        return file.flush();
+    }
     let unfinished = unfinished(path)?;
     let written = (|| {
         let mut file = BufWriter::new(File::create(&unfinished)?);

@@ -14,6 +14,7 @@ use crate::geometry::{Transform, Vec3};
 use crate::sampling::SamplerKind;
 use crate::units::WavelengthRange;
 use glam::DMat4;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 pub(crate) const PLACE: Place = Place { file: 0, span: 0..0 };
@@ -121,6 +122,7 @@ pub(crate) fn described(shapes: Vec<ShapeDescription>, from: Vec3, to: Vec3) -> 
     };
     Description {
         sources: Sources::default(),
+        files: BTreeSet::new(),
         integrator,
         sensor,
         shapes,

@@ -2,6 +2,10 @@
 
 use std::fmt;
 
+/// How far shapes may reach from the middle of the scene. Trees are built and searched in single precision,
+/// where the area of a box has to be a number.
+pub const FARTHEST: f64 = 1e18;
+
 /// Why a shape cannot be made.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ShapeError {
@@ -43,6 +47,8 @@ pub enum ShapeError {
     Exponent(f64),
     /// The placement makes the shape too thin or too large to compute with.
     Placement,
+    /// It reaches farther than [`FARTHEST`] from the middle of the scene.
+    Far,
     /// A triangle refers to a vertex that does not exist.
     VertexIndex {
         /// Number of the triangle.
@@ -116,6 +122,7 @@ impl fmt::Display for ShapeError {
             Self::Placement => {
                 write!(f, "the transform makes the shape too thin or too large to compute with")
             }
+            Self::Far => write!(f, "it reaches farther than {FARTHEST:e} from the middle of the scene"),
             Self::VertexIndex { triangle, index, vertices } => {
                 write!(f, "triangle {triangle} refers to vertex {index}, but there are {vertices} vertices")
             }

@@ -43,7 +43,7 @@ pub use crossing::{Crossing, Crossings};
 pub use curves::{ControlPoint, CurveKind, Curves, SweptSphere};
 pub use cylinder::Cylinder;
 pub use disk::Disk;
-pub use error::ShapeError;
+pub use error::{FARTHEST, ShapeError};
 pub use grid_shape::GridShape;
 pub use heightfield::{HeightData, HeightField, Terrain};
 pub use hit::{

@@ -117,6 +117,72 @@ fn soon(mut child: Child) -> Output {
     child.wait_with_output().expect("the program ends")
 }
 
+/// What the scene is read from stays: its own file, and an image that has the name of the PNG.
+#[test]
+fn nothing_is_written_over_the_files_of_a_scene() {
+    let folder = Folder::new("own-files");
+    folder.ends(
+        0,
+        &["render", &of_repository("scenes/box/scene.xml"), "--spp=1", "--size=4x4", "-o", "tile.exr", "-q"],
+    );
+    let scene = r#"<scene version="3.0.0"><sensor type="perspective"/><emitter type="constant"/>
+        <shape type="sphere"><bsdf type="diffuse"><texture name="reflectance" type="bitmap">
+        <string name="filename" value="tile.png"/></texture></bsdf></shape></scene>"#;
+    folder.write("tile.xml", scene);
+    let before = folder.files();
+    let tile = folder.bytes("tile.png");
+    let small = ["tile.xml", "--spp=1", "--size=4x4", "-q"];
+    for wrong in [
+        &["info", "tile.xml", "-o", "tile.xml"][..],
+        &["info", "tile.xml", "--json", "-o", "./tile.png"],
+        &[&["render"], &small[..]].concat(),
+        &["explain", "tile.xml", "--pixel=1,1", "--svg", "tile.png"],
+    ] {
+        let told = folder.ends(2, wrong);
+        assert!(told.contains("the scene is read from this file") && told.contains("help: "), "{told}");
+    }
+    assert!(folder.text("tile.xml") == scene && folder.bytes("tile.png") == tile);
+    assert_eq!(folder.files(), before);
+    folder.ends(0, &[&["render"], &small[..], &["--no-png"]].concat());
+    assert!(folder.bytes("tile.png") == tile);
+}
+
+/// A link stays and leads to the picture.
+#[cfg(unix)]
+#[test]
+fn a_picture_lands_where_a_link_leads_to() {
+    let folder = Folder::new("links");
+    std::fs::create_dir(folder.path("disk")).expect("a folder");
+    folder.write("disk/real.exr", "");
+    std::os::unix::fs::symlink("disk/real.exr", folder.path("link.exr")).expect("a link");
+    let scene = of_repository("scenes/box/scene.xml");
+    folder.ends(0, &["render", &scene, "--spp=1", "--size=4x4", "--no-png", "-q", "-o", "link.exr"]);
+    assert!(folder.path("link.exr").is_symlink());
+    assert!(!folder.picture("disk/real.exr").channels.is_empty());
+}
+
+/// What could never be written or reached is refused before the render.
+#[test]
+fn what_cannot_come_about_is_refused_at_once() {
+    let folder = Folder::new("never");
+    let scene = of_repository("scenes/box/scene.xml");
+    let long = format!("--aov={}:depth", "n".repeat(250));
+    for (wrong, problem) in [
+        (&["--until=error<1%", "--replicates=1"][..], "one replicate"),
+        (&["--until=error<1%", "--sampler=regular"], "one replicate"),
+        (&[long.as_str()], "a channel whose name has 252 bytes"),
+    ] {
+        let told = folder.ends(2, &[&["render", &scene, "--size=4x4", "-q"], wrong].concat());
+        assert!(told.contains(problem), "{told}");
+    }
+    let far = r#"<scene version="3.0.0"><sensor type="perspective"/><emitter type="constant"/><shape type="sphere"/>
+        <shape type="rectangle"><transform name="to_world"><translate x="1e36"/></transform></shape></scene>"#;
+    folder.write("far.xml", far);
+    let told = folder.ends(2, &["render", "far.xml", "--size=4x4", "--spp=1", "-q"]);
+    assert!(told.contains("far.xml:2") && told.contains("farther than 1e18"), "{told}");
+    assert_eq!(folder.files(), ["far.xml"]);
+}
+
 #[test]
 fn a_scene_without_light_is_told_before_the_render() {
     let folder = Folder::new("dark");

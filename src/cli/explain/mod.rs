@@ -1,10 +1,11 @@
 mod picture;
 mod text;
 
-use super::Failure;
 use super::render::{cannot_write, thread_pool};
 use super::sampling_options::SamplingOptions;
 use super::scene_options::SceneOptions;
+use super::{Failure, refuse_to_replace};
+use abbe::output::write_whole;
 use abbe::render::{Wanted, explain};
 use abbe::scene::compile;
 use std::path::PathBuf;
@@ -49,6 +50,9 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut description = args.scene.read()?;
+    if let Some(path) = &args.svg {
+        refuse_to_replace(&description, path, "give the drawing another name")?;
+    }
     args.sampling.apply_to(&mut description, None);
     let range = args.sampling.range(&description);
     let description = description.over(range);
@@ -65,7 +69,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let bytes = drawing
             .file(path)
             .map_err(|problem| Failure::Input(format!("error: --svg {}: {problem}", path.display())))?;
-        std::fs::write(path, bytes).map_err(|error| cannot_write(path, &error))?;
+        write_whole(path, &bytes).map_err(|error| cannot_write(path, &error))?;
     }
     if args.json {
         let json = serde_json::to_string_pretty(&explained)

@@ -150,6 +150,8 @@ struct Request<'a> {
 
 fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
     let Request { description, range, read, ref output, frame, stop, page } = *request;
+    let places = args.long.places(output, args.png.is_wanted(), frame.is_some());
+    places.refuse_files_of(description)?;
     let options = args.sampling.compile_options(range);
     let began = Instant::now();
     let scene = compile(description, &options).map_err(|errors| Failure::Input(errors.to_string()))?;
@@ -172,14 +174,14 @@ fn picture(args: &Args, request: &Request) -> Result<(), Failure> {
         warn(&scene);
     }
     refuse_what_no_memory_holds(&scene, &settings)?;
+    args.long.until.refuse_without_errors(settings.schedule())?;
     let aovs = [description.integrator.aovs.clone(), args.aov.clone()].concat();
     let content = content(&description.sensor.film);
     let moments = description.integrator.moments.as_ref().map(Moments::stems);
-    refuse_repeated_names(&content, moments.as_ref(), &aovs)?;
+    refuse_names(&content, moments.as_ref(), &aovs)?;
     let counts = args.stats || aovs.iter().any(|aov| aov.kind == AovKind::Cost);
     let scene = if counts { scene.counting() } else { scene };
     let pool = thread_pool(args.threads)?;
-    let places = args.long.places(output, args.png.is_wanted(), frame.is_some());
     let names: Vec<String> = aovs.iter().flat_map(Aov::channels).collect();
     let kept = Kept {
         path: places.checkpoint.clone(),
@@ -339,17 +341,13 @@ fn content(film: &description::Film) -> Content {
     }
 }
 
-fn refuse_repeated_names(
-    content: &Content,
-    moments: Option<&[String; 2]>,
-    aovs: &[Aov],
-) -> Result<(), Failure> {
+fn refuse_names(content: &Content, moments: Option<&[String; 2]>, aovs: &[Aov]) -> Result<(), Failure> {
     let names: Vec<String> = aovs.iter().flat_map(Aov::channels).collect();
-    match Picture::repeated_name(content, moments, &names) {
+    match Picture::refused_name(content, moments, &names) {
         None => Ok(()),
-        Some(name) => Err(Failure::Input(format!(
-            "error: the picture would have two channels \"{name}\"\n\
-             help: give each image a name of its own, for instance --aov second:depth"
+        Some(problem) => Err(Failure::Input(format!(
+            "error: the picture would have {problem}\n\
+             help: give each image a name of its own, for instance --aov second:depth; OpenEXR takes 255 bytes, error. included"
         ))),
     }
 }

@@ -1,10 +1,11 @@
 //! When a render ends before its last sample: at an error (`--until`) or a time (`--time`).
 
+use super::super::Failure;
 use super::super::progress::End;
 use super::outcome::Outcome;
 use abbe::film::Film;
 use abbe::output::target::{Estimate, Target};
-use abbe::render::Work;
+use abbe::render::{Schedule, Work};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -33,6 +34,18 @@ impl UntilOptions {
     /// Whether a render may end before it has the samples that are asked for.
     pub fn ends_early(&self) -> bool {
         self.until.is_some() || self.time.is_some()
+    }
+
+    /// An error that is never known is never small enough.
+    pub fn refuse_without_errors(&self, schedule: Schedule) -> Result<(), Failure> {
+        if self.until.is_none() || schedule.replicates > 1 {
+            return Ok(());
+        }
+        Err(Failure::Input(
+            "error: --until: the samples are one replicate, which tells no error\n\
+             help: take more samples or replicates; the sampler regular has no errors"
+                .to_owned(),
+        ))
     }
 
     /// When a render ends that has `all` samples of each pixel at most, `total` in all.

@@ -40,6 +40,11 @@ pub fn serve(page: Arc<Page>, port: u16) -> std::io::Result<SocketAddr> {
         let (server, page) = (server.clone(), page.clone());
         std::thread::Builder::new().name("page".to_owned()).spawn(move || {
             while let Ok(request) = server.recv() {
+                if request.body_length().is_some_and(|bytes| bytes > LARGEST_BODY) {
+                    // To drop it takes memory for all that it says it sends.
+                    std::mem::forget(request);
+                    continue;
+                }
                 let answer = answer(&page, &request, address);
                 // Who asked may have gone.
                 let _ = request.respond(answer);
@@ -48,6 +53,9 @@ pub fn serve(page: Arc<Page>, port: u16) -> std::io::Result<SocketAddr> {
     }
     Ok(address)
 }
+
+/// Bytes of the largest request that is answered. The page sends none.
+const LARGEST_BODY: usize = 1 << 16;
 
 type Answer = Response<std::io::Cursor<Vec<u8>>>;
 

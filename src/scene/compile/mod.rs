@@ -118,7 +118,8 @@ impl Compiler<'_> {
         let mut materials = MaterialCompiler::new(self.options.range, shift);
         let (mut geometries, mut surfaces, mut lights) = (Vec::new(), Vec::new(), Vec::new());
         for Traced { shape, to_traced, flip_normals, part, carried } in groups.shapes(&shift) {
-            let geometry = shapes::place(shape, &to_traced, flip_normals, part);
+            let geometry =
+                shapes::place(shape, &to_traced, flip_normals, part).and_then(shapes::within_reach);
             let Some(geometry) = self.keep(&shape.place, geometry) else { continue };
             if part {
                 self.refuse_open(shape, &geometry);
@@ -444,7 +445,7 @@ impl Compiler<'_> {
         self.errors.push(SceneError::at(
             place,
             format!("this shape cannot be made: {error}"),
-            "a shape of finite size that is not flattened by its transform",
+            "a shape of finite size that is not flattened by its transform, and not too far from the others",
         ));
     }
 }

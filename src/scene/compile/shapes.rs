@@ -3,8 +3,8 @@
 use crate::geometry::{Bounds, Transform};
 use crate::scene::description::{ShapeDescription, ShapeKind};
 use crate::shape::{
-    self, Curves, Cylinder, Disk, GridShape, HeightField, Mesh, MeshData, Patches, ProfileOrImplicit,
-    Quadric, SdfGrid, ShapeError, Sphere, SweptSphere, Torus, compute_vertex_normals,
+    self, Curves, Cylinder, Disk, FARTHEST, GridShape, HeightField, Mesh, MeshData, Patches,
+    ProfileOrImplicit, Quadric, SdfGrid, ShapeError, Sphere, SweptSphere, Torus, compute_vertex_normals,
 };
 
 /// A shape in coordinates to which a transform takes its own. As a part of a solid it is not rounded to
@@ -64,6 +64,11 @@ pub(in crate::scene) fn place(
             shape::Shape::Mesh(if part { Mesh::part(mesh, to_world, placed)? } else { Mesh::new(placed)? })
         }
     })
+}
+
+/// The same, unless no tree could hold it.
+pub(super) fn within_reach(shape: shape::Shape) -> Result<shape::Shape, ShapeError> {
+    if shape.bounds().reach() <= FARTHEST { Ok(shape) } else { Err(ShapeError::Far) }
 }
 
 /// The box around a shape; empty where it cannot be made.

@@ -34,12 +34,16 @@ pub use spectra::{
 
 use super::source::{Place, Sources};
 use crate::units::WavelengthRange;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 
 /// What a scene file says.
 #[derive(Clone, Debug)]
 pub struct Description {
     /// The files that it was read from, for messages that point into them.
     pub sources: Sources,
+    /// Where all is that it was read from: scene files, images, meshes, tables.
+    pub files: BTreeSet<PathBuf>,
     /// How light is followed.
     pub integrator: Integrator,
     /// The sensor that is rendered, one of those that the file may have.

@@ -3,38 +3,50 @@
 use super::super::source::{Place, SceneError};
 use super::{Reader, hints};
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A larger scene file is refused: meshes belong into files of their own.
 pub(in crate::scene) const LARGEST_SCENE_FILE: u64 = 256 << 20;
 
-/// Folders in which files are sought, the first first.
+/// Folders in which files are sought, the first first, and what was found in them.
 #[derive(Clone, Debug)]
-pub(in crate::scene) struct Search(Vec<PathBuf>);
+pub(in crate::scene) struct Search {
+    folders: Vec<PathBuf>,
+    /// Of this search and all that are made from it.
+    found: Arc<Mutex<BTreeSet<PathBuf>>>,
+}
 
 impl Search {
     pub fn new(folder: &Path) -> Self {
-        Self(vec![folder.to_owned()])
+        Self { folders: vec![folder.to_owned()], found: Arc::default() }
     }
 
     /// The same, but with another folder before all others.
     pub fn after(&self, folder: &Path) -> Self {
-        let mut folders = self.0.clone();
-        folders.insert(0, folder.to_owned());
-        Self(folders)
+        let folders = [&[folder.to_owned()], self.folders.as_slice()].concat();
+        Self { folders, found: self.found.clone() }
     }
 
     /// Whether there is room for another folder: each file is sought in all of them.
     pub fn is_full(&self) -> bool {
-        self.0.len() >= 64
+        self.folders.len() >= 64
     }
 
     /// The path of the first that there is; in the first folder if there is none.
     pub fn find(&self, name: &str) -> PathBuf {
-        let mut paths = self.0.iter().map(|folder| folder.join(name));
-        paths.clone().find(|path| path.exists()).or_else(|| paths.next()).unwrap_or_else(|| name.into())
+        let mut paths = self.folders.iter().map(|folder| folder.join(name));
+        let Some(found) = paths.clone().find(|path| path.exists()) else {
+            return paths.next().unwrap_or_else(|| name.into());
+        };
+        self.found.lock().unwrap_or_else(PoisonError::into_inner).insert(found.clone());
+        found
+    }
+
+    /// All paths that [`Self::find`] has found.
+    pub fn found(&self) -> BTreeSet<PathBuf> {
+        self.found.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 

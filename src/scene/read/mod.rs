@@ -104,6 +104,7 @@ pub fn read_str(
     match description {
         Some(description) if errors.is_empty() => Ok(Description {
             sources,
+            files: [path.to_owned()].into_iter().chain(reader.search.found()).collect(),
             extensions: in_order(reader.extensions.into_inner()),
             assumptions: in_order(reader.assumptions.into_inner()),
             remarks: in_order(reader.remarks.into_inner()),
@@ -245,6 +246,7 @@ impl Reader {
         whole::check(self, &integrator, &all);
         Some(Description {
             sources: Sources::default(),
+            files: BTreeSet::new(),
             integrator,
             sensor: sensor?,
             shapes,

@@ -3,13 +3,14 @@
 mod kept;
 mod watching;
 
-use super::super::Failure;
 use super::super::tev::Tev;
+use super::super::{Failure, refuse_to_replace};
 use super::until::{UntilOptions, parse_time};
 use super::{cannot_write, has_extension};
 use abbe::output::checkpoint;
 use abbe::output::{self};
 use abbe::render::Schedule;
+use abbe::scene::Description;
 pub use kept::{Kept, cannot_read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -56,6 +57,18 @@ pub struct Places {
 }
 
 impl Places {
+    /// Refuses to write over what the scene is read from.
+    pub fn refuse_files_of(&self, description: &Description) -> Result<(), Failure> {
+        let name = "give the picture another name with -o";
+        let png = "give the picture another name with -o, or leave out the PNG with --no-png";
+        for (path, remedy) in [(&self.picture, name), (&self.png, png), (&self.checkpoint, name)] {
+            if let Some(path) = path {
+                refuse_to_replace(description, path, remedy)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Refused before the render rather than after it.
     pub fn refuse_unwritable(&self) -> Result<(), Failure> {
         for path in [&self.picture, &self.png, &self.checkpoint].into_iter().flatten() {

@@ -382,6 +382,10 @@ impl<'a> Groups<'a> {
                 continue;
             };
             let shown = accel::Instance::new(trees[instance.group].clone(), placed);
+            if shown.bounds(self.shutter).reach() > shape::FARTHEST {
+                errors.push(instance.place);
+                continue;
+            }
             let centre = centre(self.groups[instance.group].bounds);
             let nested = !std::ptr::eq(group, &self.own);
             placed_all.push(match instance.of_group {
