@@ -49,9 +49,9 @@ pub struct PictureOptions {
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
     pub crop: Option<Region>,
 
-    /// Longest path, in segments from the camera to the light: 1 shows lights alone, 2 direct light [default:
-    /// what the scene says]
-    #[arg(long, value_name = "N")]
+    /// Longest path, in segments from the camera to the light: 1 shows lights alone, 2 direct light, and -1 is
+    /// any number [default: what the scene says]
+    #[arg(long, value_name = "N", value_parser = parse_depth, allow_negative_numbers = true)]
     pub max_depth: Option<u32>,
 }
 
@@ -65,11 +65,12 @@ impl PictureOptions {
         }
         if let Some(wanted) = self.max_depth {
             let integrator = &mut description.integrator;
-            integrator.max_depth = Some(match integrator.kind {
+            let wanted = Some(wanted).filter(|&wanted| wanted != ANY_DEPTH);
+            integrator.max_depth = match integrator.kind {
                 // It is made for short paths alone.
-                IntegratorKind::Direct => integrator.max_depth.map_or(wanted, |most| most.min(wanted)),
+                IntegratorKind::Direct => integrator.max_depth.into_iter().chain(wanted).min(),
                 _ => wanted,
-            });
+            };
         }
     }
 
@@ -77,6 +78,16 @@ impl PictureOptions {
     pub fn part(&self, margin: u32, square: u32) -> Option<Crop> {
         self.crop.map(|shown| Crop { shown, margin, square })
     }
+}
+
+/// Segments of a path that has as many as it happens to have.
+const ANY_DEPTH: u32 = u32::MAX;
+
+fn parse_depth(text: &str) -> Result<u32, String> {
+    if text == "-1" {
+        return Ok(ANY_DEPTH);
+    }
+    text.parse().map_err(|_| "expected a number of segments, or -1 for any number".to_owned())
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

@@ -77,6 +77,8 @@ impl fmt::Display for Estimator {
 pub fn why_nothing_is_shared(scene: &Scene) -> Option<&'static str> {
     if scene.integrator != Integrator::Path {
         Some("the integrator is no path tracer")
+    } else if scene.limits.max_depth == 0 {
+        Some("paths have no segment")
     } else if scene.film.moments {
         Some("second moments are those of a path tracer's samples")
     } else if scene.features().scattering {

@@ -68,6 +68,7 @@ fn wrong_input_is_2_and_leaves_nothing_behind() {
         (vec!["render", &good, "--spp", "0"], "--spp"),
         (vec!["render", &good, "--size", "12"], "WIDTHxHEIGHT"),
         (vec!["render", &good, "--wavelengths", "3"], "1, 4 or 8"),
+        (vec!["render", &good, "--max-depth", "-2"], "or -1 for any number"),
         (vec!["render", &good, "--aov", "normal"], "sh_normal or geo_normal"),
         (vec!["render", &good, "--aov", "depth,depth"], "two channels \"depth.T\""),
         (vec!["render", &good, "--size", "65536x65536", "--spectral"], "GiB"),
@@ -143,7 +144,7 @@ fn nothing_is_written_over_the_files_of_a_scene() {
     }
     assert!(folder.text("tile.xml") == scene && folder.bytes("tile.png") == tile);
     assert_eq!(folder.files(), before);
-    folder.ends(0, &[&["render"], &small[..], &["--no-png"]].concat());
+    folder.ends(0, &[&["render"], &small[..], &["--no-png", "--max-depth", "-1"]].concat());
     assert!(folder.bytes("tile.png") == tile);
 }
 

@@ -26,6 +26,26 @@ fn picture_by(scene: &Scene, settings: &Settings) -> Vec<[u64; 3]> {
         .collect()
 }
 
+/// Paths without a segment bring nothing, as in Mitsuba, not even a lamp in view.
+#[test]
+fn a_depth_of_0_is_black() {
+    let content = |depth: u32| {
+        format!(
+            r#"<integrator type="path"><integer name="max_depth" value="{depth}"/></integrator>
+            <sensor type="perspective"><film type="hdrfilm"><integer name="width" value="8"/>
+            <integer name="height" value="8"/></film></sensor><emitter type="constant"/><shape type="sphere"/>"#
+        )
+    };
+    for estimator in [Estimator::Plain, Estimator::Shared] {
+        let settings = Settings { estimator, ..crate::common::settings(8, WavelengthCount::Four, 3) };
+        let is_black = |depth| {
+            let scene = crate::common::made(&content(depth), &CompileOptions::default());
+            picture_by(&scene, &settings).iter().flatten().all(|&bits| f64::from_bits(bits) == 0.0)
+        };
+        assert!(is_black(0) && !is_black(1), "{estimator}");
+    }
+}
+
 const CORNELL: &str = "validation/speed/scenes/cornell.xml";
 const CAUSTIC: &str = "validation/speed/scenes/caustic.xml";
 const ABSORBER: &str = "validation/speed/scenes/absorber.xml";

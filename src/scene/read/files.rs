@@ -14,7 +14,7 @@ pub(in crate::scene) const LARGEST_SCENE_FILE: u64 = 256 << 20;
 #[derive(Clone, Debug)]
 pub(in crate::scene) struct Search {
     folders: Vec<PathBuf>,
-    /// Of this search and all that are made from it.
+    /// Shared with all searches that are made from this one.
     found: Arc<Mutex<BTreeSet<PathBuf>>>,
 }
 
