@@ -40,7 +40,7 @@
 //! sides (Veach 1997, section 5.3).
 
 use super::weights::{late_survival, power_heuristic};
-use crate::bsdf::{Bsdf, Scatter};
+use crate::bsdf::Scatter;
 use crate::geometry::{Ray, SurfacePoint, Vec3};
 use crate::light::{Caustics, Origin};
 use crate::material::Shading;
@@ -364,7 +364,7 @@ impl<const C: usize> LightSubpath<C> {
     ) -> Option<()> {
         let weight = lobes.end - lobes.start;
         let scatter = shading.sample(lobes.start + weight * lobe, [u, v])?;
-        if !may_follow(scene, hit, &shading.bsdf, scatter.density) {
+        if !may_follow(scene, hit, shading, scatter.density) {
             return None;
         }
         self.weigh(weight);
@@ -409,16 +409,16 @@ impl<const C: usize> LightSubpath<C> {
 }
 
 /// Whether light subpaths follow the scattering that a surface has just made: that of smooth surfaces, and
-/// the wide lobes of opaque ones.
+/// the wide lobes of opaque ones without bumps, which scatter otherwise when seen from the other end.
 pub(super) fn may_follow<const C: usize>(
     scene: &Scene,
     hit: &Intersection,
-    bsdf: &Bsdf<C>,
+    shading: &Shading<C>,
     density: Density,
 ) -> bool {
     match density {
         Density::Discrete => scene.is_specular(hit),
-        Density::PerSolidAngle(_) => !bsdf.transmits(),
+        Density::PerSolidAngle(_) => !shading.bsdf.transmits() && !shading.turns_with_eye(),
     }
 }
 

@@ -42,6 +42,8 @@ pub(super) struct Next {
     /// In which direction from there.
     pub direction: Vec3,
     pub point: SurfacePoint,
+    /// The normal that it scatters by.
+    pub shading_normal: Vec3,
     /// See [`Target::facet`].
     pub facet: f64,
 }
@@ -189,6 +191,8 @@ impl<'a, const C: usize> Firsts<'a, C> {
         let target = &next.point;
         let (position, normal) = (Vec3Lanes::of(target.position), Vec3Lanes::of(target.normal));
         let side = Register::splat(next.direction.dot(target.normal));
+        let shading_normal = Vec3Lanes::of(next.shading_normal);
+        let shading_side = Register::splat(next.direction.dot(next.shading_normal));
         let mut toward_first = [Vec3Lanes::ZERO; REGISTERS];
         // Geometry factors |cos| / d² at the next surface, and for diffuse surfaces times cos / π.
         let (mut geometry, mut share): (Row, Row) = (lanes::ZERO, lanes::ZERO);
@@ -199,8 +203,10 @@ impl<'a, const C: usize> Firsts<'a, C> {
             let direction = between * (Register::ONE / squared.sqrt());
             let cos = direction.dot(normal);
             geometry[register] = cos.abs() / squared;
-            // The other side of a surface is another one.
+            // The other side of a surface is another one, by either normal: how it scatters is chosen by the
+            // side of its shading normal.
             let faces = (cos * side).simd_gt(Register::ZERO)
+                & (direction.dot(shading_normal) * shading_side).simd_gt(Register::ZERO)
                 & geometry[register].simd_lt(Register::splat(f64::INFINITY));
             let near = direction.dot(self.surfaces.normal[register]);
             share[register] = near * Register::splat(FRAC_1_PI) * geometry[register];

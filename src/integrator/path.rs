@@ -453,12 +453,15 @@ impl<const C: usize, O: Observe> Path<C, O> {
         shading: &Shading<C>,
         scatter: &Scatter<C>,
     ) {
-        if !caustics::may_follow(scene, hit, &shading.bsdf, scatter.density) {
-            self.beside_light_subpaths = Beside::Nothing;
-        } else if let (0, Density::PerSolidAngle(hero)) = (self.vertex, scatter.density) {
-            let density = hero * scatter.ratio.sum() / C as f64;
-            let first = FirstSurface { point: hit.point, leaves: scatter.toward_light, density };
-            self.beside_light_subpaths = Beside::First(first);
+        match scatter.density {
+            // Light subpaths end there, and are seen from the camera as the path is.
+            Density::PerSolidAngle(hero) if self.vertex == 0 && !shading.bsdf.transmits() => {
+                let density = hero * scatter.ratio.sum() / C as f64;
+                let first = FirstSurface { point: hit.point, leaves: scatter.toward_light, density };
+                self.beside_light_subpaths = Beside::First(first);
+            }
+            density if caustics::may_follow(scene, hit, shading, density) => {}
+            _ => self.beside_light_subpaths = Beside::Nothing,
         }
     }
 

@@ -322,8 +322,9 @@ impl<'a, const C: usize> SharedSample<'a, C> {
         for owner in lanes_of(lit | bundle.alive) {
             let point = surfaces.hits.point[owner / WIDTH].get(owner);
             let direction = rays.direction[owner / WIDTH].get(owner);
+            let shading_normal = surfaces.hits.shading_normal[owner / WIDTH].get(owner);
             let facet = get(surfaces.hits.facet(), owner);
-            firsts.aim(&Next { owner, direction, point, facet }, &mut self.links[owner]);
+            firsts.aim(&Next { owner, direction, point, shading_normal, facet }, &mut self.links[owner]);
             owners |= 1 << owner;
         }
         firsts.hide(self.links, owners);

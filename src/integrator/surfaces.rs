@@ -122,11 +122,12 @@ impl<const C: usize> Surfaces<C> {
     }
 
     /// Whether the path of a lane goes on in its bundle: the surface scatters with a density. Where light is
-    /// traced, what it transmits is weighed against nothing and goes on alone.
+    /// traced, what it transmits, or scatters by a frame that turns with the eye, is weighed against nothing
+    /// and goes on alone.
     pub fn goes_along(&self, lane: usize, light_tracing: bool) -> bool {
         self.shading(lane).is_none_or(|shading| {
-            let leaves = shading.bsdf.is_discrete() || light_tracing && shading.bsdf.transmits();
-            !leaves
+            let beside_nothing = shading.bsdf.transmits() || shading.turns_with_eye();
+            !(shading.bsdf.is_discrete() || light_tracing && beside_nothing)
         })
     }
 

@@ -33,7 +33,7 @@ fn a_depth_of_0_is_black() {
         format!(
             r#"<integrator type="path"><integer name="max_depth" value="{depth}"/></integrator>
             <sensor type="perspective"><film type="hdrfilm"><integer name="width" value="8"/>
-            <integer name="height" value="8"/></film></sensor><emitter type="constant"/><shape type="sphere"/>"#
+            <integer name="height" value="8"/></film></sensor><emitter type="constant"/>"#
         )
     };
     for estimator in [Estimator::Plain, Estimator::Shared] {

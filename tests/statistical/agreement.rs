@@ -33,7 +33,7 @@ struct Case {
     sees: f64,
 }
 
-const CASES: [Case; 25] = [
+const CASES: [Case; 28] = [
     Case { name: "diffuse", samples: 512, walk_samples: 16_384, walk_block: 1, sees: 0.065 },
     Case { name: "metals", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.02 },
     // What is seen through one body and lit through another is found seldom, by the walk never in some
@@ -57,6 +57,9 @@ const CASES: [Case; 25] = [
     Case { name: "chamber", samples: 1536, walk_samples: 24_576, walk_block: 1, sees: 0.08 },
     Case { name: "coats", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.08 },
     Case { name: "glaze", samples: 8192, walk_samples: 131_072, walk_block: 1, sees: 0.07 },
+    Case { name: "facets", samples: 4096, walk_samples: 0, walk_block: 1, sees: 0.08 },
+    Case { name: "surface", samples: 8192, walk_samples: 16_384, walk_block: 1, sees: 0.07 },
+    Case { name: "relief", samples: 8192, walk_samples: 32_768, walk_block: 1, sees: 0.07 },
     Case { name: "window", samples: 1024, walk_samples: 16_384, walk_block: 1, sees: 0.08 },
     Case { name: "fog", samples: 640, walk_samples: 5120, walk_block: 1, sees: 0.09 },
     Case { name: "smoke", samples: 512, walk_samples: 2048, walk_block: 1, sees: 0.06 },
@@ -288,6 +291,26 @@ fn coats() {
 fn glaze() {
     agrees("glaze");
     assert!(load(case("glaze"), "path").features().caustics);
+}
+
+/// What sees the back of a shading normal shares nothing with what sees its front.
+#[test]
+fn facets() {
+    agrees("facets");
+}
+
+/// What is behind an open surface has no bounds, so light subpaths do not know where they begin.
+#[test]
+fn surface() {
+    agrees("surface");
+    assert!(!load(case("surface"), "path").features().caustics);
+}
+
+/// Light that comes by a surface with a normal map, which scatters by a frame of its own from either end.
+#[test]
+fn relief() {
+    agrees("relief");
+    assert!(load(case("relief"), "path").features().caustics);
 }
 
 /// What shared suffixes find behind glass, where they split.

@@ -209,9 +209,10 @@ fn links_are_those_of_each_pair() {
             let hits = &mut scratch.surfaces.hits;
             nexts.advance(hits);
             for owner in lanes_of(nexts.alive & hits.met) {
-                let point = hits.get(&scene, owner).point;
+                let hit = hits.get(&scene, owner);
+                let (point, shading_normal) = (hit.point, hit.shading_normal);
                 let direction = nexts.rays.get(owner).direction;
-                let next = Next { owner, direction, point, facet: get(hits.facet(), owner) };
+                let next = Next { owner, direction, point, shading_normal, facet: get(hits.facet(), owner) };
                 let mut all = std::array::from_fn::<_, LANES, _>(|_| Links::NONE);
                 firsts.aim(&next, &mut all[owner]);
                 firsts.hide(&mut all, 1 << owner);

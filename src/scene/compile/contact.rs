@@ -129,7 +129,8 @@ impl Known<'_> {
         let body = |shape: usize| self.surfaces[shape].body.map(|body| &self.bodies[body as usize]);
         let (Some(a), Some(b)) = (body(a), body(b)) else { return false };
         let accounts = [a, b].iter().any(|body| body.refraction == Refraction::Surroundings);
-        accounts && a.priority == b.priority && a.index_class != b.index_class
+        let differ = accounts && a.index_class != b.index_class || a.interior != b.interior;
+        a.priority == b.priority && differ
     }
 }
 

@@ -9,9 +9,9 @@ use crate::geometry::{Bounds, Transform};
 use crate::light::{
     Caster, Casters, Caustics, Light, LightTracing, Lights, Origin, Source, Subpaths, VisibleLamps,
 };
-use crate::medium::Body;
-use crate::scene::Limits;
+use crate::medium::{Body, Filling};
 use crate::scene::scene::Surface;
+use crate::scene::{Features, Limits};
 use crate::shape::Shape;
 use crate::units::WavelengthRange;
 use std::f64::consts::PI;
@@ -72,6 +72,7 @@ pub(super) struct Setting<'a> {
     /// At which lamps are looked at.
     pub time: f64,
     pub limits: Limits,
+    pub features: Features,
     pub range: WavelengthRange,
     pub film: Extent,
 }
@@ -85,7 +86,9 @@ impl Setting<'_> {
             && null_is_a_segment
             && !hide_emitters
             && self.camera_medium.is_none()
-            && self.camera.projects();
+            && self.camera.projects()
+            && !self.begins_unknown(surfaces)
+            && !self.is_seen_through_events();
         if !possible {
             return None;
         }
@@ -196,6 +199,27 @@ impl Setting<'_> {
         let angle = if angles.is_empty() { PI } else { angles.iter().sum::<f64>() / angles.len() as f64 };
         let power = entering / angle;
         (power > 0.0 && power.is_finite()).then_some(Source { origin: Origin::Environment, power })
+    }
+
+    /// Whether it is not known within what a light subpath begins: what is behind an open surface that states
+    /// a medium, or whose index others take account of, has no bounds.
+    fn begins_unknown(&self, surfaces: &[Surface]) -> bool {
+        let parts = |body: &Body| {
+            let states = |filling| matches!(filling, Filling::Medium(_));
+            states(body.interior)
+                || states(body.exterior)
+                || self.features.medium_stack && body.index.is_some()
+        };
+        let bodies =
+            surfaces.iter().filter_map(|surface| surface.body).map(|body| &self.bodies[body as usize]);
+        bodies.into_iter().any(|body| !body.closed && parts(body))
+    }
+
+    /// Whether camera rays may pass surfaces to which others give precedence on their way to the first one
+    /// that they meet: light subpaths would take these for opaque.
+    fn is_seen_through_events(&self) -> bool {
+        let is_air = |body: &Body| body.index_class == 0;
+        self.features.interface_events() && (self.features.sensor_within || self.bodies.iter().any(is_air))
     }
 
     /// The lights that light subpaths begin at: those with a surface that is known to lie outside of all

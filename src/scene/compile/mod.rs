@@ -289,6 +289,7 @@ impl Compiler<'_> {
             during,
             time: shutter.time(0.5),
             limits,
+            features,
             range: self.options.range,
             film: film.extent,
         };
