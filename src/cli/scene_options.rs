@@ -49,8 +49,8 @@ pub struct PictureOptions {
     #[arg(long, value_name = "X,Y,W,H", value_parser = parse_crop)]
     pub crop: Option<Region>,
 
-    /// Longest path, in segments from the camera to the light: 1 shows lights alone, 2 direct light; -1 stands
-    /// for any number [default: what the scene says]
+    /// Longest path, in segments from the camera to the light: 1 shows lights alone, 2 direct light, -1 has
+    /// no limit [default: what the scene says]
     #[arg(long, value_name = "N", value_parser = parse_depth, allow_negative_numbers = true)]
     pub max_depth: Option<u32>,
 }
