@@ -36,6 +36,8 @@ pub enum TextProblem {
     },
     /// Fewer than two wavelengths in all.
     TooFew(usize),
+    /// Wavelengths that can only be in another unit than nm: the first and the last.
+    NotNanometres([f64; 2]),
 }
 
 impl fmt::Display for TextProblem {
@@ -50,8 +52,24 @@ impl fmt::Display for TextProblem {
                 write!(f, "expected a wavelength above {previous_nm} nm, found {nm} nm")
             }
             Self::TooFew(found) => write!(f, "expected at least 2 wavelengths, found {found}"),
+            Self::NotNanometres([first, last]) => {
+                write!(f, "expected wavelengths in nm, found {first} to {last}")
+            }
         }
     }
+}
+
+/// What to do about [`TextProblem::NotNanometres`].
+pub const TO_NANOMETRES: &str = "write nanometres: multiply micrometres by 1000, metres by 1e9";
+
+/// Refuses a table whose ends show that its wavelengths are in micrometres or metres: no light that is
+/// rendered is below 1 nm, and tables of light that begin there reach far beyond 100 nm.
+///
+/// # Errors
+/// [`TextProblem::NotNanometres`].
+pub fn demand_nanometres([first, last]: [f64; 2]) -> Result<(), TextProblem> {
+    let least = if first < 1.0 { 100.0 } else { 10.0 };
+    if last < least { Err(TextProblem::NotNanometres([first, last])) } else { Ok(()) }
 }
 
 /// A problem in a file, at a line and a column (both from 1; columns count characters).
@@ -97,7 +115,7 @@ impl std::error::Error for ListError {}
 /// The first place that is not so, or where wavelengths do not increase.
 pub fn parse_spd(text: &str) -> Result<Columns, SpdError> {
     let mut columns = Columns { nodes: Vec::new(), values: Vec::new() };
-    let mut lines = 0;
+    let (mut lines, mut begins) = (0, [1, 1]);
     for (number, line) in text.lines().enumerate() {
         lines = number + 1;
         let body = line.split('#').next().unwrap_or_default();
@@ -114,12 +132,14 @@ pub fn parse_spd(text: &str) -> Result<Columns, SpdError> {
             return Err(refuse(place(third), TextProblem::Trailing(third.to_owned())));
         }
         columns.push(nm, value).map_err(|problem| refuse(place(first), problem))?;
-    }
-    match columns.nodes.len() {
-        found @ (0 | 1) => {
-            Err(SpdError { line: lines.max(1), column: 1, problem: TextProblem::TooFew(found) })
+        if columns.nodes.len() == 1 {
+            begins = [number + 1, place(first)];
         }
-        _ => Ok(columns),
+    }
+    match columns.problem() {
+        Some(problem @ TextProblem::TooFew(_)) => Err(SpdError { line: lines.max(1), column: 1, problem }),
+        Some(problem) => Err(SpdError { line: begins[0], column: begins[1], problem }),
+        None => Ok(columns),
     }
 }
 
@@ -143,13 +163,21 @@ pub fn parse_list(text: &str) -> Result<Columns, ListError> {
         let value = number_of(second).map_err(|problem| refuse(second, problem))?;
         columns.push(nm, value).map_err(|problem| refuse(first, problem))?;
     }
-    match columns.nodes.len() {
-        found @ (0 | 1) => Err(ListError { offset: text.len(), problem: TextProblem::TooFew(found) }),
-        _ => Ok(columns),
+    match columns.problem() {
+        Some(problem) => Err(ListError { offset: text.len(), problem }),
+        None => Ok(columns),
     }
 }
 
 impl Columns {
+    /// What is wrong with them as a whole.
+    fn problem(&self) -> Option<TextProblem> {
+        match self.nodes.as_slice() {
+            few @ ([] | [_]) => Some(TextProblem::TooFew(few.len())),
+            &[first, .., last] => demand_nanometres([first, last]).err(),
+        }
+    }
+
     fn push(&mut self, nm: f64, value: f64) -> Result<(), TextProblem> {
         if nm <= 0.0 {
             return Err(TextProblem::NotPositive(nm));
@@ -205,6 +233,23 @@ mod tests {
         assert_eq!(error("400 1\n400 2"), at(2, 1, falling));
         assert_eq!(error("# nothing\n"), at(1, 1, TextProblem::TooFew(0)));
         assert_eq!(error("400 1").to_string(), "line 1, column 1: expected at least 2 wavelengths, found 1");
+    }
+
+    #[test]
+    fn micrometres_and_metres_are_told_from_nanometres() {
+        let spd = |text: &str| parse_spd(text).map(|columns| columns.nodes.len());
+        let at = |line, column, ends| SpdError { line, column, problem: TextProblem::NotNanometres(ends) };
+        assert_eq!(spd("# BK7\n 0.3 1.55\n2.5 1.47\n"), Err(at(2, 2, [0.3, 2.5])));
+        assert_eq!(spd("1 1\n5 2"), Err(at(1, 1, [1.0, 5.0])));
+        assert_eq!(spd("0.3 1\n24.9 2"), Err(at(1, 1, [0.3, 24.9])));
+        assert_eq!(spd("4e-7 1\n7e-7 1"), Err(at(1, 1, [4e-7, 7e-7])));
+        // The spectrum of the sun, from X-rays on; extreme ultraviolet.
+        assert_eq!(spd("0.5 0\n400 1\n2400 1"), Ok(3));
+        assert_eq!(spd("5 1\n13.5 2"), Ok(2));
+        assert_eq!(
+            parse_list("0.4:0.5, 0.7:0.9"),
+            Err(ListError { offset: 16, problem: TextProblem::NotNanometres([0.4, 0.7]) })
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::query::Query;
 use super::spectra::{self, Use};
 use super::{Reader, files, spd};
 use crate::spectrum::catalogue::{self, Kind};
-use crate::spectrum::text::parse_spd;
+use crate::spectrum::text::{TO_NANOMETRES, TextProblem, parse_spd};
 use std::path::Path;
 
 /// The names that Mitsuba 3.9 has tables of (`data/ior`). Those with `_palik` are Palik's tables as they are,
@@ -177,7 +177,10 @@ fn table(path: &Path, place: &Place) -> Result<SpectrumSource, SceneError> {
     };
     let bytes = files::read(path, spd::LARGEST_FILE, place)?;
     let text = String::from_utf8(bytes).map_err(|_| wrong("it is not text".to_owned()))?;
-    let columns = parse_spd(&text).map_err(|error| wrong(error.to_string()))?;
+    let columns = parse_spd(&text).map_err(|error| match error.problem {
+        TextProblem::NotNanometres(_) => wrong(error.to_string()).with_remedy(TO_NANOMETRES),
+        _ => wrong(error.to_string()),
+    })?;
     // What absorbs nothing has tables of zeros.
     if columns.values.iter().all(|&value| value == 0.0) {
         return Ok(spectra::constant(place, 0.0));

@@ -21,7 +21,7 @@ mod ply;
 pub(super) mod query;
 mod serialized;
 pub(super) mod solids;
-mod spd;
+pub(super) mod spd;
 pub(super) mod spectra;
 pub(super) mod textures;
 mod transforms;

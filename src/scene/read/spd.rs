@@ -4,7 +4,7 @@ use super::super::source::{Place, SceneError, Sources};
 use super::attributes::{Attribute, number};
 use super::files::{self, Search};
 use super::tree::Value;
-use crate::spectrum::text::{TextProblem, parse_list, parse_spd};
+use crate::spectrum::text::{TO_NANOMETRES, TextProblem, demand_nanometres, parse_list, parse_spd};
 use crate::spectrum::{Extrapolation, Spectrum};
 
 /// A larger file is not a table of one spectrum.
@@ -28,7 +28,7 @@ pub(super) fn value(attribute: &Attribute) -> Result<Value, SceneError> {
             let rest = &attribute.text[error.offset..];
             let length = rest.find([',', ' ', ':']).unwrap_or(rest.len());
             let place = match error.problem {
-                TextProblem::TooFew(_) => attribute.place.clone(),
+                TextProblem::TooFew(_) | TextProblem::NotNanometres(_) => attribute.place.clone(),
                 _ => attribute.part(error.offset, length),
             };
             Err(wrong(
@@ -40,10 +40,23 @@ pub(super) fn value(attribute: &Attribute) -> Result<Value, SceneError> {
     }
 }
 
-/// Wavelengths (nm) and values, or why they make no table.
-pub(super) fn list(nm: Vec<f64>, values: Vec<f64>) -> Result<Value, String> {
-    Spectrum::irregular(&nm, &values, Extrapolation::Zero).map_err(|error| error.to_string())?;
+/// Wavelengths (nm) and values, which stand at a place.
+pub(super) fn list(nm: Vec<f64>, values: Vec<f64>, place: &Place) -> Result<Value, SceneError> {
+    Spectrum::irregular(&nm, &values, Extrapolation::Zero)
+        .map_err(|error| wrong_table(place, &error.to_string()))?;
+    in_nanometres([nm[0], nm[nm.len() - 1]], place)?;
     Ok(Value::List { nm, values, file: None })
+}
+
+/// Refuses a table whose ends cannot be in nm.
+pub(in crate::scene) fn in_nanometres(ends: [f64; 2], place: &Place) -> Result<(), SceneError> {
+    demand_nanometres(ends)
+        .map_err(|problem| wrong_table(place, &problem.to_string()).with_remedy(TO_NANOMETRES))
+}
+
+/// The message about numbers that make no table.
+pub(in crate::scene) fn wrong_table(place: &Place, expected: &str) -> SceneError {
+    SceneError::at(place, "The table of the spectrum is wrong", expected)
 }
 
 /// A file of lines `wavelength value`.
@@ -86,6 +99,7 @@ fn wrong(place: &Place, problem: &TextProblem, grammar: &str) -> SceneError {
             error.with_remedy("for a constant write a single number without wavelength")
         }
         TextProblem::NotPositive(_) => error.with_remedy("wavelengths are in nanometres"),
+        TextProblem::NotNanometres(_) => error.with_remedy(TO_NANOMETRES),
         _ => error.with_remedy(grammar),
     }
 }

@@ -309,13 +309,7 @@ impl Builder<'_> {
                     pairs.0.push(nm);
                     pairs.1.push(value);
                 }
-                match spd::list(pairs.0, pairs.1) {
-                    Ok(list) => Some(list),
-                    Err(expected) => {
-                        self.error(SceneError::at(&place, "The table of the spectrum is wrong", expected));
-                        None
-                    }
-                }
+                spd::list(pairs.0, pairs.1, &place).map_err(|error| self.error(error)).ok()
             }
             (None, Some(filename)) => {
                 let place = self.place(filename.value.span.clone());
